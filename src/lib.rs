@@ -1,0 +1,7 @@
+#![doc = "Design optimization of multibody systems by sequential approximation."]
+pub mod error;
+pub mod problem;
+pub mod scalar;
+pub mod subproblem;
+
+pub use error::{Error, Result};

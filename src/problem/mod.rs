@@ -1,0 +1,5 @@
+//! The optimization problem: design variables, responses over time, objective and constraints.
+
+mod program;
+
+pub use program::{Gradients, Program, Structure, Values};

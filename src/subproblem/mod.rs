@@ -1,0 +1,1 @@
+//! Solvers for the approximate problem of a cycle.
