@@ -1,4 +1,5 @@
 #![doc = "Design optimization of multibody systems by sequential approximation."]
+pub mod approximation;
 pub mod error;
 pub mod problem;
 pub mod scalar;

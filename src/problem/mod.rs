@@ -6,6 +6,7 @@
 
 mod builder;
 mod closed_form;
+mod coupling;
 mod definition;
 mod equivalents;
 mod function;
@@ -15,10 +16,12 @@ mod program;
 mod quantity;
 mod responses;
 mod selection;
+mod sensitivities;
 mod variable;
 
 pub use builder::ProblemBuilder;
 pub use closed_form::{Analytic, ClosedForm};
+pub use coupling::DirectCoupling;
 pub use definition::{Evaluation, Problem, RowId};
 pub use equivalents::{Envelope, MeanExcess};
 #[doc(hidden)]
@@ -32,4 +35,5 @@ pub use program::{Gradients, Program, Structure, Values};
 pub use quantity::{Constraint, Quantity};
 pub use responses::{Analysis, Instant, Response, Responses};
 pub use selection::Selection;
+pub use sensitivities::Sensitivities;
 pub use variable::DesignVariable;
