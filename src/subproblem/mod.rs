@@ -1,1 +1,20 @@
 //! Solvers for the approximate problem of a cycle.
+//!
+//! | solver | programs |
+//! |---|---|
+//! | [`Conic`] | linear and convex quadratic, through Clarabel |
+//!
+//! Every [`Solution`] carries a [`KktResidual`] that is computed apart from the solver.
+
+mod conic;
+mod elastic;
+mod kkt;
+mod quadratic_program;
+mod solution;
+mod solver;
+
+pub use conic::Conic;
+pub use kkt::{ActiveSet, KktResidual, variable_scale};
+pub use quadratic_program::QuadraticProgram;
+pub use solution::{Evaluations, Solution, Status};
+pub use solver::SubproblemSolver;
