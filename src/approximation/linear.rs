@@ -58,7 +58,8 @@ mod tests {
 
     #[test]
     fn reciprocal_variables_make_a_reciprocal_response_exact() {
-        let model = fit(&Intermediates::all(2, Intermediate::Reciprocal), |b| b[0].recip() * 3.0 + b[1].recip() - 1.0);
+        let model =
+            fit(&Intermediates::all(2, Intermediate::Reciprocal), |b| (b[1] * 3.0 + b[0]) / (b[0] * b[1]) - 1.0);
         assert!((model.real(&[5.0, 4.0]) - (0.6 + 0.25 - 1.0)).abs() < 1e-15);
     }
 

@@ -127,14 +127,14 @@ impl Problem {
     /// The time of point `p` in words, with the unit of its grid.
     pub fn time_in_words(&self, grid: Option<usize>, p: usize) -> String {
         match grid {
-            Some(g) => format!("{} {} {}", self.grids[g].name, self.grids[g].points[p], self.grids[g].unit),
+            Some(g) => format!("{} {} {}", self.grids[g].name, rounded(self.grids[g].points[p]), self.grids[g].unit),
             None => "no particular time".to_owned(),
         }
     }
 
     /// The design in words: `k = 1 N/m, c = 0.3 N·s/m`.
     pub fn design_in_words(&self, b: &[f64]) -> String {
-        let one = |(v, b): (&DesignVariable, &f64)| format!("{} = {b} {}", v.name, v.unit).trim_end().to_owned();
+        let one = |(v, b): (&DesignVariable, &f64)| format!("{} = {} {}", v.name, rounded(*b), v.unit).trim_end().to_owned();
         self.variables.iter().zip(b).map(one).collect::<Vec<_>>().join(", ")
     }
 
@@ -148,7 +148,7 @@ impl Problem {
         }
     }
 
-    fn not_finite(&self, what: String, value: f64, grid: Option<usize>, p: usize, b: &[f64]) -> Error {
+    pub(super) fn not_finite(&self, what: String, value: f64, grid: Option<usize>, p: usize, b: &[f64]) -> Error {
         let place = format!("{} and {}", self.time_in_words(grid, p), self.design_in_words(b));
         Error::NotFinite { what, value, place, remedy: "bound the design away from where it is undefined" }
     }
@@ -216,6 +216,11 @@ impl Problem {
         }
         Ok(())
     }
+}
+
+/// A number for messages: at most nine significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
 }
 
 fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Result<()> {

@@ -45,6 +45,7 @@ macro_rules! function {
         $crate::function!([] |$point| $body)
     };
     ([$($name:ident : $kind:ty = $value:expr),*] |$point:ident| $body:expr) => {{
+        #[derive(Clone)]
         struct Inline { $($name: $kind),* }
         impl $crate::problem::Function for Inline {
             fn at<S: $crate::scalar::Scalar>(&self, $point: &$crate::problem::Point<S>) -> S {

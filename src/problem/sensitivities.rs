@@ -1,6 +1,7 @@
 //! Derivatives of responses, and of quantities made from them.
 
 use super::{Instant, Problem, Quantity, Responses};
+use crate::error::{Error, Result};
 use crate::scalar::{Dual, WIDTH, seed, slopes};
 use nalgebra::{DMatrix, SVector};
 use num_dual::Derivative;
@@ -28,6 +29,21 @@ impl Sensitivities {
 }
 
 impl Problem {
+    /// ∂r/∂b at the wanted instants (one row for each, n columns), checked for shape and finiteness.
+    pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        let rows = self.analysis.sensitivities(b, responses, wanted)?;
+        Error::check_length("rows of the sensitivities", wanted.len(), rows.nrows())?;
+        Error::check_length("columns of the sensitivities", self.n(), rows.ncols())?;
+        for (i, instant) in wanted.iter().enumerate() {
+            if let Some(k) = (0..self.n()).find(|&k| !rows[(i, k)].is_finite()) {
+                let response = &self.responses[instant.response];
+                let what = format!("derivative of response `{}` to `{}`", response.name, self.variables[k].name);
+                return Err(self.not_finite(what, rows[(i, k)], response.grid, instant.point, b));
+            }
+        }
+        Ok(rows)
+    }
+
     /// The instant of response `h` that a quantity sees at time point `p`.
     pub(crate) fn instant(&self, h: usize, p: usize) -> Instant {
         Instant { response: h, point: if self.responses[h].grid.is_some() { p } else { 0 } }
