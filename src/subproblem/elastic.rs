@@ -138,6 +138,10 @@ pub(super) fn settle(program: &dyn Program, start: &[f64], first: Candidate, sol
     let feasibility = Elastic::least_violation(program, measures.rows.clone());
     let (nearest, t) = feasibility.unwrap(solve(&feasibility, &feasibility.start(start)?)?);
     let iterations = first.iterations + nearest.iterations;
+    if t > FEASIBLE && nearest.status != Status::Solved {
+        // Neither feasible nor proven infeasible.
+        return Ok(Candidate { iterations, ..first });
+    }
     if t <= FEASIBLE {
         if first.status == Status::Unbounded {
             return Ok(Candidate { iterations, ..first });

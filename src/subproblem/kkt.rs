@@ -30,18 +30,18 @@ pub struct KktResidual {
     pub complementarity: f64,
 }
 
-/// The unit in which variable j is measured: between a ten-thousandth of its range and its range, by the size of
-/// start and point; by these alone where the range is infinite; one if all of that is zero.
+/// The unit in which variable j is measured.
+///
+/// Between a hundredth of its range and its range, by the size of start and point. Where the range is infinite or
+/// zero: the size of start and point, at least one if the start is zero.
 pub fn variable_scale(lower: f64, upper: f64, start: f64, x: f64) -> f64 {
     let (range, size) = (upper - lower, start.abs().max(x.abs()));
-    if range == 0.0 {
-        if size > 0.0 { size } else { 1.0 }
-    } else if range.is_finite() {
-        size.clamp(1e-4 * range, range)
-    } else if size > 0.0 {
-        size
+    if range.is_finite() && range > 0.0 {
+        size.clamp(0.01 * range, range)
+    } else if start == 0.0 {
+        size.max(1.0)
     } else {
-        1.0
+        size
     }
 }
 

@@ -76,8 +76,25 @@ impl Conic {
         Ok(Self { tolerance, iterations })
     }
 
+    /// The solution, or `None` for a quadratic objective that is not convex.
+    pub(super) fn solve_convex(&self, program: &dyn Program, start: &[f64]) -> Result<Option<Solution>> {
+        let matrices = QuadraticProgram::of(program, start)?;
+        if !is_convex(&matrices) {
+            return Ok(None);
+        }
+        let mut candidate = self.candidate(&matrices)?;
+        if candidate.status != Status::Solved {
+            let plain = |p: &dyn Program, x: &[f64]| self.candidate(&QuadraticProgram::of(p, x)?);
+            candidate = elastic::settle(&matrices, &matrices.center, candidate, &plain)?;
+        }
+        let evaluations = Evaluations { values: 0, gradients: 1, hessians: usize::from(matrices.hessian.is_some()) };
+        let mut solution = candidate.judged(program, &matrices.center, evaluations)?;
+        solution.status = supported(solution.status, &solution.kkt, SUPPORTED);
+        Ok(Some(solution))
+    }
+
     /// A point of `program` with its verdict, in its own units. Never relaxed: contradictory rows end as `Stalled`.
-    pub(super) fn candidate(&self, program: &QuadraticProgram) -> Result<Candidate> {
+    pub(crate) fn candidate(&self, program: &QuadraticProgram) -> Result<Candidate> {
         let found = self.in_some_measure(program)?;
         if found.status != Status::Unbounded {
             return Ok(found);
@@ -154,17 +171,10 @@ impl SubproblemSolver for Conic {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        let matrices = QuadraticProgram::of(program, start)?;
-        check_convex(&matrices)?;
-        let mut candidate = self.candidate(&matrices)?;
-        if candidate.status != Status::Solved {
-            let plain = |p: &dyn Program, x: &[f64]| self.candidate(&QuadraticProgram::of(p, x)?);
-            candidate = elastic::settle(&matrices, &matrices.center, candidate, &plain)?;
-        }
-        let evaluations = Evaluations { values: 0, gradients: 1, hessians: usize::from(matrices.hessian.is_some()) };
-        let mut solution = candidate.judged(program, &matrices.center, evaluations)?;
-        solution.status = supported(solution.status, &solution.kkt, SUPPORTED);
-        Ok(solution)
+        self.solve_convex(program, start)?.ok_or_else(|| {
+            let why = "the quadratic objective is not convex";
+            Error::definition("conic solver", why, "use the SQP solver, or several starts of it")
+        })
     }
 }
 
@@ -188,17 +198,13 @@ fn nowhere(program: &QuadraticProgram, iterations: usize, status: Status) -> Can
     Candidate { x, multipliers, lower: none.clone(), upper: none, iterations, status, relaxation: None }
 }
 
-/// An error unless the Hessian is positive semidefinite to rounding.
-fn check_convex(program: &QuadraticProgram) -> Result<()> {
+/// True if the Hessian is positive semidefinite to rounding.
+fn is_convex(program: &QuadraticProgram) -> bool {
     let scaled = Scaling::new(program, Measure::Bounds).apply(program);
-    let Some(h) = scaled.hessian else { return Ok(()) };
+    let Some(h) = scaled.hessian else { return true };
     let n = h.nrows();
     let shift = 1e-10 * h.amax();
-    if shift == 0.0 || (h + nalgebra::DMatrix::identity(n, n) * shift).cholesky().is_some() {
-        return Ok(());
-    }
-    let why = "the quadratic objective is not convex";
-    Err(Error::definition("conic solver", why, "use the SQP solver, or several starts of it"))
+    shift == 0.0 || (h + nalgebra::DMatrix::identity(n, n) * shift).cholesky().is_some()
 }
 
 /// `x` moved into the bounds: the interior point may end a rounding outside.

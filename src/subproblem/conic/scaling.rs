@@ -1,14 +1,13 @@
 //! Units in which a linear or quadratic program has numbers near one.
 
 use crate::subproblem::QuadraticProgram;
-use crate::subproblem::kkt::variable_scale;
 use crate::subproblem::solver::Candidate;
 use nalgebra::DMatrix;
 
 /// How variables are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Measure {
-    /// By their bounds: move limits are the natural unit of a step.
+    /// By their bounds where they are finite: move limits are the natural unit of a step. By the entries otherwise.
     Bounds,
     /// By the entries of the matrices (geometric mean of each column), for bounds that say nothing.
     Entries,
@@ -17,11 +16,10 @@ pub(super) enum Measure {
 impl Measure {
     /// The unit of variable j.
     fn unit(self, program: &QuadraticProgram, j: usize) -> f64 {
-        let (l, u, c) = (program.lower[j], program.upper[j], program.center[j]);
+        let (l, u) = (program.lower[j], program.upper[j]);
         match self {
             Self::Bounds if (u - l).is_finite() && u > l => u - l,
-            Self::Bounds => variable_scale(l, u, c, c),
-            Self::Entries => 1.0 / typical(program, j),
+            _ => 1.0 / typical(program, j),
         }
     }
 
