@@ -58,11 +58,7 @@ impl_separable_program!(MovingAsymptotes);
 
 fn term(p: f64, q: f64, below: f64, above: f64) -> Term {
     let (a, b) = (1.0 / above, 1.0 / below);
-    Term {
-        value: p * a + q * b,
-        slope: p * a * a - q * b * b,
-        curvature: 2.0 * (p * a * a * a + q * b * b * b),
-    }
+    Term { value: p * a + q * b, slope: p * a * a - q * b * b, curvature: 2.0 * (p * a * a * a + q * b * b * b) }
 }
 
 impl Separable for MovingAsymptotes {
@@ -106,8 +102,14 @@ mod tests {
 
     fn form() -> MovingAsymptotes {
         let (p, q) = (vec![1.0, 0.0, 0.5, 2.0], vec![0.5, 1.0, 0.0, 1.0]);
-        MovingAsymptotes::new(vec![0.0, -1.0], p, q, (vec![-1.0, 0.0], vec![2.0, 4.0]), (vec![-0.9, 0.1], vec![1.9, 3.0]))
-            .unwrap()
+        MovingAsymptotes::new(
+            vec![0.0, -1.0],
+            p,
+            q,
+            (vec![-1.0, 0.0], vec![2.0, 4.0]),
+            (vec![-0.9, 0.1], vec![1.9, 3.0]),
+        )
+        .unwrap()
     }
 
     #[test]

@@ -90,7 +90,11 @@ pub(crate) fn bracketed_newton(f: impl Fn(f64) -> Term, lower: f64, upper: f64) 
         if at.slope == 0.0 {
             return x;
         }
-        if at.slope > 0.0 { b = x } else { a = x }
+        if at.slope > 0.0 {
+            b = x
+        } else {
+            a = x
+        }
         let newton = x - at.slope / at.curvature;
         let next = if newton > a && newton < b {
             newton

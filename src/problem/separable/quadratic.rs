@@ -95,7 +95,8 @@ mod tests {
 
     #[test]
     fn closed_form_and_bad_input() {
-        let form = |h: f64, u: f64| DiagonalQuadratic::new(vec![0.0], vec![1.0], vec![2.0], vec![h], (vec![-3.0], vec![u]));
+        let form =
+            |h: f64, u: f64| DiagonalQuadratic::new(vec![0.0], vec![1.0], vec![2.0], vec![h], (vec![-3.0], vec![u]));
         assert_eq!(form(4.0, 5.0).unwrap().minimizer(0, &[1.0]), 0.5);
         assert_eq!(form(0.0, 5.0).unwrap().minimizer(0, &[1.0]), -3.0);
         for (h, u) in [(-1.0, 5.0), (f64::NAN, 5.0), (1.0, -4.0), (1.0, f64::INFINITY)] {
