@@ -12,6 +12,7 @@ mod automatic;
 mod conic;
 mod elastic;
 mod kkt;
+mod normalized;
 mod quadratic_program;
 mod solution;
 mod solver;
