@@ -3,3 +3,4 @@
 //! Everything here takes plain numbers with names and units, so that any method or analysis can be shown.
 
 pub mod figure;
+pub mod picture;

@@ -65,6 +65,12 @@ impl Panel {
         self
     }
 
+    /// Draws more marks over the others.
+    pub fn extend(&mut self, marks: impl IntoIterator<Item = Mark>) -> &mut Self {
+        self.marks.extend(marks);
+        self
+    }
+
     /// The same panel with a line above the frame.
     pub fn titled(self, title: impl Into<String>) -> Self {
         Self { title: title.into(), ..self }
