@@ -134,7 +134,8 @@ impl Problem {
 
     /// The design in words: `k = 1 N/m, c = 0.3 N·s/m`.
     pub fn design_in_words(&self, b: &[f64]) -> String {
-        let one = |(v, b): (&DesignVariable, &f64)| format!("{} = {} {}", v.name, rounded(*b), v.unit).trim_end().to_owned();
+        let one =
+            |(v, b): (&DesignVariable, &f64)| format!("{} = {} {}", v.name, rounded(*b), v.unit).trim_end().to_owned();
         self.variables.iter().zip(b).map(one).collect::<Vec<_>>().join(", ")
     }
 

@@ -17,6 +17,7 @@ mod quantity;
 mod responses;
 mod selection;
 mod sensitivities;
+pub mod separable;
 mod variable;
 
 pub use builder::ProblemBuilder;
@@ -36,4 +37,5 @@ pub use quantity::{Constraint, Quantity};
 pub use responses::{Analysis, Instant, Response, Responses};
 pub use selection::Selection;
 pub use sensitivities::Sensitivities;
+pub use separable::Separable;
 pub use variable::DesignVariable;

@@ -1,5 +1,6 @@
 //! The mathematical program that subproblem solvers see.
 
+use super::Separable;
 use crate::error::Result;
 use nalgebra::DMatrix;
 
@@ -64,5 +65,9 @@ pub trait Program: Sync {
     /// Hessian of f + Σ λᵢ gᵢ at `x`, n × n, if the program can give it exactly.
     fn lagrangian_hessian(&self, _x: &[f64], _multipliers: &[f64]) -> Result<Option<DMatrix<f64>>> {
         Ok(None)
+    }
+    /// The program as a sum over its variables, if it is one.
+    fn separable(&self) -> Option<&dyn Separable> {
+        None
     }
 }

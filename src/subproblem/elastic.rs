@@ -1,6 +1,6 @@
 //! What to do with a program that has no feasible point: violate all rows by the same least amount.
 //!
-//! With one elastic variable t the rows become g ≤ w t and |h| ≤ w t. Smallest t first, then the smallest objective at
+//! With one elastic variable t, in units w of the rows, these become g ≤ w t and |h| ≤ w t. Smallest t first, then the smallest objective at
 //! that t, by a penalty that is raised until t no longer moves (it is exact above a finite weight).
 //!
 //! **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed., sections 17.2 and 18.5 (exact ℓ∞ penalty).
@@ -149,45 +149,65 @@ pub(super) fn settle(program: &dyn Program, start: &[f64], first: Candidate, sol
         let second = solve(program, &nearest.x)?;
         return Ok(Candidate { iterations: iterations + second.iterations, ..second });
     }
-    relaxed(program, &nearest, measures.penalty, iterations, solve)
+    relaxed(program, &nearest, &measures, iterations, solve)
 }
 
-/// Smallest violation in the rows' own units, then the smallest objective.
+/// Smallest violation, then the smallest objective.
 fn relaxed(
     program: &dyn Program,
     nearest: &Candidate,
-    penalty: f64,
+    measures: &Measures,
     mut iterations: usize,
     solve: Plain<'_>,
 ) -> Result<Candidate> {
-    let ones = vec![1.0; program.rows()];
-    let least = Elastic::least_violation(program, ones.clone());
+    let weights = measures.weights();
+    let amounts = |t: f64| Some(weights.iter().map(|w| w * t).collect());
+    let least = Elastic::least_violation(program, weights.clone());
     let (mut best, least) = least.unwrap(solve(&least, &least.start(&nearest.x)?)?);
     iterations += best.iterations;
     let mut x = best.x.clone();
     for k in 0..PENALTIES {
-        let elastic = Elastic::with_objective(program, ones.clone(), penalty * 100f64.powi(k as i32));
+        let elastic = Elastic::with_objective(program, weights.clone(), measures.penalty() * 100f64.powi(k as i32));
         let (c, t) = elastic.unwrap(solve(&elastic, &elastic.start(&x)?)?);
         iterations += c.iterations;
         if c.status == Status::Unbounded {
-            return Ok(Candidate { iterations, relaxation: Some(least), ..c });
+            return Ok(Candidate { iterations, relaxation: amounts(least), ..c });
         }
         if c.status == Status::Solved {
             x.clone_from(&c.x);
             if t <= least * (1.0 + ROOM) {
-                return Ok(Candidate { iterations, relaxation: Some(t), status: Status::Relaxed, ..c });
+                return Ok(Candidate { iterations, relaxation: amounts(t), status: Status::Relaxed, ..c });
             }
         }
     }
     best.status = Status::Stalled;
-    Ok(Candidate { iterations, relaxation: Some(least), ..best })
+    Ok(Candidate { iterations, relaxation: amounts(least), ..best })
 }
 
 struct Measures {
     /// Change of each row over the scales of the variables.
     rows: Vec<f64>,
+    /// Change of the objective.
+    objective: f64,
+}
+
+/// Rows whose units differ by more than this are measured in their own.
+const COMPARABLE: f64 = 1e4;
+
+impl Measures {
+    /// What t means in each row: one and the same amount where the rows are comparable.
+    fn weights(&self) -> Vec<f64> {
+        let small = self.rows.iter().copied().fold(f64::INFINITY, f64::min);
+        let large = self.rows.iter().copied().fold(0.0, f64::max);
+        if large <= COMPARABLE * small { vec![1.0; self.rows.len()] } else { self.rows.clone() }
+    }
+
     /// A first guess of the exact penalty.
-    penalty: f64,
+    fn penalty(&self) -> f64 {
+        let ratios = self.weights().into_iter().zip(&self.rows).map(|(w, r)| r / w);
+        let largest = ratios.fold(0.0, f64::max);
+        if self.objective > 0.0 && largest > 0.0 { 10.0 * self.objective / largest } else { 1.0 }
+    }
 }
 
 fn measures(program: &dyn Program, x: &[f64]) -> Result<Measures> {
@@ -198,7 +218,5 @@ fn measures(program: &dyn Program, x: &[f64]) -> Result<Measures> {
     let rows: Vec<f64> =
         (0..program.rows()).map(|i| over(&|j| g.rows[(i, j)])).map(|r| if r > 0.0 { r } else { 1.0 }).collect();
     let objective = over(&|j| g.objective[j]);
-    let largest = rows.iter().copied().fold(0.0, f64::max);
-    let penalty = if objective > 0.0 && largest > 0.0 { 10.0 * objective / largest } else { 1.0 };
-    Ok(Measures { rows, penalty })
+    Ok(Measures { rows, objective })
 }

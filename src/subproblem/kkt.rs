@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// * dual: the largest negative part of a multiplier, times its rᵢ or sⱼ, / φ
 /// * complementarity: max of |λᵢ (gᵢ − t)| / φ and of |μ · distance to the bound| / φ
 ///
-/// with t the relaxation, zero unless the program is infeasible.
+/// with tᵢ the relaxation, zero unless the program is infeasible.
 ///
 /// **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed., equations (12.34).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -61,7 +61,7 @@ impl KktResidual {
         first: Option<&[f64]>,
         solution: &Solution,
     ) -> Self {
-        let (x, relaxed) = (&solution.x, solution.relaxation.unwrap_or(0.0));
+        let x = &solution.x;
         let (lower, upper) = (program.lower(), program.upper());
         let scale: Vec<f64> = (0..x.len()).map(|j| variable_scale(lower[j], upper[j], start[j], x[j])).collect();
         let mut slope = here.objective.clone();
@@ -80,6 +80,7 @@ impl KktResidual {
             }
             unit = unit.max(λ.abs() * row);
             let row = if row > 0.0 { row } else { 1.0 };
+            let relaxed = solution.relaxed_rows.get(i).copied().unwrap_or(0.0);
             let equality = program.is_equality(i);
             let beyond = if equality { g.abs() } else { g } - relaxed;
             residual.primal = residual.primal.max(beyond / row);
@@ -134,9 +135,9 @@ impl ActiveSet {
         let here = program.gradients(&solution.x)?;
         let (lower, upper, x) = (program.lower(), program.upper(), &solution.x);
         let scale: Vec<f64> = (0..x.len()).map(|j| variable_scale(lower[j], upper[j], start[j], x[j])).collect();
-        let relaxed = solution.relaxation.unwrap_or(0.0);
         let near = |&i: &usize| {
             let row = largest((0..x.len()).map(|j| scale[j] * here.rows[(i, j)]));
+            let relaxed = solution.relaxed_rows.get(i).copied().unwrap_or(0.0);
             program.is_equality(i) || here.values.rows[i] - relaxed >= -tolerance * if row > 0.0 { row } else { 1.0 }
         };
         Ok(Self {

@@ -28,7 +28,8 @@ pub(crate) struct Candidate {
     pub upper: Vec<f64>,
     pub iterations: usize,
     pub status: Status,
-    pub relaxation: Option<f64>,
+    /// Amounts by which the rows are relaxed.
+    pub relaxation: Option<Vec<f64>>,
 }
 
 impl Candidate {
@@ -45,7 +46,8 @@ impl Candidate {
             iterations: self.iterations,
             evaluations,
             status: self.status,
-            relaxation: self.relaxation,
+            relaxation: self.relaxation.as_ref().map(|t| t.iter().copied().fold(0.0, f64::max)),
+            relaxed_rows: self.relaxation.unwrap_or_default(),
             kkt: KktResidual::default(),
         };
         solution.kkt = KktResidual::of(program, start, &solution)?;

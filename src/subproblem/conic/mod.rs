@@ -27,6 +27,9 @@ const ACCEPTED: f64 = 1e-8;
 /// KKT residual up to which a solution is called one.
 const SUPPORTED: f64 = 1e-6;
 
+/// Distances, in units of the numbers of a program, at which a solution counts as infinitely far away.
+const FENCES: [f64; 2] = [1e4, 1e6];
+
 /// The solver of linear and convex quadratic programs.
 ///
 /// Variables, rows and objective are scaled, Clarabel's interior point method finds the neighbourhood of the solution,
@@ -100,16 +103,19 @@ impl Conic {
             return Ok(found);
         }
         // A bounded program may look unbounded: ask again inside a box that is much larger than its numbers.
-        let boxed = fenced(program);
-        let mut inner = self.in_some_measure(&boxed)?;
-        inner.iterations += found.iterations;
-        let leans = |(j, μ): (usize, &f64), own: &[f64]| *μ > 0.0 && own[j].is_infinite();
-        let outwards = inner.lower.iter().enumerate().any(|e| leans(e, &program.lower))
-            || inner.upper.iter().enumerate().any(|e| leans(e, &program.upper));
-        if outwards && inner.status == Status::Solved {
-            inner.status = Status::Unbounded;
+        let mut iterations = found.iterations;
+        for far in FENCES {
+            let mut inner = self.in_some_measure(&fenced(program, far))?;
+            iterations += inner.iterations;
+            if inner.status == Status::Solved {
+                let leans = |μ: &[f64], own: &[f64]| μ.iter().zip(own).any(|(μ, b)| *μ > 0.0 && b.is_infinite());
+                if leans(&inner.lower, &program.lower) || leans(&inner.upper, &program.upper) {
+                    inner.status = Status::Unbounded;
+                }
+                return Ok(Candidate { iterations, ..inner });
+            }
         }
-        Ok(inner)
+        Ok(Candidate { iterations, status: Status::Stalled, ..found })
     }
 
     /// The better of two ways to measure the variables; the second only if the first does not solve.
@@ -178,14 +184,13 @@ impl SubproblemSolver for Conic {
     }
 }
 
-/// The program with its infinite bounds moved to where its numbers would need ten million units.
-fn fenced(program: &QuadraticProgram) -> QuadraticProgram {
-    const FAR: f64 = 1e7;
+/// The program with its infinite bounds moved to `far` units from the centre.
+fn fenced(program: &QuadraticProgram, far: f64) -> QuadraticProgram {
     let mut out = program.clone();
     for j in 0..out.center.len() {
-        let far = FAR * Measure::largest_unit(program, j);
-        out.lower[j] = if out.lower[j].is_finite() { out.lower[j] } else { out.center[j] - far };
-        out.upper[j] = if out.upper[j].is_finite() { out.upper[j] } else { out.center[j] + far };
+        let reach = far * Measure::largest_unit(program, j);
+        out.lower[j] = if out.lower[j].is_finite() { out.lower[j] } else { out.center[j] - reach };
+        out.upper[j] = if out.upper[j].is_finite() { out.upper[j] } else { out.center[j] + reach };
     }
     out
 }

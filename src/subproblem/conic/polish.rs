@@ -133,6 +133,9 @@ fn system(program: &QuadraticProgram, free: &[usize], rows: &[usize]) -> DMatrix
 
 /// Solves K y = r, K possibly singular, through K + diag(δ, −δ) and refinement.
 fn shifted_solve(k: &DMatrix<f64>, r: &DVector<f64>, free: usize) -> Option<DVector<f64>> {
+    if r.is_empty() {
+        return Some(r.clone());
+    }
     let mut shifted = k.clone();
     for i in 0..k.nrows() {
         shifted[(i, i)] += if i < free { SHIFT } else { -SHIFT };

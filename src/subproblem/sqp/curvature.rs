@@ -29,8 +29,11 @@ pub(super) fn damped_bfgs(b: &mut DMatrix<f64>, d: &DVector<f64>, y: &DVector<f6
     let θ = if seen >= DAMPING * curved { 1.0 } else { (1.0 - DAMPING) * curved / (curved - seen) };
     let r = y * θ + &bd * (1.0 - θ);
     let gain = d.dot(&r);
-    *b += &r * r.transpose() / gain - &bd * bd.transpose() / curved;
-    b.fill_lower_triangle_with_upper_triangle();
+    let mut next = &*b + &r * r.transpose() / gain - &bd * bd.transpose() / curved;
+    next.fill_lower_triangle_with_upper_triangle();
+    if next.iter().all(|v| v.is_finite()) {
+        *b = next;
+    }
 }
 
 /// A positive definite matrix that gives the step of the exact Hessian `h` wherever that is a descent on the active rows.

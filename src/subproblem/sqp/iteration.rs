@@ -163,6 +163,7 @@ fn residual(program: &dyn Program, s: &SqpState) -> KktResidual {
         evaluations: s.evaluations,
         status: Status::Solved,
         relaxation: None,
+        relaxed_rows: vec![],
         kkt: KktResidual::default(),
     };
     KktResidual::from_gradients(program, &s.start, &s.gradients(), Some(&s.first_slope), &solution)
