@@ -8,6 +8,8 @@ pub mod library;
 pub mod papers;
 pub mod problem;
 pub mod sao;
+#[cfg(feature = "report")]
+pub mod report;
 pub mod scalar;
 pub mod subproblem;
 

@@ -7,7 +7,7 @@ use super::{
 use crate::approximation::{ApproximateProblem, Approximation, Known, Linear};
 use crate::error::Result;
 use crate::problem::{Evaluation, Problem, Responses, Sensitivities, Values};
-use crate::subproblem::{Conic, Solution, SubproblemSolver};
+use crate::subproblem::{Automatic, Solution, SubproblemSolver};
 use nalgebra::DMatrix;
 
 /// A method: a filling of interchangeable parts. It holds settings only; what changes is in the [`State`].
@@ -33,7 +33,7 @@ impl Default for Method {
             approximation: Box::new(Linear),
             screening: Screening::default(),
             move_limits: Box::new(RelativeLimits::default()),
-            solver: Box::new(Conic::default()),
+            solver: Box::new(Automatic::default()),
             globalization: Box::new(ErrorBased::default()),
             stop: Stop::default(),
         }
