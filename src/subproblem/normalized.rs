@@ -3,6 +3,7 @@
 use super::kkt::variable_scale;
 use super::solver::Candidate;
 use crate::error::Result;
+use crate::problem::separable::{Separable, Term};
 use crate::problem::{Gradients, Program, Structure, Values};
 use nalgebra::DMatrix;
 
@@ -114,6 +115,9 @@ impl Program for Normalized<'_> {
     fn structure(&self) -> Structure {
         self.program.structure()
     }
+    fn separable(&self) -> Option<&dyn Separable> {
+        self.program.separable().is_some().then_some(self as &dyn Separable)
+    }
     fn values(&self, z: &[f64]) -> Result<Values> {
         Ok(self.scaled(self.program.values(&self.outward(z))?))
     }
@@ -125,6 +129,29 @@ impl Program for Normalized<'_> {
         let h = self.program.lagrangian_hessian(&self.outward(z), &λ)?;
         let s = &self.variable;
         Ok(h.map(|h| DMatrix::from_fn(s.len(), s.len(), |i, j| h[(i, j)] * s[i] * s[j] / self.objective)))
+    }
+}
+
+/// Separable if the program is.
+impl Separable for Normalized<'_> {
+    fn constant(&self, i: usize) -> f64 {
+        self.separable_program().constant(i) / self.unit(i)
+    }
+
+    fn term(&self, i: usize, j: usize, z: f64) -> Term {
+        let (s, unit) = (self.variable[j], self.unit(i));
+        let t = self.separable_program().term(i, j, (z * s).clamp(self.program.lower()[j], self.program.upper()[j]));
+        Term { value: t.value / unit, slope: t.slope * s / unit, curvature: t.curvature * s * s / unit }
+    }
+}
+
+impl Normalized<'_> {
+    fn unit(&self, i: usize) -> f64 {
+        i.checked_sub(1).map_or(self.objective, |k| self.row[k])
+    }
+
+    fn separable_program(&self) -> &dyn Separable {
+        self.program.separable().expect("asked only of separable programs")
     }
 }
 

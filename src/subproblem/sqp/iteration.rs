@@ -18,7 +18,7 @@ const QUIET: usize = 4;
 const BOTTOMLESS: f64 = 1e9;
 
 /// The error of ours inside an error of argmin.
-pub(super) fn from_argmin(e: argmin::core::Error) -> Error {
+pub(in crate::subproblem) fn from_argmin(e: argmin::core::Error) -> Error {
     e.downcast::<Error>().unwrap_or_else(|e| Error::Subproblem {
         solver: "SQP",
         status: e.to_string(),

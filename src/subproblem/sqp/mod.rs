@@ -21,6 +21,7 @@ use super::{Conic, Evaluations, Solution, Status, elastic};
 use crate::error::{Error, Result};
 use crate::problem::Program;
 use argmin::core::Executor;
+pub(super) use iteration::from_argmin;
 pub use state::SqpState;
 use std::cell::Cell;
 
