@@ -7,9 +7,9 @@ pub mod library;
 #[cfg(feature = "report")]
 pub mod papers;
 pub mod problem;
-pub mod sao;
 #[cfg(feature = "report")]
 pub mod report;
+pub mod sao;
 pub mod scalar;
 pub mod subproblem;
 
