@@ -3,7 +3,9 @@
 
 use linkwright::problem::{Gradients, Program, Structure, Values};
 use linkwright::scalar::{Scalar, hessian, jacobian};
-use linkwright::subproblem::{Conic, Curvature, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver};
+use linkwright::subproblem::{
+    Conic, Curvature, MultiStart, QuadraticProgram, Race, Solution, Sqp, Status, SubproblemSolver,
+};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
@@ -346,4 +348,35 @@ fn each_setting_is_checked() {
     for (tolerance, iterations) in [(0.0, 10), (f64::NAN, 10), (1.0, 10), (1e-9, 0)] {
         assert!(matches!(Sqp::new(tolerance, iterations, Curvature::Exact), Err(Error::Option { .. })));
     }
+}
+
+model!(Wells, 0, |x| {
+    // Six-hump camel back (Dixon & Szegö 1978): global minimum −1.0316284535 at ±(0.0898, −0.7126).
+    let (a, b) = (x[0].powi(2), x[1].powi(2));
+    let f = (-a * 2.1 + a * a / 3.0 + 4.0) * a + x[0] * x[1] + (b * 4.0 - 4.0) * b;
+    (f, vec![x[0] - 1.9])
+});
+
+#[test]
+fn several_starts_find_the_deepest_well() {
+    let program = Smooth::new(Wells, vec![-2.0, -1.0], vec![2.0, 1.0]);
+    let one = Sqp::default().solve(&program, &[1.8, 0.9]).unwrap();
+    let solver = MultiStart::new(Sqp::default(), 12, 3).unwrap();
+    let best = solver.solve(&program, &[1.8, 0.9]).unwrap();
+    assert!((best.objective + 1.031_628_453_489_877).abs() < 1e-12, "{}", best.objective);
+    assert!(one.objective > best.objective && best.evaluations.gradients > one.evaluations.gradients);
+    assert_eq!(best, solver.solve(&program, &[1.8, 0.9]).unwrap());
+    assert!(matches!(MultiStart::new(Sqp::default(), 0, 3), Err(Error::Option { .. })));
+}
+
+#[test]
+fn a_race_compares_two_ways_to_the_same_solution() {
+    let program = Smooth::new(Hs71, vec![1.0; 4], vec![5.0; 4]);
+    let race = Race::new(Sqp::default(), Sqp::new(1e-10, 200, Curvature::QuasiNewton).unwrap());
+    let c = race.compare(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
+    assert!(c.agrees(1e-9) && c.variables < 1e-6 && c.multipliers < 1e-6, "{c:?}");
+    assert_eq!(c.better().status, Status::Solved);
+    // One solver that cannot take the program loses without harm.
+    let s = Race::new(Conic::default(), Sqp::default()).solve(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
+    assert_eq!(s.status, Status::Solved);
 }

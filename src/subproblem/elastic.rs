@@ -9,6 +9,7 @@ use super::Status;
 use super::kkt::variable_scale;
 use super::solver::Candidate;
 use crate::error::Result;
+use crate::problem::separable::{Separable, Term};
 use crate::problem::{Gradients, Program, Structure, Values};
 use nalgebra::DMatrix;
 
@@ -91,6 +92,9 @@ impl Program for Elastic<'_> {
             other => other,
         }
     }
+    fn separable(&self) -> Option<&dyn Separable> {
+        self.program.separable().is_some().then_some(self as &dyn Separable)
+    }
     fn values(&self, y: &[f64]) -> Result<Values> {
         let (t, x) = y.split_last().expect("t is the last variable");
         let v = self.program.values(x)?;
@@ -125,6 +129,36 @@ impl Program for Elastic<'_> {
         }
         let n = x.len();
         Ok(Some(h.insert_row(n, 0.0).insert_column(n, 0.0)))
+    }
+}
+
+/// Separable if the program is: t is one more variable with linear terms.
+impl Separable for Elastic<'_> {
+    fn constant(&self, i: usize) -> f64 {
+        let inner = self.separable_program();
+        match i.checked_sub(1) {
+            Some(k) => self.rows[k].1 * inner.constant(self.rows[k].0 + 1),
+            None if self.objective => inner.constant(0),
+            None => 0.0,
+        }
+    }
+
+    fn term(&self, i: usize, j: usize, x: f64) -> Term {
+        let linear = |slope: f64| Term { value: slope * x, slope, curvature: 0.0 };
+        let last = j + 1 == self.lower.len();
+        match i.checked_sub(1) {
+            Some(k) if last => linear(-self.weights[self.rows[k].0]),
+            Some(k) => Term::default().plus(self.rows[k].1, self.separable_program().term(self.rows[k].0 + 1, j, x)),
+            None if last => linear(self.penalty),
+            None if self.objective => self.separable_program().term(0, j, x),
+            None => Term::default(),
+        }
+    }
+}
+
+impl Elastic<'_> {
+    fn separable_program(&self) -> &dyn Separable {
+        self.program.separable().expect("asked only of separable programs")
     }
 }
 

@@ -99,7 +99,9 @@ impl KktResidual {
             let product = |μ: f64, gap: f64| if μ == 0.0 { 0.0 } else { (μ * gap).abs() };
             complementarity = complementarity.max(product(l, x[j] - lower[j])).max(product(u, upper[j] - x[j]));
         }
-        let relative = |v: f64| if v == 0.0 { 0.0 } else { v / unit.max(f64::MIN_POSITIVE) };
+        // A constant objective and rows of zeros have no unit.
+        let unit = if unit > 0.0 { unit } else { 1.0 };
+        let relative = |v: f64| v / unit;
         residual.stationarity = relative(largest(scale.iter().zip(&slope).map(|(s, g)| s * g)));
         residual.dual = relative(dual);
         residual.complementarity = relative(complementarity);

@@ -55,6 +55,17 @@ pub struct Evaluations {
     pub hessians: usize,
 }
 
+impl std::ops::Add for Evaluations {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            values: self.values + other.values,
+            gradients: self.gradients + other.gradients,
+            hessians: self.hessians + other.hessians,
+        }
+    }
+}
+
 /// A point, its multipliers and how good they are.
 ///
 /// The multipliers belong to L = f + Σ λᵢ gᵢ − Σ μₗ (x − l) + Σ μᵤ (x − u) (or its relaxation g ≤ t). They are

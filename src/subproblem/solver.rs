@@ -2,7 +2,7 @@
 
 use super::{Evaluations, KktResidual, Solution, Status};
 use crate::error::{Error, Result};
-use crate::problem::Program;
+use crate::problem::{Gradients, Program};
 
 /// A solver of mathematical programs: a value that holds settings only.
 ///
@@ -33,9 +33,15 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// The solution with values and KKT residual, which are evaluated here and not counted.
-    pub fn judged(self, program: &dyn Program, start: &[f64], evaluations: Evaluations) -> Result<Solution> {
-        let gradients = program.gradients(&self.x)?;
+    /// The solution with values and KKT residual, from `gradients` at the point and the objective's slope at the start.
+    pub fn judged(
+        self,
+        program: &dyn Program,
+        start: &[f64],
+        evaluations: Evaluations,
+        gradients: &Gradients,
+        first: Option<&[f64]>,
+    ) -> Solution {
         let mut solution = Solution {
             objective: gradients.values.objective,
             rows: gradients.values.rows.clone(),
@@ -50,8 +56,22 @@ impl Candidate {
             relaxed_rows: self.relaxation.unwrap_or_default(),
             kkt: KktResidual::default(),
         };
-        solution.kkt = KktResidual::of(program, start, &solution)?;
-        Ok(solution)
+        solution.kkt = KktResidual::from_gradients(program, start, gradients, first, &solution);
+        solution
+    }
+}
+
+impl From<Solution> for Candidate {
+    fn from(s: Solution) -> Self {
+        Self {
+            x: s.x,
+            multipliers: s.multipliers,
+            lower: s.lower_multipliers,
+            upper: s.upper_multipliers,
+            iterations: s.iterations,
+            status: s.status,
+            relaxation: s.relaxation.map(|_| s.relaxed_rows),
+        }
     }
 }
 
@@ -78,7 +98,7 @@ pub(crate) fn feasible_start(program: &dyn Program, start: &[f64]) -> Result<Vec
 }
 
 /// An error unless objective, rows and their gradients at `x` are finite and of the right length.
-pub(crate) fn check_finite(program: &dyn Program, x: &[f64], g: &crate::problem::Gradients) -> Result<()> {
+pub(crate) fn check_finite(program: &dyn Program, x: &[f64], g: &Gradients) -> Result<()> {
     let (n, m) = (program.variables(), program.rows());
     Error::check_length("gradient of the objective", n, g.objective.len())?;
     Error::check_length("rows of the subproblem", m, g.values.rows.len())?;

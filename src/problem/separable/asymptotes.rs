@@ -71,6 +71,18 @@ impl Separable for MovingAsymptotes {
         term(self.p[k], self.q[k], x - self.low[j], self.high[j] - x)
     }
 
+    fn terms(&self, j: usize, x: f64, out: &mut [Term]) {
+        let k = j * self.constants.len();
+        let (a, b) = (1.0 / (self.high[j] - x), 1.0 / (x - self.low[j]));
+        let (a2, b2) = (a * a, b * b);
+        let (p, q) = (&self.p[k..k + out.len()], &self.q[k..k + out.len()]);
+        for ((t, p), q) in out.iter_mut().zip(p).zip(q) {
+            t.value = p * a + q * b;
+            t.slope = p * a2 - q * b2;
+            t.curvature = 2.0 * (p * a2 * a + q * b2 * b);
+        }
+    }
+
     fn weighted(&self, j: usize, x: f64, weights: &[f64]) -> Term {
         let (p, q) = self.sums(j, weights);
         term(p, q, x - self.low[j], self.high[j] - x)

@@ -55,6 +55,11 @@ pub trait Separable: Program {
     /// fᵢⱼ at `x`, i = 0 … m, j = 0 … n − 1.
     fn term(&self, i: usize, j: usize, x: f64) -> Term;
 
+    /// fᵢⱼ at `x` for all i, into `out` of length 1 + m.
+    fn terms(&self, j: usize, x: f64, out: &mut [Term]) {
+        out.iter_mut().enumerate().for_each(|(i, t)| *t = self.term(i, j, x));
+    }
+
     /// Σ wᵢ fᵢⱼ at `x`; `weights` has length 1 + m.
     fn weighted(&self, j: usize, x: f64, weights: &[f64]) -> Term {
         let add = |sum: Term, (i, &w): (usize, &f64)| if w == 0.0 { sum } else { sum.plus(w, self.term(i, j, x)) };
@@ -119,11 +124,10 @@ pub(crate) fn values(program: &(impl Separable + ?Sized), x: &[f64]) -> Result<V
         .par_chunks(CHUNK)
         .enumerate()
         .map(|(c, part)| {
-            let mut sums = vec![0.0; m + 1];
+            let (mut sums, mut terms) = (vec![0.0; m + 1], vec![Term::default(); m + 1]);
             for (k, &v) in part.iter().enumerate() {
-                for (i, sum) in sums.iter_mut().enumerate() {
-                    *sum += program.term(i, c * CHUNK + k, v).value;
-                }
+                program.terms(c * CHUNK + k, v, &mut terms);
+                sums.iter_mut().zip(&terms).for_each(|(sum, t)| *sum += t.value);
             }
             sums
         })
@@ -136,13 +140,22 @@ pub(crate) fn values(program: &(impl Separable + ?Sized), x: &[f64]) -> Result<V
 pub(crate) fn gradients(program: &(impl Separable + ?Sized), x: &[f64]) -> Result<Gradients> {
     let values = values(program, x)?;
     let (n, m) = (x.len(), program.rows());
-    let mut rows = DMatrix::zeros(m, n);
-    if m > 0 {
-        rows.as_mut_slice().par_chunks_mut(m).enumerate().for_each(|(j, column)| {
-            column.iter_mut().enumerate().for_each(|(i, v)| *v = program.term(i + 1, j, x[j]).slope);
-        });
+    let (mut rows, mut objective) = (DMatrix::zeros(m, n), vec![0.0; n]);
+    let columns = rows.as_mut_slice().par_chunks_mut(CHUNK * m.max(1));
+    // Without rows there are no column chunks: the objective alone.
+    if m == 0 {
+        objective.par_iter_mut().enumerate().for_each(|(j, g)| *g = program.term(0, j, x[j]).slope);
+        return Ok(Gradients { values, objective, rows });
     }
-    let objective = (0..n).into_par_iter().map(|j| program.term(0, j, x[j]).slope).collect();
+    columns.zip(objective.par_chunks_mut(CHUNK)).enumerate().for_each(|(c, (columns, slopes))| {
+        let mut terms = vec![Term::default(); m + 1];
+        for (k, (column, slope)) in columns.chunks_mut(m).zip(slopes).enumerate() {
+            let j = c * CHUNK + k;
+            program.terms(j, x[j], &mut terms);
+            *slope = terms[0].slope;
+            column.iter_mut().zip(&terms[1..]).for_each(|(v, t)| *v = t.slope);
+        }
+    });
     Ok(Gradients { values, objective, rows })
 }
 

@@ -90,8 +90,10 @@ impl Conic {
             let plain = |p: &dyn Program, x: &[f64]| self.candidate(&QuadraticProgram::of(p, x)?);
             candidate = elastic::settle(&matrices, &matrices.center, candidate, &plain)?;
         }
-        let evaluations = Evaluations { values: 0, gradients: 1, hessians: usize::from(matrices.hessian.is_some()) };
-        let mut solution = candidate.judged(program, &matrices.center, evaluations)?;
+        let evaluations = Evaluations { values: 0, gradients: 2, hessians: usize::from(matrices.hessian.is_some()) };
+        let gradients = program.gradients(&candidate.x)?;
+        let first = Some(matrices.gradient.as_slice());
+        let mut solution = candidate.judged(program, &matrices.center, evaluations, &gradients, first);
         solution.status = supported(solution.status, &solution.kkt, SUPPORTED);
         Ok(Some(solution))
     }

@@ -15,10 +15,10 @@ use nalgebra::DVector;
 /// Steps without measurable gain before a run stops.
 const QUIET: usize = 4;
 /// Decrease of the objective, in units of its change over the scales of the variables, that counts as bottomless.
-const BOTTOMLESS: f64 = 1e14;
+const BOTTOMLESS: f64 = 1e9;
 
 /// The error of ours inside an error of argmin.
-pub(super) fn from_argmin(e: argmin::core::Error) -> Error {
+pub(in crate::subproblem) fn from_argmin(e: argmin::core::Error) -> Error {
     e.downcast::<Error>().unwrap_or_else(|e| Error::Subproblem {
         solver: "SQP",
         status: e.to_string(),
@@ -58,7 +58,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         state.violation = violation(program, &state.rows);
         let qp = step::linearized(program, &state);
         let Some(full) = step::full_step(&qp, &self.conic, &state, guessed_penalty(program, &state))? else {
-            return Ok((stopped(state, Status::Stalled), None));
+            return Ok((without_progress(program, state, exact), None));
         };
         state.was_elastic = full.left > 0.0;
         take_multipliers(&mut state, &full);
@@ -197,7 +197,7 @@ fn learn(program: &dyn Program, state: &mut SqpState, x: &[f64], g: &Gradients) 
     curvature::damped_bfgs(&mut state.curvature, &d, &y);
 }
 
-/// Without an acceptable step: once more with fresh curvature, or the end.
+/// Without a quadratic program that can be solved or an acceptable step: once more with fresh curvature, or the end.
 fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool) -> SqpState {
     if exact || state.fresh {
         return stopped(state, Status::Stalled);
