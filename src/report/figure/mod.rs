@@ -59,12 +59,13 @@ pub struct Figure {
     height: f64,
     columns: usize,
     panels: Vec<Panel>,
+    colour_bar: Option<ColourBar>,
 }
 
 impl Figure {
     /// An empty figure; width and height in millimetres.
     pub fn new(description: impl Into<String>, width: f64, height: f64) -> Self {
-        Self { description: description.into(), width, height, columns: 1, panels: Vec::new() }
+        Self { description: description.into(), width, height, columns: 1, panels: Vec::new(), colour_bar: None }
     }
 
     /// The same figure with one more panel, to the right of the last or below it.
@@ -76,6 +77,16 @@ impl Figure {
     /// The same figure with its panels in the given number of columns.
     pub fn in_columns(self, columns: usize) -> Self {
         Self { columns: columns.max(1), ..self }
+    }
+
+    /// The same figure with a scale of colours on its right.
+    pub fn with_colour_bar(self, bar: ColourBar) -> Self {
+        Self { colour_bar: Some(bar), ..self }
+    }
+
+    /// The same figure in another size; width and height in millimetres.
+    pub fn sized(self, width: f64, height: f64) -> Self {
+        Self { width, height, ..self }
     }
 
     /// The panels, row by row.
@@ -98,10 +109,19 @@ impl Figure {
         let outers: Vec<Area> = (0..self.panels.len()).map(|k| self.outer(k)).collect();
         let margins: Vec<Margins> =
             self.panels.iter().zip(&outers).map(|(panel, &outer)| Margins::around(panel, outer)).collect();
+        let mut insides: Vec<Area> = Vec::with_capacity(self.panels.len());
         for (k, panel) in self.panels.iter().enumerate() {
             let column = margins.iter().skip(k % self.columns).step_by(self.columns);
             let aligned = column.fold(margins[k], |all, &other| all.union(other));
-            draw::panel(&mut svg, panel, aligned.inside(outers[k]), outers[k]);
+            insides.push(aligned.inside(outers[k]));
+            draw::panel(&mut svg, panel, insides[k], outers[k]);
+        }
+        if let (Some(bar), Some(first), Some(last)) = (&self.colour_bar, insides.first(), insides.last()) {
+            bar::draw(
+                &mut svg,
+                bar,
+                Area { height: last.bottom() - first.top, left: last.left, width: last.width, ..*first },
+            );
         }
         Ok(svg.finish(self.width, self.height, &markup::plain(&self.description)))
     }
@@ -114,10 +134,13 @@ impl Figure {
     }
 
     fn outer(&self, k: usize) -> Area {
-        let rows = self.panels.len().div_ceil(self.columns);
-        let width = self.width * style::POINTS_PER_MM / self.columns as f64;
-        let height = self.height * style::POINTS_PER_MM / rows as f64;
-        Area { left: width * (k % self.columns) as f64, top: height * (k / self.columns) as f64, width, height }
+        let bar = self.colour_bar.as_ref().map_or(0.0, bar::room);
+        let width = (self.width * style::POINTS_PER_MM - bar) / self.columns as f64;
+        let shares: Vec<f64> = self.panels.chunks(self.columns).map(|row| row[0].share).collect();
+        let unit = self.height * style::POINTS_PER_MM / shares.iter().sum::<f64>();
+        let (row, column) = (k / self.columns, k % self.columns);
+        let top = unit * shares[..row].iter().sum::<f64>();
+        Area { left: width * column as f64, top, width, height: unit * shares[row] }
     }
 
     fn check(&self) -> Result<()> {
@@ -125,6 +148,10 @@ impl Figure {
             Error::check_option(option, "from 10 to 2000 mm", size, (10.0..=2000.0).contains(&size))?;
         }
         check::not_empty("panels of the figure", self.panels.len())?;
+        for panel in &self.panels {
+            let share = panel.share;
+            Error::check_option("share of a panel", "positive and finite", share, share > 0.0 && share.is_finite())?;
+        }
         for axis in self.panels.iter().flat_map(|panel| [&panel.x, &panel.y]) {
             let [low, high] = axis.limits.unwrap_or([1.0, 2.0]);
             let positive = axis.scale == Scale::Linear || low > 0.0;

@@ -1,7 +1,7 @@
-//! Where the label of a contour stands.
+//! Where notes and the labels of contours stand.
 
 use super::mark::{Anchor, Kind};
-use super::svg::{Lettering, Svg};
+use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{Colour, Panel, markup, style};
 
@@ -16,6 +16,50 @@ pub(crate) fn taken(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
         }
     }
     taken
+}
+
+/// Points all along what is drawn, about three points apart on paper; a marker or a text weighs as much as a long line.
+pub(crate) fn busy(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
+    const WEIGHT: usize = 12;
+    let mut busy = Vec::new();
+    for mark in &panel.marks {
+        match &mark.kind {
+            Kind::Curves { curves, .. } | Kind::Hatching { curves, .. } => {
+                for piece in curves.iter().flat_map(|curve| view.place_curve(curve)) {
+                    busy.extend(along(&piece, 3.0).into_iter().map(|(at, _)| at));
+                }
+            }
+            Kind::Points { at, .. } => {
+                busy.extend(at.iter().filter_map(|&p| view.place(p)).flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
+            }
+            Kind::Text { at, .. } | Kind::Symbol { at, .. } => {
+                busy.extend(view.place(*at).into_iter().flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
+            }
+            _ => {}
+        }
+    }
+    busy
+}
+
+/// Where a note of the given width beside `at` covers least: the left end of its baseline.
+pub(crate) fn beside(at: [f64; 2], width: f64, size: f64, busy: &[[f64; 2]], view: &View) -> [f64; 2] {
+    let height = 0.75 * size;
+    let spot = |k: usize| {
+        let distance = if k < 16 { 4.0 } else { 8.0 };
+        let (s, c) = (k as f64 * std::f64::consts::TAU / 16.0).sin_cos();
+        let middle = [at[0] + c * (distance + width / 2.0), at[1] - s * (distance + height / 2.0)];
+        Area { left: middle[0] - width / 2.0, top: middle[1] - height / 2.0, width, height }
+    };
+    let cost = |k: usize| {
+        let Area { left, top, width, height } = spot(k);
+        let rim = Area { left: left - 1.5, top: top - 1.5, width: width + 3.0, height: height + 3.0 };
+        let covered = busy.iter().filter(|&&p| rim.contains(p)).count();
+        let inside = view.area.contains([rim.left, rim.top]) && view.area.contains([rim.right(), rim.bottom()]);
+        3 * covered + usize::from(!inside) * 30 + usize::from(k >= 16)
+    };
+    // To the upper right first, as in a map.
+    let place = (0..32).map(|k| (k & 16) | ((k + 2) & 15)).min_by_key(|&k| cost(k)).map_or(spot(2), spot);
+    [place.left, place.bottom()]
 }
 
 /// Places on a polyline `step` points apart, with the direction there.

@@ -44,12 +44,13 @@ pub fn convergence(data: &Convergence) -> Result<Figure> {
     let mut top = Panel::new(shown, scale(Axis::of(&data.objective), logarithmic)).legend(Legend::Absent);
     add_series(&mut top, data, data.objective_values, 0, None);
     let figure =
-        Figure::new("Convergence of the optimization", 85.0, if data.measures.is_empty() { 60.0 } else { 105.0 });
+        Figure::new("Convergence of the optimization", 85.0, if data.measures.is_empty() { 60.0 } else { 110.0 });
     if data.measures.is_empty() {
         return Ok(figure.with(top));
     }
     let [low, high] = limits(data.measures);
-    let mut bottom = Panel::new(cycle(), Axis::of(&data.measure).logarithmic().limits(low, high)).legend(Legend::Below);
+    let mut bottom =
+        Panel::new(cycle(), Axis::of(&data.measure).logarithmic().limits(low, high)).legend(Legend::Below).share(1.5);
     for (k, measure) in data.measures.iter().enumerate() {
         let floored: Vec<f64> = measure.values.iter().map(|&v| if v > 0.0 { v } else { 0.0 }).collect();
         add_series(&mut bottom, data, &floored, k, Some(measure.name));
