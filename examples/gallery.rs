@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use linkwright::Result;
+use linkwright::report::animation::{Animation, Scene};
 use linkwright::report::figure::{Figure, Grid, Quantity};
 use linkwright::report::picture::*;
 
@@ -117,9 +118,12 @@ fn figure_4() -> Result<Figure> {
     })
 }
 
-/// The optimum of Table IV and its linkage at crank rotation `gamma`.
-fn slider_crank(gamma: f64) -> ([f64; 2], Linkage) {
-    let b = [9.3878, 30.0, -6.65, 12.7149, 8.2239, 9.4622, 0.82156, 0.91597];
+/// The optimum behind Table IV, and a start from which the run looks like it.
+const OPTIMUM: [f64; 8] = [9.3878, 30.0, -6.65, 12.7149, 8.2239, 9.4622, 0.82156, 0.91597];
+const START: [f64; 8] = [7.6, 24.0, -2.2, 19.0, 6.6, 4.9, 1.9, 2.39];
+
+/// The coupler point and the linkage of a design of Section 6.2 at crank rotation `gamma`.
+fn slider_crank(b: &[f64; 8], gamma: f64) -> ([f64; 2], Linkage) {
     let ground = [b[4], b[5]];
     let pin = [ground[0] + b[0] * (b[7] + gamma).cos(), ground[1] + b[0] * (b[7] + gamma).sin()];
     let theta = ((b[2] - pin[1]) / b[1]).asin();
@@ -137,17 +141,35 @@ fn slider_crank(gamma: f64) -> ([f64; 2], Linkage) {
     (point, linkage)
 }
 
+fn coupler_path(b: &[f64; 8]) -> Vec<[f64; 2]> {
+    (0..=180).map(|k| slider_crank(b, f64::from(2 * k).to_radians()).0).collect()
+}
+
 fn figure_6() -> Result<Figure> {
-    let curve: Vec<[f64; 2]> = (0..=180).map(|k| slider_crank(f64::from(2 * k).to_radians()).0).collect();
+    let curve = coupler_path(&OPTIMUM);
     let desired = [[26., 16.], [23., 16.], [20., 16.], [17., 16.], [14., 16.], [10., 13.], [20., 7.], [30., 13.]];
-    let reached = [0., 22., 44., 66., 88., 129., 221., 314.].map(|degrees: f64| slider_crank(degrees.to_radians()).0);
+    let reached =
+        [0., 22., 44., 66., 88., 129., 221., 314.].map(|degrees: f64| slider_crank(&OPTIMUM, degrees.to_radians()).0);
     coupler_curve(&CouplerCurve {
         axes: [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")],
         curves: &[("coupler curve at the optimum", &curve)],
         desired: &desired,
         reached: &reached,
-        linkage: Some(&slider_crank(0.0).1),
+        linkage: Some(&slider_crank(&OPTIMUM, 0.0).1),
     })
+}
+
+/// One turn of the crank in three seconds, first design beside the optimum.
+fn motion() -> Result<Animation> {
+    let times: Vec<f64> = (0..90).map(|k| f64::from(k) / 30.0).collect();
+    let scene = |title: &str, b: &[f64; 8]| Scene {
+        title: title.to_owned(),
+        frames: times.iter().map(|t| slider_crank(b, t * std::f64::consts::TAU / 3.0).1).collect(),
+        traces: vec![coupler_path(b)],
+    };
+    let axes = [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")];
+    let scenes = vec![scene("first design", &START), scene("optimum", &OPTIMUM)];
+    Animation::new("Slider-crank mechanism with its coupler curve", axes, times.clone(), scenes)
 }
 
 fn convergence_of_table_4() -> Result<Figure> {
@@ -230,7 +252,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(folder)?;
     let [acceleration, comfort] = figure_3_and_5()?;
     let axes = [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")];
-    let (here, there) = (slider_crank(0.0).1, slider_crank(2.2).1);
+    let (here, there) = (slider_crank(&OPTIMUM, 0.0).1, slider_crank(&OPTIMUM, 2.2).1);
     let pictures = [
         ("design_plane_acceleration", acceleration),
         ("design_plane_comfort", comfort),
@@ -246,5 +268,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         std::fs::write(folder.join(name).with_extension("svg"), figure.svg()?)?;
         std::fs::write(folder.join(name).with_extension("png"), figure.png(300.0)?)?;
     }
+    std::fs::write(folder.join("motion.html"), motion()?.page())?;
+    std::fs::write(folder.join("motion.gif"), motion()?.gif(96.0)?)?;
     Ok(())
 }

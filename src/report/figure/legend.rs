@@ -25,6 +25,7 @@ fn entry_width(name: &str) -> f64 {
 }
 
 const BETWEEN_COLUMNS: f64 = 9.0;
+const EDGE: f64 = 4.0;
 
 /// The widths of as many columns as fit; entries run from left to right.
 fn columns_below(panel: &Panel, width: f64) -> Vec<f64> {
@@ -32,7 +33,9 @@ fn columns_below(panel: &Panel, width: f64) -> Vec<f64> {
     let columns = |count: usize| -> Vec<f64> {
         (0..count).map(|c| widths.iter().skip(c).step_by(count).copied().fold(0.0, f64::max)).collect()
     };
-    let fits = |columns: &Vec<f64>| columns.iter().map(|w| w + BETWEEN_COLUMNS).sum::<f64>() - BETWEEN_COLUMNS <= width;
+    let fits = |columns: &Vec<f64>| {
+        columns.iter().map(|w| w + BETWEEN_COLUMNS).sum::<f64>() - BETWEEN_COLUMNS <= width - 2.0 * EDGE
+    };
     (1..=widths.len().min(4)).rev().map(columns).find(fits).unwrap_or_else(|| columns(1))
 }
 
@@ -47,7 +50,7 @@ pub(crate) fn below(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
     let total = columns.iter().map(|w| w + BETWEEN_COLUMNS).sum::<f64>() - BETWEEN_COLUMNS;
     // Centred under the frame, unless that would leave the paper.
     let middle = area.left + area.width / 2.0;
-    let left = (middle - total / 2.0).min(outer.right() - total).max(outer.left);
+    let left = (middle - total / 2.0).min(outer.right() - EDGE - total).max(outer.left + EDGE);
     for (k, (name, marks)) in entries(panel).into_iter().enumerate() {
         let (row, column) = (k / columns.len(), k % columns.len());
         let x = left + columns[..column].iter().map(|w| w + BETWEEN_COLUMNS).sum::<f64>();

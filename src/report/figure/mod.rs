@@ -42,7 +42,6 @@ pub use mark::{Anchor, Dash, Mark, Marker, Stroke, Symbol};
 pub use markup::literal;
 pub use panel::{ColourBar, Legend, Panel};
 
-pub(crate) use grid::spaced;
 pub(crate) use raster::pixels;
 pub(crate) use ticks::short;
 
@@ -162,5 +161,81 @@ impl Figure {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use resvg::{tiny_skia::Pixmap, usvg};
+
+    fn everything() -> Figure {
+        let grid = Grid::sample([0.1, 2.0], [0.1, 2.0], [20, 20], |x, y| x * y).unwrap();
+        let line = Stroke::solid(Colour::BLACK, 1.0);
+        let mut panel = Panel::new(Axis::new("*b*_1 & <more>", "N/m"), Axis::new("*σ*", "Pa").logarithmic());
+        panel.add(Mark::field(grid.clone(), ColourMap::Sequential, [0.0, 4.0]));
+        panel.add(Mark::hatching(contour(&grid, 1.0), line, 4.0).named("bound"));
+        panel.add(Mark::contour_label(contour(&grid, 2.0), "2", Colour::BLACK));
+        panel.add(Mark::rectangle([[0.5, 0.5], [1.0, 1.0]], line.dash(Dash::Dashed)));
+        panel.add(Mark::region([[0.5, 0.5], [1.0, 0.5], [1.0, 1.0]], Colour::SKY, 0.5).named("region"));
+        panel.add(Mark::curve([[0.2, 0.2], [1.0, -1.0], [f64::NAN, 1.0], [1.5, 0.3]], line).named("broken curve"));
+        let markers = [Marker::Circle, Marker::Disc, Marker::Square, Marker::Block, Marker::Diamond];
+        for (k, marker) in markers.into_iter().chain([Marker::Down, Marker::Cross, Marker::Plus]).enumerate() {
+            panel.add(Mark::points([[0.2 * (k + 1) as f64, 0.4]], marker, Colour::of_series(k), 4.0));
+        }
+        for symbol in [Symbol::Joint, Symbol::GroundJoint, Symbol::Slider(0.3)] {
+            panel.add(Mark::symbol([1.0, 1.0], symbol));
+        }
+        panel.add(Mark::note([1.0, 1.0], "a note")).add(Mark::text([0.3, 1.0], "a text", Anchor::End, [0.0, 4.0]));
+        let bar = ColourBar { quantity: Quantity::new("stress", "Pa"), map: ColourMap::Sequential, range: [0.0, 4.0] };
+        Figure::new("Everything *at* once", 85.0, 120.0)
+            .with(panel.clone())
+            .with(panel.legend(Legend::Below))
+            .with_colour_bar(bar)
+    }
+
+    #[test]
+    fn svg_is_well_formed_and_holds_its_texts() {
+        let svg = everything().svg().unwrap();
+        usvg::roxmltree::Document::parse(&svg).unwrap();
+        for text in ["Everything at once", "&amp; &lt;more&gt;", "broken curve", "a note", "a text", "stress"] {
+            assert!(svg.contains(text), "{text} is missing");
+        }
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+
+    #[test]
+    fn png_has_the_size_of_the_paper_and_ink_on_it() {
+        let pixmap = Pixmap::decode_png(&everything().png(144.0).unwrap()).unwrap();
+        let expected = [85.0, 120.0].map(|mm: f64| mm / 25.4 * 144.0);
+        assert!((f64::from(pixmap.width()) - expected[0]).abs() <= 1.0);
+        assert!((f64::from(pixmap.height()) - expected[1]).abs() <= 1.0);
+        let dark = pixmap.pixels().iter().filter(|p| p.red() < 100 && p.green() < 100).count();
+        assert!(dark > 2000, "{dark} dark pixels");
+    }
+
+    #[test]
+    fn text_is_painted_without_any_font_of_the_machine() {
+        let panel = |name: &str| Panel::new(Axis::new(name, ""), Axis::new("", ""));
+        let ink = |name: &str| {
+            let png = Figure::new("", 85.0, 60.0).with(panel(name)).png(144.0).unwrap();
+            Pixmap::decode_png(&png).unwrap().pixels().iter().filter(|p| p.red() < 100).count()
+        };
+        assert!(ink("*b*_1 Ωσ² [N m^{-1}]") > ink("") + 100);
+    }
+
+    #[test]
+    fn impossible_figures_are_refused() {
+        let panel = || Panel::new(Axis::new("x", ""), Axis::new("y", ""));
+        assert!(Figure::new("no panel", 85.0, 60.0).svg().is_err());
+        assert!(Figure::new("too small", 1.0, f64::NAN).with(panel()).svg().is_err());
+        assert!(Figure::new("too fine", 85.0, 60.0).with(panel()).png(1e9).is_err());
+        for limits in [[1.0, 1.0], [f64::NAN, 2.0], [2.0, 1.0], [0.0, f64::INFINITY]] {
+            let x = Axis::new("x", "").limits(limits[0], limits[1]);
+            assert!(Figure::new("limits", 85.0, 60.0).with(Panel::new(x, Axis::new("y", ""))).svg().is_err());
+        }
+        let zero = Panel::new(Axis::new("x", "").logarithmic().limits(0.0, 1.0), Axis::new("y", ""));
+        assert!(Figure::new("zero on a logarithmic scale", 85.0, 60.0).with(zero).svg().is_err());
+        assert!(Figure::new("empty axes are fine", 85.0, 60.0).with(panel()).svg().is_ok());
     }
 }

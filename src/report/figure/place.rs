@@ -5,12 +5,16 @@ use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{Colour, Panel, markup, style};
 
-/// Points of the paper that a label should leave free: markers, texts, signs.
+/// Points of the paper that a label should leave free: markers, texts, signs, hatched bounds.
 pub(crate) fn taken(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     let mut taken = Vec::new();
     for mark in &panel.marks {
         match &mark.kind {
             Kind::Points { at, .. } => taken.extend(at.iter().filter_map(|&p| view.place(p))),
+            Kind::Hatching { curves, .. } => {
+                let pieces = curves.iter().flat_map(|curve| view.place_curve(curve));
+                taken.extend(pieces.flat_map(|piece| along(&piece, 4.0)).map(|(at, _)| at));
+            }
             Kind::Text { at, .. } | Kind::Symbol { at, .. } => taken.extend(view.place(*at)),
             _ => {}
         }
@@ -102,8 +106,8 @@ pub(crate) fn contour_label(
             if edge < 3.0 || chord < 0.93 {
                 continue;
             }
-            let free = taken.iter().map(|&p| distance(p, at)).fold(60.0, f64::min);
-            let score = free.min(60.0) + 0.3 * edge.min(30.0) + 200.0 * chord;
+            let free = taken.iter().map(|&p| distance(p, at)).fold(45.0, f64::min);
+            let score = free + 0.3 * edge.min(30.0) + 200.0 * chord;
             if best.is_none_or(|b| score > b.0) {
                 best = Some((score, at, [to[0] - from[0], to[1] - from[1]]));
             }

@@ -82,7 +82,7 @@ impl View {
             (x, y) = (widened(x, unit * area.width), widened(y, unit * area.height));
         }
         let x_ticks = panel.x.ticks(x, (area.width / 38.0).max(2.0) as usize);
-        let y_ticks = panel.y.ticks(y, (area.height / 24.0).max(2.0) as usize);
+        let y_ticks = panel.y.ticks(y, (area.height / 20.0).max(2.0) as usize);
         Self { area, x, y, x_ticks, y_ticks, scales: [panel.x.scale, panel.y.scale] }
     }
 
@@ -91,10 +91,11 @@ impl View {
         if !(self.scales[0].shows(x) && self.scales[1].shows(y)) {
             return None;
         }
-        Some([
+        let place = [
             self.area.left + self.area.width * self.fraction(0, x),
             self.area.bottom() - self.area.height * self.fraction(1, y),
-        ])
+        ];
+        place.iter().all(|v| v.is_finite()).then_some(place)
     }
 
     /// The pieces of a curve on paper, broken where there is no place for a point.

@@ -13,7 +13,7 @@ pub struct Objective<'a> {
     pub name: &'a str,
     /// Its values.
     pub grid: &'a Grid,
-    /// The contours; with none, about eight round ones.
+    /// The contours; with none, about a dozen round ones.
     pub levels: &'a [f64],
 }
 
@@ -92,7 +92,7 @@ fn add_contours(panel: &mut Panel, objective: &Objective) {
     const LINE: Colour = Colour(105, 105, 105);
     let chosen;
     let levels = if objective.levels.is_empty() {
-        chosen = round_levels(objective.grid, 8);
+        chosen = round_levels(objective.grid, 12);
         &chosen
     } else {
         objective.levels

@@ -107,7 +107,7 @@ mod tests {
         let [low, high] = colours(&data).1;
         assert!(low == -high && (high - 3e7).abs() < 1e5);
         let svg = stress_field(&data).unwrap().svg().unwrap();
-        assert!(svg.contains(">coupler<") && svg.contains("crispEdges") && svg.contains("position"));
+        assert!(svg.contains(">coupler<") && svg.contains("position"));
         assert!(stress_field(&StressField { links: &[], marked: &[], ..data.clone() }).is_err());
         assert!(stress_field(&StressField { allowable: Some(f64::NAN), ..data.clone() }).is_err());
         assert!(stress_field(&StressField { marked: &[(1, [0.0, 0.0])], ..data }).is_err());

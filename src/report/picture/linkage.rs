@@ -55,7 +55,7 @@ impl Linkage {
         panel.extend(self.notes.iter().map(|(text, at)| Mark::note(*at, text)));
     }
 
-    fn extent(&self) -> Vec<[f64; 2]> {
+    pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
         let bodies = self.bars.iter().chain(&self.plates).flatten();
         let places = self.joints.iter().chain(&self.ground_joints).chain(self.guides.as_flattened());
         bodies.chain(places).copied().chain(self.sliders.iter().map(|slider| slider.0)).collect()
@@ -85,7 +85,7 @@ pub fn mechanism(axes: &[Quantity; 2], linkages: &[(&str, &Linkage)]) -> Result<
 }
 
 /// Limits that hold all values, with room for the signs of joints.
-fn window(values: impl Iterator<Item = f64>) -> [f64; 2] {
+pub(crate) fn window(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
     let margin = (0.1 * (high - low)).max(1e-3 * low.abs().max(high.abs())).max(1e-9);
     [low - margin, high + margin]
