@@ -5,3 +5,4 @@
 pub mod animation;
 pub mod figure;
 pub mod picture;
+pub mod table;

@@ -109,7 +109,8 @@ impl Animation {
             let title = format!("{} (*t* = {time} s)", literal(&scene.title));
             let mut panel = Panel::new(x_axis, y_axis).equal().titled(title).legend(Legend::Absent);
             panel.add(Mark::curves(scene.traces.clone(), Stroke::solid(Colour::BLUE, 0.6)));
-            scene.frames[frame].draw(&mut panel);
+            // Notes seek their own places and would jump from frame to frame.
+            Linkage { notes: Vec::new(), ..scene.frames[frame].clone() }.draw(&mut panel);
             figure = figure.with(panel);
         }
         figure

@@ -100,7 +100,7 @@ fn add_contours(panel: &mut Panel, objective: &Objective) {
     let mut labels = Vec::new();
     for &level in levels {
         let curves = contour(objective.grid, level);
-        panel.add(Mark::curves(curves.clone(), Stroke::solid(LINE, 0.6).dash(Dash::Dotted)).named(objective.name));
+        panel.add(Mark::curves(curves.clone(), Stroke::solid(LINE, 0.7).dash(Dash::Dotted)).named(objective.name));
         labels.push(Mark::contour_label(curves, short(level), Colour(60, 60, 60)));
     }
     panel.extend(labels);
