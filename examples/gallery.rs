@@ -265,8 +265,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("performance_profile", profile()?),
     ];
     for (name, figure) in pictures {
-        std::fs::write(folder.join(name).with_extension("svg"), figure.svg()?)?;
-        std::fs::write(folder.join(name).with_extension("png"), figure.png(300.0)?)?;
+        figure.save(folder, name)?;
     }
     std::fs::write(folder.join("motion.html"), motion()?.page())?;
     std::fs::write(folder.join("motion.gif"), motion()?.gif(96.0)?)?;

@@ -9,6 +9,8 @@
   const canvases = data.scenes.map((scene) => {
     const [section, title, canvas] = ["section", "h3", "canvas"].map((name) => document.createElement(name));
     title.textContent = scene.title;
+    const [width, height] = data.window.map(([low, high]) => high - low);
+    canvas.style.aspectRatio = Math.min(Math.max(width / height, 0.6), 2.5);
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", scene.title);
     section.append(title, canvas);

@@ -72,21 +72,23 @@ fn over_the_frame(svg: &mut Svg, mark: &Mark, view: &View, taken: &mut Vec<[f64;
     }
 }
 
-/// Notes go last: they avoid everything else and each other.
+/// Notes go last: they avoid everything else, and one that would cover another is left out.
 fn notes(svg: &mut Svg, panel: &Panel, view: &View, taken: &[[f64; 2]]) {
     let notes = panel.marks.iter().filter_map(|mark| match &mark.kind {
         Kind::Note { at, text } => view.place(*at).filter(|&p| view.area.contains(p)).map(|p| (p, text)),
         _ => None,
     });
     let mut busy: Option<Vec<[f64; 2]>> = None;
+    let mut written: Vec<Area> = Vec::new();
     for (at, text) in notes {
         let busy =
             busy.get_or_insert_with(|| place::busy(panel, view).into_iter().chain(taken.iter().copied()).collect());
         let width = markup::width(text, style::TICK_SIZE);
-        let [x, y] = place::beside(at, width, style::TICK_SIZE, busy, view);
-        svg.text([x, y], text, Lettering { rim: true, ..Lettering::new(style::TICK_SIZE, Anchor::Start) });
-        let middle = [x + width / 2.0, y - 0.37 * style::TICK_SIZE];
-        busy.extend(std::iter::repeat_n(middle, 12));
+        if let Some(spot) = place::beside(at, width, style::TICK_SIZE, busy, &written, view) {
+            let style = Lettering { rim: true, ..Lettering::new(style::TICK_SIZE, Anchor::Start) };
+            svg.text([spot.left, spot.bottom()], text, style);
+            written.push(spot);
+        }
     }
 }
 

@@ -158,7 +158,7 @@ impl Mark {
         Self::of(Kind::Text { at, text: text.into(), anchor, offset, colour, size })
     }
 
-    /// A text near a point, on the side where it covers least.
+    /// A text near a point, on the side where it covers least; left out where it would cover another one.
     pub fn note(at: [f64; 2], text: impl Into<String>) -> Self {
         Self::of(Kind::Note { at, text: text.into() })
     }

@@ -132,6 +132,23 @@ impl Figure {
         raster::png(&self.svg()?, resolution)
     }
 
+    /// Writes `name.svg` and `name.png` (300 pixels per inch) into a folder that exists.
+    ///
+    /// **Errors.** As [`Figure::svg`], and [`Error::File`] if a file cannot be written.
+    pub fn save(&self, folder: &std::path::Path, name: &str) -> Result<()> {
+        let write = |extension: &str, bytes: &[u8]| {
+            let file = folder.join(format!("{name}.{extension}"));
+            std::fs::write(&file, bytes).map_err(|e| Error::File {
+                file: file.display().to_string(),
+                why: e.to_string(),
+                remedy: "give a folder that exists and can be written".to_owned(),
+            })
+        };
+        let svg = self.svg()?;
+        write("svg", svg.as_bytes())?;
+        write("png", &raster::png(&svg, 300.0)?)
+    }
+
     fn outer(&self, k: usize) -> Area {
         let bar = self.colour_bar.as_ref().map_or(0.0, bar::room);
         let width = (self.width * style::POINTS_PER_MM - bar) / self.columns as f64;
@@ -222,6 +239,35 @@ mod tests {
             Pixmap::decode_png(&png).unwrap().pixels().iter().filter(|p| p.red() < 100).count()
         };
         assert!(ink("*b*_1 Ωσ² [N m^{-1}]") > ink("") + 100);
+    }
+
+    #[test]
+    fn both_files_are_saved_and_a_missing_folder_is_an_error() {
+        let folder = std::env::temp_dir().join(format!("linkwright-figure-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        everything().save(&folder, "all").unwrap();
+        assert!(std::fs::read(folder.join("all.png")).unwrap().starts_with(b"\x89PNG"));
+        assert!(std::fs::read_to_string(folder.join("all.svg")).unwrap().starts_with("<svg"));
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(matches!(everything().save(&folder, "all"), Err(Error::File { .. })));
+    }
+
+    #[test]
+    fn extreme_numbers_are_drawn_or_left_out() {
+        let line = Stroke::solid(Colour::BLACK, 1.0);
+        let ends = [f64::MAX, f64::MIN, f64::MIN_POSITIVE, 5e-324, 0.0, 1e16, 1e16 + 2.0, f64::INFINITY, f64::NAN];
+        for (a, b) in ends.iter().flat_map(|a| ends.iter().map(move |b| (*a, *b))) {
+            for logarithmic in [false, true] {
+                let axis =
+                    |name: &str| if logarithmic { Axis::new(name, "").logarithmic() } else { Axis::new(name, "") };
+                let mut panel = Panel::new(axis("x"), axis("y"));
+                panel.add(Mark::curve([[a, b], [b, a], [a, a]], line).named("extreme")).add(Mark::note([a, b], "here"));
+                panel.add(Mark::hatching(vec![vec![[a, b], [b, a]]], line, 4.0));
+                let svg = Figure::new("", 85.0, 60.0).with(panel).svg().unwrap();
+                usvg::roxmltree::Document::parse(&svg).unwrap();
+                assert!(svg.len() < 100_000 && !svg.contains("NaN\"") && !svg.contains("inf\""), "{a} {b}: {svg}");
+            }
+        }
     }
 
     #[test]

@@ -22,15 +22,15 @@ pub(crate) fn taken(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     taken
 }
 
-/// Points all along what is drawn, about three points apart on paper; a marker or a text weighs as much as a long line.
+/// Points all along what is drawn, a point or two apart on paper; a marker or a text weighs as much as a long line.
 pub(crate) fn busy(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
-    const WEIGHT: usize = 12;
+    const WEIGHT: usize = 20;
     let mut busy = Vec::new();
     for mark in &panel.marks {
         match &mark.kind {
             Kind::Curves { curves, .. } | Kind::Hatching { curves, .. } => {
                 for piece in curves.iter().flat_map(|curve| view.place_curve(curve)) {
-                    busy.extend(along(&piece, 3.0).into_iter().map(|(at, _)| at));
+                    busy.extend(along(&piece, 1.5).into_iter().map(|(at, _)| at));
                 }
             }
             Kind::Points { at, .. } => {
@@ -45,8 +45,15 @@ pub(crate) fn busy(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     busy
 }
 
-/// Where a note of the given width beside `at` covers least: the left end of its baseline.
-pub(crate) fn beside(at: [f64; 2], width: f64, size: f64, busy: &[[f64; 2]], view: &View) -> [f64; 2] {
+/// Where a note of the given width beside `at` covers least; `None` if it would cover another note wherever it stands.
+pub(crate) fn beside(
+    at: [f64; 2],
+    width: f64,
+    size: f64,
+    busy: &[[f64; 2]],
+    notes: &[Area],
+    view: &View,
+) -> Option<Area> {
     let height = 0.75 * size;
     let spot = |k: usize| {
         let distance = if k < 16 { 4.0 } else { 8.0 };
@@ -55,15 +62,14 @@ pub(crate) fn beside(at: [f64; 2], width: f64, size: f64, busy: &[[f64; 2]], vie
         Area { left: middle[0] - width / 2.0, top: middle[1] - height / 2.0, width, height }
     };
     let cost = |k: usize| {
-        let Area { left, top, width, height } = spot(k);
-        let rim = Area { left: left - 1.5, top: top - 1.5, width: width + 3.0, height: height + 3.0 };
+        let rim = spot(k).grown(2.5);
         let covered = busy.iter().filter(|&&p| rim.contains(p)).count();
         let inside = view.area.contains([rim.left, rim.top]) && view.area.contains([rim.right(), rim.bottom()]);
         3 * covered + usize::from(!inside) * 30 + usize::from(k >= 16)
     };
     // To the upper right first, as in a map.
-    let place = (0..32).map(|k| (k & 16) | ((k + 2) & 15)).min_by_key(|&k| cost(k)).map_or(spot(2), spot);
-    [place.left, place.bottom()]
+    let order = (0..32).map(|k| (k & 16) | ((k + 2) & 15));
+    order.filter(|&k| !notes.iter().any(|note| note.overlaps(spot(k)))).min_by_key(|&k| cost(k)).map(spot)
 }
 
 /// Places on a polyline `step` points apart, with the direction there.

@@ -26,6 +26,17 @@ impl Area {
         self.top + self.height
     }
 
+    /// The area with a rim around it.
+    pub fn grown(&self, rim: f64) -> Self {
+        let (width, height) = (self.width + 2.0 * rim, self.height + 2.0 * rim);
+        Self { left: self.left - rim, top: self.top - rim, width, height }
+    }
+
+    pub fn overlaps(&self, other: Self) -> bool {
+        let along = self.left < other.right() && other.left < self.right();
+        along && self.top < other.bottom() && other.top < self.bottom()
+    }
+
     pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
         let near = 1e-6;
         x >= self.left - near && x <= self.right() + near && y >= self.top - near && y <= self.bottom() + near

@@ -34,6 +34,9 @@ pub struct Comparison {
     pub differing: usize,
 }
 
+/// A row of ours and its printed counterpart.
+type RowPair<'a> = (Option<&'a Vec<Cell>>, Option<&'a Vec<String>>);
+
 impl fmt::Display for Comparison {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.write_str(&self.text)
@@ -78,7 +81,7 @@ impl Table {
     }
 
     /// Rows of both tables in order, with equal keys together wherever possible (longest common subsequence).
-    fn pairs<'a>(&'a self, printed: &'a Printed, keys: usize) -> Vec<(Option<&'a Vec<Cell>>, Option<&'a Vec<String>>)> {
+    fn pairs<'a>(&'a self, printed: &'a Printed, keys: usize) -> Vec<RowPair<'a>> {
         let (ours, theirs) = (&self.rows, &printed.rows);
         let same = |a: usize, b: usize| (0..keys).all(|c| agrees(&like(&ours[a][c], &theirs[b][c]), &theirs[b][c]));
         let mut longest = vec![vec![0; theirs.len() + 1]; ours.len() + 1];

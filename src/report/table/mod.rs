@@ -113,18 +113,47 @@ fn significant(value: f64) -> String {
     if (-3..5).contains(&exponent) { format!("{value:.*}", (4 - exponent) as usize) } else { scientific }
 }
 
-/// Columns aligned on the right under their names and a line.
+/// Columns aligned on the right under their names, which are broken at spaces and underscores, and a line.
 fn aligned(names: &[String], rows: &[Vec<String>]) -> String {
-    let width = |text: &str| text.chars().count();
-    let widths: Vec<usize> = (0..names.len())
-        .map(|c| rows.iter().map(|row| width(&row[c])).chain([width(&names[c])]).max().unwrap_or(0))
-        .collect();
-    let line = |cells: &[String]| -> String {
+    let cells: Vec<usize> =
+        (0..names.len()).map(|c| rows.iter().map(|row| width(&row[c])).max().unwrap_or(0)).collect();
+    let broken: Vec<Vec<String>> = names.iter().zip(&cells).map(|(name, &w)| broken(name, w.max(10))).collect();
+    let widths: Vec<usize> =
+        broken.iter().zip(&cells).map(|(parts, &w)| parts.iter().map(|p| width(p)).fold(w, usize::max)).collect();
+    let line = |cells: Vec<&str>| -> String {
         let padded = cells.iter().zip(&widths).map(|(cell, w)| format!("{}{cell}", " ".repeat(w - width(cell))));
         padded.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
     };
+    let height = broken.iter().map(Vec::len).max().unwrap_or(0);
+    // Names end just above the line.
+    let part = |parts: &'_ Vec<String>, k: usize| (k + parts.len()).checked_sub(height).map(|k| parts[k].clone());
+    let header = (0..height).map(|k| {
+        let parts: Vec<String> = broken.iter().map(|parts| part(parts, k).unwrap_or_default()).collect();
+        line(parts.iter().map(String::as_str).collect())
+    });
     let rule = "─".repeat(widths.iter().sum::<usize>() + 2 * widths.len().saturating_sub(1)) + "\n";
-    [line(names), rule].into_iter().chain(rows.iter().map(|row| line(row))).collect()
+    let body = rows.iter().map(|row| line(row.iter().map(String::as_str).collect()));
+    header.chain([rule]).chain(body).collect()
+}
+
+fn width(text: &str) -> usize {
+    text.chars().count()
+}
+
+/// A name in lines of at most `room` characters where spaces and underscores allow; underscores are read as spaces.
+fn broken(name: &str, room: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in name.split([' ', '_']).filter(|word| !word.is_empty()) {
+        let last = lines.len() - 1;
+        if lines[last].is_empty() {
+            lines[last].push_str(word);
+        } else if width(&lines[last]) + 1 + width(word) <= room {
+            lines[last] = format!("{} {word}", lines[last]);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines
 }
 
 #[cfg(test)]
@@ -146,6 +175,14 @@ mod tests {
         for (value, text) in cases {
             assert_eq!(significant(value), text);
         }
+    }
+
+    #[test]
+    fn long_names_are_broken() {
+        assert_eq!(broken("max_approximation_error_pct", 10), ["max", "approximation", "error pct"]);
+        let mut table = Table::new("t", ["active move_limits", "b"]);
+        table.push([2usize.into(), 1.5.into()]).unwrap();
+        assert_eq!(table.text(), "t\nactive\n  move\nlimits       b\n──────────────\n     2  1.5000\n");
     }
 
     #[test]
