@@ -98,8 +98,8 @@ impl Axis {
         Self { labelled: false, ..self }
     }
 
-    /// Limits that hold the data with a margin of 4 %, or the given ones.
-    pub(crate) fn span(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
+    /// Limits that hold the data with a margin (relative to their width), or the given ones.
+    pub(crate) fn span(&self, values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] {
         if let Some(limits) = self.limits {
             return limits;
         }
@@ -107,7 +107,7 @@ impl Axis {
         let [low, high] = shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
         let (low, high) = if low > high { (0.0, 1.0) } else { (low, high) };
         let margin = match high - low {
-            width if width > 1e-12 * low.abs().max(high.abs()) => 0.04 * width,
+            width if width > 1e-12 * low.abs().max(high.abs()) => margin * width,
             _ if low == 0.0 || self.scale == Scale::Logarithmic => 1.0,
             _ => 0.1 * low.abs(),
         };
