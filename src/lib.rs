@@ -1,7 +1,11 @@
 #![doc = "Design optimization of multibody systems by sequential approximation."]
+#[cfg(feature = "multibody")]
+pub mod analysis;
 pub mod error;
 #[cfg(feature = "multibody")]
 pub mod linalg;
+#[cfg(feature = "multibody")]
+pub mod multibody;
 pub mod problem;
 pub mod scalar;
 pub mod subproblem;

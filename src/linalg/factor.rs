@@ -87,7 +87,8 @@ mod tests {
             for (i, row) in rows.iter().enumerate() {
                 for &j in row {
                     let slot = matrix.slot(i, j);
-                    matrix.entries_mut()[slot] = if i == j { 3.0 + i as f64 } else { 0.5 + (i as f64 - 2.0 * j as f64).sin() };
+                    matrix.entries_mut()[slot] =
+                        if i == j { 3.0 + i as f64 } else { 0.5 + (i as f64 - 2.0 * j as f64).sin() };
                 }
             }
             matrix.factorize().unwrap();
