@@ -8,6 +8,8 @@ pub mod linalg;
 pub mod multibody;
 pub mod problem;
 pub mod scalar;
+#[cfg(feature = "multibody")]
+pub mod sensitivity;
 pub mod subproblem;
 
 pub use error::{Error, Result};

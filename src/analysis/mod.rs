@@ -18,6 +18,6 @@ pub mod state;
 pub mod system;
 
 pub use dynamics::{Dynamics, History, simulate};
-pub use generalized_alpha::{GeneralizedAlpha, Newton};
+pub use generalized_alpha::{GeneralizedAlpha, Integrator, Newton};
 pub use state::State;
 pub use system::System;

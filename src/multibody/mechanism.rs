@@ -241,6 +241,18 @@ impl<S: Scalar> Mechanism<S> {
         self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec() });
     }
 
+    /// Whether `other` has the same coordinates, elements and outputs, connected in the same way.
+    pub fn same_topology<T>(&self, other: &Mechanism<T>) -> bool {
+        let part = |(a, b): (&PartData<S>, &PartData<T>)| {
+            a.coordinates == b.coordinates && a.closures == b.closures && a.parameters.len() == b.parameters.len()
+        };
+        self.coordinates.len() == other.coordinates.len()
+            && self.parts.len() == other.parts.len()
+            && self.outputs.len() == other.outputs.len()
+            && self.parts.iter().zip(&other.parts).all(part)
+            && self.coordinates.iter().zip(&other.coordinates).all(|(a, b)| a.motion.is_some() == b.motion.is_some())
+    }
+
     /// Names of the outputs, in the order in which they were added.
     pub fn output_names(&self) -> Vec<String> {
         self.outputs.iter().map(|o| o.name.clone()).collect()
