@@ -136,6 +136,10 @@ fn shifted_solve(k: &DMatrix<f64>, r: &DVector<f64>, free: usize) -> Option<DVec
     if r.is_empty() {
         return Some(r.clone());
     }
+    // Every variable may stand at a bound: a system without unknowns is solved.
+    if r.is_empty() {
+        return Some(r.clone());
+    }
     let mut shifted = k.clone();
     for i in 0..k.nrows() {
         shifted[(i, i)] += if i < free { SHIFT } else { -SHIFT };

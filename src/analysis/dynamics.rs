@@ -1,0 +1,288 @@
+//! The motion of a mechanism over time.
+
+use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
+use super::sampling::{Sampler, interpolate};
+use super::start::{Assembly, Projection, assemble, make_velocities_consistent, solve_accelerations};
+use super::state::State;
+use super::system::System;
+use crate::multibody::Mechanism;
+use crate::{Error, Result};
+
+/// Accelerations at the start of the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InitialAcceleration {
+    /// Those of the equations of motion.
+    Consistent,
+    /// Zero, with zero multipliers: a mechanism at rest and unloaded.
+    Zero,
+}
+
+/// Lengths of the time steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepSize {
+    /// Steps of this length in s, cut in halves where Newton's iteration fails.
+    Fixed(f64),
+    /// Steps chosen so that the local error of positions stays near a tolerance.
+    Adaptive {
+        /// Tolerated local error of a position in m or rad.
+        tolerance: f64,
+        /// First step in s.
+        first: f64,
+        /// Longest step in s.
+        longest: f64,
+    },
+}
+
+/// Settings of a dynamic analysis by implicit steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dynamics {
+    /// Start of the motion in s.
+    pub start: f64,
+    /// The method.
+    pub scheme: GeneralizedAlpha,
+    /// Step sizes.
+    pub step: StepSize,
+    /// The iteration in a step.
+    pub newton: Newton,
+    /// Assembly of the initial positions.
+    pub assembly: Assembly,
+    /// Accelerations at the start.
+    pub initial: InitialAcceleration,
+    /// Velocity and acceleration of prescribed coordinates.
+    pub prescribed: Prescribed,
+}
+
+impl Dynamics {
+    /// Fixed steps of `h` seconds by the generalized-α method of spectral radius 0.9.
+    pub fn fixed(h: f64) -> Self {
+        Self {
+            start: 0.0,
+            scheme: GeneralizedAlpha::chung_hulbert(0.9).expect("0.9 is in range"),
+            step: StepSize::Fixed(h),
+            newton: Newton::default(),
+            assembly: Assembly::default(),
+            initial: InitialAcceleration::Consistent,
+            prescribed: Prescribed::Exact,
+        }
+    }
+
+    /// Adaptive steps with the given local error of positions.
+    pub fn adaptive(tolerance: f64) -> Self {
+        let step = StepSize::Adaptive { tolerance, first: 1e-4, longest: f64::INFINITY };
+        Self { step, ..Self::fixed(1.0) }
+    }
+
+    /// **Errors.** [`Error::Option`] if a setting is out of range, [`Error::Definition`] if times are not increasing.
+    pub fn check(&self, times: &[f64]) -> Result<()> {
+        let positive = |x: f64| x > 0.0 && !x.is_nan();
+        match self.step {
+            StepSize::Fixed(h) => Error::check_option("time step", "positive", h, positive(h) && h.is_finite())?,
+            StepSize::Adaptive { tolerance, first, longest } => {
+                Error::check_option("step tolerance", "positive", tolerance, positive(tolerance))?;
+                Error::check_option("first step", "positive", first, positive(first))?;
+                Error::check_option("longest step", "positive", longest, positive(longest))?;
+            }
+        }
+        Error::check_option("Newton tolerance", "positive", self.newton.tolerance, positive(self.newton.tolerance))?;
+        let first = times.first().copied().unwrap_or(self.start);
+        Error::check_option("first output time", "not before the start", first, first >= self.start)?;
+        if let Some(pair) = times.windows(2).find(|pair| !(pair[0] < pair[1])) {
+            let why = format!("{} s is followed by {} s", pair[0], pair[1]);
+            return Err(Error::definition("output times", why, "give increasing times"));
+        }
+        match times.last() {
+            Some(last) if !last.is_finite() => Error::check_option("last output time", "finite", *last, false),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Work done by an analysis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Time steps taken.
+    pub steps: usize,
+    /// Steps tried again with a smaller size.
+    pub failed_steps: usize,
+    /// Newton iterations: an assembly, a factorization and a solution each.
+    pub iterations: usize,
+}
+
+/// Outputs over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct History {
+    /// Names of the outputs.
+    pub names: Vec<String>,
+    /// Times in s.
+    pub times: Vec<f64>,
+    /// One series per output, one value per time.
+    pub values: Vec<Vec<f64>>,
+    /// The state at the last time.
+    pub last: State<f64>,
+    /// Work done.
+    pub work: Work,
+}
+
+impl History {
+    /// The series of the output `name`.
+    pub fn series(&self, name: &str) -> Option<&[f64]> {
+        self.names.iter().position(|n| n == name).map(|k| self.values[k].as_slice())
+    }
+}
+
+/// Simulates `mechanism` and records its outputs at `times` (increasing, s).
+///
+/// **Errors.** [`Error::Analysis`] naming element and time if the mechanism cannot be built, assembled or moved on.
+pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<History> {
+    let mut sampler = Sampler::new(mechanism);
+    let mut outputs = Vec::new();
+    let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
+    let mut run = Run::new(mechanism, settings, times)?;
+    let mut at = run.integrator.step.old.clone();
+    for &t in times {
+        run.reach(t)?;
+        interpolate(&run.integrator.step.old, &run.integrator.step.new, t, &mut at);
+        sampler.outputs(mechanism, &at, &mut outputs);
+        check_finite(mechanism, &outputs, t)?;
+        values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
+    }
+    let work = run.work();
+    Ok(History { names: mechanism.output_names(), times: times.to_vec(), values, last: at, work })
+}
+
+pub(crate) fn check_finite<T: crate::multibody::Real>(mechanism: &Mechanism<T>, outputs: &[T], t: f64) -> Result<()> {
+    outputs.iter().position(|value| !value.value().is_finite()).map_or(Ok(()), |k| {
+        let why = format!("the output is {} at t = {t:.6e} s", outputs[k].value());
+        Err(Error::analysis(&mechanism.outputs[k].name, why, "check the element that it measures"))
+    })
+}
+
+/// A running simulation: advanced time by time, by one step after the other.
+pub struct Run<'m> {
+    /// The integrator with the current step.
+    pub integrator: Integrator<'m>,
+    /// Multipliers of the initial projections.
+    pub projection: Projection,
+    settings: Dynamics,
+    end: f64,
+    next: f64,
+    steps: usize,
+    grid_steps: usize,
+    failed_steps: usize,
+}
+
+/// Smallest step in parts of the wanted one.
+const SMALLEST: f64 = 1.0 / 1024.0;
+
+impl<'m> Run<'m> {
+    /// Assembles the mechanism and puts it in its initial state.
+    pub fn new(mechanism: &'m Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<Self> {
+        settings.check(times)?;
+        let mut system = System::new(mechanism)?;
+        let mut state = State::built(mechanism, settings.start);
+        let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
+        projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
+        if settings.initial == InitialAcceleration::Consistent {
+            solve_accelerations(&mut system, mechanism, &mut state)?;
+        }
+        let (scheme, newton) = (settings.scheme, settings.newton);
+        let integrator = Integrator::new(mechanism, system, scheme, settings.prescribed, newton, state);
+        let next = match settings.step {
+            StepSize::Fixed(h) => h,
+            StepSize::Adaptive { first, longest, .. } => first.min(longest),
+        };
+        let end = times.last().copied().unwrap_or(settings.start);
+        let (steps, grid_steps, failed_steps) = (0, 0, 0);
+        Ok(Self { integrator, projection, settings: *settings, end, next, steps, grid_steps, failed_steps })
+    }
+
+    /// Takes steps until the current one ends at or after `t`.
+    pub fn reach(&mut self, t: f64) -> Result<()> {
+        while self.lags(t) {
+            self.advance()?;
+        }
+        Ok(())
+    }
+
+    /// Whether the current step ends before `t`.
+    pub fn lags(&self, t: f64) -> bool {
+        let new = self.integrator.step.new.t;
+        t - new > 1e-9 * (t - self.settings.start).abs().max(1e-300)
+    }
+
+    /// Takes one step. Returns its length in s.
+    pub fn advance(&mut self) -> Result<f64> {
+        if self.steps > 0 {
+            self.integrator.step.accept();
+        }
+        self.steps += 1;
+        match self.settings.step {
+            StepSize::Fixed(h) => self.advance_fixed(h),
+            StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest),
+        }
+    }
+
+    /// Goes to, or half-way, quarter-way … to, the next time of the grid.
+    fn advance_fixed(&mut self, h: f64) -> Result<f64> {
+        let target = self.settings.start + h * (self.grid_steps + 1) as f64;
+        let rest = target - self.integrator.step.old.t;
+        let mut tried = self.next.min(rest);
+        if rest - tried < 1e-6 * h {
+            tried = rest;
+        }
+        loop {
+            match self.integrator.solve(tried) {
+                Ok(()) => break,
+                Err(error) if tried < h * SMALLEST => return Err(error),
+                Err(_) => {
+                    self.failed_steps += 1;
+                    tried *= 0.5;
+                }
+            }
+        }
+        if tried == rest {
+            self.grid_steps += 1;
+            self.integrator.step.new.t = target;
+        }
+        self.next = (2.0 * tried).min(h);
+        Ok(tried)
+    }
+
+    fn advance_adaptive(&mut self, tolerance: f64, longest: f64) -> Result<f64> {
+        let wanted = self.next;
+        let mut tried = wanted;
+        loop {
+            let error = match self.integrator.solve(tried) {
+                Ok(()) => self.local_error(tried) / tolerance,
+                Err(error) if tried < wanted * SMALLEST * SMALLEST => return Err(error),
+                Err(_) => f64::INFINITY,
+            };
+            let growth = (0.9 * error.powf(-1.0 / 3.0)).clamp(0.25, 2.0);
+            if error <= 1.0 {
+                self.next = (tried * growth).min(longest);
+                return Ok(tried);
+            }
+            self.failed_steps += 1;
+            tried *= growth.min(0.9);
+        }
+    }
+
+    /// Local error of the positions: Newmark's h² |β − 1/6| times the change of the acceleration.
+    ///
+    /// **Source.** Zienkiewicz & Xie, *Earthq. Eng. Struct. Dyn.* 20 (1991) 871–887.
+    fn local_error(&self, h: f64) -> f64 {
+        let step = &self.integrator.step;
+        let changes = step.new.a.iter().zip(&step.old.a).map(|(new, old)| (new - old).abs());
+        h * h * (self.settings.scheme.beta - 1.0 / 6.0).abs() * changes.fold(0.0, f64::max)
+    }
+
+    /// Work so far.
+    pub fn work(&self) -> Work {
+        Work { steps: self.steps, failed_steps: self.failed_steps, iterations: self.integrator.iterations }
+    }
+
+    /// The last requested time.
+    pub fn end(&self) -> f64 {
+        self.end
+    }
+}

@@ -1,0 +1,245 @@
+//! Implicit time steps of second order on the index-3 equations.
+
+use super::state::State;
+use super::system::{Linearization, System, Unknown};
+use crate::multibody::{Mechanism, Real};
+use crate::{Error, Result};
+
+/// Coefficients of a generalized-α method.
+///
+/// With the auxiliary acceleration w, the steps are
+///
+/// $$ (1-\alpha_m) w_1 + \alpha_m w_0 = (1-\alpha_f)\ddot q_1 + \alpha_f \ddot q_0 $$
+/// $$ q_1 = q_0 + h\dot q_0 + h^2\left((\tfrac12-\beta) w_0 + \beta w_1\right),\qquad
+///    \dot q_1 = \dot q_0 + h\left((1-\gamma) w_0 + \gamma w_1\right) $$
+///
+/// and the equations of motion and the constraints hold at the end of the step. For a constant mass matrix and
+/// α_m = 0 this is the HHT-α method, M w₁ + (1−α) f(q₁) + α f(q₀) = 0.
+///
+/// **Source.** Arnold & Brüls, *Multibody Syst. Dyn.* 18 (2007) 185–202; Hilber, Hughes & Taylor, *Earthq. Eng.
+/// Struct. Dyn.* 5 (1977) 283–292; Chung & Hulbert, *J. Appl. Mech.* 60 (1993) 371–375.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GeneralizedAlpha {
+    /// Weight of the old auxiliary acceleration.
+    pub alpha_m: f64,
+    /// Weight of the old acceleration.
+    pub alpha_f: f64,
+    /// Newmark's position coefficient.
+    pub beta: f64,
+    /// Newmark's velocity coefficient.
+    pub gamma: f64,
+}
+
+impl GeneralizedAlpha {
+    /// HHT-α with `alpha` from 0 (no numerical damping) to 1/3.
+    pub fn hht(alpha: f64) -> Result<Self> {
+        Error::check_option("HHT alpha", "from 0 to 1/3", alpha, (0.0..=1.0 / 3.0).contains(&alpha))?;
+        Ok(Self::of(0.0, alpha))
+    }
+
+    /// The least damped method of spectral radius `rho` at infinite frequency, from 0 to 1.
+    pub fn chung_hulbert(rho: f64) -> Result<Self> {
+        Error::check_option("spectral radius", "from 0 to 1", rho, (0.0..=1.0).contains(&rho))?;
+        Ok(Self::of((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)))
+    }
+
+    fn of(alpha_m: f64, alpha_f: f64) -> Self {
+        let shift = alpha_f - alpha_m;
+        Self { alpha_m, alpha_f, beta: (1.0 + shift).powi(2) / 4.0, gamma: 0.5 + shift }
+    }
+
+    /// Change of the auxiliary acceleration with the new acceleration.
+    fn ratio(&self) -> f64 {
+        (1.0 - self.alpha_f) / (1.0 - self.alpha_m)
+    }
+
+    /// Change of position (s²) and velocity (s) with the new acceleration in a step `h`.
+    pub fn seeds(&self, h: f64) -> (f64, f64) {
+        (h * h * self.beta * self.ratio(), h * self.gamma * self.ratio())
+    }
+}
+
+/// How velocity and acceleration of a prescribed coordinate are had.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prescribed {
+    /// From the derivatives of the motion.
+    Exact,
+    /// From the positions at the steps by the method's own formulas.
+    Newmark,
+}
+
+/// Settings of the Newton iteration in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Newton {
+    /// Largest position correction (m or rad) of the last iteration.
+    pub tolerance: f64,
+    /// Most iterations.
+    pub iterations: usize,
+}
+
+impl Default for Newton {
+    fn default() -> Self {
+        Self { tolerance: 1e-9, iterations: 12 }
+    }
+}
+
+/// The two ends of a step, in any number type.
+#[derive(Clone, Debug)]
+pub struct Step<T> {
+    /// Beginning of the step.
+    pub old: State<T>,
+    /// End of the step.
+    pub new: State<T>,
+    old_auxiliary: Vec<T>,
+    new_auxiliary: Vec<T>,
+}
+
+impl<T: Real> Step<T> {
+    /// Before the first step.
+    pub fn from(start: State<T>) -> Self {
+        let auxiliary = start.a.clone();
+        Self { new: start.clone(), old: start, new_auxiliary: auxiliary.clone(), old_auxiliary: auxiliary }
+    }
+
+    /// The end becomes the beginning.
+    pub fn accept(&mut self) {
+        std::mem::swap(&mut self.old, &mut self.new);
+        std::mem::swap(&mut self.old_auxiliary, &mut self.new_auxiliary);
+    }
+
+    /// The end of a step `h` whose free accelerations are `self.new.a` and multipliers `self.new.l`.
+    pub fn march(&mut self, mechanism: &Mechanism<T>, scheme: &GeneralizedAlpha, prescribed: Prescribed, h: f64) {
+        self.new.t = self.old.t + h;
+        self.new.prescribe_positions(mechanism, prescribed);
+        let (ratio, share) = (scheme.ratio(), 1.0 / (1.0 - scheme.alpha_m));
+        for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
+            let (q0, v0, w0) = (self.old.q[i], self.old.v[i], self.old_auxiliary[i]);
+            let history = self.old.a[i] * (scheme.alpha_f * share) - w0 * (scheme.alpha_m * share);
+            let coast = q0 + v0 * h + w0 * (h * h * (0.5 - scheme.beta));
+            let w1 = match coordinate.motion {
+                Some(_) if prescribed == Prescribed::Newmark => (self.new.q[i] - coast) * (1.0 / (h * h * scheme.beta)),
+                _ => self.new.a[i] * ratio + history,
+            };
+            self.new_auxiliary[i] = w1;
+            match coordinate.motion {
+                Some(_) if prescribed == Prescribed::Exact => continue,
+                Some(_) => self.new.a[i] = (w1 - history) * (1.0 / ratio),
+                None => self.new.q[i] = coast + w1 * (h * h * scheme.beta),
+            }
+            self.new.v[i] = v0 + (w0 * (1.0 - scheme.gamma) + w1 * scheme.gamma) * h;
+        }
+    }
+
+    /// Adds the solution of a linear system: `change(equation)` in accelerations and multipliers.
+    pub fn correct(&mut self, system: &System, scheme: &GeneralizedAlpha, h: f64, change: impl Fn(usize) -> T) {
+        let (position, velocity) = scheme.seeds(h);
+        for (equation, unknown) in system.unknowns().iter().enumerate() {
+            let change = change(equation);
+            match *unknown {
+                Unknown::Multiplier(m) => self.new.l[m] += change,
+                Unknown::Coordinate(i) => {
+                    self.new.a[i] += change;
+                    self.new_auxiliary[i] += change * scheme.ratio();
+                    self.new.v[i] += change * velocity;
+                    self.new.q[i] += change * position;
+                }
+            }
+        }
+    }
+
+    /// Starts from the old accelerations and multipliers.
+    pub fn guess(&mut self) {
+        self.new.a.copy_from_slice(&self.old.a);
+        self.new.l.copy_from_slice(&self.old.l);
+    }
+}
+
+impl<T: Real> State<T> {
+    fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, how: Prescribed) {
+        for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
+            if let Some((motion, parameters)) = &coordinate.motion {
+                match how {
+                    Prescribed::Newmark => self.q[i] = T::position(motion.as_ref(), parameters, T::from(self.t)),
+                    Prescribed::Exact => {
+                        [self.q[i], self.v[i], self.a[i]] = T::motion(motion.as_ref(), parameters, self.t);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Takes steps in `f64` and keeps the factorization of the last one.
+pub struct Integrator<'m> {
+    /// The mechanism.
+    pub mechanism: &'m Mechanism<f64>,
+    /// Its equations; the factor is that of the last Newton iteration.
+    pub system: System,
+    /// The method.
+    pub scheme: GeneralizedAlpha,
+    /// How prescribed coordinates move.
+    pub prescribed: Prescribed,
+    /// Newton's settings.
+    pub newton: Newton,
+    /// The current step.
+    pub step: Step<f64>,
+    /// Newton iterations so far: each one assembly, factorization and solution.
+    pub iterations: usize,
+    rows: Vec<[f64; 1]>,
+}
+
+impl<'m> Integrator<'m> {
+    /// At the beginning, in the state `start`.
+    pub fn new(
+        mechanism: &'m Mechanism<f64>,
+        system: System,
+        scheme: GeneralizedAlpha,
+        prescribed: Prescribed,
+        newton: Newton,
+        start: State<f64>,
+    ) -> Self {
+        let rows = vec![[0.0]; system.size()];
+        Self { mechanism, system, scheme, prescribed, newton, step: Step::from(start), iterations: 0, rows }
+    }
+
+    /// Solves the step `h`; its end is then in `step.new`. A failed step leaves the beginning as it was.
+    ///
+    /// **Errors.** [`Error::Analysis`] naming the equation that resists and the time.
+    pub fn solve(&mut self, h: f64) -> Result<()> {
+        let (position, velocity) = self.scheme.seeds(h);
+        self.step.guess();
+        self.step.march(self.mechanism, &self.scheme, self.prescribed, h);
+        let how = Linearization::step(position, velocity);
+        for _ in 0..self.newton.iterations {
+            self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+            self.system.factorize(self.mechanism, self.step.new.t)?;
+            self.iterations += 1;
+            self.system.factor().solve(&mut self.rows);
+            let largest = self.largest_correction(position);
+            if !(largest < 1e6) {
+                break;
+            }
+            let rows = &self.rows;
+            self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
+            if largest <= self.newton.tolerance {
+                return Ok(());
+            }
+        }
+        Err(self.failure(how))
+    }
+
+    fn largest_correction(&self, position: f64) -> f64 {
+        let coordinate = |u: &Unknown| matches!(u, Unknown::Coordinate(_));
+        let sizes = self.system.unknowns().iter().zip(&self.rows).filter(|(u, _)| coordinate(u));
+        // NaN must not be lost in a maximum.
+        sizes.map(|(_, r)| (r[0] * position).abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+
+    fn failure(&mut self, how: Linearization) -> Error {
+        let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
+        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        let what = self.system.culprit(self.mechanism, &self.rows);
+        let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
+        Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")
+    }
+}

@@ -1,0 +1,23 @@
+//! What can be asked of a mechanism at one design.
+//!
+//! | file | what |
+//! |---|---|
+//! | `state` | positions, velocities, accelerations, multipliers |
+//! | `system` | the equations: numbering, residual, matrix |
+//! | `start` | assembly, consistent velocities and accelerations |
+//! | `generalized_alpha` | implicit time steps on the index-3 equations |
+//! | `sampling` | dense output, named outputs at requested times |
+//! | `dynamics` | the run over time |
+
+pub mod dynamics;
+mod four_bar;
+pub mod generalized_alpha;
+pub mod sampling;
+pub mod start;
+pub mod state;
+pub mod system;
+
+pub use dynamics::{Dynamics, History, simulate};
+pub use generalized_alpha::{GeneralizedAlpha, Integrator, Newton};
+pub use state::State;
+pub use system::System;

@@ -1,0 +1,156 @@
+//! Where a motion starts: assembled positions, consistent velocities and accelerations.
+
+use super::state::State;
+use super::system::{Linearization, System, Unknown};
+use crate::multibody::element::Room;
+use crate::multibody::{Jet, Mechanism, Real};
+use crate::{Error, Result};
+
+/// Settings of the assembly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Assembly {
+    /// Largest correction (m or rad) of the last iteration.
+    pub tolerance: f64,
+    /// Most iterations.
+    pub iterations: usize,
+}
+
+impl Default for Assembly {
+    fn default() -> Self {
+        Self { tolerance: 1e-12, iterations: 50 }
+    }
+}
+
+/// Multipliers of the two projections, needed for their derivatives.
+#[derive(Clone, Debug, Default)]
+pub struct Projection {
+    /// Of the positions.
+    pub position: Vec<f64>,
+    /// Of the velocities.
+    pub velocity: Vec<f64>,
+}
+
+/// Moves the free coordinates of `state` to the nearest point on the constraints, keeping the branch.
+///
+/// Minimizes ½ |q − q_guess|² subject to Φ(q, t) = 0 by Newton's method on the optimality conditions; a step is
+/// shortened when it would move anything by more than half a metre or radian.
+///
+/// **Errors.** [`Error::Analysis`] naming the joint that stays open.
+pub fn assemble(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    settings: Assembly,
+) -> Result<Projection> {
+    let mut rows = vec![[0.0]; system.size()];
+    if mechanism.multipliers == 0 {
+        return Ok(Projection::default());
+    }
+    let guess = state.q.clone();
+    state.l.fill(0.0);
+    for _ in 0..settings.iterations {
+        system.assemble(mechanism, state, Linearization::projection(), &mut rows);
+        for (row, unknown) in rows.iter_mut().zip(system.unknowns()) {
+            if let Unknown::Coordinate(i) = *unknown {
+                row[0] += state.q[i] - guess[i];
+            }
+        }
+        system.factorize(mechanism, state.t)?;
+        system.factor().solve(&mut rows);
+        let largest = apply(system, &rows, state);
+        if largest <= settings.tolerance {
+            let position = std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]);
+            return Ok(Projection { position, velocity: Vec::new() });
+        }
+    }
+    system.assemble(mechanism, state, Linearization::projection(), &mut rows);
+    let what = system.culprit(mechanism, &rows);
+    let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
+    Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
+}
+
+/// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
+fn apply(system: &System, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
+    let coordinate = |u: &Unknown| matches!(u, Unknown::Coordinate(_));
+    let sizes = system.unknowns().iter().zip(step).filter(|(u, _)| coordinate(u)).map(|(_, s)| s[0].abs());
+    let largest = sizes.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+    let part = if largest > 0.5 { 0.5 / largest } else { 1.0 };
+    for (unknown, change) in system.unknowns().iter().zip(step) {
+        match *unknown {
+            Unknown::Coordinate(i) => state.q[i] -= part * change[0],
+            Unknown::Multiplier(m) => state.l[m] -= part * change[0],
+        }
+    }
+    largest
+}
+
+/// Moves the free velocities to the nearest ones that the constraints allow: Φ_q v + Φ_t = 0.
+pub fn make_velocities_consistent(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+) -> Result<Vec<f64>> {
+    if mechanism.multipliers == 0 {
+        return Ok(Vec::new());
+    }
+    let mut rows = vec![[0.0]; system.size()];
+    let mut rates = vec![0.0; system.size()];
+    system.closure_rates(mechanism, state, 1, &mut Room::default(), &mut rates);
+    system.assemble(mechanism, state, Linearization::projection(), &mut rows);
+    system.factorize(mechanism, state.t)?;
+    rows.iter_mut().zip(&rates).for_each(|(row, rate)| row[0] = *rate);
+    system.factor().solve(&mut rows);
+    let mut multipliers = vec![0.0; mechanism.multipliers];
+    for (unknown, change) in system.unknowns().iter().zip(&rows) {
+        match *unknown {
+            Unknown::Coordinate(i) => state.v[i] -= change[0],
+            Unknown::Multiplier(m) => multipliers[m] = -change[0],
+        }
+    }
+    Ok(multipliers)
+}
+
+/// Solves for the free accelerations and the multipliers: M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
+///
+/// The factor of the saddle-point matrix stays in `system`.
+pub fn solve_accelerations(system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<()> {
+    let mut rows = vec![[0.0]; system.size()];
+    let mut rates = vec![0.0; system.size()];
+    state.l.fill(0.0);
+    for unknown in system.unknowns() {
+        if let Unknown::Coordinate(i) = *unknown {
+            state.a[i] = 0.0;
+        }
+    }
+    system.assemble(mechanism, state, Linearization::accelerations(), &mut rows);
+    system.closure_rates(mechanism, state, 2, &mut Room::default(), &mut rates);
+    system.factorize(mechanism, state.t)?;
+    for ((row, rate), unknown) in rows.iter_mut().zip(&rates).zip(system.unknowns()) {
+        if matches!(unknown, Unknown::Multiplier(_)) {
+            row[0] = *rate;
+        }
+    }
+    system.factor().solve(&mut rows);
+    for (unknown, change) in system.unknowns().iter().zip(&rows) {
+        match *unknown {
+            Unknown::Coordinate(i) => state.a[i] = -change[0],
+            Unknown::Multiplier(m) => state.l[m] = -change[0],
+        }
+    }
+    Ok(())
+}
+
+/// Rows of the acceleration problem in any number type: balance, and Φ̈ in the closure rows.
+pub fn acceleration_rows<T: Real>(
+    system: &System,
+    mechanism: &Mechanism<T>,
+    state: &State<T>,
+    room: &mut Room<T>,
+    jets: &mut Room<Jet<T>>,
+    rows: &mut [T],
+) where
+    Jet<T>: crate::multibody::Number,
+{
+    system.residual(mechanism, state, 1.0, room, rows);
+    system.closure_rates(mechanism, state, 2, jets, rows);
+}

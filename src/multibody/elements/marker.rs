@@ -1,0 +1,42 @@
+//! A sensor for the motion of a point of a body.
+
+use crate::multibody::element::{Element, Local};
+use crate::multibody::frame::{Frame, point_acceleration, point_velocity};
+use crate::multibody::mechanism::{Marker, Mechanism, Part};
+use crate::scalar::Scalar;
+
+/// Measures position, velocity and acceleration of a point of a body, and of the body's rotation.
+///
+/// Coordinates x, y, θ; parameters body-fixed x, y (m).
+#[derive(Clone, Copy, Debug)]
+pub struct MarkerSensor;
+
+impl Element for MarkerSensor {
+    fn residual<T: Scalar>(&self, _x: &Local<'_, T>, _balance: &mut [T], _closure: &mut [T]) {}
+
+    fn is_sensor(&self) -> bool {
+        true
+    }
+
+    fn measures(&self) -> &'static [&'static str] {
+        &["x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha"]
+    }
+
+    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+        let frame = Frame::of(x, 0);
+        let lever = frame.turned(x.p[0], x.p[1]);
+        [out[0], out[1]] = frame.point(lever);
+        out[2] = x.q[2];
+        [out[3], out[4]] = point_velocity(x, 0, lever);
+        out[5] = x.v[2];
+        [out[6], out[7]] = point_acceleration(x, 0, lever);
+        out[8] = x.a[2];
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Adds a sensor for the motion of a point.
+    pub fn sensor(&mut self, name: &str, marker: Marker<S>) -> Part {
+        self.add(name, MarkerSensor, &marker.body.coordinates(), &[marker.x, marker.y])
+    }
+}

@@ -1,0 +1,51 @@
+//! A pin that holds two points together.
+
+use crate::multibody::element::{Element, Local};
+use crate::multibody::frame::{Frame, add_force};
+use crate::multibody::mechanism::{Marker, Mechanism, Part};
+use crate::scalar::Scalar;
+
+/// A pin: the points A and B of two bodies coincide.
+///
+/// $$ \Phi = \mathbf r_A - \mathbf r_B = 0 ,\qquad \lambda = \text{force of A on B, in N} $$
+///
+/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and of B (m).
+/// Measures the reaction on body B.
+///
+/// **Source.** Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
+#[derive(Clone, Copy, Debug)]
+pub struct Revolute;
+
+impl Element for Revolute {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+        let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
+        let (ra, rb) = (a.turned(x.p[0], x.p[1]), b.turned(x.p[2], x.p[3]));
+        let (pa, pb) = (a.point(ra), b.point(rb));
+        closure[0] = pa[0] - pb[0];
+        closure[1] = pa[1] - pb[1];
+        add_force(balance, 0, ra, [x.l[0], x.l[1]]);
+        add_force(balance, 3, rb, [-x.l[0], -x.l[1]]);
+    }
+
+    fn closures(&self) -> usize {
+        2
+    }
+
+    fn measures(&self) -> &'static [&'static str] {
+        &["force_x", "force_y", "force"]
+    }
+
+    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+        (out[0], out[1]) = (x.l[0], x.l[1]);
+        out[2] = (x.l[0] * x.l[0] + x.l[1] * x.l[1]).sqrt();
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Pins the points `a` and `b` of two bodies together.
+    pub fn revolute(&mut self, name: &str, a: Marker<S>, b: Marker<S>) -> Part {
+        let [ax, ay, at] = a.body.coordinates();
+        let [bx, by, bt] = b.body.coordinates();
+        self.add(name, Revolute, &[ax, ay, at, bx, by, bt], &[a.x, a.y, b.x, b.y])
+    }
+}

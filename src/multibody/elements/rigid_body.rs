@@ -1,0 +1,49 @@
+//! A rigid body in absolute coordinates.
+
+use crate::multibody::element::{Element, Energy, Local};
+use crate::multibody::mechanism::{Body, Mechanism, Pose};
+use crate::scalar::Scalar;
+
+/// A rigid body whose reference point is its centre of mass, in absolute coordinates x, y, θ.
+///
+/// $$ m(\ddot x - g_x) = F_x,\quad m(\ddot y - g_y) = F_y,\quad J\ddot\theta = M $$
+///
+/// Coordinates x, y, θ; parameters m (kg), J about the centre of mass (kg·m²), g_x, g_y (m/s²).
+#[derive(Clone, Copy, Debug)]
+pub struct RigidBody;
+
+impl Element for RigidBody {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+        let (mass, inertia) = (x.p[0], x.p[1]);
+        balance[0] = mass * (x.a[0] - x.p[2]);
+        balance[1] = mass * (x.a[1] - x.p[3]);
+        balance[2] = inertia * x.a[2];
+    }
+
+    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+        let (mass, inertia) = (x.p[0], x.p[1]);
+        let speed = x.v[0] * x.v[0] + x.v[1] * x.v[1];
+        Energy {
+            kinetic: (mass * speed + inertia * x.v[2] * x.v[2]) * 0.5,
+            potential: -mass * (x.p[2] * x.q[0] + x.p[3] * x.q[1]),
+        }
+    }
+
+    fn complaint(&self, p: &[f64]) -> Option<String> {
+        match p {
+            [m, ..] if !(*m > 0.0) => Some(format!("mass is {m} kg")),
+            [_, j, ..] if !(*j > 0.0) => Some(format!("moment of inertia is {j} kg·m²")),
+            _ => None,
+        }
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Adds a rigid body with its centre of mass at `pose`.
+    pub fn body(&mut self, name: &str, mass: S, inertia: S, pose: Pose<S>) -> Body {
+        let body = self.frame(name, pose);
+        let [gx, gy] = self.gravity;
+        self.add(name, RigidBody, &body.coordinates(), &[mass, inertia, gx, gy]);
+        body
+    }
+}

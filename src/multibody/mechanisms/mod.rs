@@ -1,0 +1,5 @@
+//! Reference mechanisms.
+
+pub mod four_bar;
+
+pub use four_bar::FourBar;

@@ -1,0 +1,25 @@
+//! Planar mechanisms, rigid and flexible, written once over the scalar type.
+//!
+//! | file | what |
+//! |---|---|
+//! | `element` | the [`Element`] trait: one residual over the scalar |
+//! | `elements/` | bodies, beams, joints, forces, sensors: one file each |
+//! | `motion` | prescribed motions |
+//! | `mechanism` | coordinates + elements + outputs, as a pure function of the design ([`Model`]) |
+//! | `mechanisms/` | reference mechanisms |
+//! | `number` | the closed set of numbers in which mechanisms are evaluated |
+//!
+//! Units are SI and radians. Absolute coordinates: every body and every beam node has x, y and θ.
+
+pub mod element;
+pub mod elements;
+pub mod frame;
+pub mod mechanism;
+pub mod mechanisms;
+pub mod motion;
+pub mod number;
+
+pub use element::{Element, Energy, Local};
+pub use mechanism::{Body, Coordinate, Marker, Mechanism, Model, Part, Pose, Term};
+pub use motion::Motion;
+pub use number::{Jet, Number, Real, Sensitive};
