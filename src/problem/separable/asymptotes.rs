@@ -92,7 +92,7 @@ impl Separable for MovingAsymptotes {
     /// As the general one, with each reciprocal and sum formed once.
     fn dual_sums(&self, range: Range<usize>, weights: &[f64]) -> DualSums {
         let functions = weights.len();
-        let (mut sums, mut slopes) = (DualSums::new(functions - 1), vec![0.0; functions]);
+        let mut sums = DualSums::new(functions - 1);
         for j in range {
             let k = j * functions;
             let (p, q) = (&self.p[k..k + functions], &self.q[k..k + functions]);
@@ -102,14 +102,8 @@ impl Separable for MovingAsymptotes {
             let (a2, b2) = (a * a, b * b);
             let curvature = 2.0 * (pp * a2 * a + qq * b2 * b);
             let free = x > self.lower[j] && x < self.upper[j] && curvature > 0.0;
-            let out = sums.values[..functions].iter_mut().zip(&mut slopes[..functions]);
-            for ((sum, slope), (p, q)) in out.zip(p.iter().zip(q)) {
-                *sum += p * a + q * b;
-                *slope = p * a2 - q * b2;
-            }
-            if free {
-                sums.bend_by(&slopes, 1.0 / curvature);
-            }
+            let terms = p.iter().zip(q).map(|(p, q)| (p * a + q * b, p * a2 - q * b2));
+            sums.add_variable(terms, free.then(|| 1.0 / curvature));
         }
         sums
     }
