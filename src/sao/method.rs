@@ -98,6 +98,7 @@ impl Method {
         let region = self.move_limits.region(problem, &state.design, &state.factors);
         let approximate = self.approximate(problem, &state, &knowledge, &region)?;
         let proposal = self.solver.solve(&approximate, &state.design)?;
+        state.counters.subproblem_iterations += proposal.iterations;
         let analysed = state.analyse(problem, &proposal.x);
         let at_limit = region.at_limit(&proposal.x);
         let trial = self.trial(problem, &state, &knowledge, &proposal, &at_limit, analysed.as_ref().ok())?;
