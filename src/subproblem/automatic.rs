@@ -41,10 +41,10 @@ impl SubproblemSolver for Automatic {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        if program.structure() != Structure::Nonlinear {
-            if let Some(solution) = self.conic.solve_convex(program, start)? {
-                return Ok(solution);
-            }
+        if program.structure() != Structure::Nonlinear
+            && let Some(solution) = self.conic.solve_convex(program, start)?
+        {
+            return Ok(solution);
         }
         if program.separable().is_some() {
             let solution = if program.rows() <= FEW {
