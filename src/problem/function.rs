@@ -25,6 +25,11 @@ pub trait Function: Send + Sync + 'static {
 pub trait Functional: Send + Sync + 'static {
     /// The value over all points of the grid, in order.
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S;
+
+    /// The number of time points that it is made for, such as that of its weights; a grid of another length is refused.
+    fn points(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// A [`Function`] from an expression: `function!(|p| p.response[0] - p.design[2] + 1.0)`.
@@ -64,6 +69,40 @@ pub trait IntermediateMap: Send + Sync + 'static {
     fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S;
 }
 
+<<<<<<< HEAD
+=======
+macro_rules! numbers {
+    ($($number:ty => $name:ident),*) => {
+        /// Object-safe face of [`Function`]; implemented for every function.
+        #[doc(hidden)]
+        pub trait AnyFunction: Send + Sync {
+            $(fn $name(&self, point: &Point<$number>) -> $number;)*
+        }
+        impl<F: Function> AnyFunction for F {
+            $(fn $name(&self, point: &Point<$number>) -> $number { self.at(point) })*
+        }
+        /// Object-safe face of [`Functional`]; implemented for every functional.
+        #[doc(hidden)]
+        pub trait AnyFunctional: Send + Sync {
+            $(fn $name(&self, history: &[Point<$number>]) -> $number;)*
+            fn made_for(&self) -> Option<usize>;
+        }
+        impl<F: Functional> AnyFunctional for F {
+            fn made_for(&self) -> Option<usize> { self.points() }
+            $(fn $name(&self, history: &[Point<$number>]) -> $number { self.over(history) })*
+        }
+        $(impl Number for $number {
+            fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self { function.$name(point) }
+            fn call_over(functional: &dyn AnyFunctional, history: &[Point<Self>]) -> Self { functional.$name(history) }
+            fn call_map(map: &dyn super::intermediate::AnyMap, k: usize, design: &[Self]) -> Self {
+                map.$name(k, design)
+            }
+        })*
+    };
+}
+numbers!(f64 => real, Dual => dual, HyperDual => hyper_dual, Degree => degree);
+
+>>>>>>> test
 /// Σₚ wₚ f(r(tₚ), b, tₚ): a quadrature or a plain sum over the grid.
 #[derive(Clone, Debug)]
 pub struct WeightedSum<F> {
@@ -77,5 +116,9 @@ impl<F: Function> Functional for WeightedSum<F> {
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S {
         let term = |(point, &w)| self.function.at(point) * w;
         history.iter().zip(&self.weights).map(term).fold(S::from(0.0), |a, b| a + b)
+    }
+
+    fn points(&self) -> Option<usize> {
+        Some(self.weights.len())
     }
 }
