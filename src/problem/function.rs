@@ -69,40 +69,6 @@ pub trait IntermediateMap: Send + Sync + 'static {
     fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S;
 }
 
-<<<<<<< HEAD
-=======
-macro_rules! numbers {
-    ($($number:ty => $name:ident),*) => {
-        /// Object-safe face of [`Function`]; implemented for every function.
-        #[doc(hidden)]
-        pub trait AnyFunction: Send + Sync {
-            $(fn $name(&self, point: &Point<$number>) -> $number;)*
-        }
-        impl<F: Function> AnyFunction for F {
-            $(fn $name(&self, point: &Point<$number>) -> $number { self.at(point) })*
-        }
-        /// Object-safe face of [`Functional`]; implemented for every functional.
-        #[doc(hidden)]
-        pub trait AnyFunctional: Send + Sync {
-            $(fn $name(&self, history: &[Point<$number>]) -> $number;)*
-            fn made_for(&self) -> Option<usize>;
-        }
-        impl<F: Functional> AnyFunctional for F {
-            fn made_for(&self) -> Option<usize> { self.points() }
-            $(fn $name(&self, history: &[Point<$number>]) -> $number { self.over(history) })*
-        }
-        $(impl Number for $number {
-            fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self { function.$name(point) }
-            fn call_over(functional: &dyn AnyFunctional, history: &[Point<Self>]) -> Self { functional.$name(history) }
-            fn call_map(map: &dyn super::intermediate::AnyMap, k: usize, design: &[Self]) -> Self {
-                map.$name(k, design)
-            }
-        })*
-    };
-}
-numbers!(f64 => real, Dual => dual, HyperDual => hyper_dual, Degree => degree);
-
->>>>>>> test
 /// Σₚ wₚ f(r(tₚ), b, tₚ): a quadrature or a plain sum over the grid.
 #[derive(Clone, Debug)]
 pub struct WeightedSum<F> {
