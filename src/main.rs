@@ -1,1 +1,7 @@
-fn main() {}
+//! The `linkwright` command: arguments in, exit code out, no mathematics.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    linkwright::cli::main()
+}

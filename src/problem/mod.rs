@@ -1,5 +1,39 @@
 //! The optimization problem: design variables, responses over time, objective and constraints.
+//!
+//! The problem is (1)–(3) of Etman, van Campen & Schoofs (1998): minimize F(r(b, t), b, t) subject to
+//! g_j(r(b, t), b, t) ≤ c_j for all t, within bˡ ≤ b ≤ bᵘ. Responses r come from an expensive [`Analysis`]; objective
+//! and constraints are cheap explicit functions of (responses, design variables, time), written once over the scalar.
 
+mod builder;
+mod closed_form;
+mod coupling;
+mod definition;
+mod equivalents;
+mod function;
+mod grid;
+mod intermediate;
 mod program;
+mod quantity;
+mod responses;
+mod selection;
+mod sensitivities;
+mod variable;
 
+pub use builder::ProblemBuilder;
+pub use closed_form::{Analytic, ClosedForm};
+pub use coupling::DirectCoupling;
+pub use definition::{Evaluation, Problem, RowId};
+pub use equivalents::{Envelope, MeanExcess};
+#[doc(hidden)]
+pub use function::{AnyFunction, AnyFunctional};
+pub use function::{Function, Functional, Number, Point, WeightedSum};
+pub use grid::TimeGrid;
+#[doc(hidden)]
+pub use intermediate::AnyMap;
+pub use intermediate::{Intermediate, IntermediateMap, Intermediates};
 pub use program::{Gradients, Program, Structure, Values};
+pub use quantity::{Constraint, Quantity};
+pub use responses::{Analysis, Instant, Response, Responses};
+pub use selection::Selection;
+pub use sensitivities::Sensitivities;
+pub use variable::DesignVariable;

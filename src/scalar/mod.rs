@@ -30,6 +30,7 @@ mod tangent;
 
 pub use degree::{Degree, degree};
 pub use derivative::{gradient, hessian, jacobian};
+pub(crate) use derivative::{seed, slopes};
 pub use num_dual::DualNum;
 pub use tangent::Tangent;
 

@@ -105,7 +105,7 @@ impl_scalar!([const N: usize] Tangent<N>, order = 1);
 mod tests {
     use super::*;
     use crate::scalar::Scalar;
-    use num_dual::{Dual64, DualNum};
+    use num_dual::Dual64;
 
     /// Every function of the trait, at a point where all of them are defined.
     fn all_functions<S: Scalar>(x: S) -> Vec<S> {

@@ -1,0 +1,245 @@
+//! Every kind of picture, from closed forms: `cargo run --example gallery [FOLDER]`.
+//!
+//! The impact absorber is that of Etman, van Campen and Schoofs, *Multibody System Dynamics* 2 (1998), Section 6.1:
+//! a unit mass with a spring and a damper, released at 1 m/s; its paths are the printed ones of Tables I and II.
+
+use std::path::Path;
+
+use linkwright::Result;
+use linkwright::report::figure::{Figure, Grid, Quantity};
+use linkwright::report::picture::*;
+
+/// Position and acceleration of the impact absorber at time `t` (equation 34).
+fn absorber(k: f64, c: f64, t: f64) -> [f64; 2] {
+    let (decay, square) = (0.5 * c, k - 0.25 * c * c);
+    let omega = square.abs().sqrt();
+    let (sine, cosine) = match square {
+        s if s.abs() < 1e-12 => (t, 1.0),
+        s if s > 0.0 => ((omega * t).sin() / omega, (omega * t).cos()),
+        _ => ((omega * t).sinh() / omega, (omega * t).cosh()),
+    };
+    let y = (-decay * t).exp() * sine;
+    let v = (-decay * t).exp() * cosine - decay * y;
+    [y, -c * v - k * y]
+}
+
+fn times(count: usize) -> Vec<f64> {
+    (0..count).map(|p| 12.0 * p as f64 / (count - 1) as f64).collect()
+}
+
+fn largest(k: f64, c: f64, which: usize) -> f64 {
+    times(401).iter().map(|&t| absorber(k, c, t)[which].abs()).fold(0.0, f64::max)
+}
+
+fn mean_square(k: f64, c: f64) -> f64 {
+    let weight = |p: usize| if p == 0 || p == 100 { 1.0 } else { 2.0 + 2.0 * (p % 2) as f64 };
+    times(101).iter().enumerate().map(|(p, &t)| weight(p) * absorber(k, c, t)[1].powi(2)).sum::<f64>() / 300.0
+}
+
+fn variables() -> [Quantity; 2] {
+    [Quantity::new("*b*_1", "N m^{-1}"), Quantity::new("*b*_2", "N s m^{-1}")]
+}
+
+fn path(designs: &[[f64; 2]], factors: &[[f64; 2]]) -> Vec<Iterate> {
+    let limits = |k: usize| {
+        let [b, f] = [designs[k - 1], *factors.get(k - 1)?];
+        let corner = |sign: f64| [0, 1].map(|i| (b[i] * (1.0 + sign * f[i])).clamp(0.0, 1.0));
+        Some([corner(-1.0), corner(1.0)])
+    };
+    let iterate = |(k, &design): (usize, &[f64; 2])| Iterate {
+        cycle: k,
+        design,
+        accepted: true,
+        move_limits: if k > 0 { limits(k) } else { None },
+    };
+    designs.iter().enumerate().map(iterate).collect()
+}
+
+fn figure_3_and_5() -> Result<[Figure; 2]> {
+    let grid = |f: &dyn Fn(f64, f64) -> f64| Grid::sample([1e-3, 1.0], [1e-3, 1.0], [101, 101], f);
+    let excess = grid(&|k, c| largest(k, c, 0) - 1.0)?;
+    let (acceleration, comfort) = (grid(&|k, c| largest(k, c, 1))?, grid(&mean_square)?);
+    let bounds = [Bound { name: "displacement bound", excess: &excess }];
+    let first = path(
+        &[[1.0, 0.3], [0.6, 0.42], [0.3411, 0.4934], [0.3628, 0.4823], [0.3628, 0.4823], [0.3628, 0.4823]],
+        &[[0.4, 0.4], [0.533, 0.533]],
+    );
+    let second = path(
+        &[
+            [1.0, 0.3],
+            [0.8657, 0.42],
+            [0.6596, 0.644],
+            [0.3958, 0.7933],
+            [0.1847, 0.6117],
+            [0.1052, 0.775],
+            [0.09856, 0.7882],
+        ],
+        &[[0.4, 0.4], [0.4, 0.533], [0.4, 0.711], [0.533, 0.711]],
+    );
+    let draw = |name, grid, levels, path, optimum| {
+        let objective = Objective { name, grid, levels };
+        design_plane(&DesignPlane { variables: variables(), objective, bounds: &bounds, path, optimum: Some(optimum) })
+    };
+    Ok([
+        draw("maximum acceleration [m s^{-2}]", &acceleration, &[], &first, [0.3606, 0.4852])?,
+        draw(
+            "comfort criterion [m^2 s^{-4}]",
+            &comfort,
+            &[0.02, 0.03, 0.038, 0.05, 0.07, 0.1, 0.15, 0.2],
+            &second,
+            [0.0985, 0.7883],
+        )?,
+    ])
+}
+
+fn figure_4() -> Result<Figure> {
+    let window = [[0.25, 0.4], [0.5, 0.6]];
+    let excesses = |which: usize, bound: f64, sign: f64| -> Result<Vec<Grid>> {
+        let sample = |p: usize| {
+            Grid::sample([0.25, 0.5], [0.4, 0.6], [61, 61], |k, c| {
+                sign * absorber(k, c, 0.25 * p as f64)[which] - bound
+            })
+        };
+        (0..=48).map(sample).collect()
+    };
+    let (position, acceleration) = (excesses(0, 1.0, 1.0)?, excesses(1, 0.5206, -1.0)?);
+    let families = [
+        Family { name: "displacement, *y*(*t*_p) = 1 m", excesses: &position },
+        Family { name: "acceleration, −*a*(*t*_p) = *b*_3", excesses: &acceleration },
+    ];
+    let optimum = Some([0.3606, 0.4852]);
+    time_point_constraints(&TimePointConstraints {
+        variables: variables(),
+        families: &families,
+        hatched: false,
+        optimum,
+        window: Some(window),
+    })
+}
+
+/// The optimum of Table IV and its linkage at crank rotation `gamma`.
+fn slider_crank(gamma: f64) -> ([f64; 2], Linkage) {
+    let b = [9.3878, 30.0, -6.65, 12.7149, 8.2239, 9.4622, 0.82156, 0.91597];
+    let ground = [b[4], b[5]];
+    let pin = [ground[0] + b[0] * (b[7] + gamma).cos(), ground[1] + b[0] * (b[7] + gamma).sin()];
+    let theta = ((b[2] - pin[1]) / b[1]).asin();
+    let point = [pin[0] + b[3] * (b[6] + theta).cos(), pin[1] + b[3] * (b[6] + theta).sin()];
+    let slider = [pin[0] + b[1] * theta.cos(), b[2]];
+    let linkage = Linkage {
+        bars: vec![vec![ground, pin]],
+        plates: vec![vec![pin, slider, point]],
+        joints: vec![pin],
+        ground_joints: vec![ground],
+        sliders: vec![(slider, 0.0)],
+        guides: vec![[[slider[0] - 9.0, b[2]], [slider[0] + 9.0, b[2]]]],
+        notes: vec![("*P*".to_owned(), point, [5.0, -4.0])],
+    };
+    (point, linkage)
+}
+
+fn figure_6() -> Result<Figure> {
+    let curve: Vec<[f64; 2]> = (0..=180).map(|k| slider_crank(f64::from(2 * k).to_radians()).0).collect();
+    let desired = [[26., 16.], [23., 16.], [20., 16.], [17., 16.], [14., 16.], [10., 13.], [20., 7.], [30., 13.]];
+    let reached = [0., 22., 44., 66., 88., 129., 221., 314.].map(|degrees: f64| slider_crank(degrees.to_radians()).0);
+    coupler_curve(&CouplerCurve {
+        axes: [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")],
+        curves: &[("coupler curve at the optimum", &curve)],
+        desired: &desired,
+        reached: &reached,
+        linkage: Some(&slider_crank(0.0).1),
+    })
+}
+
+fn convergence_of_table_4() -> Result<Figure> {
+    let measures = [
+        Measure {
+            name: "max |Δ*b*_i|",
+            values: &[0.0, 40.0, 20.0, 15.0, 20.0, 26.67, 20.0, 26.67, 35.56, 12.88, 1.085, 3.248e-2],
+        },
+        Measure {
+            name: "error *E*_f",
+            values: &[0.0, 85.41, 28.7, 2.506, 0.1691, 6.177, 5.953, 2.263, 0.4954, 9.316e-3, 1.353e-4, 4.511e-7],
+        },
+    ];
+    convergence(&Convergence {
+        cycles: &[0, 1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10],
+        accepted: &[true, false, true, true, true, true, true, true, true, true, true, true],
+        objective: Quantity::new("objective *F*", "mm^2"),
+        objective_values: &[3486.0, 130.3, 626.0, 85.0, 32.25, 14.55, 5.658, 3.942, 3.772, 3.746, 3.746, 3.746],
+        objective_logarithmic: true,
+        measures: &measures,
+        measure: Quantity::new("error, step", "%"),
+    })
+}
+
+fn history() -> Result<Figure> {
+    let times = times(101);
+    let course = |k, c| -> Vec<f64> { times.iter().map(|&t| absorber(k, c, t)[1]).collect() };
+    let (before, after) = (course(1.0, 0.3), course(0.3628, 0.4823));
+    time_history(&TimeHistory {
+        time: Quantity::new("time *t*", "s"),
+        response: Quantity::new("acceleration", "m s^{-2}"),
+        times: &times,
+        histories: &[History { name: "first design", values: &before }, History { name: "optimum", values: &after }],
+        bounds: &[TimeBound { value: -0.5203, side: Side::Above }, TimeBound { value: 0.5203, side: Side::Below }],
+        kept: &[0, 1, 2, 7, 8, 9, 10, 11],
+        active: &[9],
+    })
+}
+
+/// A travelling bending wave, for the colours.
+fn field() -> Result<Figure> {
+    let wave = |scale: f64, length: f64| {
+        Grid::sample([0.2, 0.4], [0.0, length], [201, 21], move |t, s| {
+            let shape = (std::f64::consts::PI * s / length).sin();
+            scale * shape * ((31.4 * t).sin() + 0.35 * (260.0 * t + 3.0 * s).sin())
+        })
+    };
+    let (crank, coupler, rocker) = (wave(1.1e7, 0.3048)?, wave(2.6e7, 0.9144)?, wave(1.9e7, 0.762)?);
+    stress_field(&StressField {
+        time: Quantity::new("time *t*", "s"),
+        position: Quantity::new("position", "m"),
+        stress: Quantity::new("bending stress *σ*", "Pa"),
+        links: &[("crank", &crank), ("coupler", &coupler), ("rocker", &rocker)],
+        allowable: Some(2.758e7),
+        marked: &[(1, [0.2451, 0.46])],
+    })
+}
+
+fn profile() -> Result<Figure> {
+    let fail = f64::INFINITY;
+    performance_profile(
+        "analyses",
+        &[
+            Solver { name: "paper", costs: &[6.0, 9.0, 12.0, 19.0, 14.0, 30.0] },
+            Solver { name: "drift-corrected peak", costs: &[6.0, 8.0, 12.0, 15.0, 12.0, 22.0] },
+            Solver { name: "conservative (GCMMA)", costs: &[9.0, 12.0, 31.0, fail, 12.0, 18.0] },
+            Solver { name: "direct SQP", costs: &[9.0, 23.0, 44.0, fail, 20.0, 41.0] },
+        ],
+    )
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = std::env::args().nth(1).unwrap_or_else(|| "gallery".to_owned());
+    let folder = Path::new(&folder);
+    std::fs::create_dir_all(folder)?;
+    let [acceleration, comfort] = figure_3_and_5()?;
+    let axes = [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")];
+    let (here, there) = (slider_crank(0.0).1, slider_crank(2.2).1);
+    let pictures = [
+        ("design_plane_acceleration", acceleration),
+        ("design_plane_comfort", comfort),
+        ("time_point_constraints", figure_4()?),
+        ("coupler_curve", figure_6()?),
+        ("mechanism", mechanism(&axes, &[("start of the cycle", &here), ("126° later", &there)])?),
+        ("convergence", convergence_of_table_4()?),
+        ("time_history", history()?),
+        ("stress_field", field()?),
+        ("performance_profile", profile()?),
+    ];
+    for (name, figure) in pictures {
+        std::fs::write(folder.join(name).with_extension("svg"), figure.svg()?)?;
+        std::fs::write(folder.join(name).with_extension("png"), figure.png(300.0)?)?;
+    }
+    Ok(())
+}

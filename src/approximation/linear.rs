@@ -1,0 +1,87 @@
+//! The linear approximation in intermediate design variables: the paper's own.
+
+use super::{AnyModel, Approximation, Expansion, Model};
+use crate::error::Result;
+use crate::problem::{Intermediates, Number};
+use std::sync::Arc;
+
+/// First-order Taylor expansion in intermediate design variables (equation 13):
+///
+/// $$ \tilde r(b) = r(b_0) + \sum_k \bigl(b^I_k(b) - b^I_k(b_0)\bigr) \frac{\partial r}{\partial b^I_k}\Big|_{b_0}. $$
+///
+/// With identity intermediates it is linear in b; with reciprocals it is the reciprocal approximation.
+/// **Source.** Etman, van Campen & Schoofs, *Multibody System Dynamics* 2 (1998) 393–415.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Linear;
+
+impl Approximation for Linear {
+    fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
+        let (here, intermediates) = (&expansion.here, expansion.intermediates.clone());
+        let slope = expansion.intermediate_gradient()?;
+        let origin = (0..here.design.len()).map(|k| intermediates.component(k, here.design)).collect();
+        Ok(Arc::new(Taylor { value: here.value, origin, slope, intermediates }))
+    }
+}
+
+struct Taylor {
+    value: f64,
+    /// bᴵ(b₀).
+    origin: Vec<f64>,
+    /// ∂r/∂bᴵ.
+    slope: Vec<f64>,
+    intermediates: Intermediates,
+}
+
+impl Model for Taylor {
+    fn at<S: Number>(&self, b: &[S]) -> S {
+        let term = |k: usize| (self.intermediates.component(k, b) - self.origin[k]) * self.slope[k];
+        (0..b.len()).filter(|&k| self.slope[k] != 0.0).map(term).fold(S::from(self.value), |a, t| a + t)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::approximation::Sample;
+    use crate::problem::{Intermediate, IntermediateMap};
+    use crate::scalar::{Scalar, gradient};
+
+    fn fit(
+        intermediates: &Intermediates,
+        f: impl Fn(&[crate::scalar::Dual]) -> crate::scalar::Dual + Sync,
+    ) -> Arc<dyn AnyModel> {
+        let design = [2.0, 0.5];
+        let (value, slope) = gradient(f, &design);
+        let here = Sample { design: &design, value, gradient: &slope };
+        Linear.fit(&Expansion { name: "r", here, before: None, intermediates }).unwrap()
+    }
+
+    #[test]
+    fn reciprocal_variables_make_a_reciprocal_response_exact() {
+        let model =
+            fit(&Intermediates::all(2, Intermediate::Reciprocal), |b| (b[1] * 3.0 + b[0]) / (b[0] * b[1]) - 1.0);
+        assert!((model.real(&[5.0, 4.0]) - (0.6 + 0.25 - 1.0)).abs() < 1e-15);
+    }
+
+    struct Products;
+    impl IntermediateMap for Products {
+        fn component<S: Scalar>(&self, k: usize, b: &[S]) -> S {
+            if k == 0 { b[0] * b[1] } else { b[0] / b[1] }
+        }
+    }
+
+    #[test]
+    fn a_map_of_the_whole_design_makes_its_own_responses_exact() {
+        let model = fit(&Intermediates::map(Products), |b| b[0] * b[1] * 2.0 - b[0] / b[1]);
+        assert!((model.real(&[3.0, 1.5]) - (9.0 - 2.0)).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_variable_that_does_not_move_is_named() {
+        let here = Sample { design: &[0.0], value: 1.0, gradient: &[1.0] };
+        let intermediates = Intermediates::all(1, Intermediate::AreaOfDiameter);
+        let expansion = Expansion { name: "moment", here, before: None, intermediates: &intermediates };
+        let message = Linear.fit(&expansion).err().unwrap().to_string();
+        assert!(message.contains("`moment`") && message.contains("variable 0 at 0"), "{message}");
+    }
+}

@@ -1,0 +1,37 @@
+//! The command line.
+//!
+//! Exit codes: 0 done, 1 something went wrong (the message says what and what to do), 2 wrong arguments.
+
+mod reproduce;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Design optimization of multibody systems by sequential approximation.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Regenerate the tables and figures of a paper and put them beside the printed ones.
+    Reproduce(reproduce::Reproduce),
+}
+
+/// Reads the arguments, runs the command, reports an error in one line.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Reproduce(command) => command.run(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! `linkwright reproduce PAPER`.
+
+use crate::papers::etman_1998::{self, Run, Summary, TABLES, Table};
+use crate::sao::State;
+use anyhow::{Context, bail};
+use clap::Args;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  linkwright reproduce etman-1998
+  linkwright reproduce etman-1998 --only table1,table4 --out tables")]
+pub struct Reproduce {
+    /// The paper: etman-1998
+    paper: String,
+    /// Folder for tables, summary and figures [default: out/PAPER]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Only these tables, separated by commas
+    #[arg(long, value_name = "TABLES", value_delimiter = ',')]
+    only: Vec<String>,
+}
+
+impl Reproduce {
+    pub fn run(&self) -> anyhow::Result<()> {
+        if self.paper != "etman-1998" {
+            bail!("no paper `{}` is known; choose etman-1998", self.paper);
+        }
+        if let Some(unknown) = self.only.iter().find(|t| !TABLES.contains(&t.as_str())) {
+            bail!("no table `{unknown}`; choose from {}", TABLES.join(", "));
+        }
+        let out = self.out.clone().unwrap_or_else(|| Path::new("out").join(&self.paper));
+        std::fs::create_dir_all(&out).with_context(|| format!("cannot make the folder {}", out.display()))?;
+        let mut runs = vec![];
+        for name in TABLES.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
+            let run = etman_1998::run(name, &mut |table, state| progress(table, state))?;
+            let table = run.as_ref().map_or_else(etman_1998::table3, |r| Ok(r.table.clone()))?;
+            print(&table, run.as_ref())?;
+            write(&out.join(format!("{name}.csv")), table.csv().as_bytes())?;
+            runs.extend(run);
+        }
+        write(&out.join("summary.json"), Summary::of(&runs).to_json()?.as_bytes())?;
+        say(&format!("Tables, summary and figures are in {}", out.display()))
+    }
+}
+
+/// The table with a line on how the run went.
+fn print(table: &Table, run: Option<&Run>) -> anyhow::Result<()> {
+    say(&table.text())?;
+    let Some(Run { state, .. }) = run else { return Ok(()) };
+    let counters = state.counters;
+    say(&format!(
+        "  {} cycles, {} analyses, {} sensitivity analyses, {} subproblem iterations. {:?}: {}.\n",
+        state.cycles(),
+        counters.analyses,
+        counters.sensitivity_analyses,
+        counters.subproblem_iterations,
+        state.status,
+        state.reason
+    ))
+}
+
+/// A line on standard output; a closed pipe ends the program quietly.
+fn say(text: &str) -> anyhow::Result<()> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        result => result.context("cannot write to standard output"),
+    }
+}
+
+/// A line for each cycle on a terminal, nothing when piped.
+fn progress(table: &str, state: &State) {
+    let (Some(cycle), true) = (state.history.last(), std::io::stderr().is_terminal()) else { return };
+    let mark = if cycle.accepted { "accepted" } else { "rejected" };
+    eprintln!(
+        "{table}: cycle {:>2} {mark}  F = {:<12.6} V = {:>10.2e} %  {} time points kept",
+        cycle.cycle,
+        cycle.objective,
+        cycle.violation_pct,
+        cycle.kept.len()
+    );
+}
+
+fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}

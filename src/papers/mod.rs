@@ -1,0 +1,3 @@
+//! Papers whose tables are regenerated and put beside the printed ones.
+
+pub mod etman_1998;

@@ -1,0 +1,93 @@
+//! The direct coupling: the program whose every evaluation is an analysis.
+
+use super::{Gradients, Instant, Problem, Program, RowId, Sensitivities, Values};
+use crate::error::Result;
+use nalgebra::DMatrix;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The whole problem as one [`Program`], every time point a row, every evaluation an analysis.
+///
+/// This is the classical coupling that sequential approximation is compared with. Rows read ĝ − 1 ≤ 0.
+pub struct DirectCoupling<'a> {
+    problem: &'a Problem,
+    rows: Vec<RowId>,
+    wanted: Vec<Instant>,
+    bounds: (Vec<f64>, Vec<f64>),
+    analyses: AtomicUsize,
+    sensitivity_analyses: AtomicUsize,
+}
+
+impl<'a> DirectCoupling<'a> {
+    /// The coupling of a problem with all its constraints at all their time points.
+    pub fn new(problem: &'a Problem) -> Self {
+        let rows: Vec<RowId> = problem.all_rows();
+        let quantities = rows.iter().map(|r| (&problem.constraints[r.constraint].quantity, r.point));
+        let all = quantities.chain([(&problem.objective, 0)]);
+        let mut wanted: Vec<Instant> = all.flat_map(|(q, p)| problem.instants_of(q, p)).collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        let bounds = problem.variables.iter().map(|v| (v.lower, v.upper)).unzip();
+        Self { problem, rows, wanted, bounds, analyses: 0.into(), sensitivity_analyses: 0.into() }
+    }
+
+    /// Analyses done so far.
+    pub fn analyses(&self) -> usize {
+        self.analyses.load(Ordering::Relaxed)
+    }
+
+    /// Sensitivity analyses done so far.
+    pub fn sensitivity_analyses(&self) -> usize {
+        self.sensitivity_analyses.load(Ordering::Relaxed)
+    }
+}
+
+impl Problem {
+    /// Every constraint at every one of its time points.
+    pub fn all_rows(&self) -> Vec<RowId> {
+        let of = |(constraint, c): (usize, &super::Constraint)| {
+            (0..self.points_of(&c.quantity)).map(move |point| RowId { constraint, point })
+        };
+        self.constraints.iter().enumerate().flat_map(of).collect()
+    }
+}
+
+impl Program for DirectCoupling<'_> {
+    fn variables(&self) -> usize {
+        self.problem.n()
+    }
+    fn rows(&self) -> usize {
+        self.rows.len()
+    }
+    fn lower(&self) -> &[f64] {
+        &self.bounds.0
+    }
+    fn upper(&self) -> &[f64] {
+        &self.bounds.1
+    }
+
+    fn values(&self, x: &[f64]) -> Result<Values> {
+        self.analyses.fetch_add(1, Ordering::Relaxed);
+        let evaluation = self.problem.evaluate(x, &self.problem.analyze(x)?)?;
+        let rows = self.rows.iter().map(|r| evaluation.constraints[r.constraint][r.point] - 1.0).collect();
+        Ok(Values { objective: evaluation.objective, rows })
+    }
+
+    fn gradients(&self, x: &[f64]) -> Result<Gradients> {
+        self.sensitivity_analyses.fetch_add(1, Ordering::Relaxed);
+        let (problem, n) = (self.problem, self.problem.n());
+        let responses = problem.analyze(x)?;
+        let evaluation = problem.evaluate(x, &responses)?;
+        let rows = problem.analysis.sensitivities(x, &responses, &self.wanted)?;
+        let sensitivities = Sensitivities { instants: self.wanted.clone(), rows };
+        let objective = problem.total_derivative(&problem.objective, 0, x, &responses, &sensitivities);
+        let mut jacobian = DMatrix::zeros(self.rows.len(), n);
+        for (i, row) in self.rows.iter().enumerate() {
+            let constraint = &problem.constraints[row.constraint];
+            let slope = problem.total_derivative(&constraint.quantity, row.point, x, &responses, &sensitivities);
+            (0..n).for_each(|k| jacobian[(i, k)] = slope[k] / constraint.scale);
+        }
+        let rows = self.rows.iter().map(|r| evaluation.constraints[r.constraint][r.point] - 1.0).collect();
+        let values = Values { objective: evaluation.objective, rows };
+        Ok(Gradients { values, objective, rows: jacobian })
+    }
+}

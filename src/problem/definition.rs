@@ -1,0 +1,236 @@
+//! The optimization problem (1)–(3) as a value, and its evaluation in plain numbers.
+
+use super::quantity::Form;
+use super::{Analysis, Constraint, DesignVariable, Quantity, Response, Responses, TimeGrid};
+use crate::error::{Error, Result};
+use std::collections::HashSet;
+
+/// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.
+///
+/// Made by [`ProblemBuilder`](super::ProblemBuilder), which checks that the parts fit together.
+pub struct Problem {
+    /// Name, for tables and files.
+    pub name: String,
+    /// Design variables b, n of them.
+    pub variables: Vec<DesignVariable>,
+    /// Time grids.
+    pub grids: Vec<TimeGrid>,
+    /// Responses r.
+    pub responses: Vec<Response>,
+    /// Name of the objective.
+    pub objective_name: String,
+    /// Unit of the objective.
+    pub objective_unit: String,
+    /// Objective F.
+    pub objective: Quantity,
+    /// Constraints g_j, m of them.
+    pub constraints: Vec<Constraint>,
+    /// Where responses come from.
+    pub analysis: Box<dyn Analysis>,
+}
+
+/// Objective and constraints at one design.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Evaluation {
+    /// F, in its unit.
+    pub objective: f64,
+    /// `constraints[j][p]`: ĝ_j at time point p, normalised so that feasible means ≤ 1.
+    pub constraints: Vec<Vec<f64>>,
+}
+
+/// A constraint at one of its time points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct RowId {
+    /// Index j of the constraint.
+    pub constraint: usize,
+    /// Index p of the time point, 0 for a time-independent constraint.
+    pub point: usize,
+}
+
+impl Evaluation {
+    /// V: the largest violation (17), (18) over all constraints and time points, in percent; −100 without constraints.
+    pub fn max_violation_pct(&self) -> f64 {
+        self.worst().map_or(-100.0, |(_, g)| (g - 1.0) * 100.0)
+    }
+
+    /// The constraint and time point nearest to or farthest beyond its limit, and ĝ there.
+    pub fn worst(&self) -> Option<(RowId, f64)> {
+        let all = self.constraints.iter().enumerate().flat_map(|(constraint, history)| {
+            history.iter().enumerate().map(move |(point, &g)| (RowId { constraint, point }, g))
+        });
+        all.fold(None, |best, row| if best.is_none_or(|(_, g)| row.1 > g) { Some(row) } else { best })
+    }
+}
+
+impl Problem {
+    /// Number of design variables n.
+    pub fn n(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// The start design.
+    pub fn start(&self) -> Vec<f64> {
+        self.variables.iter().map(|v| v.start).collect()
+    }
+
+    /// Number of time points of constraint `j`: 1 for a time-independent one.
+    pub fn points_of(&self, quantity: &Quantity) -> usize {
+        match quantity.form {
+            Form::EachPoint(grid, _) => self.grids[grid].len(),
+            Form::Plain(_) | Form::Whole(..) => 1,
+        }
+    }
+
+    /// Analyses design `b` and checks shape and finiteness of every response.
+    ///
+    /// Errors with [`Error::NotFinite`], naming response, time and design, or with what the analysis reports.
+    pub fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        Error::check_length("design", self.n(), b.len())?;
+        let responses = self.analysis.analyze(b)?;
+        Error::check_length("responses of the analysis", self.responses.len(), responses.values.len())?;
+        for (declared, values) in self.responses.iter().zip(&responses.values) {
+            let points = declared.grid.map_or(1, |g| self.grids[g].len());
+            Error::check_length(&format!("values of response `{}`", declared.name), points, values.len())?;
+            if let Some(p) = values.iter().position(|v| !v.is_finite()) {
+                let what = format!("response `{}`", declared.name);
+                return Err(self.not_finite(what, values[p], declared.grid, p, b));
+            }
+        }
+        Ok(responses)
+    }
+
+    /// Objective and normalised constraints at design `b` from its responses.
+    pub fn evaluate(&self, b: &[f64], responses: &Responses) -> Result<Evaluation> {
+        let at = |quantity: &Quantity, p| quantity.value(p, &self.grids, b, |h, p| self.read(responses, h, p));
+        let objective = at(&self.objective, 0);
+        if !objective.is_finite() {
+            return Err(self.not_finite(format!("objective `{}`", self.objective_name), objective, None, 0, b));
+        }
+        let mut constraints = Vec::with_capacity(self.constraints.len());
+        for constraint in &self.constraints {
+            let points = 0..self.points_of(&constraint.quantity);
+            let history: Vec<f64> = points.map(|p| constraint.normalised(at(&constraint.quantity, p))).collect();
+            if let Some(p) = history.iter().position(|v| !v.is_finite()) {
+                let what = format!("constraint `{}`", constraint.name);
+                return Err(self.not_finite(what, history[p], constraint.quantity.grid(), p, b));
+            }
+            constraints.push(history);
+        }
+        Ok(Evaluation { objective, constraints })
+    }
+
+    /// Response `h` at time point `p`; a time-independent response has the same value at all points.
+    fn read(&self, responses: &Responses, h: usize, p: usize) -> f64 {
+        responses.values[h][if self.responses[h].grid.is_some() { p } else { 0 }]
+    }
+
+    /// The time of point `p` in words, with the unit of its grid.
+    pub fn time_in_words(&self, grid: Option<usize>, p: usize) -> String {
+        match grid {
+            Some(g) => format!("{} {} {}", self.grids[g].name, rounded(self.grids[g].points[p]), self.grids[g].unit),
+            None => "no particular time".to_owned(),
+        }
+    }
+
+    /// The design in words: `k = 1 N/m, c = 0.3 N·s/m`.
+    pub fn design_in_words(&self, b: &[f64]) -> String {
+        let one =
+            |(v, b): (&DesignVariable, &f64)| format!("{} = {} {}", v.name, rounded(*b), v.unit).trim_end().to_owned();
+        self.variables.iter().zip(b).map(one).collect::<Vec<_>>().join(", ")
+    }
+
+    /// A constraint and its time in words: `displacement at time 1.2 s`.
+    pub fn row_in_words(&self, row: RowId) -> String {
+        let constraint = &self.constraints[row.constraint];
+        if constraint.quantity.is_transient() {
+            format!("{} at {}", constraint.name, self.time_in_words(constraint.quantity.grid(), row.point))
+        } else {
+            constraint.name.clone()
+        }
+    }
+
+    pub(super) fn not_finite(&self, what: String, value: f64, grid: Option<usize>, p: usize, b: &[f64]) -> Error {
+        let place = format!("{} and {}", self.time_in_words(grid, p), self.design_in_words(b));
+        Error::NotFinite { what, value, place, remedy: "bound the design away from where it is undefined" }
+    }
+
+    /// A number that tells problems apart: of all names, bounds, limits and time points.
+    pub fn fingerprint(&self) -> u64 {
+        let mut text = format!("{} {} {:?} {:?}", self.name, self.objective_name, self.variables, self.grids);
+        for r in &self.responses {
+            text += &format!(" {} {:?} {:?}", r.name, r.grid, r.intermediates);
+        }
+        for c in &self.constraints {
+            text += &format!(" {} {} {} {:?}", c.name, c.limit, c.scale, c.quantity.uses);
+        }
+        // FNV-1a, which is the same on every machine and in every version.
+        text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    }
+
+    /// Whether the parts fit together.
+    pub(super) fn check(&self) -> Result<()> {
+        if self.variables.is_empty() {
+            return Err(Error::definition(&self.name, "there is no design variable", "add at least one"));
+        }
+        unique("design variable", self.variables.iter().map(|v| &v.name))?;
+        unique("response", self.responses.iter().map(|r| &r.name))?;
+        unique("constraint", self.constraints.iter().map(|c| &c.name))?;
+        self.variables.iter().try_for_each(DesignVariable::check)?;
+        self.responses.iter().try_for_each(|r| self.check_response(r))?;
+        self.check_quantity(&format!("objective `{}`", self.objective_name), &self.objective)?;
+        if self.objective.is_transient() {
+            let remedy = "minimize a sum or an integral over the grid, or its peak with `minimize_peak`";
+            return Err(Error::definition(&self.objective_name, "the objective is a history, not a number", remedy));
+        }
+        for constraint in &self.constraints {
+            self.check_quantity(&format!("constraint `{}`", constraint.name), &constraint.quantity)?;
+            let option = |word| format!("{word} of constraint `{}`", constraint.name);
+            Error::check_option(&option("limit"), "finite", constraint.limit, constraint.limit.is_finite())?;
+            let positive = constraint.scale > 0.0 && constraint.scale.is_finite();
+            Error::check_option(&option("scale"), "positive and finite", constraint.scale, positive)?;
+        }
+        Ok(())
+    }
+
+    fn check_response(&self, response: &Response) -> Result<()> {
+        match &response.intermediates {
+            super::Intermediates::Each(choice) => {
+                Error::check_length(&format!("intermediate variables of `{}`", response.name), self.n(), choice.len())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_quantity(&self, what: &str, quantity: &Quantity) -> Result<()> {
+        if quantity.grid().is_some_and(|g| g >= self.grids.len()) {
+            return Err(Error::definition(what, "its time grid does not exist", "add the grid and use its index"));
+        }
+        for &h in &quantity.uses {
+            let Some(response) = self.responses.get(h) else {
+                let why = format!("it uses response number {h}, but there are {}", self.responses.len());
+                return Err(Error::definition(what, why, "use the index that adding the response returned"));
+            };
+            if response.grid.is_some() && response.grid != quantity.grid() {
+                let why = format!("it uses `{}`, which lives on another time grid", response.name);
+                return Err(Error::definition(what, why, "give both the same grid"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A number for messages: at most nine significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
+}
+
+fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Result<()> {
+    let mut seen = HashSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            let remedy = "give every part its own name";
+            return Err(Error::definition(format!("{what} `{name}`"), "the name is taken twice", remedy));
+        }
+    }
+    Ok(())
+}

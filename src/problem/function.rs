@@ -1,0 +1,121 @@
+//! Explicit functions of (responses, design variables, time), written once over the scalar.
+
+use crate::scalar::{Degree, Dual, HyperDual, Scalar};
+use std::sync::Arc;
+
+/// What a function sees at one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Point<'a, S> {
+    /// The responses that the quantity declares with `of`, in that order, at this time point.
+    pub response: &'a [S],
+    /// All design variables b.
+    pub design: &'a [S],
+    /// The time, in the unit of the grid; NaN where the quantity has no grid.
+    pub time: S,
+}
+
+/// An explicit function g(r, b, t).
+///
+/// The [`function!`](crate::function) macro makes one from an expression; implement the trait to carry parameters.
+pub trait Function: Send + Sync + 'static {
+    /// The value at one instant.
+    fn at<S: Scalar>(&self, point: &Point<S>) -> S;
+}
+
+/// An explicit function of a whole time history: an integral, a norm, a mean.
+pub trait Functional: Send + Sync + 'static {
+    /// The value over all points of the grid, in order.
+    fn over<S: Scalar>(&self, history: &[Point<S>]) -> S;
+}
+
+/// A [`Function`] from an expression: `function!(|p| p.response[0] - p.design[2] + 1.0)`.
+///
+/// Numbers from outside are captured by naming them with their types:
+/// `function!([scale: f64 = 2.0] |p| p.response[0] * scale)`.
+///
+/// ```
+/// use linkwright::{function, problem::{Function, Point}};
+/// let load = function!([g: f64 = 9.81] |p| p.design[0] * g + p.response[0]);
+/// let at = Point { response: &[1.0], design: &[2.0], time: 0.0 };
+/// assert_eq!(load.at(&at), 20.62);
+/// ```
+#[macro_export]
+macro_rules! function {
+    (|$point:ident| $body:expr) => {
+        $crate::function!([] |$point| $body)
+    };
+    ([$($name:ident : $kind:ty = $value:expr),*] |$point:ident| $body:expr) => {{
+        #[derive(Clone)]
+        struct Inline { $($name: $kind),* }
+        impl $crate::problem::Function for Inline {
+            fn at<S: $crate::scalar::Scalar>(&self, $point: &$crate::problem::Point<S>) -> S {
+                #[allow(unused_imports)]
+                use $crate::scalar::DualNum as _;
+                $(#[allow(unused_variables)] let $name = self.$name.clone();)*
+                $body
+            }
+        }
+        Inline { $($name: $value),* }
+    }};
+}
+
+/// Number types that stored functions can be called with: a scalar of the closed set.
+///
+/// Generic methods cannot be stored as objects; functions of the closed set `f64`, [`Dual`], [`HyperDual`] and
+/// [`Degree`] can.
+pub trait Number: Scalar {
+    #[doc(hidden)]
+    fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self;
+    #[doc(hidden)]
+    fn call_over(functional: &dyn AnyFunctional, history: &[Point<Self>]) -> Self;
+    #[doc(hidden)]
+    fn call_map(map: &dyn super::intermediate::AnyMap, k: usize, design: &[Self]) -> Self;
+}
+
+macro_rules! numbers {
+    ($($number:ty => $name:ident),*) => {
+        /// Object-safe face of [`Function`]; implemented for every function.
+        #[doc(hidden)]
+        pub trait AnyFunction: Send + Sync {
+            $(fn $name(&self, point: &Point<$number>) -> $number;)*
+        }
+        impl<F: Function> AnyFunction for F {
+            $(fn $name(&self, point: &Point<$number>) -> $number { self.at(point) })*
+        }
+        /// Object-safe face of [`Functional`]; implemented for every functional.
+        #[doc(hidden)]
+        pub trait AnyFunctional: Send + Sync {
+            $(fn $name(&self, history: &[Point<$number>]) -> $number;)*
+        }
+        impl<F: Functional> AnyFunctional for F {
+            $(fn $name(&self, history: &[Point<$number>]) -> $number { self.over(history) })*
+        }
+        $(impl Number for $number {
+            fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self { function.$name(point) }
+            fn call_over(functional: &dyn AnyFunctional, history: &[Point<Self>]) -> Self { functional.$name(history) }
+            fn call_map(map: &dyn super::intermediate::AnyMap, k: usize, design: &[Self]) -> Self {
+                map.$name(k, design)
+            }
+        })*
+    };
+}
+numbers!(f64 => real, Dual => dual, HyperDual => hyper_dual, Degree => degree);
+
+/// Σₚ wₚ f(r(tₚ), b, tₚ): a quadrature or a plain sum over the grid.
+#[derive(Clone, Debug)]
+pub struct WeightedSum<F> {
+    /// wₚ, one for each time point.
+    pub weights: Vec<f64>,
+    /// The function under the sum.
+    pub function: F,
+}
+
+impl<F: Function> Functional for WeightedSum<F> {
+    fn over<S: Scalar>(&self, history: &[Point<S>]) -> S {
+        let term = |(point, &w)| self.function.at(point) * w;
+        history.iter().zip(&self.weights).map(term).fold(S::from(0.0), |a, b| a + b)
+    }
+}
+
+/// A stored function or functional, shared between problems.
+pub(crate) type Shared<T> = Arc<T>;

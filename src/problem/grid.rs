@@ -1,0 +1,113 @@
+//! Time grids and the quadrature over them.
+
+use crate::error::{Error, Result};
+
+/// The time points t₁ < … < t_nt at which transient responses are evaluated (equation 5).
+///
+/// "Time" may be any parameter of the motion: seconds, a crank angle, the number of a load case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeGrid {
+    /// Name of the parameter, for axes: "time", "crank rotation".
+    pub name: String,
+    /// Its unit: "s", "rad".
+    pub unit: String,
+    /// The points, strictly increasing.
+    pub points: Vec<f64>,
+}
+
+impl TimeGrid {
+    /// `count` equally spaced points from `from` to `to`, both included, in seconds.
+    ///
+    /// ```
+    /// let grid = linkwright::problem::TimeGrid::uniform(0.0, 12.0, 101)?;
+    /// assert_eq!(grid.points[1], 0.12);
+    /// # Ok::<(), linkwright::Error>(())
+    /// ```
+    pub fn uniform(from: f64, to: f64, count: usize) -> Result<Self> {
+        let last = count.saturating_sub(1).max(1) as f64;
+        Self::new("time", "s", (0..count).map(|p| from + (to - from) * (p as f64 / last)).collect())
+    }
+
+    /// A grid of given points. Refuses an empty grid and points that do not increase.
+    pub fn new(name: &str, unit: &str, points: Vec<f64>) -> Result<Self> {
+        let what = || format!("time grid `{name}`");
+        if points.is_empty() {
+            return Err(Error::definition(what(), "it has no time point", "give at least one point"));
+        }
+        if let Some(p) = (0..points.len()).find(|&p| !points[p].is_finite() || (p > 0 && points[p] <= points[p - 1])) {
+            let why = format!("point {p} is {} {unit}, which does not increase", points[p]);
+            return Err(Error::definition(what(), why, "give finite, strictly increasing points"));
+        }
+        Ok(Self { name: name.to_owned(), unit: unit.to_owned(), points })
+    }
+
+    /// Number of points.
+    #[expect(clippy::len_without_is_empty, reason = "a grid is never empty")]
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Length of the interval t_f − t₀.
+    pub fn span(&self) -> f64 {
+        self.points[self.len() - 1] - self.points[0]
+    }
+
+    /// Trapezoidal weights: ∫ f dt ≈ Σ wₚ f(tₚ), second order, any spacing.
+    pub fn trapezoid(&self) -> Vec<f64> {
+        let mut weights = vec![0.0; self.len()];
+        for p in 1..self.len() {
+            let half = 0.5 * (self.points[p] - self.points[p - 1]);
+            weights[p - 1] += half;
+            weights[p] += half;
+        }
+        weights
+    }
+
+    /// Composite Simpson weights: ∫ f dt ≈ Σ wₚ f(tₚ), fourth order for a smooth f.
+    ///
+    /// Errors with [`Error::Definition`] unless the points are equally spaced and odd in number.
+    pub fn simpson(&self) -> Result<Vec<f64>> {
+        let (last, step) = (self.len() - 1, self.span() / (self.len() - 1).max(1) as f64);
+        let even = (0..=last).all(|p| (self.points[p] - self.points[0] - p as f64 * step).abs() <= 1e-9 * step);
+        if last == 0 || last % 2 == 1 || !even {
+            let why = format!("Simpson's rule needs an odd number of equally spaced points, here {}", self.len());
+            let remedy = "use an odd number of equal steps, or the trapezoidal rule";
+            return Err(Error::definition(format!("time grid `{}`", self.name), why, remedy));
+        }
+        let factor = |p| {
+            if p == 0 || p == last {
+                1.0
+            } else if p % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            }
+        };
+        Ok((0..=last).map(|p| factor(p) * step / 3.0).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn simpson_is_exact_for_cubics_and_the_trapezoid_for_lines() {
+        let grid = TimeGrid::uniform(1.0, 3.0, 7).unwrap();
+        let integrate = |weights: Vec<f64>, f: fn(f64) -> f64| -> f64 {
+            weights.iter().zip(&grid.points).map(|(w, &t)| w * f(t)).sum()
+        };
+        assert!((integrate(grid.simpson().unwrap(), |t| t.powi(3)) - 20.0).abs() < 1e-12);
+        assert!((integrate(grid.trapezoid(), |t| 2.0 * t) - 8.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn refuses_what_is_no_grid() {
+        for (points, word) in [(vec![], "no time point"), (vec![0.0, 0.0], "increase"), (vec![0.0, f64::NAN], "NaN")] {
+            let message = TimeGrid::new("time", "s", points).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
+        assert!(TimeGrid::uniform(0.0, 1.0, 4).unwrap().simpson().unwrap_err().to_string().contains("odd"));
+        assert!(TimeGrid::uniform(0.0, 1.0, 1).unwrap().simpson().is_err());
+    }
+}

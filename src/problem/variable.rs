@@ -1,0 +1,52 @@
+//! Design variables and their bounds.
+
+use crate::error::{Error, Result};
+
+/// A design variable b with bounds bˡ ≤ b ≤ bᵘ (equation 3) and a start value.
+///
+/// ```
+/// use linkwright::problem::DesignVariable;
+/// let k = DesignVariable::new("stiffness", "N/m", 1.0).within(1e-6, 2.0);
+/// assert_eq!((k.start, k.lower, k.upper), (1.0, 1e-6, 2.0));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignVariable {
+    /// Name, unique in the problem.
+    pub name: String,
+    /// Unit, for tables and axes.
+    pub unit: String,
+    /// Start value, in the unit.
+    pub start: f64,
+    /// Lower bound, in the unit; −∞ where there is none.
+    pub lower: f64,
+    /// Upper bound, in the unit; ∞ where there is none.
+    pub upper: f64,
+}
+
+impl DesignVariable {
+    /// A variable without bounds.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>, start: f64) -> Self {
+        Self { name: name.into(), unit: unit.into(), start, lower: f64::NEG_INFINITY, upper: f64::INFINITY }
+    }
+
+    /// The same variable with bounds; give ∓∞ for none.
+    #[must_use]
+    pub fn within(self, lower: f64, upper: f64) -> Self {
+        Self { lower, upper, ..self }
+    }
+
+    /// Refuses crossed bounds, NaN, and a start outside the bounds.
+    pub(super) fn check(&self) -> Result<()> {
+        let Self { name, start, lower, upper, .. } = self;
+        let what = format!("design variable `{name}`");
+        if !(lower <= upper) || *lower == f64::INFINITY || *upper == f64::NEG_INFINITY {
+            let why = format!("the lower bound {lower} and the upper bound {upper} leave no room");
+            return Err(Error::definition(what, why, "give a lower bound that is at most the upper bound"));
+        }
+        if !start.is_finite() || start < lower || start > upper {
+            let why = format!("the start {start} is not a number within the bounds [{lower}, {upper}]");
+            return Err(Error::definition(what, why, "move the start inside or widen the bounds"));
+        }
+        Ok(())
+    }
+}

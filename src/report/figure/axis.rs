@@ -1,0 +1,139 @@
+//! An axis: what it measures, how it is scaled, what it shows.
+
+use super::markup;
+use super::ticks::Ticks;
+
+/// How numbers become lengths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal differences, equal lengths.
+    Linear,
+    /// Equal ratios, equal lengths; what is not positive is not shown.
+    Logarithmic,
+}
+
+impl Scale {
+    pub(crate) fn position(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic => value.log10(),
+        }
+    }
+
+    pub(crate) fn shows(self, value: f64) -> bool {
+        value.is_finite() && (self == Self::Linear || value > 0.0)
+    }
+}
+
+/// The name of a quantity and its unit, both in the markup of labels (`*b*_1`, `N/m^2`).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Quantity {
+    /// Its name.
+    pub name: String,
+    /// Its unit; empty if it has none.
+    pub unit: String,
+}
+
+impl Quantity {
+    /// A quantity with a unit; the unit may be empty.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: unit.into() }
+    }
+
+    /// `name [10^n unit]`.
+    pub(crate) fn label(&self, exponent: i32) -> String {
+        let factor = if exponent == 0 { String::new() } else { format!("10^{{{exponent}}}") };
+        match (factor.as_str(), self.unit.as_str()) {
+            ("", "") => self.name.clone(),
+            (factor, "") => format!("{} [{factor}]", self.name),
+            ("", unit) => format!("{} [{unit}]", self.name),
+            (factor, unit) => format!("{} [{factor} {unit}]", self.name),
+        }
+    }
+}
+
+/// One axis of a panel.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// What it measures.
+    pub quantity: Quantity,
+    /// How it is scaled.
+    pub scale: Scale,
+    /// First and last value; without them the data decide.
+    pub limits: Option<[f64; 2]>,
+    /// Whether numbers and label are written.
+    pub labelled: bool,
+    /// Whether only whole numbers carry ticks, as for cycles.
+    pub whole: bool,
+}
+
+impl Axis {
+    /// A linear axis around its data.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self::of(&Quantity::new(name, unit))
+    }
+
+    /// A linear axis around its data.
+    pub fn of(quantity: &Quantity) -> Self {
+        Self { quantity: quantity.clone(), scale: Scale::Linear, limits: None, labelled: true, whole: false }
+    }
+
+    /// The same axis with a logarithmic scale.
+    pub fn logarithmic(self) -> Self {
+        Self { scale: Scale::Logarithmic, ..self }
+    }
+
+    /// The same axis from end to end.
+    pub fn limits(self, low: f64, high: f64) -> Self {
+        Self { limits: Some([low, high]), ..self }
+    }
+
+    /// The same axis with ticks at whole numbers only.
+    pub fn whole(self) -> Self {
+        Self { whole: true, ..self }
+    }
+
+    /// The same axis without numbers and label, above another one that has them.
+    pub fn unlabelled(self) -> Self {
+        Self { labelled: false, ..self }
+    }
+
+    /// Limits that hold the data with a margin of 4 %, or the given ones.
+    pub(crate) fn span(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
+        if let Some(limits) = self.limits {
+            return limits;
+        }
+        let shown = values.filter(|&v| self.scale.shows(v)).map(|v| self.scale.position(v));
+        let [low, high] = shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+        let (low, high) = if low > high { (0.0, 1.0) } else { (low, high) };
+        let margin = match high - low {
+            width if width > 1e-12 * low.abs().max(high.abs()) => 0.04 * width,
+            _ if low == 0.0 || self.scale == Scale::Logarithmic => 1.0,
+            _ => 0.1 * low.abs(),
+        };
+        match self.scale {
+            Scale::Linear => [low - margin, high + margin],
+            Scale::Logarithmic => [10f64.powf(low - margin), 10f64.powf(high + margin)],
+        }
+    }
+
+    pub(crate) fn ticks(&self, [low, high]: [f64; 2], room: usize) -> Ticks {
+        match self.scale {
+            Scale::Linear if self.whole => {
+                let ticks = Ticks::linear(low, high, room.min((high - low).floor().max(1.0) as usize));
+                let minor = ticks.minor.into_iter().filter(|v| (v - v.round()).abs() < 1e-6).collect();
+                Ticks { minor, ..ticks }
+            }
+            Scale::Linear => Ticks::linear(low, high, room),
+            Scale::Logarithmic => Ticks::logarithmic(low, high, room),
+        }
+    }
+
+    pub(crate) fn label(&self, ticks: &Ticks) -> String {
+        self.quantity.label(ticks.exponent)
+    }
+
+    pub(crate) fn widest_number(&self, ticks: &Ticks, size: f64) -> f64 {
+        ticks.major.iter().map(|(_, label)| markup::width(label, size)).fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,189 @@
+//! What can be drawn inside a panel, in data coordinates; sizes and widths are in points (1/72 inch) on paper.
+
+use super::{Colour, ColourMap, Grid};
+
+/// The rhythm of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dash {
+    /// Without gaps.
+    Solid,
+    /// Long strokes.
+    Dashed,
+    /// Dots.
+    Dotted,
+    /// Strokes and dots in turn.
+    DashDot,
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stroke {
+    /// Its colour.
+    pub colour: Colour,
+    /// Its width in points.
+    pub width: f64,
+    /// Its rhythm.
+    pub dash: Dash,
+}
+
+impl Stroke {
+    /// A line without gaps.
+    pub const fn solid(colour: Colour, width: f64) -> Self {
+        Self { colour, width, dash: Dash::Solid }
+    }
+
+    /// The same line in another rhythm.
+    pub const fn dash(self, dash: Dash) -> Self {
+        Self { dash, ..self }
+    }
+}
+
+/// The sign at a data point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Marker {
+    /// A ring, white inside.
+    Circle,
+    /// A filled circle.
+    Disc,
+    /// A square, white inside.
+    Square,
+    /// A filled square.
+    Block,
+    /// A diamond, white inside.
+    Diamond,
+    /// A triangle on its tip, white inside.
+    Down,
+    /// A diagonal cross.
+    Cross,
+    /// An upright cross.
+    Plus,
+}
+
+/// The signs of a mechanism, sized for paper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Symbol {
+    /// A revolute joint: a ring.
+    Joint,
+    /// A revolute joint on the ground: a triangle on a hatched line.
+    GroundJoint,
+    /// A slider block; the angle of its guide in radians from the x-axis.
+    Slider(f64),
+}
+
+/// Where a text stands relative to its point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    /// It begins there.
+    Start,
+    /// It is centred there.
+    Middle,
+    /// It ends there.
+    End,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Kind {
+    Curves { curves: Vec<Vec<[f64; 2]>>, stroke: Stroke },
+    Region { outline: Vec<[f64; 2]>, colour: Colour, opacity: f64 },
+    Points { at: Vec<[f64; 2]>, marker: Marker, colour: Colour, size: f64 },
+    Hatching { curves: Vec<Vec<[f64; 2]>>, stroke: Stroke, length: f64 },
+    Text { at: [f64; 2], text: String, anchor: Anchor, offset: [f64; 2], colour: Colour, size: f64 },
+    ContourLabel { curves: Vec<Vec<[f64; 2]>>, text: String, colour: Colour },
+    Field { grid: Grid, map: ColourMap, range: [f64; 2] },
+    Symbol { at: [f64; 2], symbol: Symbol },
+}
+
+/// Something drawn in a panel; later marks cover earlier ones.
+#[derive(Clone, Debug)]
+pub struct Mark {
+    pub(crate) kind: Kind,
+    pub(crate) name: Option<String>,
+}
+
+impl Mark {
+    fn of(kind: Kind) -> Self {
+        Self { kind, name: None }
+    }
+
+    /// The same mark with a line in the legend.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
+    /// A polyline.
+    pub fn curve(points: impl Into<Vec<[f64; 2]>>, stroke: Stroke) -> Self {
+        Self::curves(vec![points.into()], stroke)
+    }
+
+    /// Polylines that belong together.
+    pub fn curves(curves: Vec<Vec<[f64; 2]>>, stroke: Stroke) -> Self {
+        Self::of(Kind::Curves { curves, stroke })
+    }
+
+    /// Steps that keep each value until the next abscissa.
+    pub fn steps(points: &[[f64; 2]], stroke: Stroke) -> Self {
+        let mut corners = Vec::with_capacity(2 * points.len());
+        for pair in points.windows(2) {
+            corners.extend([pair[0], [pair[1][0], pair[0][1]]]);
+        }
+        corners.extend(points.last());
+        Self::curve(corners, stroke)
+    }
+
+    /// The outline of the box between two corners.
+    pub fn rectangle([low, high]: [[f64; 2]; 2], stroke: Stroke) -> Self {
+        Self::curve([low, [high[0], low[1]], high, [low[0], high[1]], low], stroke)
+    }
+
+    /// A filled polygon.
+    pub fn region(outline: impl Into<Vec<[f64; 2]>>, colour: Colour, opacity: f64) -> Self {
+        Self::of(Kind::Region { outline: outline.into(), colour, opacity })
+    }
+
+    /// Markers of the given size across, in points.
+    pub fn points(at: impl Into<Vec<[f64; 2]>>, marker: Marker, colour: Colour, size: f64) -> Self {
+        Self::of(Kind::Points { at: at.into(), marker, colour, size })
+    }
+
+    /// Short strokes on the left of the curves: the forbidden side of a bound.
+    pub fn hatching(curves: Vec<Vec<[f64; 2]>>, stroke: Stroke, length: f64) -> Self {
+        Self::of(Kind::Hatching { curves, stroke, length })
+    }
+
+    /// A text beside a point; the offset is in points to the right and up.
+    pub fn text(at: [f64; 2], text: impl Into<String>, anchor: Anchor, offset: [f64; 2]) -> Self {
+        let (colour, size) = (Colour::BLACK, super::style::TICK_SIZE);
+        Self::of(Kind::Text { at, text: text.into(), anchor, offset, colour, size })
+    }
+
+    /// A label in a gap of the longest of the curves, where there is room.
+    pub fn contour_label(curves: Vec<Vec<[f64; 2]>>, text: impl Into<String>, colour: Colour) -> Self {
+        Self::of(Kind::ContourLabel { curves, text: text.into(), colour })
+    }
+
+    /// A coloured field; the colours span `range`.
+    pub fn field(grid: Grid, map: ColourMap, range: [f64; 2]) -> Self {
+        Self::of(Kind::Field { grid, map, range })
+    }
+
+    /// A sign of a mechanism.
+    pub fn symbol(at: [f64; 2], symbol: Symbol) -> Self {
+        Self::of(Kind::Symbol { at, symbol })
+    }
+
+    /// The data points that the axes must show.
+    pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
+        match &self.kind {
+            Kind::Curves { curves, .. } | Kind::Hatching { curves, .. } => curves.concat(),
+            Kind::Region { outline, .. } => outline.clone(),
+            Kind::Points { at, .. } => at.clone(),
+            Kind::Text { at, .. } | Kind::Symbol { at, .. } => vec![*at],
+            Kind::ContourLabel { .. } => Vec::new(),
+            Kind::Field { grid, .. } => {
+                let (x, y) = (grid.x(), grid.y());
+                vec![[x[0], y[0]], [x[x.len() - 1], y[y.len() - 1]]]
+            }
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Where the label of a contour stands.
+
+use super::mark::{Anchor, Kind};
+use super::svg::{Lettering, Svg};
+use super::view::View;
+use super::{Colour, Panel, markup, style};
+
+/// Points of the paper that a label should leave free: markers, texts, signs.
+pub(crate) fn taken(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
+    let mut taken = Vec::new();
+    for mark in &panel.marks {
+        match &mark.kind {
+            Kind::Points { at, .. } => taken.extend(at.iter().filter_map(|&p| view.place(p))),
+            Kind::Text { at, .. } | Kind::Symbol { at, .. } => taken.extend(view.place(*at)),
+            _ => {}
+        }
+    }
+    taken
+}
+
+/// Places on a polyline `step` points apart, with the direction there.
+pub(crate) fn along(curve: &[[f64; 2]], step: f64) -> Vec<([f64; 2], [f64; 2])> {
+    let mut places = Vec::new();
+    let mut ahead = 0.0;
+    for pair in curve.windows(2) {
+        let d = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+        let length = d[0].hypot(d[1]);
+        while ahead < length {
+            let part = ahead / length;
+            places.push(([pair[0][0] + part * d[0], pair[0][1] + part * d[1]], [d[0] / length, d[1] / length]));
+            ahead += step;
+        }
+        ahead -= length;
+    }
+    places
+}
+
+/// Sets the label where it is far from everything taken, from the frame, and where the curve is straight.
+pub(crate) fn contour_label(
+    svg: &mut Svg,
+    curves: &[Vec<[f64; 2]>],
+    text: &str,
+    colour: Colour,
+    view: &View,
+    taken: &mut Vec<[f64; 2]>,
+) {
+    const STEP: f64 = 2.0;
+    let size = style::CONTOUR_SIZE;
+    let width = markup::width(text, size);
+    let half = (0.5 * width / STEP).ceil() as usize + 1;
+    let mut best: Option<(f64, [f64; 2], [f64; 2])> = None;
+    for piece in curves.iter().flat_map(|curve| view.place_curve(curve)) {
+        let places = along(&piece, STEP);
+        for k in half..places.len().saturating_sub(half) {
+            let (from, at, to) = (places[k - half].0, places[k].0, places[k + half].0);
+            let chord = distance(from, to) / (2.0 * half as f64 * STEP);
+            let edge = [from, to].iter().map(|p| inset(view, *p)).fold(f64::INFINITY, f64::min);
+            if edge < 3.0 || chord < 0.93 {
+                continue;
+            }
+            let free = taken.iter().map(|&p| distance(p, at)).fold(60.0, f64::min);
+            let score = free.min(60.0) + 0.3 * edge.min(30.0) + 200.0 * chord;
+            if best.is_none_or(|b| score > b.0) {
+                best = Some((score, at, [to[0] - from[0], to[1] - from[1]]));
+            }
+        }
+    }
+    let Some((_, at, along)) = best else { return };
+    taken.push(at);
+    let angle = along[1].atan2(along[0]).to_degrees();
+    let upright = if angle.abs() > 90.0 { angle - 180.0 * angle.signum() } else { angle };
+    let (s, c) = upright.to_radians().sin_cos();
+    let down = 0.36 * size;
+    let style = Lettering { colour, turned: upright, rim: true, ..Lettering::new(size, Anchor::Middle) };
+    svg.text([at[0] - down * s, at[1] + down * c], text, style);
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// How far inside the frame a place is.
+fn inset(view: &View, [x, y]: [f64; 2]) -> f64 {
+    let a = view.area;
+    (x - a.left).min(a.right() - x).min(y - a.top).min(a.bottom() - y)
+}

@@ -1,0 +1,134 @@
+//! How a run converges: the objective, and errors, violation and steps on a logarithmic scale.
+
+use crate::Result;
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
+
+/// One measure over the tries of a run.
+#[derive(Clone, Debug)]
+pub struct Measure<'a> {
+    /// Its name for the legend.
+    pub name: &'a str,
+    /// Its value at each try. Zero and negative values stand at the foot of the logarithmic scale.
+    pub values: &'a [f64],
+}
+
+/// Everything in the picture.
+#[derive(Clone, Debug)]
+pub struct Convergence<'a> {
+    /// The cycle of each try.
+    pub cycles: &'a [usize],
+    /// Whether each try was accepted.
+    pub accepted: &'a [bool],
+    /// The objective, name and unit.
+    pub objective: Quantity,
+    /// The objective at each try.
+    pub objective_values: &'a [f64],
+    /// Whether the objective is better seen on a logarithmic scale.
+    pub objective_logarithmic: bool,
+    /// Errors, violation, steps: what should go to zero.
+    pub measures: &'a [Measure<'a>],
+    /// What the measures have in common, name and unit.
+    pub measure: Quantity,
+}
+
+/// Draws the objective above the measures, both over the cycles; rejected tries are crosses beside the lines.
+///
+/// **Errors.** No tries, lengths that differ, values that are not finite.
+pub fn convergence(data: &Convergence) -> Result<Figure> {
+    check_data(data)?;
+    let last = data.cycles.iter().copied().max().unwrap_or(0).max(1) as f64;
+    let cycle = || Axis::new("cycle", "").limits(-0.3, last + 0.3).whole();
+    let shown = if data.measures.is_empty() { cycle() } else { cycle().unlabelled() };
+    let scale = |axis: Axis, logarithmic: bool| if logarithmic { axis.logarithmic() } else { axis };
+    let logarithmic = data.objective_logarithmic && data.objective_values.iter().all(|&v| v > 0.0);
+    let mut top = Panel::new(shown, scale(Axis::of(&data.objective), logarithmic)).legend(Legend::Absent);
+    add_series(&mut top, data, data.objective_values, 0, None);
+    let figure =
+        Figure::new("Convergence of the optimization", 85.0, if data.measures.is_empty() { 60.0 } else { 105.0 });
+    if data.measures.is_empty() {
+        return Ok(figure.with(top));
+    }
+    let [low, high] = limits(data.measures);
+    let mut bottom = Panel::new(cycle(), Axis::of(&data.measure).logarithmic().limits(low, high)).legend(Legend::Below);
+    for (k, measure) in data.measures.iter().enumerate() {
+        let floored: Vec<f64> = measure.values.iter().map(|&v| if v > 0.0 { v } else { 0.0 }).collect();
+        add_series(&mut bottom, data, &floored, k, Some(measure.name));
+    }
+    add_floor(&mut bottom, data, low);
+    Ok(figure.with(top).with(bottom))
+}
+
+fn check_data(data: &Convergence) -> Result<()> {
+    check::not_empty("tries of the run", data.cycles.len())?;
+    crate::Error::check_length("accepted tries", data.cycles.len(), data.accepted.len())?;
+    check::series("objective of the run", data.cycles.len(), data.objective_values)?;
+    data.measures.iter().try_for_each(|measure| check::series(measure.name, data.cycles.len(), measure.values))
+}
+
+/// The decades that hold the positive values, with half of one below for those that have none.
+fn limits(measures: &[Measure]) -> [f64; 2] {
+    let positive = measures.iter().flat_map(|m| m.values).filter(|&&v| v > 0.0);
+    let [low, high] = positive.fold([f64::INFINITY, 0.0], |[l, h]: [f64; 2], &v| [l.min(v), h.max(v)]);
+    if high == 0.0 { [0.1, 10.0] } else { [low / 5.0, high * 3.0] }
+}
+
+const MARKERS: [Marker; 5] = [Marker::Disc, Marker::Square, Marker::Diamond, Marker::Block, Marker::Circle];
+
+fn add_series(panel: &mut Panel, data: &Convergence, values: &[f64], index: usize, name: Option<&str>) {
+    let colour = Colour::of_series(index);
+    let tries = |wanted: bool| -> Vec<[f64; 2]> {
+        let all = data.cycles.iter().zip(data.accepted).zip(values);
+        all.filter(|((_, accepted), _)| **accepted == wanted).map(|((&cycle, _), &v)| [cycle as f64, v]).collect()
+    };
+    let mut curve = Mark::curve(tries(true), Stroke::solid(colour, 0.8));
+    let mut points = Mark::points(tries(true), MARKERS[index % MARKERS.len()], colour, 3.6);
+    if let Some(name) = name {
+        (curve, points) = (curve.named(name), points.named(name));
+    }
+    panel.add(curve).add(points);
+    let rejected = tries(false);
+    if !rejected.is_empty() {
+        let crosses = Mark::points(rejected, Marker::Cross, colour, 4.6);
+        panel.add(if name.is_some() && index == 0 { crosses.named("rejected try") } else { crosses });
+    }
+}
+
+/// Triangles at the foot of the scale, side by side, for zero and negative values.
+fn add_floor(panel: &mut Panel, data: &Convergence, low: f64) {
+    for (k, measure) in data.measures.iter().enumerate() {
+        let shift = 0.11 * (k as f64 - 0.5 * (data.measures.len() - 1) as f64);
+        let without = data.cycles.iter().zip(measure.values).filter(|(_, v)| **v <= 0.0);
+        let at: Vec<[f64; 2]> = without.map(|(&cycle, _)| [cycle as f64 + shift, low * 1.6]).collect();
+        if !at.is_empty() {
+            panel.add(Mark::points(at, Marker::Down, Colour::of_series(k), 3.8).named("zero or less"));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rejected_tries_and_zeros_are_shown() {
+        let measures =
+            [Measure { name: "*E*_g", values: &[0.0, 0.5, 0.1] }, Measure { name: "*V*", values: &[-1.0, 0.4, 0.2] }];
+        let data = Convergence {
+            cycles: &[0, 1, 1],
+            accepted: &[true, false, true],
+            objective: Quantity::new("*F*", "m/s^2"),
+            objective_values: &[0.85, 0.62, 0.51],
+            objective_logarithmic: true,
+            measures: &measures,
+            measure: Quantity::new("error, violation", "%"),
+        };
+        let svg = convergence(&data).unwrap().svg().unwrap();
+        for text in ["rejected try", "zero or less", "cycle", "[%]"] {
+            assert!(svg.contains(text), "{text} is missing");
+        }
+        assert!(convergence(&Convergence { cycles: &[], ..data.clone() }).is_err());
+        assert!(convergence(&Convergence { accepted: &[true], ..data.clone() }).is_err());
+        assert!(convergence(&Convergence { objective_values: &[0.1, f64::NAN, 0.2], ..data.clone() }).is_err());
+        assert!(convergence(&Convergence { measures: &[], ..data }).is_ok());
+    }
+}

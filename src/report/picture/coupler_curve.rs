@@ -1,0 +1,105 @@
+//! The curve of a coupler point against the points it should pass.
+
+use super::Linkage;
+use crate::report::figure::{Anchor, Axis, Colour, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
+use crate::{Error, Result};
+
+/// Everything in the picture.
+#[derive(Clone, Debug)]
+pub struct CouplerCurve<'a> {
+    /// The coordinates along the axes.
+    pub axes: [Quantity; 2],
+    /// Curves with names, such as those of the first and the last design; the last one is the one judged.
+    pub curves: &'a [(&'a str, &'a [[f64; 2]])],
+    /// The points to pass.
+    pub desired: &'a [[f64; 2]],
+    /// Where the coupler point of the judged curve is at the prescribed times, one for each desired point, or none.
+    pub reached: &'a [[f64; 2]],
+    /// The mechanism in one position.
+    pub linkage: Option<&'a Linkage>,
+}
+
+/// Draws curves, desired points with their numbers, and a short line from each to where the coupler point is.
+///
+/// **Errors.** No curve, data that are not finite, as many reached as desired points expected.
+pub fn coupler_curve(data: &CouplerCurve) -> Result<Figure> {
+    check_data(data)?;
+    let [x, y] = &data.axes;
+    let mut panel = Panel::new(Axis::of(x), Axis::of(y)).equal().legend(Legend::Below);
+    if let Some(linkage) = data.linkage {
+        linkage.draw(&mut panel);
+    }
+    for (k, (name, curve)) in data.curves.iter().enumerate() {
+        let judged = k + 1 == data.curves.len();
+        let stroke = if judged { Stroke::solid(Colour::BLUE, 1.1) } else { Stroke::solid(Colour::GREY, 0.7) };
+        panel.add(Mark::curve(*curve, stroke).named(*name));
+    }
+    let errors = data.desired.iter().zip(data.reached).map(|(d, r)| vec![*d, *r]).collect();
+    panel.add(Mark::curves(errors, Stroke::solid(Colour::VERMILLION, 0.7)));
+    if !data.reached.is_empty() {
+        panel.add(Mark::points(data.reached, Marker::Disc, Colour::BLUE, 3.0).named("at the prescribed times"));
+    }
+    if !data.desired.is_empty() {
+        panel.add(Mark::points(data.desired, Marker::Cross, Colour::VERMILLION, 4.6).named("desired"));
+    }
+    add_numbers(&mut panel, data.desired);
+    Ok(Figure::new("Coupler curve against the desired points", 85.0, 80.0).with(panel))
+}
+
+fn check_data(data: &CouplerCurve) -> Result<()> {
+    check::not_empty("coupler curve", data.curves.len())?;
+    for (_, curve) in data.curves {
+        check::finite_points("coupler curve", curve)?;
+    }
+    if !data.reached.is_empty() {
+        Error::check_length("points reached at the prescribed times", data.desired.len(), data.reached.len())?;
+        check::finite_points("points reached", data.reached)?;
+    }
+    if !data.desired.is_empty() {
+        check::finite_points("desired points", data.desired)?;
+    }
+    data.linkage.map_or(Ok(()), Linkage::check)
+}
+
+/// Numbers on the outside of the desired points, seen from their middle.
+fn add_numbers(panel: &mut Panel, desired: &[[f64; 2]]) {
+    let count = desired.len() as f64;
+    let middle = [0, 1].map(|k| desired.iter().map(|p| p[k]).sum::<f64>() / count);
+    for (k, &at) in desired.iter().enumerate() {
+        let [dx, dy] = [at[0] - middle[0], at[1] - middle[1]];
+        let length = dx.hypot(dy).max(1e-12);
+        let anchor = if dx > 0.5 * length {
+            Anchor::Start
+        } else if dx < -0.5 * length {
+            Anchor::End
+        } else {
+            Anchor::Middle
+        };
+        panel.add(Mark::text(at, (k + 1).to_string(), anchor, [5.0 * dx / length, 7.0 * dy / length]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_and_curve_are_in_the_picture() {
+        let circle: Vec<[f64; 2]> =
+            (0..=36).map(|k| f64::from(k * 10).to_radians()).map(|a| [a.cos(), a.sin()]).collect();
+        let curves = [("coupler curve", circle.as_slice())];
+        let data = CouplerCurve {
+            axes: [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")],
+            curves: &curves,
+            desired: &[[1.1, 0.0], [0.0, 1.1]],
+            reached: &[[1.0, 0.0], [0.0, 1.0]],
+            linkage: None,
+        };
+        let svg = coupler_curve(&data).unwrap().svg().unwrap();
+        assert!(svg.contains("coupler curve") && svg.contains(">desired<") && svg.contains(">2</text>"));
+        assert!(coupler_curve(&CouplerCurve { curves: &[], ..data.clone() }).is_err());
+        assert!(coupler_curve(&CouplerCurve { curves: &[("empty", &[])], ..data.clone() }).is_err());
+        assert!(coupler_curve(&CouplerCurve { reached: &[[0.0, 0.0]], ..data.clone() }).is_err());
+        assert!(coupler_curve(&CouplerCurve { desired: &[[f64::NAN, 0.0]], reached: &[], ..data }).is_err());
+    }
+}

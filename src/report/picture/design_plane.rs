@@ -1,0 +1,207 @@
+//! The plane of two design variables: contours of the objective, bounds, and the way to the optimum.
+
+use crate::Result;
+use crate::report::figure::{
+    Anchor, Axis, Colour, Dash, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, check, contour,
+    round_levels, short,
+};
+
+/// The objective over the plane.
+#[derive(Clone, Debug)]
+pub struct Objective<'a> {
+    /// Its name for the legend.
+    pub name: &'a str,
+    /// Its values.
+    pub grid: &'a Grid,
+    /// The contours; with none, about eight round ones.
+    pub levels: &'a [f64],
+}
+
+/// A constraint over the plane.
+#[derive(Clone, Debug)]
+pub struct Bound<'a> {
+    /// Its name for the legend.
+    pub name: &'a str,
+    /// Response minus bound: positive is forbidden, and that side is hatched.
+    pub excess: &'a Grid,
+}
+
+/// One try of the optimization.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iterate {
+    /// The cycle it belongs to, shown beside it.
+    pub cycle: usize,
+    /// The design.
+    pub design: [f64; 2],
+    /// Whether it became the start of the next cycle.
+    pub accepted: bool,
+    /// Lower and upper corner of the subregion it was sought in.
+    pub move_limits: Option<[[f64; 2]; 2]>,
+}
+
+/// Everything in the picture.
+#[derive(Clone, Debug)]
+pub struct DesignPlane<'a> {
+    /// The variables along the axes.
+    pub variables: [Quantity; 2],
+    /// What is minimized.
+    pub objective: Objective<'a>,
+    /// What must hold.
+    pub bounds: &'a [Bound<'a>],
+    /// The tries in their order.
+    pub path: &'a [Iterate],
+    /// The optimum, if it is known.
+    pub optimum: Option<[f64; 2]>,
+}
+
+/// Draws objective, bounds, path and optimum in the plane of the objective's grid.
+///
+/// **Errors.** A path or an optimum that is not finite.
+pub fn design_plane(data: &DesignPlane) -> Result<Figure> {
+    check_path(data)?;
+    let grid = data.objective.grid;
+    let ends = |axis: &[f64]| (axis[0], axis[axis.len() - 1]);
+    let ((x0, x1), (y0, y1)) = (ends(grid.x()), ends(grid.y()));
+    let [x, y] = &data.variables;
+    let mut panel = Panel::new(Axis::of(x).limits(x0, x1), Axis::of(y).limits(y0, y1)).legend(Legend::Below);
+    add_contours(&mut panel, &data.objective);
+    for (k, bound) in data.bounds.iter().enumerate() {
+        add_bound(&mut panel, bound, k);
+    }
+    add_path(&mut panel, data.path, [x1 - x0, y1 - y0]);
+    if let Some(optimum) = data.optimum {
+        panel.add(Mark::points([optimum], Marker::Circle, Colour::BLACK, 6.0).named("optimum"));
+        panel.add(Mark::points([optimum], Marker::Disc, Colour::BLACK, 1.2));
+    }
+    let description =
+        format!("Design plane: contours of {}, bounds and the path of the optimization", data.objective.name);
+    Ok(Figure::new(description, 85.0, 88.0).with(panel))
+}
+
+fn check_path(data: &DesignPlane) -> Result<()> {
+    for iterate in data.path {
+        check::finite("design of the path", &iterate.design)?;
+        if let Some(limits) = iterate.move_limits {
+            check::finite_points("move limits of the path", &limits)?;
+        }
+    }
+    data.optimum.map_or(Ok(()), |optimum| check::finite("optimum", &optimum))
+}
+
+fn add_contours(panel: &mut Panel, objective: &Objective) {
+    const LINE: Colour = Colour(105, 105, 105);
+    let chosen;
+    let levels = if objective.levels.is_empty() {
+        chosen = round_levels(objective.grid, 8);
+        &chosen
+    } else {
+        objective.levels
+    };
+    let mut labels = Vec::new();
+    for &level in levels {
+        let curves = contour(objective.grid, level);
+        panel.add(Mark::curves(curves.clone(), Stroke::solid(LINE, 0.6).dash(Dash::Dotted)).named(objective.name));
+        labels.push(Mark::contour_label(curves, short(level), Colour(60, 60, 60)));
+    }
+    panel.extend(labels);
+}
+
+fn add_bound(panel: &mut Panel, bound: &Bound, index: usize) {
+    let colour = [Colour::BLACK, Colour::VERMILLION, Colour::GREEN, Colour::PURPLE][index % 4];
+    let curves = contour(bound.excess, 0.0);
+    panel.add(Mark::hatching(curves.clone(), Stroke::solid(colour, 0.5), 4.2).named(bound.name));
+    panel.add(Mark::curves(curves, Stroke::solid(colour, 1.1)).named(bound.name));
+}
+
+fn add_path(panel: &mut Panel, path: &[Iterate], span: [f64; 2]) {
+    for limits in path.iter().filter_map(|iterate| iterate.move_limits) {
+        panel.add(Mark::rectangle(limits, Stroke::solid(Colour::SKY, 0.6).dash(Dash::Dashed)).named("move limits"));
+    }
+    let designs = |accepted: bool| -> Vec<[f64; 2]> {
+        path.iter().filter(|i| i.accepted == accepted).map(|i| i.design).collect()
+    };
+    let (accepted, rejected) = (designs(true), designs(false));
+    if !accepted.is_empty() {
+        panel.add(Mark::curve(accepted.clone(), Stroke::solid(Colour::BLUE, 0.9)).named("cycles"));
+        panel.add(Mark::points(accepted, Marker::Disc, Colour::BLUE, 3.4).named("cycles"));
+    }
+    if !rejected.is_empty() {
+        panel.add(Mark::points(rejected, Marker::Cross, Colour::VERMILLION, 4.6).named("rejected tries"));
+    }
+    add_numbers(panel, path, span);
+}
+
+/// The numbers of the cycles on the open side of the path; cycles that coincide on paper share a label.
+fn add_numbers(panel: &mut Panel, path: &[Iterate], span: [f64; 2]) {
+    let near = |a: &Iterate, b: &Iterate| {
+        let [u, v] = [0, 1].map(|k| (a.design[k] - b.design[k]) / span[k]);
+        a.accepted && b.accepted && u.hypot(v) < 0.03
+    };
+    let groups: Vec<&[Iterate]> = path.chunk_by(near).collect();
+    for (k, group) in groups.iter().enumerate() {
+        let neighbours = [k.checked_sub(1).map(|k| groups[k]), groups.get(k + 1).copied()];
+        let at = group[0].design;
+        let away = neighbours.iter().flatten().fold([0.0, 0.0], |sum, next| {
+            let [u, v] = [0, 1].map(|k| (next[0].design[k] - at[k]) / span[k]);
+            let length = u.hypot(v).max(1e-9);
+            [sum[0] - u / length, sum[1] - v / length]
+        });
+        let length = away[0].hypot(away[1]);
+        // Between opposite neighbours there is no open side: above is as good as below.
+        let [u, v] = if length > 0.2 { [away[0] / length, away[1] / length] } else { [0.0, 1.0] };
+        let anchor = if u > 0.3 {
+            Anchor::Start
+        } else if u < -0.3 {
+            Anchor::End
+        } else {
+            Anchor::Middle
+        };
+        let (first, last) = (group[0].cycle, group[group.len() - 1].cycle);
+        let number = if first == last { first.to_string() } else { format!("{first}–{last}") };
+        panel.add(Mark::text(at, number, anchor, [4.5 * u, 6.5 * v]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bowl() -> Grid {
+        Grid::sample([0.0, 2.0], [0.0, 1.0], [21, 21], |x, y| (x - 1.0).powi(2) + (y - 0.5).powi(2)).unwrap()
+    }
+
+    fn plane<'a>(grid: &'a Grid, bounds: &'a [Bound<'a>], path: &'a [Iterate]) -> DesignPlane<'a> {
+        DesignPlane {
+            variables: [Quantity::new("*b*_1", "N/m"), Quantity::new("*b*_2", "N s/m")],
+            objective: Objective { name: "objective", grid, levels: &[0.1, 0.2] },
+            bounds,
+            path,
+            optimum: Some([1.0, 0.5]),
+        }
+    }
+
+    #[test]
+    fn names_numbers_and_boxes_are_in_the_picture() {
+        let (grid, wall) = (bowl(), Grid::sample([0.0, 2.0], [0.0, 1.0], [5, 5], |x, _| 0.55 - x).unwrap());
+        let bounds = [Bound { name: "displacement", excess: &wall }];
+        let at = |cycle, x, accepted| Iterate {
+            cycle,
+            design: [x, 0.2],
+            accepted,
+            move_limits: Some([[x - 0.1, 0.1], [x + 0.1, 0.3]]),
+        };
+        let path = [at(0, 1.8, true), at(1, 1.5, false), at(1, 1.4, true), at(2, 1.0, true), at(3, 1.001, true)];
+        let svg = design_plane(&plane(&grid, &bounds, &path)).unwrap().svg().unwrap();
+        for text in ["displacement", "optimum", "move limits", "rejected tries", ">2–3<", "[N s/m]", ">0.2<"] {
+            assert!(svg.contains(text), "{text} is missing");
+        }
+    }
+
+    #[test]
+    fn designs_without_value_are_refused() {
+        let grid = bowl();
+        let path = [Iterate { cycle: 0, design: [0.0, f64::NAN], accepted: true, move_limits: None }];
+        assert!(design_plane(&plane(&grid, &[], &path)).is_err());
+        assert!(design_plane(&plane(&grid, &[], &[])).is_ok());
+    }
+}

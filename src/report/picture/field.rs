@@ -1,0 +1,107 @@
+//! A stress over the length of the links and time, as a coloured field.
+
+use crate::report::figure::{
+    Axis, Colour, ColourBar, ColourMap, Dash, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, check,
+    contour,
+};
+use crate::{Error, Result};
+
+/// Everything in the picture.
+#[derive(Clone, Debug)]
+pub struct StressField<'a> {
+    /// What runs along the horizontal axis of the grid.
+    pub time: Quantity,
+    /// What runs along its vertical axis.
+    pub position: Quantity,
+    /// What the colours show.
+    pub stress: Quantity,
+    /// One field for each link, with its name.
+    pub links: &'a [(&'a str, &'a Grid)],
+    /// The allowable size of the stress, drawn as a contour at plus and minus this value.
+    pub allowable: Option<f64>,
+    /// The worst points: link, time, position.
+    pub marked: &'a [(usize, [f64; 2])],
+}
+
+/// Draws one field for each link, all in one scale of colours.
+///
+/// Signed stresses are blue where negative, white at zero and red where positive.
+///
+/// **Errors.** No links, an allowable stress that is not positive, marks that are not finite or on no link.
+pub fn stress_field(data: &StressField) -> Result<Figure> {
+    check::not_empty("links", data.links.len())?;
+    if let Some(allowable) = data.allowable {
+        Error::check_option(
+            "allowable stress",
+            "positive and finite",
+            allowable,
+            allowable > 0.0 && allowable.is_finite(),
+        )?;
+    }
+    for (link, at) in data.marked {
+        check::finite("marked point", at)?;
+        Error::check_option("link of a marked point", "one of the links", *link as f64, *link < data.links.len())?;
+    }
+    let (map, range) = colours(data);
+    let height = 16.0 + 34.0 * data.links.len() as f64;
+    let mut figure = Figure::new(format!("{} over position and time", data.stress.name), 120.0, height);
+    for (k, (name, grid)) in data.links.iter().enumerate() {
+        figure = figure.with(link_panel(data, k, name, grid, map, range));
+    }
+    Ok(figure)
+}
+
+fn link_panel(data: &StressField, k: usize, name: &str, grid: &Grid, map: ColourMap, range: [f64; 2]) -> Panel {
+    let ends = |axis: &[f64]| (axis[0], axis[axis.len() - 1]);
+    let ((t0, t1), (x0, x1)) = (ends(grid.x()), ends(grid.y()));
+    let mut panel = Panel::new(Axis::of(&data.time).limits(t0, t1), Axis::of(&data.position).limits(x0, x1));
+    panel.title = name.to_owned();
+    panel.legend = Legend::Absent;
+    panel.colour_bar = Some(ColourBar { quantity: data.stress.clone(), map, range });
+    panel.add(Mark::field(grid.clone(), map, range));
+    if map == ColourMap::Diverging {
+        panel.add(Mark::curves(contour(grid, 0.0), Stroke::solid(Colour::GREY, 0.4).dash(Dash::Dotted)));
+    }
+    for level in data.allowable.into_iter().flat_map(|allowable| [-allowable, allowable]) {
+        panel.add(Mark::curves(contour(grid, level), Stroke::solid(Colour::BLACK, 0.8)));
+    }
+    let here: Vec<[f64; 2]> = data.marked.iter().filter(|mark| mark.0 == k).map(|mark| mark.1).collect();
+    panel.add(Mark::points(here, Marker::Circle, Colour::BLACK, 3.6));
+    panel
+}
+
+/// The same distance of both ends from white for signed values.
+fn colours(data: &StressField) -> (ColourMap, [f64; 2]) {
+    let ranges = data.links.iter().map(|link| link.1.range());
+    let [low, high] = ranges.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], [a, b]| [l.min(a), h.max(b)]);
+    if low < 0.0 {
+        let end = low.abs().max(high.abs());
+        return (ColourMap::Diverging, [-end, end]);
+    }
+    (ColourMap::Sequential, if high > low { [low, high] } else { [low, low + low.abs().max(1.0)] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signed_field_has_a_symmetric_scale_and_bad_marks_are_refused() {
+        let wave = Grid::sample([0.0, 1.0], [0.0, 1.0], [31, 11], |t, x| 3e7 * (6.0 * t).sin() * x).unwrap();
+        let data = StressField {
+            time: Quantity::new("time *t*", "s"),
+            position: Quantity::new("position *s*", "m"),
+            stress: Quantity::new("bending stress *σ*", "Pa"),
+            links: &[("coupler", &wave)],
+            allowable: Some(2e7),
+            marked: &[(0, [0.26, 1.0])],
+        };
+        let [low, high] = colours(&data).1;
+        assert!(low == -high && (high - 3e7).abs() < 1e5);
+        let svg = stress_field(&data).unwrap().svg().unwrap();
+        assert!(svg.contains(">coupler<") && svg.contains("crispEdges") && svg.contains("position"));
+        assert!(stress_field(&StressField { links: &[], marked: &[], ..data.clone() }).is_err());
+        assert!(stress_field(&StressField { allowable: Some(f64::NAN), ..data.clone() }).is_err());
+        assert!(stress_field(&StressField { marked: &[(1, [0.0, 0.0])], ..data }).is_err());
+    }
+}

@@ -1,0 +1,105 @@
+//! A planar mechanism in one position.
+
+use crate::Result;
+use crate::report::figure::{Anchor, Axis, Colour, Dash, Figure, Legend, Mark, Panel, Quantity, Stroke, Symbol, check};
+
+/// A planar mechanism in one position; coordinates in the unit of the picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Linkage {
+    /// Bars, straight or bent: polylines of at least two points.
+    pub bars: Vec<Vec<[f64; 2]>>,
+    /// Rigid plates: outlines of at least three points.
+    pub plates: Vec<Vec<[f64; 2]>>,
+    /// Revolute joints between moving bodies.
+    pub joints: Vec<[f64; 2]>,
+    /// Revolute joints on the ground.
+    pub ground_joints: Vec<[f64; 2]>,
+    /// Sliders: place, and the angle of the guide in radians.
+    pub sliders: Vec<([f64; 2], f64)>,
+    /// Guides of sliders, from end to end.
+    pub guides: Vec<[[f64; 2]; 2]>,
+    /// Texts beside points, such as names of links: text, place, offset in points on paper to the right and up.
+    pub notes: Vec<(String, [f64; 2], [f64; 2])>,
+}
+
+impl Linkage {
+    pub(crate) fn check(&self) -> Result<()> {
+        check::not_empty("bodies of the mechanism", self.bars.len() + self.plates.len() + self.sliders.len())?;
+        for body in self.bars.iter().chain(&self.plates) {
+            check::finite_points("body of the mechanism", body)?;
+        }
+        let places = self.joints.iter().chain(&self.ground_joints).chain(self.guides.as_flattened());
+        for place in places.chain(self.sliders.iter().map(|s| &s.0)).chain(self.notes.iter().map(|n| &n.1)) {
+            check::finite("joint of the mechanism", place)?;
+        }
+        self.sliders.iter().try_for_each(|slider| check::finite("angle of a slider", &[slider.1]))
+    }
+
+    /// Adds the mechanism to a panel, bodies first, joints on top.
+    pub(crate) fn draw(&self, panel: &mut Panel) {
+        let outline = Stroke::solid(Colour(70, 70, 70), 0.9);
+        for guide in &self.guides {
+            panel.add(Mark::curve(*guide, Stroke::solid(Colour::GREY, 0.7).dash(Dash::DashDot)));
+        }
+        for plate in &self.plates {
+            let closed: Vec<_> = plate.iter().chain(plate.first()).copied().collect();
+            panel.add(Mark::region(plate.clone(), Colour::LIGHT_GREY, 0.6));
+            panel.add(Mark::curve(closed, outline));
+        }
+        for bar in &self.bars {
+            panel.add(Mark::curve(bar.clone(), Stroke::solid(Colour(70, 70, 70), 2.0)));
+        }
+        panel.extend(self.sliders.iter().map(|&(at, angle)| Mark::symbol(at, Symbol::Slider(angle))));
+        panel.extend(self.ground_joints.iter().map(|&at| Mark::symbol(at, Symbol::GroundJoint)));
+        panel.extend(self.joints.iter().map(|&at| Mark::symbol(at, Symbol::Joint)));
+        for (text, at, offset) in &self.notes {
+            let anchor = match offset[0] {
+                right if right > 0.5 => Anchor::Start,
+                right if right < -0.5 => Anchor::End,
+                _ => Anchor::Middle,
+            };
+            panel.add(Mark::text(*at, text, anchor, *offset));
+        }
+    }
+}
+
+/// Draws mechanisms in one frame, as one position each or as one design beside another.
+///
+/// `axes` are the quantities along x and y; each linkage comes with a title, which may be empty.
+///
+/// **Errors.** No mechanism, no bodies, coordinates that are not finite.
+pub fn mechanism(axes: &[Quantity; 2], linkages: &[(&str, &Linkage)]) -> Result<Figure> {
+    check::not_empty("mechanisms", linkages.len())?;
+    let mut figure = Figure::new("Mechanism", if linkages.len() == 1 { 85.0 } else { 120.0 }, 65.0);
+    for (title, linkage) in linkages {
+        linkage.check()?;
+        let mut panel =
+            Panel::new(Axis::of(&axes[0]), Axis::of(&axes[1])).equal().titled(*title).legend(Legend::Absent);
+        linkage.draw(&mut panel);
+        figure = figure.with(panel);
+    }
+    Ok(figure.in_columns(2.min(linkages.len())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crank_is_drawn_and_a_broken_one_is_refused() {
+        let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+        let crank = Linkage {
+            bars: vec![vec![[0.0, 0.0], [0.1, 0.2]]],
+            joints: vec![[0.1, 0.2]],
+            ground_joints: vec![[0.0, 0.0]],
+            notes: vec![("crank".to_owned(), [0.05, 0.1], [5.0, 0.0])],
+            ..Linkage::default()
+        };
+        let svg = mechanism(&axes, &[("first", &crank), ("last", &crank)]).unwrap().svg().unwrap();
+        assert!(svg.contains(">crank<") && svg.contains(">last<") && svg.contains("<circle"));
+        assert!(mechanism(&axes, &[("", &Linkage::default())]).is_err());
+        let broken = Linkage { joints: vec![[f64::INFINITY, 0.0]], ..crank };
+        assert!(mechanism(&axes, &[("", &broken)]).is_err());
+        assert!(mechanism(&axes, &[]).is_err());
+    }
+}

@@ -1,0 +1,143 @@
+//! A response over time: before and after, its bounds, the time points that were kept and those that are active.
+
+use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
+use crate::{Error, Result};
+
+/// One course of the response.
+#[derive(Clone, Debug)]
+pub struct History<'a> {
+    /// Its name for the legend.
+    pub name: &'a str,
+    /// The response at each time.
+    pub values: &'a [f64],
+}
+
+/// On which side of its bound a response must stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// At or below it.
+    Below,
+    /// At or above it.
+    Above,
+}
+
+/// A bound on the response.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeBound {
+    /// Its value, in the unit of the response.
+    pub value: f64,
+    /// Where the response must stay; the other side is hatched.
+    pub side: Side,
+}
+
+/// Everything in the picture.
+#[derive(Clone, Debug)]
+pub struct TimeHistory<'a> {
+    /// What runs along the horizontal axis.
+    pub time: Quantity,
+    /// What the curves show.
+    pub response: Quantity,
+    /// The time points, increasing.
+    pub times: &'a [f64],
+    /// The courses, earlier designs first; points belong to the last one.
+    pub histories: &'a [History<'a>],
+    /// The bounds.
+    pub bounds: &'a [TimeBound],
+    /// Indices of the time points kept in the approximate problem.
+    pub kept: &'a [usize],
+    /// Indices of the time points whose constraint is active.
+    pub active: &'a [usize],
+}
+
+/// Draws all courses, bounds and points.
+///
+/// **Errors.** Times that do not increase, no courses, lengths that differ, values that are not finite, indices outside.
+pub fn time_history(data: &TimeHistory) -> Result<Figure> {
+    check_data(data)?;
+    let ends = [data.times[0], data.times[data.times.len() - 1]];
+    let mut panel =
+        Panel::new(Axis::of(&data.time).limits(ends[0], ends[1]), Axis::of(&data.response)).legend(Legend::Below);
+    for bound in data.bounds {
+        add_bound(&mut panel, *bound, ends);
+    }
+    let points = |values: &[f64]| -> Vec<[f64; 2]> { data.times.iter().zip(values).map(|(&t, &v)| [t, v]).collect() };
+    let last = data.histories.len() - 1;
+    for (k, history) in data.histories.iter().enumerate() {
+        panel.add(Mark::curve(points(history.values), stroke(last - k)).named(history.name));
+    }
+    let at = |indices: &[usize]| -> Vec<[f64; 2]> {
+        indices.iter().map(|&p| [data.times[p], data.histories[last].values[p]]).collect()
+    };
+    if !data.kept.is_empty() {
+        panel.add(Mark::points(at(data.kept), Marker::Circle, Colour::BLUE, 3.4).named("kept points"));
+    }
+    if !data.active.is_empty() {
+        panel.add(Mark::points(at(data.active), Marker::Disc, Colour::VERMILLION, 3.8).named("active points"));
+    }
+    Ok(Figure::new(format!("{} over time", data.response.name), 85.0, 62.0).with(panel))
+}
+
+/// The last course is black and solid; what came before it grows fainter.
+fn stroke(age: usize) -> Stroke {
+    match age {
+        0 => Stroke::solid(Colour::BLACK, 1.0),
+        1 => Stroke::solid(Colour::GREY, 0.9).dash(Dash::Dashed),
+        _ => Stroke::solid(Colour::LIGHT_GREY, 0.8),
+    }
+}
+
+fn add_bound(panel: &mut Panel, bound: TimeBound, [start, end]: [f64; 2]) {
+    // The left of the direction of travel is hatched: to the right for an upper bound, to the left for a lower one.
+    let line = match bound.side {
+        Side::Below => vec![[start, bound.value], [end, bound.value]],
+        Side::Above => vec![[end, bound.value], [start, bound.value]],
+    };
+    panel.add(Mark::hatching(vec![line.clone()], Stroke::solid(Colour::BLACK, 0.4), 3.6).named("bound"));
+    panel.add(Mark::curve(line, Stroke::solid(Colour::BLACK, 0.8)).named("bound"));
+}
+
+fn check_data(data: &TimeHistory) -> Result<()> {
+    check::increasing("time points", data.times)?;
+    check::not_empty("courses of the response", data.histories.len())?;
+    for history in data.histories {
+        check::series(history.name, data.times.len(), history.values)?;
+    }
+    data.bounds.iter().try_for_each(|bound| check::finite("bound", &[bound.value]))?;
+    for &index in data.kept.iter().chain(data.active) {
+        let inside = index < data.times.len();
+        Error::check_option("index of a time point", "less than the number of time points", index as f64, inside)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_and_bounds_are_named() {
+        let histories = [
+            History { name: "first design", values: &[0.0, 2.0, 1.0] },
+            History { name: "optimum", values: &[0.0, 1.0, 0.5] },
+        ];
+        let bounds = [TimeBound { value: 1.0, side: Side::Below }, TimeBound { value: -1.0, side: Side::Above }];
+        let data = TimeHistory {
+            time: Quantity::new("time *t*", "s"),
+            response: Quantity::new("displacement *y*", "m"),
+            times: &[0.0, 1.0, 2.0],
+            histories: &histories,
+            bounds: &bounds,
+            kept: &[0, 1],
+            active: &[1],
+        };
+        let svg = time_history(&data).unwrap().svg().unwrap();
+        for text in ["first design", "optimum", "bound", "kept points", "active points", "[s]"] {
+            assert!(svg.contains(text), "{text} is missing");
+        }
+        assert!(time_history(&TimeHistory { kept: &[3], ..data.clone() }).is_err());
+        assert!(time_history(&TimeHistory { times: &[0.0, 2.0, 1.0], ..data.clone() }).is_err());
+        assert!(time_history(&TimeHistory { histories: &[], ..data.clone() }).is_err());
+        let short = [History { name: "short", values: &[0.0] }];
+        assert!(time_history(&TimeHistory { histories: &short, ..data }).is_err());
+    }
+}

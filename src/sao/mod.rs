@@ -1,0 +1,22 @@
+//! The sequence of approximate optimization cycles (Sections 3 and 4 of the paper).
+//!
+//! A [`Method`] is a filling of interchangeable parts; its [`Method::step`] does one cycle; everything that changes is in
+//! one [`State`], which can be written to a file and continued from it with the same bits.
+
+mod cycle;
+mod globalization;
+mod method;
+mod move_limits;
+mod screening;
+mod state;
+mod stop;
+mod trial;
+
+pub use cycle::{ActiveRow, Cycle};
+pub use globalization::{AcceptAlways, ErrorBased, Globalization, Verdict};
+pub use method::Method;
+pub use move_limits::{MoveLimits, Region, RelativeLimits};
+pub use screening::Screening;
+pub use state::{Counters, Knowledge, STATE_VERSION, State};
+pub use stop::{Status, Stop};
+pub use trial::{Outcome, Trial};

@@ -1,0 +1,164 @@
+//! Move limits: the search subregion of a cycle.
+
+use super::{Trial, Verdict};
+use crate::error::{Error, Result};
+use crate::problem::Problem;
+
+/// The box sˡ ≤ b ≤ sᵘ (12) in which an approximate problem is solved.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Region {
+    /// sˡ.
+    pub lower: Vec<f64>,
+    /// sᵘ.
+    pub upper: Vec<f64>,
+    /// True where the lower, the upper side is a move limit and not a bound of the design space.
+    pub is_limit: Vec<[bool; 2]>,
+}
+
+impl Region {
+    /// The part of the design space within `half_width` of `b`, variable by variable.
+    pub fn around(problem: &Problem, b: &[f64], half_width: &[f64]) -> Self {
+        let (mut lower, mut upper, mut is_limit) = (vec![], vec![], vec![]);
+        for ((variable, &b), &h) in problem.variables.iter().zip(b).zip(half_width) {
+            lower.push((b - h).max(variable.lower));
+            upper.push((b + h).min(variable.upper));
+            is_limit.push([b - h > variable.lower, b + h < variable.upper]);
+        }
+        Self { lower, upper, is_limit }
+    }
+
+    /// Which variables of `b` stand at a move limit, within a millionth of the width of the region.
+    pub fn at_limit(&self, b: &[f64]) -> Vec<bool> {
+        let one = |k: usize| {
+            let near = 1e-6 * (self.upper[k] - self.lower[k]);
+            (self.is_limit[k][0] && b[k] - self.lower[k] <= near)
+                || (self.is_limit[k][1] && self.upper[k] - b[k] <= near)
+        };
+        (0..b.len()).map(one).collect()
+    }
+}
+
+/// A move-limit strategy. Values hold settings only; the factors belong to the state of the run.
+pub trait MoveLimits: Send + Sync + std::fmt::Debug {
+    /// Refuses settings out of range.
+    fn check(&self) -> Result<()>;
+    /// The factors of the first cycle, one for each of `n` variables.
+    fn start(&self, n: usize) -> Vec<f64>;
+    /// The search subregion around design `b`.
+    fn region(&self, problem: &Problem, b: &[f64], factors: &[f64]) -> Region;
+    /// The factors of the next try, after a trial was judged.
+    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict);
+}
+
+/// The move limits of the paper: one relative factor for each design variable, steered by the approximation errors.
+///
+/// The region is bᵢ ± fᵢ·|bᵢ|, cut to the design space. With E = max(E_f, E_g) in percent, after a cycle that was
+///
+/// * rejected, all factors × [`on_rejection`](Self::on_rejection);
+/// * accepted with E above [`reduce_above_pct`](Self::reduce_above_pct), all × [`reduction`](Self::reduction);
+/// * accepted with E up to [`increase_below_pct`](Self::increase_below_pct), × [`increase`](Self::increase) for variables
+///   at a move limit, unless V exceeds [`increase_violation_pct`](Self::increase_violation_pct) or nothing was approximated;
+/// * accepted with E up to that threshold, × [`on_reversal`](Self::on_reversal) for variables whose step turned against
+///   their last step.
+///
+/// The paper refers to the thesis for its rules; these follow from every printed row of Tables I, II, IV and VI.
+/// A relative limit would freeze a variable at zero. The width is therefore at least
+/// [`floor`](Self::floor) × fᵢ × (its range if it is bounded, else |its start|, else 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativeLimits {
+    /// First factor of every variable.
+    pub initial: f64,
+    /// Largest factor.
+    pub cap: f64,
+    /// Multiplier of all factors after a rejected cycle.
+    pub on_rejection: f64,
+    /// Error in percent above which all factors shrink although the cycle is accepted.
+    pub reduce_above_pct: f64,
+    /// Their multiplier then.
+    pub reduction: f64,
+    /// Error in percent up to which limits that were active widen.
+    pub increase_below_pct: f64,
+    /// Violation in percent up to which they do.
+    pub increase_violation_pct: f64,
+    /// Their multiplier then.
+    pub increase: f64,
+    /// Multiplier of the factor of a variable whose step turned; 1 switches the rule off.
+    pub on_reversal: f64,
+    /// Least width, as a fraction of the reference of the variable.
+    pub floor: f64,
+}
+
+impl Default for RelativeLimits {
+    fn default() -> Self {
+        Self {
+            initial: 0.4,
+            cap: 0.4 * 4.0 / 3.0,
+            on_rejection: 0.5,
+            reduce_above_pct: 20.0,
+            reduction: 0.75,
+            increase_below_pct: 10.0,
+            increase_violation_pct: 0.45,
+            increase: 4.0 / 3.0,
+            on_reversal: 0.5,
+            floor: 1e-3,
+        }
+    }
+}
+
+impl MoveLimits for RelativeLimits {
+    fn check(&self) -> Result<()> {
+        let positive = |name, v: f64| Error::check_option(name, "positive and finite", v, v > 0.0 && v.is_finite());
+        let shrinking = |name, v: f64| Error::check_option(name, "above 0 and at most 1", v, v > 0.0 && v <= 1.0);
+        positive("initial move-limit factor", self.initial)?;
+        Error::check_option("move-limit cap", "at least the initial factor", self.cap, self.cap >= self.initial)?;
+        shrinking("move-limit multiplier on rejection", self.on_rejection)?;
+        shrinking("move-limit reduction", self.reduction)?;
+        shrinking("move-limit multiplier on reversal", self.on_reversal)?;
+        Error::check_option("move-limit increase", "at least 1", self.increase, self.increase >= 1.0)?;
+        positive("error above which move limits shrink", self.reduce_above_pct)?;
+        positive("error below which move limits widen", self.increase_below_pct)?;
+        positive("move-limit floor", self.floor)
+    }
+
+    fn start(&self, n: usize) -> Vec<f64> {
+        vec![self.initial; n]
+    }
+
+    fn region(&self, problem: &Problem, b: &[f64], factors: &[f64]) -> Region {
+        let width = |k: usize| {
+            let v = &problem.variables[k];
+            let range = v.upper - v.lower;
+            let reference = if range.is_finite() {
+                range
+            } else if v.start != 0.0 {
+                v.start.abs()
+            } else {
+                1.0
+            };
+            factors[k] * b[k].abs().max(self.floor * reference)
+        };
+        Region::around(problem, b, &(0..b.len()).map(width).collect::<Vec<_>>())
+    }
+
+    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
+        let Some(outcome) = trial.outcome.filter(|_| verdict == Verdict::Accept) else {
+            factors.iter_mut().for_each(|f| *f *= self.on_rejection);
+            return;
+        };
+        let error = outcome.error_pct();
+        let may_widen = error <= self.increase_below_pct
+            && outcome.violation_pct <= self.increase_violation_pct
+            && outcome.evidence;
+        for (k, factor) in factors.iter_mut().enumerate() {
+            if error > self.reduce_above_pct {
+                *factor *= self.reduction;
+            } else if may_widen && trial.at_limit[k] {
+                *factor = (*factor * self.increase).min(self.cap.max(*factor));
+            }
+            let turned = trial.last_step.is_some_and(|last| last[k] * (trial.to[k] - trial.from[k]) < 0.0);
+            if turned && error <= self.increase_below_pct {
+                *factor *= self.on_reversal;
+            }
+        }
+    }
+}

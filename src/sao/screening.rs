@@ -1,0 +1,102 @@
+//! Constraint screening: only critical and potentially critical constraints enter the approximate problem.
+
+use crate::error::{Error, Result};
+use crate::problem::{Evaluation, Problem, RowId, Selection};
+use std::collections::BTreeSet;
+
+/// Which constraints, at which time points, are kept (Section 4 of the paper).
+///
+/// A row is a candidate where ĝ exceeds the cut-off; of a history, those near local maxima are kept. Constraints that
+/// depend on the design variables alone cost nothing and are always kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Screening {
+    /// Rows with ĝ up to this value are removed; ĝ = 1 is the limit. The paper's examples use 0.7 and 0.5. None keeps all.
+    pub cutoff: Option<f64>,
+    /// Time points of a history, unless its constraint says otherwise.
+    pub selection: Selection,
+}
+
+impl Default for Screening {
+    /// The paper's: 70 % of the bound, two time points before and after each local maximum.
+    fn default() -> Self {
+        Self { cutoff: Some(0.7), selection: Selection::NearMaxima(2) }
+    }
+}
+
+impl Screening {
+    /// Refuses a cut-off that is not a number.
+    pub fn check(&self) -> Result<()> {
+        let cutoff = self.cutoff.unwrap_or(0.0);
+        Error::check_option("screening cut-off", "a number below 1, such as 0.7", cutoff, cutoff < 1.0)
+    }
+
+    /// True where a normalised value is above the cut-off.
+    pub fn is_critical(&self, g: f64) -> bool {
+        self.cutoff.is_none_or(|cutoff| g > cutoff)
+    }
+
+    /// The kept rows, in order of constraint and time.
+    pub fn keep(&self, problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
+        let mut kept = vec![];
+        for (constraint, (declared, history)) in problem.constraints.iter().zip(&evaluation.constraints).enumerate() {
+            let quantity = &declared.quantity;
+            let points: Vec<usize> = if !quantity.is_transient() {
+                Vec::from_iter((quantity.is_explicit() || self.is_critical(history[0])).then_some(0))
+            } else {
+                self.points(history, declared.selection.unwrap_or(self.selection))
+            };
+            kept.extend(points.into_iter().map(|point| RowId { constraint, point }));
+        }
+        kept
+    }
+
+    /// The kept points of one history.
+    fn points(&self, g: &[f64], selection: Selection) -> Vec<usize> {
+        let critical = |p: &usize| self.is_critical(g[*p]);
+        match selection {
+            Selection::All => (0..g.len()).filter(critical).collect(),
+            Selection::NearMaxima(neighbours) => {
+                let around = |p: usize| p.saturating_sub(neighbours)..=(p + neighbours).min(g.len() - 1);
+                let near = maxima(g).into_iter().filter(critical).flat_map(around);
+                near.filter(critical).collect::<BTreeSet<_>>().into_iter().collect()
+            }
+        }
+    }
+}
+
+/// Local maxima of a history, with its first and last point whatever their neighbours do. A plateau counts once.
+fn maxima(g: &[f64]) -> Vec<usize> {
+    let last = g.len() - 1;
+    let is_maximum = |p: usize| p == 0 || p == last || (g[p] > g[p - 1] && g[p] >= g[p + 1]);
+    (0..=last).filter(|&p| is_maximum(p)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(g: &[f64], cutoff: f64, neighbours: usize) -> Vec<usize> {
+        Screening { cutoff: Some(cutoff), ..Default::default() }.points(g, Selection::NearMaxima(neighbours))
+    }
+
+    #[test]
+    fn keeps_neighbours_of_maxima_above_the_cutoff() {
+        let g = [0.0, 0.2, 0.75, 0.9, 0.8, 0.6, 0.65, 0.6, 0.1];
+        assert_eq!(points(&g, 0.7, 2), [2, 3, 4]);
+        assert_eq!(points(&g, 0.7, 0), [3]);
+        assert_eq!(points(&g, 0.5, 1), [2, 3, 4, 5, 6, 7]);
+    }
+
+    #[test]
+    fn ends_count_whenever_they_are_above_the_cutoff() {
+        assert_eq!(points(&[0.8, 0.9, 0.2, 0.8, 0.75], 0.7, 0), [0, 1, 3, 4]);
+        assert_eq!(points(&[0.9], 0.7, 2), [0]);
+    }
+
+    #[test]
+    fn a_plateau_counts_once_and_without_cutoff_all_maxima_stay() {
+        assert_eq!(points(&[0.0, 0.9, 0.9, 0.0], 0.7, 0), [1]);
+        let all = Screening { cutoff: None, selection: Selection::All };
+        assert_eq!(all.points(&[-5.0, 0.2], Selection::All), [0, 1]);
+    }
+}

@@ -1,0 +1,82 @@
+//! What is learnt from analysing a proposed design: approximation errors and violation (14)–(18).
+
+use super::Screening;
+use crate::problem::{Evaluation, Problem, RowId, Values};
+
+/// A proposed design, held against its analysis.
+#[derive(Clone, Debug)]
+pub struct Trial<'a> {
+    /// The design from which the step was made.
+    pub from: &'a [f64],
+    /// The proposed design.
+    pub to: &'a [f64],
+    /// The last accepted step, if any.
+    pub last_step: Option<&'a [f64]>,
+    /// True for variables that ended at a move limit (not at a bound of the design space).
+    pub at_limit: &'a [bool],
+    /// Objective at the start of the cycle.
+    pub objective_before: f64,
+    /// F̃ at the proposed design.
+    pub approximate_objective: f64,
+    /// What the analysis says; none if it failed.
+    pub outcome: Option<Outcome>,
+}
+
+/// Errors and violation of a trial whose analysis succeeded, in percent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// F at the proposed design.
+    pub objective: f64,
+    /// E_f (14).
+    pub objective_error_pct: f64,
+    /// E_g (15), (16).
+    pub constraint_error_pct: f64,
+    /// V (17), (18) over all constraints and time points, kept or not.
+    pub violation_pct: f64,
+    /// Whether anything was approximated at all: without evidence errors of zero mean nothing.
+    pub evidence: bool,
+}
+
+impl Outcome {
+    /// E = max(E_f, E_g).
+    pub fn error_pct(&self) -> f64 {
+        self.objective_error_pct.max(self.constraint_error_pct)
+    }
+
+    /// Compares approximate and analysed values.
+    ///
+    /// E_g is taken over kept rows that are still above the cut-off at the new design: an error in a constraint that
+    /// has become unimportant says nothing about the step.
+    pub fn new(
+        problem: &Problem,
+        screening: &Screening,
+        kept: &[RowId],
+        approximate: &Values,
+        analysed: &Evaluation,
+    ) -> Self {
+        let mut outcome = Self {
+            objective: analysed.objective,
+            objective_error_pct: relative_pct(approximate.objective, analysed.objective),
+            constraint_error_pct: 0.0,
+            violation_pct: analysed.max_violation_pct(),
+            evidence: !problem.objective.is_explicit(),
+        };
+        for (row, approximate) in kept.iter().zip(&approximate.rows) {
+            if problem.constraints[row.constraint].quantity.is_explicit() {
+                continue;
+            }
+            outcome.evidence = true;
+            let g = analysed.constraints[row.constraint][row.point];
+            if screening.is_critical(g) {
+                outcome.constraint_error_pct = outcome.constraint_error_pct.max(relative_pct(approximate + 1.0, g));
+            }
+        }
+        outcome
+    }
+}
+
+/// |a − b| / |b| in percent; in units of the value itself where b is zero.
+fn relative_pct(a: f64, b: f64) -> f64 {
+    let scale = if b == 0.0 { 1.0 } else { b.abs() };
+    (a - b).abs() / scale * 100.0
+}
