@@ -4,6 +4,7 @@ use super::{Cycle, Status};
 use crate::error::{Error, Result};
 use crate::problem::{Evaluation, Problem, Responses, RowId, Sensitivities};
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// Version of the state file; a file of another version is refused.
 pub const STATE_VERSION: u32 = 1;
@@ -95,6 +96,29 @@ impl State {
         Error::check_length("constraints of the state", problem.constraints.len(), self.evaluation.constraints.len())
     }
 
+    /// Writes the state to a file. The file appears whole or not at all: it is written beside its place and then moved.
+    ///
+    /// Errors with [`Error::File`] if that is not possible.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let beside = path.with_extension("part");
+        let written = std::fs::write(&beside, self.to_json()).and_then(|()| std::fs::rename(&beside, path));
+        written.map_err(|e| {
+            file_fault(path, &format!("it cannot be written: {e}"), "give a folder that can be written to")
+        })
+    }
+
+    /// Reads a state that [`State::save`] wrote, for continuing a run of `problem` with the same bits.
+    ///
+    /// Errors as [`State::from_json`] does, and if the file cannot be read; the message names the file.
+    pub fn load(path: &Path, problem: &Problem) -> Result<Self> {
+        let unreadable = |e| file_fault(path, &format!("it cannot be read: {e}"), "give a file that a run wrote");
+        let text = std::fs::read_to_string(path).map_err(unreadable)?;
+        Self::from_json(&text, problem).map_err(|e| match e {
+            Error::File { why, remedy, .. } => file_fault(path, &why, &remedy),
+            other => other,
+        })
+    }
+
     /// Analyses a proposed design. A failure is a fact about the design, not the end of the run.
     pub(super) fn analyse(&mut self, problem: &Problem, design: &[f64]) -> Result<(Responses, Evaluation)> {
         self.counters.analyses += 1;
@@ -113,6 +137,10 @@ impl State {
     pub fn cycles(&self) -> usize {
         self.history.iter().filter(|c| c.accepted).count() - 1
     }
+}
+
+fn file_fault(path: &Path, why: &str, remedy: &str) -> Error {
+    Error::File { file: path.display().to_string(), why: why.to_owned(), remedy: remedy.to_owned() }
 }
 
 fn check_version(version: u32) -> Result<()> {

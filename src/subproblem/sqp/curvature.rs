@@ -23,7 +23,7 @@ pub(super) fn initial(scale: &[f64], unit: f64) -> DMatrix<f64> {
 pub(super) fn damped_bfgs(b: &mut DMatrix<f64>, d: &DVector<f64>, y: &DVector<f64>) {
     let bd = &*b * d;
     let (curved, seen) = (d.dot(&bd), d.dot(y));
-    if !(curved > 0.0) || !seen.is_finite() {
+    if curved <= 0.0 || !curved.is_finite() || !seen.is_finite() {
         return;
     }
     let θ = if seen >= DAMPING * curved { 1.0 } else { (1.0 - DAMPING) * curved / (curved - seen) };
@@ -97,8 +97,8 @@ mod tests {
         // xy on x + y = 2 is −d² + 1 along the row's normal only if the row is not held; along it, it is concave;
         // −xy is convex along it.
         let h = DMatrix::from_row_slice(2, 2, &[0.0, -1.0, -1.0, 0.0]);
-        let mut state =
-            SqpState { multipliers: vec![1.0], row_slopes: DMatrix::from_element(1, 2, 1.0), ..Default::default() };
+        let mut state = SqpState::default();
+        (state.multipliers, state.row_slopes) = (vec![1.0], DMatrix::from_element(1, 2, 1.0));
         (state.lower_multipliers, state.upper_multipliers) = (vec![0.0; 2], vec![0.0; 2]);
         let b = convexified(&h, &state, &[1.0, 1.0], 1.0);
         let along = DVector::from_vec(vec![1.0, -1.0]);
