@@ -25,6 +25,11 @@ pub trait Function: Send + Sync + 'static {
 pub trait Functional: Send + Sync + 'static {
     /// The value over all points of the grid, in order.
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S;
+
+    /// The number of time points that it is made for, such as that of its weights; a grid of another length is refused.
+    fn points(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// A [`Function`] from an expression: `function!(|p| p.response[0] - p.design[2] + 1.0)`.
@@ -77,5 +82,9 @@ impl<F: Function> Functional for WeightedSum<F> {
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S {
         let term = |(point, &w)| self.function.at(point) * w;
         history.iter().zip(&self.weights).map(term).fold(S::from(0.0), |a, b| a + b)
+    }
+
+    fn points(&self) -> Option<usize> {
+        Some(self.weights.len())
     }
 }

@@ -33,8 +33,10 @@ macro_rules! numbers {
         #[doc(hidden)]
         pub trait AnyFunctional: Send + Sync {
             $(fn $name(&self, history: &[Point<$number>]) -> $number;)*
+            fn made_for(&self) -> Option<usize>;
         }
         impl<F: Functional> AnyFunctional for F {
+            fn made_for(&self) -> Option<usize> { self.points() }
             $(fn $name(&self, history: &[Point<$number>]) -> $number { self.over(history) })*
         }
         /// Object-safe face of [`IntermediateMap`]; implemented for every map.

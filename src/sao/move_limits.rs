@@ -120,7 +120,11 @@ impl MoveLimits for RelativeLimits {
         shrinking("move-limit multiplier on rejection", self.on_rejection)?;
         shrinking("move-limit reduction", self.reduction)?;
         shrinking("move-limit multiplier on reversal", self.on_reversal)?;
-        Error::check_option("move-limit increase", "at least 1", self.increase, self.increase >= 1.0)?;
+        let widening = self.increase >= 1.0 && self.increase.is_finite();
+        Error::check_option("move-limit increase", "at least 1 and finite", self.increase, widening)?;
+        let number = |name, v: f64| Error::check_option(name, "a number", v, !v.is_nan());
+        number("violation up to which move limits widen", self.increase_violation_pct)?;
+        number("violation above which a reversal counts", self.reversal_violation_pct)?;
         positive("error above which move limits shrink", self.reduce_above_pct)?;
         positive("error below which move limits widen", self.increase_below_pct)?;
         positive("move-limit floor", self.floor)
