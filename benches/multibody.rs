@@ -41,15 +41,14 @@ fn chain(links: usize) {
     let model = Chain::horizontal(links);
     let (b, times) = (model.equal_links(), (0..=100).map(|k| 0.01 * f64::from(k)).collect::<Vec<_>>());
     let mechanism = model.build(&b).unwrap();
-    let exact = simulate_explicitly(&mechanism, &Explicit::adaptive(1e-13), &times).unwrap();
-    for tolerance in [1e-8, 1e-9, 1e-10] {
-        let settings = Explicit::adaptive(tolerance);
+    let exact = simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-12), &times).unwrap();
+    for settings in [Explicit::adaptive(1e-9), Explicit::eighth_order(1e-9)] {
         let run = simulate_explicitly(&mechanism, &settings, &times).unwrap();
         let errors = (0..2).flat_map(|o| run.values[o].iter().zip(&exact.values[o]).map(|(a, b)| (a - b).abs()));
         let error = errors.fold(0.0, f64::max);
-        let analysis = best(5, || simulate_explicitly(&mechanism, &settings, &times).unwrap());
-        let both = best(5, || differentiate_explicitly(&model, &b, &settings, &times).unwrap());
-        println!("chain of {links}, error {error:.1e}, {:?}", run.work);
+        let analysis = best(3, || simulate_explicitly(&mechanism, &settings, &times).unwrap());
+        let both = best(3, || differentiate_explicitly(&model, &b, &settings, &times).unwrap());
+        println!("chain of {links}, order {}, error {error:.1e}, {:?}", settings.tableau.order, run.work);
         report(&format!("chain of {links}"), b.len(), analysis, both);
     }
 }

@@ -12,11 +12,13 @@ mod equivalents;
 mod function;
 mod grid;
 mod intermediate;
+mod number;
 mod program;
 mod quantity;
 mod responses;
 mod selection;
 mod sensitivities;
+pub mod separable;
 mod variable;
 
 pub use builder::ProblemBuilder;
@@ -24,16 +26,16 @@ pub use closed_form::{Analytic, ClosedForm};
 pub use coupling::DirectCoupling;
 pub use definition::{Evaluation, Problem, RowId};
 pub use equivalents::{Envelope, MeanExcess};
-#[doc(hidden)]
-pub use function::{AnyFunction, AnyFunctional};
-pub use function::{Function, Functional, Number, Point, WeightedSum};
+pub use function::{Function, Functional, IntermediateMap, Point, WeightedSum};
 pub use grid::TimeGrid;
+pub use intermediate::{Intermediate, Intermediates};
+pub use number::Number;
 #[doc(hidden)]
-pub use intermediate::AnyMap;
-pub use intermediate::{Intermediate, IntermediateMap, Intermediates};
+pub use number::{AnyFunction, AnyFunctional, AnyMap};
 pub use program::{Gradients, Program, Structure, Values};
 pub use quantity::{Constraint, Quantity};
 pub use responses::{Analysis, Instant, Response, Responses};
 pub use selection::Selection;
 pub use sensitivities::Sensitivities;
+pub use separable::Separable;
 pub use variable::DesignVariable;
