@@ -1,47 +1,13 @@
 //! Explicit Runge–Kutta steps for smooth, non-stiff motions at high accuracy.
 
+use super::dynamics::check_times;
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
 use super::system::System;
+use super::tableau::{DORMAND_PRINCE_5, DORMAND_PRINCE_8, Tableau};
 use crate::multibody::{Mechanism, Real};
 use crate::{Error, Result};
-
-/// Coefficients of an explicit Runge–Kutta method with an embedded error estimate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tableau {
-    /// Order of the method.
-    pub order: u8,
-    /// Times of the stages in parts of the step.
-    pub nodes: &'static [f64],
-    /// Weights of the earlier stages in each stage.
-    pub stages: &'static [&'static [f64]],
-    /// Weights of the result.
-    pub weights: &'static [f64],
-    /// Weights of the error estimate.
-    pub errors: &'static [f64],
-    /// Order of the error estimate, plus one.
-    pub error_order: u8,
-}
-
-/// Dormand and Prince's method of order 5 with an estimate of order 4.
-///
-/// **Source.** Dormand & Prince, *J. Comput. Appl. Math.* 6 (1980) 19–26.
-pub const DORMAND_PRINCE_5: Tableau = Tableau {
-    order: 5,
-    nodes: &[0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0],
-    stages: &[
-        &[],
-        &[0.2],
-        &[3.0 / 40.0, 9.0 / 40.0],
-        &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
-        &[19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0],
-        &[9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
-        &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
-    ],
-    weights: &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0, 0.0],
-    errors: &[71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0],
-    error_order: 5,
-};
+use std::ops::Range;
 
 /// Settings of an analysis by explicit steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,8 +36,14 @@ impl Explicit {
         Self { start, tableau, tolerance, first, longest, project: true, assembly: Assembly::default() }
     }
 
-    /// **Errors.** [`Error::Option`] for a setting out of range.
-    pub fn check(&self) -> Result<()> {
+    /// Adaptive steps of Dormand and Prince's eighth-order method: cheaper below a tolerance of about 1e-7.
+    pub fn eighth_order(tolerance: f64) -> Self {
+        Self { tableau: DORMAND_PRINCE_8, ..Self::adaptive(tolerance) }
+    }
+
+    /// **Errors.** [`Error::Option`] for a setting out of range, [`Error::Definition`] if times are not increasing.
+    pub fn check(&self, times: &[f64]) -> Result<()> {
+        check_times(self.start, times)?;
         Error::check_option("tolerance", "positive", self.tolerance, self.tolerance > 0.0)?;
         Error::check_option("first step", "positive", self.first, self.first > 0.0)?;
         Error::check_option("longest step", "positive", self.longest, self.longest > 0.0)
@@ -104,6 +76,36 @@ impl<T: Real> Stages<T> {
     ) {
         self.combine(mechanism, tableau.stages[s], h, start, at);
         at.t = start.t + tableau.nodes[s] * h;
+        at.prescribe(mechanism);
+    }
+
+    /// Positions and velocities at the part `x` of a step `h`, without accelerations.
+    ///
+    /// By the method's own dense output where it has one (its additional stages must be there), else by Hermite's
+    /// quintic through positions, velocities and accelerations of both ends.
+    pub fn between(
+        &self,
+        mechanism: &Mechanism<T>,
+        tableau: &Tableau,
+        x: f64,
+        [old, new]: [&State<T>; 2],
+        at: &mut State<T>,
+    ) {
+        let h = new.t - old.t;
+        if tableau.dense.is_empty() {
+            quintic(old, new, x, at);
+        } else {
+            for i in 0..at.q.len() {
+                let sum = |series: &[Vec<T>], weights: &[f64]| -> T {
+                    weights.iter().zip(series).filter(|(w, _)| **w != 0.0).map(|(&w, k)| k[i] * w).sum()
+                };
+                let position = [old.q[i], new.q[i], old.v[i] * h, new.v[i] * h];
+                at.q[i] = dense(position, |j| sum(&self.velocities, tableau.dense[j]) * h, x);
+                let velocity = [old.v[i], new.v[i], old.a[i] * h, new.a[i] * h];
+                at.v[i] = dense(velocity, |j| sum(&self.accelerations, tableau.dense[j]) * h, x);
+            }
+        }
+        at.t = old.t + x * h;
         at.prescribe(mechanism);
     }
 
@@ -167,6 +169,8 @@ pub struct ExplicitRun<'m> {
     settings: Explicit,
     next: f64,
     stages: Stages<f64>,
+    /// Whether the stages for dense output are there.
+    dense: bool,
     at: State<f64>,
     solver: AccelerationSolver,
 }
@@ -174,7 +178,7 @@ pub struct ExplicitRun<'m> {
 impl<'m> ExplicitRun<'m> {
     /// Assembles the mechanism and finds its accelerations.
     pub fn new(mechanism: &'m Mechanism<f64>, settings: &Explicit) -> Result<Self> {
-        settings.check()?;
+        settings.check(&[])?;
         let mut system = System::new(mechanism)?;
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
@@ -192,6 +196,7 @@ impl<'m> ExplicitRun<'m> {
             settings: *settings,
             next: settings.first.min(settings.longest),
             stages: Stages::new(&settings.tableau, mechanism.coordinates.len()),
+            dense: false,
             at: state,
             solver,
         })
@@ -207,7 +212,8 @@ impl<'m> ExplicitRun<'m> {
         self.steps += 1;
         let (mut h, mut shrunk) = (self.next, false);
         loop {
-            self.evaluate_stages(h, followers)?;
+            self.evaluate_stages(0..self.settings.tableau.weights.len(), h, followers)?;
+            self.dense = false;
             let error = self.error(h) / self.settings.tolerance;
             let growth = 0.9 * error.max(1e-10).powf(-1.0 / f64::from(self.settings.tableau.error_order));
             if error <= 1.0 || self.settings.tolerance == f64::INFINITY {
@@ -225,27 +231,48 @@ impl<'m> ExplicitRun<'m> {
         }
     }
 
-    fn evaluate_stages(&mut self, h: f64, followers: &mut [impl Follower]) -> Result<()> {
+    /// The state at time `t` of the current step, with its own accelerations and multipliers, written to `at`.
+    ///
+    /// The factor of these accelerations stays in `system`.
+    pub fn sample(&mut self, t: f64, followers: &mut [impl Follower], at: &mut State<f64>) -> Result<()> {
+        let h = self.new.t - self.old.t;
+        let stages = self.settings.tableau.weights.len()..self.settings.tableau.nodes.len();
+        if !self.dense && !stages.is_empty() {
+            self.evaluate_stages(stages, h, followers)?;
+            self.dense = true;
+        }
+        let x = (t - self.old.t) / h;
+        self.stages.between(self.mechanism, &self.settings.tableau, x, [&self.old, &self.new], at);
+        self.evaluations += 1;
+        self.solver.solve(&mut self.system, self.mechanism, at)
+    }
+
+    fn evaluate_stages(&mut self, which: Range<usize>, h: f64, followers: &mut [impl Follower]) -> Result<()> {
+        self.evaluations += which.len();
         let Self { mechanism, system, old, stages, at, solver, settings, .. } = self;
-        for s in 0..settings.tableau.nodes.len() {
+        for s in which {
             stages.state(mechanism, &settings.tableau, s, h, old, at);
             solver.solve(system, mechanism, at)?;
             stages.keep(s, at);
             followers.iter_mut().for_each(|follower| follower.stage(s, h, at, system));
         }
-        self.evaluations += settings.tableau.nodes.len();
         Ok(())
     }
 
     /// Estimated local error of positions and velocities; velocities count times the step.
     fn error(&self, h: f64) -> f64 {
-        let largest = |series: &[Vec<f64>], i: usize| -> f64 {
-            self.settings.tableau.errors.iter().zip(series).map(|(w, k)| w * k[i]).sum::<f64>().abs()
+        let largest = |weights: &[f64]| {
+            let sum =
+                |series: &[Vec<f64>], i: usize| weights.iter().zip(series).map(|(w, k)| w * k[i]).sum::<f64>().abs();
+            let free =
+                (0..self.mechanism.coordinates.len()).filter(|&i| self.mechanism.coordinates[i].motion.is_none());
+            let errors = free.map(|i| h * sum(&self.stages.velocities, i).max(h * sum(&self.stages.accelerations, i)));
+            // NaN must not be lost in a maximum.
+            errors.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
         };
-        let free = self.mechanism.coordinates.iter().enumerate().filter(|(_, c)| c.motion.is_none());
-        let errors =
-            free.map(|(i, _)| h * largest(&self.stages.velocities, i).max(largest(&self.stages.accelerations, i) * h));
-        errors.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+        let (fine, coarse) = (largest(self.settings.tableau.errors), largest(self.settings.tableau.coarse_errors));
+        // Order 8 from estimates of orders 5 and 3 (Hairer, Nørsett & Wanner, Section II.10).
+        if coarse > 0.0 { fine * fine / (fine * fine + 0.01 * coarse * coarse).sqrt() } else { fine }
     }
 
     fn finish(&mut self, h: f64, followers: &mut [impl Follower]) -> Result<()> {
@@ -266,15 +293,9 @@ impl<'m> ExplicitRun<'m> {
     }
 }
 
-/// The state at `t` in a step: positions by the quintic through positions, velocities and accelerations of both ends,
-/// velocities and accelerations as its derivatives, multipliers linearly.
-pub fn interpolate_smoothly<T: Real>(old: &State<T>, new: &State<T>, t: f64, at: &mut State<T>) {
+/// Positions by the quintic through positions, velocities and accelerations of both ends; velocities as its rate.
+fn quintic<T: Real>(old: &State<T>, new: &State<T>, x: f64, at: &mut State<T>) {
     let h = new.t - old.t;
-    if (new.t - t).abs() <= 1e-12 * h {
-        return at.copy_from(new);
-    }
-    let x = (t - old.t) / h;
-    at.t = t;
     for i in 0..at.q.len() {
         let (q0, v0, a0) = (old.q[i], old.v[i] * h, old.a[i] * (h * h * 0.5));
         let (rise, slope, bend) =
@@ -284,9 +305,16 @@ pub fn interpolate_smoothly<T: Real>(old: &State<T>, new: &State<T>, t: f64, at:
         let c5 = rise * 6.0 - slope * 3.0 + bend * 0.5;
         at.q[i] = q0 + (v0 + (a0 + (c3 + (c4 + c5 * x) * x) * x) * x) * x;
         at.v[i] = (v0 + (a0 * 2.0 + (c3 * 3.0 + (c4 * 4.0 + c5 * (5.0 * x)) * x) * x) * x) * (1.0 / h);
-        at.a[i] = (a0 * 2.0 + (c3 * 6.0 + (c4 * 12.0 + c5 * (20.0 * x)) * x) * x) * (1.0 / (h * h));
     }
-    for ((at, &old), &new) in at.l.iter_mut().zip(&old.l).zip(&new.l) {
-        *at = old * (1.0 - x) + new * x;
-    }
+}
+
+/// Dense output of order 7 from both ends' values and rates (times the step) and four sums over the stages.
+///
+/// **Source.** Hairer, Nørsett & Wanner, *Solving ODEs I*, 2nd ed., Section II.6.
+fn dense<T: Real>([y0, y1, r0, r1]: [T; 4], sum: impl Fn(usize) -> T, x: f64) -> T {
+    let rise = y1 - y0;
+    let (start, end) = (r0 - rise, rise - r1 - (r0 - rise));
+    let z = 1.0 - x;
+    let tail = sum(0) + (sum(1) + (sum(2) + sum(3) * x) * z) * x;
+    y0 + (rise + (start + (end + tail * z) * x) * z) * x
 }

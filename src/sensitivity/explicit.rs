@@ -6,10 +6,11 @@ use super::start::StartSolver;
 use crate::Result;
 use crate::analysis::State;
 use crate::analysis::dynamics::{History, Work};
-use crate::analysis::explicit::{Explicit, ExplicitRun, Follower, Stages, Tableau, interpolate_smoothly};
+use crate::analysis::explicit::{Explicit, ExplicitRun, Follower, Stages};
 use crate::analysis::sampling::Sampler;
 use crate::analysis::start::{Projection, acceleration_rows};
 use crate::analysis::system::{System, Unknown};
+use crate::analysis::tableau::Tableau;
 use crate::multibody::element::Room;
 use crate::multibody::{Jet, Mechanism, Model, Sensitive};
 use crate::scalar::WIDTH;
@@ -29,6 +30,7 @@ pub fn differentiate_explicitly<M: Model>(
 ) -> Result<SensitiveHistory> {
     let mechanism = model.build(b)?;
     let sensitive = build_sensitive(model, b, &mechanism)?;
+    settings.check(times)?;
     let mut run = ExplicitRun::new(&mechanism, settings)?;
     let mut companions = Vec::with_capacity(sensitive.len());
     for chunk in &sensitive {
@@ -40,10 +42,15 @@ pub fn differentiate_explicitly<M: Model>(
         while t - run.new.t > 1e-12 * (1.0 + t.abs()) {
             run.advance(&mut companions)?;
         }
-        interpolate_smoothly(&run.old, &run.new, t, &mut at);
+        let inside = run.new.t - t > 1e-12 * (1.0 + t.abs());
+        if inside {
+            run.sample(t, &mut companions, &mut at)?;
+        } else {
+            at.copy_from(&run.new);
+        }
         record.values(k, &mechanism, &at)?;
         for (chunk, companion) in companions.iter_mut().enumerate() {
-            companion.sample(t);
+            companion.sample(&at, inside.then_some(&mut run.system));
             record.slopes(k, chunk * WIDTH, &companion.outputs);
         }
     }
@@ -55,6 +62,7 @@ pub fn differentiate_explicitly<M: Model>(
 /// **Errors.** [`crate::Error::Analysis`] if the mechanism cannot be assembled, its accelerations are not determined,
 /// or the step shrinks to nothing.
 pub fn simulate_explicitly(mechanism: &Mechanism<f64>, settings: &Explicit, times: &[f64]) -> Result<History> {
+    settings.check(times)?;
     let mut run = ExplicitRun::new(mechanism, settings)?;
     let mut record = Record::new(mechanism, 0, times);
     let mut at = run.new.clone();
@@ -62,7 +70,11 @@ pub fn simulate_explicitly(mechanism: &Mechanism<f64>, settings: &Explicit, time
         while t - run.new.t > 1e-12 * (1.0 + t.abs()) {
             run.advance(&mut [] as &mut [Companion<'_>])?;
         }
-        interpolate_smoothly(&run.old, &run.new, t, &mut at);
+        if run.new.t - t > 1e-12 * (1.0 + t.abs()) {
+            run.sample(t, &mut [] as &mut [Companion<'_>], &mut at)?;
+        } else {
+            at.copy_from(&run.new);
+        }
         record.values(k, mechanism, &at)?;
     }
     let work = Work { steps: run.steps, failed_steps: 0, iterations: run.evaluations };
@@ -118,19 +130,23 @@ impl<'m> Companion<'m> {
         })
     }
 
-    fn sample(&mut self, t: f64) {
-        interpolate_smoothly(&self.old, &self.new, t, &mut self.at);
+    /// Outputs at the instant `at` inside the step (then `system` has its factorization) or at its end.
+    fn sample(&mut self, at: &State<f64>, system: Option<&mut System>) {
+        match system {
+            None => self.at.copy_from(&self.new),
+            Some(system) => {
+                let x = (at.t - self.old.t) / (self.new.t - self.old.t);
+                let ends = [&self.old, &self.new];
+                self.stages.between(self.mechanism, &self.tableau, x, ends, &mut self.at);
+                self.accelerate(at, system);
+            }
+        }
         self.sampler.outputs(self.mechanism, &self.at, &mut self.outputs);
     }
-}
 
-impl Follower for Companion<'_> {
-    fn stage(&mut self, s: usize, h: f64, at: &State<f64>, system: &mut System) {
-        if std::mem::take(&mut self.finished) {
-            std::mem::swap(&mut self.old, &mut self.new);
-        }
-        self.stages.state(self.mechanism, &self.tableau, s, h, &self.old, &mut self.at);
-        self.at.take_values(at);
+    /// Derivatives of the accelerations and multipliers at `values`, whose factorization is in `system`.
+    fn accelerate(&mut self, values: &State<f64>, system: &mut System) {
+        self.at.take_values(values);
         for unknown in system.unknowns() {
             match *unknown {
                 Unknown::Coordinate(i) => self.at.a[i].eps = [0.0; WIDTH],
@@ -141,10 +157,21 @@ impl Follower for Companion<'_> {
         self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.eps.map(|x| -x));
         system.factor().solve(&mut self.changes);
         for (unknown, change) in system.unknowns().iter().zip(&self.changes) {
-            if let Unknown::Coordinate(i) = *unknown {
-                self.at.a[i].eps = *change;
+            match *unknown {
+                Unknown::Coordinate(i) => self.at.a[i].eps = *change,
+                Unknown::Multiplier(m) => self.at.l[m].eps = *change,
             }
         }
+    }
+}
+
+impl Follower for Companion<'_> {
+    fn stage(&mut self, s: usize, h: f64, at: &State<f64>, system: &mut System) {
+        if s == 0 && std::mem::take(&mut self.finished) {
+            std::mem::swap(&mut self.old, &mut self.new);
+        }
+        self.stages.state(self.mechanism, &self.tableau, s, h, &self.old, &mut self.at);
+        self.accelerate(at, system);
         self.stages.keep(s, &self.at);
     }
 

@@ -91,6 +91,13 @@ fn explicit_steps_of_forces_joints_and_chains() {
     check_explicit("joints", &Joints { length_driver: false }, &Joints::DESIGN);
     let chain = Chain::horizontal(5);
     check_explicit("chain", &chain, &chain.equal_links());
+    let eighth = Explicit { tolerance: f64::INFINITY, first: 0.03, ..Explicit::eighth_order(1.0) };
+    let (b, times) = (chain.equal_links(), [0.01, 0.1, 0.17]);
+    let exact = differentiate_explicitly(&chain, &b, &eighth, &times).unwrap();
+    let worst =
+        deviation(&b, &exact, |b| simulate_explicitly(&chain.build(b).unwrap(), &eighth, &times).unwrap().values);
+    println!("| chain | explicit, order 8, between steps | {worst:.1e} |");
+    assert!(worst < 1e-7, "chain, order 8: {worst:.2e}");
 }
 
 #[test]

@@ -69,6 +69,23 @@ fn dormand_prince_steps_are_of_fifth_order() {
     assert!(measured > 4.5, "pendulum {measured}");
 }
 
+#[test]
+fn eighth_order_steps_and_their_dense_output() {
+    let fixed = |h: f64| Explicit { tolerance: f64::INFINITY, first: h, ..Explicit::eighth_order(1.0) };
+    let oscillator = Absorber.build(&DESIGN).unwrap();
+    let error = |h: f64, times: &[f64]| {
+        let run = simulate_explicitly(&oscillator, &fixed(h), times).unwrap();
+        let errors = run.values[0].iter().zip(times).map(|(y, &t)| (y - absorber(DESIGN[0], DESIGN[1], t)).abs());
+        errors.fold(0.0, f64::max)
+    };
+    let ends: Vec<f64> = (1..=7).map(|k| 2.0 * f64::from(k)).collect();
+    let measured = order(error(2.0, &ends), error(1.0, &ends));
+    assert!((measured - 8.0).abs() < 0.7, "{measured}");
+    let between: Vec<f64> = (1..=60).map(|k| 0.2 * f64::from(k) + 0.013).collect();
+    let measured = order(error(2.0, &between), error(1.0, &between));
+    assert!(measured > 7.0, "dense output {measured}");
+}
+
 /// First bending frequency of a pinned-pinned Euler–Bernoulli beam.
 #[test]
 fn beam_frequencies_converge_with_the_square_of_the_element_length() {
