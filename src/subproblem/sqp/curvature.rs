@@ -97,8 +97,8 @@ mod tests {
         // xy on x + y = 2 is −d² + 1 along the row's normal only if the row is not held; along it, it is concave;
         // −xy is convex along it.
         let h = DMatrix::from_row_slice(2, 2, &[0.0, -1.0, -1.0, 0.0]);
-        let mut state =
-            SqpState { multipliers: vec![1.0], row_slopes: DMatrix::from_element(1, 2, 1.0), ..Default::default() };
+        let mut state = SqpState::default();
+        (state.multipliers, state.row_slopes) = (vec![1.0], DMatrix::from_element(1, 2, 1.0));
         (state.lower_multipliers, state.upper_multipliers) = (vec![0.0; 2], vec![0.0; 2]);
         let b = convexified(&h, &state, &[1.0, 1.0], 1.0);
         let along = DVector::from_vec(vec![1.0, -1.0]);

@@ -1,0 +1,42 @@
+//! Two bodies joined rigidly.
+
+use super::Revolute;
+use crate::multibody::element::{Element, Local};
+use crate::multibody::mechanism::{Marker, Mechanism, Part};
+use crate::scalar::Scalar;
+
+/// A weld: a [`Revolute`] whose bodies also keep their relative rotation.
+///
+/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and of B (m), θ_B − θ_A (rad). λ is the force
+/// of A on B (N) and the couple (N·m).
+#[derive(Clone, Copy, Debug)]
+pub struct Weld;
+
+impl Element for Weld {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+        Element::residual(&Revolute, x, balance, closure);
+        closure[2] = x.q[2] - x.q[5] + x.p[4];
+        balance[2] += x.l[2];
+        balance[5] -= x.l[2];
+    }
+
+    fn closures(&self) -> usize {
+        3
+    }
+
+    fn measures(&self) -> &'static [&'static str] {
+        &["force_x", "force_y", "couple"]
+    }
+
+    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+        out.copy_from_slice(&x.l[..3]);
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Joins the bodies of `a` and `b` at these points, the second turned against the first by `turn` (rad).
+    pub fn weld(&mut self, name: &str, a: Marker<S>, b: Marker<S>, turn: S) -> Part {
+        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
+        self.add(name, Weld, &coordinates, &[a.x, a.y, b.x, b.y, turn])
+    }
+}
