@@ -56,6 +56,11 @@ impl Quantity {
         Self { direct: Some(intermediates), ..self }
     }
 
+    /// The responses that the quantity uses, by index.
+    pub fn responses(&self) -> &[usize] {
+        &self.uses
+    }
+
     /// The grid over which the quantity is evaluated, if any.
     pub fn grid(&self) -> Option<usize> {
         match self.form {

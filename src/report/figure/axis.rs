@@ -112,8 +112,9 @@ impl Axis {
             _ => 0.1 * low.abs(),
         };
         match self.scale {
-            Scale::Linear => [low - margin, high + margin],
-            Scale::Logarithmic => [10f64.powf(low - margin), 10f64.powf(high + margin)],
+            // The differences of limits must stay finite, and so must the powers.
+            Scale::Linear => [(low - margin).max(-1e307), (high + margin).min(1e307)],
+            Scale::Logarithmic => [low - margin, high + margin].map(|v| 10f64.powf(v.clamp(-307.0, 307.0))),
         }
     }
 
