@@ -8,6 +8,7 @@ mod builder;
 mod closed_form;
 mod coupling;
 mod definition;
+mod differences;
 mod equivalents;
 mod function;
 mod grid;
@@ -24,6 +25,7 @@ pub use builder::ProblemBuilder;
 pub use closed_form::{Analytic, ClosedForm};
 pub use coupling::DirectCoupling;
 pub use definition::{Evaluation, Problem, RowId};
+pub use differences::Differences;
 pub use equivalents::{Envelope, MeanExcess};
 #[doc(hidden)]
 pub use function::{AnyFunction, AnyFunctional};
