@@ -9,8 +9,8 @@ mod printed_rows;
 mod runs;
 mod summary;
 
+pub use figures::figures;
 #[cfg(feature = "multibody")]
 pub use printed_rows::{PrintedRow, printed_rows};
-pub use figures::figures;
 pub use runs::{Observer, Regenerated, Run, TABLES, regenerate};
 pub use summary::{Active, Entry, SCHEMA, Summary, Variable};
