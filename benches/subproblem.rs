@@ -1,7 +1,8 @@
 //! Subproblem times: 3 variables with 10, 1 000 and 10 000 rows; how long until a proposal of a new design.
 
 use divan::{Bencher, black_box};
-use linkwright::subproblem::{Conic, QuadraticProgram, SubproblemSolver};
+use linkwright::problem::separable::MovingAsymptotes;
+use linkwright::subproblem::{Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use nalgebra::DMatrix;
 
 fn main() {
@@ -51,4 +52,42 @@ fn linear_peaks(bencher: Bencher, rows: usize) {
 fn quadratic_sphere(bencher: Bencher, rows: usize) {
     let program = sphere(rows).hessian(DMatrix::identity(3, 3) * 0.3);
     bencher.bench(|| Conic::default().solve(black_box(&program), &[0.0; 3]).unwrap());
+}
+
+/// An MMA subproblem as in a topology or truss problem: the objective grows, the rows fall with every variable.
+fn asymptotes(n: usize, m: usize) -> MovingAsymptotes {
+    let wave = |k: usize| 0.5 + 0.5 * (k as f64 * 0.618_033_988_749_895).fract();
+    let functions = m + 1;
+    let (mut p, mut q) = (vec![1e-3; n * functions], vec![1e-3; n * functions]);
+    for j in 0..n {
+        p[j * functions] = wave(j);
+        for i in 1..functions {
+            q[j * functions + i] = wave(j * 31 + i * 17);
+        }
+    }
+    let row = |i: usize| (0..n).map(|j| (p[j * functions + i] + q[j * functions + i]) / 1.5).sum::<f64>();
+    let constants = (0..functions).map(|i| if i == 0 { 0.0 } else { -0.95 * row(i) }).collect();
+    MovingAsymptotes::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n])).unwrap()
+}
+
+#[divan::bench(args = [(1_000, 10), (100_000, 1), (100_000, 10), (1_000_000, 1), (1_000_000, 10)], sample_count = 10)]
+fn mma_dual(bencher: Bencher, (n, m): (usize, usize)) {
+    let (program, start) = (asymptotes(n, m), vec![1.0; n]);
+    bencher.bench(|| {
+        let s = Falk::default().solve(black_box(&program), &start).unwrap();
+        assert_eq!(s.status, Status::Solved);
+        s
+    });
+}
+
+#[divan::bench(args = [(1_000, 10), (100_000, 10), (3, 1_000), (3, 10_000)], sample_count = 10)]
+fn mma_interior_point(bencher: Bencher, (n, m): (usize, usize)) {
+    let (program, start) = (asymptotes(n, m), vec![1.0; n]);
+    bencher.bench(|| InteriorPoint::default().solve(black_box(&program), &start).unwrap());
+}
+
+#[divan::bench(args = [(3, 10), (3, 1_000), (3, 10_000), (30, 10)], sample_count = 10)]
+fn mma_sqp(bencher: Bencher, (n, m): (usize, usize)) {
+    let (program, start) = (asymptotes(n, m), vec![1.0; n]);
+    bencher.bench(|| Sqp::default().solve(black_box(&program), &start).unwrap());
 }

@@ -1,6 +1,6 @@
 //! The solver that fits a program, chosen by its structure.
 
-use super::{Conic, Falk, InteriorPoint, Solution, Sqp, SubproblemSolver};
+use super::{Conic, Falk, InteriorPoint, SecondOrder, Solution, Sqp, SubproblemSolver};
 use crate::error::Result;
 use crate::problem::{Program, Structure};
 
@@ -9,7 +9,7 @@ const FEW: usize = 200;
 /// Variables up to which matrices of n × n are affordable.
 const DENSE: usize = 1000;
 
-/// Linear and convex quadratic programs go to [`Conic`]; separable ones to [`Falk`] or, with more than 200 rows, to
+/// Linear and convex quadratic programs go to [`Conic`], those with convex quadratic rows to [`SecondOrder`]; separable ones to [`Falk`] or, with more than 200 rows, to
 /// [`InteriorPoint`]; all others, and those that these do not settle, to [`Sqp`].
 ///
 /// ```
@@ -45,6 +45,9 @@ impl SubproblemSolver for Automatic {
             && let Some(solution) = self.conic.solve_convex(program, start)?
         {
             return Ok(solution);
+        }
+        if program.row_factors().is_some() {
+            return SecondOrder { sqp: self.sqp }.solve(program, start);
         }
         if program.separable().is_some() {
             let solution = if program.rows() <= FEW {
