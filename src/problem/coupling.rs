@@ -65,6 +65,10 @@ impl Program for DirectCoupling<'_> {
         &self.bounds.1
     }
 
+    fn is_equality(&self, i: usize) -> bool {
+        self.problem.constraints[self.rows[i].constraint].is_equality
+    }
+
     fn values(&self, x: &[f64]) -> Result<Values> {
         self.analyses.fetch_add(1, Ordering::Relaxed);
         let evaluation = self.problem.evaluate(x, &self.problem.analyze(x)?)?;

@@ -6,7 +6,9 @@
 
 mod builder;
 mod closed_form;
+mod continuous;
 mod coupling;
+mod curvatures;
 mod definition;
 mod equivalents;
 mod function;
@@ -22,6 +24,8 @@ mod variable;
 
 pub use builder::ProblemBuilder;
 pub use closed_form::{Analytic, ClosedForm};
+pub(crate) use continuous::maxima;
+pub use continuous::{ContinuousTime, Peak, PeakTime};
 pub use coupling::DirectCoupling;
 pub use definition::{Evaluation, Problem, RowId};
 pub use equivalents::{Envelope, MeanExcess};

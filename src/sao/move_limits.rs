@@ -147,7 +147,7 @@ impl MoveLimits for RelativeLimits {
     }
 
     fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
-        let Some(outcome) = trial.outcome.filter(|_| verdict == Verdict::Accept) else {
+        let Some(outcome) = trial.outcome.as_ref().filter(|_| verdict == Verdict::Accept) else {
             factors.iter_mut().for_each(|f| *f *= self.on_rejection);
             return;
         };
