@@ -2,7 +2,7 @@
 
 use super::{Instant, Problem, Quantity, Responses, RowId};
 use crate::error::Result;
-use crate::scalar::{BLOCK, HyperDual};
+use crate::scalar::{BLOCK, Dual, HyperDual, WIDTH, seed, slopes};
 use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
 use num_dual::Derivative;
 use serde::{Deserialize, Serialize};
@@ -172,6 +172,21 @@ impl Problem {
         let flat = DMatrix::from_row_iterator(values.len(), n, gradients.iter().flat_map(|g| g[0].iter().copied()));
         let reach = self.reach(quantity, row.point, time, history);
         Ok(Peak { row, time, responses: values, gradients: flat, slope, bend, cross, reach })
+    }
+
+    /// dĝ/db of a local maximum: ∂ĝ/∂b at its time, for the drift of the time does not count to first order.
+    pub fn peak_gradient(&self, peak: &Peak, b: &[f64]) -> Vec<f64> {
+        let constraint = &self.constraints[peak.row.constraint];
+        let chunk = |first: usize| {
+            let seen = (0..peak.responses.len()).map(|i| {
+                let slope = |k: usize, _| if first + k < b.len() { peak.gradients[(i, first + k)] } else { 0.0 };
+                Dual::new(peak.responses[i], Derivative::some(SVector::<f64, WIDTH>::from_fn(slope)))
+            });
+            let seen: Vec<Dual> = seen.collect();
+            let value = constraint.quantity.value_at(&seen, &seed(b, first), Dual::from_re(peak.time));
+            slopes(&constraint.normalised(value), b.len() - first)
+        };
+        (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
     }
 
     /// ∂²ĝ/∂b∂t by the chain rule over the rates of the responses.

@@ -25,11 +25,13 @@ pub struct Filter {
     pub fraction: f64,
     /// Violation, as a fraction, that counts as none.
     pub tolerance: f64,
+    /// Largest violation, as a fraction, of an accepted design; that of the start is accepted in any case.
+    pub ceiling: f64,
 }
 
 impl Default for Filter {
     fn default() -> Self {
-        Self { margin: 1e-5, fraction: 0.1, tolerance: 1e-6 }
+        Self { margin: 1e-5, fraction: 0.1, tolerance: 1e-10, ceiling: 0.2 }
     }
 }
 
@@ -37,6 +39,11 @@ impl Filter {
     fn violation(&self, pct: f64) -> f64 {
         let h = (pct / 100.0).max(0.0);
         if h <= self.tolerance { 0.0 } else { h }
+    }
+
+    /// The first entry: no design is as bad as that.
+    fn ceiling(&self, first: &Evaluation) -> [f64; 2] {
+        [self.ceiling.max(2.0 * self.violation(first.max_violation_pct())), f64::MIN]
     }
 
     /// Whether the trial may start the next cycle; remembers its start if so.
@@ -47,7 +54,7 @@ impl Filter {
         // Differences in the last digits of the objective decide nothing.
         let noise = 1e-10 * trial.objective_before.abs();
         let better = |&[hi, fi]: &[f64; 2]| h < (1.0 - self.margin) * hi || f <= fi - self.margin * h + noise;
-        if !guard.filter.iter().all(better) || !better(&before) && !(h == 0.0 && before[0] > 0.0) {
+        if !guard.filter.iter().all(better) || !(better(&before) || (h == 0.0 && before[0] > 0.0)) {
             return false;
         }
         let promised = trial.objective_before - trial.approximate_objective;
@@ -75,7 +82,12 @@ impl Globalization for Filter {
             self.fraction,
             fraction(self.fraction),
         )?;
-        Error::check_option("tolerance of the filter", "at least 0", self.tolerance, self.tolerance >= 0.0)
+        Error::check_option("tolerance of the filter", "at least 0", self.tolerance, self.tolerance >= 0.0)?;
+        Error::check_option("ceiling of the filter", "positive", self.ceiling, self.ceiling > 0.0)
+    }
+
+    fn start(&self, _: &Problem, first: &Evaluation) -> Guard {
+        Guard { filter: vec![self.ceiling(first)], ..Default::default() }
     }
 
     fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
@@ -103,7 +115,7 @@ impl Globalization for FilteredConservatism {
     }
 
     fn start(&self, problem: &Problem, first: &Evaluation) -> Guard {
-        self.conservatism.guard(problem, first)
+        Guard { filter: vec![self.filter.ceiling(first)], ..self.conservatism.guard(problem, first) }
     }
 
     fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
