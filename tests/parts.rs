@@ -62,10 +62,6 @@ fn method(approximation: impl Approximation + 'static) -> Method {
     Method { approximation: Box::new(approximation), stop, ..Default::default() }
 }
 
-fn free() -> Box<dyn MoveLimits> {
-    Box::new(FixedLimits::default())
-}
-
 fn everything() -> Vec<(&'static str, Method)> {
     let quadratic = |bend| method(DiagonalQuadratic { bend });
     vec![

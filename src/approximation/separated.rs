@@ -50,7 +50,7 @@ impl Form {
                 if curvature == 0.0 { step * slope } else { step * slope + step * step * (0.5 * curvature) }
             }
             Self::Reciprocal { slope } => (-(x.recip() * origin) + 1.0) * (slope * origin),
-            Self::Power { slope, exponent } if exponent == 0.0 => (x / origin).ln() * (slope * origin),
+            Self::Power { slope, exponent: 0.0 } => (x / origin).ln() * (slope * origin),
             Self::Power { slope, exponent } => ((x / origin).powf(exponent) - 1.0) * (slope * origin / exponent),
             Self::Asymptotes { p, q, low, high } => {
                 let above = (-x + high).recip() - 1.0 / (high - origin);

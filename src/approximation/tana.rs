@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// With y = (bₖ/b₀ₖ)^pₖ − 1, y¹ its value at the design before, and the gradient s,
 ///
 /// $$ \tilde r(b) = r(b_0) + \sum_k \frac{s_k b_{0,k}}{p_k} y_k
-///    + \frac{H}{2} \frac{\sum_k y_k^2}{\sum_k (y_k - y^1_k)^2 + \sum_k y_k^2} ,\qquad
+///    {} + \frac{H}{2} \frac{\sum_k y_k^2}{\sum_k (y_k - y^1_k)^2 + \sum_k y_k^2} ,\qquad
 ///    H = 2 \Bigl[ r(b_1) - r(b_0) - \sum_k \frac{s_k b_{0,k}}{p_k} y^1_k \Bigr] . $$
 ///
 /// Exponents and their exceptions are those of [`TwoPointExponential`], an exponent nearer to zero than 0.001 is kept away from it.
