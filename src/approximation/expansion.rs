@@ -1,9 +1,10 @@
 //! What is known of one number at a design, and the chain rule to its intermediate variables.
 
+use super::Surroundings;
 use crate::error::{Error, Result};
 use crate::problem::Intermediates;
 use crate::scalar::jacobian;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// Value and gradient of one number at one design.
 #[derive(Clone, Copy, Debug)]
@@ -23,10 +24,15 @@ pub struct Expansion<'a> {
     pub name: &'a str,
     /// The design around which the approximation is built.
     pub here: Sample<'a>,
-    /// The design accepted before, if the same number was differentiated there.
-    pub before: Option<Sample<'a>>,
+    /// Designs accepted before at which the same number was differentiated, the newest first; as many as
+    /// [`Approximation::memory`](super::Approximation::memory) asks for, fewer at the start of a run.
+    pub before: &'a [Sample<'a>],
     /// The intermediate design variables of the number.
     pub intermediates: &'a Intermediates,
+    /// ∂²r/∂b² at b₀ (n × n), if the approximation asks for it and the analysis offers it.
+    pub curvature: Option<&'a DMatrix<f64>>,
+    /// What all numbers of the cycle share.
+    pub surroundings: &'a Surroundings,
 }
 
 impl Expansion<'_> {
@@ -57,5 +63,25 @@ impl Expansion<'_> {
     fn singular(&self, why: String) -> Error {
         let remedy = "bound the design variables away from zero, or linearize in the variables themselves";
         Error::definition(format!("intermediate variables of `{}`", self.name), why, remedy)
+    }
+
+    /// The design accepted last before b₀, if the number was differentiated there.
+    pub fn last(&self) -> Option<Sample<'_>> {
+        self.before.first().copied()
+    }
+
+    /// The exponent p with which bₖᵖ has the slopes of the number at both designs in proportion,
+    ///
+    /// $$ p_k = 1 + \frac{\ln \bigl(\partial_k r(b_1) / \partial_k r(b_0)\bigr)}{\ln (b_{1,k} / b_{0,k})} , $$
+    ///
+    /// or none where signs change or nothing moved. b₁ is the design before.
+    ///
+    /// **Source.** Fadel, Riley & Barthelemy, *Structural Optimization* 2 (1990) 117–124.
+    pub fn exponent(&self, k: usize) -> Option<f64> {
+        let before = self.last()?;
+        let slopes = before.gradient[k] / self.here.gradient[k];
+        let designs = before.design[k] / self.here.design[k];
+        let p = 1.0 + slopes.ln() / designs.ln();
+        (slopes > 0.0 && designs > 0.0 && p.is_finite()).then_some(p)
     }
 }

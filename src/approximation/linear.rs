@@ -42,9 +42,19 @@ impl Model for Taylor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::approximation::Sample;
+    use crate::approximation::{Sample, Surroundings};
     use crate::problem::{Intermediate, IntermediateMap};
     use crate::scalar::{Scalar, gradient};
+
+    fn nowhere(n: usize) -> Surroundings {
+        let (lower, upper) = (vec![-9.0; n], vec![9.0; n]);
+        Surroundings { trail: vec![], lower, upper, scale: vec![1.0; n] }
+    }
+
+    #[test]
+    fn identity_intermediates_pass_the_common_checks() {
+        crate::approximation::checks::check(&Linear, true);
+    }
 
     fn fit(
         intermediates: &Intermediates,
@@ -53,7 +63,9 @@ mod tests {
         let design = [2.0, 0.5];
         let (value, slope) = gradient(f, &design);
         let here = Sample { design: &design, value, gradient: &slope };
-        Linear.fit(&Expansion { name: "r", here, before: None, intermediates }).unwrap()
+        let surroundings = &nowhere(2);
+        let expansion = Expansion { name: "r", here, before: &[], intermediates, curvature: None, surroundings };
+        Linear.fit(&expansion).unwrap()
     }
 
     #[test]
@@ -80,7 +92,15 @@ mod tests {
     fn a_variable_that_does_not_move_is_named() {
         let here = Sample { design: &[0.0], value: 1.0, gradient: &[1.0] };
         let intermediates = Intermediates::all(1, Intermediate::AreaOfDiameter);
-        let expansion = Expansion { name: "moment", here, before: None, intermediates: &intermediates };
+        let surroundings = &nowhere(1);
+        let expansion = Expansion {
+            name: "moment",
+            here,
+            before: &[],
+            intermediates: &intermediates,
+            curvature: None,
+            surroundings,
+        };
         let message = Linear.fit(&expansion).err().unwrap().to_string();
         assert!(message.contains("`moment`") && message.contains("variable 0 at 0"), "{message}");
     }

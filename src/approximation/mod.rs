@@ -4,21 +4,60 @@
 //! gives a [`Model`] of it: cheap, smooth, exact in value and gradient at that design. Responses are approximated;
 //! objective and constraints keep their explicit dependence on responses, design variables and time (10), (11).
 
+mod asymptotes;
+mod blend;
+#[cfg(test)]
+pub(crate) mod checks;
+mod conlin;
+mod diagonal_quadratic;
+mod drift;
 mod expansion;
+mod fitting;
 mod linear;
+mod mma;
+mod per_response;
 mod problem;
+mod quadratic;
+mod reciprocal;
+mod separated;
+mod surroundings;
+mod tana;
+mod two_point;
 
+pub use asymptotes::Asymptotes;
+pub use conlin::Conlin;
+pub use diagonal_quadratic::{Bend, DiagonalQuadratic};
 pub use expansion::{Expansion, Sample};
 pub use linear::Linear;
-pub use problem::{ApproximateProblem, Known};
+pub use mma::Mma;
+pub use per_response::PerResponse;
+pub use problem::{ApproximateProblem, Known, Manner};
+pub use quadratic::{FullQuadratic, Hessian};
+pub use reciprocal::Reciprocal;
+pub use surroundings::{Past, Surroundings};
+pub use tana::Tana;
+pub use two_point::TwoPointExponential;
 
 use crate::error::Result;
-use crate::problem::Number;
+use crate::problem::separable::Term;
+use crate::problem::{Number, Problem};
 use crate::scalar::{Degree, Dual, HyperDual, Scalar};
 use std::sync::Arc;
 
 /// A way to approximate one number around a design. Values hold settings only.
 pub trait Approximation: Send + Sync + std::fmt::Debug {
+    /// Refuses settings out of range, and settings that do not fit the problem.
+    fn check(&self, _problem: &Problem) -> Result<()> {
+        Ok(())
+    }
+    /// How many designs accepted before it uses.
+    fn memory(&self) -> usize {
+        0
+    }
+    /// Whether it uses second derivatives of the analysis.
+    fn wants_curvature(&self) -> bool {
+        false
+    }
     /// Fits a model to what is known.
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>>;
 }
@@ -27,6 +66,18 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
 pub trait Model: Send + Sync + 'static {
     /// The approximate value at design `b` (length n).
     fn at<S: Number>(&self, b: &[S]) -> S;
+    /// Lower and upper sides of the box in which the model holds; none where it holds everywhere.
+    fn domain(&self) -> Option<&[Vec<f64>; 2]> {
+        None
+    }
+    /// Its constant, if the model is a constant and a sum of functions of one variable each.
+    fn constant(&self) -> Option<f64> {
+        None
+    }
+    /// The function of variable k in that sum, at `x`.
+    fn term(&self, _k: usize, _x: f64) -> Term {
+        Term::default()
+    }
 }
 
 /// Object-safe face of [`Model`]; implemented for every model.
@@ -36,6 +87,9 @@ pub trait AnyModel: Send + Sync {
     fn dual(&self, b: &[Dual]) -> Dual;
     fn hyper_dual(&self, b: &[HyperDual]) -> HyperDual;
     fn degree(&self, b: &[Degree]) -> Degree;
+    fn domain(&self) -> Option<&[Vec<f64>; 2]>;
+    fn constant(&self) -> Option<f64>;
+    fn term(&self, k: usize, x: f64) -> Term;
 }
 
 #[rustfmt::skip]
@@ -44,6 +98,9 @@ impl<M: Model> AnyModel for M {
     fn dual(&self, b: &[Dual]) -> Dual { self.at(b) }
     fn hyper_dual(&self, b: &[HyperDual]) -> HyperDual { self.at(b) }
     fn degree(&self, b: &[Degree]) -> Degree { self.at(b) }
+    fn domain(&self) -> Option<&[Vec<f64>; 2]> { Model::domain(self) }
+    fn constant(&self) -> Option<f64> { Model::constant(self) }
+    fn term(&self, k: usize, x: f64) -> Term { Model::term(self, k, x) }
 }
 
 /// Numbers that a stored model can be evaluated with.

@@ -1,33 +1,47 @@
 //! The approximate problem (10)–(12) of a cycle.
 
-use super::{AnyModel, Approximation, Evaluates, Expansion, Sample};
+use super::blend::Blend;
+use super::drift::Drift;
+use super::fitting::Fitting;
+use super::{AnyModel, Approximation, Evaluates, Past, Surroundings};
 use crate::error::Result;
+use crate::problem::separable::{self, Separable, Term};
 use crate::problem::{
-    Evaluation, Gradients, Instant, Number, Problem, Program, Quantity, Responses, RowId, Sensitivities, Structure,
-    Values,
+    Evaluation, Gradients, Instant, Number, Peak, Problem, Program, Quantity, Responses, RowId, Sensitivities,
+    Structure, Values,
 };
-use crate::scalar::{Degree, HyperDual, hessian, jacobian};
-use nalgebra::DMatrix;
+use crate::scalar::{Degree, Dual, HyperDual, hessian, jacobian};
+use nalgebra::{DMatrix, SymmetricEigen};
 use std::sync::Arc;
+
+/// Variables up to which the Hessian of each row is looked at, and rows up to which it is.
+const SMALL: usize = 60;
 
 /// Minimize F̃(b) subject to g̃_j(b, tₚ) ≤ c_j at the kept time points, inside the search subregion.
 ///
 /// The approximate responses are models; objective and constraints are the problem's own functions of them. Rows read
-/// ĝ − 1 ≤ 0, so a row value of 0.01 is a violation of 1 %.
+/// ĝ − 1 ≤ 0, so a row value of 0.01 is a violation of 1 %; rows of equality constraints read ĝ − 1 = 0.
 pub struct ApproximateProblem<'a> {
-    problem: &'a Problem,
+    pub(super) problem: &'a Problem,
     /// Kept constraints and time points, in order.
     pub kept: Vec<RowId>,
     /// Instants whose response is approximated, sorted, and the model of each.
-    models: Vec<(Instant, Arc<dyn AnyModel>)>,
+    pub(super) models: Vec<(Instant, Arc<dyn AnyModel>)>,
     /// Models of quantities that are approximated directly: the objective's, then one for each kept row.
-    direct: (DirectModel, Vec<DirectModel>),
-    lower: Vec<f64>,
-    upper: Vec<f64>,
+    pub(super) direct: (DirectModel, Vec<DirectModel>),
+    /// For each kept row the peak in continuous time, if it is one.
+    pub(super) drifts: Vec<Option<Drift>>,
+    pub(super) origin: Vec<f64>,
+    pub(super) surroundings: Surroundings,
+    /// ρ of the objective, then of each constraint.
+    pub(super) conservatism: Vec<f64>,
+    blend: Option<Blend>,
+    structure: Structure,
+    factors: Option<Vec<Option<DMatrix<f64>>>>,
 }
 
 /// The model of a quantity that is approximated itself; none where its explicit form is kept.
-type DirectModel = Option<Arc<dyn AnyModel>>;
+pub(super) type DirectModel = Option<Arc<dyn AnyModel>>;
 
 /// What is known at the start design of a cycle.
 #[derive(Clone, Copy, Debug)]
@@ -40,51 +54,81 @@ pub struct Known<'a> {
     pub evaluation: &'a Evaluation,
     /// Sensitivities at the instants of all kept quantities.
     pub sensitivities: &'a Sensitivities,
+    /// Second derivatives at the same instants, if they were asked for.
+    pub curvatures: Option<&'a [DMatrix<f64>]>,
+    /// The kept peaks of constraints in continuous time.
+    pub peaks: &'a [Peak],
+    /// Designs accepted before, the newest first.
+    pub past: &'a [Past],
+}
+
+/// How the approximate problem is made, apart from the approximation.
+#[derive(Clone, Debug, Default)]
+pub struct Manner {
+    /// ρ of the objective and of each constraint, in the unit of each: ρ·w(b) with
+    /// w = ½ Σ ((bₖ − b₀ₖ)/scaleₖ)² is added. Empty for none.
+    pub conservatism: Vec<f64>,
+    /// Whether peaks in continuous time drift with the design.
+    pub drifting: bool,
 }
 
 impl<'a> ApproximateProblem<'a> {
-    /// Builds the approximate problem of the kept rows inside `lower ≤ b ≤ upper`.
+    /// Builds the approximate problem of the kept rows inside the search region of `surroundings`, and where the models hold.
     pub fn new(
         problem: &'a Problem,
         approximation: &dyn Approximation,
         known: Known,
         kept: Vec<RowId>,
-        (lower, upper): (Vec<f64>, Vec<f64>),
+        (mut surroundings, manner): (Surroundings, Manner),
     ) -> Result<Self> {
-        let mut models = Vec::with_capacity(known.sensitivities.instants.len());
-        for (row, &instant) in known.sensitivities.instants.iter().enumerate() {
-            let declared = &problem.responses[instant.response];
-            let gradient: Vec<f64> = known.sensitivities.rows.row(row).iter().copied().collect();
-            let here = Sample { design: known.design, value: known.responses.at(instant), gradient: &gradient };
-            let intermediates = &declared.intermediates;
-            models.push((
-                instant,
-                approximation.fit(&Expansion { name: &declared.name, here, before: None, intermediates })?,
-            ));
+        let fitting = Fitting { problem, approximation, known, surroundings: &surroundings };
+        let models = fitting.responses()?;
+        let direct = fitting.quantities(&kept)?;
+        let drifts = fitting.peaks(&kept, manner.drifting)?;
+        let all = models.iter().map(|(_, m)| m).chain(direct.0.iter()).chain(direct.1.iter().flatten());
+        let domains: Vec<_> = all.chain(drifts.iter().flatten().flat_map(|d| &d.models)).cloned().collect();
+        for [lower, upper] in domains.iter().filter_map(|m| m.domain()) {
+            surroundings.lower.iter_mut().zip(lower).for_each(|(s, l)| *s = s.max(*l));
+            surroundings.upper.iter_mut().zip(upper).for_each(|(s, u)| *s = s.min(*u));
         }
-        let fit = |quantity: &Quantity, p, name: &str| -> Result<DirectModel> {
-            let Some(intermediates) = &quantity.direct else { return Ok(None) };
-            let Known { design, responses, sensitivities, .. } = known;
-            let gradient = problem.total_derivative(quantity, p, design, responses, sensitivities);
-            let value = quantity.value(p, &problem.grids, design, |h, p| responses.at(problem.instant(h, p)));
-            let here = Sample { design, value, gradient: &gradient };
-            approximation.fit(&Expansion { name, here, before: None, intermediates }).map(Some)
+        let (origin, conservatism) = (known.design.to_vec(), manner.conservatism);
+        let mut approximate = Self {
+            problem,
+            kept,
+            models,
+            direct,
+            drifts,
+            origin,
+            surroundings,
+            conservatism,
+            blend: None,
+            structure: Structure::Nonlinear,
+            factors: None,
         };
-        let objective = fit(&problem.objective, 0, &problem.objective_name)?;
-        let row = |r: &RowId| {
-            fit(&problem.constraints[r.constraint].quantity, r.point, &problem.constraints[r.constraint].name)
-        };
-        let rows = kept.iter().map(row).collect::<Result<_>>()?;
-        Ok(Self { problem, kept, models, direct: (objective, rows), lower, upper })
+        approximate.recognize();
+        Ok(approximate)
     }
 
-    /// The instants that objective and kept rows need, sorted.
+    /// The instants that objective and kept rows need, sorted. Peaks in continuous time bring their own.
     pub fn instants(problem: &Problem, kept: &[RowId]) -> Vec<Instant> {
-        let rows = kept.iter().flat_map(|r| problem.instants_of(&problem.constraints[r.constraint].quantity, r.point));
+        let on_grid = kept.iter().filter(|r| !problem.constraints[r.constraint].is_continuous);
+        let rows = on_grid.flat_map(|r| problem.instants_of(&problem.constraints[r.constraint].quantity, r.point));
         let mut instants: Vec<Instant> = rows.chain(problem.instants_of(&problem.objective, 0)).collect();
         instants.sort_unstable();
         instants.dedup();
         instants
+    }
+
+    /// w(b), the distance from the start design that conservatism is measured in.
+    pub fn distance<S: Number>(&self, b: &[S]) -> S {
+        let step = |((&b, &o), &s): ((&S, &f64), &f64)| (b - o) / s;
+        let steps = b.iter().zip(&self.origin).zip(&self.surroundings.scale).map(step);
+        steps.fold(S::from(0.0), |sum, d| sum + d * d) * 0.5
+    }
+
+    /// ρ of the objective (0) or of a constraint (its index + 1).
+    pub(super) fn rho(&self, i: usize) -> f64 {
+        self.conservatism.get(i).copied().unwrap_or(0.0)
     }
 
     /// F̃ and the rows ĝ − 1, in any number type.
@@ -98,16 +142,80 @@ impl<'a> ApproximateProblem<'a> {
                 responses[index.expect("every instant of a kept quantity has a model")]
             }),
         };
-        let objective = value(&self.problem.objective, 0, &self.direct.0);
+        let guard = self.conservatism.iter().any(|rho| *rho != 0.0).then(|| self.distance(b));
+        let guarded = |v: S, i: usize| guard.map_or(v, |w| if self.rho(i) == 0.0 { v } else { v + w * self.rho(i) });
+        let objective = guarded(value(&self.problem.objective, 0, &self.direct.0), 0);
         let row = |(i, r): (usize, &RowId)| {
             if !wanted(i) {
                 return S::from(0.0);
             }
             let constraint = &self.problem.constraints[r.constraint];
-            constraint.normalised(value(&constraint.quantity, r.point, &self.direct.1[i])) - 1.0
+            let g = match &self.drifts[i] {
+                Some(drift) => {
+                    let seen: Vec<S> = drift.models.iter().map(|m| S::of(&**m, b)).collect();
+                    let here = constraint.quantity.value_at(&seen, b, S::from(drift.peak.time));
+                    constraint.normalised(here) + drift.rise(b, &self.origin)
+                }
+                None => constraint.normalised(value(&constraint.quantity, r.point, &self.direct.1[i])),
+            };
+            guarded(g, r.constraint + 1) - 1.0
         };
         (objective, self.kept.iter().enumerate().map(row).collect())
     }
+
+    /// Structure, cones and separability, from numbers that know their polynomial degree.
+    fn recognize(&mut self) {
+        let middle = self.lower().iter().zip(self.upper()).map(|(l, u)| Degree::variable(0.5 * (l + u)));
+        let (objective, rows) = self.all(&middle.collect::<Vec<_>>(), |_| true);
+        let bent = |(i, row): (usize, &Degree)| match &self.drifts[i] {
+            Some(d) if !d.stays_quadratic(&self.origin, self.lower(), self.upper()) => Degree::NONLINEAR,
+            // In the middle of the box the peak may stand still by chance.
+            Some(d) if d.corrects && d.peak.reach.iter().any(|t| *t > 0.0) => row.degree.max(2),
+            _ => row.degree,
+        };
+        let degrees: Vec<u8> = rows.iter().enumerate().map(bent).collect();
+        let most = degrees.iter().copied().max().unwrap_or(0);
+        self.structure = match objective.degree {
+            0 | 1 if most <= 1 => Structure::Linear,
+            2 if most <= 1 => Structure::Quadratic,
+            _ => Structure::Nonlinear,
+        };
+        if self.structure == Structure::Nonlinear {
+            if objective.degree <= 2 && most == 2 && self.kept.len() <= SMALL && self.origin.len() <= SMALL {
+                self.factors = self.cones(&degrees);
+            }
+            if self.factors.is_none() {
+                self.blend = Blend::of(self);
+            }
+        }
+    }
+
+    /// A factor of the Hessian of each quadratic row; none unless objective and all rows are convex.
+    fn cones(&self, degrees: &[u8]) -> Option<Vec<Option<DMatrix<f64>>>> {
+        factor(hessian(|b: &[HyperDual]| self.all(b, |_| false).0, &self.origin).2)?;
+        let row = |(i, &degree): (usize, &u8)| -> Option<Option<DMatrix<f64>>> {
+            if degree <= 1 {
+                return Some(None);
+            }
+            if self.is_equality(i) {
+                return None;
+            }
+            factor(hessian(|b: &[HyperDual]| self.all(b, |k| k == i).1[i], &self.origin).2).map(Some)
+        };
+        degrees.iter().enumerate().map(row).collect()
+    }
+}
+
+/// C with CᵀC = H for a positive semidefinite H; none for any other.
+fn factor(h: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let eigen = SymmetricEigen::new(h);
+    let most = eigen.eigenvalues.amax();
+    if eigen.eigenvalues.iter().any(|&v| v < -1e-12 * most) {
+        return None;
+    }
+    let good: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&k| eigen.eigenvalues[k] > 1e-14 * most).collect();
+    let n = eigen.eigenvalues.len();
+    Some(DMatrix::from_fn(good.len(), n, |i, j| eigen.eigenvalues[good[i]].sqrt() * eigen.eigenvectors[(j, good[i])]))
 }
 
 impl Program for ApproximateProblem<'_> {
@@ -118,31 +226,38 @@ impl Program for ApproximateProblem<'_> {
         self.kept.len()
     }
     fn lower(&self) -> &[f64] {
-        &self.lower
+        &self.surroundings.lower
     }
     fn upper(&self) -> &[f64] {
-        &self.upper
+        &self.surroundings.upper
     }
-
-    /// Recognized by evaluating everything once with numbers that know their polynomial degree.
+    fn is_equality(&self, i: usize) -> bool {
+        self.problem.constraints[self.kept[i].constraint].is_equality
+    }
+    /// Recognized once by evaluating everything with numbers that know their polynomial degree.
     fn structure(&self) -> Structure {
-        let middle = self.lower.iter().zip(&self.upper).map(|(l, u)| Degree::variable(0.5 * (l + u)));
-        let (objective, rows) = self.all(&middle.collect::<Vec<_>>(), |_| true);
-        let linear = rows.iter().all(|r| r.degree <= 1);
-        match objective.degree {
-            0 | 1 if linear => Structure::Linear,
-            2 if linear => Structure::Quadratic,
-            _ => Structure::Nonlinear,
-        }
+        self.structure
+    }
+    fn row_factors(&self) -> Option<Vec<Option<DMatrix<f64>>>> {
+        self.factors.clone()
+    }
+    fn separable(&self) -> Option<&dyn Separable> {
+        self.blend.as_ref().map(|_| self as &dyn Separable)
     }
 
     fn values(&self, x: &[f64]) -> Result<Values> {
+        if self.blend.is_some() {
+            return separable::values(self, x);
+        }
         let (objective, rows) = self.all(x, |_| true);
         Ok(Values { objective, rows })
     }
 
     fn gradients(&self, x: &[f64]) -> Result<Gradients> {
-        let both = |x: &[crate::scalar::Dual]| {
+        if self.blend.is_some() {
+            return separable::gradients(self, x);
+        }
+        let both = |x: &[Dual]| {
             let (objective, mut rows) = self.all(x, |_| true);
             rows.push(objective);
             rows
@@ -155,11 +270,24 @@ impl Program for ApproximateProblem<'_> {
     }
 
     fn lagrangian_hessian(&self, x: &[f64], multipliers: &[f64]) -> Result<Option<DMatrix<f64>>> {
+        if self.blend.is_some() {
+            return Ok(separable::hessian(self, x, multipliers));
+        }
         let lagrangian = |x: &[HyperDual]| {
             let (objective, rows) = self.all(x, |i| multipliers[i] != 0.0);
             let active = rows.iter().zip(multipliers).filter(|(_, l)| **l != 0.0);
             active.fold(objective, |sum, (&g, &l)| sum + g * l)
         };
         Ok(Some(hessian(lagrangian, x).2))
+    }
+}
+
+impl Separable for ApproximateProblem<'_> {
+    fn constant(&self, i: usize) -> f64 {
+        self.blend.as_ref().map_or(0.0, |blend| blend.constant(i))
+    }
+
+    fn term(&self, i: usize, j: usize, x: f64) -> Term {
+        self.blend.as_ref().map_or_else(Term::default, |blend| blend.term(i, j, x))
     }
 }

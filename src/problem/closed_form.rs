@@ -1,9 +1,9 @@
 //! Analyses in closed form: responses as explicit functions, differentiated by dual numbers.
 
-use super::{Analysis, Instant, Responses, TimeGrid};
+use super::{Analysis, ContinuousTime, Instant, Responses, TimeGrid};
 use crate::error::Result;
-use crate::scalar::{Dual, Scalar, WIDTH, seed, slopes};
-use nalgebra::DMatrix;
+use crate::scalar::{BLOCK, Dual, HyperDual, Scalar, WIDTH, hessian, seed, slopes};
+use nalgebra::{Const, DMatrix, U1};
 use rayon::prelude::*;
 
 /// Responses as explicit functions of design and time, written once over the scalar.
@@ -47,5 +47,46 @@ impl<M: ClosedForm> Analysis for Analytic<M> {
         };
         let rows: Vec<Vec<f64>> = wanted.par_iter().with_min_len(64).map(row).collect();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), rows.into_iter().flatten()))
+    }
+
+    fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let one = |i: &Instant| {
+            let t = HyperDual::from(self.times[i.response][i.point]);
+            hessian(|b| self.model.response(i.response, b, t), b).2
+        };
+        Ok(Some(wanted.iter().map(one).collect()))
+    }
+
+    fn continuous(&self) -> Option<&dyn ContinuousTime> {
+        Some(self)
+    }
+}
+
+/// Time as one more dual number.
+impl<M: ClosedForm> ContinuousTime for Analytic<M> {
+    fn rates(&self, b: &[f64], _: &Responses, h: usize, t: f64) -> Result<[f64; 3]> {
+        let design: Vec<HyperDual> = b.iter().map(|&v| HyperDual::from_re(v)).collect();
+        let value = self.model.response(h, &design, HyperDual::from_re(t).derivative1(0).derivative2(0));
+        let second = value.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>)[(0, 0)];
+        Ok([value.re, value.eps1.unwrap_generic(Const::<BLOCK>, U1)[0], second])
+    }
+
+    fn rate_sensitivities(&self, b: &[f64], _: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]> {
+        let mut found = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
+        for start in (0..b.len()).step_by(BLOCK) {
+            let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
+                Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
+                _ => HyperDual::from_re(v),
+            };
+            let design: Vec<HyperDual> = b.iter().enumerate().map(seeded).collect();
+            let value = self.model.response(h, &design, HyperDual::from_re(t).derivative2(0));
+            let slopes = value.eps1.unwrap_generic(Const::<BLOCK>, U1);
+            let mixed = value.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>);
+            for a in 0..BLOCK.min(b.len() - start) {
+                found[0].push(slopes[a]);
+                found[1].push(mixed[(a, 0)]);
+            }
+        }
+        Ok(found)
     }
 }

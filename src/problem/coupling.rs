@@ -94,6 +94,10 @@ impl Program for DirectCoupling<'_> {
         &self.bounds.1
     }
 
+    fn is_equality(&self, i: usize) -> bool {
+        self.problem.constraints[self.rows[i].constraint].is_equality
+    }
+
     fn values(&self, x: &[f64]) -> Result<Values> {
         Ok(self.values_of(&self.analysed(x)?.evaluation))
     }

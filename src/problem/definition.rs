@@ -1,5 +1,6 @@
 //! The optimization problem (1)–(3) as a value, and its evaluation in plain numbers.
 
+use super::continuous::{PeakTime, maxima};
 use super::quantity::Form;
 use super::{Analysis, Constraint, DesignVariable, Intermediates, Quantity, Response, Responses, TimeGrid};
 use crate::error::{Error, Result};
@@ -35,7 +36,16 @@ pub struct Evaluation {
     /// F, in its unit.
     pub objective: f64,
     /// `constraints[j][p]`: ĝ_j at time point p, normalised so that feasible means ≤ 1.
+    ///
+    /// Where a constraint holds in continuous time, the value of a time point that is a local maximum is that of the peak
+    /// itself.
     pub constraints: Vec<Vec<f64>>,
+    /// Indices j of equality constraints, for which ĝ_j = 1 is feasible alone.
+    #[serde(default)]
+    pub equalities: Vec<usize>,
+    /// Local maxima of the constraints that hold in continuous time, in order.
+    #[serde(default)]
+    pub peaks: Vec<PeakTime>,
 }
 
 /// A constraint at one of its time points.
@@ -50,7 +60,20 @@ pub struct RowId {
 impl Evaluation {
     /// V: the largest violation (17), (18) over all constraints and time points, in percent; −100 without constraints.
     pub fn max_violation_pct(&self) -> f64 {
-        self.worst().map_or(-100.0, |(_, g)| (g - 1.0) * 100.0)
+        self.worst().map_or(-100.0, |(row, g)| self.violation(row.constraint, g) * 100.0)
+    }
+
+    /// ĝ − 1 for an inequality, |ĝ − 1| for an equality.
+    pub fn violation(&self, constraint: usize, g: f64) -> f64 {
+        if self.equalities.contains(&constraint) { (g - 1.0).abs() } else { g - 1.0 }
+    }
+
+    /// The largest violation of each constraint.
+    pub fn violations(&self) -> Vec<f64> {
+        let largest = |(j, history): (usize, &Vec<f64>)| {
+            history.iter().map(|&g| self.violation(j, g)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        self.constraints.iter().enumerate().map(largest).collect()
     }
 
     /// The constraint and time point nearest to or farthest beyond its limit, and ĝ there.
@@ -58,7 +81,8 @@ impl Evaluation {
         let all = self.constraints.iter().enumerate().flat_map(|(constraint, history)| {
             history.iter().enumerate().map(move |(point, &g)| (RowId { constraint, point }, g))
         });
-        all.fold(None, |best, row| if best.is_none_or(|(_, g)| row.1 > g) { Some(row) } else { best })
+        let beyond = |(row, g): (RowId, f64)| self.violation(row.constraint, g);
+        all.fold(None, |best, row| if best.is_none_or(|b| beyond(row) > beyond(b)) { Some(row) } else { best })
     }
 }
 
@@ -123,16 +147,57 @@ impl Problem {
             return Err(self.not_finite(format!("objective `{}`", self.objective_name), objective, None, 0, b));
         }
         let mut constraints = Vec::with_capacity(self.constraints.len());
-        for constraint in &self.constraints {
+        let mut peaks: Vec<PeakTime> = vec![];
+        for (j, constraint) in self.constraints.iter().enumerate() {
             let points = 0..self.points_of(&constraint.quantity);
-            let history: Vec<f64> = points.map(|p| constraint.normalised(at(&constraint.quantity, p))).collect();
+            let mut history: Vec<f64> = points.map(|p| constraint.normalised(at(&constraint.quantity, p))).collect();
             if let Some(p) = history.iter().position(|v| !v.is_finite()) {
                 let what = format!("constraint `{}`", constraint.name);
                 return Err(self.not_finite(what, history[p], constraint.quantity.grid(), p, b));
             }
+            if constraint.is_continuous {
+                peaks.extend(self.refine(j, b, responses, &mut history)?);
+            }
             constraints.push(history);
         }
-        Ok(Evaluation { objective, constraints })
+        let equalities = (0..self.constraints.len()).filter(|&j| self.constraints[j].is_equality).collect();
+        Ok(Evaluation { objective, constraints, equalities, peaks })
+    }
+
+    /// Replaces the values of time points that are local maxima by those of the peaks, which are returned.
+    fn refine(&self, j: usize, b: &[f64], responses: &Responses, history: &mut [f64]) -> Result<Vec<PeakTime>> {
+        let mut peaks: Vec<PeakTime> = vec![];
+        for point in maxima(history) {
+            let Some((time, value)) = self.peak_near(j, b, responses, point)? else { continue };
+            // A peak in the first or the last step is seen from two time points.
+            if peaks.last().is_none_or(|last| (time - last.time).abs() > 1e-9 * time.abs()) {
+                history[point] = history[point].max(value);
+                peaks.push(PeakTime { row: RowId { constraint: j, point }, time });
+            }
+        }
+        Ok(peaks)
+    }
+
+    /// A length for each variable that does not change during a run: its range if it is bounded, else |its start|, else 1.
+    pub fn scales(&self) -> Vec<f64> {
+        let scale = |v: &DesignVariable| {
+            let range = v.upper - v.lower;
+            if range.is_finite() && range > 0.0 {
+                range
+            } else if v.start != 0.0 {
+                v.start.abs()
+            } else {
+                1.0
+            }
+        };
+        self.variables.iter().map(scale).collect()
+    }
+
+    /// Names of what is approximated: responses, and objective and constraints that are approximated directly.
+    pub fn approximated(&self) -> impl Iterator<Item = &str> {
+        let objective = self.objective.direct.is_some().then_some(self.objective_name.as_str());
+        let direct = self.constraints.iter().filter(|c| c.quantity.direct.is_some()).map(|c| c.name.as_str());
+        self.responses.iter().map(|r| r.name.as_str()).chain(objective).chain(direct)
     }
 
     /// Response `h` at time point `p`; a time-independent response has the same value at all points.
@@ -178,6 +243,9 @@ impl Problem {
         }
         for c in &self.constraints {
             text += &format!(" {} {} {} {:?}", c.name, c.limit, c.scale, c.quantity.uses);
+            if c.is_equality || c.is_continuous {
+                text += &format!(" {} {}", c.is_equality, c.is_continuous);
+            }
         }
         // FNV-1a, which is the same on every machine and in every version.
         text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
@@ -207,6 +275,15 @@ impl Problem {
             Error::check_option(&option("limit"), "finite", constraint.limit, constraint.limit.is_finite())?;
             let positive = constraint.scale > 0.0 && constraint.scale.is_finite();
             Error::check_option(&option("scale"), "positive and finite", constraint.scale, positive)?;
+            let what = || format!("constraint `{}`", constraint.name);
+            if constraint.is_continuous && !constraint.quantity.is_transient() {
+                let why = "it holds in continuous time, but has one value only";
+                return Err(Error::definition(what(), why, "make its quantity with `each_point`"));
+            }
+            if constraint.is_continuous && (constraint.is_equality || constraint.quantity.direct.is_some()) {
+                let why = "an equality, or a quantity that is approximated directly, cannot hold in continuous time";
+                return Err(Error::definition(what(), why, "use the time points"));
+            }
         }
         Ok(())
     }

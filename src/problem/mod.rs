@@ -6,7 +6,9 @@
 
 mod builder;
 mod closed_form;
+mod continuous;
 mod coupling;
+mod curvatures;
 mod definition;
 mod differences;
 mod equivalents;
@@ -24,6 +26,8 @@ mod variable;
 
 pub use builder::ProblemBuilder;
 pub use closed_form::{Analytic, ClosedForm};
+pub(crate) use continuous::maxima;
+pub use continuous::{ContinuousTime, Peak, PeakTime};
 pub use coupling::DirectCoupling;
 pub use definition::{Evaluation, Problem, RowId};
 pub use differences::Differences;

@@ -91,11 +91,8 @@ impl Quantity {
     ) -> S {
         let gather = |p: usize| -> Vec<S> { self.uses.iter().map(|&h| response(h, p)).collect() };
         match &self.form {
-            Form::Plain(f) => S::call(&**f, &Point { response: &gather(0), design, time: S::from(f64::NAN) }),
-            Form::EachPoint(g, f) => {
-                let time = S::from(grids[*g].points[p]);
-                S::call(&**f, &Point { response: &gather(p), design, time })
-            }
+            Form::Plain(_) => self.value_at(&gather(0), design, S::from(f64::NAN)),
+            Form::EachPoint(g, _) => self.value_at(&gather(p), design, S::from(grids[*g].points[p])),
             Form::Whole(g, f) => {
                 let times = &grids[*g].points;
                 let responses: Vec<Vec<S>> = (0..times.len()).map(gather).collect();
@@ -108,9 +105,17 @@ impl Quantity {
             }
         }
     }
+
+    /// The value where it is made of responses at one time, from these and that time.
+    pub(crate) fn value_at<S: Number>(&self, response: &[S], design: &[S], time: S) -> S {
+        match &self.form {
+            Form::Plain(f) | Form::EachPoint(_, f) => S::call(&**f, &Point { response, design, time }),
+            Form::Whole(..) => unreachable!("a functional has no value at one time"),
+        }
+    }
 }
 
-/// A constraint g ≤ c, normalised as ĝ = 1 + (g − c)/s ≤ 1.
+/// A constraint g ≤ c or g = c, normalised as ĝ = 1 + (g − c)/s ≤ 1.
 ///
 /// The scale s is |c| unless given, so that ĝ = g/c for a positive limit and the violation (18) is (g − c)/c. With
 /// c = 0 the scale is 1 in the unit of g; with a limit that moves with the design write g − b + c ≤ c and give the
@@ -127,13 +132,34 @@ pub struct Constraint {
     pub scale: f64,
     /// Which time points near local maxima are kept, where it differs from the method's.
     pub selection: Option<Selection>,
+    /// True for g = c instead of g ≤ c.
+    pub is_equality: bool,
+    /// True where the constraint holds at all times between the time points, too.
+    pub is_continuous: bool,
 }
 
 impl Constraint {
     /// g ≤ `limit`, normalised by |limit|, or by 1 where the limit is zero.
     pub fn at_most(name: impl Into<String>, limit: f64, quantity: Quantity) -> Self {
         let scale = if limit == 0.0 { 1.0 } else { limit.abs() };
-        Self { name: name.into(), quantity, limit, scale, selection: None }
+        Self { name: name.into(), quantity, limit, scale, selection: None, is_equality: false, is_continuous: false }
+    }
+
+    /// g = `value`, normalised like an inequality: ĝ = 1 where it holds, and |ĝ − 1| is its violation.
+    ///
+    /// Equalities are never screened out; a time-dependent one holds at every time point.
+    pub fn equal(name: impl Into<String>, value: f64, quantity: Quantity) -> Self {
+        Self { is_equality: true, ..Self::at_most(name, value, quantity) }
+    }
+
+    /// The same constraint at all times of the interval from the first to the last time point, and not only at these.
+    ///
+    /// Its local maxima are found between the time points, where the analysis offers responses in
+    /// [continuous time](super::ContinuousTime), else on polynomials through the time points; peaks that rise and fall
+    /// between two time points are not seen. One row for each peak enters the approximate problem.
+    #[must_use]
+    pub fn in_continuous_time(self) -> Self {
+        Self { is_continuous: true, ..self }
     }
 
     /// The same constraint with another scale of normalisation, in the unit of g.

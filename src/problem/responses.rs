@@ -1,6 +1,6 @@
 //! Responses of the analysed system and where they come from.
 
-use super::Intermediates;
+use super::{ContinuousTime, Intermediates};
 use crate::error::Result;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -69,4 +69,14 @@ pub trait Analysis: Send + Sync {
 
     /// ∂r/∂b at the wanted instants: one row for each, n columns. `responses` is what [`Analysis::analyze`] gave at `b`.
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>>;
+
+    /// ∂²r/∂b² at the wanted instants (n × n each), if the analysis can give them.
+    fn curvatures(&self, _b: &[f64], _responses: &Responses, _wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        Ok(None)
+    }
+
+    /// The responses between the time points, if the analysis can give them.
+    fn continuous(&self) -> Option<&dyn ContinuousTime> {
+        None
+    }
 }

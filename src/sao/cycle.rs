@@ -94,8 +94,8 @@ impl Cycle {
         proposal: &Solution,
         analysed: &Result<(Responses, Evaluation)>,
     ) -> Self {
-        let outcome = trial.outcome;
-        let active = knowledge.kept.iter().zip(&proposal.multipliers).filter(|(_, m)| **m > 0.0);
+        let outcome = trial.outcome.as_ref();
+        let active = knowledge.kept.iter().zip(&proposal.multipliers).filter(|(_, m)| **m != 0.0);
         let change = |(to, from): (&f64, &f64)| (to - from).abs() / if *from == 0.0 { 1.0 } else { from.abs() };
         Self {
             cycle: state.cycles() + 1,

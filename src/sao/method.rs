@@ -4,9 +4,9 @@ use super::{
     Counters, Cycle, ErrorBased, Globalization, Knowledge, MoveLimits, Outcome, Region, RelativeLimits, STATE_VERSION,
     Screening, State, Status, Stop, Trial, Verdict,
 };
-use crate::approximation::{ApproximateProblem, Approximation, Known, Linear};
+use crate::approximation::{ApproximateProblem, Approximation, Known, Linear, Manner, Surroundings};
 use crate::error::Result;
-use crate::problem::{Evaluation, Problem, Responses, Sensitivities, Values};
+use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities, Values};
 use crate::subproblem::{Automatic, Solution, SubproblemSolver};
 use nalgebra::DMatrix;
 
@@ -22,6 +22,9 @@ pub struct Method {
     pub solver: Box<dyn SubproblemSolver>,
     /// Which proposals are accepted.
     pub globalization: Box<dyn Globalization>,
+    /// Whether the peaks of constraints in continuous time drift in the approximate problem as the design changes, or keep
+    /// their times.
+    pub drifting: bool,
     /// When the run ends.
     pub stop: Stop,
 }
@@ -35,6 +38,7 @@ impl Default for Method {
             move_limits: Box::new(RelativeLimits::default()),
             solver: Box::new(Automatic::default()),
             globalization: Box::new(ErrorBased::default()),
+            drifting: true,
             stop: Stop::default(),
         }
     }
@@ -71,7 +75,7 @@ impl Method {
 
     /// Analyses a start design other than the problem's, within the same bounds.
     pub fn start_at(&self, problem: &Problem, design: Vec<f64>) -> Result<State> {
-        self.check()?;
+        self.check(problem)?;
         problem.check()?;
         problem.check_design(&design)?;
         let responses = problem.analyze(&design)?;
@@ -84,9 +88,11 @@ impl Method {
             fingerprint: problem.fingerprint(),
             design,
             responses,
-            evaluation,
+            evaluation: evaluation.clone(),
             factors,
             last_step: None,
+            guard: self.globalization.start(problem, &evaluation),
+            past: vec![],
             knowledge: None,
             history: vec![first],
             counters: Counters { analyses: 1, ..Default::default() },
@@ -107,21 +113,30 @@ impl Method {
         state.counters.subproblem_iterations += proposal.iterations;
         let analysed = state.analyse(problem, &proposal.x);
         let at_limit = region.at_limit(&proposal.x);
-        let trial = self.trial(problem, &state, &knowledge, &proposal, &at_limit, analysed.as_ref().ok())?;
-        let verdict = trial.outcome.map_or(Verdict::Reject, |_| self.globalization.judge(&trial));
-        let mut factors = state.factors.clone();
-        self.move_limits.update(&mut factors, &trial, verdict);
+        let distance = approximate.distance(&proposal.x);
+        let trial =
+            self.trial(problem, &state, &knowledge, (&proposal, distance), &at_limit, analysed.as_ref().ok())?;
+        let (mut guard, mut factors) = (state.guard.clone(), state.factors.clone());
+        let judge = |_: &Outcome| self.globalization.judge(&trial, &mut guard);
+        let verdict = trial.outcome.as_ref().map_or(Verdict::Reject, judge);
+        if verdict != Verdict::Tighten {
+            self.move_limits.update(&mut factors, &trial, verdict);
+        }
         state.history.push(Cycle::new(&state, &trial, verdict, &knowledge, region, &proposal, &analysed));
-        state.factors = factors;
+        (state.factors, state.guard) = (factors, guard);
         match (verdict, analysed) {
-            (Verdict::Accept, Ok((responses, evaluation))) => state.advance(proposal.x, responses, evaluation),
+            (Verdict::Accept, Ok((responses, evaluation))) => {
+                let design = (proposal.x, responses, evaluation);
+                state.advance(design, knowledge.sensitivities, self.approximation.memory());
+            }
             _ => state.knowledge = Some(knowledge),
         }
         (state.status, state.reason) = self.stop.test(problem, &state);
         Ok(state)
     }
 
-    fn check(&self) -> Result<()> {
+    fn check(&self, problem: &Problem) -> Result<()> {
+        self.approximation.check(problem)?;
         self.screening.check()?;
         self.move_limits.check()?;
         self.globalization.check()?;
@@ -132,13 +147,27 @@ impl Method {
     fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<Knowledge> {
         let kept = self.screening.keep(problem, &state.evaluation);
         let instants = ApproximateProblem::instants(problem, &kept);
+        let peaks = self.peaks(problem, state, &kept)?;
+        let needed = !instants.is_empty() || !peaks.is_empty();
+        state.counters.sensitivity_analyses += usize::from(needed);
         let rows = if instants.is_empty() {
             DMatrix::zeros(0, problem.n())
         } else {
-            state.counters.sensitivity_analyses += 1;
             problem.sensitivities(&state.design, &state.responses, &instants)?
         };
-        Ok(Knowledge { kept, sensitivities: Sensitivities { instants, rows } })
+        let curvatures = if self.approximation.wants_curvature() {
+            problem.curvatures(&state.design, &state.responses, &instants)?
+        } else {
+            None
+        };
+        Ok(Knowledge { kept, sensitivities: Sensitivities { instants, rows }, curvatures, peaks })
+    }
+
+    /// The kept local maxima of constraints in continuous time, differentiated.
+    fn peaks(&self, problem: &Problem, state: &State, kept: &[RowId]) -> Result<Vec<Peak>> {
+        let at = state.evaluation.peaks.iter().filter(|peak| kept.contains(&peak.row));
+        let history = |j: usize| &state.evaluation.constraints[j];
+        at.map(|p| problem.peak(*p, &state.design, &state.responses, history(p.row.constraint))).collect()
     }
 
     fn approximate<'a>(
@@ -153,9 +182,14 @@ impl Method {
             responses: &state.responses,
             evaluation: &state.evaluation,
             sensitivities: &knowledge.sensitivities,
+            curvatures: knowledge.curvatures.as_deref(),
+            peaks: &knowledge.peaks,
+            past: &state.past,
         };
-        let bounds = (region.lower.clone(), region.upper.clone());
-        ApproximateProblem::new(problem, &*self.approximation, known, knowledge.kept.clone(), bounds)
+        let trail = state.history.iter().filter(|c| c.accepted).map(|c| c.design.clone()).collect();
+        let surroundings = Surroundings::new(problem, trail, (region.lower.clone(), region.upper.clone()));
+        let manner = Manner { conservatism: state.guard.conservatism.clone(), drifting: self.drifting };
+        ApproximateProblem::new(problem, &*self.approximation, known, knowledge.kept.clone(), (surroundings, manner))
     }
 
     /// The proposal held against its analysis.
@@ -164,7 +198,7 @@ impl Method {
         problem: &Problem,
         state: &'a State,
         knowledge: &Knowledge,
-        proposal: &'a Solution,
+        (proposal, distance): (&'a Solution, f64),
         at_limit: &'a [bool],
         analysed: Option<&(Responses, Evaluation)>,
     ) -> Result<Trial<'a>> {
@@ -177,8 +211,11 @@ impl Method {
             last_step: state.last_step.as_deref(),
             at_limit,
             objective_before: state.evaluation.objective,
-            violation_before_pct: state.evaluation.max_violation_pct(),
+            violation_before: state.evaluation.max_violation_pct().max(0.0) / 100.0,
             approximate_objective: proposal.objective,
+            approximate_violation: knowledge.violation(problem, &proposal.rows),
+            multipliers: proposal.multipliers.iter().map(|m| m.abs()).sum(),
+            distance,
             outcome: analysed.map(compare),
         })
     }

@@ -3,20 +3,28 @@
 //! A [`Method`] is a filling of interchangeable parts; its [`Method::step`] does one cycle; everything that changes is in
 //! one [`State`], which can be written to a file and continued from it with the same bits.
 
+mod conservatism;
 mod cycle;
+mod filter;
 mod globalization;
 mod method;
 mod move_limits;
+mod post_optimal;
 mod screening;
 mod state;
 mod stop;
 mod trial;
+mod trust_region;
 
+pub use conservatism::Conservatism;
 pub use cycle::{ActiveRow, Cycle};
+pub use filter::{Filter, FilteredConservatism};
 pub use globalization::{AcceptAlways, ErrorBased, Globalization, Verdict};
 pub use method::Method;
 pub use move_limits::{MoveLimits, Region, RelativeLimits};
+pub use post_optimal::{Parameter, PostOptimal};
 pub use screening::Screening;
-pub use state::{Counters, Knowledge, STATE_VERSION, State};
+pub use state::{Counters, Guard, Knowledge, STATE_VERSION, State};
 pub use stop::{Status, Stop};
 pub use trial::{Outcome, Trial};
+pub use trust_region::{FixedLimits, TrustRegion};

@@ -151,7 +151,7 @@ impl MoveLimits for RelativeLimits {
     }
 
     fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
-        let Some(outcome) = trial.outcome.filter(|_| verdict == Verdict::Accept) else {
+        let Some(outcome) = trial.outcome.as_ref().filter(|_| verdict == Verdict::Accept) else {
             factors.iter_mut().for_each(|f| *f *= self.on_rejection);
             return;
         };
@@ -161,7 +161,7 @@ impl MoveLimits for RelativeLimits {
             && outcome.evidence;
         let violated = |pct: f64| pct > self.reversal_violation_pct;
         // With larger errors one overshoot is no oscillation yet, as Table II shows; two in a row are.
-        let again = error <= self.reduce_above_pct && violated(trial.violation_before_pct);
+        let again = error <= self.reduce_above_pct && violated(100.0 * trial.violation_before);
         let oscillates = violated(outcome.violation_pct) && (error <= self.increase_below_pct || again);
         for (k, factor) in factors.iter_mut().enumerate() {
             if error > self.reduce_above_pct {

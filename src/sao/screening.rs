@@ -1,13 +1,14 @@
 //! Constraint screening: only critical and potentially critical constraints enter the approximate problem.
 
 use crate::error::{Error, Result};
-use crate::problem::{Evaluation, Problem, RowId, Selection};
+use crate::problem::{Evaluation, Problem, RowId, Selection, maxima};
 use std::collections::BTreeSet;
 
 /// Which constraints, at which time points, are kept (Section 4 of the paper).
 ///
 /// A row is a candidate where ĝ exceeds the cut-off; of a history, those near local maxima are kept. Constraints that
-/// depend on the design variables alone cost nothing and are always kept.
+/// depend on the design variables alone cost nothing and are always kept, equalities too. Of a constraint in continuous time
+/// the peaks above the cut-off are kept, one row for each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Screening {
     /// Rows with ĝ up to this value are removed; ĝ = 1 is the limit. The paper's examples use 0.7 and 0.5. None keeps all.
@@ -40,7 +41,12 @@ impl Screening {
         let mut kept = vec![];
         for (constraint, (declared, history)) in problem.constraints.iter().zip(&evaluation.constraints).enumerate() {
             let quantity = &declared.quantity;
-            let points: Vec<usize> = if !quantity.is_transient() {
+            let points: Vec<usize> = if declared.is_equality {
+                (0..history.len()).collect()
+            } else if declared.is_continuous {
+                let peaks = evaluation.peaks.iter().filter(|p| p.row.constraint == constraint);
+                peaks.map(|p| p.row.point).filter(|&p| self.is_critical(history[p])).collect()
+            } else if !quantity.is_transient() {
                 Vec::from_iter((quantity.is_explicit() || self.is_critical(history[0])).then_some(0))
             } else {
                 self.points(history, declared.selection.unwrap_or(self.selection))
@@ -62,13 +68,6 @@ impl Screening {
             }
         }
     }
-}
-
-/// Local maxima of a history, with its first and last point whatever their neighbours do. A plateau counts once.
-fn maxima(g: &[f64]) -> Vec<usize> {
-    let last = g.len() - 1;
-    let is_maximum = |p: usize| p == 0 || p == last || (g[p] > g[p - 1] && g[p] >= g[p + 1]);
-    (0..=last).filter(|&p| is_maximum(p)).collect()
 }
 
 #[cfg(test)]

@@ -1,13 +1,15 @@
 //! The state of a run: one record that can be written to a file.
 
 use super::{Cycle, Status};
+use crate::approximation::Past;
 use crate::error::{Error, Result};
-use crate::problem::{Evaluation, Problem, Responses, RowId, Sensitivities};
+use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities};
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Version of the state file; a file of another version is refused.
-pub const STATE_VERSION: u32 = 1;
+pub const STATE_VERSION: u32 = 2;
 
 /// Work done, counted as the paper counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,6 +29,29 @@ pub struct Knowledge {
     pub kept: Vec<RowId>,
     /// Sensitivities of the responses that they and the objective need.
     pub sensitivities: Sensitivities,
+    /// Second derivatives at the same instants, if the approximation uses them.
+    pub curvatures: Option<Vec<DMatrix<f64>>>,
+    /// Kept local maxima of constraints in continuous time.
+    pub peaks: Vec<Peak>,
+}
+
+impl Knowledge {
+    /// The largest violation of the kept rows, as a fraction, at least zero.
+    pub(super) fn violation(&self, problem: &Problem, rows: &[f64]) -> f64 {
+        let one = |(kept, &row): (&RowId, &f64)| {
+            if problem.constraints[kept.constraint].is_equality { row.abs() } else { row }
+        };
+        self.kept.iter().zip(rows).map(one).fold(0.0, f64::max)
+    }
+}
+
+/// What a globalization remembers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Guard {
+    /// Conservatism ρ of the objective, then of each constraint, in the unit of each; empty for none.
+    pub conservatism: Vec<f64>,
+    /// The filter: largest violation (as a fraction) and objective of designs that no other one dominates.
+    pub filter: Vec<[f64; 2]>,
 }
 
 /// Everything that changes during a run.
@@ -48,6 +73,10 @@ pub struct State {
     pub factors: Vec<f64>,
     /// The last accepted step.
     pub last_step: Option<Vec<f64>>,
+    /// What the globalization remembers.
+    pub guard: Guard,
+    /// Designs accepted before, the newest first; as many as the approximation uses.
+    pub past: Vec<Past>,
     /// Present after a rejected try.
     pub knowledge: Option<Knowledge>,
     /// What happened so far, cycle 0 first.
@@ -127,8 +156,19 @@ impl State {
         Ok((responses, evaluation))
     }
 
-    /// Makes an accepted design the start of the next cycle.
-    pub(super) fn advance(&mut self, design: Vec<f64>, responses: Responses, evaluation: Evaluation) {
+    /// Makes an accepted design the start of the next cycle; the last `memory` designs are remembered with their
+    /// sensitivities.
+    pub(super) fn advance(
+        &mut self,
+        (design, responses, evaluation): (Vec<f64>, Responses, Evaluation),
+        sensitivities: Sensitivities,
+        memory: usize,
+    ) {
+        if memory > 0 {
+            let responses = Responses::new(self.responses.values.clone());
+            self.past.insert(0, Past { design: self.design.clone(), responses, sensitivities });
+            self.past.truncate(memory);
+        }
         self.last_step = Some(design.iter().zip(&self.design).map(|(to, from)| to - from).collect());
         (self.design, self.responses, self.evaluation) = (design, responses, evaluation);
     }

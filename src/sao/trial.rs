@@ -20,16 +20,22 @@ pub struct Trial<'a> {
     pub at_limit: &'a [bool],
     /// Objective at the start of the cycle.
     pub objective_before: f64,
-    /// V in percent at the start of the cycle.
-    pub violation_before_pct: f64,
-    /// F̃ at the proposed design.
+    /// Largest violation there, as a fraction, at least zero.
+    pub violation_before: f64,
+    /// F̃ at the proposed design, conservatism included.
     pub approximate_objective: f64,
+    /// Largest violation of the approximate rows at the proposed design, as a fraction, at least zero.
+    pub approximate_violation: f64,
+    /// Sum of the multipliers of all rows, in the unit of the objective.
+    pub multipliers: f64,
+    /// w = ½ Σ (Δbₖ/scaleₖ)², the distance that conservatism is measured in.
+    pub distance: f64,
     /// What the analysis says; none if it failed.
     pub outcome: Option<Outcome>,
 }
 
 /// Errors and violation of a trial whose analysis succeeded, in percent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// F at the proposed design.
     pub objective: f64,
@@ -41,6 +47,10 @@ pub struct Outcome {
     pub violation_pct: f64,
     /// Whether anything was approximated at all: without evidence errors of zero mean nothing.
     pub evidence: bool,
+    /// By how much the analysed value exceeds the approximate one: of the objective, then of each constraint the largest over
+    /// its kept time points, with the sign that counts for an equality taken away. Not positive where the approximation is
+    /// conservative.
+    pub shortfall: Vec<f64>,
 }
 
 impl Outcome {
@@ -66,13 +76,19 @@ impl Outcome {
             constraint_error_pct: 0.0,
             violation_pct: analysed.max_violation_pct(),
             evidence: !problem.objective.is_explicit(),
+            shortfall: vec![f64::NEG_INFINITY; 1 + problem.constraints.len()],
         };
+        outcome.shortfall[0] = analysed.objective - approximate.objective;
         for (row, approximate) in kept.iter().zip(&approximate.rows) {
             if problem.constraints[row.constraint].quantity.is_explicit() {
                 continue;
             }
             outcome.evidence = true;
-            let g = analysed.constraints[row.constraint][row.point];
+            let g = tracked(problem, row, analysed);
+            let short = g - (approximate + 1.0);
+            let is_equality = problem.constraints[row.constraint].is_equality;
+            let worst = &mut outcome.shortfall[row.constraint + 1];
+            *worst = worst.max(if is_equality { 0.0 } else { short });
             if screening.is_critical(g) {
                 let error = 100.0 * (approximate + 1.0 - g).abs() / g.abs().max(SMALL);
                 outcome.constraint_error_pct = outcome.constraint_error_pct.max(error);
@@ -80,6 +96,17 @@ impl Outcome {
         }
         outcome
     }
+}
+
+/// ĝ of a kept row at the new design. A peak in continuous time is followed to the nearest one, if there is one.
+fn tracked(problem: &Problem, row: &RowId, analysed: &Evaluation) -> f64 {
+    let history = &analysed.constraints[row.constraint];
+    if !problem.constraints[row.constraint].is_continuous {
+        return history[row.point];
+    }
+    let peaks = analysed.peaks.iter().filter(|p| p.row.constraint == row.constraint);
+    let nearest = peaks.min_by_key(|p| p.row.point.abs_diff(row.point));
+    nearest.map_or(history[row.point], |p| history[p.row.point])
 }
 
 /// |a − b| / |b| in percent; in units of the value itself where b is zero.

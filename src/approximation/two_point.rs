@@ -1,0 +1,105 @@
+//! The two-point exponential approximation.
+
+use super::separated::{Form, Separated};
+use super::{AnyModel, Approximation, Expansion};
+use crate::error::{Error, Result};
+use crate::problem::Problem;
+use std::sync::Arc;
+
+/// Expansion in powers bₖ^pₖ whose exponents fit the gradient at the design before:
+///
+/// $$ \tilde r(b) = r(b_0) + \sum_k \Bigl[\Bigl(\frac{b_k}{b_{0,k}}\Bigr)^{p_k} - 1\Bigr] \frac{b_{0,k}}{p_k}
+///    \frac{\partial r}{\partial b_k}\Big|_{b_0} . $$
+///
+/// The exponents are kept between [`least`](Self::least) and [`most`](Self::most). Where an exponent is not defined (the first
+/// cycle, a slope that changes sign or vanishes, a variable that stands still) it is [`otherwise`](Self::otherwise); a
+/// variable whose search subregion holds zero is expanded linearly. Intermediate variables of the response are not used.
+///
+/// **Source.** Fadel, Riley & Barthelemy, *Structural Optimization* 2 (1990) 117–124, with limits ∓1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoPointExponential {
+    /// Least exponent.
+    pub least: f64,
+    /// Largest exponent.
+    pub most: f64,
+    /// The exponent where two points do not give one: 1 is linear, −1 reciprocal.
+    pub otherwise: f64,
+}
+
+impl Default for TwoPointExponential {
+    fn default() -> Self {
+        Self { least: -1.0, most: 1.0, otherwise: 1.0 }
+    }
+}
+
+impl TwoPointExponential {
+    /// pₖ of all variables; 1 where the region holds zero.
+    pub(super) fn exponents(&self, expansion: &Expansion) -> Vec<f64> {
+        let exponent = |k| match expansion.exponent(k) {
+            _ if !expansion.surroundings.keeps_sign(k) => 1.0,
+            Some(p) => p.clamp(self.least, self.most),
+            None => self.otherwise,
+        };
+        (0..expansion.here.design.len()).map(exponent).collect()
+    }
+
+    pub(super) fn check_limits(&self) -> Result<()> {
+        let Self { least, most, otherwise } = *self;
+        Error::check_option("least exponent", "finite", least, least.is_finite())?;
+        Error::check_option("largest exponent", "at least the least", most, most >= least && most.is_finite())?;
+        Error::check_option("exponent otherwise", "finite", otherwise, otherwise.is_finite())
+    }
+}
+
+impl Approximation for TwoPointExponential {
+    fn check(&self, _: &Problem) -> Result<()> {
+        self.check_limits()
+    }
+
+    fn memory(&self) -> usize {
+        1
+    }
+
+    fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
+        let here = expansion.here;
+        let form = |(&slope, exponent): (&f64, f64)| match exponent {
+            1.0 => Form::linear(slope),
+            -1.0 => Form::Reciprocal { slope },
+            exponent => Form::Power { slope, exponent },
+        };
+        let forms = here.gradient.iter().zip(self.exponents(expansion)).map(form).collect();
+        Ok(Arc::new(Separated { value: here.value, origin: here.design.to_vec(), forms, domain: None }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::approximation::checks::{Case, check};
+    use crate::scalar::DualNum as _;
+
+    #[test]
+    fn powers_within_the_limits_are_exact() {
+        check(&TwoPointExponential::default(), false);
+        let f = |b: &[crate::scalar::HyperDual]| b[0].powf(0.5) * 2.0 - b[1].powf(-0.7);
+        let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.0, 4.0]).after(&[2.0, 1.0]);
+        let model = case.fit(&TwoPointExponential::default()).unwrap();
+        assert!((model.real(&[3.0, 0.5]) - (2.0 * 3f64.sqrt() - 0.5f64.powf(-0.7))).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_exponent_zero_is_the_logarithm() {
+        let case = Case::of(|b| b[0].ln(), &[1.0], &[0.1], &[4.0]).after(&[2.0]);
+        let model = case.fit(&TwoPointExponential::default()).unwrap();
+        assert!((model.real(&[3.0]) - 3f64.ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_first_cycle_and_a_turning_slope_are_linear() {
+        let f = |b: &[crate::scalar::HyperDual]| (b[0] - 1.5) * (b[0] - 1.5);
+        for case in [Case::of(f, &[1.0], &[0.1], &[4.0]), Case::of(f, &[1.0], &[0.1], &[4.0]).after(&[2.0])] {
+            let model = case.fit(&TwoPointExponential::default()).unwrap();
+            assert!((model.real(&[2.0]) - (0.25 - 1.0)).abs() < 1e-14);
+        }
+    }
+}

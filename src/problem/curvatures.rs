@@ -1,0 +1,115 @@
+//! Second derivatives of responses, and of quantities made from them.
+
+use super::{Instant, Problem, Quantity, Responses, Sensitivities};
+use crate::error::{Error, Result};
+use crate::scalar::{BLOCK, HyperDual};
+use nalgebra::{DMatrix, SMatrix, SVector};
+use num_dual::Derivative;
+
+impl Problem {
+    /// ∂²r/∂b² at the wanted instants (n × n each), if the analysis offers them; checked for shape and finiteness.
+    pub fn curvatures(
+        &self,
+        b: &[f64],
+        responses: &Responses,
+        wanted: &[Instant],
+    ) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let Some(found) = self.analysis.curvatures(b, responses, wanted)? else { return Ok(None) };
+        Error::check_length("second derivatives of the analysis", wanted.len(), found.len())?;
+        for (instant, matrix) in wanted.iter().zip(&found) {
+            Error::check_length("rows of the second derivatives", self.n(), matrix.nrows())?;
+            Error::check_length("columns of the second derivatives", self.n(), matrix.ncols())?;
+            if let Some(&value) = matrix.iter().find(|v| !v.is_finite()) {
+                let response = &self.responses[instant.response];
+                let what = format!("second derivative of response `{}`", response.name);
+                return Err(self.not_finite(what, value, response.grid, instant.point, b));
+            }
+        }
+        Ok(Some(found))
+    }
+
+    /// The total second derivative d²g/db² of a quantity at time point `p` by the chain rule over the derivatives of the
+    /// responses; `curvatures` has one matrix for each instant of `sensitivities`.
+    pub fn total_curvature(
+        &self,
+        quantity: &Quantity,
+        p: usize,
+        b: &[f64],
+        responses: &Responses,
+        (sensitivities, curvatures): (&Sensitivities, &[DMatrix<f64>]),
+    ) -> DMatrix<f64> {
+        let n = b.len();
+        let mut total = DMatrix::zeros(n, n);
+        let starts = || (0..n).step_by(BLOCK);
+        for (i, j) in starts().flat_map(|i| starts().map(move |j| (i, j))) {
+            let design: Vec<HyperDual> = (0..n).map(|k| variable(b[k], k, i, j)).collect();
+            let value = quantity.value(p, &self.grids, &design, |h, p| {
+                let instant = self.instant(h, p);
+                let row = sensitivities.row_of(instant).expect("every instant of a kept quantity is differentiated");
+                let slope = |k: usize| if k < n { sensitivities.rows[(row, k)] } else { 0.0 };
+                let second =
+                    |a: usize, c: usize| if i + a < n && j + c < n { curvatures[row][(i + a, j + c)] } else { 0.0 };
+                HyperDual::new(
+                    responses.at(instant),
+                    Derivative::some(SVector::from_fn(|a, _| slope(i + a))),
+                    Derivative::some(SVector::<f64, BLOCK>::from_fn(|c, _| slope(j + c)).transpose()),
+                    Derivative::some(SMatrix::from_fn(second)),
+                )
+            });
+            let block = value.eps1eps2.unwrap_generic(nalgebra::Const::<BLOCK>, nalgebra::Const::<BLOCK>);
+            for a in 0..BLOCK.min(n - i) {
+                for c in 0..BLOCK.min(n - j) {
+                    total[(i + a, j + c)] = block[(a, c)];
+                }
+            }
+        }
+        total
+    }
+}
+
+/// Variable k, seeded where it lies in the block of first derivatives from `i` or `j` on.
+fn variable(value: f64, k: usize, i: usize, j: usize) -> HyperDual {
+    let mut seeded = HyperDual::from_re(value);
+    if k >= i && k < i + BLOCK {
+        seeded = seeded.derivative1(k - i);
+    }
+    if k >= j && k < j + BLOCK {
+        seeded = seeded.derivative2(k - j);
+    }
+    seeded
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::function;
+    use crate::problem::{ClosedForm, DesignVariable, ProblemBuilder};
+    use crate::scalar::{DualNum as _, Scalar, hessian};
+
+    struct Product;
+    impl ClosedForm for Product {
+        fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+            b[0] * b[1].powi(2) + b[5].exp() * b[0]
+        }
+    }
+
+    #[test]
+    fn the_chain_rule_gives_what_the_whole_function_gives() {
+        let mut parts = ProblemBuilder::new("product");
+        for k in 0..6 {
+            parts.variable(DesignVariable::new(format!("x{k}"), "", 1.0));
+        }
+        let r = parts.constant("r", "");
+        parts.minimize("f", "", Quantity::plain(function!(|p| p.response[0].powi(2) * p.design[4])).of(&[r]));
+        let problem = parts.build_analytic(Product).unwrap();
+        let b = [1.0, 0.5, 2.0, 3.0, 0.7, 0.2];
+        let responses = problem.analyze(&b).unwrap();
+        let instants = vec![Instant { response: 0, point: 0 }];
+        let curvatures = problem.curvatures(&b, &responses, &instants).unwrap().unwrap();
+        let rows = problem.sensitivities(&b, &responses, &instants).unwrap();
+        let known = Sensitivities { instants, rows };
+        let total = problem.total_curvature(&problem.objective, 0, &b, &responses, (&known, &curvatures));
+        let whole = hessian(|b| Product.response(0, b, 0.0.into()).powi(2) * b[4], &b).2;
+        assert!((total - whole).amax() < 1e-13);
+    }
+}

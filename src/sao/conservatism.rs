@@ -1,0 +1,104 @@
+//! Conservative approximations: the inner loop of GCMMA.
+
+use super::{Globalization, Guard, Trial, Verdict};
+use crate::error::{Error, Result};
+use crate::problem::{Evaluation, Problem};
+
+/// A design is accepted where the approximations of objective and all kept rows are not below the analysed values there.
+///
+/// Else the cycle is repeated from the same design, without new sensitivities, with ρᵢ w(b) added to each approximation i that
+/// was too low, w = ½ Σ (Δbₖ/scaleₖ)². With the shortfall δᵢ = (fᵢ − f̃ᵢ)/w,
+///
+/// $$ ρ_i \leftarrow \min\{ 10 ρ_i,\ 1.1 (ρ_i + δ_i) \} , $$
+///
+/// where the cap 10 ρᵢ does not bind the first increase from [`least`](Self::least). After an accepted design
+/// ρᵢ ← max(0.1 ρᵢ, least). Every accepted design is feasible then if the start is, and the objective falls.
+///
+/// **Units.** ρ has the unit of the objective for i = 0; rows are normalised. The least ρ of the objective is `least` × its
+/// value at the start. Equalities are never conservative and do not count.
+///
+/// **Source.** Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 4. We differ: the lengths in w are fixed for the run, and
+/// the first increase is not capped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conservatism {
+    /// Least ρ; positive.
+    pub least: f64,
+    /// Shortfall, relative to the value of the objective or as a fraction of a limit, that is forgiven.
+    pub tolerance: f64,
+    /// Largest ρ, in the same units; a cycle that asks for more is repeated with other move limits instead.
+    pub most: f64,
+}
+
+impl Default for Conservatism {
+    fn default() -> Self {
+        Self { least: 1e-6, tolerance: 1e-7, most: 1e8 }
+    }
+}
+
+impl Conservatism {
+    /// The guard of a start design.
+    pub(super) fn guard(&self, problem: &Problem, first: &Evaluation) -> Guard {
+        let objective = self.least * unit(first.objective);
+        let rows = std::iter::repeat_n(self.least, problem.constraints.len());
+        Guard { conservatism: std::iter::once(objective).chain(rows).collect(), ..Default::default() }
+    }
+
+    /// Whether nothing was too low.
+    pub(super) fn is_conservative(&self, trial: &Trial) -> bool {
+        let Some(outcome) = &trial.outcome else { return false };
+        (0..outcome.shortfall.len()).all(|i| outcome.shortfall[i] <= self.tolerance * scale(trial, i))
+    }
+
+    /// More conservatism where it lacks; [`Verdict::Reject`] where there is too much already.
+    pub(super) fn tighten(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
+        let Some(outcome) = &trial.outcome else { return Verdict::Reject };
+        for (i, rho) in guard.conservatism.iter_mut().enumerate() {
+            let unit = scale(trial, i);
+            if outcome.shortfall[i] > self.tolerance * unit {
+                let wanted = 1.1 * (*rho + outcome.shortfall[i] / trial.distance);
+                let capped = if *rho > 2.0 * self.least * unit { wanted.min(10.0 * *rho) } else { wanted };
+                if !(capped < self.most * unit) {
+                    return Verdict::Reject;
+                }
+                *rho = capped;
+            }
+        }
+        Verdict::Tighten
+    }
+
+    /// Less conservatism after an accepted design.
+    pub(super) fn relax(&self, trial: &Trial, guard: &mut Guard) {
+        for (i, rho) in guard.conservatism.iter_mut().enumerate() {
+            *rho = (0.1 * *rho).max(self.least * scale(trial, i));
+        }
+    }
+}
+
+/// The unit in which function i is measured: the objective's own value, 1 for a normalised row.
+fn scale(trial: &Trial, i: usize) -> f64 {
+    if i == 0 { unit(trial.objective_before) } else { 1.0 }
+}
+
+fn unit(objective: f64) -> f64 {
+    if objective == 0.0 { 1.0 } else { objective.abs() }
+}
+
+impl Globalization for Conservatism {
+    fn check(&self) -> Result<()> {
+        Error::check_option("least conservatism", "positive", self.least, self.least > 0.0)?;
+        Error::check_option("largest conservatism", "above the least", self.most, self.most > self.least)?;
+        Error::check_option("tolerance of conservatism", "at least 0", self.tolerance, self.tolerance >= 0.0)
+    }
+
+    fn start(&self, problem: &Problem, first: &Evaluation) -> Guard {
+        self.guard(problem, first)
+    }
+
+    fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
+        if self.is_conservative(trial) {
+            self.relax(trial, guard);
+            return Verdict::Accept;
+        }
+        self.tighten(trial, guard)
+    }
+}

@@ -1,0 +1,131 @@
+//! Filters: a design is accepted if it is better than every one before in the objective or in the violation.
+
+use super::{Conservatism, Globalization, Guard, Trial, Verdict};
+use crate::error::{Error, Result};
+use crate::problem::{Evaluation, Problem};
+
+/// A trust-region filter.
+///
+/// With h the largest violation (as a fraction, at least 0) and F the objective, a design is accepted if for every pair
+/// (hᵢ, Fᵢ) in the filter and for the start of the cycle
+///
+/// $$ h \le (1 - γ) h_i \quad\text{or}\quad F \le F_i - γ h , $$
+///
+/// and if besides, where the approximate problem promises a fall of the objective ΔF̃ > 0 that outweighs the violation it starts
+/// from, F falls by at least σ ΔF̃. A start from which the objective was not asked to fall enters the filter. A rejected cycle
+/// is repeated with other move limits: combine it with [`TrustRegion`](super::TrustRegion).
+///
+/// **Source.** Fletcher, Leyffer & Toint, *SIAM J. Optim.* 13 (2002) 44–59, with h the largest violation. We differ: the
+/// restoration phase is the relaxation of the subproblem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Filter {
+    /// γ, the margin; between 0 and 1.
+    pub margin: f64,
+    /// σ, the fraction of the promised fall that must come; between 0 and 1.
+    pub fraction: f64,
+    /// Violation, as a fraction, that counts as none.
+    pub tolerance: f64,
+    /// Largest violation, as a fraction, of an accepted design; that of the start is accepted in any case.
+    pub ceiling: f64,
+}
+
+impl Default for Filter {
+    fn default() -> Self {
+        Self { margin: 1e-5, fraction: 0.1, tolerance: 1e-10, ceiling: 0.2 }
+    }
+}
+
+impl Filter {
+    fn violation(&self, pct: f64) -> f64 {
+        let h = (pct / 100.0).max(0.0);
+        if h <= self.tolerance { 0.0 } else { h }
+    }
+
+    /// The first entry: no design is as bad as that.
+    fn ceiling(&self, first: &Evaluation) -> [f64; 2] {
+        [self.ceiling.max(2.0 * self.violation(first.max_violation_pct())), f64::MIN]
+    }
+
+    /// Whether the trial may start the next cycle; remembers its start if so.
+    fn admits(&self, trial: &Trial, guard: &mut Guard) -> bool {
+        let Some(outcome) = &trial.outcome else { return false };
+        let (h, f) = (self.violation(outcome.violation_pct), outcome.objective);
+        let before = [self.violation(100.0 * trial.violation_before), trial.objective_before];
+        // Differences in the last digits of the objective decide nothing.
+        let noise = 1e-10 * trial.objective_before.abs();
+        let better = |&[hi, fi]: &[f64; 2]| h < (1.0 - self.margin) * hi || f <= fi - self.margin * h + noise;
+        if !guard.filter.iter().all(better) || !(better(&before) || (h == 0.0 && before[0] > 0.0)) {
+            return false;
+        }
+        let promised = trial.objective_before - trial.approximate_objective;
+        let asked_to_fall = promised > noise && promised >= before[0] * before[0] * trial.objective_before.abs();
+        if asked_to_fall && h >= before[0] && trial.objective_before - f < self.fraction * promised - noise {
+            return false;
+        }
+        if !asked_to_fall {
+            guard.filter.retain(|&[hi, fi]| hi < before[0] || fi < before[1]);
+            if before[0] > 0.0 {
+                guard.filter.push(before);
+            }
+        }
+        true
+    }
+}
+
+impl Globalization for Filter {
+    fn check(&self) -> Result<()> {
+        let fraction = |v: f64| v > 0.0 && v < 1.0;
+        Error::check_option("margin of the filter", "between 0 and 1", self.margin, fraction(self.margin))?;
+        Error::check_option(
+            "fraction of the promised fall",
+            "between 0 and 1",
+            self.fraction,
+            fraction(self.fraction),
+        )?;
+        Error::check_option("tolerance of the filter", "at least 0", self.tolerance, self.tolerance >= 0.0)?;
+        Error::check_option("ceiling of the filter", "positive", self.ceiling, self.ceiling > 0.0)
+    }
+
+    fn start(&self, _: &Problem, first: &Evaluation) -> Guard {
+        Guard { filter: vec![self.ceiling(first)], ..Default::default() }
+    }
+
+    fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
+        if self.admits(trial, guard) { Verdict::Accept } else { Verdict::Reject }
+    }
+}
+
+/// Filtered conservatism: what a filter admits is accepted; only what it refuses is repeated with more conservatism.
+///
+/// A refused design that was approximated conservatively is repeated with other move limits.
+///
+/// **Source.** Groenwold & Etman, *Struct. Multidisc. Optim.* 42 (2010) 165–178.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilteredConservatism {
+    /// The filter.
+    pub filter: Filter,
+    /// The conservatism.
+    pub conservatism: Conservatism,
+}
+
+impl Globalization for FilteredConservatism {
+    fn check(&self) -> Result<()> {
+        Globalization::check(&self.filter)?;
+        self.conservatism.check()
+    }
+
+    fn start(&self, problem: &Problem, first: &Evaluation) -> Guard {
+        Guard { filter: vec![self.filter.ceiling(first)], ..self.conservatism.guard(problem, first) }
+    }
+
+    fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
+        if self.filter.admits(trial, guard) {
+            self.conservatism.relax(trial, guard);
+            Verdict::Accept
+        } else if self.conservatism.is_conservative(trial) {
+            Verdict::Reject
+        } else {
+            self.conservatism.tighten(trial, guard)
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Fixed move limits and the classical trust region.
+
+use super::{MoveLimits, Region, Trial, Verdict};
+use crate::error::{Error, Result};
+use crate::problem::Problem;
+
+/// The part of the design space within `fraction` × scale of the design, where the scale of a variable is its range if it is
+/// bounded, else |its start|, else 1.
+fn scaled_box(problem: &Problem, b: &[f64], factors: &[f64]) -> Region {
+    let widths: Vec<f64> = problem.scales().iter().zip(factors).map(|(s, f)| s * f).collect();
+    Region::around(problem, b, &widths)
+}
+
+fn check_width(width: f64) -> Result<()> {
+    Error::check_option("width of the search region", "positive and finite", width, width > 0.0 && width.is_finite())
+}
+
+/// Move limits that stay: `width` × the scale of the variable on both sides. A rejected cycle halves them until the next
+/// accepted one, since the same step would be proposed again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedLimits {
+    /// Half the width of the region in scales of the variable; 1 reaches over the whole design space.
+    pub width: f64,
+}
+
+impl Default for FixedLimits {
+    fn default() -> Self {
+        Self { width: 1.0 }
+    }
+}
+
+impl MoveLimits for FixedLimits {
+    fn check(&self) -> Result<()> {
+        check_width(self.width)
+    }
+
+    fn start(&self, n: usize) -> Vec<f64> {
+        vec![self.width; n]
+    }
+
+    fn region(&self, problem: &Problem, b: &[f64], factors: &[f64]) -> Region {
+        scaled_box(problem, b, factors)
+    }
+
+    fn update(&self, factors: &mut [f64], _: &Trial, verdict: Verdict) {
+        let next = |f: f64| if verdict == Verdict::Accept { self.width } else { 0.5 * f };
+        factors.iter_mut().for_each(|f| *f = next(*f));
+    }
+}
+
+/// The classical trust region: a box whose size follows the ratio of the actual fall of a merit function to the promised one.
+///
+/// The merit is φ = F + μ h with the largest violation h (as a fraction) and μ twice the sum of the multipliers of the
+/// approximate problem. With the ratio ϱ = Δφ / Δφ̃ the box shrinks after a rejected cycle or ϱ below
+/// [`poor`](Self::poor), and grows where ϱ exceeds [`good`](Self::good) and the design stands at its side.
+///
+/// **Source.** Conn, Gould & Toint, *Trust-Region Methods* (2000), algorithm 6.1.1; exact penalty as in section 14.5.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrustRegion {
+    /// First half width in scales of the variable.
+    pub initial: f64,
+    /// Largest half width.
+    pub cap: f64,
+    /// Ratio below which the box shrinks.
+    pub poor: f64,
+    /// Ratio above which it grows.
+    pub good: f64,
+    /// Multiplier when it shrinks.
+    pub shrink: f64,
+    /// Multiplier when it grows.
+    pub grow: f64,
+}
+
+impl Default for TrustRegion {
+    fn default() -> Self {
+        Self { initial: 0.2, cap: 1.0, poor: 0.25, good: 0.75, shrink: 0.5, grow: 2.0 }
+    }
+}
+
+impl TrustRegion {
+    /// ϱ; none where nothing was promised.
+    fn ratio(trial: &Trial) -> Option<f64> {
+        let outcome = trial.outcome.as_ref()?;
+        let weight = 2.0 * trial.multipliers;
+        let before = trial.objective_before + weight * trial.violation_before;
+        let promised = before - trial.approximate_objective - weight * trial.approximate_violation;
+        let actual = before - outcome.objective - weight * (outcome.violation_pct / 100.0).max(0.0);
+        (promised > 1e-10 * before.abs()).then_some(actual / promised)
+    }
+}
+
+impl MoveLimits for TrustRegion {
+    fn check(&self) -> Result<()> {
+        check_width(self.initial)?;
+        Error::check_option(
+            "largest width of the search region",
+            "at least the first",
+            self.cap,
+            self.cap >= self.initial,
+        )?;
+        Error::check_option("poor ratio", "below the good one", self.poor, self.poor < self.good)?;
+        let shrinks = self.shrink > 0.0 && self.shrink < 1.0;
+        Error::check_option("shrinking of the search region", "between 0 and 1", self.shrink, shrinks)?;
+        Error::check_option("growing of the search region", "at least 1", self.grow, self.grow >= 1.0)
+    }
+
+    fn start(&self, n: usize) -> Vec<f64> {
+        vec![self.initial; n]
+    }
+
+    fn region(&self, problem: &Problem, b: &[f64], factors: &[f64]) -> Region {
+        scaled_box(problem, b, factors)
+    }
+
+    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
+        let ratio = Self::ratio(trial);
+        let factor = if verdict != Verdict::Accept || ratio.is_some_and(|r| r < self.poor) {
+            self.shrink
+        } else if ratio.is_some_and(|r| r > self.good) && trial.at_limit.contains(&true) {
+            self.grow
+        } else {
+            1.0
+        };
+        factors.iter_mut().for_each(|f| *f = (*f * factor).min(self.cap));
+    }
+}
