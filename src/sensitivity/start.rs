@@ -16,13 +16,25 @@ pub(super) struct StartSolver<'s, 'm> {
     system: &'s mut System,
     rows: Vec<Sensitive>,
     changes: Vec<[f64; WIDTH]>,
+    /// Whether `system` holds the factorization that is wanted already.
+    factorized: bool,
 }
 
 impl<'s, 'm> StartSolver<'s, 'm> {
     /// For the derivatives of `mechanism`, with the matrices of `plain`.
     pub fn new(plain: &'s Mechanism<f64>, mechanism: &'m Mechanism<Sensitive>, system: &'s mut System) -> Self {
         let (rows, changes) = (vec![Sensitive::constant(0.0); system.size()], vec![[0.0; WIDTH]; system.size()]);
-        Self { plain, mechanism, system, rows, changes }
+        Self { plain, mechanism, system, rows, changes, factorized: false }
+    }
+
+    /// The same where `system` holds the wanted factorization already, in the given room.
+    pub fn factorized(
+        plain: &'s Mechanism<f64>,
+        mechanism: &'m Mechanism<Sensitive>,
+        system: &'s mut System,
+        (rows, changes): (Vec<Sensitive>, Vec<[f64; WIDTH]>),
+    ) -> Self {
+        Self { plain, mechanism, system, rows, changes, factorized: true }
     }
 
     /// The working room, for reuse.
@@ -115,9 +127,11 @@ impl<'s, 'm> StartSolver<'s, 'm> {
     }
 
     fn solve(&mut self, at: &State<f64>, how: Linearization) -> Result<()> {
-        let mut scratch = vec![[0.0]; self.system.size()];
-        self.system.assemble(self.plain, at, how, &mut scratch);
-        self.system.factorize(self.plain, at.t)?;
+        if !self.factorized {
+            let mut scratch = vec![[0.0]; self.system.size()];
+            self.system.assemble(self.plain, at, how, &mut scratch);
+            self.system.factorize(self.plain, at.t)?;
+        }
         self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.eps.map(|x| -x));
         self.system.factor().solve(&mut self.changes);
         Ok(())
