@@ -11,9 +11,8 @@ use linkwright::problem::{Analysis, Instant, Problem, Program, Responses};
 use linkwright::sao::Method;
 use linkwright::subproblem::{Automatic, Solution, SubproblemSolver};
 use nalgebra::DMatrix;
-use std::sync::Arc;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 const RUNS: [&str; 3] = ["table1", "table2", "table4"];
 
@@ -68,25 +67,32 @@ impl Analysis for Replay {
     }
 }
 
+/// Solves and writes the solutions down.
+struct SolverRecorder(Arc<Mutex<Vec<Solution>>>);
+
+impl SubproblemSolver for SolverRecorder {
+    fn name(&self) -> &'static str {
+        "recorder"
+    }
+    fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
+        let solution = Automatic::default().solve(program, start)?;
+        self.0.lock().unwrap().push(solution.clone());
+        Ok(solution)
+    }
+}
+
 /// The solutions of the subproblems of a run, in order, again and again.
-#[derive(Default)]
-struct Solutions {
-    record: bool,
-    known: Mutex<Vec<Solution>>,
+struct SolverReplay {
+    known: Vec<Solution>,
     calls: AtomicUsize,
 }
 
-impl SubproblemSolver for Arc<Solutions> {
+impl SubproblemSolver for SolverReplay {
     fn name(&self) -> &'static str {
-        "recorded solutions"
+        "replay"
     }
-    fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        let mut known = self.known.lock().unwrap();
-        if self.record {
-            known.push(Automatic::default().solve(program, start)?);
-            return Ok(known[known.len() - 1].clone());
-        }
-        Ok(known[self.calls.fetch_add(1, Ordering::Relaxed) % known.len()].clone())
+    fn solve(&self, _: &dyn Program, _: &[f64]) -> Result<Solution> {
+        Ok(self.known[self.calls.fetch_add(1, Ordering::Relaxed) % self.known.len()].clone())
     }
 }
 
@@ -95,11 +101,11 @@ fn replayed(run: &str) -> (Problem, usize, Vec<Solution>) {
     let (mut problem, tape) = (problem(run), Arc::new(Mutex::new(Tape::default())));
     let real = std::mem::replace(&mut problem.analysis, Box::new(Replay(Tape::default())));
     problem.analysis = Box::new(Recorder(real, tape.clone()));
-    let solutions = Arc::new(Solutions { record: true, ..Solutions::default() });
-    let method = Method { solver: Box::new(solutions.clone()), ..Method::default() };
+    let solutions = Arc::new(Mutex::new(vec![]));
+    let method = Method { solver: Box::new(SolverRecorder(solutions.clone())), ..Method::default() };
     let tries = method.solve(&problem, |_| ()).expect("the library's runs converge").history.len() - 1;
     problem.analysis = Box::new(Replay(std::mem::take(&mut *tape.lock().unwrap())));
-    let known = std::mem::take(&mut *solutions.known.lock().unwrap());
+    let known = std::mem::take(&mut *solutions.lock().unwrap());
     (problem, tries, known)
 }
 
@@ -121,7 +127,6 @@ fn without_analyses(bencher: Bencher, run: &str) {
 #[divan::bench(args = RUNS)]
 fn bookkeeping(bencher: Bencher, run: &str) {
     let (problem, tries, known) = replayed(run);
-    let solutions = Arc::new(Solutions { known: Mutex::new(known), ..Solutions::default() });
-    let method = Method { solver: Box::new(solutions), ..Method::default() };
+    let method = Method { solver: Box::new(SolverReplay { known, calls: 0.into() }), ..Method::default() };
     bencher.counter(ItemsCount::new(tries)).bench(|| method.solve(&problem, |_| ()).unwrap());
 }
