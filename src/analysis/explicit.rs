@@ -138,16 +138,15 @@ impl<T: Real> Stages<T> {
 
 /// Something that goes along with the stages and steps of an explicit integration: derivatives.
 pub trait Follower {
-    /// After the accelerations at stage `s` of a step `h` were found; `system` holds their factorization.
+    /// After the accelerations at stage `s` of a step `h` were found; `system` holds their factorization. Stage 0 is the
+    /// end of the step before: nothing was solved.
     fn stage(&mut self, s: usize, h: f64, at: &State<f64>, system: &mut System);
-    /// After a step `h` was accepted and ended in `end`.
-    fn accepted(
-        &mut self,
-        h: f64,
-        end: &State<f64>,
-        projection: Option<&Projection>,
-        system: &mut System,
-    ) -> Result<()>;
+    /// After a step `h` was accepted and its end was put on the constraints, which left the factorization of the
+    /// projection in `system`; none if there was no projection.
+    fn project(&mut self, h: f64, end: &State<f64>, projection: Option<&Projection>, system: &mut System)
+    -> Result<()>;
+    /// After the accelerations at the end of the step were found, with their factorization in `system`.
+    fn finish(&mut self, end: &State<f64>, system: &mut System) -> Result<()>;
 }
 
 /// Takes explicit steps in `f64`.
@@ -251,6 +250,11 @@ impl<'m> ExplicitRun<'m> {
         self.evaluations += which.len();
         let Self { mechanism, system, old, stages, at, solver, settings, .. } = self;
         for s in which {
+            if s == 0 {
+                stages.keep(0, old);
+                followers.iter_mut().for_each(|follower| follower.stage(0, h, old, system));
+                continue;
+            }
             stages.state(mechanism, &settings.tableau, s, h, old, at);
             solver.solve(system, mechanism, at)?;
             stages.keep(s, at);
@@ -284,10 +288,13 @@ impl<'m> ExplicitRun<'m> {
             used.velocity = make_velocities_consistent(system, mechanism, new)?;
             projection = Some(used);
         }
+        for follower in &mut *followers {
+            follower.project(h, new, projection.as_ref(), system)?;
+        }
         solver.solve(system, mechanism, new)?;
         self.evaluations += 1;
         for follower in followers {
-            follower.accepted(h, &self.new, projection.as_ref(), &mut self.system)?;
+            follower.finish(&self.new, &mut self.system)?;
         }
         Ok(())
     }

@@ -167,15 +167,18 @@ impl<'m> Companion<'m> {
 
 impl Follower for Companion<'_> {
     fn stage(&mut self, s: usize, h: f64, at: &State<f64>, system: &mut System) {
-        if s == 0 && std::mem::take(&mut self.finished) {
-            std::mem::swap(&mut self.old, &mut self.new);
+        if s == 0 {
+            if std::mem::take(&mut self.finished) {
+                std::mem::swap(&mut self.old, &mut self.new);
+            }
+            return self.stages.keep(0, &self.old);
         }
         self.stages.state(self.mechanism, &self.tableau, s, h, &self.old, &mut self.at);
         self.accelerate(at, system);
         self.stages.keep(s, &self.at);
     }
 
-    fn accepted(
+    fn project(
         &mut self,
         h: f64,
         end: &State<f64>,
@@ -186,12 +189,21 @@ impl Follower for Companion<'_> {
         set_values(&mut self.new.a, &end.a);
         self.new.prescribe(self.mechanism);
         self.new.take_values(end);
-        let mut solver = StartSolver::new(self.plain, self.mechanism, system);
-        if let Some(projection) = projection {
-            solver.positions(end, projection, &mut self.new)?;
-            solver.velocities(end, projection, &mut self.new)?;
-        }
+        let Some(projection) = projection else { return Ok(()) };
+        let room = (std::mem::take(&mut self.rows), std::mem::take(&mut self.changes));
+        let mut solver = StartSolver::factorized(self.plain, self.mechanism, system, room);
+        solver.positions(end, projection, &mut self.new)?;
+        solver.velocities(end, projection, &mut self.new)?;
+        (self.rows, self.changes) = solver.into_room();
+        Ok(())
+    }
+
+    fn finish(&mut self, end: &State<f64>, system: &mut System) -> Result<()> {
+        let room = (std::mem::take(&mut self.rows), std::mem::take(&mut self.changes));
+        self.new.take_values(end);
+        let mut solver = StartSolver::factorized(self.plain, self.mechanism, system, room);
         solver.accelerations(end, &mut self.new)?;
+        (self.rows, self.changes) = solver.into_room();
         self.finished = true;
         Ok(())
     }
