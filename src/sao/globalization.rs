@@ -73,9 +73,7 @@ impl Globalization for ErrorAndViolation {
     }
 
     fn judge(&self, trial: &Trial) -> Verdict {
-        let bad = |o: Outcome| {
-            o.error_pct() > self.error_above_pct && o.violation_pct > self.violation_above_pct
-        };
+        let bad = |o: Outcome| o.error_pct() > self.error_above_pct && o.violation_pct > self.violation_above_pct;
         if trial.outcome.is_none_or(bad) { Verdict::Reject } else { Verdict::Accept }
     }
 }

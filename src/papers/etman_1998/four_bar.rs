@@ -1,7 +1,7 @@
 //! Tables V and VI: the stress-constrained flexible four-bar mechanism.
 
 use super::printed_rows::{PrintedRow, printed_rows};
-use super::runs::{Observer, Regenerated, Run};
+pub use super::runs::{Observer, Regenerated, Run};
 use crate::approximation::{ApproximateProblem, Known};
 use crate::error::Result;
 use crate::library::four_bar::{Derivatives, StressConstrained, method};
@@ -82,13 +82,7 @@ pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<Regenerated> {
     history("table6_from_cycle_4", title, rows[4].cycle, Run { problem, state }, notes)
 }
 
-fn history(
-    name: &'static str,
-    title: &str,
-    first: usize,
-    run: Run,
-    notes: Vec<&'static str>,
-) -> Result<Regenerated> {
+fn history(name: &'static str, title: &str, first: usize, run: Run, notes: Vec<&'static str>) -> Result<Regenerated> {
     let columns = [
         "cycle",
         "accepted",
@@ -207,7 +201,8 @@ pub fn table6_rows(checks: &[RowCheck]) -> Result<Table> {
         "next_b2_mm",
         "next_b3_mm",
     ];
-    let mut table = Table::new("Table VI, row by row: each printed design analysed, and proposed from the row before", columns);
+    let mut table =
+        Table::new("Table VI, row by row: each printed design analysed, and proposed from the row before", columns);
     for c in checks {
         let numbers = [c.printed.violation_pct, c.violation_pct, c.printed.error_pct, c.error_pct];
         let next = c.proposed.iter().map(|d| d * 1e3);
