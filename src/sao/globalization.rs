@@ -1,6 +1,6 @@
 //! Accepting or rejecting a proposed design.
 
-use super::{Outcome, Trial};
+use super::Trial;
 use crate::error::{Error, Result};
 
 /// What becomes of a proposed design.
@@ -47,34 +47,32 @@ impl Globalization for ErrorBased {
     }
 }
 
-/// A design is rejected only if the approximation errors are too large and constraints are violated too much.
+/// A design is accepted unless it violates constraints by more than a limit and more than the design before it.
 ///
-/// Where responses change fast, as near a resonance, errors are large although the design is feasible and better;
-/// to throw its analysis away and try again nearby costs cycles. The errors still steer the move limits.
+/// From a feasible start the run stays near the feasible region. The error-based rule throws away feasible and better
+/// designs where responses change fast, as near a resonance, and may accept violated ones from which the least
+/// violation leads to a local minimum of the violation. Errors still steer the move limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorAndViolation {
-    /// E = max(E_f, E_g) in percent above which a violated design is rejected.
-    pub error_above_pct: f64,
-    /// V in percent above which a design counts as violated.
-    pub violation_above_pct: f64,
+pub struct StayFeasible {
+    /// V in percent up to which a design is always accepted.
+    pub violation_pct: f64,
 }
 
-impl Default for ErrorAndViolation {
+impl Default for StayFeasible {
     fn default() -> Self {
-        Self { error_above_pct: 30.0, violation_above_pct: 5.0 }
+        Self { violation_pct: 3.0 }
     }
 }
 
-impl Globalization for ErrorAndViolation {
+impl Globalization for StayFeasible {
     fn check(&self) -> Result<()> {
-        let (error, violation) = (self.error_above_pct, self.violation_above_pct);
-        Error::check_option("error above which a cycle is rejected", "positive", error, error > 0.0)?;
-        Error::check_option("violation above which a cycle is rejected", "not negative", violation, violation >= 0.0)
+        let limit = self.violation_pct;
+        Error::check_option("violation above which a cycle is rejected", "not negative", limit, limit >= 0.0)
     }
 
     fn judge(&self, trial: &Trial) -> Verdict {
-        let bad = |o: Outcome| o.error_pct() > self.error_above_pct && o.violation_pct > self.violation_above_pct;
-        if trial.outcome.is_none_or(bad) { Verdict::Reject } else { Verdict::Accept }
+        let violation = trial.outcome.map_or(f64::INFINITY, |o| o.violation_pct);
+        if violation > self.violation_pct.max(trial.violation_before_pct) { Verdict::Reject } else { Verdict::Accept }
     }
 }
 
@@ -85,5 +83,38 @@ pub struct AcceptAlways;
 impl Globalization for AcceptAlways {
     fn judge(&self, _: &Trial) -> Verdict {
         Verdict::Accept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sao::Outcome;
+
+    #[test]
+    fn staying_feasible_minds_the_violation_and_not_the_error() {
+        let judge = |before: f64, violation_pct: f64| {
+            let outcome = Outcome {
+                objective: 1.0,
+                objective_error_pct: 0.0,
+                constraint_error_pct: 120.0,
+                violation_pct,
+                evidence: true,
+            };
+            let trial = Trial {
+                from: &[1.0],
+                to: &[2.0],
+                last_step: None,
+                at_limit: &[false],
+                objective_before: 2.0,
+                violation_before_pct: before,
+                approximate_objective: 1.0,
+                outcome: Some(outcome),
+            };
+            StayFeasible::default().judge(&trial)
+        };
+        assert_eq!([judge(-5.0, -1.0), judge(-5.0, 2.9), judge(20.0, 15.0)], [Verdict::Accept; 3]);
+        assert_eq!([judge(-5.0, 3.1), judge(20.0, 25.0)], [Verdict::Reject; 2]);
+        assert!(StayFeasible { violation_pct: -1.0 }.check().is_err());
     }
 }

@@ -170,6 +170,7 @@ impl Method {
             last_step: state.last_step.as_deref(),
             at_limit,
             objective_before: state.evaluation.objective,
+            violation_before_pct: state.evaluation.max_violation_pct(),
             approximate_objective: proposal.objective,
             outcome: analysed.map(compare),
         })

@@ -13,7 +13,7 @@ mod stop;
 mod trial;
 
 pub use cycle::{ActiveRow, Cycle};
-pub use globalization::{AcceptAlways, ErrorAndViolation, ErrorBased, Globalization, Verdict};
+pub use globalization::{AcceptAlways, ErrorBased, Globalization, StayFeasible, Verdict};
 pub use method::Method;
 pub use move_limits::{MoveLimits, Region, RelativeLimits};
 pub use screening::Screening;

@@ -16,6 +16,8 @@ pub struct Trial<'a> {
     pub at_limit: &'a [bool],
     /// Objective at the start of the cycle.
     pub objective_before: f64,
+    /// V at the start of the cycle, in percent.
+    pub violation_before_pct: f64,
     /// F̃ at the proposed design.
     pub approximate_objective: f64,
     /// What the analysis says; none if it failed.

@@ -73,7 +73,16 @@ fn trial<'a>(
         evidence: base.violation_pct > -50.0,
     };
     let (from, to) = (base.design.as_slice(), row.design.as_slice());
-    Trial { from, to, last_step, at_limit, objective_before: 0.0, approximate_objective: 0.0, outcome: Some(outcome) }
+    Trial {
+        from,
+        to,
+        last_step,
+        at_limit,
+        objective_before: 0.0,
+        violation_before_pct: base.violation_pct,
+        approximate_objective: 0.0,
+        outcome: Some(outcome),
+    }
 }
 
 fn parse(line: &str) -> Result<(PrintedRow, Vec<f64>)> {
