@@ -54,6 +54,39 @@ impl Globalization for ErrorBased {
     }
 }
 
+/// A design is accepted unless it violates constraints by more than a limit and more than the design before it.
+///
+/// From a feasible start the run stays near the feasible region. The error-based rule throws away feasible and better
+/// designs where responses change fast, as near a resonance, and may accept violated ones from which the least
+/// violation leads to a local minimum of the violation. Errors still steer the move limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StayFeasible {
+    /// V in percent up to which a design is always accepted.
+    pub violation_pct: f64,
+}
+
+impl Default for StayFeasible {
+    fn default() -> Self {
+        Self { violation_pct: 3.0 }
+    }
+}
+
+impl Globalization for StayFeasible {
+    fn check(&self) -> Result<()> {
+        let limit = self.violation_pct;
+        Error::check_option("violation above which a cycle is rejected", "not negative", limit, limit >= 0.0)
+    }
+
+    fn judge(&self, trial: &Trial, _: &mut Guard) -> Verdict {
+        let violation = trial.outcome.as_ref().map_or(f64::INFINITY, |o| o.violation_pct);
+        if violation > self.violation_pct.max(100.0 * trial.violation_before) {
+            Verdict::Reject
+        } else {
+            Verdict::Accept
+        }
+    }
+}
+
 /// Every design that can be analysed is accepted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AcceptAlways;
@@ -61,5 +94,42 @@ pub struct AcceptAlways;
 impl Globalization for AcceptAlways {
     fn judge(&self, _: &Trial, _: &mut Guard) -> Verdict {
         Verdict::Accept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sao::Outcome;
+
+    #[test]
+    fn staying_feasible_minds_the_violation_and_not_the_error() {
+        let judge = |before: f64, violation_pct: f64| {
+            let outcome = Outcome {
+                objective: 1.0,
+                objective_error_pct: 0.0,
+                constraint_error_pct: 120.0,
+                violation_pct,
+                evidence: true,
+                shortfall: vec![0.0],
+            };
+            let trial = Trial {
+                from: &[1.0],
+                to: &[2.0],
+                last_step: None,
+                at_limit: &[false],
+                objective_before: 2.0,
+                violation_before: before.max(0.0) / 100.0,
+                approximate_violation: 0.0,
+                multipliers: 0.0,
+                distance: 0.0,
+                approximate_objective: 1.0,
+                outcome: Some(outcome),
+            };
+            StayFeasible::default().judge(&trial, &mut Guard::default())
+        };
+        assert_eq!([judge(-5.0, -1.0), judge(-5.0, 2.9), judge(20.0, 15.0)], [Verdict::Accept; 3]);
+        assert_eq!([judge(-5.0, 3.1), judge(20.0, 25.0)], [Verdict::Reject; 2]);
+        assert!(StayFeasible { violation_pct: -1.0 }.check().is_err());
     }
 }

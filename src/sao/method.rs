@@ -56,7 +56,7 @@ impl Method {
     ///
     /// Errors if settings are out of range, or if the state is one of another problem.
     pub fn resume(&self, problem: &Problem, mut state: State, mut observe: impl FnMut(&State)) -> Result<State> {
-        self.check()?;
+        self.check(problem)?;
         state.check(problem)?;
         (state.status, state.reason) = self.stop.test(problem, &state);
         while state.status == Status::Running {

@@ -19,7 +19,7 @@ mod trust_region;
 pub use conservatism::Conservatism;
 pub use cycle::{ActiveRow, Cycle};
 pub use filter::{Filter, FilteredConservatism};
-pub use globalization::{AcceptAlways, ErrorBased, Globalization, Verdict};
+pub use globalization::{AcceptAlways, ErrorBased, Globalization, StayFeasible, Verdict};
 pub use method::Method;
 pub use move_limits::{MoveLimits, Region, RelativeLimits};
 pub use post_optimal::{Parameter, PostOptimal};

@@ -1,8 +1,8 @@
 //! Tables V and VI: the stress-constrained flexible four-bar mechanism.
 
 use super::printed_rows::{PrintedRow, printed_rows};
-use super::runs::{Observer, Regenerated, Run};
-use crate::approximation::{ApproximateProblem, Known};
+pub use super::runs::{Observer, Regenerated, Run};
+use crate::approximation::{ApproximateProblem, Known, Manner, Surroundings};
 use crate::error::Result;
 use crate::library::four_bar::{Derivatives, StressConstrained, method};
 use crate::multibody::mechanisms::FourBar;
@@ -171,10 +171,11 @@ impl Start {
 
     fn check(&self, problem: &Problem, method: &Method, printed: PrintedRow) -> Result<RowCheck> {
         let Self { design, responses, evaluation, kept, sensitivities } = self;
-        let known = Known { design, responses, evaluation, sensitivities };
+        let known = Known { design, responses, evaluation, sensitivities, curvatures: None, peaks: &[], past: &[] };
         let region = method.move_limits.region(problem, design, &printed.factors);
-        let bounds = (region.lower, region.upper);
-        let approximate = ApproximateProblem::new(problem, &*method.approximation, known, kept.clone(), bounds)?;
+        let surroundings = Surroundings::new(problem, vec![design.clone()], (region.lower, region.upper));
+        let around = (surroundings, Manner::default());
+        let approximate = ApproximateProblem::new(problem, &*method.approximation, known, kept.clone(), around)?;
         let proposed = method.solver.solve(&approximate, design)?.x;
         let there = problem.evaluate(&printed.design, &problem.analyze(&printed.design)?)?;
         let predicted = approximate.values(&printed.design)?;

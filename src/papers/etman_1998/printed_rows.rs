@@ -71,6 +71,7 @@ fn trial<'a>(
         violation_pct: row.violation_pct,
         // Something was approximated if a stress was above half its limit.
         evidence: base.violation_pct > -50.0,
+        shortfall: vec![],
     };
     let (from, to) = (base.design.as_slice(), row.design.as_slice());
     Trial {
@@ -79,7 +80,10 @@ fn trial<'a>(
         last_step,
         at_limit,
         objective_before: 0.0,
-        violation_before_pct: base.violation_pct,
+        violation_before: base.violation_pct.max(0.0) / 100.0,
+        approximate_violation: 0.0,
+        multipliers: 0.0,
+        distance: 0.0,
         approximate_objective: 0.0,
         outcome: Some(outcome),
     }

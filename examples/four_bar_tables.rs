@@ -1,0 +1,40 @@
+//! Tables V and VI of Etman, van Campen & Schoofs (1998) with their pictures, into a folder:
+//! `cargo run --release --example four_bar_tables -- FOLDER`.
+
+use linkwright::library::four_bar::StressConstrained;
+use linkwright::papers::etman_1998::four_bar::{
+    Regenerated, as_printed, check_rows, table5, table6, table6_from_cycle_4, table6_rows, violation_rms,
+};
+use linkwright::papers::etman_1998::{four_bar_animation, four_bar_figures};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let out = std::path::PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out/four-bar".to_owned()));
+    std::fs::create_dir_all(&out)?;
+    let write = |table: &Regenerated| -> Result<(), Box<dyn std::error::Error>> {
+        println!("{}", table.comparison()?);
+        std::fs::write(out.join(format!("{}.csv", table.name)), table.table.csv())?;
+        Ok(())
+    };
+    let (fifth, runs) = table5(&mut |_, _| ())?;
+    write(&fifth)?;
+    for (name, run) in ["I", "II", "III"].iter().zip(&runs) {
+        let rejected = run.state.history.iter().filter(|c| !c.accepted).count();
+        println!("{name}: {} cycles, {rejected} rejected, {:?}", run.state.cycles(), run.state.counters);
+        assert!(run.state.status.is_success());
+    }
+    for table in [table6(&mut |_, _| ())?, table6_from_cycle_4(&mut |_, _| ())?] {
+        write(&table)?;
+    }
+    let checks = check_rows(&as_printed())?;
+    let rows = table6_rows(&checks)?;
+    println!("{}rms of V over 20 designs: {:.3} percentage points", rows.text(), violation_rms(&checks)?);
+    std::fs::write(out.join("table6_rows.csv"), rows.csv())?;
+    let model = StressConstrained::as_published().mechanism;
+    for (name, figure) in four_bar_figures("table6", &model, &runs[0])? {
+        figure.save(&out, &name)?;
+    }
+    for (name, bytes) in four_bar_animation("table6", &model, &runs[0])? {
+        std::fs::write(out.join(name), bytes)?;
+    }
+    Ok(())
+}
