@@ -1,6 +1,6 @@
 //! Exact derivatives against differences of values, for every problem of the library.
 
-use linkwright::approximation::{ApproximateProblem, Known, Linear};
+use linkwright::approximation::{ApproximateProblem, Known, Linear, Manner, Surroundings};
 use linkwright::library::{impact_absorber, slider_crank};
 use linkwright::problem::{Instant, Problem, Program, Sensitivities};
 use linkwright::sao::{MoveLimits, RelativeLimits, Screening};
@@ -83,9 +83,10 @@ fn assert_approximate_problem(problem: &Problem, b: &[f64]) {
     let instants = ApproximateProblem::instants(problem, &kept);
     let rows = problem.sensitivities(b, &responses, &instants).unwrap();
     let sensitivities = Sensitivities { instants, rows };
-    let known = Known { design: b, responses: &responses, evaluation: &evaluation, sensitivities: &sensitivities };
+    let known = Known::first_order(b, &responses, &evaluation, &sensitivities);
     let region = RelativeLimits::default().region(problem, b, &vec![0.4; b.len()]);
-    let program = ApproximateProblem::new(problem, &Linear, known, kept, (region.lower, region.upper)).unwrap();
+    let surroundings = Surroundings::new(problem, vec![b.to_vec()], (region.lower, region.upper));
+    let program = ApproximateProblem::new(problem, &Linear, known, kept, (surroundings, Manner::default())).unwrap();
 
     let x: Vec<f64> = b.iter().enumerate().map(|(k, v)| v * (1.03 + 0.01 * k as f64)).collect();
     let here = program.gradients(&x).unwrap();

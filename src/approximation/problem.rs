@@ -62,6 +62,18 @@ pub struct Known<'a> {
     pub past: &'a [Past],
 }
 
+impl<'a> Known<'a> {
+    /// What a first-order method knows: no second derivatives, no peaks in continuous time, no earlier designs.
+    pub fn first_order(
+        design: &'a [f64],
+        responses: &'a Responses,
+        evaluation: &'a Evaluation,
+        sensitivities: &'a Sensitivities,
+    ) -> Self {
+        Self { design, responses, evaluation, sensitivities, curvatures: None, peaks: &[], past: &[] }
+    }
+}
+
 /// How the approximate problem is made, apart from the approximation.
 #[derive(Clone, Debug, Default)]
 pub struct Manner {

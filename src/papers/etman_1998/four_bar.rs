@@ -171,7 +171,7 @@ impl Start {
 
     fn check(&self, problem: &Problem, method: &Method, printed: PrintedRow) -> Result<RowCheck> {
         let Self { design, responses, evaluation, kept, sensitivities } = self;
-        let known = Known { design, responses, evaluation, sensitivities, curvatures: None, peaks: &[], past: &[] };
+        let known = Known::first_order(design, responses, evaluation, sensitivities);
         let region = method.move_limits.region(problem, design, &printed.factors);
         let surroundings = Surroundings::new(problem, vec![design.clone()], (region.lower, region.upper));
         let around = (surroundings, Manner::default());
