@@ -57,7 +57,7 @@ pub mod library;
 pub mod linalg;
 #[cfg(feature = "multibody")]
 pub mod multibody;
-#[cfg(feature = "report")]
+#[cfg(all(feature = "report", feature = "multibody"))]
 pub mod papers;
 pub mod problem;
 #[cfg(feature = "report")]

@@ -34,15 +34,19 @@ impl Reproduce {
         std::fs::create_dir_all(&out).with_context(|| format!("cannot make the folder {}", out.display()))?;
         let mut tables = vec![];
         for name in TABLES.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
-            let table = etman_1998::regenerate(name, &mut progress)?;
-            print(&table)?;
-            write(&out.join(format!("{name}.csv")), table.table.csv().as_bytes())?;
-            tables.push(table);
+            for table in etman_1998::regenerate(name, &mut progress)? {
+                print(&table)?;
+                write(&out.join(format!("{}.csv", table.name)), table.table.csv().as_bytes())?;
+                tables.push(table);
+            }
         }
         write(&out.join("summary.json"), Summary::of(&tables)?.to_json().as_bytes())?;
         for table in &tables {
             for (name, figure) in etman_1998::figures(table)? {
                 figure.save(&out, &name)?;
+            }
+            for (name, bytes) in etman_1998::animations(table)? {
+                write(&out.join(name), &bytes)?;
             }
         }
         say(&format!("Tables, summary and figures are in {}", out.display()))

@@ -1,7 +1,9 @@
 //! The paper's figures 3 to 6, and what a run looks like: convergence and time histories.
 
+use super::four_bar_figures::{four_bar_animation, four_bar_figures};
 use super::{Regenerated, Run};
 use crate::error::Result;
+use crate::library::four_bar::StressConstrained;
 use crate::library::impact_absorber::{self, ACCELERATION, DISPLACEMENT, motion};
 use crate::library::slider_crank::{self, coupler_point};
 use crate::problem::{ClosedForm, TimeGrid};
@@ -29,10 +31,24 @@ pub fn figures(table: &Regenerated) -> Result<Vec<(String, Figure)>> {
             figures.push(("figure5_comfort_criterion".to_owned(), figure5(run)?));
             figures.push(("table2_displacement".to_owned(), history_of(run, DISPLACEMENT, &[1.0, -1.0])?));
         }
+        "table5" => {
+            let model = StressConstrained::as_published().mechanism;
+            figures.extend(four_bar_figures("figure7_four_bar", &model, run)?);
+        }
         "table4" => figures.push(("figure6_coupler_curve".to_owned(), figure6(run)?)),
         _ => (),
     }
     Ok(figures)
+}
+
+/// Every animation that belongs to a regenerated table, by file name.
+pub fn animations(table: &Regenerated) -> Result<Vec<(String, Vec<u8>)>> {
+    match &table.run {
+        Some(run) if table.name == "table5" => {
+            four_bar_animation("figure7_four_bar", &StressConstrained::as_published().mechanism, run)
+        }
+        _ => Ok(vec![]),
+    }
 }
 
 fn variables() -> [Quantity; 2] {

@@ -2,19 +2,14 @@
 //! Multibody System Dynamics 2 (1998) 393–415: its tables and figures, regenerated.
 
 mod figures;
-#[cfg(feature = "multibody")]
 pub mod four_bar;
-#[cfg(feature = "multibody")]
 mod four_bar_figures;
-#[cfg(feature = "multibody")]
 mod printed_rows;
 mod runs;
 mod summary;
 
-pub use figures::figures;
-#[cfg(feature = "multibody")]
+pub use figures::{animations, figures};
 pub use four_bar_figures::{four_bar_animation, four_bar_figures};
-#[cfg(feature = "multibody")]
 pub use printed_rows::{PrintedRow, printed_rows};
 pub use runs::{Observer, Regenerated, Run, TABLES, regenerate};
 pub use summary::{Active, Entry, SCHEMA, Summary, Variable};

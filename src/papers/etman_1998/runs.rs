@@ -1,5 +1,6 @@
 //! The runs behind the tables.
 
+use super::four_bar;
 use crate::error::{Error, Result};
 use crate::library::{impact_absorber, slider_crank};
 use crate::problem::Problem;
@@ -12,8 +13,8 @@ pub struct Regenerated {
     pub name: &'static str,
     /// Ours, with the columns of the printed one.
     pub table: Table,
-    /// The printed one.
-    pub printed: Printed,
+    /// The printed one; none for a table that the paper does not have in this form.
+    pub printed: Option<Printed>,
     /// Columns at the left that identify a row.
     pub keys: usize,
     /// What a reader must know: stand-ins, misprints, levels of rounding.
@@ -31,9 +32,12 @@ pub struct Run {
 }
 
 impl Regenerated {
-    /// Ours beside the printed table, with the differences marked.
+    /// Ours beside the printed table, with the differences marked; ours alone where there is none.
     pub fn comparison(&self) -> Result<Comparison> {
-        self.table.beside(&self.printed, self.keys)
+        match &self.printed {
+            Some(printed) => self.table.beside(printed, self.keys),
+            None => Ok(Comparison { text: self.table.text(), compared: 0, differing: 0 }),
+        }
     }
 }
 
@@ -41,15 +45,25 @@ impl Regenerated {
 pub type Observer<'a> = dyn FnMut(&str, &State) + 'a;
 
 /// Names of the tables that can be regenerated, in order.
-pub const TABLES: [&str; 4] = ["table1", "table2", "table3", "table4"];
+pub const TABLES: [&str; 6] = ["table1", "table2", "table3", "table4", "table5", "table6"];
 
-/// Regenerates a table; errors for a name that is no table.
-pub fn regenerate(table: &str, observe: &mut Observer) -> Result<Regenerated> {
+/// Regenerates a table, and what belongs to it; errors for a name that is no table.
+///
+/// Table VI comes as the run from the paper's start, as its continuation from the printed cycle 4, and row by row.
+pub fn regenerate(table: &str, observe: &mut Observer) -> Result<Vec<Regenerated>> {
     match table {
-        "table1" => table1(observe),
-        "table2" => table2(observe),
-        "table3" => table3(),
-        "table4" => table4(observe),
+        "table1" => Ok(vec![table1(observe)?]),
+        "table2" => Ok(vec![table2(observe)?]),
+        "table3" => Ok(vec![table3()?]),
+        "table4" => Ok(vec![table4(observe)?]),
+        "table5" => {
+            let (table, [first, ..]) = four_bar::table5(observe)?;
+            Ok(vec![Regenerated { run: Some(first), ..table }])
+        }
+        "table6" => {
+            let rows = four_bar::row_by_row()?;
+            Ok(vec![four_bar::table6(observe)?, four_bar::table6_from_cycle_4(observe)?, rows])
+        }
         other => {
             let remedy = format!("choose from {}", TABLES.join(", "));
             Err(Error::definition(format!("table `{other}`"), "it is not among the tables of this paper", remedy))
@@ -88,7 +102,7 @@ fn table1(observe: &mut Observer) -> Result<Regenerated> {
         name: "table1",
         table: history("Table I. Impact absorber, maximum acceleration", &columns, &state, row)?
             .headed(["cycle", "ok", "mvlm", "b1", "b2", "b3 = F", "Eg [%]", "V [%]"])?,
-        printed: Printed::from_csv("table1.csv", include_str!("../../../papers/etman-1998/table1.csv"))?,
+        printed: Some(Printed::from_csv("table1.csv", include_str!("../../../papers/etman-1998/table1.csv"))?),
         keys: 2,
         notes: vec!["Errors and violations of cycles 4 and 5, below 1e-6 %, are at the level of rounding."],
         run: Some(Run { problem, state }),
@@ -116,7 +130,7 @@ fn table2(observe: &mut Observer) -> Result<Regenerated> {
         name: "table2",
         table: history("Table II. Impact absorber, comfort criterion", &columns, &state, row)?
             .headed(["cycle", "ok", "b1", "b2", "Ef [%]", "Eg [%]", "V [%]", "F"])?,
-        printed: Printed::from_csv("table2.csv", include_str!("../../../papers/etman-1998/table2.csv"))?,
+        printed: Some(Printed::from_csv("table2.csv", include_str!("../../../papers/etman-1998/table2.csv"))?),
         keys: 2,
         notes: vec![
             "Cycle 2: the printed b2 = 0.6640 is a misprint; its move limit and F = 0.06949 belong to 0.6440.",
@@ -134,7 +148,7 @@ fn table3() -> Result<Regenerated> {
         table.push([(k + 1).into(), x.into(), y.into(), slider_crank::ROTATIONS_DEG[k].into()])?;
     }
     let printed = Printed::from_csv("table3.csv", include_str!("../../../papers/etman-1998/table3.csv"))?;
-    Ok(Regenerated { name: "table3", table, printed, keys: 1, notes: vec![], run: None })
+    Ok(Regenerated { name: "table3", table, printed: Some(printed), keys: 1, notes: vec![], run: None })
 }
 
 fn table4(observe: &mut Observer) -> Result<Regenerated> {
@@ -156,7 +170,7 @@ fn table4(observe: &mut Observer) -> Result<Regenerated> {
             "Ef [%]",
             "F",
         ])?,
-        printed: Printed::from_csv("table4.csv", include_str!("../../../papers/etman-1998/table4.csv"))?,
+        printed: Some(Printed::from_csv("table4.csv", include_str!("../../../papers/etman-1998/table4.csv"))?),
         keys: 2,
         notes: vec![
             "The paper does not print its start. This stand-in has F = 3505 (paper 3486); digits cannot agree.",
