@@ -8,8 +8,10 @@
 //! | `generalized_alpha` | implicit time steps on the index-3 equations |
 //! | `sampling` | dense output, named outputs at requested times |
 //! | `dynamics` | the run over time |
+//! | `explicit/` | explicit Runge–Kutta methods: ordinary differential equations, and mechanisms at high accuracy |
 
 pub mod dynamics;
+pub mod explicit;
 mod four_bar;
 pub mod generalized_alpha;
 pub mod sampling;
