@@ -2,7 +2,7 @@
 
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
 use super::sampling::{Sampler, interpolate};
-use super::start::{Assembly, Projection, assemble, make_velocities_consistent, solve_accelerations};
+use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
 use super::system::System;
 use crate::multibody::Mechanism;
@@ -183,7 +183,7 @@ impl<'m> Run<'m> {
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
         if settings.initial == InitialAcceleration::Consistent {
-            solve_accelerations(&mut system, mechanism, &mut state)?;
+            AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;
         }
         let (scheme, newton) = (settings.scheme, settings.newton);
         let integrator = Integrator::new(mechanism, system, scheme, settings.prescribed, newton, state);

@@ -7,16 +7,22 @@
 //! | `start` | assembly, consistent velocities and accelerations |
 //! | `generalized_alpha` | implicit time steps on the index-3 equations |
 //! | `sampling` | dense output, named outputs at requested times |
-//! | `dynamics` | the run over time |
-//! | `explicit/` | explicit Runge–Kutta methods: ordinary differential equations, and mechanisms at high accuracy |
+//! | `dynamics` | the run over time by implicit steps |
+//! | `explicit/` | explicit Runge–Kutta steps: differential equations, and mechanisms at high accuracy |
+//! | `kinematics` | driven mechanisms instant by instant, and their inverse dynamics |
+//! | `statics` | equilibria and load paths |
+//! | `modes` | small vibrations about a state |
 
 pub mod dynamics;
 pub mod explicit;
 mod four_bar;
 pub mod generalized_alpha;
+pub mod kinematics;
+pub mod modes;
 pub mod sampling;
 pub mod start;
 pub mod state;
+pub mod statics;
 pub mod system;
 
 pub use dynamics::{Dynamics, History, simulate};

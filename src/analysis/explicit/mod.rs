@@ -16,7 +16,7 @@ pub mod march;
 pub mod mechanism;
 pub mod ode;
 pub mod settings;
-mod simulation;
+pub(crate) mod simulation;
 pub mod stepper;
 pub mod tableau;
 
@@ -25,6 +25,6 @@ pub use march::March;
 pub use mechanism::MechanismFlow;
 pub use ode::{Ode, OdeHistory, integrate};
 pub use settings::{Explicit, Pace, Tolerance};
-pub use simulation::{ExplicitHistory, simulate_explicit};
+pub use simulation::{simulate_explicitly, simulate_with_steps};
 pub use stepper::{Flow, Stepper};
 pub use tableau::{DOPRI5, Tableau};

@@ -76,6 +76,11 @@ pub struct Explicit {
 }
 
 impl Explicit {
+    /// Adaptive steps by the method for high accuracy, that of order 8.
+    pub fn adaptive(tolerance: f64) -> Self {
+        Self::dop853(tolerance)
+    }
+
     /// Order 8 with adaptive steps.
     pub fn dop853(tolerance: f64) -> Self {
         let pace = Pace::Adaptive { tolerance: Tolerance::same(tolerance), longest: f64::INFINITY };

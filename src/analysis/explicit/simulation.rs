@@ -1,7 +1,7 @@
 //! The outputs of a mechanism over time by explicit steps.
 
 use super::march::March;
-use super::mechanism::{MechanismFlow, SAMPLE};
+use super::mechanism::{MechanismFlow, SAMPLE, Tape};
 use super::settings::Explicit;
 use super::stepper::Flow;
 use crate::Result;
@@ -12,23 +12,24 @@ use crate::analysis::state::State;
 use crate::analysis::system::System;
 use crate::multibody::Mechanism;
 
-/// Outputs over time, and the steps that were taken.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExplicitHistory {
-    /// The outputs; iterations are evaluations of the accelerations.
-    pub history: History,
-    /// Lengths of the steps in s: with [`super::Pace::Given`] they repeat the run.
-    pub steps: Vec<f64>,
-}
-
 /// Simulates `mechanism` by explicit steps and records its outputs at `times` (increasing, s).
 ///
-/// For smooth, non-stiff motions at high accuracy: no beams, no stiff contacts.
+/// For smooth, non-stiff motions at high accuracy: no beams, no stiff contacts. Iterations are evaluations of the
+/// accelerations.
 ///
 /// **Errors.** [`crate::Error::Analysis`] naming element and time if the mechanism cannot be built, assembled or
 /// moved on.
-pub fn simulate_explicit(mechanism: &Mechanism<f64>, settings: &Explicit, times: &[f64]) -> Result<ExplicitHistory> {
-    let (mut march, _) = start(mechanism, settings, times)?;
+pub fn simulate_explicitly(mechanism: &Mechanism<f64>, settings: &Explicit, times: &[f64]) -> Result<History> {
+    Ok(simulate_with_steps(mechanism, settings, times)?.0)
+}
+
+/// [`simulate_explicitly`], with the lengths of the steps (s): given as [`super::Pace::Given`] they repeat the run.
+pub fn simulate_with_steps(
+    mechanism: &Mechanism<f64>,
+    settings: &Explicit,
+    times: &[f64],
+) -> Result<(History, Vec<f64>)> {
+    let (mut march, _) = start(mechanism, settings, times, false)?;
     let mut sampler = Sampler::new(mechanism);
     let mut y = march.stepper.old.clone();
     let mut outputs = Vec::new();
@@ -43,15 +44,15 @@ pub fn simulate_explicit(mechanism: &Mechanism<f64>, settings: &Explicit, times:
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let (work, last) = (march.work(), march.stepper.flow.state.clone());
-    let history = History { names: mechanism.output_names(), times: times.to_vec(), values, last, work };
-    Ok(ExplicitHistory { history, steps: march.steps })
+    Ok((History { names: mechanism.output_names(), times: times.to_vec(), values, last, work }, march.steps))
 }
 
-/// Assembles the mechanism and stands at the start of its motion.
+/// Assembles the mechanism and stands at the start of its motion, with a tape if it is to be differentiated.
 pub(crate) fn start<'m>(
     mechanism: &'m Mechanism<f64>,
     settings: &Explicit,
     times: &[f64],
+    recorded: bool,
 ) -> Result<(March<MechanismFlow<'m>>, Start)> {
     settings.check(2 * mechanism.coordinates.len(), times)?;
     let mut system = System::new(mechanism)?;
@@ -60,7 +61,9 @@ pub(crate) fn start<'m>(
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
     state.l.fill(0.0);
     let y = MechanismFlow::vector(&state);
-    let flow = MechanismFlow::new(mechanism, system, state.clone());
+    let tape = recorded.then(|| Tape::new(&mut system, &state));
+    let mut flow = MechanismFlow::new(mechanism, system, state.clone());
+    flow.tape = tape;
     Ok((March::new(flow, settings, y, times)?, Start { state, projection }))
 }
 
