@@ -251,8 +251,7 @@ fn fill_jets(
         Closure::Positions | Closure::Corrections => Jet::new(number(state.q[i]), number(state.a[i]), zero),
     }));
     for still in [&mut room.v, &mut room.a] {
-        still.clear();
-        still.resize(part.coordinates.len(), constant(0.0));
+        still.resize(part.coordinates.len(), constant(0.0)); // what is there already is zero as well
     }
     room.l.clear();
     let multipliers = &state.l[part.first_multiplier..part.first_multiplier + part.closures];
