@@ -3,7 +3,10 @@
 
 use linkwright::problem::{Gradients, Program, Structure, Values};
 use linkwright::scalar::{Scalar, hessian, jacobian};
-use linkwright::subproblem::{Conic, Curvature, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver};
+use linkwright::subproblem::{
+    Automatic, Conic, Curvature, MultiStart, QuadraticProgram, Race, SecondOrder, Solution, Sqp, Status,
+    SubproblemSolver,
+};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
@@ -346,4 +349,103 @@ fn each_setting_is_checked() {
     for (tolerance, iterations) in [(0.0, 10), (f64::NAN, 10), (1.0, 10), (1e-9, 0)] {
         assert!(matches!(Sqp::new(tolerance, iterations, Curvature::Exact), Err(Error::Option { .. })));
     }
+}
+
+model!(Wells, 0, |x| {
+    // Six-hump camel back (Dixon & Szegö 1978): global minimum −1.0316284535 at ±(0.0898, −0.7126).
+    let (a, b) = (x[0].powi(2), x[1].powi(2));
+    let f = (-a * 2.1 + a * a / 3.0 + 4.0) * a + x[0] * x[1] + (b * 4.0 - 4.0) * b;
+    (f, vec![x[0] - 1.9])
+});
+
+#[test]
+fn several_starts_find_the_deepest_well() {
+    let program = Smooth::new(Wells, vec![-2.0, -1.0], vec![2.0, 1.0]);
+    let one = Sqp::default().solve(&program, &[1.8, 0.9]).unwrap();
+    let solver = MultiStart::new(Sqp::default(), 12, 3).unwrap();
+    let best = solver.solve(&program, &[1.8, 0.9]).unwrap();
+    assert!((best.objective + 1.031_628_453_489_877).abs() < 1e-12, "{}", best.objective);
+    assert!(one.objective > best.objective && best.evaluations.gradients > one.evaluations.gradients);
+    assert_eq!(best, solver.solve(&program, &[1.8, 0.9]).unwrap());
+    assert!(matches!(MultiStart::new(Sqp::default(), 0, 3), Err(Error::Option { .. })));
+}
+
+#[test]
+fn a_race_compares_two_ways_to_the_same_solution() {
+    let program = Smooth::new(Hs71, vec![1.0; 4], vec![5.0; 4]);
+    let race = Race::new(Sqp::default(), Sqp::new(1e-10, 200, Curvature::QuasiNewton).unwrap());
+    let c = race.compare(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
+    assert!(c.agrees(1e-9) && c.variables < 1e-6 && c.multipliers < 1e-6, "{c:?}");
+    assert_eq!(c.better().status, Status::Solved);
+    // One solver that cannot take the program loses without harm.
+    let s = Race::new(Conic::default(), Sqp::default()).solve(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
+    assert_eq!(s.status, Status::Solved);
+}
+
+/// min c·x in a box with rows gᵢ + aᵢ·x + ½ ‖Cᵢ x‖² ≤ 0: the drifting peaks of a response.
+struct Peaks {
+    offset: Vec<f64>,
+    slope: DMatrix<f64>,
+    factors: Vec<Option<DMatrix<f64>>>,
+}
+
+impl Program for Peaks {
+    fn variables(&self) -> usize {
+        3
+    }
+    fn rows(&self) -> usize {
+        self.offset.len()
+    }
+    fn lower(&self) -> &[f64] {
+        &[-1.0, -1.0, -10.0]
+    }
+    fn upper(&self) -> &[f64] {
+        &[1.0, 1.0, 10.0]
+    }
+    fn values(&self, x: &[f64]) -> Result<Values> {
+        Ok(self.gradients(x)?.values)
+    }
+    fn gradients(&self, x: &[f64]) -> Result<Gradients> {
+        let x = nalgebra::DVector::from_column_slice(x);
+        let mut values = &self.slope * &x;
+        let mut rows = self.slope.clone();
+        for (i, c) in self.factors.iter().enumerate() {
+            values[i] += self.offset[i];
+            if let Some(c) = c {
+                let y = c * &x;
+                values[i] += 0.5 * y.norm_squared();
+                let mut row = rows.row_mut(i);
+                row += (c.transpose() * y).transpose();
+            }
+        }
+        let values = Values { objective: x[2], rows: values.as_slice().to_vec() };
+        Ok(Gradients { values, objective: vec![0.0, 0.0, 1.0], rows })
+    }
+    fn row_factors(&self) -> Option<Vec<Option<DMatrix<f64>>>> {
+        Some(self.factors.clone())
+    }
+}
+
+#[test]
+fn convex_quadratic_rows_as_cones() {
+    let drift = |a: f64, b: f64| Some(DMatrix::from_row_slice(1, 3, &[a, b, 0.0]));
+    let mut program = Peaks {
+        offset: vec![0.5, 0.4, 0.3, -0.2],
+        slope: DMatrix::from_row_slice(4, 3, &[1.0, 0.2, -1.0, -0.8, 0.5, -1.0, 0.1, -0.9, -1.0, 1.0, 1.0, 0.0]),
+        factors: vec![drift(2.0, 0.5), drift(-1.0, 1.5), drift(0.3, 3.0), None],
+    };
+    let cone = SecondOrder::default().solve(&program, &[0.0; 3]).unwrap();
+    let sqp = Sqp::default().solve(&program, &[0.9, -0.9, 5.0]).unwrap();
+    assert_eq!((cone.status, sqp.status), (Status::Solved, Status::Solved));
+    assert!((cone.objective - sqp.objective).abs() < 1e-9, "{} {}", cone.objective, sqp.objective);
+    assert!(cone.iterations <= 4 && cone.kkt.largest() < 1e-7, "{cone:?}");
+    // A row that cannot hold: all rows are relaxed by the same least amount.
+    program.offset[3] = 2.5;
+    let s = Automatic::default().solve(&program, &[0.0; 3]).unwrap();
+    assert_eq!(s.status, Status::Relaxed);
+    assert!((s.relaxation.unwrap() - 0.5).abs() < 1e-8, "{:?}", s.relaxation);
+    assert!(matches!(
+        SecondOrder::default().solve(&Smooth::free(Rosenbrock, 2), &[0.0; 2]),
+        Err(Error::Definition { .. })
+    ));
 }

@@ -26,6 +26,7 @@ pub mod statics;
 pub mod system;
 
 pub use dynamics::{Dynamics, History, simulate};
+pub use explicit::Explicit;
 pub use generalized_alpha::{GeneralizedAlpha, Integrator, Newton};
 pub use state::State;
 pub use system::System;

@@ -58,7 +58,8 @@ pub fn assemble(
         system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
         system.factor().solve(&mut rows);
         let largest = apply(system, &rows, state);
-        if largest <= settings.tolerance {
+        // Newton's next correction would be of the size of this one's square.
+        if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance {
             let position = std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]);
             return Ok(Projection { position, velocity: Vec::new() });
         }

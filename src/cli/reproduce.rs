@@ -1,6 +1,6 @@
 //! `linkwright reproduce PAPER`.
 
-use crate::papers::etman_1998::{self, Run, Summary, TABLES, Table};
+use crate::papers::etman_1998::{self, Regenerated, Run, Summary, TABLES};
 use crate::sao::State;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -32,26 +32,31 @@ impl Reproduce {
         }
         let out = self.out.clone().unwrap_or_else(|| Path::new("out").join(&self.paper));
         std::fs::create_dir_all(&out).with_context(|| format!("cannot make the folder {}", out.display()))?;
-        let mut runs = vec![];
+        let mut tables = vec![];
         for name in TABLES.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
-            let run = etman_1998::run(name, &mut |table, state| progress(table, state))?;
-            let table = run.as_ref().map_or_else(etman_1998::table3, |r| Ok(r.table.clone()))?;
-            print(&table, run.as_ref())?;
-            write(&out.join(format!("{name}.csv")), table.csv().as_bytes())?;
-            runs.extend(run);
+            let table = etman_1998::regenerate(name, &mut progress)?;
+            print(&table)?;
+            write(&out.join(format!("{name}.csv")), table.table.csv().as_bytes())?;
+            tables.push(table);
         }
-        write(&out.join("summary.json"), Summary::of(&runs).to_json()?.as_bytes())?;
+        write(&out.join("summary.json"), Summary::of(&tables)?.to_json().as_bytes())?;
+        for table in &tables {
+            for (name, figure) in etman_1998::figures(table)? {
+                figure.save(&out, &name)?;
+            }
+        }
         say(&format!("Tables, summary and figures are in {}", out.display()))
     }
 }
 
-/// The table with a line on how the run went.
-fn print(table: &Table, run: Option<&Run>) -> anyhow::Result<()> {
-    say(&table.text())?;
-    let Some(Run { state, .. }) = run else { return Ok(()) };
+/// The table beside the printed one, with its notes and a line on how the run went.
+fn print(table: &Regenerated) -> anyhow::Result<()> {
+    say(&table.comparison()?.to_string())?;
+    table.notes.iter().try_for_each(|note| say(&format!("Note: {note}")))?;
+    let Some(Run { state, .. }) = &table.run else { return Ok(()) };
     let counters = state.counters;
     say(&format!(
-        "  {} cycles, {} analyses, {} sensitivity analyses, {} subproblem iterations. {:?}: {}.\n",
+        "Run: {} cycles, {} analyses, {} sensitivity analyses, {} subproblem iterations. {:?}: {}.\n",
         state.cycles(),
         counters.analyses,
         counters.sensitivity_analyses,

@@ -1,5 +1,7 @@
 //! Problems of the field with their data, optimum and source: to test with, to compare on, to learn from.
 
+#[cfg(feature = "multibody")]
+pub mod four_bar;
 pub mod impact_absorber;
 pub mod slider_crank;
 

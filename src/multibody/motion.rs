@@ -174,7 +174,8 @@ mod tests {
 
     #[test]
     fn a_table_goes_through_its_points_smoothly() {
-        let times: Vec<f64> = (0..9).map(|k| 0.25 * f64::from(k)).collect();
+        // A sine from 0 to π has no curvature at its ends, as a natural spline.
+        let times: Vec<f64> = (0..9).map(|k| std::f64::consts::PI / 8.0 * f64::from(k)).collect();
         let values: Vec<f64> = times.iter().map(|t| t.sin()).collect();
         let table = Table::new(&times, &values).unwrap();
         for k in 1..8 {
@@ -182,8 +183,8 @@ mod tests {
             let (a, b) = (f64::motion(&table, &[1.0], before), f64::motion(&table, &[1.0], after));
             assert!((a[0] - values[k]).abs() < 1e-8 && (a[1] - b[1]).abs() < 1e-7 && (a[2] - b[2]).abs() < 1e-6);
         }
-        let outside = f64::motion(&table, &[2.0], 3.0);
-        assert!(outside[2] == 0.0 && (outside[1] - 2.0 * 2f64.cos()).abs() < 0.05, "{outside:?}");
+        let outside = f64::motion(&table, &[2.0], 4.0);
+        assert!(outside[2] == 0.0 && (outside[1] + 2.0).abs() < 0.01, "{outside:?}");
         assert!(Table::new(&[0.0, 0.0], &[1.0, 2.0]).is_err());
     }
 

@@ -18,4 +18,4 @@ pub mod transient;
 
 pub use direct::differentiate;
 pub use record::SensitiveHistory;
-pub use transient::Transient;
+pub use transient::{Integration, Transient};

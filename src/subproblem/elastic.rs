@@ -1,6 +1,6 @@
 //! What to do with a program that has no feasible point: violate all rows by the same least amount.
 //!
-//! With one elastic variable t the rows become g ≤ w t and |h| ≤ w t. Smallest t first, then the smallest objective at
+//! With one elastic variable t, in units w of the rows, these become g ≤ w t and |h| ≤ w t. Smallest t first, then the smallest objective at
 //! that t, by a penalty that is raised until t no longer moves (it is exact above a finite weight).
 //!
 //! **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed., sections 17.2 and 18.5 (exact ℓ∞ penalty).
@@ -9,6 +9,7 @@ use super::Status;
 use super::kkt::variable_scale;
 use super::solver::Candidate;
 use crate::error::Result;
+use crate::problem::separable::{Separable, Term};
 use crate::problem::{Gradients, Program, Structure, Values};
 use nalgebra::DMatrix;
 
@@ -91,6 +92,9 @@ impl Program for Elastic<'_> {
             other => other,
         }
     }
+    fn separable(&self) -> Option<&dyn Separable> {
+        self.program.separable().is_some().then_some(self as &dyn Separable)
+    }
     fn values(&self, y: &[f64]) -> Result<Values> {
         let (t, x) = y.split_last().expect("t is the last variable");
         let v = self.program.values(x)?;
@@ -128,6 +132,36 @@ impl Program for Elastic<'_> {
     }
 }
 
+/// Separable if the program is: t is one more variable with linear terms.
+impl Separable for Elastic<'_> {
+    fn constant(&self, i: usize) -> f64 {
+        let inner = self.separable_program();
+        match i.checked_sub(1) {
+            Some(k) => self.rows[k].1 * inner.constant(self.rows[k].0 + 1),
+            None if self.objective => inner.constant(0),
+            None => 0.0,
+        }
+    }
+
+    fn term(&self, i: usize, j: usize, x: f64) -> Term {
+        let linear = |slope: f64| Term { value: slope * x, slope, curvature: 0.0 };
+        let last = j + 1 == self.lower.len();
+        match i.checked_sub(1) {
+            Some(k) if last => linear(-self.weights[self.rows[k].0]),
+            Some(k) => Term::default().plus(self.rows[k].1, self.separable_program().term(self.rows[k].0 + 1, j, x)),
+            None if last => linear(self.penalty),
+            None if self.objective => self.separable_program().term(0, j, x),
+            None => Term::default(),
+        }
+    }
+}
+
+impl Elastic<'_> {
+    fn separable_program(&self) -> &dyn Separable {
+        self.program.separable().expect("asked only of separable programs")
+    }
+}
+
 /// A solver without relaxation: a point with its own verdict.
 pub(super) type Plain<'a> = &'a dyn Fn(&dyn Program, &[f64]) -> Result<Candidate>;
 
@@ -149,45 +183,82 @@ pub(super) fn settle(program: &dyn Program, start: &[f64], first: Candidate, sol
         let second = solve(program, &nearest.x)?;
         return Ok(Candidate { iterations: iterations + second.iterations, ..second });
     }
-    relaxed(program, &nearest, measures.penalty, iterations, solve)
+    relaxed(program, &nearest, &measures, iterations, solve)
 }
 
-/// Smallest violation in the rows' own units, then the smallest objective.
+/// Smallest violation, then the smallest objective: by one amount for all rows where they are comparable, in the rows'
+/// own units where they are not or where that fails.
 fn relaxed(
     program: &dyn Program,
     nearest: &Candidate,
-    penalty: f64,
-    mut iterations: usize,
+    measures: &Measures,
+    iterations: usize,
     solve: Plain<'_>,
 ) -> Result<Candidate> {
-    let ones = vec![1.0; program.rows()];
-    let least = Elastic::least_violation(program, ones.clone());
-    let (mut best, least) = least.unwrap(solve(&least, &least.start(&nearest.x)?)?);
-    iterations += best.iterations;
+    let first = relaxed_by(program, nearest, measures, measures.weights(), solve)?;
+    let again = first.status == Status::Stalled && measures.are_comparable();
+    let c = if again { relaxed_by(program, nearest, measures, measures.rows.clone(), solve)? } else { first };
+    Ok(Candidate { iterations: iterations + c.iterations, ..c })
+}
+
+fn relaxed_by(
+    program: &dyn Program,
+    nearest: &Candidate,
+    measures: &Measures,
+    weights: Vec<f64>,
+    solve: Plain<'_>,
+) -> Result<Candidate> {
+    let amounts = |t: f64| Some(weights.iter().map(|w| w * t).collect());
+    let penalty = measures.penalty(&weights);
+    let least = Elastic::least_violation(program, weights.clone());
+    let (best, least) = least.unwrap(solve(&least, &least.start(&nearest.x)?)?);
+    let mut iterations = best.iterations;
     let mut x = best.x.clone();
     for k in 0..PENALTIES {
-        let elastic = Elastic::with_objective(program, ones.clone(), penalty * 100f64.powi(k as i32));
+        let elastic = Elastic::with_objective(program, weights.clone(), penalty * 100f64.powi(k as i32));
         let (c, t) = elastic.unwrap(solve(&elastic, &elastic.start(&x)?)?);
         iterations += c.iterations;
         if c.status == Status::Unbounded {
-            return Ok(Candidate { iterations, relaxation: Some(least), ..c });
+            return Ok(Candidate { iterations, relaxation: amounts(least), ..c });
         }
         if c.status == Status::Solved {
             x.clone_from(&c.x);
             if t <= least * (1.0 + ROOM) {
-                return Ok(Candidate { iterations, relaxation: Some(t), status: Status::Relaxed, ..c });
+                return Ok(Candidate { iterations, relaxation: amounts(t), status: Status::Relaxed, ..c });
             }
         }
     }
-    best.status = Status::Stalled;
-    Ok(Candidate { iterations, relaxation: Some(least), ..best })
+    Ok(Candidate { iterations, relaxation: amounts(least), status: Status::Stalled, ..best })
 }
 
 struct Measures {
     /// Change of each row over the scales of the variables.
     rows: Vec<f64>,
+    /// Change of the objective.
+    objective: f64,
+}
+
+/// Rows whose units differ by more than this are measured in their own.
+const COMPARABLE: f64 = 1e4;
+
+impl Measures {
+    /// What t means in each row: one and the same amount where the rows are comparable.
+    fn weights(&self) -> Vec<f64> {
+        if self.are_comparable() { vec![1.0; self.rows.len()] } else { self.rows.clone() }
+    }
+
+    fn are_comparable(&self) -> bool {
+        let small = self.rows.iter().copied().fold(f64::INFINITY, f64::min);
+        let large = self.rows.iter().copied().fold(0.0, f64::max);
+        large <= COMPARABLE * small
+    }
+
     /// A first guess of the exact penalty.
-    penalty: f64,
+    fn penalty(&self, weights: &[f64]) -> f64 {
+        let ratios = weights.iter().zip(&self.rows).map(|(w, r)| r / w);
+        let largest = ratios.fold(0.0, f64::max);
+        if self.objective > 0.0 && largest > 0.0 { 10.0 * self.objective / largest } else { 1.0 }
+    }
 }
 
 fn measures(program: &dyn Program, x: &[f64]) -> Result<Measures> {
@@ -198,7 +269,5 @@ fn measures(program: &dyn Program, x: &[f64]) -> Result<Measures> {
     let rows: Vec<f64> =
         (0..program.rows()).map(|i| over(&|j| g.rows[(i, j)])).map(|r| if r > 0.0 { r } else { 1.0 }).collect();
     let objective = over(&|j| g.objective[j]);
-    let largest = rows.iter().copied().fold(0.0, f64::max);
-    let penalty = if objective > 0.0 && largest > 0.0 { 10.0 * objective / largest } else { 1.0 };
-    Ok(Measures { rows, penalty })
+    Ok(Measures { rows, objective })
 }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// * dual: the largest negative part of a multiplier, times its rᵢ or sⱼ, / φ
 /// * complementarity: max of |λᵢ (gᵢ − t)| / φ and of |μ · distance to the bound| / φ
 ///
-/// with t the relaxation, zero unless the program is infeasible.
+/// with tᵢ the relaxation, zero unless the program is infeasible.
 ///
 /// **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed., equations (12.34).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -61,7 +61,7 @@ impl KktResidual {
         first: Option<&[f64]>,
         solution: &Solution,
     ) -> Self {
-        let (x, relaxed) = (&solution.x, solution.relaxation.unwrap_or(0.0));
+        let x = &solution.x;
         let (lower, upper) = (program.lower(), program.upper());
         let scale: Vec<f64> = (0..x.len()).map(|j| variable_scale(lower[j], upper[j], start[j], x[j])).collect();
         let mut slope = here.objective.clone();
@@ -69,17 +69,20 @@ impl KktResidual {
         if let Some(first) = first {
             unit = unit.max(largest(scale.iter().zip(first).map(|(s, g)| s * g)));
         }
+        let mut row_units = vec![0.0f64; here.values.rows.len()];
+        for (j, slope) in slope.iter_mut().enumerate() {
+            for ((unit, λ), g) in row_units.iter_mut().zip(&solution.multipliers).zip(here.rows.column(j).iter()) {
+                *slope += λ * g;
+                *unit = unit.max((scale[j] * g).abs());
+            }
+        }
         let mut residual = Self::default();
         let (mut dual, mut complementarity): (f64, f64) = (0.0, 0.0);
         for (i, &g) in here.values.rows.iter().enumerate() {
             let λ = solution.multipliers[i];
-            let mut row = 0.0f64;
-            for j in 0..x.len() {
-                slope[j] += λ * here.rows[(i, j)];
-                row = row.max((scale[j] * here.rows[(i, j)]).abs());
-            }
-            unit = unit.max(λ.abs() * row);
-            let row = if row > 0.0 { row } else { 1.0 };
+            unit = unit.max(λ.abs() * row_units[i]);
+            let row = if row_units[i] > 0.0 { row_units[i] } else { 1.0 };
+            let relaxed = solution.relaxed_rows.get(i).copied().unwrap_or(0.0);
             let equality = program.is_equality(i);
             let beyond = if equality { g.abs() } else { g } - relaxed;
             residual.primal = residual.primal.max(beyond / row);
@@ -98,7 +101,9 @@ impl KktResidual {
             let product = |μ: f64, gap: f64| if μ == 0.0 { 0.0 } else { (μ * gap).abs() };
             complementarity = complementarity.max(product(l, x[j] - lower[j])).max(product(u, upper[j] - x[j]));
         }
-        let relative = |v: f64| if v == 0.0 { 0.0 } else { v / unit.max(f64::MIN_POSITIVE) };
+        // A constant objective and rows of zeros have no unit.
+        let unit = if unit > 0.0 { unit } else { 1.0 };
+        let relative = |v: f64| v / unit;
         residual.stationarity = relative(largest(scale.iter().zip(&slope).map(|(s, g)| s * g)));
         residual.dual = relative(dual);
         residual.complementarity = relative(complementarity);
@@ -134,9 +139,9 @@ impl ActiveSet {
         let here = program.gradients(&solution.x)?;
         let (lower, upper, x) = (program.lower(), program.upper(), &solution.x);
         let scale: Vec<f64> = (0..x.len()).map(|j| variable_scale(lower[j], upper[j], start[j], x[j])).collect();
-        let relaxed = solution.relaxation.unwrap_or(0.0);
         let near = |&i: &usize| {
             let row = largest((0..x.len()).map(|j| scale[j] * here.rows[(i, j)]));
+            let relaxed = solution.relaxed_rows.get(i).copied().unwrap_or(0.0);
             program.is_equality(i) || here.values.rows[i] - relaxed >= -tolerance * if row > 0.0 { row } else { 1.0 }
         };
         Ok(Self {

@@ -55,6 +55,17 @@ pub struct Evaluations {
     pub hessians: usize,
 }
 
+impl std::ops::Add for Evaluations {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            values: self.values + other.values,
+            gradients: self.gradients + other.gradients,
+            hessians: self.hessians + other.hessians,
+        }
+    }
+}
+
 /// A point, its multipliers and how good they are.
 ///
 /// The multipliers belong to L = f + Σ λᵢ gᵢ − Σ μₗ (x − l) + Σ μᵤ (x − u) (or its relaxation g ≤ t). They are
@@ -80,8 +91,12 @@ pub struct Solution {
     pub evaluations: Evaluations,
     /// What the mathematics concluded.
     pub status: Status,
-    /// The least t ≥ 0 for which g ≤ t (and |g| ≤ t in equality rows) has a point; `None` unless relaxed.
+    /// The largest amount by which a row is relaxed; `None` unless relaxed.
     pub relaxation: Option<f64>,
+    /// The amounts tᵢ ≥ 0 by which the rows are relaxed, g ≤ t (and |g| ≤ t in equality rows): the same for all where
+    /// the rows are comparable, in units of each row's change over the scales of the variables where these differ by more
+    /// than 1e4. Empty unless relaxed.
+    pub relaxed_rows: Vec<f64>,
     /// How well the optimality conditions hold, computed apart from the solver.
     pub kkt: KktResidual,
 }

@@ -2,7 +2,7 @@
 
 use super::{Evaluations, KktResidual, Solution, Status};
 use crate::error::{Error, Result};
-use crate::problem::Program;
+use crate::problem::{Gradients, Program};
 
 /// A solver of mathematical programs: a value that holds settings only.
 ///
@@ -28,13 +28,20 @@ pub(crate) struct Candidate {
     pub upper: Vec<f64>,
     pub iterations: usize,
     pub status: Status,
-    pub relaxation: Option<f64>,
+    /// Amounts by which the rows are relaxed.
+    pub relaxation: Option<Vec<f64>>,
 }
 
 impl Candidate {
-    /// The solution with values and KKT residual, which are evaluated here and not counted.
-    pub fn judged(self, program: &dyn Program, start: &[f64], evaluations: Evaluations) -> Result<Solution> {
-        let gradients = program.gradients(&self.x)?;
+    /// The solution with values and KKT residual, from `gradients` at the point and the objective's slope at the start.
+    pub fn judged(
+        self,
+        program: &dyn Program,
+        start: &[f64],
+        evaluations: Evaluations,
+        gradients: &Gradients,
+        first: Option<&[f64]>,
+    ) -> Solution {
         let mut solution = Solution {
             objective: gradients.values.objective,
             rows: gradients.values.rows.clone(),
@@ -45,11 +52,26 @@ impl Candidate {
             iterations: self.iterations,
             evaluations,
             status: self.status,
-            relaxation: self.relaxation,
+            relaxation: self.relaxation.as_ref().map(|t| t.iter().copied().fold(0.0, f64::max)),
+            relaxed_rows: self.relaxation.unwrap_or_default(),
             kkt: KktResidual::default(),
         };
-        solution.kkt = KktResidual::of(program, start, &solution)?;
-        Ok(solution)
+        solution.kkt = KktResidual::from_gradients(program, start, gradients, first, &solution);
+        solution
+    }
+}
+
+impl From<Solution> for Candidate {
+    fn from(s: Solution) -> Self {
+        Self {
+            x: s.x,
+            multipliers: s.multipliers,
+            lower: s.lower_multipliers,
+            upper: s.upper_multipliers,
+            iterations: s.iterations,
+            status: s.status,
+            relaxation: s.relaxation.map(|_| s.relaxed_rows),
+        }
     }
 }
 
@@ -62,8 +84,7 @@ pub(crate) fn feasible_start(program: &dyn Program, start: &[f64]) -> Result<Vec
     let mut x = start.to_vec();
     for (j, v) in x.iter_mut().enumerate() {
         let (l, u) = (program.lower()[j], program.upper()[j]);
-        // Written so that NaN bounds are refused too.
-        if !(l <= u) || l == f64::INFINITY || u == f64::NEG_INFINITY {
+        if l > u || l.is_nan() || u.is_nan() || l == f64::INFINITY || u == f64::NEG_INFINITY {
             let why = format!("bounds of variable {j} are {l} and {u}");
             return Err(Error::definition("subproblem", why, "make the lower bound the smaller one"));
         }
@@ -76,7 +97,7 @@ pub(crate) fn feasible_start(program: &dyn Program, start: &[f64]) -> Result<Vec
 }
 
 /// An error unless objective, rows and their gradients at `x` are finite and of the right length.
-pub(crate) fn check_finite(program: &dyn Program, x: &[f64], g: &crate::problem::Gradients) -> Result<()> {
+pub(crate) fn check_finite(program: &dyn Program, x: &[f64], g: &Gradients) -> Result<()> {
     let (n, m) = (program.variables(), program.rows());
     Error::check_length("gradient of the objective", n, g.objective.len())?;
     Error::check_length("rows of the subproblem", m, g.values.rows.len())?;

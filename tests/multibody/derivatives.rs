@@ -77,7 +77,7 @@ fn a_clamped_beam_that_starts_to_turn() {
 /// The steps of an explicit run and its derivatives.
 fn check_explicit<M: Model>(name: &str, model: &M, b: &[f64]) {
     let times = [0.0, 0.013, 0.1, 0.2];
-    for settings in [Explicit::dopri5(1.0), Explicit::dop853(1.0)] {
+    for settings in [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)] {
         let settings = settings.with_pace(Pace::Fixed(0.01));
         let exact = differentiate_explicitly(model, b, &settings, &times).unwrap();
         let run = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &settings, &times).unwrap().values;
@@ -93,6 +93,13 @@ fn explicit_steps_of_forces_joints_and_chains() {
     check_explicit("joints", &Joints { length_driver: false }, &Joints::DESIGN);
     let chain = Chain::horizontal(5);
     check_explicit("chain", &chain, &chain.equal_links());
+    let eighth = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(0.03));
+    let (b, times) = (chain.equal_links(), [0.01, 0.1, 0.17]);
+    let exact = differentiate_explicitly(&chain, &b, &eighth, &times).unwrap();
+    let worst =
+        deviation(&b, &exact, |b| simulate_explicitly(&chain.build(b).unwrap(), &eighth, &times).unwrap().values);
+    println!("| chain | explicit, order 8, between steps | {worst:.1e} |");
+    assert!(worst < 1e-7, "chain, order 8: {worst:.2e}");
 }
 
 #[test]

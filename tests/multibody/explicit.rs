@@ -36,7 +36,7 @@ fn grid(count: usize, end: f64) -> Vec<f64> {
 }
 
 fn both() -> [fn(f64) -> Explicit; 2] {
-    [Explicit::dopri5, Explicit::dop853]
+    [Explicit::adaptive, Explicit::eighth_order]
 }
 
 fn oscillator_errors(settings: &Explicit, times: &[f64]) -> [f64; 2] {
@@ -69,7 +69,7 @@ fn orders_on_a_differential_equation_in_values_and_derivatives() {
 fn orders_on_a_constrained_pendulum() {
     let pendulum = Chain::horizontal(1).build(&[1.0, 1.0]).unwrap();
     let times = grid(5, 1.0);
-    let exact = simulate_explicitly(&pendulum, &Explicit::dop853(1e-14), &times).unwrap().values;
+    let exact = simulate_explicitly(&pendulum, &Explicit::eighth_order(1e-14), &times).unwrap().values;
     for (method, h) in both().into_iter().zip([0.025, 0.1]) {
         let error = |h: f64| {
             let run = simulate_explicitly(&pendulum, &method(1.0).with_pace(Pace::Fixed(h)), &times).unwrap();
@@ -97,7 +97,7 @@ fn dense_output_is_as_accurate_as_the_tolerance() {
 #[test]
 fn each_component_can_have_its_own_tolerance() {
     let tolerance = Tolerance { relative: vec![0.0], absolute: vec![1e-10, 1e-3] };
-    let settings = Explicit::dop853(1.0).with_pace(Pace::Adaptive { tolerance, longest: 1.0 });
+    let settings = Explicit::eighth_order(1.0).with_pace(Pace::Adaptive { tolerance, longest: 1.0 });
     assert!(oscillator_errors(&settings, &grid(10, 5.0))[0] < 1e-8);
     let tolerance = Tolerance { relative: vec![0.0], absolute: vec![1e-10; 3] };
     let settings = settings.with_pace(Pace::Adaptive { tolerance, longest: 1.0 });
@@ -149,8 +149,9 @@ impl Ode for DoublePendulum {
 #[test]
 fn a_double_pendulum_is_that_of_minimal_coordinates_with_its_derivatives() {
     let (b, times) = ([0.6, 0.4, 1.0, 2.0], grid(20, 1.0));
-    let ode = differentiate_ode(&DoublePendulum, &b, &Explicit::dop853(1e-13), &times).unwrap();
-    let mechanism = differentiate_explicitly(&Chain::horizontal(2), &b, &Explicit::dop853(1e-12), &times).unwrap();
+    let ode = differentiate_ode(&DoublePendulum, &b, &Explicit::eighth_order(1e-13), &times).unwrap();
+    let mechanism =
+        differentiate_explicitly(&Chain::horizontal(2), &b, &Explicit::eighth_order(1e-12), &times).unwrap();
     let angle = |o: usize, t: usize| ode.history.values[o][t];
     for t in 0..times.len() {
         let x = b[0] * angle(0, t).cos() + b[1] * angle(1, t).cos();
@@ -233,7 +234,8 @@ fn same_bits_for_any_number_of_threads() {
     let chain = Chain::horizontal(12);
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let derive = || differentiate_explicitly(&chain, &chain.equal_links(), &Explicit::dop853(1e-7), &[0.1, 0.4]);
+        let derive =
+            || differentiate_explicitly(&chain, &chain.equal_links(), &Explicit::eighth_order(1e-7), &[0.1, 0.4]);
         pool.install(derive).unwrap()
     };
     let one = run(1);
@@ -268,24 +270,24 @@ impl Ode for Explosion {
 #[test]
 fn what_cannot_be_integrated_is_named_with_its_time() {
     let zero_mass = Chain::horizontal(2).build(&[1.0, 1.0, 0.0, 1.0]).unwrap();
-    let error = simulate_explicitly(&zero_mass, &Explicit::dop853(1e-8), &[1.0]).unwrap_err().to_string();
+    let error = simulate_explicitly(&zero_mass, &Explicit::eighth_order(1e-8), &[1.0]).unwrap_err().to_string();
     assert!(error.contains("link 1") && error.contains("mass is 0 kg"), "{error}");
 
     let mut m = Mechanism::<f64>::with_gravity(9.81, 0.0);
     let ball = m.point_mass("ball", 1.0, 0.0, 0.0);
     m.add("trap", Trap, &[ball.x], &[0.5]);
-    for pace in [Pace::Fixed(1e-2), Explicit::dop853(1e-8).pace] {
-        let settings = Explicit::dop853(1.0).with_pace(pace);
+    for pace in [Pace::Fixed(1e-2), Explicit::eighth_order(1e-8).pace] {
+        let settings = Explicit::eighth_order(1.0).with_pace(pace);
         let error = simulate_explicitly(&m, &settings, &[2.0]).unwrap_err().to_string();
         assert!(error.contains("trap") && error.contains("t = "), "{error}");
     }
 
-    let error = integrate(&Explosion, &[], &Explicit::dop853(1e-8), &[2.0]).unwrap_err().to_string();
+    let error = integrate(&Explosion, &[], &Explicit::eighth_order(1e-8), &[2.0]).unwrap_err().to_string();
     assert!(error.contains("temperature") && error.contains("t = 1.0000") && error.contains("too small"), "{error}");
     for times in [&[1.0, 0.5][..], &[-1.0], &[f64::NAN]] {
-        assert!(integrate(&Oscillator, &DESIGN, &Explicit::dop853(1e-8), times).is_err());
+        assert!(integrate(&Oscillator, &DESIGN, &Explicit::eighth_order(1e-8), times).is_err());
     }
-    let short = Explicit::dop853(1.0).with_pace(Pace::Given(vec![0.1, 0.1]));
+    let short = Explicit::eighth_order(1.0).with_pace(Pace::Given(vec![0.1, 0.1]));
     let error = integrate(&Oscillator, &DESIGN, &short, &[1.0]).unwrap_err().to_string();
     assert!(error.contains("given steps"), "{error}");
 }

@@ -52,7 +52,7 @@ fn implicit_steps_of_a_constrained_pendulum_are_of_second_order() {
 
 #[test]
 fn dormand_prince_steps_are_of_fifth_order() {
-    let fixed = |h: f64| Explicit::dopri5(1.0).with_pace(Pace::Fixed(h));
+    let fixed = |h: f64| Explicit::adaptive(1.0).with_pace(Pace::Fixed(h));
     let oscillator = Absorber.build(&DESIGN).unwrap();
     let times: Vec<f64> = (1..=15).map(|k| 0.8 * f64::from(k)).collect();
     let error = |h: f64| {
@@ -67,6 +67,23 @@ fn dormand_prince_steps_are_of_fifth_order() {
     let error = |h: f64| (simulate_explicitly(&pendulum, &fixed(h), &[1.0]).unwrap().values[0][0] - exact).abs();
     let measured = order(error(0.05), error(0.025));
     assert!(measured > 4.5, "pendulum {measured}");
+}
+
+#[test]
+fn eighth_order_steps_and_their_dense_output() {
+    let fixed = |h: f64| Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+    let oscillator = Absorber.build(&DESIGN).unwrap();
+    let error = |h: f64, times: &[f64]| {
+        let run = simulate_explicitly(&oscillator, &fixed(h), times).unwrap();
+        let errors = run.values[0].iter().zip(times).map(|(y, &t)| (y - absorber(DESIGN[0], DESIGN[1], t)).abs());
+        errors.fold(0.0, f64::max)
+    };
+    let ends: Vec<f64> = (1..=7).map(|k| 2.0 * f64::from(k)).collect();
+    let measured = order(error(2.0, &ends), error(1.0, &ends));
+    assert!((measured - 8.0).abs() < 0.7, "{measured}");
+    let between: Vec<f64> = (1..=60).map(|k| 0.2 * f64::from(k) + 0.013).collect();
+    let measured = order(error(2.0, &between), error(1.0, &between));
+    assert!(measured > 7.0, "dense output {measured}");
 }
 
 /// First bending frequency of a pinned-pinned Euler–Bernoulli beam.

@@ -6,9 +6,10 @@ use linkwright::analysis::start::Assembly;
 use linkwright::analysis::statics::{Statics, equilibria};
 use linkwright::analysis::{Dynamics, simulate};
 use linkwright::multibody::elements::{BeamSection, Shear};
-use linkwright::multibody::mechanisms::{Andrews, Chain, SliderCrank};
+use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, SliderCrank};
 use linkwright::multibody::motion::ConstantSpeed;
 use linkwright::multibody::{Mechanism, Model};
+use linkwright::sensitivity::Transient;
 use linkwright::sensitivity::explicit::simulate_explicitly;
 
 #[test]
@@ -22,6 +23,8 @@ fn squeezer_reaches_its_published_angles() {
     assert!(implicit < 3e-5, "{implicit:.2e}");
     let explicit = error(simulate_explicitly(&mechanism, &Explicit::adaptive(1e-12), &[0.03]).unwrap().values);
     assert!(explicit < 1e-8, "{explicit:.2e}");
+    let eighth = error(simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-11), &[0.03]).unwrap().values);
+    assert!(eighth < 1e-8, "{eighth:.2e}");
 }
 
 #[test]
@@ -104,4 +107,27 @@ fn a_cantilever_rolls_up_to_a_circle() {
     // Half-way the exact half-circle has its tip at (0, 2L/π); the polygon of ten chords is off by its order h².
     let chord = 2.0 / std::f64::consts::PI;
     assert!((series[1][4] / chord - 1.0).abs() < 1e-2, "{} {chord}", series[1][4]);
+}
+
+/// The impact absorber of Table I through the engine: responses and sensitivities of the closed form on its grid.
+#[test]
+fn impact_absorber_has_its_closed_form() {
+    use linkwright::problem::{Analysis, Instant};
+    let times: Vec<f64> = (0..=100).map(|k| 0.12 * f64::from(k)).collect();
+    let analysis = Transient::new(Absorber, Explicit::eighth_order(1e-12), &times).unwrap();
+    let closed = |k: f64, c: f64, t: f64| {
+        let w = (k - 0.25 * c * c).sqrt();
+        (-0.5 * c * t).exp() * (w * t).sin() / w
+    };
+    let b = [0.3628, 0.4823];
+    let responses = analysis.analyze(&b).unwrap();
+    let wanted: Vec<Instant> = (0..=100).map(|point| Instant { response: 0, point }).collect();
+    let slopes = analysis.sensitivities(&b, &responses, &wanted).unwrap();
+    for (p, &t) in times.iter().enumerate() {
+        assert!((responses.values[0][p] - closed(b[0], b[1], t)).abs() < 1e-10, "{p}");
+        let e = 1e-3;
+        let difference = |h: f64| (closed(b[0] + h, b[1], t) - closed(b[0] - h, b[1], t)) / (2.0 * h);
+        let exact = (4.0 * difference(e / 2.0) - difference(e)) / 3.0;
+        assert!((slopes[(p, 0)] - exact).abs() < 1e-8, "{p}: {} {exact}", slopes[(p, 0)]);
+    }
 }

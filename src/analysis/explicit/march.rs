@@ -27,7 +27,8 @@ const EXPECTED_STEPS: usize = 1 << 14;
 impl<F: Flow> March<F> {
     /// From `settings.start` in the state `y` up to the last of `times`.
     pub fn new(flow: F, settings: &Explicit, y: Vec<f64>, times: &[f64]) -> Result<Self> {
-        settings.check(flow.size(), times)?;
+        settings.check(times)?;
+        settings.check_size(flow.size())?;
         let mut stepper = Stepper::new(flow, settings.method, settings.start, y)?;
         let end = times.last().copied().unwrap_or(settings.start);
         let next = match &settings.pace {

@@ -21,7 +21,7 @@ use crate::{Error, Result};
 ///         out[0] = -b[0] * y[0];
 ///     }
 /// }
-/// let history = integrate(&Decay, &[2.0], &Explicit::dop853(1e-10), &[0.5, 1.0]).unwrap();
+/// let history = integrate(&Decay, &[2.0], &Explicit::eighth_order(1e-10), &[0.5, 1.0]).unwrap();
 /// assert!((history.values[0][1] - (-2.0f64).exp()).abs() < 1e-10);
 /// ```
 pub trait Ode: Send + Sync {

@@ -2,6 +2,7 @@
 
 use super::DOP853;
 use super::tableau::{DOPRI5, Tableau};
+use crate::analysis::dynamics::check_times;
 use crate::analysis::start::Assembly;
 use crate::{Error, Result};
 
@@ -30,12 +31,7 @@ impl Tolerance {
         pick(&self.absolute) + pick(&self.relative) * size
     }
 
-    fn check(&self, size: usize) -> Result<()> {
-        for (name, values) in [("relative tolerances", &self.relative), ("absolute tolerances", &self.absolute)] {
-            if values.len() != 1 {
-                Error::check_length(name, size, values.len())?;
-            }
-        }
+    fn check(&self) -> Result<()> {
         for &x in &self.relative {
             Error::check_option("relative tolerance", "from 0 to 1", x, (0.0..1.0).contains(&x))?;
         }
@@ -63,7 +59,7 @@ pub enum Pace {
 }
 
 /// Settings of an explicit analysis.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Explicit {
     /// Start in s.
     pub start: f64,
@@ -76,20 +72,15 @@ pub struct Explicit {
 }
 
 impl Explicit {
-    /// Adaptive steps by the method for high accuracy, that of order 8.
+    /// Adaptive steps by Dormand and Prince's method of order 5.
     pub fn adaptive(tolerance: f64) -> Self {
-        Self::dop853(tolerance)
-    }
-
-    /// Order 8 with adaptive steps.
-    pub fn dop853(tolerance: f64) -> Self {
         let pace = Pace::Adaptive { tolerance: Tolerance::same(tolerance), longest: f64::INFINITY };
-        Self { start: 0.0, method: &DOP853, pace, assembly: Assembly::default() }
+        Self { start: 0.0, method: &DOPRI5, pace, assembly: Assembly::default() }
     }
 
-    /// Order 5 with adaptive steps.
-    pub fn dopri5(tolerance: f64) -> Self {
-        Self { method: &DOPRI5, ..Self::dop853(tolerance) }
+    /// Adaptive steps by the method of order 8: the cheaper one from about seven digits on.
+    pub fn eighth_order(tolerance: f64) -> Self {
+        Self { method: &DOP853, ..Self::adaptive(tolerance) }
     }
 
     /// The same with other steps.
@@ -97,14 +88,13 @@ impl Explicit {
         Self { pace, ..self }
     }
 
-    /// **Errors.** [`Error::Option`] or [`Error::Length`] if a setting does not fit `size` components,
-    /// [`Error::Definition`] if times are not increasing.
-    pub fn check(&self, size: usize, times: &[f64]) -> Result<()> {
+    /// **Errors.** [`Error::Option`] if a setting is out of range, [`Error::Definition`] if times are not increasing.
+    pub fn check(&self, times: &[f64]) -> Result<()> {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         match &self.pace {
             Pace::Fixed(h) => Error::check_option("time step", "positive", *h, positive(*h))?,
             Pace::Adaptive { tolerance, longest } => {
-                tolerance.check(size)?;
+                tolerance.check()?;
                 Error::check_option("longest step", "positive", *longest, *longest > 0.0)?;
             }
             Pace::Given(steps) => {
@@ -113,13 +103,20 @@ impl Explicit {
                 }
             }
         }
-        let first = times.first().copied().unwrap_or(self.start);
-        Error::check_option("first output time", "not before the start", first, first >= self.start)?;
-        if let Some(pair) = times.windows(2).find(|pair| !(pair[0] < pair[1])) {
-            let why = format!("{} s is followed by {} s", pair[0], pair[1]);
-            return Err(Error::definition("output times", why, "give increasing times"));
+        check_times(self.start, times)
+    }
+
+    /// **Errors.** [`Error::Length`] if there are tolerances for another number of components than `size`.
+    pub fn check_size(&self, size: usize) -> Result<()> {
+        if let Pace::Adaptive { tolerance, .. } = &self.pace {
+            for (name, values) in
+                [("relative tolerances", &tolerance.relative), ("absolute tolerances", &tolerance.absolute)]
+            {
+                if values.len() != 1 {
+                    Error::check_length(name, size, values.len())?;
+                }
+            }
         }
-        let last = times.last().copied().unwrap_or(self.start);
-        Error::check_option("last output time", "finite", last, last.is_finite())
+        Ok(())
     }
 }

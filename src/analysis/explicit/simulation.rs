@@ -54,7 +54,7 @@ pub(crate) fn start<'m>(
     times: &[f64],
     recorded: bool,
 ) -> Result<(March<MechanismFlow<'m>>, Start)> {
-    settings.check(2 * mechanism.coordinates.len(), times)?;
+    settings.check(times)?;
     let mut system = System::new(mechanism)?;
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;

@@ -16,7 +16,7 @@ pub const SLOTS: usize = 16;
 /// $$ y_0 + x\Delta + x(1-x)(hk_0-\Delta) + x^2(1-x)(2\Delta-hk_0-hk_e) + x^2(1-x)^2\,h\sum_j P_j(x)\sum_i d_{ji}k_i $$
 ///
 /// with P = 1, x, x(1−x), x²(1−x).
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub struct Tableau {
     /// Its usual name.
     pub name: &'static str,

@@ -1,34 +1,55 @@
 //! The runs behind the tables.
 
-use super::table::{Cell, Table};
 use crate::error::{Error, Result};
 use crate::library::{impact_absorber, slider_crank};
 use crate::problem::Problem;
+use crate::report::table::{Cell, Comparison, Printed, Table};
 use crate::sao::{Cycle, Method, State};
 
-/// A run with the table that it regenerates.
+/// A table of the paper, regenerated.
+pub struct Regenerated {
+    /// File stem: `table1`.
+    pub name: &'static str,
+    /// Ours, with the columns of the printed one.
+    pub table: Table,
+    /// The printed one.
+    pub printed: Printed,
+    /// Columns at the left that identify a row.
+    pub keys: usize,
+    /// What a reader must know: stand-ins, misprints, levels of rounding.
+    pub notes: Vec<&'static str>,
+    /// The run behind it; none for a table of data.
+    pub run: Option<Run>,
+}
+
+/// A run that has ended.
 pub struct Run {
     /// The problem.
     pub problem: Problem,
-    /// The run, ended.
+    /// Its last state, with the whole history.
     pub state: State,
-    /// Its table.
-    pub table: Table,
 }
 
-/// Names of the tables that can be regenerated, in order.
-pub const TABLES: [&str; 4] = ["table1", "table2", "table3", "table4"];
+impl Regenerated {
+    /// Ours beside the printed table, with the differences marked.
+    pub fn comparison(&self) -> Result<Comparison> {
+        self.table.beside(&self.printed, self.keys)
+    }
+}
 
 /// Told of every state of a run, with the name of its table.
 pub type Observer<'a> = dyn FnMut(&str, &State) + 'a;
 
-/// The run of a table, none for Table III, which is data; errors for a name that is no table.
-pub fn run(table: &str, observe: &mut Observer) -> Result<Option<Run>> {
+/// Names of the tables that can be regenerated, in order.
+pub const TABLES: [&str; 4] = ["table1", "table2", "table3", "table4"];
+
+/// Regenerates a table; errors for a name that is no table.
+pub fn regenerate(table: &str, observe: &mut Observer) -> Result<Regenerated> {
     match table {
-        "table1" => table1(observe).map(Some),
-        "table2" => table2(observe).map(Some),
-        "table3" => Ok(None),
-        "table4" => table4(observe).map(Some),
+        "table1" => table1(observe),
+        "table2" => table2(observe),
+        "table3" => table3(),
+        "table4" => table4(observe),
         other => {
             let remedy = format!("choose from {}", TABLES.join(", "));
             Err(Error::definition(format!("table `{other}`"), "it is not among the tables of this paper", remedy))
@@ -36,62 +57,110 @@ pub fn run(table: &str, observe: &mut Observer) -> Result<Option<Run>> {
     }
 }
 
-/// Table III: the desired path, as the problem uses it.
-pub fn table3() -> Result<Table> {
-    let point = |k: usize| {
-        let [x, y] = slider_crank::DESIRED[k];
-        vec![(k + 1).into(), x.into(), y.into(), slider_crank::ROTATIONS_DEG[k].into()]
-    };
-    let csv = include_str!("../../../papers/etman-1998/table3.csv");
-    Table::new("table3", "Table III. Path coordinates and prescribed timing", csv, (0..8).map(point).collect())
+/// A table with a row for each cycle.
+fn history(title: &str, columns: &[&str], state: &State, row: impl Fn(&Cycle) -> Vec<Cell>) -> Result<Table> {
+    let mut table = Table::new(title, columns.iter().copied());
+    for cycle in &state.history {
+        let key = [cycle.cycle.into(), if cycle.accepted { "y" } else { "n" }.into()];
+        table.push(key.into_iter().chain(row(cycle)))?;
+    }
+    Ok(table)
 }
 
-fn yes(cycle: &Cycle) -> Cell {
-    if cycle.accepted { "y" } else { "n" }.into()
-}
-
-fn table1(observe: &mut Observer) -> Result<Run> {
+fn table1(observe: &mut Observer) -> Result<Regenerated> {
     let problem = impact_absorber::peak_acceleration()?;
     let state = Method::default().solve(&problem, |s| observe("table1", s))?;
+    let columns = [
+        "cycle",
+        "accepted",
+        "active_move_limits",
+        "b1",
+        "b2",
+        "b3_objective",
+        "max_approximation_error_pct",
+        "max_violation_pct",
+    ];
     let row = |c: &Cycle| {
-        let design = c.design.iter().map(|&b| b.into());
-        let errors = [c.constraint_error_pct.into(), c.violation_pct.into()];
-        [c.cycle.into(), yes(c), c.active_limits.into()].into_iter().chain(design).chain(errors).collect()
+        let numbers = [c.design[0], c.design[1], c.design[2], c.constraint_error_pct, c.violation_pct];
+        std::iter::once(c.active_limits.into()).chain(numbers.map(Cell::from)).collect()
     };
-    let title = "Table I. Impact absorber, maximum acceleration";
-    let csv = include_str!("../../../papers/etman-1998/table1.csv");
-    let table = Table::new("table1", title, csv, state.history.iter().map(row).collect())?
-        .noting("Errors of cycles 4 and 5 are at the level of rounding and of the solver's tolerance.");
-    Ok(Run { problem, state, table })
+    Ok(Regenerated {
+        name: "table1",
+        table: history("Table I. Impact absorber, maximum acceleration", &columns, &state, row)?
+            .headed(["cycle", "ok", "mvlm", "b1", "b2", "b3 = F", "Eg [%]", "V [%]"])?,
+        printed: Printed::from_csv("table1.csv", include_str!("../../../papers/etman-1998/table1.csv"))?,
+        keys: 2,
+        notes: vec!["Errors and violations of cycles 4 and 5, below 1e-6 %, are at the level of rounding."],
+        run: Some(Run { problem, state }),
+    })
 }
 
-fn table2(observe: &mut Observer) -> Result<Run> {
+fn table2(observe: &mut Observer) -> Result<Regenerated> {
     let problem = impact_absorber::comfort()?;
     let state = Method::default().solve(&problem, |s| observe("table2", s))?;
+    let columns = [
+        "cycle",
+        "accepted",
+        "b1",
+        "b2",
+        "objective_error_pct",
+        "max_approximation_error_pct",
+        "max_violation_pct",
+        "objective",
+    ];
     let row = |c: &Cycle| {
-        let numbers =
-            [c.design[0], c.design[1], c.objective_error_pct, c.constraint_error_pct, c.violation_pct, c.objective];
-        [c.cycle.into(), yes(c)].into_iter().chain(numbers.map(Cell::from)).collect()
+        let errors = [c.objective_error_pct, c.constraint_error_pct, c.violation_pct];
+        [c.design[0], c.design[1]].into_iter().chain(errors).chain([c.objective]).map(Cell::from).collect()
     };
-    let title = "Table II. Impact absorber, comfort criterion";
-    let csv = include_str!("../../../papers/etman-1998/table2.csv");
-    let table = Table::new("table2", title, csv, state.history.iter().map(row).collect())?
-        .noting("Cycle 2: the paper's b2 = 0.6640 is a misprint; its own move limit and F = 0.06949 belong to 0.6440.")
-        .noting("Cycles 7 and 8: errors and violations below 1e-6 % are rounding.");
-    Ok(Run { problem, state, table })
+    Ok(Regenerated {
+        name: "table2",
+        table: history("Table II. Impact absorber, comfort criterion", &columns, &state, row)?
+            .headed(["cycle", "ok", "b1", "b2", "Ef [%]", "Eg [%]", "V [%]", "F"])?,
+        printed: Printed::from_csv("table2.csv", include_str!("../../../papers/etman-1998/table2.csv"))?,
+        keys: 2,
+        notes: vec![
+            "Cycle 2: the printed b2 = 0.6640 is a misprint; its move limit and F = 0.06949 belong to 0.6440.",
+            "Cycles 5 and 6: E_f is a small difference; 1.5e-5 in the b2 that ends cycle 4 (a flat minimum) makes it.",
+            "Cycles 7 and 8: errors and violations below 1e-6 % are at the level of rounding.",
+        ],
+        run: Some(Run { problem, state }),
+    })
 }
 
-fn table4(observe: &mut Observer) -> Result<Run> {
+fn table3() -> Result<Regenerated> {
+    let title = "Table III. Path coordinates and prescribed timing of the slider-crank (data)";
+    let mut table = Table::new(title, ["point", "x_desired", "y_desired", "crank_rotation_deg"]);
+    for (k, [x, y]) in slider_crank::DESIRED.into_iter().enumerate() {
+        table.push([(k + 1).into(), x.into(), y.into(), slider_crank::ROTATIONS_DEG[k].into()])?;
+    }
+    let printed = Printed::from_csv("table3.csv", include_str!("../../../papers/etman-1998/table3.csv"))?;
+    Ok(Regenerated { name: "table3", table, printed, keys: 1, notes: vec![], run: None })
+}
+
+fn table4(observe: &mut Observer) -> Result<Regenerated> {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START)?;
     let state = Method::default().solve(&problem, |s| observe("table4", s))?;
+    let columns =
+        ["cycle", "accepted", "active_move_limits", "max_variable_change_pct", "objective_error_pct", "objective"];
     let row = |c: &Cycle| {
         let numbers = [c.max_variable_change_pct, c.objective_error_pct, c.objective];
-        [c.cycle.into(), yes(c), c.active_limits.into()].into_iter().chain(numbers.map(Cell::from)).collect()
+        std::iter::once(c.active_limits.into()).chain(numbers.map(Cell::from)).collect()
     };
-    let title = "Table IV. Slider-crank mechanism, from a stand-in start";
-    let csv = include_str!("../../../papers/etman-1998/table4.csv");
-    let table = Table::new("table4", title, csv, state.history.iter().map(row).collect())?.noting(
-        "The paper does not print its start. Ours is a stand-in with F = 3505 (paper 3486), so digits cannot agree.",
-    );
-    Ok(Run { problem, state, table })
+    Ok(Regenerated {
+        name: "table4",
+        table: history("Table IV. Slider-crank mechanism, from a stand-in start", &columns, &state, row)?.headed([
+            "cycle",
+            "ok",
+            "mvlm",
+            "max Δb [%]",
+            "Ef [%]",
+            "F",
+        ])?,
+        printed: Printed::from_csv("table4.csv", include_str!("../../../papers/etman-1998/table4.csv"))?,
+        keys: 2,
+        notes: vec![
+            "The paper does not print its start. This stand-in has F = 3505 (paper 3486); digits cannot agree.",
+        ],
+        run: Some(Run { problem, state }),
+    })
 }

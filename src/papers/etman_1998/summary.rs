@@ -1,8 +1,9 @@
 //! The machine-readable account of a reproduction.
 
-use super::Run;
+use super::{Regenerated, Run};
 use crate::error::Result;
-use crate::sao::Counters;
+use crate::problem::DesignVariable;
+use crate::sao::{ActiveRow, Counters, Status};
 use serde::Serialize;
 
 /// Name and version of the schema of [`Summary`].
@@ -29,7 +30,7 @@ pub struct Entry {
     /// Problem.
     pub problem: String,
     /// Status of the run.
-    pub status: crate::sao::Status,
+    pub status: Status,
     /// The reason in words.
     pub reason: String,
     /// Accepted cycles.
@@ -46,10 +47,12 @@ pub struct Entry {
     pub design: Vec<Variable>,
     /// Constraints that hold the final design, by name and time, with their multipliers.
     pub active: Vec<Active>,
-    /// Cells of the table whose printed digits differ, as [row, column name].
-    pub differing_cells: Vec<(usize, String)>,
-    /// Remarks of the table.
-    pub notes: Vec<String>,
+    /// Printed values that have a counterpart of ours.
+    pub compared: usize,
+    /// Those of them whose printed digits differ.
+    pub differing: usize,
+    /// Remarks on the table.
+    pub notes: Vec<&'static str>,
 }
 
 /// A design variable of the final design.
@@ -73,30 +76,29 @@ pub struct Active {
 }
 
 impl Summary {
-    /// The summary of some runs.
-    pub fn of(runs: &[Run]) -> Self {
+    /// The summary of the runs behind some tables.
+    pub fn of(tables: &[Regenerated]) -> Result<Self> {
         let paper =
             "Etman, van Campen & Schoofs, Multibody System Dynamics 2 (1998) 393-415, doi:10.1023/A:1009780119839";
-        Self { schema: SCHEMA, paper, version: env!("CARGO_PKG_VERSION"), runs: runs.iter().map(Entry::of).collect() }
+        let entries = tables.iter().filter_map(|t| Entry::of(t).transpose());
+        Ok(Self { schema: SCHEMA, paper, version: env!("CARGO_PKG_VERSION"), runs: entries.collect::<Result<_>>()? })
     }
 
     /// As JSON text.
-    pub fn to_json(&self) -> Result<String> {
-        Ok(serde_json::to_string_pretty(self).expect("a summary holds numbers and strings only") + "\n")
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a summary holds finite numbers and strings only") + "\n"
     }
 }
 
 impl Entry {
-    fn of(run: &Run) -> Self {
-        let (state, problem, table) = (&run.state, &run.problem, &run.table);
-        let variable = |(v, &value): (&crate::problem::DesignVariable, &f64)| Variable {
-            name: v.name.clone(),
-            unit: v.unit.clone(),
-            value,
-        };
-        let active =
-            |a: &crate::sao::ActiveRow| Active { constraint: problem.row_in_words(a.row), multiplier: a.multiplier };
-        Self {
+    /// The entry of a table; none for a table of data.
+    fn of(table: &Regenerated) -> Result<Option<Self>> {
+        let Some(Run { problem, state }) = &table.run else { return Ok(None) };
+        let comparison = table.comparison()?;
+        let variable =
+            |(v, &value): (&DesignVariable, &f64)| Variable { name: v.name.clone(), unit: v.unit.clone(), value };
+        let active = |a: &ActiveRow| Active { constraint: problem.row_in_words(a.row), multiplier: a.multiplier };
+        Ok(Some(Self {
             table: table.name.to_owned(),
             problem: problem.name.clone(),
             status: state.status,
@@ -108,8 +110,9 @@ impl Entry {
             violation_pct: state.evaluation.max_violation_pct(),
             design: problem.variables.iter().zip(&state.design).map(variable).collect(),
             active: state.history.last().map_or(vec![], |c| c.active.iter().map(active).collect()),
-            differing_cells: table.differences().into_iter().map(|(r, c)| (r, table.columns[c].clone())).collect(),
+            compared: comparison.compared,
+            differing: comparison.differing,
             notes: table.notes.clone(),
-        }
+        }))
     }
 }

@@ -98,8 +98,8 @@ impl Axis {
         Self { labelled: false, ..self }
     }
 
-    /// Limits that hold the data with a margin of 4 %, or the given ones.
-    pub(crate) fn span(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
+    /// Limits that hold the data with a margin (relative to their width), or the given ones.
+    pub(crate) fn span(&self, values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] {
         if let Some(limits) = self.limits {
             return limits;
         }
@@ -107,13 +107,14 @@ impl Axis {
         let [low, high] = shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
         let (low, high) = if low > high { (0.0, 1.0) } else { (low, high) };
         let margin = match high - low {
-            width if width > 1e-12 * low.abs().max(high.abs()) => 0.04 * width,
+            width if width > 1e-12 * low.abs().max(high.abs()) => margin * width,
             _ if low == 0.0 || self.scale == Scale::Logarithmic => 1.0,
             _ => 0.1 * low.abs(),
         };
         match self.scale {
-            Scale::Linear => [low - margin, high + margin],
-            Scale::Logarithmic => [10f64.powf(low - margin), 10f64.powf(high + margin)],
+            // The differences of limits must stay finite, and so must the powers.
+            Scale::Linear => [(low - margin).max(-1e307), (high + margin).min(1e307)],
+            Scale::Logarithmic => [low - margin, high + margin].map(|v| 10f64.powf(v.clamp(-307.0, 307.0))),
         }
     }
 

@@ -1,17 +1,16 @@
-//! The scale of colours beside a field.
+//! The scale of colours beside the fields.
 
 use super::mark::{Anchor, Stroke};
 use super::panel::ColourBar;
 use super::svg::{Area, Lettering, Svg};
 use super::ticks::Ticks;
-use super::{Colour, Panel, markup, style};
+use super::{Colour, markup, style};
 
 const WIDTH: f64 = 8.0;
 const DISTANCE: f64 = 8.0;
 
-/// The room that the bar, its numbers and its label need to the right of the frame.
-pub(crate) fn room(panel: &Panel) -> f64 {
-    let Some(bar) = &panel.colour_bar else { return 0.0 };
+/// The room that the bar, its numbers and its label need to the right of the frames.
+pub(crate) fn room(bar: &ColourBar) -> f64 {
     DISTANCE + WIDTH + style::GAP + widest(&ticks(bar, 120.0)) + 1.6 * style::LABEL_SIZE
 }
 
@@ -21,7 +20,7 @@ pub(crate) fn draw(svg: &mut Svg, bar: &ColourBar, beside: Area) {
     let step = area.height / STEPS as f64;
     for k in 0..STEPS {
         let cell = Area { top: area.bottom() - step * (k + 1) as f64, height: step, ..area };
-        svg.cell(cell, bar.map.at((k as f64 + 0.5) / STEPS as f64));
+        svg.cells(&[cell], bar.map.at((k as f64 + 0.5) / STEPS as f64));
     }
     let line = Stroke::solid(Colour::BLACK, style::FRAME_WIDTH);
     let (l, r, t, b) = (area.left, area.right(), area.top, area.bottom());

@@ -25,8 +25,10 @@ pub fn round_levels(grid: &Grid, count: usize) -> Vec<f64> {
         return Vec::new();
     }
     let step = super::ticks::round_step((high - low) / count.max(1) as f64);
-    let first = (low / step).floor() as i64 + 1;
-    (first..).map(|k| k as f64 * step).take_while(|&level| level < high).collect()
+    super::ticks::multiples(step, low, high)
+        .into_iter()
+        .filter(|level| (low..high).contains(level) && *level > low)
+        .collect()
 }
 
 /// An edge of the grid from `(i, j)` to its right or, if `up`, to its upper neighbour.

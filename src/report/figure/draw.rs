@@ -3,7 +3,7 @@
 use super::mark::{Anchor, Kind, Marker, Stroke, Symbol};
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
-use super::{Colour, ColourMap, Grid, Legend, Mark, Panel, bar, frame, legend, place, style};
+use super::{Colour, ColourMap, Grid, Legend, Mark, Panel, frame, legend, markup, place, style};
 
 /// A whole panel: what is cut at the frame, the frame, and what may touch it.
 pub(crate) fn panel(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
@@ -20,9 +20,7 @@ pub(crate) fn panel(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
     for mark in &panel.marks {
         over_the_frame(svg, mark, &view, &mut taken);
     }
-    if let Some(colour_bar) = &panel.colour_bar {
-        bar::draw(svg, colour_bar, area);
-    }
+    notes(svg, panel, &view, &taken);
     match panel.legend {
         _ if !panel.has_legend() => {}
         Legend::Absent => {}
@@ -71,6 +69,26 @@ fn over_the_frame(svg: &mut Svg, mark: &Mark, view: &View, taken: &mut Vec<[f64;
             }
         }
         _ => {}
+    }
+}
+
+/// Notes go last: they avoid everything else, and one that would cover another is left out.
+fn notes(svg: &mut Svg, panel: &Panel, view: &View, taken: &[[f64; 2]]) {
+    let notes = panel.marks.iter().filter_map(|mark| match &mark.kind {
+        Kind::Note { at, text } => view.place(*at).filter(|&p| view.area.contains(p)).map(|p| (p, text)),
+        _ => None,
+    });
+    let mut busy: Option<Vec<[f64; 2]>> = None;
+    let mut written: Vec<Area> = Vec::new();
+    for (at, text) in notes {
+        let busy =
+            busy.get_or_insert_with(|| place::busy(panel, view).into_iter().chain(taken.iter().copied()).collect());
+        let width = markup::width(text, style::TICK_SIZE);
+        if let Some(spot) = place::beside(at, width, style::TICK_SIZE, busy, &written, view) {
+            let style = Lettering { rim: true, ..Lettering::new(style::TICK_SIZE, Anchor::Start) };
+            svg.text([spot.left, spot.bottom()], text, style);
+            written.push(spot);
+        }
     }
 }
 
@@ -140,14 +158,14 @@ fn draw_symbol(svg: &mut Svg, [x, y]: [f64; 2], symbol: Symbol) {
     }
 }
 
-/// Cells finer than a point or two, neighbours of one shade joined.
+/// Cells of about a point, neighbours of one shade joined.
 fn field(svg: &mut Svg, grid: &Grid, map: ColourMap, range: [f64; 2], view: &View) {
     const SHADES: f64 = 48.0;
     let ends = |axis: &[f64]| [axis[0], axis[axis.len() - 1]];
     let ([x0, x1], [y0, y1]) = (ends(grid.x()), ends(grid.y()));
     let (Some([left, bottom]), Some([right, top])) = (view.place([x0, y0]), view.place([x1, y1])) else { return };
     let columns = ((right - left) / 0.8).ceil().clamp(1.0, 600.0) as usize;
-    let rows = ((bottom - top) / 1.6).ceil().clamp(1.0, 400.0) as usize;
+    let rows = ((bottom - top) / 1.4).ceil().clamp(1.0, 400.0) as usize;
     let shade = |i: usize, j: usize| {
         let part = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
         let value = grid.interpolate(x0 + (x1 - x0) * part(i, columns), y0 + (y1 - y0) * part(j, rows));
@@ -155,21 +173,20 @@ fn field(svg: &mut Svg, grid: &Grid, map: ColourMap, range: [f64; 2], view: &Vie
         value.is_finite().then(|| (fraction.clamp(0.0, 1.0) * SHADES).round() as u32)
     };
     let (width, height) = ((right - left) / columns as f64, (bottom - top) / rows as f64);
+    let mut cells: std::collections::BTreeMap<u32, Vec<Area>> = std::collections::BTreeMap::new();
     for j in 0..rows {
         let row: Vec<_> = (0..columns).map(|i| shade(i, j)).collect();
         let mut start = 0;
         for run in row.chunk_by(|a, b| a == b) {
             if let Some(shade) = run[0] {
-                let cell = Area {
-                    left: left + width * start as f64,
-                    top: bottom - height * (j + 1) as f64,
-                    width: width * run.len() as f64,
-                    height,
-                };
-                svg.cell(cell, map.at(f64::from(shade) / SHADES));
+                let (left, top) = (left + width * start as f64, bottom - height * (j + 1) as f64);
+                cells.entry(shade).or_default().push(Area { left, top, width: width * run.len() as f64, height });
             }
             start += run.len();
         }
+    }
+    for (shade, cells) in cells {
+        svg.cells(&cells, map.at(f64::from(shade) / SHADES));
     }
 }
 

@@ -85,7 +85,7 @@ impl Grid {
 }
 
 /// `count` equally spaced numbers from end to end.
-pub(crate) fn spaced([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+fn spaced([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     (0..count).map(|k| low + (high - low) * k as f64 / (count.max(2) - 1) as f64).collect()
 }
 

@@ -20,36 +20,50 @@ fn entries(panel: &Panel) -> Vec<(&str, Vec<&Mark>)> {
     entries
 }
 
-fn entry_width(panel: &Panel) -> f64 {
-    let widest = entries(panel).iter().map(|(name, _)| markup::width(name, SIZE)).fold(0.0, f64::max);
-    style::LEGEND_SAMPLE + 4.0 + widest
+fn entry_width(name: &str) -> f64 {
+    style::LEGEND_SAMPLE + 4.0 + markup::width(name, SIZE)
 }
 
-fn columns_below(panel: &Panel, width: f64) -> usize {
-    ((width / (entry_width(panel) + 8.0)) as usize).clamp(1, entries(panel).len().max(1))
+const BETWEEN_COLUMNS: f64 = 9.0;
+const EDGE: f64 = 4.0;
+
+/// The widths of as many columns as fit; entries run from left to right.
+fn columns_below(panel: &Panel, width: f64) -> Vec<f64> {
+    let widths: Vec<f64> = entries(panel).iter().map(|(name, _)| entry_width(name)).collect();
+    let columns = |count: usize| -> Vec<f64> {
+        (0..count).map(|c| widths.iter().skip(c).step_by(count).copied().fold(0.0, f64::max)).collect()
+    };
+    let fits = |columns: &Vec<f64>| {
+        columns.iter().map(|w| w + BETWEEN_COLUMNS).sum::<f64>() - BETWEEN_COLUMNS <= width - 2.0 * EDGE
+    };
+    (1..=widths.len().min(4)).rev().map(columns).find(fits).unwrap_or_else(|| columns(1))
 }
 
-/// The height of the legend under a frame of the given width.
+/// The height of the legend under a panel of the given outer width.
 pub(crate) fn height_below(panel: &Panel, width: f64) -> f64 {
-    entries(panel).len().div_ceil(columns_below(panel, width)) as f64 * style::LEGEND_LINE
+    entries(panel).len().div_ceil(columns_below(panel, width).len()) as f64 * style::LEGEND_LINE
 }
 
 pub(crate) fn below(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
-    let columns = columns_below(panel, area.width);
-    let top = outer.bottom() - height_below(panel, area.width) - 2.0;
-    let width = (area.width / columns as f64).min(entry_width(panel) + 14.0);
-    let left = area.left + (area.width - width * columns as f64) / 2.0;
+    let columns = columns_below(panel, outer.width);
+    let top = outer.bottom() - height_below(panel, outer.width) - 2.0;
+    let total = columns.iter().map(|w| w + BETWEEN_COLUMNS).sum::<f64>() - BETWEEN_COLUMNS;
+    // Centred under the frame, unless that would leave the paper.
+    let middle = area.left + area.width / 2.0;
+    let left = (middle - total / 2.0).min(outer.right() - EDGE - total).max(outer.left + EDGE);
     for (k, (name, marks)) in entries(panel).into_iter().enumerate() {
-        let at = [left + width * (k % columns) as f64, top + style::LEGEND_LINE * (k / columns) as f64];
-        entry(svg, at, name, &marks);
+        let (row, column) = (k / columns.len(), k % columns.len());
+        let x = left + columns[..column].iter().map(|w| w + BETWEEN_COLUMNS).sum::<f64>();
+        entry(svg, [x, top + style::LEGEND_LINE * row as f64], name, &marks);
     }
 }
 
 /// In the corner where it covers the fewest points of the curves.
 pub(crate) fn inside(svg: &mut Svg, panel: &Panel, view: &View) {
     let entries = entries(panel);
-    let (width, height) = (entry_width(panel) + 7.0, style::LEGEND_LINE * entries.len() as f64 + 4.0);
-    let busy = busy_points(panel, view);
+    let widest = entries.iter().map(|(name, _)| entry_width(name)).fold(0.0, f64::max);
+    let (width, height) = (widest + 7.0, style::LEGEND_LINE * entries.len() as f64 + 4.0);
+    let busy = super::place::busy(panel, view);
     let area = view.area;
     let (near, far) = (5.0, 5.0);
     let corners = [
@@ -93,27 +107,4 @@ fn sample(svg: &mut Svg, mark: &Mark, left: f64, y: f64) {
         }
         _ => {}
     }
-}
-
-/// Points all along what is drawn, about three points apart on paper.
-fn busy_points(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
-    let mut busy = Vec::new();
-    for mark in &panel.marks {
-        match &mark.kind {
-            Kind::Curves { curves, .. } => {
-                for piece in curves.iter().flat_map(|curve| view.place_curve(curve)) {
-                    busy.extend(super::place::along(&piece, 3.0).into_iter().map(|(at, _)| at));
-                }
-            }
-            // A marker or a text must not be hidden: it weighs as much as a long line.
-            Kind::Points { at, .. } => {
-                busy.extend(at.iter().filter_map(|&p| view.place(p)).flat_map(|p| std::iter::repeat_n(p, 12)));
-            }
-            Kind::Text { at, .. } | Kind::Symbol { at, .. } => {
-                busy.extend(view.place(*at).into_iter().flat_map(|p| std::iter::repeat_n(p, 12)));
-            }
-            _ => {}
-        }
-    }
-    busy
 }

@@ -88,6 +88,7 @@ pub(crate) enum Kind {
     Points { at: Vec<[f64; 2]>, marker: Marker, colour: Colour, size: f64 },
     Hatching { curves: Vec<Vec<[f64; 2]>>, stroke: Stroke, length: f64 },
     Text { at: [f64; 2], text: String, anchor: Anchor, offset: [f64; 2], colour: Colour, size: f64 },
+    Note { at: [f64; 2], text: String },
     ContourLabel { curves: Vec<Vec<[f64; 2]>>, text: String, colour: Colour },
     Field { grid: Grid, map: ColourMap, range: [f64; 2] },
     Symbol { at: [f64; 2], symbol: Symbol },
@@ -157,6 +158,11 @@ impl Mark {
         Self::of(Kind::Text { at, text: text.into(), anchor, offset, colour, size })
     }
 
+    /// A text near a point, on the side where it covers least; left out where it would cover another one.
+    pub fn note(at: [f64; 2], text: impl Into<String>) -> Self {
+        Self::of(Kind::Note { at, text: text.into() })
+    }
+
     /// A label in a gap of the longest of the curves, where there is room.
     pub fn contour_label(curves: Vec<Vec<[f64; 2]>>, text: impl Into<String>, colour: Colour) -> Self {
         Self::of(Kind::ContourLabel { curves, text: text.into(), colour })
@@ -178,7 +184,7 @@ impl Mark {
             Kind::Curves { curves, .. } | Kind::Hatching { curves, .. } => curves.concat(),
             Kind::Region { outline, .. } => outline.clone(),
             Kind::Points { at, .. } => at.clone(),
-            Kind::Text { at, .. } | Kind::Symbol { at, .. } => vec![*at],
+            Kind::Text { at, .. } | Kind::Note { at, .. } | Kind::Symbol { at, .. } => vec![*at],
             Kind::ContourLabel { .. } => Vec::new(),
             Kind::Field { grid, .. } => {
                 let (x, y) = (grid.x(), grid.y());

@@ -42,7 +42,6 @@ pub use mark::{Anchor, Dash, Mark, Marker, Stroke, Symbol};
 pub use markup::literal;
 pub use panel::{ColourBar, Legend, Panel};
 
-pub(crate) use grid::spaced;
 pub(crate) use raster::pixels;
 pub(crate) use ticks::short;
 
@@ -59,12 +58,13 @@ pub struct Figure {
     height: f64,
     columns: usize,
     panels: Vec<Panel>,
+    colour_bar: Option<ColourBar>,
 }
 
 impl Figure {
     /// An empty figure; width and height in millimetres.
     pub fn new(description: impl Into<String>, width: f64, height: f64) -> Self {
-        Self { description: description.into(), width, height, columns: 1, panels: Vec::new() }
+        Self { description: description.into(), width, height, columns: 1, panels: Vec::new(), colour_bar: None }
     }
 
     /// The same figure with one more panel, to the right of the last or below it.
@@ -76,6 +76,16 @@ impl Figure {
     /// The same figure with its panels in the given number of columns.
     pub fn in_columns(self, columns: usize) -> Self {
         Self { columns: columns.max(1), ..self }
+    }
+
+    /// The same figure with a scale of colours on its right.
+    pub fn with_colour_bar(self, bar: ColourBar) -> Self {
+        Self { colour_bar: Some(bar), ..self }
+    }
+
+    /// The same figure in another size; width and height in millimetres.
+    pub fn sized(self, width: f64, height: f64) -> Self {
+        Self { width, height, ..self }
     }
 
     /// The panels, row by row.
@@ -98,10 +108,19 @@ impl Figure {
         let outers: Vec<Area> = (0..self.panels.len()).map(|k| self.outer(k)).collect();
         let margins: Vec<Margins> =
             self.panels.iter().zip(&outers).map(|(panel, &outer)| Margins::around(panel, outer)).collect();
+        let mut insides: Vec<Area> = Vec::with_capacity(self.panels.len());
         for (k, panel) in self.panels.iter().enumerate() {
             let column = margins.iter().skip(k % self.columns).step_by(self.columns);
             let aligned = column.fold(margins[k], |all, &other| all.union(other));
-            draw::panel(&mut svg, panel, aligned.inside(outers[k]), outers[k]);
+            insides.push(aligned.inside(outers[k]));
+            draw::panel(&mut svg, panel, insides[k], outers[k]);
+        }
+        if let (Some(bar), Some(first), Some(last)) = (&self.colour_bar, insides.first(), insides.last()) {
+            bar::draw(
+                &mut svg,
+                bar,
+                Area { height: last.bottom() - first.top, left: last.left, width: last.width, ..*first },
+            );
         }
         Ok(svg.finish(self.width, self.height, &markup::plain(&self.description)))
     }
@@ -113,11 +132,31 @@ impl Figure {
         raster::png(&self.svg()?, resolution)
     }
 
+    /// Writes `name.svg` and `name.png` (300 pixels per inch) into a folder that exists.
+    ///
+    /// **Errors.** As [`Figure::svg`], and [`Error::File`] if a file cannot be written.
+    pub fn save(&self, folder: &std::path::Path, name: &str) -> Result<()> {
+        let write = |extension: &str, bytes: &[u8]| {
+            let file = folder.join(format!("{name}.{extension}"));
+            std::fs::write(&file, bytes).map_err(|e| Error::File {
+                file: file.display().to_string(),
+                why: e.to_string(),
+                remedy: "give a folder that exists and can be written".to_owned(),
+            })
+        };
+        let svg = self.svg()?;
+        write("svg", svg.as_bytes())?;
+        write("png", &raster::png(&svg, 300.0)?)
+    }
+
     fn outer(&self, k: usize) -> Area {
-        let rows = self.panels.len().div_ceil(self.columns);
-        let width = self.width * style::POINTS_PER_MM / self.columns as f64;
-        let height = self.height * style::POINTS_PER_MM / rows as f64;
-        Area { left: width * (k % self.columns) as f64, top: height * (k / self.columns) as f64, width, height }
+        let bar = self.colour_bar.as_ref().map_or(0.0, bar::room);
+        let width = (self.width * style::POINTS_PER_MM - bar) / self.columns as f64;
+        let shares: Vec<f64> = self.panels.chunks(self.columns).map(|row| row[0].share).collect();
+        let unit = self.height * style::POINTS_PER_MM / shares.iter().sum::<f64>();
+        let (row, column) = (k / self.columns, k % self.columns);
+        let top = unit * shares[..row].iter().sum::<f64>();
+        Area { left: width * column as f64, top, width, height: unit * shares[row] }
     }
 
     fn check(&self) -> Result<()> {
@@ -125,6 +164,10 @@ impl Figure {
             Error::check_option(option, "from 10 to 2000 mm", size, (10.0..=2000.0).contains(&size))?;
         }
         check::not_empty("panels of the figure", self.panels.len())?;
+        for panel in &self.panels {
+            let share = panel.share;
+            Error::check_option("share of a panel", "positive and finite", share, share > 0.0 && share.is_finite())?;
+        }
         for axis in self.panels.iter().flat_map(|panel| [&panel.x, &panel.y]) {
             let [low, high] = axis.limits.unwrap_or([1.0, 2.0]);
             let positive = axis.scale == Scale::Linear || low > 0.0;
@@ -135,5 +178,110 @@ impl Figure {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use resvg::{tiny_skia::Pixmap, usvg};
+
+    fn everything() -> Figure {
+        let grid = Grid::sample([0.1, 2.0], [0.1, 2.0], [20, 20], |x, y| x * y).unwrap();
+        let line = Stroke::solid(Colour::BLACK, 1.0);
+        let mut panel = Panel::new(Axis::new("*b*_1 & <more>", "N/m"), Axis::new("*σ*", "Pa").logarithmic());
+        panel.add(Mark::field(grid.clone(), ColourMap::Sequential, [0.0, 4.0]));
+        panel.add(Mark::hatching(contour(&grid, 1.0), line, 4.0).named("bound"));
+        panel.add(Mark::contour_label(contour(&grid, 2.0), "2", Colour::BLACK));
+        panel.add(Mark::rectangle([[0.5, 0.5], [1.0, 1.0]], line.dash(Dash::Dashed)));
+        panel.add(Mark::region([[0.5, 0.5], [1.0, 0.5], [1.0, 1.0]], Colour::SKY, 0.5).named("region"));
+        panel.add(Mark::curve([[0.2, 0.2], [1.0, -1.0], [f64::NAN, 1.0], [1.5, 0.3]], line).named("broken curve"));
+        let markers = [Marker::Circle, Marker::Disc, Marker::Square, Marker::Block, Marker::Diamond];
+        for (k, marker) in markers.into_iter().chain([Marker::Down, Marker::Cross, Marker::Plus]).enumerate() {
+            panel.add(Mark::points([[0.2 * (k + 1) as f64, 0.4]], marker, Colour::of_series(k), 4.0));
+        }
+        for symbol in [Symbol::Joint, Symbol::GroundJoint, Symbol::Slider(0.3)] {
+            panel.add(Mark::symbol([1.0, 1.0], symbol));
+        }
+        panel.add(Mark::note([1.0, 1.0], "a note")).add(Mark::text([0.3, 1.0], "a text", Anchor::End, [0.0, 4.0]));
+        let bar = ColourBar { quantity: Quantity::new("stress", "Pa"), map: ColourMap::Sequential, range: [0.0, 4.0] };
+        Figure::new("Everything *at* once", 85.0, 120.0)
+            .with(panel.clone())
+            .with(panel.legend(Legend::Below))
+            .with_colour_bar(bar)
+    }
+
+    #[test]
+    fn svg_is_well_formed_and_holds_its_texts() {
+        let svg = everything().svg().unwrap();
+        usvg::roxmltree::Document::parse(&svg).unwrap();
+        for text in ["Everything at once", "&amp; &lt;more&gt;", "broken curve", "a note", "a text", "stress"] {
+            assert!(svg.contains(text), "{text} is missing");
+        }
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+
+    #[test]
+    fn png_has_the_size_of_the_paper_and_ink_on_it() {
+        let pixmap = Pixmap::decode_png(&everything().png(144.0).unwrap()).unwrap();
+        let expected = [85.0, 120.0].map(|mm: f64| mm / 25.4 * 144.0);
+        assert!((f64::from(pixmap.width()) - expected[0]).abs() <= 1.0);
+        assert!((f64::from(pixmap.height()) - expected[1]).abs() <= 1.0);
+        let dark = pixmap.pixels().iter().filter(|p| p.red() < 100 && p.green() < 100).count();
+        assert!(dark > 2000, "{dark} dark pixels");
+    }
+
+    #[test]
+    fn text_is_painted_without_any_font_of_the_machine() {
+        let panel = |name: &str| Panel::new(Axis::new(name, ""), Axis::new("", ""));
+        let ink = |name: &str| {
+            let png = Figure::new("", 85.0, 60.0).with(panel(name)).png(144.0).unwrap();
+            Pixmap::decode_png(&png).unwrap().pixels().iter().filter(|p| p.red() < 100).count()
+        };
+        assert!(ink("*b*_1 Ωσ² [N m^{-1}]") > ink("") + 100);
+    }
+
+    #[test]
+    fn both_files_are_saved_and_a_missing_folder_is_an_error() {
+        let folder = std::env::temp_dir().join(format!("linkwright-figure-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        everything().save(&folder, "all").unwrap();
+        assert!(std::fs::read(folder.join("all.png")).unwrap().starts_with(b"\x89PNG"));
+        assert!(std::fs::read_to_string(folder.join("all.svg")).unwrap().starts_with("<svg"));
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(matches!(everything().save(&folder, "all"), Err(Error::File { .. })));
+    }
+
+    #[test]
+    fn extreme_numbers_are_drawn_or_left_out() {
+        let line = Stroke::solid(Colour::BLACK, 1.0);
+        let ends = [f64::MAX, f64::MIN, f64::MIN_POSITIVE, 5e-324, 0.0, 1e16, 1e16 + 2.0, f64::INFINITY, f64::NAN];
+        for (a, b) in ends.iter().flat_map(|a| ends.iter().map(move |b| (*a, *b))) {
+            for logarithmic in [false, true] {
+                let axis =
+                    |name: &str| if logarithmic { Axis::new(name, "").logarithmic() } else { Axis::new(name, "") };
+                let mut panel = Panel::new(axis("x"), axis("y"));
+                panel.add(Mark::curve([[a, b], [b, a], [a, a]], line).named("extreme")).add(Mark::note([a, b], "here"));
+                panel.add(Mark::hatching(vec![vec![[a, b], [b, a]]], line, 4.0));
+                let svg = Figure::new("", 85.0, 60.0).with(panel).svg().unwrap();
+                usvg::roxmltree::Document::parse(&svg).unwrap();
+                assert!(svg.len() < 100_000 && !svg.contains("NaN\"") && !svg.contains("inf\""), "{a} {b}: {svg}");
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_figures_are_refused() {
+        let panel = || Panel::new(Axis::new("x", ""), Axis::new("y", ""));
+        assert!(Figure::new("no panel", 85.0, 60.0).svg().is_err());
+        assert!(Figure::new("too small", 1.0, f64::NAN).with(panel()).svg().is_err());
+        assert!(Figure::new("too fine", 85.0, 60.0).with(panel()).png(1e9).is_err());
+        for limits in [[1.0, 1.0], [f64::NAN, 2.0], [2.0, 1.0], [0.0, f64::INFINITY]] {
+            let x = Axis::new("x", "").limits(limits[0], limits[1]);
+            assert!(Figure::new("limits", 85.0, 60.0).with(Panel::new(x, Axis::new("y", ""))).svg().is_err());
+        }
+        let zero = Panel::new(Axis::new("x", "").logarithmic().limits(0.0, 1.0), Axis::new("y", ""));
+        assert!(Figure::new("zero on a logarithmic scale", 85.0, 60.0).with(zero).svg().is_err());
+        assert!(Figure::new("empty axes are fine", 85.0, 60.0).with(panel()).svg().is_ok());
     }
 }

@@ -39,8 +39,8 @@ pub struct Panel {
     pub equal: bool,
     /// Whether the frame with its ticks is drawn.
     pub framed: bool,
-    /// A scale of colours on the right.
-    pub colour_bar: Option<ColourBar>,
+    /// Its part of the height of the figure, relative to that of the other rows.
+    pub share: f64,
     pub(crate) marks: Vec<Mark>,
 }
 
@@ -54,7 +54,7 @@ impl Panel {
             legend: Legend::Inside,
             equal: false,
             framed: true,
-            colour_bar: None,
+            share: 1.0,
             marks: Vec::new(),
         }
     }
@@ -84,6 +84,11 @@ impl Panel {
     /// The same panel with one unit as long on both axes.
     pub fn equal(self) -> Self {
         Self { equal: true, ..self }
+    }
+
+    /// The same panel with another part of the height.
+    pub fn share(self, share: f64) -> Self {
+        Self { share, ..self }
     }
 
     /// The same panel without frame, ticks and labels.

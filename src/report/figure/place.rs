@@ -1,21 +1,75 @@
-//! Where the label of a contour stands.
+//! Where notes and the labels of contours stand.
 
 use super::mark::{Anchor, Kind};
-use super::svg::{Lettering, Svg};
+use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{Colour, Panel, markup, style};
 
-/// Points of the paper that a label should leave free: markers, texts, signs.
+/// Points of the paper that a label should leave free: markers, texts, signs, hatched bounds.
 pub(crate) fn taken(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     let mut taken = Vec::new();
     for mark in &panel.marks {
         match &mark.kind {
             Kind::Points { at, .. } => taken.extend(at.iter().filter_map(|&p| view.place(p))),
+            Kind::Hatching { curves, .. } => {
+                let pieces = curves.iter().flat_map(|curve| view.place_curve(curve));
+                taken.extend(pieces.flat_map(|piece| along(&piece, 4.0)).map(|(at, _)| at));
+            }
             Kind::Text { at, .. } | Kind::Symbol { at, .. } => taken.extend(view.place(*at)),
             _ => {}
         }
     }
     taken
+}
+
+/// Points all along what is drawn, a point or two apart on paper; a marker or a text weighs as much as a long line.
+pub(crate) fn busy(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
+    const WEIGHT: usize = 20;
+    let mut busy = Vec::new();
+    for mark in &panel.marks {
+        match &mark.kind {
+            Kind::Curves { curves, .. } | Kind::Hatching { curves, .. } => {
+                for piece in curves.iter().flat_map(|curve| view.place_curve(curve)) {
+                    busy.extend(along(&piece, 1.5).into_iter().map(|(at, _)| at));
+                }
+            }
+            Kind::Points { at, .. } => {
+                busy.extend(at.iter().filter_map(|&p| view.place(p)).flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
+            }
+            Kind::Text { at, .. } | Kind::Symbol { at, .. } => {
+                busy.extend(view.place(*at).into_iter().flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
+            }
+            _ => {}
+        }
+    }
+    busy
+}
+
+/// Where a note of the given width beside `at` covers least; `None` if it would cover another note wherever it stands.
+pub(crate) fn beside(
+    at: [f64; 2],
+    width: f64,
+    size: f64,
+    busy: &[[f64; 2]],
+    notes: &[Area],
+    view: &View,
+) -> Option<Area> {
+    let height = 0.75 * size;
+    let spot = |k: usize| {
+        let distance = if k < 16 { 4.0 } else { 8.0 };
+        let (s, c) = (k as f64 * std::f64::consts::TAU / 16.0).sin_cos();
+        let middle = [at[0] + c * (distance + width / 2.0), at[1] - s * (distance + height / 2.0)];
+        Area { left: middle[0] - width / 2.0, top: middle[1] - height / 2.0, width, height }
+    };
+    let cost = |k: usize| {
+        let rim = spot(k).grown(2.5);
+        let covered = busy.iter().filter(|&&p| rim.contains(p)).count();
+        let inside = view.area.contains([rim.left, rim.top]) && view.area.contains([rim.right(), rim.bottom()]);
+        3 * covered + usize::from(!inside) * 30 + usize::from(k >= 16)
+    };
+    // To the upper right first, as in a map.
+    let order = (0..32).map(|k| (k & 16) | ((k + 2) & 15));
+    order.filter(|&k| !notes.iter().any(|note| note.overlaps(spot(k)))).min_by_key(|&k| cost(k)).map(spot)
 }
 
 /// Places on a polyline `step` points apart, with the direction there.
@@ -58,8 +112,8 @@ pub(crate) fn contour_label(
             if edge < 3.0 || chord < 0.93 {
                 continue;
             }
-            let free = taken.iter().map(|&p| distance(p, at)).fold(60.0, f64::min);
-            let score = free.min(60.0) + 0.3 * edge.min(30.0) + 200.0 * chord;
+            let free = taken.iter().map(|&p| distance(p, at)).fold(45.0, f64::min);
+            let score = free + 0.3 * edge.min(30.0) + 200.0 * chord;
             if best.is_none_or(|b| score > b.0) {
                 best = Some((score, at, [to[0] - from[0], to[1] - from[1]]));
             }

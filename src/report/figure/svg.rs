@@ -26,6 +26,17 @@ impl Area {
         self.top + self.height
     }
 
+    /// The area with a rim around it.
+    pub fn grown(&self, rim: f64) -> Self {
+        let (width, height) = (self.width + 2.0 * rim, self.height + 2.0 * rim);
+        Self { left: self.left - rim, top: self.top - rim, width, height }
+    }
+
+    pub fn overlaps(&self, other: Self) -> bool {
+        let along = self.left < other.right() && other.left < self.right();
+        along && self.top < other.bottom() && other.top < self.bottom()
+    }
+
     pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
         let near = 1e-6;
         x >= self.left - near && x <= self.right() + near && y >= self.top - near && y <= self.bottom() + near
@@ -119,18 +130,15 @@ impl Svg {
         let _ = writeln!(self.body, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{}\"{outline}/>", fill.hex());
     }
 
-    /// A box without an outline and without a seam to its neighbours.
-    pub fn cell(&mut self, area: Area, fill: Colour) {
-        let Area { left, top, width, height } = area;
-        let _ = writeln!(
-            self.body,
-            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\" shape-rendering=\"crispEdges\"/>",
-            number(left),
-            number(top),
-            number(width),
-            number(height),
-            fill.hex()
-        );
+    /// Boxes of one colour; each overlaps its neighbours to the right and below a little, so that no seam shows.
+    pub fn cells(&mut self, cells: &[Area], fill: Colour) {
+        const OVERLAP: f64 = 0.25;
+        let mut d = String::new();
+        for &Area { left, top, width, height } in cells {
+            let (w, h) = (number(width + OVERLAP), number(height + OVERLAP));
+            let _ = write!(d, "M{} {}h{w}v{h}h-{w}z", number(left), number(top));
+        }
+        let _ = writeln!(self.body, "<path d=\"{d}\" fill=\"{}\"/>", fill.hex());
     }
 
     /// A text on its baseline.
@@ -146,7 +154,7 @@ impl Svg {
             angle => format!(" transform=\"rotate({} {x} {y})\"", number(angle)),
         };
         let rim = if style.rim {
-            " stroke=\"#ffffff\" stroke-width=\"2.2\" stroke-linejoin=\"round\" paint-order=\"stroke\""
+            " stroke=\"#ffffff\" stroke-width=\"1.8\" stroke-linejoin=\"round\" paint-order=\"stroke\""
         } else {
             ""
         };

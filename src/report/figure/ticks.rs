@@ -26,8 +26,9 @@ impl Ticks {
     /// Powers of ten between `low` and `high` (both positive); with less than two of them also 2 and 5 times those.
     pub fn logarithmic(low: f64, high: f64, room: usize) -> Self {
         let slack = 1e-9;
-        let first = (low.log10() - slack).ceil() as i32;
-        let last = (high.log10() + slack).floor() as i32;
+        let power = |log: f64| log.clamp(-307.0, 308.0) as i32;
+        let first = power((low.log10() - slack).ceil());
+        let last = power((high.log10() + slack).floor());
         let inside = |v: &f64| *v >= low * (1.0 - slack) && *v <= high * (1.0 + slack);
         let parts = |steps: &[i32]| -> Vec<f64> {
             let powers = (first - 1)..=last;
@@ -101,7 +102,12 @@ fn common_exponent(largest: f64) -> i32 {
     ((largest.log10() / 3.0).floor() * 3.0) as i32
 }
 
-fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
+/// None where numbers are too close together or too far apart for `f64` to step through.
+pub(crate) fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
+    const MOST: f64 = 1000.0;
+    if !(step > 0.0 && (high - low) / step < MOST && low.abs() / step < 1e15) {
+        return Vec::new();
+    }
     let first = (low / step - 1e-6).ceil() as i64;
     let last = (high / step + 1e-6).floor() as i64;
     (first..=last).map(|k| k as f64 * step).collect()

@@ -1,5 +1,6 @@
 //! From data to paper: where a panel's frame stands and which values lie where.
 
+use super::mark::Kind;
 use super::svg::Area;
 use super::ticks::Ticks;
 use super::{Legend, Panel, legend, style};
@@ -21,11 +22,10 @@ impl Margins {
 
     /// What the numbers and labels of a panel of the given outer size need.
     pub fn around(panel: &Panel, outer: Area) -> Self {
-        let bar = if panel.colour_bar.is_some() { super::bar::room(panel) } else { 0.0 };
         let title = if panel.title.is_empty() { 0.0 } else { style::LABEL_SIZE + 4.0 };
         if !panel.framed {
-            let legend = below(panel, outer.width - 4.0);
-            return Self { left: 2.0, right: 2.0 + bar, top: 2.0 + title, bottom: 2.0 + legend };
+            let legend = below(panel, outer.width);
+            return Self { left: 2.0, right: 2.0, top: 2.0 + title, bottom: 2.0 + legend };
         }
         let nominal = Area {
             left: 0.0,
@@ -42,8 +42,8 @@ impl Margins {
             true => style::GAP + style::TICK_SIZE + 2.5 + style::LABEL_SIZE * 1.35,
             false => 4.0,
         };
-        let right = 4.0 + panel.x.widest_number(&view.x_ticks, style::TICK_SIZE) / 2.0 + bar;
-        Self { left, right, top: 4.0 + title, bottom: bottom + below(panel, outer.width - left - right) }
+        let right = 4.0 + panel.x.widest_number(&view.x_ticks, style::TICK_SIZE) / 2.0;
+        Self { left, right, top: 4.0 + title, bottom: bottom + below(panel, outer.width) }
     }
 
     /// What is left of the outer area.
@@ -74,14 +74,15 @@ pub(crate) struct View {
 impl View {
     pub fn new(panel: &Panel, area: Area) -> Self {
         let extent: Vec<[f64; 2]> = panel.marks.iter().flat_map(|mark| mark.extent()).collect();
-        let mut x = panel.x.span(extent.iter().map(|p| p[0]));
-        let mut y = panel.y.span(extent.iter().map(|p| p[1]));
+        let margin = if panel.marks.iter().any(|mark| matches!(mark.kind, Kind::Symbol { .. })) { 0.1 } else { 0.04 };
+        let mut x = panel.x.span(extent.iter().map(|p| p[0]), margin);
+        let mut y = panel.y.span(extent.iter().map(|p| p[1]), margin);
         if panel.equal {
             let unit = ((x[1] - x[0]) / area.width).max((y[1] - y[0]) / area.height);
             (x, y) = (widened(x, unit * area.width), widened(y, unit * area.height));
         }
         let x_ticks = panel.x.ticks(x, (area.width / 38.0).max(2.0) as usize);
-        let y_ticks = panel.y.ticks(y, (area.height / 24.0).max(2.0) as usize);
+        let y_ticks = panel.y.ticks(y, (area.height / 20.0).max(2.0) as usize);
         Self { area, x, y, x_ticks, y_ticks, scales: [panel.x.scale, panel.y.scale] }
     }
 
@@ -90,10 +91,11 @@ impl View {
         if !(self.scales[0].shows(x) && self.scales[1].shows(y)) {
             return None;
         }
-        Some([
+        let place = [
             self.area.left + self.area.width * self.fraction(0, x),
             self.area.bottom() - self.area.height * self.fraction(1, y),
-        ])
+        ];
+        place.iter().all(|v| v.is_finite()).then_some(place)
     }
 
     /// The pieces of a curve on paper, broken where there is no place for a point.

@@ -44,17 +44,18 @@ pub fn convergence(data: &Convergence) -> Result<Figure> {
     let mut top = Panel::new(shown, scale(Axis::of(&data.objective), logarithmic)).legend(Legend::Absent);
     add_series(&mut top, data, data.objective_values, 0, None);
     let figure =
-        Figure::new("Convergence of the optimization", 85.0, if data.measures.is_empty() { 60.0 } else { 105.0 });
+        Figure::new("Convergence of the optimization", 85.0, if data.measures.is_empty() { 60.0 } else { 110.0 });
     if data.measures.is_empty() {
         return Ok(figure.with(top));
     }
-    let [low, high] = limits(data.measures);
-    let mut bottom = Panel::new(cycle(), Axis::of(&data.measure).logarithmic().limits(low, high)).legend(Legend::Below);
+    let ([low, high], rows) = limits(data.measures);
+    let mut bottom =
+        Panel::new(cycle(), Axis::of(&data.measure).logarithmic().limits(low, high)).legend(Legend::Below).share(1.5);
     for (k, measure) in data.measures.iter().enumerate() {
         let floored: Vec<f64> = measure.values.iter().map(|&v| if v > 0.0 { v } else { 0.0 }).collect();
         add_series(&mut bottom, data, &floored, k, Some(measure.name));
     }
-    add_floor(&mut bottom, data, low);
+    add_floor(&mut bottom, data, &rows);
     Ok(figure.with(top).with(bottom))
 }
 
@@ -65,11 +66,15 @@ fn check_data(data: &Convergence) -> Result<()> {
     data.measures.iter().try_for_each(|measure| check::series(measure.name, data.cycles.len(), measure.values))
 }
 
-/// The decades that hold the positive values, with half of one below for those that have none.
-fn limits(measures: &[Measure]) -> [f64; 2] {
+/// The decades that hold the positive values, and below them a row for each measure that has others.
+fn limits(measures: &[Measure]) -> ([f64; 2], Vec<f64>) {
     let positive = measures.iter().flat_map(|m| m.values).filter(|&&v| v > 0.0);
     let [low, high] = positive.fold([f64::INFINITY, 0.0], |[l, h]: [f64; 2], &v| [l.min(v), h.max(v)]);
-    if high == 0.0 { [0.1, 10.0] } else { [low / 5.0, high * 3.0] }
+    let [low, high] = if high == 0.0 { [1.0, 10.0] } else { [low / 1.6, high * 3.0] };
+    let row = 0.045 * (high / low).log10();
+    let below = |rows: f64| low * 10f64.powf(-row * rows);
+    let rows = (0..measures.len()).map(|k| below(k as f64 + 1.0)).collect();
+    ([below(measures.len() as f64 + 1.0), high], rows)
 }
 
 const MARKERS: [Marker; 5] = [Marker::Disc, Marker::Square, Marker::Diamond, Marker::Block, Marker::Circle];
@@ -93,14 +98,16 @@ fn add_series(panel: &mut Panel, data: &Convergence, values: &[f64], index: usiz
     }
 }
 
-/// Triangles at the foot of the scale, side by side, for zero and negative values.
-fn add_floor(panel: &mut Panel, data: &Convergence, low: f64) {
-    for (k, measure) in data.measures.iter().enumerate() {
-        let shift = 0.11 * (k as f64 - 0.5 * (data.measures.len() - 1) as f64);
+/// Triangles at the foot of the scale, a row for each measure, for zero and negative values.
+fn add_floor(panel: &mut Panel, data: &Convergence, rows: &[f64]) {
+    let mut named = false;
+    for (k, (measure, &row)) in data.measures.iter().zip(rows).enumerate() {
         let without = data.cycles.iter().zip(measure.values).filter(|(_, v)| **v <= 0.0);
-        let at: Vec<[f64; 2]> = without.map(|(&cycle, _)| [cycle as f64 + shift, low * 1.6]).collect();
+        let at: Vec<[f64; 2]> = without.map(|(&cycle, _)| [cycle as f64, row]).collect();
         if !at.is_empty() {
-            panel.add(Mark::points(at, Marker::Down, Colour::of_series(k), 3.8).named("zero or less"));
+            let mark = Mark::points(at, Marker::Down, Colour::of_series(k), 3.6);
+            panel.add(if named { mark } else { mark.named("zero or less") });
+            named = true;
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The curve of a coupler point against the points it should pass.
 
 use super::Linkage;
-use crate::report::figure::{Anchor, Axis, Colour, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
 use crate::{Error, Result};
 
 /// Everything in the picture.
@@ -42,7 +42,7 @@ pub fn coupler_curve(data: &CouplerCurve) -> Result<Figure> {
     if !data.desired.is_empty() {
         panel.add(Mark::points(data.desired, Marker::Cross, Colour::VERMILLION, 4.6).named("desired"));
     }
-    add_numbers(&mut panel, data.desired);
+    panel.extend(data.desired.iter().enumerate().map(|(k, &at)| Mark::note(at, (k + 1).to_string())));
     Ok(Figure::new("Coupler curve against the desired points", 85.0, 80.0).with(panel))
 }
 
@@ -59,24 +59,6 @@ fn check_data(data: &CouplerCurve) -> Result<()> {
         check::finite_points("desired points", data.desired)?;
     }
     data.linkage.map_or(Ok(()), Linkage::check)
-}
-
-/// Numbers on the outside of the desired points, seen from their middle.
-fn add_numbers(panel: &mut Panel, desired: &[[f64; 2]]) {
-    let count = desired.len() as f64;
-    let middle = [0, 1].map(|k| desired.iter().map(|p| p[k]).sum::<f64>() / count);
-    for (k, &at) in desired.iter().enumerate() {
-        let [dx, dy] = [at[0] - middle[0], at[1] - middle[1]];
-        let length = dx.hypot(dy).max(1e-12);
-        let anchor = if dx > 0.5 * length {
-            Anchor::Start
-        } else if dx < -0.5 * length {
-            Anchor::End
-        } else {
-            Anchor::Middle
-        };
-        panel.add(Mark::text(at, (k + 1).to_string(), anchor, [5.0 * dx / length, 7.0 * dy / length]));
-    }
 }
 
 #[cfg(test)]

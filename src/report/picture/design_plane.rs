@@ -2,8 +2,8 @@
 
 use crate::Result;
 use crate::report::figure::{
-    Anchor, Axis, Colour, Dash, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, check, contour,
-    round_levels, short,
+    Axis, Colour, Dash, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, check, contour, round_levels,
+    short,
 };
 
 /// The objective over the plane.
@@ -13,7 +13,7 @@ pub struct Objective<'a> {
     pub name: &'a str,
     /// Its values.
     pub grid: &'a Grid,
-    /// The contours; with none, about eight round ones.
+    /// The contours; with none, about a dozen round ones.
     pub levels: &'a [f64],
 }
 
@@ -92,7 +92,7 @@ fn add_contours(panel: &mut Panel, objective: &Objective) {
     const LINE: Colour = Colour(105, 105, 105);
     let chosen;
     let levels = if objective.levels.is_empty() {
-        chosen = round_levels(objective.grid, 8);
+        chosen = round_levels(objective.grid, 12);
         &chosen
     } else {
         objective.levels
@@ -100,7 +100,7 @@ fn add_contours(panel: &mut Panel, objective: &Objective) {
     let mut labels = Vec::new();
     for &level in levels {
         let curves = contour(objective.grid, level);
-        panel.add(Mark::curves(curves.clone(), Stroke::solid(LINE, 0.6).dash(Dash::Dotted)).named(objective.name));
+        panel.add(Mark::curves(curves.clone(), Stroke::solid(LINE, 0.7).dash(Dash::Dotted)).named(objective.name));
         labels.push(Mark::contour_label(curves, short(level), Colour(60, 60, 60)));
     }
     panel.extend(labels);
@@ -109,7 +109,7 @@ fn add_contours(panel: &mut Panel, objective: &Objective) {
 fn add_bound(panel: &mut Panel, bound: &Bound, index: usize) {
     let colour = [Colour::BLACK, Colour::VERMILLION, Colour::GREEN, Colour::PURPLE][index % 4];
     let curves = contour(bound.excess, 0.0);
-    panel.add(Mark::hatching(curves.clone(), Stroke::solid(colour, 0.5), 4.2).named(bound.name));
+    panel.add(Mark::hatching(curves.clone(), Stroke::solid(colour, 0.5), 4.8).named(bound.name));
     panel.add(Mark::curves(curves, Stroke::solid(colour, 1.1)).named(bound.name));
 }
 
@@ -131,34 +131,16 @@ fn add_path(panel: &mut Panel, path: &[Iterate], span: [f64; 2]) {
     add_numbers(panel, path, span);
 }
 
-/// The numbers of the cycles on the open side of the path; cycles that coincide on paper share a label.
+/// The numbers of the cycles; those that coincide on paper share a label.
 fn add_numbers(panel: &mut Panel, path: &[Iterate], span: [f64; 2]) {
     let near = |a: &Iterate, b: &Iterate| {
         let [u, v] = [0, 1].map(|k| (a.design[k] - b.design[k]) / span[k]);
         a.accepted && b.accepted && u.hypot(v) < 0.03
     };
-    let groups: Vec<&[Iterate]> = path.chunk_by(near).collect();
-    for (k, group) in groups.iter().enumerate() {
-        let neighbours = [k.checked_sub(1).map(|k| groups[k]), groups.get(k + 1).copied()];
-        let at = group[0].design;
-        let away = neighbours.iter().flatten().fold([0.0, 0.0], |sum, next| {
-            let [u, v] = [0, 1].map(|k| (next[0].design[k] - at[k]) / span[k]);
-            let length = u.hypot(v).max(1e-9);
-            [sum[0] - u / length, sum[1] - v / length]
-        });
-        let length = away[0].hypot(away[1]);
-        // Between opposite neighbours there is no open side: above is as good as below.
-        let [u, v] = if length > 0.2 { [away[0] / length, away[1] / length] } else { [0.0, 1.0] };
-        let anchor = if u > 0.3 {
-            Anchor::Start
-        } else if u < -0.3 {
-            Anchor::End
-        } else {
-            Anchor::Middle
-        };
+    for group in path.chunk_by(near) {
         let (first, last) = (group[0].cycle, group[group.len() - 1].cycle);
         let number = if first == last { first.to_string() } else { format!("{first}–{last}") };
-        panel.add(Mark::text(at, number, anchor, [4.5 * u, 6.5 * v]));
+        panel.add(Mark::note(group[0].design, number));
     }
 }
 

@@ -43,21 +43,29 @@ pub fn stress_field(data: &StressField) -> Result<Figure> {
         Error::check_option("link of a marked point", "one of the links", *link as f64, *link < data.links.len())?;
     }
     let (map, range) = colours(data);
-    let height = 16.0 + 34.0 * data.links.len() as f64;
+    // Only the last panel carries numbers and label along time; its share makes up for them.
+    let height = LINK_HEIGHT * data.links.len() as f64 + TIME_LABEL;
     let mut figure = Figure::new(format!("{} over position and time", data.stress.name), 120.0, height);
     for (k, (name, grid)) in data.links.iter().enumerate() {
         figure = figure.with(link_panel(data, k, name, grid, map, range));
     }
-    Ok(figure)
+    Ok(figure.with_colour_bar(ColourBar { quantity: data.stress.clone(), map, range }))
 }
+
+/// Millimetres for a link, and for what stands under the last one.
+const LINK_HEIGHT: f64 = 28.0;
+const TIME_LABEL: f64 = 6.5;
 
 fn link_panel(data: &StressField, k: usize, name: &str, grid: &Grid, map: ColourMap, range: [f64; 2]) -> Panel {
     let ends = |axis: &[f64]| (axis[0], axis[axis.len() - 1]);
     let ((t0, t1), (x0, x1)) = (ends(grid.x()), ends(grid.y()));
-    let mut panel = Panel::new(Axis::of(&data.time).limits(t0, t1), Axis::of(&data.position).limits(x0, x1));
+    let last = k + 1 == data.links.len();
+    let time = Axis { labelled: last, ..Axis::of(&data.time).limits(t0, t1) };
+    let share = if last { LINK_HEIGHT + TIME_LABEL } else { LINK_HEIGHT };
+    let mut panel = Panel::new(time, Axis::of(&data.position).limits(x0, x1));
     panel.title = name.to_owned();
+    panel.share = share;
     panel.legend = Legend::Absent;
-    panel.colour_bar = Some(ColourBar { quantity: data.stress.clone(), map, range });
     panel.add(Mark::field(grid.clone(), map, range));
     if map == ColourMap::Diverging {
         panel.add(Mark::curves(contour(grid, 0.0), Stroke::solid(Colour::GREY, 0.4).dash(Dash::Dotted)));
@@ -99,7 +107,7 @@ mod tests {
         let [low, high] = colours(&data).1;
         assert!(low == -high && (high - 3e7).abs() < 1e5);
         let svg = stress_field(&data).unwrap().svg().unwrap();
-        assert!(svg.contains(">coupler<") && svg.contains("crispEdges") && svg.contains("position"));
+        assert!(svg.contains(">coupler<") && svg.contains("position"));
         assert!(stress_field(&StressField { links: &[], marked: &[], ..data.clone() }).is_err());
         assert!(stress_field(&StressField { allowable: Some(f64::NAN), ..data.clone() }).is_err());
         assert!(stress_field(&StressField { marked: &[(1, [0.0, 0.0])], ..data }).is_err());

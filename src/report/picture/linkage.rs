@@ -1,7 +1,7 @@
 //! A planar mechanism in one position.
 
 use crate::Result;
-use crate::report::figure::{Anchor, Axis, Colour, Dash, Figure, Legend, Mark, Panel, Quantity, Stroke, Symbol, check};
+use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Panel, Quantity, Stroke, Symbol, check};
 
 /// A planar mechanism in one position; coordinates in the unit of the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,8 +18,8 @@ pub struct Linkage {
     pub sliders: Vec<([f64; 2], f64)>,
     /// Guides of sliders, from end to end.
     pub guides: Vec<[[f64; 2]; 2]>,
-    /// Texts beside points, such as names of links: text, place, offset in points on paper to the right and up.
-    pub notes: Vec<(String, [f64; 2], [f64; 2])>,
+    /// Texts beside points, such as names of links.
+    pub notes: Vec<(String, [f64; 2])>,
 }
 
 impl Linkage {
@@ -52,18 +52,17 @@ impl Linkage {
         panel.extend(self.sliders.iter().map(|&(at, angle)| Mark::symbol(at, Symbol::Slider(angle))));
         panel.extend(self.ground_joints.iter().map(|&at| Mark::symbol(at, Symbol::GroundJoint)));
         panel.extend(self.joints.iter().map(|&at| Mark::symbol(at, Symbol::Joint)));
-        for (text, at, offset) in &self.notes {
-            let anchor = match offset[0] {
-                right if right > 0.5 => Anchor::Start,
-                right if right < -0.5 => Anchor::End,
-                _ => Anchor::Middle,
-            };
-            panel.add(Mark::text(*at, text, anchor, *offset));
-        }
+        panel.extend(self.notes.iter().map(|(text, at)| Mark::note(*at, text)));
+    }
+
+    pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
+        let bodies = self.bars.iter().chain(&self.plates).flatten();
+        let places = self.joints.iter().chain(&self.ground_joints).chain(self.guides.as_flattened());
+        bodies.chain(places).copied().chain(self.sliders.iter().map(|slider| slider.0)).collect()
     }
 }
 
-/// Draws mechanisms in one frame, as one position each or as one design beside another.
+/// Draws mechanisms beside each other in one scale: positions of one design, or designs.
 ///
 /// `axes` are the quantities along x and y; each linkage comes with a title, which may be empty.
 ///
@@ -71,14 +70,25 @@ impl Linkage {
 pub fn mechanism(axes: &[Quantity; 2], linkages: &[(&str, &Linkage)]) -> Result<Figure> {
     check::not_empty("mechanisms", linkages.len())?;
     let mut figure = Figure::new("Mechanism", if linkages.len() == 1 { 85.0 } else { 120.0 }, 65.0);
+    linkages.iter().try_for_each(|(_, linkage)| linkage.check())?;
+    let everything: Vec<[f64; 2]> = linkages.iter().flat_map(|(_, linkage)| linkage.extent()).collect();
+    let [x, y] = [0, 1].map(|k| window(everything.iter().map(|p| p[k])));
     for (title, linkage) in linkages {
-        linkage.check()?;
-        let mut panel =
-            Panel::new(Axis::of(&axes[0]), Axis::of(&axes[1])).equal().titled(*title).legend(Legend::Absent);
+        let mut panel = Panel::new(Axis::of(&axes[0]).limits(x[0], x[1]), Axis::of(&axes[1]).limits(y[0], y[1]))
+            .equal()
+            .titled(*title)
+            .legend(Legend::Absent);
         linkage.draw(&mut panel);
         figure = figure.with(panel);
     }
     Ok(figure.in_columns(2.min(linkages.len())))
+}
+
+/// Limits that hold all values, with room for the signs of joints.
+pub(crate) fn window(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+    let margin = (0.1 * (high - low)).max(1e-3 * low.abs().max(high.abs())).max(1e-9);
+    [low - margin, high + margin]
 }
 
 #[cfg(test)]
@@ -92,7 +102,7 @@ mod tests {
             bars: vec![vec![[0.0, 0.0], [0.1, 0.2]]],
             joints: vec![[0.1, 0.2]],
             ground_joints: vec![[0.0, 0.0]],
-            notes: vec![("crank".to_owned(), [0.05, 0.1], [5.0, 0.0])],
+            notes: vec![("crank".to_owned(), [0.05, 0.1])],
             ..Linkage::default()
         };
         let svg = mechanism(&axes, &[("first", &crank), ("last", &crank)]).unwrap().svg().unwrap();

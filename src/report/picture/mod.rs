@@ -16,6 +16,7 @@ pub use convergence::{Convergence, Measure, convergence};
 pub use coupler_curve::{CouplerCurve, coupler_curve};
 pub use design_plane::{Bound, DesignPlane, Iterate, Objective, design_plane};
 pub use field::{StressField, stress_field};
+pub(crate) use linkage::window;
 pub use linkage::{Linkage, mechanism};
 pub use profile::{Solver, performance_profile};
 pub use time_history::{History, Side, TimeBound, TimeHistory, time_history};

@@ -55,16 +55,14 @@ pub struct TimeHistory<'a> {
 pub fn time_history(data: &TimeHistory) -> Result<Figure> {
     check_data(data)?;
     let ends = [data.times[0], data.times[data.times.len() - 1]];
-    let mut panel =
-        Panel::new(Axis::of(&data.time).limits(ends[0], ends[1]), Axis::of(&data.response)).legend(Legend::Below);
-    for bound in data.bounds {
-        add_bound(&mut panel, *bound, ends);
-    }
+    let response = Axis { limits: Some(limits(data)), ..Axis::of(&data.response) };
+    let mut panel = Panel::new(Axis::of(&data.time).limits(ends[0], ends[1]), response).legend(Legend::Below);
     let points = |values: &[f64]| -> Vec<[f64; 2]> { data.times.iter().zip(values).map(|(&t, &v)| [t, v]).collect() };
     let last = data.histories.len() - 1;
     for (k, history) in data.histories.iter().enumerate() {
         panel.add(Mark::curve(points(history.values), stroke(last - k)).named(history.name));
     }
+    data.bounds.iter().for_each(|bound| add_bound(&mut panel, *bound, ends));
     let at = |indices: &[usize]| -> Vec<[f64; 2]> {
         indices.iter().map(|&p| [data.times[p], data.histories[last].values[p]]).collect()
     };
@@ -75,6 +73,14 @@ pub fn time_history(data: &TimeHistory) -> Result<Figure> {
         panel.add(Mark::points(at(data.active), Marker::Disc, Colour::VERMILLION, 3.8).named("active points"));
     }
     Ok(Figure::new(format!("{} over time", data.response.name), 85.0, 62.0).with(panel))
+}
+
+/// Limits that hold courses and bounds, with room for the hatching.
+fn limits(data: &TimeHistory) -> [f64; 2] {
+    let values = data.histories.iter().flat_map(|h| h.values).copied().chain(data.bounds.iter().map(|b| b.value));
+    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+    let margin = (0.09 * (high - low)).max(1e-3 * high.abs().max(low.abs())).max(1e-12);
+    [low - margin, high + margin]
 }
 
 /// The last course is black and solid; what came before it grows fainter.

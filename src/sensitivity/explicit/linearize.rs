@@ -53,14 +53,17 @@ enum Closure {
 /// one dual evaluation for each chunk. A constraint is evaluated once, on positions that move in time (jets) and are
 /// seeded: the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions.
 pub(super) struct Linearizer {
-    /// Variables and rows (local, equation) of each element.
-    elements: Vec<(Vec<Variable>, Vec<(usize, usize)>)>,
+    /// Variables and rows of each element.
+    elements: Vec<(Vec<Variable>, Rows)>,
     /// Element and place of each parameter that changes with the design.
     pub parameters: Vec<(usize, usize)>,
     /// Prescribed coordinates whose motion changes with the design.
     pub moving: Vec<usize>,
     coordinates: usize,
 }
+
+/// Local number and equation of an element's rows.
+type Rows = Vec<(usize, usize)>;
 
 /// Room for one linearization.
 #[derive(Clone, Default)]

@@ -24,8 +24,13 @@ use working_rows::Outcome;
 
 /// Residual in scaled units above which a point is not taken for a solution.
 const ACCEPTED: f64 = 1e-8;
+/// Residual in scaled units below which nothing else is tried.
+const CLEAN: f64 = 1e-11;
 /// KKT residual up to which a solution is called one.
 const SUPPORTED: f64 = 1e-6;
+
+/// Distances, in units of the numbers of a program, at which a solution counts as infinitely far away.
+const FENCES: [f64; 3] = [1e4, 1e6, 1e2];
 
 /// The solver of linear and convex quadratic programs.
 ///
@@ -87,8 +92,10 @@ impl Conic {
             let plain = |p: &dyn Program, x: &[f64]| self.candidate(&QuadraticProgram::of(p, x)?);
             candidate = elastic::settle(&matrices, &matrices.center, candidate, &plain)?;
         }
-        let evaluations = Evaluations { values: 0, gradients: 1, hessians: usize::from(matrices.hessian.is_some()) };
-        let mut solution = candidate.judged(program, &matrices.center, evaluations)?;
+        let evaluations = Evaluations { values: 0, gradients: 2, hessians: usize::from(matrices.hessian.is_some()) };
+        let gradients = program.gradients(&candidate.x)?;
+        let first = Some(matrices.gradient.as_slice());
+        let mut solution = candidate.judged(program, &matrices.center, evaluations, &gradients, first);
         solution.status = supported(solution.status, &solution.kkt, SUPPORTED);
         Ok(Some(solution))
     }
@@ -100,26 +107,35 @@ impl Conic {
             return Ok(found);
         }
         // A bounded program may look unbounded: ask again inside a box that is much larger than its numbers.
-        let boxed = fenced(program);
-        let mut inner = self.in_some_measure(&boxed)?;
-        inner.iterations += found.iterations;
-        let leans = |(j, μ): (usize, &f64), own: &[f64]| *μ > 0.0 && own[j].is_infinite();
-        let outwards = inner.lower.iter().enumerate().any(|e| leans(e, &program.lower))
-            || inner.upper.iter().enumerate().any(|e| leans(e, &program.upper));
-        if outwards && inner.status == Status::Solved {
-            inner.status = Status::Unbounded;
+        let mut iterations = found.iterations;
+        for far in FENCES {
+            let mut inner = self.in_some_measure(&fenced(program, far))?;
+            iterations += inner.iterations;
+            if inner.status == Status::Solved {
+                let leans = |μ: &[f64], own: &[f64]| μ.iter().zip(own).any(|(μ, b)| *μ > 0.0 && b.is_infinite());
+                if leans(&inner.lower, &program.lower) || leans(&inner.upper, &program.upper) {
+                    inner.status = Status::Unbounded;
+                }
+                return Ok(Candidate { iterations, ..inner });
+            }
         }
-        Ok(inner)
+        Ok(Candidate { iterations, status: Status::Stalled, ..found })
     }
 
-    /// The better of two ways to measure the variables; the second only if the first does not solve.
+    /// The better of two ways to measure the variables; the second only if the first does not solve cleanly.
     fn in_some_measure(&self, program: &QuadraticProgram) -> Result<Candidate> {
         let first = self.in_measure(program, Measure::Bounds)?;
-        if first.0.status == Status::Solved {
+        if first.1 <= CLEAN {
             return Ok(first.0);
         }
         let second = self.in_measure(program, Measure::Entries)?;
-        let (mut c, other) = if second.1 < first.1 { (second.0, first.0) } else { (first.0, second.0) };
+        // A solution first, then the claim that there is none, then whatever is closest.
+        let rank = |(c, residual): &(Candidate, f64)| match c.status {
+            Status::Solved => (0, *residual),
+            Status::Unbounded => (1, *residual),
+            _ => (2, *residual),
+        };
+        let (mut c, other) = if rank(&second) < rank(&first) { (second.0, first.0) } else { (first.0, second.0) };
         c.iterations += other.iterations;
         Ok(c)
     }
@@ -178,14 +194,13 @@ impl SubproblemSolver for Conic {
     }
 }
 
-/// The program with its infinite bounds moved to where its numbers would need ten million units.
-fn fenced(program: &QuadraticProgram) -> QuadraticProgram {
-    const FAR: f64 = 1e7;
+/// The program with its infinite bounds moved to `far` units from the centre.
+fn fenced(program: &QuadraticProgram, far: f64) -> QuadraticProgram {
     let mut out = program.clone();
     for j in 0..out.center.len() {
-        let far = FAR * Measure::largest_unit(program, j);
-        out.lower[j] = if out.lower[j].is_finite() { out.lower[j] } else { out.center[j] - far };
-        out.upper[j] = if out.upper[j].is_finite() { out.upper[j] } else { out.center[j] + far };
+        let reach = far * Measure::largest_unit(program, j);
+        out.lower[j] = if out.lower[j].is_finite() { out.lower[j] } else { out.center[j] - reach };
+        out.upper[j] = if out.upper[j].is_finite() { out.upper[j] } else { out.center[j] + reach };
     }
     out
 }

@@ -23,14 +23,17 @@ pub(super) fn initial(scale: &[f64], unit: f64) -> DMatrix<f64> {
 pub(super) fn damped_bfgs(b: &mut DMatrix<f64>, d: &DVector<f64>, y: &DVector<f64>) {
     let bd = &*b * d;
     let (curved, seen) = (d.dot(&bd), d.dot(y));
-    if !(curved > 0.0) || !seen.is_finite() {
+    if curved <= 0.0 || !curved.is_finite() || !seen.is_finite() {
         return;
     }
     let θ = if seen >= DAMPING * curved { 1.0 } else { (1.0 - DAMPING) * curved / (curved - seen) };
     let r = y * θ + &bd * (1.0 - θ);
     let gain = d.dot(&r);
-    *b += &r * r.transpose() / gain - &bd * bd.transpose() / curved;
-    b.fill_lower_triangle_with_upper_triangle();
+    let mut next = &*b + &r * r.transpose() / gain - &bd * bd.transpose() / curved;
+    next.fill_lower_triangle_with_upper_triangle();
+    if next.iter().all(|v| v.is_finite()) {
+        *b = next;
+    }
 }
 
 /// A positive definite matrix that gives the step of the exact Hessian `h` wherever that is a descent on the active rows.

@@ -15,10 +15,10 @@ use nalgebra::DVector;
 /// Steps without measurable gain before a run stops.
 const QUIET: usize = 4;
 /// Decrease of the objective, in units of its change over the scales of the variables, that counts as bottomless.
-const BOTTOMLESS: f64 = 1e14;
+const BOTTOMLESS: f64 = 1e9;
 
 /// The error of ours inside an error of argmin.
-pub(super) fn from_argmin(e: argmin::core::Error) -> Error {
+pub(in crate::subproblem) fn from_argmin(e: argmin::core::Error) -> Error {
     e.downcast::<Error>().unwrap_or_else(|e| Error::Subproblem {
         solver: "SQP",
         status: e.to_string(),
@@ -58,7 +58,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         state.violation = violation(program, &state.rows);
         let qp = step::linearized(program, &state);
         let Some(full) = step::full_step(&qp, &self.conic, &state, guessed_penalty(program, &state))? else {
-            return Ok((stopped(state, Status::Stalled), None));
+            return Ok((without_progress(program, state, exact, self.accepted()), None));
         };
         state.was_elastic = full.left > 0.0;
         take_multipliers(&mut state, &full);
@@ -86,7 +86,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
             found
         };
         state.evaluations = count;
-        let Some(accepted) = found else { return Ok((without_progress(program, state, exact), None)) };
+        let Some(accepted) = found else { return Ok((without_progress(program, state, exact, self.accepted()), None)) };
         state.fraction = accepted.fraction;
         if !exact {
             learn(program, &mut state, &accepted.x, &accepted.gradients);
@@ -163,6 +163,7 @@ fn residual(program: &dyn Program, s: &SqpState) -> KktResidual {
         evaluations: s.evaluations,
         status: Status::Solved,
         relaxation: None,
+        relaxed_rows: vec![],
         kkt: KktResidual::default(),
     };
     KktResidual::from_gradients(program, &s.start, &s.gradients(), Some(&s.first_slope), &solution)
@@ -196,9 +197,9 @@ fn learn(program: &dyn Program, state: &mut SqpState, x: &[f64], g: &Gradients) 
     curvature::damped_bfgs(&mut state.curvature, &d, &y);
 }
 
-/// Without an acceptable step: once more with fresh curvature, or the end.
-fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool) -> SqpState {
-    if exact || state.fresh {
+/// Without a quadratic program that can be solved or an acceptable step: once more with fresh curvature, or the end.
+fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, accepted: f64) -> SqpState {
+    if exact || state.fresh || state.kkt.largest() <= accepted {
         return stopped(state, Status::Stalled);
     }
     state.curvature = curvature::initial(&scales(program, &state), unit(program, &state));

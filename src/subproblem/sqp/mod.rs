@@ -15,11 +15,13 @@ mod state;
 mod step;
 
 use super::kkt::supported;
-use super::solver::{Candidate, SubproblemSolver, feasible_start};
+use super::normalized::{Known, Normalized};
+use super::solver::{Candidate, SubproblemSolver, check_finite, feasible_start};
 use super::{Conic, Evaluations, Solution, Status, elastic};
 use crate::error::{Error, Result};
 use crate::problem::Program;
 use argmin::core::Executor;
+pub(super) use iteration::from_argmin;
 pub use state::SqpState;
 use std::cell::Cell;
 
@@ -60,7 +62,8 @@ impl Default for Sqp {
 impl Sqp {
     /// With settings:
     ///
-    /// * `tolerance` — largest [`KktResidual`](super::KktResidual) of a solution, in 1e-14 … 1e-2 (1e-10);
+    /// * `tolerance` — largest [`KktResidual`](super::KktResidual) of a solution, in 1e-14 … 1e-2 (1e-10); where rounding lets
+    ///   the merit function fall no further, ten times this, or 1e-7 if that is more, counts as solved;
     /// * `iterations` — limit, at least 1 (200);
     /// * `curvature` — exact where given, or BFGS always.
     ///
@@ -73,14 +76,41 @@ impl Sqp {
     }
 
     /// One run without relaxation of the program as a whole.
-    fn run(&self, program: &dyn Program, start: &[f64]) -> Result<(Candidate, Evaluations)> {
+    fn run(&self, program: &dyn Program, start: &[f64]) -> Result<Run> {
         let start = feasible_start(program, start)?;
+        let here = program.gradients(&start)?;
+        check_finite(program, &start, &here)?;
+        let first = here.objective.clone();
+        let normalized = Normalized::new(program, &start, &here);
+        let z = normalized.inward(&start);
         let limit = self.iterations as u64;
-        let executor = Executor::new(program, *self).configure(|s: SqpState| s.start(&start, limit));
-        let outcome = executor.ctrlc(false).timer(false).run().map_err(iteration::from_argmin)?;
-        let state = outcome.state;
-        Ok((state.candidate(), state.evaluations))
+        let known = Known { program: &normalized, at: &z, gradients: normalized.of(here) };
+        let executor = Executor::new(&known as &dyn Program, *self).configure(|s: SqpState| s.start(&z, limit));
+        let state = executor.ctrlc(false).timer(false).run().map_err(iteration::from_argmin)?.state;
+        let gradients = normalized.undo(state.gradients());
+        let evaluations = state.evaluations;
+        let solution =
+            normalized.restore(state.candidate()).judged(program, &start, evaluations, &gradients, Some(&first));
+        Ok(Run { solution: self.lenient(solution), first })
     }
+
+    /// The residual up to which a run that can do no more counts as solved.
+    fn accepted(&self) -> f64 {
+        (10.0 * self.tolerance).max(1e-7)
+    }
+
+    fn lenient(&self, mut s: Solution) -> Solution {
+        if matches!(s.status, Status::Stalled | Status::IterationLimit) && s.kkt.largest() <= self.accepted() {
+            s.status = Status::Solved;
+        }
+        s
+    }
+}
+
+/// A solution of one run, and the objective's slope at its start.
+struct Run {
+    solution: Solution,
+    first: Vec<f64>,
 }
 
 impl SubproblemSolver for Sqp {
@@ -89,32 +119,23 @@ impl SubproblemSolver for Sqp {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        let start = feasible_start(program, start)?;
-        let (first, evaluations) = self.run(program, &start)?;
-        let accepted = (10.0 * self.tolerance).max(1e-7);
-        let mut solution = first.clone().judged(program, &start, evaluations)?;
-        if solution.status == Status::Stalled && solution.kkt.largest() <= accepted {
-            solution.status = Status::Solved;
-        }
-        if solution.kkt.primal > accepted {
-            let total = Cell::new(evaluations);
+        let run = self.run(program, start)?;
+        let mut solution = run.solution;
+        if solution.kkt.primal > self.accepted() {
+            let total = Cell::new(solution.evaluations);
             let plain = |p: &dyn Program, x: &[f64]| {
-                let (mut c, e) = self.run(p, x)?;
-                let t = total.get();
-                total.set(Evaluations {
-                    values: t.values + e.values,
-                    gradients: t.gradients + e.gradients,
-                    hessians: t.hessians + e.hessians,
-                });
-                if c.status == Status::Stalled && c.clone().judged(p, x, e)?.kkt.largest() <= accepted {
-                    c.status = Status::Solved;
-                }
-                Ok(c)
+                let run = self.run(p, x)?;
+                total.set(total.get() + run.solution.evaluations);
+                Ok(Candidate::from(run.solution))
             };
-            let settled = elastic::settle(program, &solution.x.clone(), first, &plain)?;
-            solution = settled.judged(program, &start, total.get())?;
+            let x = solution.x.clone();
+            let settled = elastic::settle(program, &x, solution.into(), &plain)?;
+            let gradients = program.gradients(&settled.x)?;
+            let evaluations = total.get() + Evaluations { gradients: 1, ..Evaluations::default() };
+            let start = feasible_start(program, start)?;
+            solution = settled.judged(program, &start, evaluations, &gradients, Some(&run.first));
         }
-        solution.status = supported(solution.status, &solution.kkt, accepted);
+        solution.status = supported(solution.status, &solution.kkt, self.accepted());
         Ok(solution)
     }
 }

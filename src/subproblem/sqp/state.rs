@@ -1,13 +1,11 @@
 //! Everything that changes during a run of the SQP solver.
 
 use crate::problem::{Gradients, Values};
+use crate::subproblem::bookkeeping::{Bookkeeping, impl_argmin_state};
 use crate::subproblem::solver::Candidate;
 use crate::subproblem::{Evaluations, KktResidual, Status};
-use argmin::core::{Problem, State, TerminationReason, TerminationStatus};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
-use std::time::Duration;
 
 /// The state of a run: point, values, multipliers, curvature. It can be written to a file.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -54,11 +52,7 @@ pub struct SqpState {
     pub first_slope: Vec<f64>,
     /// Objective at the start.
     pub first_objective: f64,
-    iteration: u64,
-    limit: u64,
-    counts: HashMap<String, u64>,
-    elapsed: Option<Duration>,
-    termination: TerminationStatus,
+    pub(in crate::subproblem) book: Bookkeeping,
 }
 
 impl SqpState {
@@ -66,7 +60,7 @@ impl SqpState {
     #[must_use]
     pub fn start(mut self, x: &[f64], limit: u64) -> Self {
         self.x = x.to_vec();
-        self.limit = limit;
+        self.book.limit = limit;
         self
     }
 
@@ -92,76 +86,11 @@ impl SqpState {
             multipliers: self.multipliers.clone(),
             lower: self.lower_multipliers.clone(),
             upper: self.upper_multipliers.clone(),
-            iterations: self.iteration as usize,
+            iterations: self.book.iteration as usize,
             status: self.verdict.unwrap_or(Status::IterationLimit),
             relaxation: None,
         }
     }
 }
 
-/// There is one point, and it is the best: what is better is decided by the merit function, not by the objective alone.
-impl State for SqpState {
-    type Param = Vec<f64>;
-    type Float = f64;
-
-    fn new() -> Self {
-        Self { limit: u64::MAX, ..Self::default() }
-    }
-    fn update(&mut self) {}
-    fn get_param(&self) -> Option<&Vec<f64>> {
-        Some(&self.x)
-    }
-    fn get_best_param(&self) -> Option<&Vec<f64>> {
-        Some(&self.x)
-    }
-    fn get_max_iters(&self) -> u64 {
-        self.limit
-    }
-    fn increment_iter(&mut self) {
-        self.iteration += 1;
-    }
-    fn get_iter(&self) -> u64 {
-        self.iteration
-    }
-    fn get_cost(&self) -> f64 {
-        self.objective
-    }
-    fn get_best_cost(&self) -> f64 {
-        self.objective
-    }
-    fn get_target_cost(&self) -> f64 {
-        f64::NEG_INFINITY
-    }
-    fn func_counts<O>(&mut self, problem: &Problem<O>) {
-        self.counts = problem.counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect();
-    }
-    fn get_func_counts(&self) -> &HashMap<String, u64> {
-        &self.counts
-    }
-    fn time(&mut self, time: Option<Duration>) -> &mut Self {
-        self.elapsed = time;
-        self
-    }
-    fn get_time(&self) -> Option<Duration> {
-        self.elapsed
-    }
-    fn get_last_best_iter(&self) -> u64 {
-        self.iteration
-    }
-    fn is_best(&self) -> bool {
-        true
-    }
-    fn terminate_with(mut self, reason: TerminationReason) -> Self {
-        self.termination = TerminationStatus::Terminated(reason);
-        self
-    }
-    fn get_termination_status(&self) -> &TerminationStatus {
-        &self.termination
-    }
-    fn get_termination_reason(&self) -> Option<&TerminationReason> {
-        match &self.termination {
-            TerminationStatus::Terminated(reason) => Some(reason),
-            TerminationStatus::NotTerminated => None,
-        }
-    }
-}
+impl_argmin_state!(SqpState, x, objective);

@@ -9,6 +9,8 @@ use crate::subproblem::{Conic, QuadraticProgram, Status};
 
 /// Growth of the penalty while a relaxed step leaves the violation as it is.
 const GROWTH: f64 = 10.0;
+/// A larger penalty is kept if it leaves at most this part of the violation that the smaller one left.
+const WORTH: f64 = 0.9;
 /// Penalties tried in one iteration.
 const PENALTIES: usize = 7;
 
@@ -43,16 +45,19 @@ pub(super) fn full_step(qp: &QuadraticProgram, conic: &Conic, state: &SqpState, 
         return Ok(Some(Step { to, left: 0.0, penalty: 0.0 }));
     }
     let mut penalty = state.penalty.max(penalty);
-    let mut last = None;
+    let mut last: Option<Step> = None;
     for _ in 0..PENALTIES {
         let elastic = Elastic::with_objective(qp, vec![1.0; qp.offset.len()], penalty);
         let matrices = QuadraticProgram::of(&elastic, &elastic.start(&qp.center)?)?;
         let solved = conic.candidate(&matrices)?;
         if solved.status == Status::Solved {
             let (to, left) = elastic.unwrap(solved);
-            let reduced = left <= 0.5 * state.violation;
+            // A penalty that brings nothing more is not kept.
+            if last.as_ref().is_some_and(|s| left > WORTH * s.left) {
+                break;
+            }
             last = Some(Step { to, left, penalty });
-            if reduced {
+            if left <= 0.5 * state.violation {
                 break;
             }
         }

@@ -1,0 +1,47 @@
+//! An element from outside the crate: a spring that stiffens with time, and the exact derivatives that come with it.
+//!
+//! `cargo run --example your_own_element`
+
+use linkwright::analysis::{Dynamics, simulate};
+use linkwright::multibody::{Element, Local, Mechanism, Model};
+use linkwright::scalar::Scalar;
+use linkwright::sensitivity::differentiate;
+
+/// F = k (1 + r t) u, on one coordinate; parameters k (N/m) and r (1/s).
+struct HardeningSpring;
+
+impl Element for HardeningSpring {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+        balance[0] = x.p[0] * (x.p[1] * x.t + 1.0) * x.q[0];
+    }
+}
+
+/// A cart of 2 kg on that spring, pulled out by 0.1 m.
+struct Cart;
+
+impl Model for Cart {
+    fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
+        let mut m = Mechanism::new();
+        let cart = m.coordinate("cart", S::from(0.1), S::from(0.0));
+        m.inertia("mass", cart, S::from(2.0));
+        m.add("hardening spring", HardeningSpring, &[cart], b);
+        let sensor = m.coordinate_sensor("position", m.ground().x, cart);
+        let term = m.measure(sensor, "position")?;
+        m.output("position", &[term]);
+        Ok(m)
+    }
+}
+
+fn main() -> linkwright::Result<()> {
+    let (b, settings, end) = ([50.0, 0.3], Dynamics::fixed(1e-3), [2.0]);
+    let history = differentiate(&Cart, &b, &settings, &end)?;
+    println!("position after 2 s: {:.6} m, with slopes {:?}", history.values[0][0], history.slopes[0][0]);
+
+    let moved = |h: f64| -> linkwright::Result<f64> {
+        Ok(simulate(&Cart.build(&[b[0] + h, b[1]])?, &settings, &end)?.values[0][0])
+    };
+    let difference = (moved(1e-3)? - moved(-1e-3)?) / 2e-3;
+    println!("difference quotient for k: {difference:.9e}");
+    assert!((history.slopes[0][0][0] - difference).abs() < 1e-8);
+    Ok(())
+}

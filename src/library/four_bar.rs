@@ -1,0 +1,161 @@
+//! The stress-constrained four-bar mechanism with three flexible links (Section 6.3 of the paper; Sohoni & Haug 1982).
+//!
+//! Minimize the mass over the three diameters, subject to |σ| ≤ 27.58 MPa at 21 nodes and 201 time points:
+//!
+//! $$ \sigma = \frac{32 M(t)}{\pi d^3} = \frac{4 \sqrt\pi M(t)}{A^{3/2}} \qquad (51) $$
+//!
+//! The bending moments M are the responses of the analysis and depend mildly on the diameters; the stress is explicit
+//! in (M, d). Linearized in the areas A = π d²/4 (54), few cycles suffice although the stress is far from linear.
+
+use super::Optimum;
+use crate::error::{Error, Result};
+use crate::function;
+use crate::multibody::mechanisms::FourBar;
+use crate::problem::{
+    Constraint, DesignVariable, Differences, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
+};
+use crate::sao::{Method, Screening};
+use crate::sensitivity::Transient;
+
+/// Names of the links.
+pub const LINKS: [&str; 3] = ["crank", "coupler", "rocker"];
+
+/// What is approximated by linearization, and in which variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Linearized {
+    /// The bending moments, in the areas: the paper's intermediate responses and intermediate design variables.
+    MomentsInAreas,
+    /// The bending moments, in the diameters: intermediate responses only.
+    MomentsInDiameters,
+    /// The stresses, in the diameters: neither.
+    StressesInDiameters,
+}
+
+/// How the derivatives of the moments are had.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Derivatives {
+    /// Direct differentiation, exact for the discrete motion.
+    Direct,
+    /// Forward differences with this relative step, as the paper did.
+    Forward(f64),
+    /// Central differences with this relative step.
+    Central(f64),
+}
+
+/// The problem with all its choices; [`StressConstrained::default`] is the paper's problem with sound mechanics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StressConstrained {
+    /// The mechanism and how it moves.
+    pub mechanism: FourBar,
+    /// Times in s at which the stress is bounded, increasing.
+    pub times: Vec<f64>,
+    /// Start diameters in m.
+    pub start: [f64; 3],
+    /// Smallest and largest diameter in m.
+    pub bounds: [f64; 2],
+    /// The approximation.
+    pub linearized: Linearized,
+    /// The derivatives.
+    pub derivatives: Derivatives,
+}
+
+impl Default for StressConstrained {
+    fn default() -> Self {
+        Self {
+            mechanism: FourBar::physical(),
+            times: FourBar::window(),
+            start: [0.3568; 3],
+            bounds: [5e-3, 1.0],
+            linearized: Linearized::MomentsInAreas,
+            derivatives: Derivatives::Direct,
+        }
+    }
+}
+
+impl StressConstrained {
+    /// The choices that give the printed stresses; see [`FourBar::as_published`].
+    pub fn as_published() -> Self {
+        Self { mechanism: FourBar::as_published(), ..Self::default() }
+    }
+
+    /// The same with Young's modulus multiplied by `factor`.
+    #[must_use]
+    pub fn stiffened(mut self, factor: f64) -> Self {
+        self.mechanism.young *= factor;
+        self
+    }
+
+    /// The same from other start diameters, in mm.
+    #[must_use]
+    pub fn from_mm(self, start: [f64; 3]) -> Self {
+        Self { start: start.map(|d| d * 1e-3), ..self }
+    }
+
+    /// The optimization problem: diameters in m, moments in N·m, stresses in N/m², mass in kg.
+    ///
+    /// **Errors.** [`Error::Option`] or [`Error::Definition`] if times, bounds, start or settings are out of range.
+    pub fn problem(&self) -> Result<Problem> {
+        let [lower, upper] = self.bounds;
+        Error::check_option("smallest diameter", "positive", lower, lower > 0.0)?;
+        let mut parts = ProblemBuilder::new("flexible four-bar mechanism");
+        for (link, start) in LINKS.iter().zip(self.start) {
+            parts.variable(DesignVariable::new(format!("{link} diameter"), "m", start).within(lower, upper));
+        }
+        let time = parts.grid(TimeGrid::new("time", "s", self.times.clone())?);
+        let mechanism = self.mechanism;
+        parts.minimize("mass", "kg", Quantity::plain(function!([m: FourBar = mechanism] |p| m.mass(p.design))));
+        for (link, name) in LINKS.iter().enumerate() {
+            for node in 1..=mechanism.elements + 1 {
+                self.bound_stress(&mut parts, time, link, &format!("{name} node {node}"));
+            }
+        }
+        self.build(parts)
+    }
+
+    /// |σ| ≤ σ_a at one node, as two constraints.
+    fn bound_stress(&self, parts: &mut ProblemBuilder, time: usize, link: usize, place: &str) {
+        let moment = parts.transient(&format!("moment {place}"), "N·m", time);
+        if self.linearized == Linearized::MomentsInAreas {
+            parts.linearize_in(moment, Intermediates::all(3, Intermediate::AreaOfDiameter));
+        }
+        for (sign, side) in [(1.0, "tension"), (-1.0, "compression")] {
+            let stress = function!([link: usize = link, sign: f64 = sign] |p| {
+                p.response[0] * FourBar::stress_per_moment(p.design[link]) * sign
+            });
+            let mut quantity = Quantity::each_point(time, stress).of(&[moment]);
+            if self.linearized == Linearized::StressesInDiameters {
+                quantity = quantity.directly(Intermediates::Identity);
+            }
+            parts.subject_to(Constraint::at_most(format!("{side} {place}"), FourBar::ALLOWED_STRESS, quantity));
+        }
+    }
+
+    fn build(&self, parts: ProblemBuilder) -> Result<Problem> {
+        let analysis = Transient::new(self.mechanism, self.mechanism.dynamics()?, &self.times)?;
+        match self.derivatives {
+            Derivatives::Direct => parts.build(analysis),
+            Derivatives::Forward(step) => parts.build(Differences::forward(analysis, step)?),
+            Derivatives::Central(step) => parts.build(Differences::central(analysis, step)?),
+        }
+    }
+}
+
+/// The paper's method for this problem: screening at 50 % of the allowed stress.
+pub fn method() -> Method {
+    Method { screening: Screening { cutoff: Some(0.5), ..Screening::default() }, ..Method::default() }
+}
+
+/// Optima I and II of the published problem.
+pub fn published_optima() -> [Optimum; 2] {
+    let source = "Etman et al. 1998, Table V, here to four digits";
+    [
+        Optimum { design: vec![38.39e-3, 25.13e-3, 19.99e-3], objective: 2.882, source },
+        Optimum { design: vec![37.24e-3, 23.63e-3, 19.84e-3], objective: 2.670, source },
+    ]
+}
+
+/// The optimum III of the published problem with ten times Young's modulus.
+pub fn published_stiff_optimum() -> Optimum {
+    let source = "Etman et al. 1998, Table V, here to four digits";
+    Optimum { design: vec![35.50e-3, 23.02e-3, 18.02e-3], objective: 2.417, source }
+}

@@ -1,0 +1,196 @@
+//! The paper's figures 3 to 6, and what a run looks like: convergence and time histories.
+
+use super::{Regenerated, Run};
+use crate::error::Result;
+use crate::library::impact_absorber::{self, ACCELERATION, DISPLACEMENT, motion};
+use crate::library::slider_crank::{self, coupler_point};
+use crate::problem::{ClosedForm, TimeGrid};
+use crate::report::figure::{Figure, Grid, Quantity, literal};
+use crate::report::picture::{
+    Bound, Convergence, CouplerCurve, DesignPlane, Family, History, Iterate, Linkage, Measure, Objective, Side,
+    TimeBound, TimeHistory, TimePointConstraints, convergence, coupler_curve, design_plane, time_history,
+    time_point_constraints,
+};
+use crate::sao::Cycle;
+
+/// Every figure that belongs to a regenerated table, by file stem.
+pub fn figures(table: &Regenerated) -> Result<Vec<(String, Figure)>> {
+    let Some(run) = &table.run else { return Ok(vec![]) };
+    let mut figures = vec![(format!("{}_convergence", table.name), convergence_of(run)?)];
+    match table.name {
+        "table1" => {
+            figures.push(("figure3_maximum_acceleration".to_owned(), figure3(run)?));
+            figures.push(("figure4_time_point_constraints".to_owned(), figure4(run)?));
+            figures.push(("table1_displacement".to_owned(), history_of(run, DISPLACEMENT, &[1.0, -1.0])?));
+            let peak = run.state.design[2];
+            figures.push(("table1_acceleration".to_owned(), history_of(run, ACCELERATION, &[peak, -peak])?));
+        }
+        "table2" => {
+            figures.push(("figure5_comfort_criterion".to_owned(), figure5(run)?));
+            figures.push(("table2_displacement".to_owned(), history_of(run, DISPLACEMENT, &[1.0, -1.0])?));
+        }
+        "table4" => figures.push(("figure6_coupler_curve".to_owned(), figure6(run)?)),
+        _ => (),
+    }
+    Ok(figures)
+}
+
+fn variables() -> [Quantity; 2] {
+    [Quantity::new("*b*_1", "N m^{-1}"), Quantity::new("*b*_2", "N s m^{-1}")]
+}
+
+/// A function of stiffness and damping over the plane of the figures.
+fn plane(f: impl Fn(f64, f64) -> f64) -> Result<Grid> {
+    Grid::sample([0.0, 1.0], [0.0, 1.0], [81, 81], f)
+}
+
+/// The largest |displacement| or |acceleration| on 401 time points.
+fn largest(k: f64, c: f64, which: usize) -> f64 {
+    (0..401).map(|p| motion(k, c, 0.03 * f64::from(p))[which].abs()).fold(0.0, f64::max)
+}
+
+fn path(run: &Run) -> Vec<Iterate> {
+    let corner = |side: &[f64]| [side[0], side[1]];
+    let iterate = |c: &Cycle| Iterate {
+        cycle: c.cycle,
+        design: corner(&c.design),
+        accepted: c.accepted,
+        move_limits: c.region.as_ref().map(|r| [corner(&r.lower), corner(&r.upper)]),
+    };
+    run.state.history.iter().map(iterate).collect()
+}
+
+fn in_the_plane(run: &Run, name: &str, grid: &Grid, levels: &[f64]) -> Result<Figure> {
+    let excess = plane(|k, c| largest(k, c, DISPLACEMENT) - 1.0)?;
+    design_plane(&DesignPlane {
+        variables: variables(),
+        objective: Objective { name, grid, levels },
+        bounds: &[Bound { name: "displacement bound", excess: &excess }],
+        path: &path(run),
+        optimum: Some([run.state.design[0], run.state.design[1]]),
+    })
+}
+
+fn figure3(run: &Run) -> Result<Figure> {
+    let peak = plane(|k, c| largest(k, c, ACCELERATION))?;
+    in_the_plane(run, "maximum acceleration [m s^{-2}]", &peak, &[])
+}
+
+fn figure5(run: &Run) -> Result<Figure> {
+    let weights = TimeGrid::uniform(0.0, impact_absorber::DURATION, 101)?.simpson()?;
+    let square = |k, c| {
+        let term = |(p, w): (usize, &f64)| w * motion(k, c, 0.12 * p as f64)[ACCELERATION].powi(2);
+        weights.iter().enumerate().map(term).sum::<f64>() / impact_absorber::DURATION
+    };
+    let levels = [0.02, 0.03, 0.038, 0.05, 0.07, 0.1, 0.15, 0.2];
+    in_the_plane(run, "comfort criterion [m^2 s^{-4}]", &plane(square)?, &levels)
+}
+
+/// Displacement and acceleration constraints at every 0.25 s near the optimum, for the optimal b₃.
+fn figure4(run: &Run) -> Result<Figure> {
+    let [low, high] = [[0.25, 0.4], [0.5, 0.6]];
+    let excesses = |which: usize, limit: f64, sign: f64| -> Result<Vec<Grid>> {
+        let at = |p: i32| {
+            let f = |k, c| sign * motion(k, c, 0.25 * f64::from(p))[which] - limit;
+            Grid::sample([low[0], high[0]], [low[1], high[1]], [61, 61], f)
+        };
+        (0..=48).map(at).collect()
+    };
+    let families = [
+        Family { name: "displacement, *y*(*t*_p) = 1 m", excesses: &excesses(DISPLACEMENT, 1.0, 1.0)? },
+        Family {
+            name: "acceleration, −*a*(*t*_p) = *b*_3",
+            excesses: &excesses(ACCELERATION, run.state.design[2], -1.0)?,
+        },
+    ];
+    time_point_constraints(&TimePointConstraints {
+        variables: variables(),
+        families: &families,
+        hatched: false,
+        optimum: Some([run.state.design[0], run.state.design[1]]),
+        window: Some([low, high]),
+    })
+}
+
+/// The slider-crank of a design at a crank rotation in radians: its coupler point and its drawing.
+fn slider_crank_at(b: &[f64], rotation: f64) -> ([f64; 2], Linkage) {
+    let pose: Vec<f64> = (0..3).map(|h| slider_crank::Coupler.response(h, b, rotation)).collect();
+    let (ground, pin) = ([b[4], b[5]], [pose[0], pose[1]]);
+    let slider = [pin[0] + b[1] * pose[2].cos(), b[2]];
+    let point = coupler_point(&pose, b);
+    let linkage = Linkage {
+        bars: vec![vec![ground, pin]],
+        plates: vec![vec![pin, slider, point]],
+        joints: vec![pin],
+        ground_joints: vec![ground],
+        sliders: vec![(slider, 0.0)],
+        guides: vec![[[slider[0] - 9.0, b[2]], [slider[0] + 9.0, b[2]]]],
+        notes: vec![("*P*".to_owned(), point)],
+    };
+    (point, linkage)
+}
+
+fn figure6(run: &Run) -> Result<Figure> {
+    let curve = |b: &[f64]| -> Vec<[f64; 2]> {
+        (0..=180).map(|k| slider_crank_at(b, f64::from(2 * k).to_radians()).0).collect()
+    };
+    let (start, end) = (&run.state.history[0].design, &run.state.design);
+    let reached: Vec<[f64; 2]> =
+        slider_crank::ROTATIONS_DEG.iter().map(|d| slider_crank_at(end, d.to_radians()).0).collect();
+    coupler_curve(&CouplerCurve {
+        axes: [Quantity::new("*x*", "length"), Quantity::new("*y*", "length")],
+        curves: &[("first design", &curve(start)), ("final design", &curve(end))],
+        desired: &slider_crank::DESIRED,
+        reached: &reached,
+        linkage: Some(&slider_crank_at(end, 0.0).1),
+    })
+}
+
+/// Objective, errors, violation and steps over the cycles.
+fn convergence_of(run: &Run) -> Result<Figure> {
+    let history = &run.state.history;
+    let column = |f: fn(&Cycle) -> f64| -> Vec<f64> { history.iter().map(f).collect() };
+    let objective = column(|c| c.objective);
+    let spread = objective.iter().copied().fold(0.0, f64::max) / objective.iter().copied().fold(f64::MAX, f64::min);
+    convergence(&Convergence {
+        cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
+        accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
+        objective: Quantity::new(literal(&run.problem.objective_name), literal(&run.problem.objective_unit)),
+        objective_values: &objective,
+        objective_logarithmic: spread > 20.0,
+        measures: &[
+            Measure { name: "*E*_f", values: &column(|c| c.objective_error_pct) },
+            Measure { name: "*E*_g", values: &column(|c| c.constraint_error_pct) },
+            Measure { name: "*V*", values: &column(|c| c.violation_pct) },
+            Measure { name: "max Δ*b*", values: &column(|c| c.max_variable_change_pct) },
+        ],
+        measure: Quantity::new("errors, violation, step", "%"),
+    })
+}
+
+/// A response at the first and the final design, with its limits and the points kept and active in the last cycle.
+fn history_of(run: &Run, response: usize, limits: &[f64]) -> Result<Figure> {
+    let (problem, state) = (&run.problem, &run.state);
+    let declared = &problem.responses[response];
+    let grid = &problem.grids[declared.grid.unwrap_or(0)];
+    let first = problem.analyze(&state.history[0].design)?;
+    let last = state.history.last().map_or((vec![], vec![]), |c| (c.kept.clone(), c.active.clone()));
+    let mine = |j: usize| problem.constraints[j].quantity.responses().contains(&response);
+    let mut kept: Vec<usize> = last.0.iter().filter(|r| mine(r.constraint)).map(|r| r.point).collect();
+    let mut active: Vec<usize> = last.1.iter().filter(|a| mine(a.row.constraint)).map(|a| a.row.point).collect();
+    kept.dedup();
+    active.dedup();
+    let bound = |&value: &f64| TimeBound { value, side: if value > 0.0 { Side::Below } else { Side::Above } };
+    time_history(&TimeHistory {
+        time: Quantity::new(literal(&grid.name), literal(&grid.unit)),
+        response: Quantity::new(literal(&declared.name), literal(&declared.unit)),
+        times: &grid.points,
+        histories: &[
+            History { name: "first design", values: &first.values[response] },
+            History { name: "final design", values: &state.responses.values[response] },
+        ],
+        bounds: &limits.iter().map(bound).collect::<Vec<_>>(),
+        kept: &kept,
+        active: &active,
+    })
+}

@@ -1,0 +1,228 @@
+//! Tables V and VI: the stress-constrained flexible four-bar mechanism.
+
+use super::printed_rows::{PrintedRow, printed_rows};
+use super::runs::{Observer, Regenerated, Run};
+use crate::approximation::{ApproximateProblem, Known};
+use crate::error::Result;
+use crate::library::four_bar::{Derivatives, StressConstrained, method};
+use crate::multibody::mechanisms::FourBar;
+use crate::problem::{Evaluation, Problem, Program, Responses, Sensitivities};
+use crate::report::table::{Cell, Printed, Table};
+use crate::sao::{Cycle, Method, Outcome, RelativeLimits};
+
+const TABLE5: &str = include_str!("../../../papers/etman-1998/table5.csv");
+const TABLE6: &str = include_str!("../../../papers/etman-1998/table6.csv");
+
+/// Start from which optimum I is found, in mm; optimum II is found from the paper's.
+pub const START_OF_OPTIMUM_I: [f64; 3] = [50.0, 50.0, 50.0];
+/// The design that Table V cites from Sohoni & Haug (1982), in mm.
+const SOHONI_HAUG: [f64; 3] = [36.2, 28.1, 12.2];
+/// The relative step of the paper's forward differences, inferred from the printed errors.
+pub const PAPER_STEP: f64 = 1e-3;
+
+/// The problem as the paper's tables have it, with forward differences as it used them.
+pub fn as_printed() -> StressConstrained {
+    StressConstrained { derivatives: Derivatives::Forward(PAPER_STEP), ..StressConstrained::as_published() }
+}
+
+fn solve(name: &str, setup: &StressConstrained, observe: &mut Observer) -> Result<Run> {
+    let problem = setup.problem()?;
+    let state = method().solve(&problem, |s| observe(name, s))?;
+    Ok(Run { problem, state })
+}
+
+/// Table V: the start, the optima and a design from the literature; the runs of the optima I, II and III.
+pub fn table5(observe: &mut Observer) -> Result<(Regenerated, [Run; 3])> {
+    let published = StressConstrained::as_published();
+    let mechanism = published.mechanism;
+    let runs = [
+        solve("table5", &published.clone().from_mm(START_OF_OPTIMUM_I), observe)?,
+        solve("table5", &published, observe)?,
+        solve("table5", &published.clone().stiffened(10.0), observe)?,
+    ];
+    let columns = ["design", "youngs_modulus_pa", "d1_mm", "d2_mm", "d3_mm", "mass_kg"];
+    let mut table = Table::new("Table V. Flexible four-bar mechanism, optima", columns);
+    let mut push = |name: &str, young: f64, d: &[f64]| {
+        let numbers = [young, d[0] * 1e3, d[1] * 1e3, d[2] * 1e3, mechanism.mass(d)];
+        table.push(std::iter::once(name.into()).chain(numbers.map(Cell::from)))
+    };
+    push("initial", mechanism.young, &published.start)?;
+    for (name, run, factor) in [("I", &runs[0], 1.0), ("II", &runs[1], 1.0), ("III", &runs[2], 10.0)] {
+        push(name, mechanism.young * factor, &run.state.design)?;
+    }
+    push("sohoni_haug_1982", mechanism.young, &SOHONI_HAUG.map(|d| d * 1e-3))?;
+    let notes = vec![
+        "I is found from 50 mm, II and III from the paper's 356.8 mm; both I and II are local optima of one model.",
+        "The printed 546.0 kg and 2.89 kg are not those of the printed diameters (546.1 and 2.896 kg) to the last digit.",
+    ];
+    let printed = Printed::from_csv("table5.csv", TABLE5)?;
+    Ok((Regenerated { name: "table5", table, printed, keys: 1, notes, run: None }, runs))
+}
+
+/// Table VI: the run from the paper's start, with our derivatives. It ends in optimum II where the paper's ends in I.
+pub fn table6(observe: &mut Observer) -> Result<Regenerated> {
+    let run = solve("table6", &StressConstrained::as_published(), observe)?;
+    let title = "Table VI. Flexible four-bar mechanism, from 356.8 mm with exact derivatives";
+    let notes = vec![
+        "The path is chaotic: 0.1 mm in cycle 3 decides on everything after cycle 5. table6_rows compares row by row.",
+    ];
+    history("table6", title, 0, run, notes)
+}
+
+/// Table VI from its cycle 4 on: forward differences with step 1e-3 from the printed design of cycle 4.
+pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<Regenerated> {
+    let rows = printed_rows(TABLE6, &RelativeLimits::default())?;
+    let problem = as_printed().problem()?;
+    let method = method();
+    let mut state = method.start_at(&problem, rows[4].design.clone())?;
+    state.factors.clone_from(&rows[5].factors);
+    let state = method.resume(&problem, state, |s| observe("table6_from_cycle_4", s))?;
+    let title = "Table VI. Flexible four-bar mechanism, continued from the printed cycle 4 with forward differences";
+    let notes = vec!["Row 4 is the printed design, un-rounded by its move limits; its E_g belongs to the step before."];
+    history("table6_from_cycle_4", title, rows[4].cycle, Run { problem, state }, notes)
+}
+
+fn history(name: &'static str, title: &str, first: usize, run: Run, notes: Vec<&'static str>) -> Result<Regenerated> {
+    let columns = [
+        "cycle",
+        "accepted",
+        "active_move_limits",
+        "b1_mm",
+        "b2_mm",
+        "b3_mm",
+        "max_approximation_error_pct",
+        "max_violation_pct",
+        "mass_kg",
+    ];
+    let mut table = Table::new(title, columns);
+    for c in &run.state.history {
+        table.push(row(first, c))?;
+    }
+    let printed = Printed::from_csv("table6.csv", TABLE6)?;
+    Ok(Regenerated { name, table, printed, keys: 2, notes, run: Some(run) })
+}
+
+fn row(first: usize, c: &Cycle) -> Vec<Cell> {
+    let words = [(first + c.cycle).into(), word(c.accepted), c.active_limits.into()];
+    let design = c.design.iter().map(|d| d * 1e3);
+    let numbers = design.chain([c.constraint_error_pct, c.violation_pct, c.objective]);
+    words.into_iter().chain(numbers.map(Cell::from)).collect()
+}
+
+fn word(accepted: bool) -> Cell {
+    if accepted { "y" } else { "n" }.into()
+}
+
+/// What our programs say at one printed row of Table VI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RowCheck {
+    /// The printed row.
+    pub printed: PrintedRow,
+    /// V at its design, in percent.
+    pub violation_pct: f64,
+    /// E_g at its design, of the approximations made at the row that it was found from, in percent.
+    pub error_pct: f64,
+    /// The design in m that one cycle from that row proposes, with the move limits of the paper.
+    pub proposed: Vec<f64>,
+}
+
+/// Every printed row of Table VI on its own: no path, so no chaos. `setup` has the mechanism and the derivatives.
+pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
+    let rows = printed_rows(TABLE6, &RelativeLimits::default())?;
+    let (problem, method) = (setup.problem()?, method());
+    let mut start = Start::at(&problem, &method, &rows[0].design)?;
+    let mut base = 0;
+    let mut checks = vec![];
+    for (k, printed) in rows.into_iter().enumerate() {
+        if k == 0 {
+            let (violation_pct, proposed) = (start.evaluation.max_violation_pct(), printed.design.clone());
+            checks.push(RowCheck { printed, violation_pct, error_pct: 0.0, proposed });
+            continue;
+        }
+        if printed.from != base {
+            base = printed.from;
+            let from: &RowCheck = &checks[base];
+            start = Start::at(&problem, &method, &from.printed.design)?;
+        }
+        checks.push(start.check(&problem, &method, printed)?);
+    }
+    Ok(checks)
+}
+
+/// All that is known at the start of a cycle.
+struct Start {
+    design: Vec<f64>,
+    responses: Responses,
+    evaluation: Evaluation,
+    kept: Vec<crate::problem::RowId>,
+    sensitivities: Sensitivities,
+}
+
+impl Start {
+    fn at(problem: &Problem, method: &Method, design: &[f64]) -> Result<Self> {
+        let responses = problem.analyze(design)?;
+        let evaluation = problem.evaluate(design, &responses)?;
+        let kept = method.screening.keep(problem, &evaluation);
+        let instants = ApproximateProblem::instants(problem, &kept);
+        let rows = problem.sensitivities(design, &responses, &instants)?;
+        let sensitivities = Sensitivities { instants, rows };
+        Ok(Self { design: design.to_vec(), responses, evaluation, kept, sensitivities })
+    }
+
+    fn check(&self, problem: &Problem, method: &Method, printed: PrintedRow) -> Result<RowCheck> {
+        let Self { design, responses, evaluation, kept, sensitivities } = self;
+        let known = Known { design, responses, evaluation, sensitivities };
+        let region = method.move_limits.region(problem, design, &printed.factors);
+        let bounds = (region.lower, region.upper);
+        let approximate = ApproximateProblem::new(problem, &*method.approximation, known, kept.clone(), bounds)?;
+        let proposed = method.solver.solve(&approximate, design)?.x;
+        let there = problem.evaluate(&printed.design, &problem.analyze(&printed.design)?)?;
+        let predicted = approximate.values(&printed.design)?;
+        let outcome = Outcome::new(problem, &method.screening, kept, &predicted, &there);
+        Ok(RowCheck {
+            printed,
+            violation_pct: outcome.violation_pct,
+            error_pct: outcome.constraint_error_pct,
+            proposed,
+        })
+    }
+}
+
+/// [`check_rows`] as a table: errors and violations beside the printed ones, and the designs that one cycle proposes.
+pub fn table6_rows(checks: &[RowCheck]) -> Result<Table> {
+    let columns = [
+        "cycle",
+        "accepted",
+        "violation_pct_paper",
+        "violation_pct",
+        "approximation_error_pct_paper",
+        "approximation_error_pct",
+        "next_b1_mm",
+        "next_b2_mm",
+        "next_b3_mm",
+    ];
+    let mut table =
+        Table::new("Table VI, row by row: each printed design analysed, and proposed from the row before", columns);
+    for c in checks {
+        let numbers = [c.printed.violation_pct, c.violation_pct, c.printed.error_pct, c.error_pct];
+        let next = c.proposed.iter().map(|d| d * 1e3);
+        let cells = numbers.into_iter().chain(next).map(Cell::from);
+        table.push([c.printed.cycle.into(), word(c.printed.accepted)].into_iter().chain(cells))?;
+    }
+    Ok(table)
+}
+
+/// Root mean square of V − printed V in percentage points, over the rows and the optima II and III.
+pub fn violation_rms(checks: &[RowCheck]) -> Result<f64> {
+    let optimum = |young: f64, d: [f64; 3]| -> Result<f64> {
+        let setup = StressConstrained { mechanism: FourBar { young, ..FourBar::as_published() }, ..as_printed() };
+        let (problem, d) = (setup.problem()?, d.map(|d| d * 1e-3));
+        Ok(problem.evaluate(&d, &problem.analyze(&d)?)?.max_violation_pct())
+    };
+    // The last two rows print the same design.
+    let mut misses: Vec<f64> =
+        checks[..checks.len() - 1].iter().map(|c| c.violation_pct - c.printed.violation_pct).collect();
+    misses.push(optimum(6.895e10, [37.3, 23.6, 19.8])?);
+    misses.push(optimum(6.895e11, [35.5, 23.0, 18.0])?);
+    Ok((misses.iter().map(|m| m * m).sum::<f64>() / misses.len() as f64).sqrt())
+}

@@ -1,0 +1,154 @@
+//! Mechanisms in motion: a page for a browser, or an animated GIF.
+
+mod gif;
+mod page;
+
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Panel, Quantity, Stroke, check, literal, short};
+use crate::report::picture::{Linkage, window};
+use crate::{Error, Result};
+
+/// One design in motion.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// What stands above it, as plain text.
+    pub title: String,
+    /// The mechanism at each time.
+    pub frames: Vec<Linkage>,
+    /// Curves that stand still, such as the path of a coupler point.
+    pub traces: Vec<Vec<[f64; 2]>>,
+}
+
+/// Designs in motion beside each other, in one scale and one time.
+///
+/// ```
+/// use linkwright::report::animation::{Animation, Scene};
+/// use linkwright::report::{figure::Quantity, picture::Linkage};
+///
+/// let crank = |angle: f64| Linkage {
+///     bars: vec![vec![[0.0, 0.0], [angle.cos(), angle.sin()]]],
+///     ground_joints: vec![[0.0, 0.0]],
+///     ..Linkage::default()
+/// };
+/// let times: Vec<f64> = (0..20).map(|k| 0.05 * k as f64).collect();
+/// let frames = times.iter().map(|t| crank(std::f64::consts::TAU * t)).collect();
+/// let scene = Scene { title: "crank".to_owned(), frames, traces: vec![] };
+/// let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+/// let animation = Animation::new("A turning crank", axes, times, vec![scene])?.lasting(2.0)?;
+/// assert!(animation.page().starts_with("<!DOCTYPE html>"));
+/// assert_eq!(&animation.gif(96.0)?[..6], b"GIF89a");
+/// # Ok::<(), linkwright::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Animation {
+    description: String,
+    axes: [Quantity; 2],
+    times: Vec<f64>,
+    scenes: Vec<Scene>,
+    seconds: f64,
+}
+
+impl Animation {
+    /// An animation of all scenes at the given times in seconds; it plays in real time.
+    ///
+    /// **Errors.** Times that do not increase, no scenes, as many frames as times expected, coordinates not finite.
+    pub fn new(
+        description: impl Into<String>,
+        axes: [Quantity; 2],
+        times: Vec<f64>,
+        scenes: Vec<Scene>,
+    ) -> Result<Self> {
+        check::increasing("times of the animation", &times)?;
+        check::not_empty("scenes of the animation", scenes.len())?;
+        for scene in &scenes {
+            Error::check_length(&format!("frames of '{}'", scene.title), times.len(), scene.frames.len())?;
+            scene.frames.iter().try_for_each(Linkage::check)?;
+            scene.traces.iter().try_for_each(|trace| check::finite_points("trace of the animation", trace))?;
+        }
+        let seconds = (times[times.len() - 1] - times[0]).clamp(0.1, 3600.0);
+        Ok(Self { description: description.into(), axes, times, scenes, seconds })
+    }
+
+    /// The same animation played in another number of seconds, as for a vibration too fast for the eye.
+    ///
+    /// **Errors.** Outside 0.1 to 3600 s.
+    pub fn lasting(self, seconds: f64) -> Result<Self> {
+        Error::check_option(
+            "duration of the animation",
+            "from 0.1 to 3600 s",
+            seconds,
+            (0.1..=3600.0).contains(&seconds),
+        )?;
+        Ok(Self { seconds, ..self })
+    }
+
+    /// The limits along both axes that hold every scene at every time.
+    fn windows(&self) -> [[f64; 2]; 2] {
+        let frames = self.scenes.iter().flat_map(|scene| &scene.frames).flat_map(Linkage::extent);
+        let traces = self.scenes.iter().flat_map(|scene| scene.traces.concat());
+        let everything: Vec<[f64; 2]> = frames.chain(traces).collect();
+        [0, 1].map(|k| window(everything.iter().map(|p| p[k])))
+    }
+
+    /// The picture at one time, for print: scenes beside each other.
+    ///
+    /// **Errors.** An index outside the times.
+    pub fn still(&self, frame: usize) -> Result<Figure> {
+        let inside = frame < self.times.len();
+        Error::check_option("frame", "less than the number of times", frame as f64, inside)?;
+        Ok(self.figure(frame, &self.windows()))
+    }
+
+    fn figure(&self, frame: usize, [x, y]: &[[f64; 2]; 2]) -> Figure {
+        let columns = self.scenes.len().min(3);
+        let rows = self.scenes.len().div_ceil(columns);
+        let mut figure = Figure::new(&self.description, 75.0 * columns as f64, 70.0 * rows as f64).in_columns(columns);
+        let time = short(self.times[frame]);
+        for scene in &self.scenes {
+            let axes = [Axis::of(&self.axes[0]).limits(x[0], x[1]), Axis::of(&self.axes[1]).limits(y[0], y[1])];
+            let [x_axis, y_axis] = axes;
+            let title = format!("{} (*t* = {time} s)", literal(&scene.title));
+            let mut panel = Panel::new(x_axis, y_axis).equal().titled(title).legend(Legend::Absent);
+            panel.add(Mark::curves(scene.traces.clone(), Stroke::solid(Colour::BLUE, 0.6)));
+            // Notes seek their own places and would jump from frame to frame.
+            Linkage { notes: Vec::new(), ..scene.frames[frame].clone() }.draw(&mut panel);
+            figure = figure.with(panel);
+        }
+        figure
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn crank(count: usize) -> Animation {
+        let times: Vec<f64> = (0..count).map(|k| k as f64 / count as f64).collect();
+        let frame = |t: &f64| {
+            let (s, c) = (std::f64::consts::TAU * t).sin_cos();
+            Linkage { bars: vec![vec![[0.0, 0.0], [c, s]]], ground_joints: vec![[0.0, 0.0]], ..Linkage::default() }
+        };
+        let scene = |title: &str| Scene {
+            title: title.to_owned(),
+            frames: times.iter().map(frame).collect(),
+            traces: vec![vec![[1.0, 0.0], [0.0, 1.0]]],
+        };
+        let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+        Animation::new("crank", axes, times.clone(), vec![scene("first </script> design"), scene("optimum")]).unwrap()
+    }
+
+    #[test]
+    fn bad_animations_are_refused() {
+        let good = crank(4);
+        let again = |times: Vec<f64>, scenes: Vec<Scene>| Animation::new("", good.axes.clone(), times, scenes);
+        assert!(again(vec![], vec![]).is_err());
+        assert!(again(good.times.clone(), vec![]).is_err());
+        assert!(again(vec![0.0, 1.0], good.scenes.clone()).is_err());
+        assert!(again(vec![0.0, 0.2, 0.1, 0.3], good.scenes.clone()).is_err());
+        let mut broken = good.scenes.clone();
+        broken[1].frames[2].bars[0][1][0] = f64::NAN;
+        assert!(again(good.times.clone(), broken).is_err());
+        assert!(good.clone().lasting(f64::INFINITY).is_err());
+        assert!(good.still(4).is_err());
+        assert!(good.still(3).unwrap().svg().unwrap().contains("optimum"));
+    }
+}

@@ -1,0 +1,198 @@
+//! Our table beside a printed one, in the printed digits, with the differences marked.
+
+use std::fmt;
+
+use super::{Cell, Table, aligned, csv, readable};
+use crate::{Error, Result};
+
+/// A table as it was printed: numbers keep their digits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Printed {
+    columns: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Printed {
+    /// Reads the printed table from CSV with the names of the columns in the first line; `file` names it in errors.
+    ///
+    /// **Errors.** [`Error::File`] if it is empty, ragged or not CSV.
+    pub fn from_csv(file: &str, text: &str) -> Result<Self> {
+        let mut records = csv::records(file, text)?;
+        let columns = records.remove(0);
+        Ok(Self { columns, rows: records })
+    }
+}
+
+/// Two tables beside each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// The text: title, columns in pairs of ours and printed, one line of summary.
+    pub text: String,
+    /// How many printed values have a counterpart of ours.
+    pub compared: usize,
+    /// How many of them differ in the printed digits.
+    pub differing: usize,
+}
+
+/// A row of ours and its printed counterpart.
+type RowPair<'a> = (Option<&'a Vec<Cell>>, Option<&'a Vec<String>>);
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str(&self.text)
+    }
+}
+
+impl Table {
+    /// This table beside a printed one.
+    ///
+    /// The first `keys` columns identify a row, such as cycle and acceptance: rows with equal keys stand in one line, in
+    /// the order of both tables; a row without counterpart faces dashes. Every other number is rounded to the digits
+    /// and the form (`0.3628`, `4.703e-1`) of its counterpart, and marked `≠` if it then differs.
+    ///
+    /// **Errors.** Other names of columns than the printed ones; no columns besides the keys.
+    pub fn beside(&self, printed: &Printed, keys: usize) -> Result<Comparison> {
+        if self.columns != printed.columns || keys >= self.columns.len() {
+            let why = format!("its columns are {:?}, the printed ones {:?}", self.columns, printed.columns);
+            return Err(Error::definition(format!("table '{}'", self.title), why, "name the columns as printed"));
+        }
+        let mut names: Vec<String> = self.headings()[..keys].to_vec();
+        names.extend(self.headings()[keys..].iter().flat_map(|name| [name.clone(), "printed".to_owned()]));
+        let (mut compared, mut differing) = (0, 0);
+        let mut rows = Vec::new();
+        for (ours, theirs) in self.pairs(printed, keys) {
+            let mut line: Vec<String> = match (ours, theirs) {
+                (Some(ours), _) => ours[..keys].iter().map(readable).collect(),
+                (None, Some(theirs)) => theirs[..keys].to_vec(),
+                (None, None) => continue,
+            };
+            for c in keys..self.columns.len() {
+                let cells = pair(ours.map(|row| &row[c]), theirs.map(|row| row[c].as_str()));
+                compared += usize::from(cells.1.is_some());
+                differing += usize::from(cells.1 == Some(false));
+                line.extend(cells.0);
+            }
+            rows.push(line);
+        }
+        let agree = compared - differing;
+        let summary = format!("{agree} of {compared} printed values agree in every digit; ≠ marks the others.\n");
+        let text = format!("{}\n{}{summary}", self.title, aligned(&names, &rows));
+        Ok(Comparison { text, compared, differing })
+    }
+
+    /// Rows of both tables in order, with equal keys together wherever possible (longest common subsequence).
+    fn pairs<'a>(&'a self, printed: &'a Printed, keys: usize) -> Vec<RowPair<'a>> {
+        let (ours, theirs) = (&self.rows, &printed.rows);
+        let same = |a: usize, b: usize| (0..keys).all(|c| agrees(&like(&ours[a][c], &theirs[b][c]), &theirs[b][c]));
+        let mut longest = vec![vec![0; theirs.len() + 1]; ours.len() + 1];
+        for a in (0..ours.len()).rev() {
+            for b in (0..theirs.len()).rev() {
+                let skip = longest[a + 1][b].max(longest[a][b + 1]);
+                longest[a][b] = if same(a, b) { skip.max(1 + longest[a + 1][b + 1]) } else { skip };
+            }
+        }
+        let (mut a, mut b, mut pairs) = (0, 0, Vec::new());
+        while a < ours.len() || b < theirs.len() {
+            let both = a < ours.len() && b < theirs.len();
+            if both && same(a, b) && longest[a][b] == 1 + longest[a + 1][b + 1] {
+                pairs.push((Some(&ours[a]), Some(&theirs[b])));
+                (a, b) = (a + 1, b + 1);
+            } else if b == theirs.len() || (both && longest[a + 1][b] >= longest[a][b + 1]) {
+                pairs.push((Some(&ours[a]), None));
+                a += 1;
+            } else {
+                pairs.push((None, Some(&theirs[b])));
+                b += 1;
+            }
+        }
+        pairs
+    }
+}
+
+/// The two cells of a column, and whether they agree if both are there.
+fn pair(ours: Option<&Cell>, printed: Option<&str>) -> ([String; 2], Option<bool>) {
+    let dash = || "–".to_owned();
+    match (ours, printed) {
+        (Some(ours), Some(printed)) if !printed.is_empty() => {
+            let text = like(ours, printed);
+            let equal = agrees(&text, printed);
+            ([if equal { text } else { format!("≠ {text}") }, printed.to_owned()], Some(equal))
+        }
+        (Some(ours), _) => ([readable(ours), dash()], None),
+        (None, Some(printed)) => ([dash(), printed.to_owned()], None),
+        (None, None) => ([dash(), dash()], None),
+    }
+}
+
+/// Our cell in the form of the printed one: as many decimals, with an exponent if it has one.
+fn like(ours: &Cell, printed: &str) -> String {
+    let value = match ours {
+        Cell::Number(value) => *value,
+        Cell::Whole(value) => *value as f64,
+        _ => return readable(ours),
+    };
+    if printed.parse::<f64>().is_err() {
+        return readable(ours);
+    }
+    let mantissa = printed.split(['e', 'E']).next().unwrap_or(printed);
+    let decimals = mantissa.split_once('.').map_or(0, |(_, digits)| digits.len());
+    let text =
+        if mantissa.len() < printed.len() { format!("{value:.decimals$e}") } else { format!("{value:.decimals$}") };
+    match text.parse::<f64>() {
+        Ok(0.0) => text.trim_start_matches('-').to_owned(),
+        _ => text,
+    }
+}
+
+fn agrees(ours: &str, printed: &str) -> bool {
+    match (ours.parse::<f64>(), printed.parse::<f64>()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => ours == printed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn our_numbers_take_the_printed_form() {
+        let cases = [
+            (0.47034, "4.703e-1", "4.703e-1"),
+            (0.36276112, "0.3628", "0.3628"),
+            (-1e-9, "0.000", "0.000"),
+            (356.84, "356.8", "356.8"),
+            (2.0, "2", "2"),
+            (5.4e2, "5.46e2", "5.40e2"),
+            (-0.7296, "-7.296e-1", "-7.296e-1"),
+        ];
+        for (value, printed, text) in cases {
+            assert_eq!(like(&Cell::Number(value), printed), text);
+        }
+    }
+
+    #[test]
+    fn differences_and_missing_rows_are_marked() {
+        let printed =
+            Printed::from_csv("table.csv", "cycle,accepted,b,V\n0,y,1.000,-1.938e1\n1,y,0.6640,2.0e0\n2,y,0.5,\n")
+                .unwrap();
+        let mut ours = Table::new("Table", ["cycle", "accepted", "b", "V"]);
+        ours.push([0usize.into(), "y".into(), 1.0.into(), (-19.383).into()]).unwrap();
+        ours.push([1usize.into(), "n".into(), 0.9.into(), 1.0.into()]).unwrap();
+        ours.push([1usize.into(), "y".into(), 0.644.into(), 2.04.into()]).unwrap();
+        let comparison = ours.beside(&printed, 2).unwrap();
+        let expected = "Table
+cycle  accepted         b  printed         V   printed
+──────────────────────────────────────────────────────
+    0         y     1.000    1.000  -1.938e1  -1.938e1
+    1         n   0.90000        –    1.0000         –
+    1         y  ≠ 0.6440   0.6640     2.0e0     2.0e0
+    2         y         –      0.5         –
+3 of 4 printed values agree in every digit; ≠ marks the others.
+";
+        assert_eq!(comparison.to_string(), expected);
+        assert_eq!((comparison.compared, comparison.differing), (4, 1));
+        assert!(ours.beside(&Printed::from_csv("other", "a,b\n1,2\n").unwrap(), 1).is_err());
+        assert!(ours.beside(&printed, 4).is_err());
+    }
+}

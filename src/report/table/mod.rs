@@ -1,0 +1,216 @@
+//! Tables: as text for people, as CSV for programs, beside printed ones for comparison.
+
+mod comparison;
+mod csv;
+
+pub use comparison::{Comparison, Printed};
+
+use crate::{Error, Result};
+
+/// What stands in a table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// A number.
+    Number(f64),
+    /// A whole number.
+    Whole(i64),
+    /// A word.
+    Text(String),
+    /// Nothing.
+    Empty,
+}
+
+impl From<f64> for Cell {
+    fn from(value: f64) -> Self {
+        Self::Number(value)
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(value: usize) -> Self {
+        // A count that does not fit is beyond what memory can hold.
+        Self::Whole(i64::try_from(value).unwrap_or(i64::MAX))
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+/// Rows of cells under named columns.
+///
+/// ```
+/// use linkwright::report::table::Table;
+///
+/// let mut table = Table::new("Two cycles", ["cycle", "objective"]);
+/// table.push([0usize.into(), 0.85.into()])?;
+/// table.push([1usize.into(), 0.1_f64.exp().into()])?;
+/// assert_eq!(table.csv(), "cycle,objective\n0,0.85\n1,1.1051709180756477\n");
+/// assert_eq!(table.text().lines().last(), Some("    1     1.1052"));
+/// # Ok::<(), linkwright::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// The line above it.
+    pub title: String,
+    columns: Vec<String>,
+    headings: Option<Vec<String>>,
+    rows: Vec<Vec<Cell>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new<N: Into<String>>(title: impl Into<String>, columns: impl IntoIterator<Item = N>) -> Self {
+        Self {
+            title: title.into(),
+            columns: columns.into_iter().map(Into::into).collect(),
+            headings: None,
+            rows: Vec::new(),
+        }
+    }
+
+    /// The same table with other names of columns where it is read as text; files keep the first.
+    ///
+    /// **Errors.** [`Error::Length`] unless there is a heading for every column.
+    pub fn headed<N: Into<String>>(mut self, headings: impl IntoIterator<Item = N>) -> Result<Self> {
+        let headings: Vec<String> = headings.into_iter().map(Into::into).collect();
+        Error::check_length(&format!("headings of the table '{}'", self.title), self.columns.len(), headings.len())?;
+        self.headings = Some(headings);
+        Ok(self)
+    }
+
+    /// What stands above the columns of the text.
+    fn headings(&self) -> &[String] {
+        self.headings.as_deref().unwrap_or(&self.columns)
+    }
+
+    /// One more row.
+    ///
+    /// **Errors.** [`Error::Length`] unless there is a cell for every column.
+    pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) -> Result<()> {
+        let row: Vec<Cell> = row.into_iter().collect();
+        Error::check_length(&format!("row of the table '{}'", self.title), self.columns.len(), row.len())?;
+        self.rows.push(row);
+        Ok(())
+    }
+
+    /// Names of the columns.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The rows.
+    pub fn rows(&self) -> &[Vec<Cell>] {
+        &self.rows
+    }
+
+    /// Title, names and rows in columns aligned on the right; numbers in five significant digits.
+    pub fn text(&self) -> String {
+        let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(readable).collect()).collect();
+        format!("{}\n{}", self.title, aligned(self.headings(), &rows))
+    }
+}
+
+/// A cell for a reader.
+fn readable(cell: &Cell) -> String {
+    match cell {
+        Cell::Number(v) => significant(*v),
+        Cell::Whole(v) => v.to_string(),
+        Cell::Text(text) => text.clone(),
+        Cell::Empty => String::new(),
+    }
+}
+
+/// Five significant digits, with an exponent where zeros would hide them.
+fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.abs().to_string().replace("inf", if value < 0.0 { "-inf" } else { "inf" });
+    }
+    let scientific = format!("{value:.4e}");
+    // The exponent after rounding: 9.99999 is 10.000.
+    let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    if (-3..5).contains(&exponent) { format!("{value:.*}", (4 - exponent) as usize) } else { scientific }
+}
+
+/// Columns aligned on the right under their names, which are broken at spaces and underscores, and a line.
+fn aligned(names: &[String], rows: &[Vec<String>]) -> String {
+    let cells: Vec<usize> =
+        (0..names.len()).map(|c| rows.iter().map(|row| width(&row[c])).max().unwrap_or(0)).collect();
+    let broken: Vec<Vec<String>> = names.iter().zip(&cells).map(|(name, &w)| broken(name, w.max(10))).collect();
+    let widths: Vec<usize> =
+        broken.iter().zip(&cells).map(|(parts, &w)| parts.iter().map(|p| width(p)).fold(w, usize::max)).collect();
+    let line = |cells: Vec<&str>| -> String {
+        let padded = cells.iter().zip(&widths).map(|(cell, w)| format!("{}{cell}", " ".repeat(w - width(cell))));
+        padded.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
+    };
+    let height = broken.iter().map(Vec::len).max().unwrap_or(0);
+    // Names end just above the line.
+    let part = |parts: &'_ Vec<String>, k: usize| (k + parts.len()).checked_sub(height).map(|k| parts[k].clone());
+    let header = (0..height).map(|k| {
+        let parts: Vec<String> = broken.iter().map(|parts| part(parts, k).unwrap_or_default()).collect();
+        line(parts.iter().map(String::as_str).collect())
+    });
+    let rule = "─".repeat(widths.iter().sum::<usize>() + 2 * widths.len().saturating_sub(1)) + "\n";
+    let body = rows.iter().map(|row| line(row.iter().map(String::as_str).collect()));
+    header.chain([rule]).chain(body).collect()
+}
+
+fn width(text: &str) -> usize {
+    text.chars().count()
+}
+
+/// A name in lines of at most `room` characters where spaces and underscores allow; underscores are read as spaces.
+fn broken(name: &str, room: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in name.split([' ', '_']).filter(|word| !word.is_empty()) {
+        let last = lines.len() - 1;
+        if lines[last].is_empty() {
+            lines[last].push_str(word);
+        } else if width(&lines[last]) + 1 + width(word) <= room {
+            lines[last] = format!("{} {word}", lines[last]);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_five_significant_digits() {
+        let cases = [
+            (0.36276112, "0.36276"),
+            (-12.0, "-12.000"),
+            (1.23456e-7, "1.2346e-7"),
+            (9.999996, "10.000"),
+            (123456.0, "1.2346e5"),
+            (0.0, "0"),
+            (f64::NAN, "NaN"),
+            (f64::NEG_INFINITY, "-inf"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(significant(value), text);
+        }
+    }
+
+    #[test]
+    fn long_names_are_broken() {
+        assert_eq!(broken("max_approximation_error_pct", 10), ["max", "approximation", "error pct"]);
+        let mut table = Table::new("t", ["active move_limits", "b"]);
+        table.push([2usize.into(), 1.5.into()]).unwrap();
+        assert_eq!(table.text(), "t\nactive\n  move\nlimits       b\n──────────────\n     2  1.5000\n");
+    }
+
+    #[test]
+    fn rows_of_another_length_are_refused() {
+        let mut table = Table::new("t", ["a", "b"]);
+        assert!(table.push([Cell::Empty]).is_err());
+        table.push(["x".into(), Cell::Empty]).unwrap();
+        assert_eq!(table.text(), "t\na  b\n────\nx\n");
+    }
+}

@@ -1,0 +1,181 @@
+//! Separable programs: the dual, the interior point method and SQP (or Clarabel) agree.
+
+use linkwright::Error;
+use linkwright::problem::Program;
+use linkwright::problem::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal};
+use linkwright::subproblem::{
+    Conic, Curvature, Falk, InteriorPoint, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
+};
+use nalgebra::{DMatrix, DVector};
+use proptest::prelude::*;
+
+/// Cycles through given numbers in 0 … 1.
+struct Numbers<'a>(&'a [f64], usize);
+
+impl Numbers<'_> {
+    fn next(&mut self) -> f64 {
+        self.1 += 1;
+        self.0[(self.1 * 7 + self.1 / 97) % self.0.len()]
+    }
+    fn many(&mut self, n: usize, a: f64, b: f64) -> Vec<f64> {
+        (0..n).map(|_| a + (b - a) * self.next()).collect()
+    }
+}
+
+/// Rows that pull against the objective, feasible at the middle of the box.
+fn asymptotes(n: usize, m: usize, v: &mut Numbers<'_>) -> MovingAsymptotes {
+    let (mut p, mut q) = (v.many(n * (m + 1), 0.0, 0.2), v.many(n * (m + 1), 0.0, 0.2));
+    for j in 0..n {
+        p[j * (m + 1)] += 1.0 + v.next();
+        for i in 1..=m {
+            q[j * (m + 1) + i] += v.next();
+        }
+    }
+    let middle = |i: usize| (0..n).map(|j| (p[j * (m + 1) + i] + q[j * (m + 1) + i]) / 1.5).sum::<f64>();
+    let constants =
+        (0..=m).map(|i| if i == 0 { 0.0 } else { -middle(i) - 0.1 * n as f64 * (v.next() - 0.2) }).collect();
+    MovingAsymptotes::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n])).unwrap()
+}
+
+fn reciprocal(n: usize, m: usize, v: &mut Numbers<'_>) -> Reciprocal {
+    let (mut a, mut b) = (vec![0.0; n * (m + 1)], vec![0.0; n * (m + 1)]);
+    for j in 0..n {
+        (a[j * (m + 1)], b[j * (m + 1)]) = (1.0 + v.next(), 0.01);
+        for i in 1..=m {
+            (a[j * (m + 1) + i], b[j * (m + 1) + i]) = (0.1 * v.next(), 0.2 + v.next());
+        }
+    }
+    let constants = (0..=m).map(|i| if i == 0 { 0.0 } else { -0.8 * n as f64 }).collect();
+    Reciprocal::new(constants, a, b, (vec![0.1; n], vec![4.0; n])).unwrap()
+}
+
+fn quadratic(n: usize, m: usize, v: &mut Numbers<'_>, curved_rows: bool) -> DiagonalQuadratic {
+    let (g, mut h) = (v.many(n * (m + 1), -1.0, 1.0), v.many(n * (m + 1), 0.1, 1.0));
+    for j in 0..n {
+        h[j * (m + 1)] += 0.5;
+        for i in 1..=m {
+            h[j * (m + 1) + i] *= f64::from(u8::from(curved_rows));
+        }
+    }
+    let constants = (0..=m).map(|i| if i == 0 { 0.0 } else { -0.02 - 0.1 * v.next() }).collect();
+    DiagonalQuadratic::new(constants, vec![0.0; n], g, h, (vec![-1.0; n], vec![1.0; n])).unwrap()
+}
+
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |m, (a, b)| f64::max(m, (a - b).abs()))
+}
+
+fn assert_same(a: &Solution, b: &Solution, names: &str) -> Result<(), TestCaseError> {
+    prop_assert_eq!(a.status, b.status, "{}", names);
+    prop_assert!(difference(&a.x, &b.x) < 1e-8, "{}: x {:?} {:?}", names, a.x, b.x);
+    prop_assert!((a.objective - b.objective).abs() < 1e-8 * a.objective.abs().max(1.0), "{}", names);
+    Ok(())
+}
+
+fn compare(program: &dyn Program) -> Result<(), TestCaseError> {
+    let start: Vec<f64> = program.lower().iter().zip(program.upper()).map(|(l, u)| 0.5 * (l + u)).collect();
+    let dual = Falk::default().solve(program, &start).unwrap();
+    let interior = InteriorPoint::default().solve(program, &start).unwrap();
+    let sqp = Sqp::default().solve(program, &start).unwrap();
+    prop_assert_eq!(dual.status, Status::Solved, "{:?}", dual.kkt);
+    assert_same(&dual, &interior, "dual and interior point")?;
+    assert_same(&dual, &sqp, "dual and SQP")?;
+    prop_assert!(difference(&dual.multipliers, &interior.multipliers) < 1e-6);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn three_solvers_agree(n in 2usize..20, m in 1usize..6, v in prop::collection::vec(0.0..1.0f64, 397)) {
+        let mut v = Numbers(&v, 0);
+        compare(&asymptotes(n, m, &mut v))?;
+        compare(&reciprocal(n, m, &mut v))?;
+        compare(&quadratic(n, m, &mut v, true))?;
+    }
+
+    #[test]
+    fn clarabel_agrees_where_rows_are_linear(n in 2usize..12, m in 1usize..6, v in prop::collection::vec(0.0..1.0f64, 397)) {
+        let program = quadratic(n, m, &mut Numbers(&v, 0), false);
+        let here = program.gradients(&vec![0.0; n]).unwrap();
+        let h = program.lagrangian_hessian(&vec![0.0; n], &vec![0.0; m]).unwrap().unwrap();
+        let mut matrices = QuadraticProgram::new(here.objective).hessian(h).bounds(vec![-1.0; n], vec![1.0; n]);
+        (matrices.rows, matrices.offset, matrices.equality) = (here.rows, here.values.rows, vec![false; m]);
+        let clarabel = Conic::default().solve(&matrices, &vec![0.0; n]).unwrap();
+        let dual = Falk::default().solve(&program, &vec![0.0; n]).unwrap();
+        assert_same(&dual, &clarabel, "dual and Clarabel")?;
+        prop_assert!(difference(&dual.multipliers, &clarabel.multipliers) < 1e-7);
+    }
+}
+
+#[test]
+fn contradictory_rows_are_relaxed_alike() {
+    let numbers: Vec<f64> = (0..97).map(|k| (0.37 * f64::from(k)).fract()).collect();
+    let mut program = quadratic(6, 2, &mut Numbers(&numbers, 0), true);
+    let start = vec![0.0; 6];
+    let at = program.values(&start).unwrap().rows;
+    assert!(at.iter().all(|g| *g < 0.0));
+    // Row 1 and its opposite, three apart.
+    let g: Vec<f64> = (0..6).flat_map(|j| [1.0, 1.0 + 0.1 * f64::from(j), -1.0 - 0.1 * f64::from(j)]).collect();
+    let h: Vec<f64> = (0..6).flat_map(|_| [1.0, 0.0, 0.0]).collect();
+    program = DiagonalQuadratic::new(vec![0.0, 1.5, 1.5], start.clone(), g, h, (vec![-1.0; 6], vec![1.0; 6])).unwrap();
+    for solver in [&Falk::default() as &dyn SubproblemSolver, &InteriorPoint::default(), &Sqp::default()] {
+        let s = solver.solve(&program, &start).unwrap();
+        assert_eq!(s.status, Status::Relaxed, "{}", solver.name());
+        assert!((s.relaxation.unwrap() - 1.5).abs() < 1e-8, "{}: {:?}", solver.name(), s.relaxation);
+        assert!(s.kkt.largest() < 1e-7, "{}: {:?}", solver.name(), s.kkt);
+    }
+}
+
+#[test]
+fn many_rows_and_few_variables() {
+    let numbers: Vec<f64> = (0..397).map(|k| (0.618_033_988_75 * f64::from(k)).fract()).collect();
+    let program = asymptotes(3, 500, &mut Numbers(&numbers, 0));
+    let interior = InteriorPoint::default().solve(&program, &[1.0; 3]).unwrap();
+    let sqp = Sqp::default().solve(&program, &[1.0; 3]).unwrap();
+    assert_eq!((interior.status, sqp.status), (Status::Solved, Status::Solved));
+    assert!(difference(&interior.x, &sqp.x) < 1e-8);
+}
+
+#[test]
+fn same_bits_for_any_number_of_threads() {
+    let numbers: Vec<f64> = (0..397).map(|k| (0.618_033_988_75 * f64::from(k)).fract()).collect();
+    let program = asymptotes(5000, 3, &mut Numbers(&numbers, 0));
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| Falk::default().solve(&program, &vec![1.0; 5000]).unwrap())
+    };
+    let (one, four) = (run(1), run(4));
+    assert_eq!(one.status, Status::Solved, "{:?}", one.kkt);
+    assert_eq!(one, four);
+}
+
+#[test]
+fn zero_gradients_and_rows_of_zeros_do_no_harm() {
+    let program = MovingAsymptotes::new(
+        vec![1.0, -1.0],
+        vec![0.0; 6],
+        vec![0.0; 6],
+        (vec![-1.0; 3], vec![2.0; 3]),
+        (vec![0.0; 3], vec![1.0; 3]),
+    )
+    .unwrap();
+    for solver in [&Falk::default() as &dyn SubproblemSolver, &InteriorPoint::default(), &Sqp::default()] {
+        let s = solver.solve(&program, &[0.2; 3]).unwrap();
+        assert_eq!((s.status, s.objective), (Status::Solved, 1.0), "{}", solver.name());
+    }
+}
+
+#[test]
+fn programs_that_are_not_separable_and_bad_settings_are_refused() {
+    let h = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.5, 1.0]);
+    let program = QuadraticProgram::new(vec![1.0, DVector::<f64>::zeros(1)[0]]).hessian(h);
+    assert!(matches!(Falk::default().solve(&program, &[0.0; 2]), Err(Error::Definition { .. })));
+    assert!(matches!(InteriorPoint::default().solve(&program, &[0.0; 2]), Err(Error::Definition { .. })));
+    for (tolerance, iterations) in [(0.0, 10), (f64::NAN, 10), (1.0, 10), (1e-9, 0)] {
+        assert!(matches!(Falk::new(tolerance, iterations), Err(Error::Option { .. })));
+        assert!(matches!(InteriorPoint::new(tolerance, iterations), Err(Error::Option { .. })));
+        assert!(matches!(Sqp::new(tolerance, iterations, Curvature::Exact), Err(Error::Option { .. })));
+    }
+}
