@@ -43,18 +43,14 @@ impl<'s, 'm> StartSolver<'s, 'm> {
         let guess = state.q.clone();
         self.hold(values, state, |state| &mut state.q);
         set_values(&mut state.l, &projection.position);
-        // A factorization made for the velocities lacks the curvature μ Φ_qq: one refinement puts it back.
-        for _ in 0..if self.factorized { 2 } else { 1 } {
-            self.system.constraint_rows(self.mechanism, state, &mut Room::default(), &mut self.rows);
-            for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
-                if let Unknown::Coordinate(i) = *unknown {
-                    *row += state.q[i] - guess[i];
-                }
+        self.system.constraint_rows(self.mechanism, state, &mut Room::default(), &mut self.rows);
+        for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
+            if let Unknown::Coordinate(i) = *unknown {
+                *row += state.q[i] - guess[i];
             }
-            self.solve(&at, Linearization::projection())?;
-            self.add_changes(|state| &mut state.q, state);
-            self.add_reactions(state);
         }
+        self.solve(&at, Linearization::projection())?;
+        self.add_changes(|state| &mut state.q, state);
         set_values(&mut state.l, &values.l);
         Ok(())
     }
@@ -130,17 +126,7 @@ impl<'s, 'm> StartSolver<'s, 'm> {
     fn add_changes(&self, which: impl Fn(&mut State<Sensitive>) -> &mut Vec<Sensitive>, state: &mut State<Sensitive>) {
         for (change, unknown) in self.changes.iter().zip(self.system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown {
-                let eps = &mut which(state)[i].eps;
-                eps.iter_mut().zip(change).for_each(|(eps, change)| *eps += change);
-            }
-        }
-    }
-
-    /// The same for the multipliers.
-    fn add_reactions(&self, state: &mut State<Sensitive>) {
-        for (change, unknown) in self.changes.iter().zip(self.system.unknowns()) {
-            if let Unknown::Multiplier(m) = *unknown {
-                state.l[m].eps.iter_mut().zip(change).for_each(|(eps, change)| *eps += change);
+                which(state)[i].eps = *change;
             }
         }
     }
