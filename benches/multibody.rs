@@ -48,7 +48,7 @@ fn chain(links: usize) {
         let error = errors.fold(0.0, f64::max);
         let analysis = best(3, || simulate_explicitly(&mechanism, &settings, &times).unwrap());
         let both = best(3, || differentiate_explicitly(&model, &b, &settings, &times).unwrap());
-        println!("chain of {links}, order {}, error {error:.1e}, {:?}", settings.tableau.order, run.work);
+        println!("chain of {links}, order {}, error {error:.1e}, {:?}", settings.method.order, run.work);
         report(&format!("chain of {links}"), b.len(), analysis, both);
     }
 }

@@ -8,7 +8,7 @@
 //! | `generalized_alpha` | implicit time steps on the index-3 equations |
 //! | `sampling` | dense output, named outputs at requested times |
 //! | `dynamics` | the run over time by implicit steps |
-//! | `explicit`, `tableau` | explicit Runge–Kutta steps |
+//! | `explicit/` | explicit Runge–Kutta steps: differential equations, and mechanisms at high accuracy |
 //! | `kinematics` | driven mechanisms instant by instant, and their inverse dynamics |
 //! | `statics` | equilibria and load paths |
 //! | `modes` | small vibrations about a state |
@@ -24,7 +24,6 @@ pub mod start;
 pub mod state;
 pub mod statics;
 pub mod system;
-pub mod tableau;
 
 pub use dynamics::{Dynamics, History, simulate};
 pub use explicit::Explicit;

@@ -149,9 +149,20 @@ impl System {
         self.multiplier_equation[multiplier]
     }
 
+    /// The rows of an element: local number (coordinates first, then multipliers) and equation of its unknowns.
+    pub(crate) fn rows_of(&self, part: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let place = &self.places[part];
+        place.active.iter().copied().zip(place.equations.iter().copied())
+    }
+
     /// The factorization, valid after [`System::factorize`].
     pub fn factor(&mut self) -> &mut Factor {
         &mut self.factor
+    }
+
+    /// Memory for solving with a factorization of this pattern.
+    pub(crate) fn solve_room(&self) -> crate::linalg::SolveRoom {
+        self.factor.room()
     }
 
     /// Assembles the residual rows into `rows` and the matrix into the factor (not yet factorized).

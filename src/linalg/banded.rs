@@ -126,8 +126,10 @@ impl Banded {
         for k in (0..n).rev() {
             let start = self.at(k, k);
             let mut row = b[k];
-            for (j, &u) in (k + 1..=self.filled[k]).zip(&self.entries[start + 1..]) {
-                subtract(&mut row, u, &b[j]);
+            for (y, &u) in b[k + 1..=self.filled[k]].iter().zip(&self.entries[start + 1..]) {
+                if W == 1 || u != 0.0 {
+                    subtract(&mut row, u, y);
+                }
             }
             let inverse = 1.0 / self.entries[start];
             b[k] = row.map(|x| x * inverse);

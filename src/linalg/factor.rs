@@ -1,14 +1,19 @@
 //! The choice between a banded and a general sparse factorization.
 
 use super::{Banded, Sparse};
+use faer::dyn_stack::MemBuffer;
 
 /// A matrix of fixed pattern with whichever factorization is cheaper for it.
+#[derive(Clone)]
 pub enum Factor {
     /// Narrow band: chains, beams, single loops, and everything small.
     Banded(Banded),
     /// Wide band.
     Sparse(Box<Sparse>),
 }
+
+/// Memory of one caller that solves with a shared factorization.
+pub struct SolveRoom(Option<MemBuffer>);
 
 /// A factorization met a zero or non-finite pivot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +63,22 @@ impl Factor {
         match self {
             Self::Banded(m) => m.solve(b),
             Self::Sparse(m) => m.solve(b),
+        }
+    }
+
+    /// Memory of a caller's own for [`Factor::solve_in`].
+    pub fn room(&self) -> SolveRoom {
+        match self {
+            Self::Banded(_) => SolveRoom(None),
+            Self::Sparse(m) => SolveRoom(Some(m.room())),
+        }
+    }
+
+    /// [`Factor::solve`] by several callers at the same time, each with its own `room`.
+    pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], room: &mut SolveRoom) {
+        match self {
+            Self::Banded(m) => m.solve(b),
+            Self::Sparse(m) => m.solve_in(b, room.0.get_or_insert_with(|| m.room())),
         }
     }
 

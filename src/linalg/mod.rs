@@ -10,6 +10,6 @@ mod ordering;
 mod sparse;
 
 pub use banded::Banded;
-pub use factor::{Factor, Singular};
+pub use factor::{Factor, Singular, SolveRoom};
 pub use ordering::bandwidth_order;
 pub use sparse::Sparse;

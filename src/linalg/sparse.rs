@@ -36,10 +36,7 @@ impl Sparse {
         let entries = vec![0.0; indices.len()];
         let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, indices);
         let symbolic = factorize_symbolic_lu(pattern.as_ref(), Default::default()).ok()?;
-        let factor = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
-        let solve = symbolic.solve_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq);
-        let turned = symbolic.solve_transpose_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq);
-        let memory = MemBuffer::new(factor.or(solve).or(turned));
+        let memory = room_for(&symbolic);
         Some(Self { pattern, entries, symbolic, numeric: NumericLu::new(), memory, n })
     }
 
@@ -79,10 +76,43 @@ impl Sparse {
         lu.solve_in_place_with_conj(Conj::No, rhs, Par::Seq, MemStack::new(&mut self.memory));
     }
 
+    /// [`Sparse::solve`] with memory of the caller's, so that several may solve at the same time.
+    pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], memory: &mut MemBuffer) {
+        let rhs = MatMut::from_row_major_slice_mut(b.as_flattened_mut(), self.n, W);
+        let lu = LuRef::new_unchecked(&self.symbolic, &self.numeric);
+        lu.solve_in_place_with_conj(Conj::No, rhs, Par::Seq, MemStack::new(memory));
+    }
+
+    /// Memory for [`Sparse::solve_in`].
+    pub fn room(&self) -> MemBuffer {
+        room_for(&self.symbolic)
+    }
+
     /// Solves Aᵀ X = B in place.
     pub fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         let rhs = MatMut::from_row_major_slice_mut(b.as_flattened_mut(), self.n, W);
         let lu = LuRef::new_unchecked(&self.symbolic, &self.numeric);
         lu.solve_transpose_in_place_with_conj(Conj::No, rhs, Par::Seq, MemStack::new(&mut self.memory));
+    }
+}
+
+/// Memory for factorizing and solving.
+fn room_for(symbolic: &SymbolicLu<usize>) -> MemBuffer {
+    let factor = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
+    let solve = symbolic.solve_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq);
+    let turned = symbolic.solve_transpose_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq);
+    MemBuffer::new(factor.or(solve).or(turned))
+}
+
+impl Clone for Sparse {
+    fn clone(&self) -> Self {
+        Self {
+            pattern: self.pattern.clone(),
+            entries: self.entries.clone(),
+            symbolic: self.symbolic.clone(),
+            numeric: self.numeric.clone(),
+            memory: self.room(),
+            n: self.n,
+        }
     }
 }

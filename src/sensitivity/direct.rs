@@ -21,7 +21,7 @@ use crate::scalar::WIDTH;
 /// whose right-hand side is one evaluation of the residual in dual numbers, [`WIDTH`] design variables at a time,
 /// and whose matrix is factorized already: it is the last one of Newton's iteration.
 ///
-/// **Errors.** As [`crate::analysis::simulate`], and [`Error::Definition`] if the model makes another mechanism in
+/// **Errors.** As [`crate::analysis::simulate`], and [`crate::Error::Definition`] if the model makes another mechanism in
 /// dual numbers than in `f64`.
 ///
 /// **Source.** Haug, Wehage & Mani, *J. Mech. Trans. Autom. Des.* 106 (1984) 156–162, for the method; the paper's

@@ -16,25 +16,13 @@ pub(super) struct StartSolver<'s, 'm> {
     system: &'s mut System,
     rows: Vec<Sensitive>,
     changes: Vec<[f64; WIDTH]>,
-    /// Whether `system` holds the factorization that is wanted already.
-    factorized: bool,
 }
 
 impl<'s, 'm> StartSolver<'s, 'm> {
     /// For the derivatives of `mechanism`, with the matrices of `plain`.
     pub fn new(plain: &'s Mechanism<f64>, mechanism: &'m Mechanism<Sensitive>, system: &'s mut System) -> Self {
         let (rows, changes) = (vec![Sensitive::constant(0.0); system.size()], vec![[0.0; WIDTH]; system.size()]);
-        Self { plain, mechanism, system, rows, changes, factorized: false }
-    }
-
-    /// The same where `system` holds the wanted factorization already, in the given room.
-    pub fn factorized(
-        plain: &'s Mechanism<f64>,
-        mechanism: &'m Mechanism<Sensitive>,
-        system: &'s mut System,
-        (rows, changes): (Vec<Sensitive>, Vec<[f64; WIDTH]>),
-    ) -> Self {
-        Self { plain, mechanism, system, rows, changes, factorized: true }
+        Self { plain, mechanism, system, rows, changes }
     }
 
     /// The working room, for reuse.
@@ -55,18 +43,14 @@ impl<'s, 'm> StartSolver<'s, 'm> {
         let guess = state.q.clone();
         self.hold(values, state, |state| &mut state.q);
         set_values(&mut state.l, &projection.position);
-        // A factorization made for the velocities lacks the curvature μ Φ_qq: one refinement puts it back.
-        for _ in 0..if self.factorized { 2 } else { 1 } {
-            self.system.constraint_rows(self.mechanism, state, &mut Room::default(), &mut self.rows);
-            for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
-                if let Unknown::Coordinate(i) = *unknown {
-                    *row += state.q[i] - guess[i];
-                }
+        self.system.constraint_rows(self.mechanism, state, &mut Room::default(), &mut self.rows);
+        for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
+            if let Unknown::Coordinate(i) = *unknown {
+                *row += state.q[i] - guess[i];
             }
-            self.solve(&at, Linearization::projection())?;
-            self.add_changes(|state| &mut state.q, state);
-            self.add_reactions(state);
         }
+        self.solve(&at, Linearization::projection())?;
+        self.add_changes(|state| &mut state.q, state);
         set_values(&mut state.l, &values.l);
         Ok(())
     }
@@ -131,11 +115,9 @@ impl<'s, 'm> StartSolver<'s, 'm> {
     }
 
     fn solve(&mut self, at: &State<f64>, how: Linearization) -> Result<()> {
-        if !self.factorized {
-            let mut scratch = vec![[0.0]; self.system.size()];
-            self.system.assemble(self.plain, at, how, &mut scratch);
-            self.system.factorize(self.plain, at.t)?;
-        }
+        let mut scratch = vec![[0.0]; self.system.size()];
+        self.system.assemble(self.plain, at, how, &mut scratch);
+        self.system.factorize(self.plain, at.t)?;
         self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.eps.map(|x| -x));
         self.system.factor().solve(&mut self.changes);
         Ok(())
@@ -144,17 +126,7 @@ impl<'s, 'm> StartSolver<'s, 'm> {
     fn add_changes(&self, which: impl Fn(&mut State<Sensitive>) -> &mut Vec<Sensitive>, state: &mut State<Sensitive>) {
         for (change, unknown) in self.changes.iter().zip(self.system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown {
-                let eps = &mut which(state)[i].eps;
-                eps.iter_mut().zip(change).for_each(|(eps, change)| *eps += change);
-            }
-        }
-    }
-
-    /// The same for the multipliers.
-    fn add_reactions(&self, state: &mut State<Sensitive>) {
-        for (change, unknown) in self.changes.iter().zip(self.system.unknowns()) {
-            if let Unknown::Multiplier(m) = *unknown {
-                state.l[m].eps.iter_mut().zip(change).for_each(|(eps, change)| *eps += change);
+                which(state)[i].eps = *change;
             }
         }
     }

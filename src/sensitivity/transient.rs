@@ -9,7 +9,7 @@ use crate::problem::{Analysis, Instant, Responses};
 use nalgebra::DMatrix;
 
 /// How a motion is integrated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Integration {
     /// Implicit steps: stiff and flexible mechanisms.
     Implicit(Dynamics),

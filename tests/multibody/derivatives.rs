@@ -1,7 +1,7 @@
 //! Exact derivatives against Richardson differences of the same discrete solution.
 
 use crate::zoo::{Arm, Forces, Joints};
-use linkwright::analysis::explicit::Explicit;
+use linkwright::analysis::explicit::{Explicit, Pace};
 use linkwright::analysis::kinematics::kinematics;
 use linkwright::analysis::start::Assembly;
 use linkwright::analysis::statics::{Statics, equilibria};
@@ -77,12 +77,14 @@ fn a_clamped_beam_that_starts_to_turn() {
 /// The steps of an explicit run and its derivatives.
 fn check_explicit<M: Model>(name: &str, model: &M, b: &[f64]) {
     let times = [0.0, 0.013, 0.1, 0.2];
-    let settings = Explicit { tolerance: f64::INFINITY, first: 0.01, ..Explicit::adaptive(1.0) };
-    let exact = differentiate_explicitly(model, b, &settings, &times).unwrap();
-    let run = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &settings, &times).unwrap().values;
-    let worst = deviation(b, &exact, run);
-    println!("| {name} | explicit | {worst:.1e} |");
-    assert!(worst < 1e-7, "{name}: {worst:.2e}");
+    for settings in [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)] {
+        let settings = settings.with_pace(Pace::Fixed(0.01));
+        let exact = differentiate_explicitly(model, b, &settings, &times).unwrap();
+        let run = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &settings, &times).unwrap().values;
+        let worst = deviation(b, &exact, run);
+        println!("| {name} | explicit, {} | {worst:.1e} |", settings.method.name);
+        assert!(worst < 1e-7, "{name}: {worst:.2e}");
+    }
 }
 
 #[test]
@@ -91,7 +93,7 @@ fn explicit_steps_of_forces_joints_and_chains() {
     check_explicit("joints", &Joints { length_driver: false }, &Joints::DESIGN);
     let chain = Chain::horizontal(5);
     check_explicit("chain", &chain, &chain.equal_links());
-    let eighth = Explicit { tolerance: f64::INFINITY, first: 0.03, ..Explicit::eighth_order(1.0) };
+    let eighth = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(0.03));
     let (b, times) = (chain.equal_links(), [0.01, 0.1, 0.17]);
     let exact = differentiate_explicitly(&chain, &b, &eighth, &times).unwrap();
     let worst =

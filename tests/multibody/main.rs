@@ -2,6 +2,7 @@
 
 mod derivatives;
 mod elements;
+mod explicit;
 mod failures;
 mod order;
 mod reference;

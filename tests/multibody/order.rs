@@ -1,6 +1,6 @@
 //! Measured orders of the integrators and of the beam element.
 
-use linkwright::analysis::explicit::Explicit;
+use linkwright::analysis::explicit::{Explicit, Pace};
 use linkwright::analysis::modes::modes;
 use linkwright::analysis::{Dynamics, State, System, simulate};
 use linkwright::multibody::elements::{BeamSection, Shear};
@@ -52,7 +52,7 @@ fn implicit_steps_of_a_constrained_pendulum_are_of_second_order() {
 
 #[test]
 fn dormand_prince_steps_are_of_fifth_order() {
-    let fixed = |h: f64| Explicit { tolerance: f64::INFINITY, first: h, ..Explicit::adaptive(1.0) };
+    let fixed = |h: f64| Explicit::adaptive(1.0).with_pace(Pace::Fixed(h));
     let oscillator = Absorber.build(&DESIGN).unwrap();
     let times: Vec<f64> = (1..=15).map(|k| 0.8 * f64::from(k)).collect();
     let error = |h: f64| {
@@ -71,7 +71,7 @@ fn dormand_prince_steps_are_of_fifth_order() {
 
 #[test]
 fn eighth_order_steps_and_their_dense_output() {
-    let fixed = |h: f64| Explicit { tolerance: f64::INFINITY, first: h, ..Explicit::eighth_order(1.0) };
+    let fixed = |h: f64| Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
     let oscillator = Absorber.build(&DESIGN).unwrap();
     let error = |h: f64, times: &[f64]| {
         let run = simulate_explicitly(&oscillator, &fixed(h), times).unwrap();

@@ -1,0 +1,198 @@
+//! What derivatives of a falling chain cost: `cargo bench --bench chain`.
+//!
+//! N slender links, together 1 m and 1 kg, pinned in a row to the ground, are released from rest in the horizontal
+//! (g = 9.81 m/s²). Wanted: tip x(t) and y(t) at 101 times from 0 to 1 s to 1e-8 m, with their derivatives with respect
+//! to the 2N lengths and masses. CPU times of all threads, the least of several batches of runs; the tolerance is the loosest
+//! power of ten that reaches the accuracy, against a run at 1e-13.
+//!
+//! `-- N…` takes other numbers of links than 8 and 32, `-- scaling` only the cost per step of long chains.
+
+use linkwright::Result;
+use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
+use linkwright::analysis::{Dynamics, History, simulate};
+use linkwright::multibody::{Mechanism, Model, Pose};
+use linkwright::scalar::Scalar;
+use linkwright::sensitivity::explicit::differentiate_explicitly;
+
+/// CPU seconds that all threads of this process have used; wall time where the system does not tell.
+fn cpu() -> f64 {
+    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    let spent = tasks.filter_map(|task| {
+        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse::<f64>().ok()
+    });
+    let spent: f64 = spent.sum::<f64>() * 1e-9;
+    let wall = || std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+    if spent > 0.0 { spent } else { wall() }
+}
+
+/// Least mean CPU time of several batches of runs, in s; the clock ticks slowly, so a batch takes a while.
+fn least<T>(batches: usize, mut run: impl FnMut() -> T) -> f64 {
+    let mut batch = || {
+        let (start, mut runs) = (cpu(), 0.0);
+        loop {
+            std::hint::black_box(run());
+            runs += 1.0;
+            let spent = cpu() - start;
+            if spent >= 0.2 {
+                return spent / runs;
+            }
+        }
+    };
+    (0..batches).map(|_| batch()).fold(f64::INFINITY, f64::min)
+}
+
+fn times() -> Vec<f64> {
+    (0..=100).map(|k| 0.01 * f64::from(k)).collect()
+}
+
+/// N links whose only outputs are tip x and y.
+struct Tip(usize);
+
+impl Model for Tip {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let (lengths, masses) = b.split_at(self.0);
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
+        let (mut hook, mut reach) = (m.ground().origin(), zero);
+        for (k, (&length, &mass)) in lengths.iter().zip(masses).enumerate() {
+            let pose = Pose { x: reach + length * 0.5, y: zero, theta: zero };
+            let link = m.body(&format!("link {}", k + 1), mass, mass * length * length * (1.0 / 12.0), pose);
+            m.revolute(&format!("pin {}", k + 1), hook, link.at(length * -0.5, zero));
+            hook = link.at(length * 0.5, zero);
+            reach += length;
+        }
+        let tip = m.sensor("tip", hook);
+        for name in ["x", "y"] {
+            let term = m.measure(tip, name)?;
+            m.output(format!("tip {name}"), &[term]);
+        }
+        Ok(m)
+    }
+}
+
+/// Total length and mass are one.
+fn equal_links(links: usize) -> Vec<f64> {
+    vec![1.0 / links as f64; 2 * links]
+}
+
+fn difference(a: &History, b: &History) -> f64 {
+    let errors = (0..2).flat_map(|o| a.values[o].iter().zip(&b.values[o]).map(|(a, b)| (a - b).abs()));
+    errors.fold(0.0, f64::max)
+}
+
+/// Analysis and derivatives at the wanted accuracy.
+fn chain(links: usize, runs: usize) {
+    let model = Tip(links);
+    let (b, times) = (equal_links(links), times());
+    let mechanism = model.build(&b).unwrap();
+    let exact = simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-13), &times).unwrap();
+    for method in [Explicit::adaptive as fn(f64) -> Explicit, Explicit::eighth_order] {
+        let error = |tolerance: f64| {
+            let run = simulate_explicitly(&mechanism, &method(tolerance), &times).unwrap();
+            (difference(&run, &exact), run.work)
+        };
+        let tolerances = (6..13).map(|k| 10f64.powi(-k));
+        let Some((tolerance, (error, work))) = tolerances.map(|t| (t, error(t))).find(|(_, (error, _))| *error <= 1e-8)
+        else {
+            println!("chain of {links}: {} does not reach 1e-8", method(1.0).method.name);
+            continue;
+        };
+        let settings = method(tolerance);
+        let analysis = least(runs, || simulate_explicitly(&mechanism, &settings, &times).unwrap());
+        let both = least(runs, || differentiate_explicitly(&model, &b, &settings, &times).unwrap());
+        println!(
+            "chain of {links:>2}, {:>2} parameters, {}: all derivatives {:.2} analyses; CPU {:.2} ms and {:.2} ms; \
+             tolerance {tolerance:.0e}, error {error:.1e} m, {} steps, {} rejected, {} evaluations",
+            b.len(),
+            settings.method.name,
+            both / analysis,
+            analysis * 1e3,
+            both * 1e3,
+            work.steps,
+            work.failed_steps,
+            work.iterations
+        );
+    }
+}
+
+/// Generalized-α steps as in `peers/exudyn_chain.py`: CPU time, and the error of the tip after 1 s.
+fn implicit(links: usize) {
+    let model = Tip(links);
+    let mechanism = model.build(&equal_links(links)).unwrap();
+    let tip = |run: &History| [run.values[0][0], run.values[1][0]];
+    let exact = tip(&simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-13), &[1.0]).unwrap());
+    println!("chain of {links:>2}: tip after 1 s at {:.12} {:.12}", exact[0], exact[1]);
+    for h in [1e-3, 5e-4, 2.5e-4] {
+        let [x, y] = match simulate(&mechanism, &Dynamics::fixed(h), &[1.0]) {
+            Ok(run) => tip(&run),
+            Err(error) => {
+                println!("chain of {links:>2}, generalized-α, step {h:.2e} s: {error}");
+                continue;
+            }
+        };
+        let spent = least(3, || simulate(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap()) * 1e3;
+        let error = (x - exact[0]).hypot(y - exact[1]);
+        println!("chain of {links:>2}, generalized-α, step {h:.2e} s: CPU {spent:.1} ms, error {error:.1e} m");
+    }
+}
+
+/// CPU time per step and link of long chains, both ways of integrating.
+fn scaling() {
+    for links in [10, 100, 1000, 10_000] {
+        let model = Tip(links);
+        let mechanism = model.build(&equal_links(links)).unwrap();
+        let (few, many) = (2.0, 2.0 + (20_000 / links).max(6) as f64);
+        let per_step = |run: &dyn Fn(f64)| {
+            let cost = least(2, || run(many)) - least(2, || run(few));
+            cost / (many - few) / links as f64 * 1e6
+        };
+        let h = 1e-5;
+        let implicit = per_step(&|steps| {
+            simulate(&mechanism, &Dynamics::fixed(h), &[h * steps]).unwrap();
+        });
+        let explicit = per_step(&|steps| {
+            let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+            simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap();
+        });
+        println!(
+            "chain of {links:>5}: per step and link {implicit:.2} µs (generalized-α), {explicit:.2} µs (DOP853, 12 \
+             evaluations)"
+        );
+    }
+}
+
+/// Allocations of 40 more steps, with and without derivatives.
+fn allocations() {
+    let model = Tip(8);
+    let b = equal_links(8);
+    let mechanism = model.build(&b).unwrap();
+    let count = |run: &dyn Fn(f64)| {
+        let allocated = |steps: f64| allocation_counter::measure(|| run(steps)).count_total;
+        allocated(10.0); // threads and lazily made tables
+        allocated(50.0).abs_diff(allocated(10.0))
+    };
+    let h = 1e-3;
+    let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+    let analysis = count(&|steps| drop(simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap()));
+    let both = count(&|steps| drop(differentiate_explicitly(&model, &b, &settings, &[h * steps]).unwrap()));
+    let implicit = count(&|steps| drop(simulate(&mechanism, &Dynamics::fixed(h), &[h * steps]).unwrap()));
+    println!("allocations in 40 more steps: DOP853 {analysis}, with 16 derivatives {both}, generalized-α {implicit}");
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let links: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
+    match (links.is_empty(), arguments.iter().any(|a| a == "scaling")) {
+        (false, _) => links.iter().for_each(|&n| chain(n, 5)),
+        (true, true) => scaling(),
+        (true, false) => {
+            chain(8, 5);
+            chain(32, 3);
+            implicit(8);
+            implicit(32);
+            scaling();
+            allocations();
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! A step, its end and states inside it, for one chunk of derivatives.
+
+use super::Block;
+use crate::analysis::explicit::Tableau;
+use crate::scalar::WIDTH;
+
+/// The derivative of a system of first-order equations at the points that a step has visited.
+pub(super) trait Linear {
+    /// What a step in `f64` leaves behind.
+    type Tape: Sync;
+
+    /// Writes the derivatives of dy/dt at the visit of `slot`, where those of the state are `y`.
+    fn rates(&mut self, tape: &Self::Tape, slot: usize, y: &mut [Block], k: &mut [Block]);
+
+    /// Derivatives of the projected end of the step.
+    fn project(&mut self, _tape: &Self::Tape, _y: &mut [Block]) {}
+}
+
+/// One chunk of derivatives that goes along with a [`Stepper`](crate::analysis::explicit::Stepper).
+pub(super) struct Follower<L> {
+    pub linear: L,
+    method: &'static Tableau,
+    /// Beginning and end of the step in s.
+    t: [f64; 2],
+    old: Vec<Block>,
+    new: Vec<Block>,
+    slots: Vec<Vec<Block>>,
+    stage: Vec<Block>,
+    started: bool,
+    is_dense: bool,
+}
+
+impl<L: Linear> Follower<L> {
+    /// At the start, after slot 0 was visited.
+    pub fn new(linear: L, method: &'static Tableau, start: Vec<Block>, t: f64, tape: &L::Tape) -> Self {
+        let (mut linear, mut stage) = (linear, start.clone());
+        let mut slots = vec![vec![[0.0; WIDTH]; start.len()]; method.slots()];
+        linear.rates(tape, 0, &mut stage, &mut slots[0]);
+        let (started, is_dense) = (false, false);
+        Self { linear, method, t: [t; 2], new: start.clone(), old: start, slots, stage, started, is_dense }
+    }
+
+    /// Goes along with the step that has just been accepted.
+    pub fn follow(&mut self, tape: &L::Tape, t: [f64; 2]) {
+        if self.started {
+            std::mem::swap(&mut self.old, &mut self.new);
+            self.slots.swap(0, self.method.end);
+        }
+        (self.t, self.started, self.is_dense) = (t, true, false);
+        for slot in 1..self.method.end {
+            self.evaluate(tape, slot);
+        }
+        let end = self.method.end;
+        self.combine(end);
+        self.linear.project(tape, &mut self.stage);
+        self.new.copy_from_slice(&self.stage);
+        self.linear.rates(tape, end, &mut self.stage, &mut self.slots[end]);
+    }
+
+    /// Goes along with the evaluations for dense output, once per step.
+    pub fn make_dense(&mut self, tape: &L::Tape) {
+        if !std::mem::replace(&mut self.is_dense, true) {
+            for slot in self.method.end + 1..self.method.slots() {
+                self.evaluate(tape, slot);
+            }
+        }
+    }
+
+    /// Derivatives of the state at the end of the step.
+    pub fn end(&self) -> &[Block] {
+        &self.new
+    }
+
+    /// Derivatives of the state at `t` inside the step.
+    pub fn interpolate(&self, t: f64, y: &mut [Block]) {
+        let h = self.t[1] - self.t[0];
+        let weights = self.method.dense_weights((t - self.t[0]) / h);
+        for ((y, old), new) in y.iter_mut().zip(&self.old).zip(&self.new) {
+            *y = std::array::from_fn(|k| old[k] + weights.change * (new[k] - old[k]));
+        }
+        for (slot, weight) in self.slots.iter().zip(weights.slots).filter(|(_, weight)| *weight != 0.0) {
+            add(y, h * weight, slot);
+        }
+    }
+
+    fn evaluate(&mut self, tape: &L::Tape, slot: usize) {
+        self.combine(slot);
+        self.linear.rates(tape, slot, &mut self.stage, &mut self.slots[slot]);
+    }
+
+    fn combine(&mut self, slot: usize) {
+        let h = self.t[1] - self.t[0];
+        self.stage.copy_from_slice(&self.old);
+        for &(j, weight) in self.method.stages[slot] {
+            add(&mut self.stage, h * weight, &self.slots[j]);
+        }
+    }
+}
+
+/// y += factor · k.
+fn add(y: &mut [Block], factor: f64, k: &[Block]) {
+    for (y, k) in y.as_flattened_mut().iter_mut().zip(k.as_flattened()) {
+        *y += factor * k;
+    }
+}

@@ -1,0 +1,302 @@
+//! Elements in dual numbers, once per stage for all design variables.
+
+use crate::analysis::explicit::mechanism::Projected;
+use crate::analysis::{State, System};
+use crate::multibody::element::Room;
+use crate::multibody::mechanism::PartData;
+use crate::multibody::{Jet, Mechanism, Number, Sensitive};
+use crate::scalar::WIDTH;
+
+/// A derivative of one row of the equations with respect to one source.
+///
+/// Sources are numbered: positions of all n coordinates, velocities, accelerations, and then parameters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    pub row: u32,
+    pub source: u32,
+    pub value: f64,
+}
+
+/// What a local variable of an element is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Position,
+    Velocity,
+    Acceleration,
+    Parameter,
+}
+
+/// A local variable that can change with the design.
+#[derive(Clone, Copy, Debug)]
+struct Variable {
+    kind: Kind,
+    local: usize,
+    source: usize,
+}
+
+/// Which time derivative of Φ stands in the closure rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Closure {
+    /// Φ̈ with the accelerations of the state.
+    Accelerations,
+    /// Φ + Φ_q δ, where δ are the accelerations of the state.
+    Positions,
+    /// Φ̇.
+    Velocities,
+    /// Φ_q ε, where ε are the accelerations of the state.
+    Corrections,
+}
+
+/// The elements of a mechanism whose residuals are differentiated with respect to their own few variables.
+///
+/// An element's local derivatives serve all design variables: with few nonzero entries per row they are cheaper than
+/// one dual evaluation for each chunk. A constraint is evaluated once, on positions that move in time (jets) and are
+/// seeded: the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions.
+pub(super) struct Linearizer {
+    /// Variables and rows of each element.
+    elements: Vec<(Vec<Variable>, Rows)>,
+    /// Element and place of each parameter that changes with the design.
+    pub parameters: Vec<(usize, usize)>,
+    /// Prescribed coordinates whose motion changes with the design.
+    pub moving: Vec<usize>,
+    coordinates: usize,
+}
+
+/// Local number and equation of an element's rows.
+type Rows = Vec<(usize, usize)>;
+
+/// Room for one linearization.
+#[derive(Clone, Default)]
+pub(super) struct Rooms {
+    plain: Room<Sensitive>,
+    jets: Room<Jet<Sensitive>>,
+}
+
+impl Linearizer {
+    /// For the design variables that are seeded in the `chunks` of `mechanism`.
+    pub fn new(mechanism: &Mechanism<f64>, chunks: &[Mechanism<Sensitive>], system: &System) -> Self {
+        let n = mechanism.coordinates.len();
+        let depends = |x: &Sensitive| x.eps.iter().any(|slope| *slope != 0.0);
+        let moves = |i: usize| {
+            let parameters = |m: &Mechanism<Sensitive>| m.coordinates[i].motion.as_ref().map(|(_, p)| p.clone());
+            chunks.iter().filter_map(parameters).flatten().any(|p| depends(&p))
+        };
+        let moving: Vec<usize> = (0..n).filter(|&i| moves(i)).collect();
+        let mut parameters = Vec::new();
+        let elements = (0..mechanism.parts.len()).map(|k| {
+            let part = &mechanism.parts[k];
+            let rows: Vec<_> = system.rows_of(k).collect();
+            if rows.is_empty() {
+                return (Vec::new(), rows);
+            }
+            let mut variables = Vec::new();
+            for (local, &i) in part.coordinates.iter().enumerate() {
+                let prescribed = mechanism.coordinates[i].motion.is_some();
+                let moves = moving.contains(&i);
+                if prescribed && !moves {
+                    continue;
+                }
+                variables.push(Variable { kind: Kind::Position, local, source: i });
+                if part.closures == 0 {
+                    variables.push(Variable { kind: Kind::Velocity, local, source: n + i });
+                    if moves {
+                        variables.push(Variable { kind: Kind::Acceleration, local, source: 2 * n + i });
+                    }
+                }
+            }
+            for local in 0..part.parameters.len() {
+                if chunks.iter().any(|m| depends(&m.parts[k].parameters[local])) {
+                    variables.push(Variable { kind: Kind::Parameter, local, source: 3 * n + parameters.len() });
+                    parameters.push((k, local));
+                }
+            }
+            (variables, rows)
+        });
+        let elements = elements.collect();
+        Self { elements, parameters, moving, coordinates: n }
+    }
+
+    /// Number of sources.
+    pub fn sources(&self) -> usize {
+        3 * self.coordinates + self.parameters.len()
+    }
+
+    /// Derivatives of M q̈ + Φ_qᵀ λ − f and Φ̈ at fixed accelerations and multipliers.
+    pub fn accelerations(
+        &self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        rooms: &mut Rooms,
+        out: &mut Vec<Entry>,
+    ) {
+        out.clear();
+        for (part, (variables, rows)) in mechanism.parts.iter().zip(&self.elements) {
+            if part.closures > 0 {
+                self.constraint(part, variables, rows, state, Closure::Accelerations, &mut rooms.jets, out);
+            } else {
+                balance(part, variables, rows, state, &mut rooms.plain, out);
+            }
+        }
+    }
+
+    /// Derivatives of both projections: of the position step, of the velocities' closures, of the velocity step.
+    pub fn projections(
+        &self,
+        mechanism: &Mechanism<f64>,
+        projected: &Projected,
+        corrections: &State<f64>,
+        rooms: &mut Rooms,
+        out: &mut [Vec<Entry>; 3],
+    ) {
+        let cases = [
+            (&projected.before, Closure::Positions),
+            (&projected.after, Closure::Velocities),
+            (corrections, Closure::Corrections),
+        ];
+        for (out, (state, closure)) in out.iter_mut().zip(cases) {
+            out.clear();
+            for (part, (variables, rows)) in mechanism.parts.iter().zip(&self.elements) {
+                if part.closures > 0 {
+                    self.constraint(part, variables, rows, state, closure, &mut rooms.jets, out);
+                }
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn constraint(
+        &self,
+        part: &PartData<f64>,
+        variables: &[Variable],
+        rows: &[(usize, usize)],
+        state: &State<f64>,
+        closure: Closure,
+        room: &mut Room<Jet<Sensitive>>,
+        out: &mut Vec<Entry>,
+    ) {
+        let n = part.coordinates.len();
+        for chunk in variables.chunks(WIDTH) {
+            let t = fill_jets(part, chunk, state, closure, room);
+            Jet::<Sensitive>::residual(part.element.as_ref(), t, room);
+            for &(local, row) in rows {
+                if local < n {
+                    if closure != Closure::Velocities {
+                        push(chunk, row, &room.balance[local].re.eps, out);
+                    }
+                    continue;
+                }
+                let value = &room.closure[local - n];
+                match closure {
+                    Closure::Accelerations => push(chunk, row, &value.v2.eps, out),
+                    Closure::Velocities | Closure::Corrections => push(chunk, row, &value.v1.eps, out),
+                    Closure::Positions => push(chunk, row, &(value.re + value.v1).eps, out),
+                }
+                self.push_rates(chunk, row, value, closure, out);
+            }
+        }
+    }
+
+    /// Derivatives of closure rows with respect to velocities and accelerations, from those to positions.
+    fn push_rates(
+        &self,
+        chunk: &[Variable],
+        row: usize,
+        value: &Jet<Sensitive>,
+        closure: Closure,
+        out: &mut Vec<Entry>,
+    ) {
+        let n = self.coordinates;
+        for (k, variable) in chunk.iter().enumerate().filter(|(_, variable)| variable.kind == Kind::Position) {
+            match closure {
+                Closure::Accelerations => {
+                    push_one(row, variable.source + n, 2.0 * value.v1.eps[k], out);
+                    if self.moving.contains(&variable.source) {
+                        push_one(row, variable.source + 2 * n, value.re.eps[k], out);
+                    }
+                }
+                Closure::Velocities => push_one(row, variable.source + n, value.re.eps[k], out),
+                Closure::Positions | Closure::Corrections => {}
+            }
+        }
+    }
+}
+
+#[inline]
+fn push(chunk: &[Variable], row: usize, slopes: &[f64; WIDTH], out: &mut Vec<Entry>) {
+    for (variable, &value) in chunk.iter().zip(slopes) {
+        push_one(row, variable.source, value, out);
+    }
+}
+
+#[inline]
+fn push_one(row: usize, source: usize, value: f64, out: &mut Vec<Entry>) {
+    if value != 0.0 {
+        out.push(Entry { row: row as u32, source: source as u32, value });
+    }
+}
+
+/// Puts a constraint's variables into `room`, moving as `closure` wants and seeded. Returns the time.
+fn fill_jets(
+    part: &PartData<f64>,
+    chunk: &[Variable],
+    state: &State<f64>,
+    closure: Closure,
+    room: &mut Room<Jet<Sensitive>>,
+) -> Jet<Sensitive> {
+    let (zero, number) = (Sensitive::constant(0.0), Sensitive::constant);
+    let constant = |x: f64| Jet::new(number(x), zero, zero);
+    room.p.clear();
+    room.p.extend(part.parameters.iter().map(|&p| constant(p)));
+    room.q.clear();
+    room.q.extend(part.coordinates.iter().map(|&i| match closure {
+        Closure::Accelerations => Jet::new(number(state.q[i]), number(state.v[i]), number(state.a[i])),
+        Closure::Velocities => Jet::new(number(state.q[i]), number(state.v[i]), zero),
+        Closure::Positions | Closure::Corrections => Jet::new(number(state.q[i]), number(state.a[i]), zero),
+    }));
+    for still in [&mut room.v, &mut room.a] {
+        still.resize(part.coordinates.len(), constant(0.0)); // what is there already is zero as well
+    }
+    room.l.clear();
+    let multipliers = &state.l[part.first_multiplier..part.first_multiplier + part.closures];
+    room.l.extend(multipliers.iter().map(|&l| constant(l)));
+    for (k, variable) in chunk.iter().enumerate() {
+        match variable.kind {
+            Kind::Parameter => room.p[variable.local].re.eps[k] = 1.0,
+            _ => room.q[variable.local].re.eps[k] = 1.0,
+        }
+    }
+    let moves = matches!(closure, Closure::Accelerations | Closure::Velocities);
+    Jet::new(number(state.t), number(f64::from(u8::from(moves))), zero)
+}
+
+/// Derivatives of the rows of an element without closures.
+fn balance(
+    part: &PartData<f64>,
+    variables: &[Variable],
+    rows: &[(usize, usize)],
+    state: &State<f64>,
+    room: &mut Room<Sensitive>,
+    out: &mut Vec<Entry>,
+) {
+    for chunk in variables.chunks(WIDTH) {
+        room.p.clear();
+        room.p.extend(part.parameters.iter().map(|&p| Sensitive::constant(p)));
+        for (to, from) in [(&mut room.q, &state.q), (&mut room.v, &state.v), (&mut room.a, &state.a)] {
+            to.clear();
+            to.extend(part.coordinates.iter().map(|&i| Sensitive::constant(from[i])));
+        }
+        for (k, variable) in chunk.iter().enumerate() {
+            let values = match variable.kind {
+                Kind::Position => &mut room.q,
+                Kind::Velocity => &mut room.v,
+                Kind::Acceleration => &mut room.a,
+                Kind::Parameter => &mut room.p,
+            };
+            values[variable.local].eps[k] = 1.0;
+        }
+        Sensitive::residual(part.element.as_ref(), Sensitive::constant(state.t), room);
+        for &(local, row) in rows {
+            push(chunk, row, &room.balance[local].eps, out);
+        }
+    }
+}
