@@ -41,7 +41,8 @@ pub fn table5(observe: &mut Observer) -> Result<(Regenerated, [Run; 3])> {
         solve("table5", &published.clone().stiffened(10.0), observe)?,
     ];
     let columns = ["design", "youngs_modulus_pa", "d1_mm", "d2_mm", "d3_mm", "mass_kg"];
-    let mut table = Table::new("Table V. Flexible four-bar mechanism, optima", columns);
+    let mut table = Table::new("Table V. Flexible four-bar mechanism, optima", columns)
+        .headed(["design", "E [Pa]", "d1 [mm]", "d2 [mm]", "d3 [mm]", "F [kg]"])?;
     let mut push = |name: &str, young: f64, d: &[f64]| {
         let numbers = [young, d[0] * 1e3, d[1] * 1e3, d[2] * 1e3, mechanism.mass(d)];
         table.push(std::iter::once(name.into()).chain(numbers.map(Cell::from)))
@@ -94,7 +95,8 @@ fn history(name: &'static str, title: &str, first: usize, run: Run, notes: Vec<&
         "max_violation_pct",
         "mass_kg",
     ];
-    let mut table = Table::new(title, columns);
+    let mut table = Table::new(title, columns)
+        .headed(["cycle", "ok", "mvlm", "b1 [mm]", "b2 [mm]", "b3 [mm]", "Eg [%]", "V [%]", "F [kg]"])?;
     for c in &run.state.history {
         table.push(row(first, c))?;
     }
@@ -202,8 +204,18 @@ pub fn table6_rows(checks: &[RowCheck]) -> Result<Table> {
         "next_b2_mm",
         "next_b3_mm",
     ];
-    let mut table =
-        Table::new("Table VI, row by row: each printed design analysed, and proposed from the row before", columns);
+    let title = "Table VI, row by row: each printed design analysed, and proposed from the row before";
+    let mut table = Table::new(title, columns).headed([
+        "cycle",
+        "ok",
+        "V paper [%]",
+        "V [%]",
+        "Eg paper [%]",
+        "Eg [%]",
+        "next b1 [mm]",
+        "next b2 [mm]",
+        "next b3 [mm]",
+    ])?;
     for c in checks {
         let numbers = [c.printed.violation_pct, c.violation_pct, c.printed.error_pct, c.error_pct];
         let next = c.proposed.iter().map(|d| d * 1e3);
