@@ -1,7 +1,12 @@
 //! Subproblem times: 3 variables with 10, 1 000 and 10 000 rows; how long until a proposal of a new design.
 
 use divan::{Bencher, black_box};
-use linkwright::subproblem::{Conic, QuadraticProgram, SubproblemSolver};
+use linkwright::approximation::{ApproximateProblem, Known, Linear};
+use linkwright::library::impact_absorber::Absorber;
+use linkwright::problem::separable::MovingAsymptotes;
+use linkwright::problem::{DesignVariable, Evaluation, Problem, ProblemBuilder, Responses, Sensitivities, TimeGrid};
+use linkwright::subproblem::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
+use linkwright::{Result, function};
 use nalgebra::DMatrix;
 
 fn main() {
@@ -51,4 +56,93 @@ fn linear_peaks(bencher: Bencher, rows: usize) {
 fn quadratic_sphere(bencher: Bencher, rows: usize) {
     let program = sphere(rows).hessian(DMatrix::identity(3, 3) * 0.3);
     bencher.bench(|| Conic::default().solve(black_box(&program), &[0.0; 3]).unwrap());
+}
+
+/// The impact absorber with least peak acceleration on a grid of so many rows, all of them kept, and its start.
+struct Cycle {
+    problem: Problem,
+    responses: Responses,
+    evaluation: Evaluation,
+    sensitivities: Sensitivities,
+}
+
+const START: [f64; 3] = [1.0, 0.3, 0.85];
+
+impl Cycle {
+    fn new(rows: usize) -> Result<Self> {
+        let mut parts = ProblemBuilder::new("impact absorber on a fine grid");
+        parts.variable(DesignVariable::new("stiffness", "N/m", START[0]).within(1e-6, 1.0));
+        parts.variable(DesignVariable::new("damping", "N·s/m", START[1]).within(1e-6, 1.0));
+        let time = parts.grid(TimeGrid::uniform(0.0, 12.0, rows / 2)?);
+        let [_, acceleration] = ["displacement", "acceleration"].map(|name| parts.transient(name, "", time));
+        let bound = DesignVariable::new("peak", "m/s²", START[2]).within(0.0, 10.0);
+        parts.minimize_peak(bound, time, function!(|p| p.response[0]), &[acceleration], 1.0);
+        let problem = parts.build_analytic(Absorber)?;
+        let responses = problem.analyze(&START)?;
+        let evaluation = problem.evaluate(&START, &responses)?;
+        let instants = ApproximateProblem::instants(&problem, &problem.all_rows());
+        let rows = problem.sensitivities(&START, &responses, &instants)?;
+        Ok(Self { problem, responses, evaluation, sensitivities: Sensitivities { instants, rows } })
+    }
+
+    fn approximate(&self) -> ApproximateProblem<'_> {
+        let Self { problem, responses, evaluation, sensitivities } = self;
+        let known = Known { design: &START, responses, evaluation, sensitivities };
+        let region = START.map(|b| [0.6 * b, (1.4 * b).min(if b == 0.85 { 10.0 } else { 1.0 })]);
+        let bounds = (region.map(|r| r[0]).to_vec(), region.map(|r| r[1]).to_vec());
+        ApproximateProblem::new(problem, &Linear, known, problem.all_rows(), bounds).expect("the start is regular")
+    }
+}
+
+/// An approximate problem of the driver: what recognizing and evaluating it costs on top of the ready linear program.
+#[divan::bench(args = [10, 1_000, 10_000])]
+fn approximate_problem(bencher: Bencher, rows: usize) {
+    let cycle = Cycle::new(rows).unwrap();
+    let program = cycle.approximate();
+    bencher.bench(|| Automatic::default().solve(black_box(&program), &START).unwrap());
+}
+
+/// Fitting all models of a cycle.
+#[divan::bench(args = [10, 1_000, 10_000])]
+fn fit_approximate_problem(bencher: Bencher, rows: usize) {
+    let cycle = Cycle::new(rows).unwrap();
+    bencher.bench(|| black_box(&cycle).approximate().kept.len());
+}
+
+/// An MMA subproblem as in a topology or truss problem: the objective grows, the rows fall with every variable.
+fn asymptotes(n: usize, m: usize) -> MovingAsymptotes {
+    let wave = |k: usize| 0.5 + 0.5 * (k as f64 * 0.618_033_988_749_895).fract();
+    let functions = m + 1;
+    let (mut p, mut q) = (vec![1e-3; n * functions], vec![1e-3; n * functions]);
+    for j in 0..n {
+        p[j * functions] = wave(j);
+        for i in 1..functions {
+            q[j * functions + i] = wave(j * 31 + i * 17);
+        }
+    }
+    let row = |i: usize| (0..n).map(|j| (p[j * functions + i] + q[j * functions + i]) / 1.5).sum::<f64>();
+    let constants = (0..functions).map(|i| if i == 0 { 0.0 } else { -0.95 * row(i) }).collect();
+    MovingAsymptotes::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n])).unwrap()
+}
+
+#[divan::bench(args = [(1_000, 10), (100_000, 1), (100_000, 10), (1_000_000, 1), (1_000_000, 10)], sample_count = 10)]
+fn mma_dual(bencher: Bencher, (n, m): (usize, usize)) {
+    let (program, start) = (asymptotes(n, m), vec![1.0; n]);
+    bencher.bench(|| {
+        let s = Falk::default().solve(black_box(&program), &start).unwrap();
+        assert_eq!(s.status, Status::Solved);
+        s
+    });
+}
+
+#[divan::bench(args = [(1_000, 10), (100_000, 10), (3, 1_000), (3, 10_000)], sample_count = 10)]
+fn mma_interior_point(bencher: Bencher, (n, m): (usize, usize)) {
+    let (program, start) = (asymptotes(n, m), vec![1.0; n]);
+    bencher.bench(|| InteriorPoint::default().solve(black_box(&program), &start).unwrap());
+}
+
+#[divan::bench(args = [(3, 10), (3, 1_000), (3, 10_000), (30, 10)], sample_count = 10)]
+fn mma_sqp(bencher: Bencher, (n, m): (usize, usize)) {
+    let (program, start) = (asymptotes(n, m), vec![1.0; n]);
+    bencher.bench(|| Sqp::default().solve(black_box(&program), &start).unwrap());
 }

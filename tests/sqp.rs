@@ -4,7 +4,8 @@
 use linkwright::problem::{Gradients, Program, Structure, Values};
 use linkwright::scalar::{Scalar, hessian, jacobian};
 use linkwright::subproblem::{
-    Conic, Curvature, MultiStart, QuadraticProgram, Race, Solution, Sqp, Status, SubproblemSolver,
+    Automatic, Conic, Curvature, MultiStart, QuadraticProgram, Race, SecondOrder, Solution, Sqp, Status,
+    SubproblemSolver,
 };
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
@@ -379,4 +380,72 @@ fn a_race_compares_two_ways_to_the_same_solution() {
     // One solver that cannot take the program loses without harm.
     let s = Race::new(Conic::default(), Sqp::default()).solve(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
     assert_eq!(s.status, Status::Solved);
+}
+
+/// min c·x in a box with rows gᵢ + aᵢ·x + ½ ‖Cᵢ x‖² ≤ 0: the drifting peaks of a response.
+struct Peaks {
+    offset: Vec<f64>,
+    slope: DMatrix<f64>,
+    factors: Vec<Option<DMatrix<f64>>>,
+}
+
+impl Program for Peaks {
+    fn variables(&self) -> usize {
+        3
+    }
+    fn rows(&self) -> usize {
+        self.offset.len()
+    }
+    fn lower(&self) -> &[f64] {
+        &[-1.0, -1.0, -10.0]
+    }
+    fn upper(&self) -> &[f64] {
+        &[1.0, 1.0, 10.0]
+    }
+    fn values(&self, x: &[f64]) -> Result<Values> {
+        Ok(self.gradients(x)?.values)
+    }
+    fn gradients(&self, x: &[f64]) -> Result<Gradients> {
+        let x = nalgebra::DVector::from_column_slice(x);
+        let mut values = &self.slope * &x;
+        let mut rows = self.slope.clone();
+        for (i, c) in self.factors.iter().enumerate() {
+            values[i] += self.offset[i];
+            if let Some(c) = c {
+                let y = c * &x;
+                values[i] += 0.5 * y.norm_squared();
+                let mut row = rows.row_mut(i);
+                row += (c.transpose() * y).transpose();
+            }
+        }
+        let values = Values { objective: x[2], rows: values.as_slice().to_vec() };
+        Ok(Gradients { values, objective: vec![0.0, 0.0, 1.0], rows })
+    }
+    fn row_factors(&self) -> Option<Vec<Option<DMatrix<f64>>>> {
+        Some(self.factors.clone())
+    }
+}
+
+#[test]
+fn convex_quadratic_rows_as_cones() {
+    let drift = |a: f64, b: f64| Some(DMatrix::from_row_slice(1, 3, &[a, b, 0.0]));
+    let mut program = Peaks {
+        offset: vec![0.5, 0.4, 0.3, -0.2],
+        slope: DMatrix::from_row_slice(4, 3, &[1.0, 0.2, -1.0, -0.8, 0.5, -1.0, 0.1, -0.9, -1.0, 1.0, 1.0, 0.0]),
+        factors: vec![drift(2.0, 0.5), drift(-1.0, 1.5), drift(0.3, 3.0), None],
+    };
+    let cone = SecondOrder::default().solve(&program, &[0.0; 3]).unwrap();
+    let sqp = Sqp::default().solve(&program, &[0.9, -0.9, 5.0]).unwrap();
+    assert_eq!((cone.status, sqp.status), (Status::Solved, Status::Solved));
+    assert!((cone.objective - sqp.objective).abs() < 1e-9, "{} {}", cone.objective, sqp.objective);
+    assert!(cone.iterations <= 4 && cone.kkt.largest() < 1e-7, "{cone:?}");
+    // A row that cannot hold: all rows are relaxed by the same least amount.
+    program.offset[3] = 2.5;
+    let s = Automatic::default().solve(&program, &[0.0; 3]).unwrap();
+    assert_eq!(s.status, Status::Relaxed);
+    assert!((s.relaxation.unwrap() - 0.5).abs() < 1e-8, "{:?}", s.relaxation);
+    assert!(matches!(
+        SecondOrder::default().solve(&Smooth::free(Rosenbrock, 2), &[0.0; 2]),
+        Err(Error::Definition { .. })
+    ));
 }

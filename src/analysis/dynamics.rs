@@ -2,7 +2,7 @@
 
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
 use super::sampling::{Sampler, interpolate};
-use super::start::{Assembly, Projection, assemble, make_velocities_consistent, solve_accelerations};
+use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
 use super::system::System;
 use crate::multibody::Mechanism;
@@ -84,16 +84,21 @@ impl Dynamics {
             }
         }
         Error::check_option("Newton tolerance", "positive", self.newton.tolerance, positive(self.newton.tolerance))?;
-        let first = times.first().copied().unwrap_or(self.start);
-        Error::check_option("first output time", "not before the start", first, first >= self.start)?;
-        if let Some(pair) = times.windows(2).find(|pair| !(pair[0] < pair[1])) {
-            let why = format!("{} s is followed by {} s", pair[0], pair[1]);
-            return Err(Error::definition("output times", why, "give increasing times"));
-        }
-        match times.last() {
-            Some(last) if !last.is_finite() => Error::check_option("last output time", "finite", *last, false),
-            _ => Ok(()),
-        }
+        check_times(self.start, times)
+    }
+}
+
+/// **Errors.** Unless times begin at `start` or later, increase and are finite.
+pub(crate) fn check_times(start: f64, times: &[f64]) -> Result<()> {
+    let first = times.first().copied().unwrap_or(start);
+    Error::check_option("first output time", "not before the start", first, first >= start)?;
+    if let Some(pair) = times.windows(2).find(|pair| !(pair[0] < pair[1])) {
+        let why = format!("{} s is followed by {} s", pair[0], pair[1]);
+        return Err(Error::definition("output times", why, "give increasing times"));
+    }
+    match times.last() {
+        Some(last) if !last.is_finite() => Error::check_option("last output time", "finite", *last, false),
+        _ => Ok(()),
     }
 }
 
@@ -183,7 +188,7 @@ impl<'m> Run<'m> {
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
         if settings.initial == InitialAcceleration::Consistent {
-            solve_accelerations(&mut system, mechanism, &mut state)?;
+            AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;
         }
         let (scheme, newton) = (settings.scheme, settings.newton);
         let integrator = Integrator::new(mechanism, system, scheme, settings.prescribed, newton, state);

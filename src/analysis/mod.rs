@@ -7,17 +7,27 @@
 //! | `start` | assembly, consistent velocities and accelerations |
 //! | `generalized_alpha` | implicit time steps on the index-3 equations |
 //! | `sampling` | dense output, named outputs at requested times |
-//! | `dynamics` | the run over time |
+//! | `dynamics` | the run over time by implicit steps |
+//! | `explicit`, `tableau` | explicit Runge–Kutta steps |
+//! | `kinematics` | driven mechanisms instant by instant, and their inverse dynamics |
+//! | `statics` | equilibria and load paths |
+//! | `modes` | small vibrations about a state |
 
 pub mod dynamics;
+pub mod explicit;
 mod four_bar;
 pub mod generalized_alpha;
+pub mod kinematics;
+pub mod modes;
 pub mod sampling;
 pub mod start;
 pub mod state;
+pub mod statics;
 pub mod system;
+pub mod tableau;
 
 pub use dynamics::{Dynamics, History, simulate};
+pub use explicit::Explicit;
 pub use generalized_alpha::{GeneralizedAlpha, Integrator, Newton};
 pub use state::State;
 pub use system::System;

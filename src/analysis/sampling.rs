@@ -1,8 +1,9 @@
 //! States between steps, and named outputs of a state.
 
 use super::state::State;
-use super::system::gather;
-use crate::multibody::element::{Room, reset};
+use super::system::{evaluate, gather};
+use crate::multibody::element::Room;
+use crate::multibody::mechanism::Source;
 use crate::multibody::{Local, Mechanism, Real};
 
 /// The state at time `t` between `old` and `new`, written to `at`.
@@ -45,6 +46,10 @@ pub struct Sampler<T> {
     asked: Vec<(usize, usize)>,
     place: Vec<usize>,
     measured: Vec<T>,
+    /// Prescribed coordinates whose efforts are asked for, with the elements and rows that make them up.
+    efforts: Vec<(usize, Vec<(usize, usize)>)>,
+    energy: bool,
+    terms: Vec<T>,
     room: Room<T>,
 }
 
@@ -52,19 +57,51 @@ impl<T: Real> Sampler<T> {
     /// For the outputs of `mechanism`.
     pub fn new(mechanism: &Mechanism<T>) -> Self {
         let mut place = vec![usize::MAX; mechanism.parts.len()];
-        let (mut asked, mut count) = (Vec::new(), 0);
+        let (mut asked, mut count, mut efforts, mut energy) = (Vec::new(), 0, Vec::new(), false);
         for term in mechanism.outputs.iter().flat_map(|output| &output.terms) {
-            if place[term.part] == usize::MAX {
-                place[term.part] = count;
-                asked.push((term.part, count));
-                count += mechanism.parts[term.part].element.measures().len();
+            match term.source {
+                Source::Measure { part, .. } if place[part] == usize::MAX => {
+                    place[part] = count;
+                    asked.push((part, count));
+                    count += mechanism.parts[part].element.measures().len();
+                }
+                Source::Measure { .. } => {}
+                Source::Effort { coordinate } => efforts.push((coordinate, rows_of(mechanism, coordinate))),
+                Source::KineticEnergy | Source::PotentialEnergy => energy = true,
             }
         }
-        Self { asked, place, measured: vec![T::from(0.0); count], room: Room::default() }
+        let measured = vec![T::from(0.0); count];
+        Self { asked, place, measured, efforts, energy, terms: Vec::new(), room: Room::default() }
     }
 
     /// Writes the outputs at `state`, in the order of the mechanism's outputs.
     pub fn outputs(&mut self, mechanism: &Mechanism<T>, state: &State<T>, out: &mut Vec<T>) {
+        self.measure(mechanism, state);
+        let [kinetic, potential] = if self.energy { energy(mechanism, state) } else { [T::from(0.0); 2] };
+        let mut efforts = 0;
+        out.clear();
+        for output in &mechanism.outputs {
+            self.terms.clear();
+            for term in &output.terms {
+                let quantity = match term.source {
+                    Source::Measure { part, measure } => self.measured[self.place[part] + measure],
+                    Source::KineticEnergy => kinetic,
+                    Source::PotentialEnergy => potential,
+                    Source::Effort { .. } => {
+                        efforts += 1;
+                        effort(mechanism, state, &self.efforts[efforts - 1].1, &mut self.room)
+                    }
+                };
+                self.terms.push(quantity * term.weight);
+            }
+            out.push(match &output.formula {
+                Some(formula) => T::formula(formula.as_ref(), T::from(state.t), &self.terms),
+                None => self.terms.iter().copied().sum(),
+            });
+        }
+    }
+
+    fn measure(&mut self, mechanism: &Mechanism<T>, state: &State<T>) {
         self.measured.fill(T::from(0.0));
         for &(index, first) in &self.asked {
             let part = &mechanism.parts[index];
@@ -73,13 +110,23 @@ impl<T: Real> Sampler<T> {
             let count = part.element.measures().len();
             T::measure(part.element.as_ref(), &local, &mut self.measured[first..first + count]);
         }
-        reset(out, mechanism.outputs.len());
-        for (out, output) in out.iter_mut().zip(&mechanism.outputs) {
-            for term in &output.terms {
-                *out += self.measured[self.place[term.part] + term.measure] * term.weight;
-            }
-        }
     }
+}
+
+/// Elements that act on a coordinate, with their local row for it.
+fn rows_of<T>(mechanism: &Mechanism<T>, coordinate: usize) -> Vec<(usize, usize)> {
+    let rows = mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
+    let rows = rows.flat_map(|(k, part)| part.coordinates.iter().enumerate().map(move |(row, &c)| (k, row, c)));
+    rows.filter(|&(_, _, c)| c == coordinate).map(|(k, row, _)| (k, row)).collect()
+}
+
+/// Inertia minus force of all elements on a coordinate: what its drive must supply.
+fn effort<T: Real>(mechanism: &Mechanism<T>, state: &State<T>, rows: &[(usize, usize)], room: &mut Room<T>) -> T {
+    let share = |&(part, row): &(usize, usize)| {
+        evaluate(&mechanism.parts[part], state, room);
+        room.balance[row]
+    };
+    rows.iter().map(share).sum()
 }
 
 /// Kinetic and potential energy of the whole mechanism in J.

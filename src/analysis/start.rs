@@ -1,7 +1,7 @@
 //! Where a motion starts: assembled positions, consistent velocities and accelerations.
 
 use super::state::State;
-use super::system::{Linearization, System, Unknown};
+use super::system::{Linearization, System, Unknown, name_of};
 use crate::multibody::element::Room;
 use crate::multibody::{Jet, Mechanism, Real};
 use crate::{Error, Result};
@@ -55,7 +55,7 @@ pub fn assemble(
                 row[0] += state.q[i] - guess[i];
             }
         }
-        system.factorize(mechanism, state.t)?;
+        system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
         system.factor().solve(&mut rows);
         let largest = apply(system, &rows, state);
         if largest <= settings.tolerance {
@@ -110,34 +110,46 @@ pub fn make_velocities_consistent(
     Ok(multipliers)
 }
 
-/// Solves for the free accelerations and the multipliers: M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
-///
-/// The factor of the saddle-point matrix stays in `system`.
-pub fn solve_accelerations(system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<()> {
-    let mut rows = vec![[0.0]; system.size()];
-    let mut rates = vec![0.0; system.size()];
-    state.l.fill(0.0);
-    for unknown in system.unknowns() {
-        if let Unknown::Coordinate(i) = *unknown {
-            state.a[i] = 0.0;
+/// Room for solving for accelerations again and again without allocating.
+#[derive(Clone, Debug, Default)]
+pub struct AccelerationSolver {
+    rows: Vec<[f64; 1]>,
+    rates: Vec<f64>,
+    jets: Room<Jet<f64>>,
+}
+
+impl AccelerationSolver {
+    /// Solves for the free accelerations and the multipliers: M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
+    ///
+    /// The factor of the saddle-point matrix stays in `system`.
+    ///
+    /// **Errors.** [`Error::Analysis`] naming the coordinate or joint without a pivot.
+    pub fn solve(&mut self, system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<()> {
+        self.rows.resize(system.size(), [0.0]);
+        self.rates.resize(system.size(), 0.0);
+        state.l.fill(0.0);
+        for unknown in system.unknowns() {
+            if let Unknown::Coordinate(i) = *unknown {
+                state.a[i] = 0.0;
+            }
         }
-    }
-    system.assemble(mechanism, state, Linearization::accelerations(), &mut rows);
-    system.closure_rates(mechanism, state, 2, &mut Room::default(), &mut rates);
-    system.factorize(mechanism, state.t)?;
-    for ((row, rate), unknown) in rows.iter_mut().zip(&rates).zip(system.unknowns()) {
-        if matches!(unknown, Unknown::Multiplier(_)) {
-            row[0] = *rate;
+        system.assemble(mechanism, state, Linearization::accelerations(), &mut self.rows);
+        system.closure_rates(mechanism, state, 2, &mut self.jets, &mut self.rates);
+        system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
+        for ((row, rate), unknown) in self.rows.iter_mut().zip(&self.rates).zip(system.unknowns()) {
+            if matches!(unknown, Unknown::Multiplier(_)) {
+                row[0] = *rate;
+            }
         }
-    }
-    system.factor().solve(&mut rows);
-    for (unknown, change) in system.unknowns().iter().zip(&rows) {
-        match *unknown {
-            Unknown::Coordinate(i) => state.a[i] = -change[0],
-            Unknown::Multiplier(m) => state.l[m] = -change[0],
+        system.factor().solve(&mut self.rows);
+        for (unknown, change) in system.unknowns().iter().zip(&self.rows) {
+            match *unknown {
+                Unknown::Coordinate(i) => state.a[i] = -change[0],
+                Unknown::Multiplier(m) => state.l[m] = -change[0],
+            }
         }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Rows of the acceleration problem in any number type: balance, and Φ̈ in the closure rows.
@@ -153,4 +165,41 @@ pub fn acceleration_rows<T: Real>(
 {
     system.residual(mechanism, state, 1.0, room, rows);
     system.closure_rates(mechanism, state, 2, jets, rows);
+}
+
+/// A singular system explained by redundant joints, if that is what it is.
+fn explained(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, error: Error) -> Error {
+    let redundant = redundant_closures(system, mechanism, state);
+    if redundant.is_empty() {
+        return error;
+    }
+    let why = format!("redundant or contradictory at t = {:.6e} s", state.t);
+    let remedy = "remove these closures, or free the directions that other joints hold already; \
+                  a dead centre makes closures dependent for an instant";
+    Error::analysis(redundant.join(", "), why, remedy)
+}
+
+/// Names of the closures whose gradient depends on those of the closures before them.
+///
+/// Gram–Schmidt on the rows of Φ_q with respect to the free coordinates, in the order of the joints.
+pub fn redundant_closures(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut redundant = Vec::new();
+    for (m, mut row) in system.closure_gradients(mechanism, state).into_iter().enumerate() {
+        let norm = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let whole = norm(&row);
+        for _ in 0..2 {
+            for other in &basis {
+                let share: f64 = row.iter().zip(other).map(|(a, b)| a * b).sum();
+                row.iter_mut().zip(other).for_each(|(a, b)| *a -= share * b);
+            }
+        }
+        let rest = norm(&row);
+        if rest <= 1e-9 * whole.max(1e-300) {
+            redundant.push(name_of(mechanism, Unknown::Multiplier(m)));
+        } else {
+            basis.push(row.iter().map(|x| x / rest).collect());
+        }
+    }
+    redundant
 }

@@ -279,6 +279,39 @@ impl System {
         }
     }
 
+    /// Rows of Φ_q with respect to all coordinates, zero for prescribed ones; one row per multiplier.
+    pub fn closure_gradients(&self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<Vec<f64>> {
+        let (mut pad, mut room, mut columns) = (Scratchpad::default(), Room::default(), Vec::new());
+        let mut gradients = vec![vec![0.0; mechanism.coordinates.len()]; mechanism.multipliers];
+        for (part, place) in mechanism.parts.iter().zip(&self.places).filter(|(part, _)| part.closures > 0) {
+            gather(part, state, &mut room);
+            let (width, n) = (place.active.len() + 1, part.coordinates.len());
+            columns.resize((n + part.closures) * width, 0.0);
+            let local = Local { p: &part.parameters, ..room.local(state.t) };
+            part.element.columns(&local, Linearization::statics().constraint, &place.active, &mut pad, &mut columns);
+            for k in 0..part.closures {
+                let row = &columns[(n + k) * width + 1..(n + k + 1) * width];
+                for (&local, &value) in place.active.iter().zip(row).filter(|(local, _)| **local < n) {
+                    gradients[part.first_multiplier + k][part.coordinates[local]] += value;
+                }
+            }
+        }
+        gradients
+    }
+
+    /// The assembled matrix, dense: only before it is factorized.
+    pub fn dense(&mut self) -> nalgebra::DMatrix<f64> {
+        let n = self.size();
+        let mut dense = nalgebra::DMatrix::zeros(n, n);
+        for place in &self.places {
+            let pairs = place.equations.iter().flat_map(|&i| place.equations.iter().map(move |&j| (i, j)));
+            for ((i, j), &slot) in pairs.zip(&place.slots) {
+                dense[(i, j)] = self.factor.entries_mut()[slot];
+            }
+        }
+        dense
+    }
+
     /// The element whose rows are largest, and its row's name: for messages.
     pub fn culprit(&self, mechanism: &Mechanism<f64>, rows: &[[f64; 1]]) -> String {
         let worst = (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
@@ -366,7 +399,8 @@ pub(crate) fn gather<T: Real>(part: &PartData<T>, state: &State<T>, room: &mut R
     room.l.extend_from_slice(&state.l[part.first_multiplier..part.first_multiplier + part.closures]);
 }
 
-fn evaluate<T: Real>(part: &PartData<T>, state: &State<T>, room: &mut Room<T>) {
+/// Evaluates an element's residual into `room`.
+pub(crate) fn evaluate<T: Real>(part: &PartData<T>, state: &State<T>, room: &mut Room<T>) {
     gather(part, state, room);
     room.p.clear();
     room.p.extend_from_slice(&part.parameters);

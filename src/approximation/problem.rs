@@ -21,10 +21,13 @@ pub struct ApproximateProblem<'a> {
     /// Instants whose response is approximated, sorted, and the model of each.
     models: Vec<(Instant, Arc<dyn AnyModel>)>,
     /// Models of quantities that are approximated directly: the objective's, then one for each kept row.
-    direct: (Option<Arc<dyn AnyModel>>, Vec<Option<Arc<dyn AnyModel>>>),
+    direct: (DirectModel, Vec<DirectModel>),
     lower: Vec<f64>,
     upper: Vec<f64>,
 }
+
+/// The model of a quantity that is approximated itself; none where its explicit form is kept.
+type DirectModel = Option<Arc<dyn AnyModel>>;
 
 /// What is known at the start design of a cycle.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +62,7 @@ impl<'a> ApproximateProblem<'a> {
                 approximation.fit(&Expansion { name: &declared.name, here, before: None, intermediates })?,
             ));
         }
-        let fit = |quantity: &Quantity, p, name: &str| -> Result<Option<Arc<dyn AnyModel>>> {
+        let fit = |quantity: &Quantity, p, name: &str| -> Result<DirectModel> {
             let Some(intermediates) = &quantity.direct else { return Ok(None) };
             let Known { design, responses, sensitivities, .. } = known;
             let gradient = problem.total_derivative(quantity, p, design, responses, sensitivities);
@@ -87,7 +90,7 @@ impl<'a> ApproximateProblem<'a> {
     /// F̃ and the rows ĝ − 1, in any number type.
     fn all<S: Number + Evaluates>(&self, b: &[S], wanted: impl Fn(usize) -> bool) -> (S, Vec<S>) {
         let responses: Vec<S> = self.models.iter().map(|(_, model)| S::of(&**model, b)).collect();
-        let value = |quantity: &Quantity, p, direct: &Option<Arc<dyn AnyModel>>| match direct {
+        let value = |quantity: &Quantity, p, direct: &DirectModel| match direct {
             Some(model) => S::of(&**model, b),
             None => quantity.value(p, &self.problem.grids, b, |h, p| {
                 let instant = self.problem.instant(h, p);

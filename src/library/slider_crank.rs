@@ -52,6 +52,10 @@ impl Functional for PathError {
         };
         history.iter().zip(&DESIRED).map(square).fold(S::from(0.0), |a, b| a + b)
     }
+
+    fn points(&self) -> Option<usize> {
+        Some(DESIRED.len())
+    }
 }
 
 /// The problem (43)–(50) from a start; the paper's table starts at an unprinted one, see [`STAND_IN_START`].

@@ -1,6 +1,7 @@
 //! A mechanism: coordinates, elements connected to them, prescribed motions and named outputs.
 
 use super::element::{AnyElement, Element};
+use super::formula::{AnyFormula, Formula};
 use super::motion::{AnyMotion, Fixed, Motion};
 use crate::scalar::Scalar;
 use std::sync::Arc;
@@ -89,17 +90,30 @@ pub(crate) struct PartData<S> {
     pub parameters: Vec<S>,
 }
 
-/// A named scalar response: a weighted sum of element measures.
+/// A named scalar response: a weighted sum of quantities, or a formula of them.
 pub(crate) struct OutputData<S> {
     pub name: String,
     pub terms: Vec<Term<S>>,
+    pub formula: Option<Arc<dyn AnyFormula>>,
 }
 
-/// One element measure with its weight in an output.
+/// Where a quantity comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// The measure of an element.
+    Measure { part: usize, measure: usize },
+    /// The effort that keeps a prescribed coordinate on its motion.
+    Effort { coordinate: usize },
+    /// Kinetic energy of everything.
+    KineticEnergy,
+    /// Potential energy of everything.
+    PotentialEnergy,
+}
+
+/// One quantity with its weight in an output.
 #[derive(Clone, Copy, Debug)]
 pub struct Term<S> {
-    pub(crate) part: usize,
-    pub(crate) measure: usize,
+    pub(crate) source: Source,
     pub(crate) weight: S,
 }
 
@@ -233,12 +247,33 @@ impl<S: Scalar> Mechanism<S> {
             let remedy = format!("it measures: {}", known.join(", "));
             crate::Error::definition(&data.name, format!("has no measure \"{name}\""), remedy)
         })?;
-        Ok(Term { part: part.0, measure, weight: S::from(1.0) })
+        Ok(Term { source: Source::Measure { part: part.0, measure }, weight: S::from(1.0) })
     }
 
-    /// A named output: the weighted sum of element measures.
+    /// The effort (N or N·m) that keeps a prescribed coordinate on its motion: the torque of a driven crank.
+    pub fn effort(&self, coordinate: Coordinate) -> Term<S> {
+        Term { source: Source::Effort { coordinate: coordinate.0 }, weight: S::from(1.0) }
+    }
+
+    /// The kinetic energy of everything in J.
+    pub fn kinetic_energy(&self) -> Term<S> {
+        Term { source: Source::KineticEnergy, weight: S::from(1.0) }
+    }
+
+    /// The potential energy of everything (strain and weight) in J.
+    pub fn potential_energy(&self) -> Term<S> {
+        Term { source: Source::PotentialEnergy, weight: S::from(1.0) }
+    }
+
+    /// A named output: the weighted sum of quantities.
     pub fn output(&mut self, name: impl Into<String>, terms: &[Term<S>]) {
-        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec() });
+        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: None });
+    }
+
+    /// A named output: a formula of time and of weighted quantities.
+    pub fn output_formula(&mut self, name: impl Into<String>, formula: impl Formula, terms: &[Term<S>]) {
+        let formula: Arc<dyn AnyFormula> = Arc::new(formula);
+        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: Some(formula) });
     }
 
     /// Whether `other` has the same coordinates, elements and outputs, connected in the same way.

@@ -5,6 +5,7 @@
 //! | `element` | the [`Element`] trait: one residual over the scalar |
 //! | `elements/` | bodies, beams, joints, forces, sensors: one file each |
 //! | `motion` | prescribed motions |
+//! | `formula` | outputs as formulas of measured quantities |
 //! | `mechanism` | coordinates + elements + outputs, as a pure function of the design ([`Model`]) |
 //! | `mechanisms/` | reference mechanisms |
 //! | `number` | the closed set of numbers in which mechanisms are evaluated |
@@ -13,6 +14,7 @@
 
 pub mod element;
 pub mod elements;
+pub mod formula;
 pub mod frame;
 pub mod mechanism;
 pub mod mechanisms;
@@ -20,6 +22,7 @@ pub mod motion;
 pub mod number;
 
 pub use element::{Element, Energy, Local};
+pub use formula::Formula;
 pub use mechanism::{Body, Coordinate, Marker, Mechanism, Model, Part, Pose, Term};
 pub use motion::Motion;
 pub use number::{Jet, Number, Real, Sensitive};

@@ -1,6 +1,7 @@
 //! The closed set of numbers in which mechanisms are evaluated.
 
 use super::element::{AnyElement, Energy, Local, Room};
+use super::formula::AnyFormula;
 use super::motion::AnyMotion;
 use crate::scalar::{Scalar, Tangent, WIDTH};
 
@@ -51,6 +52,8 @@ pub trait Real: Number {
     fn value(&self) -> f64 {
         self.re()
     }
+    /// Evaluates an output's formula.
+    fn formula(formula: &dyn AnyFormula, t: Self, x: &[Self]) -> Self;
     /// A prescribed position with its velocity and acceleration.
     fn motion(motion: &dyn AnyMotion, p: &[Self], t: f64) -> [Self; 3];
 }
@@ -58,6 +61,9 @@ pub trait Real: Number {
 macro_rules! impl_real {
     ($($t:ty),*) => {$(
         impl Real for $t {
+            fn formula(formula: &dyn AnyFormula, t: Self, x: &[Self]) -> Self {
+                super::formula::FormulaIn::<$t>::value(formula, t, x)
+            }
             fn motion(motion: &dyn AnyMotion, p: &[Self], t: f64) -> [Self; 3] {
                 let (zero, one) = (<$t>::from(0.0), <$t>::from(1.0));
                 let mut lifted = [Jet::new(zero, zero, zero); MOST_MOTION_PARAMETERS];

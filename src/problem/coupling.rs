@@ -1,20 +1,30 @@
 //! The direct coupling: the program whose every evaluation is an analysis.
 
-use super::{Gradients, Instant, Problem, Program, RowId, Sensitivities, Values};
+use super::{Evaluation, Gradients, Instant, Problem, Program, Responses, RowId, Sensitivities, Values};
 use crate::error::Result;
 use nalgebra::DMatrix;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// The whole problem as one [`Program`], every time point a row, every evaluation an analysis.
 ///
-/// This is the classical coupling that sequential approximation is compared with. Rows read ĝ − 1 ≤ 0.
+/// This is the classical coupling that sequential approximation is compared with. Rows read ĝ − 1 ≤ 0. Gradients at the
+/// design that was analysed last cost no second analysis.
 pub struct DirectCoupling<'a> {
     problem: &'a Problem,
     rows: Vec<RowId>,
     wanted: Vec<Instant>,
     bounds: (Vec<f64>, Vec<f64>),
+    last: Mutex<Option<Arc<Analysed>>>,
     analyses: AtomicUsize,
     sensitivity_analyses: AtomicUsize,
+}
+
+/// A design with what its analysis gave.
+struct Analysed {
+    design: Vec<f64>,
+    responses: Responses,
+    evaluation: Evaluation,
 }
 
 impl<'a> DirectCoupling<'a> {
@@ -27,7 +37,26 @@ impl<'a> DirectCoupling<'a> {
         wanted.sort_unstable();
         wanted.dedup();
         let bounds = problem.variables.iter().map(|v| (v.lower, v.upper)).unzip();
-        Self { problem, rows, wanted, bounds, analyses: 0.into(), sensitivity_analyses: 0.into() }
+        Self { problem, rows, wanted, bounds, last: None.into(), analyses: 0.into(), sensitivity_analyses: 0.into() }
+    }
+
+    /// The analysis at `x`, done unless it was the last one.
+    fn analysed(&self, x: &[f64]) -> Result<Arc<Analysed>> {
+        let last = || self.last.lock().expect("nothing panics under the lock");
+        if let Some(known) = last().as_ref().filter(|known| known.design == x) {
+            return Ok(known.clone());
+        }
+        self.analyses.fetch_add(1, Ordering::Relaxed);
+        let responses = self.problem.analyze(x)?;
+        let evaluation = self.problem.evaluate(x, &responses)?;
+        let fresh = Arc::new(Analysed { design: x.to_vec(), responses, evaluation });
+        *last() = Some(fresh.clone());
+        Ok(fresh)
+    }
+
+    fn values_of(&self, evaluation: &Evaluation) -> Values {
+        let rows = self.rows.iter().map(|r| evaluation.constraints[r.constraint][r.point] - 1.0).collect();
+        Values { objective: evaluation.objective, rows }
     }
 
     /// Analyses done so far.
@@ -66,28 +95,24 @@ impl Program for DirectCoupling<'_> {
     }
 
     fn values(&self, x: &[f64]) -> Result<Values> {
-        self.analyses.fetch_add(1, Ordering::Relaxed);
-        let evaluation = self.problem.evaluate(x, &self.problem.analyze(x)?)?;
-        let rows = self.rows.iter().map(|r| evaluation.constraints[r.constraint][r.point] - 1.0).collect();
-        Ok(Values { objective: evaluation.objective, rows })
+        Ok(self.values_of(&self.analysed(x)?.evaluation))
     }
 
     fn gradients(&self, x: &[f64]) -> Result<Gradients> {
-        self.sensitivity_analyses.fetch_add(1, Ordering::Relaxed);
         let (problem, n) = (self.problem, self.problem.n());
-        let responses = problem.analyze(x)?;
-        let evaluation = problem.evaluate(x, &responses)?;
-        let rows = problem.analysis.sensitivities(x, &responses, &self.wanted)?;
+        let analysed = self.analysed(x)?;
+        let responses = &analysed.responses;
+        self.sensitivity_analyses.fetch_add(1, Ordering::Relaxed);
+        let rows = problem.sensitivities(x, responses, &self.wanted)?;
         let sensitivities = Sensitivities { instants: self.wanted.clone(), rows };
-        let objective = problem.total_derivative(&problem.objective, 0, x, &responses, &sensitivities);
+        let objective = problem.total_derivative(&problem.objective, 0, x, responses, &sensitivities);
         let mut jacobian = DMatrix::zeros(self.rows.len(), n);
         for (i, row) in self.rows.iter().enumerate() {
             let constraint = &problem.constraints[row.constraint];
-            let slope = problem.total_derivative(&constraint.quantity, row.point, x, &responses, &sensitivities);
+            let slope = problem.total_derivative(&constraint.quantity, row.point, x, responses, &sensitivities);
             (0..n).for_each(|k| jacobian[(i, k)] = slope[k] / constraint.scale);
         }
-        let rows = self.rows.iter().map(|r| evaluation.constraints[r.constraint][r.point] - 1.0).collect();
-        let values = Values { objective: evaluation.objective, rows };
+        let values = self.values_of(&analysed.evaluation);
         Ok(Gradients { values, objective, rows: jacobian })
     }
 }

@@ -1,7 +1,7 @@
 //! The optimization problem (1)–(3) as a value, and its evaluation in plain numbers.
 
 use super::quantity::Form;
-use super::{Analysis, Constraint, DesignVariable, Quantity, Response, Responses, TimeGrid};
+use super::{Analysis, Constraint, DesignVariable, Intermediates, Quantity, Response, Responses, TimeGrid};
 use crate::error::{Error, Result};
 use std::collections::HashSet;
 
@@ -87,10 +87,8 @@ impl Problem {
     pub fn analyze(&self, b: &[f64]) -> Result<Responses> {
         Error::check_length("design", self.n(), b.len())?;
         let responses = self.analysis.analyze(b)?;
-        Error::check_length("responses of the analysis", self.responses.len(), responses.values.len())?;
+        self.check_shape(&responses)?;
         for (declared, values) in self.responses.iter().zip(&responses.values) {
-            let points = declared.grid.map_or(1, |g| self.grids[g].len());
-            Error::check_length(&format!("values of response `{}`", declared.name), points, values.len())?;
             if let Some(p) = values.iter().position(|v| !v.is_finite()) {
                 let what = format!("response `{}`", declared.name);
                 return Err(self.not_finite(what, values[p], declared.grid, p, b));
@@ -99,8 +97,26 @@ impl Problem {
         Ok(responses)
     }
 
+    /// Errors with [`Error::Length`] unless there is a value for every response at every point of its grid.
+    pub fn check_shape(&self, responses: &Responses) -> Result<()> {
+        Error::check_length("responses of the analysis", self.responses.len(), responses.values.len())?;
+        for (declared, values) in self.responses.iter().zip(&responses.values) {
+            let points = declared.grid.map_or(1, |g| self.grids[g].len());
+            Error::check_length(&format!("values of response `{}`", declared.name), points, values.len())?;
+        }
+        Ok(())
+    }
+
+    /// Errors unless design `b` has the right length and is within its bounds.
+    pub fn check_design(&self, b: &[f64]) -> Result<()> {
+        Error::check_length("design", self.n(), b.len())?;
+        self.variables.iter().zip(b).try_for_each(|(variable, &b)| variable.check_start(b))
+    }
+
     /// Objective and normalised constraints at design `b` from its responses.
     pub fn evaluate(&self, b: &[f64], responses: &Responses) -> Result<Evaluation> {
+        Error::check_length("design", self.n(), b.len())?;
+        self.check_shape(responses)?;
         let at = |quantity: &Quantity, p| quantity.value(p, &self.grids, b, |h, p| self.read(responses, h, p));
         let objective = at(&self.objective, 0);
         if !objective.is_finite() {
@@ -167,8 +183,8 @@ impl Problem {
         text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
 
-    /// Whether the parts fit together.
-    pub(super) fn check(&self) -> Result<()> {
+    /// Whether the parts fit together. Checked when a problem is built, and again when a run starts: fields are public.
+    pub fn check(&self) -> Result<()> {
         if self.variables.is_empty() {
             return Err(Error::definition(&self.name, "there is no design variable", "add at least one"));
         }
@@ -176,7 +192,10 @@ impl Problem {
         unique("response", self.responses.iter().map(|r| &r.name))?;
         unique("constraint", self.constraints.iter().map(|c| &c.name))?;
         self.variables.iter().try_for_each(DesignVariable::check)?;
-        self.responses.iter().try_for_each(|r| self.check_response(r))?;
+        self.grids.iter().try_for_each(TimeGrid::check)?;
+        self.responses
+            .iter()
+            .try_for_each(|r| self.check_intermediates(&format!("response `{}`", r.name), &r.intermediates))?;
         self.check_quantity(&format!("objective `{}`", self.objective_name), &self.objective)?;
         if self.objective.is_transient() {
             let remedy = "minimize a sum or an integral over the grid, or its peak with `minimize_peak`";
@@ -192,18 +211,25 @@ impl Problem {
         Ok(())
     }
 
-    fn check_response(&self, response: &Response) -> Result<()> {
-        match &response.intermediates {
-            super::Intermediates::Each(choice) => {
-                Error::check_length(&format!("intermediate variables of `{}`", response.name), self.n(), choice.len())
+    fn check_intermediates(&self, of: &str, intermediates: &Intermediates) -> Result<()> {
+        match intermediates {
+            Intermediates::Each(choice) => {
+                Error::check_length(&format!("intermediate variables of {of}"), self.n(), choice.len())
             }
-            _ => Ok(()),
+            Intermediates::Identity | Intermediates::Map(_) => Ok(()),
         }
     }
 
     fn check_quantity(&self, what: &str, quantity: &Quantity) -> Result<()> {
         if quantity.grid().is_some_and(|g| g >= self.grids.len()) {
             return Err(Error::definition(what, "its time grid does not exist", "add the grid and use its index"));
+        }
+        if let Form::Whole(grid, functional) = &quantity.form {
+            let points = self.grids[*grid].len();
+            Error::check_length(&format!("{what}: weights"), points, functional.made_for().unwrap_or(points))?;
+        }
+        if let Some(intermediates) = &quantity.direct {
+            self.check_intermediates(what, intermediates)?;
         }
         for &h in &quantity.uses {
             let Some(response) = self.responses.get(h) else {

@@ -1,7 +1,6 @@
 //! Explicit functions of (responses, design variables, time), written once over the scalar.
 
-use crate::scalar::{Degree, Dual, HyperDual, Scalar};
-use std::sync::Arc;
+use crate::scalar::Scalar;
 
 /// What a function sees at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +25,11 @@ pub trait Function: Send + Sync + 'static {
 pub trait Functional: Send + Sync + 'static {
     /// The value over all points of the grid, in order.
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S;
+
+    /// The number of time points that it is made for, such as that of its weights; a grid of another length is refused.
+    fn points(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// A [`Function`] from an expression: `function!(|p| p.response[0] - p.design[2] + 1.0)`.
@@ -59,47 +63,11 @@ macro_rules! function {
     }};
 }
 
-/// Number types that stored functions can be called with: a scalar of the closed set.
-///
-/// Generic methods cannot be stored as objects; functions of the closed set `f64`, [`Dual`], [`HyperDual`] and
-/// [`Degree`] can.
-pub trait Number: Scalar {
-    #[doc(hidden)]
-    fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self;
-    #[doc(hidden)]
-    fn call_over(functional: &dyn AnyFunctional, history: &[Point<Self>]) -> Self;
-    #[doc(hidden)]
-    fn call_map(map: &dyn super::intermediate::AnyMap, k: usize, design: &[Self]) -> Self;
+/// User-defined intermediate variables bᴵ(b), any smooth map of the whole design, written once over the scalar.
+pub trait IntermediateMap: Send + Sync + 'static {
+    /// Component k of bᴵ(b), k = 0 … n−1.
+    fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S;
 }
-
-macro_rules! numbers {
-    ($($number:ty => $name:ident),*) => {
-        /// Object-safe face of [`Function`]; implemented for every function.
-        #[doc(hidden)]
-        pub trait AnyFunction: Send + Sync {
-            $(fn $name(&self, point: &Point<$number>) -> $number;)*
-        }
-        impl<F: Function> AnyFunction for F {
-            $(fn $name(&self, point: &Point<$number>) -> $number { self.at(point) })*
-        }
-        /// Object-safe face of [`Functional`]; implemented for every functional.
-        #[doc(hidden)]
-        pub trait AnyFunctional: Send + Sync {
-            $(fn $name(&self, history: &[Point<$number>]) -> $number;)*
-        }
-        impl<F: Functional> AnyFunctional for F {
-            $(fn $name(&self, history: &[Point<$number>]) -> $number { self.over(history) })*
-        }
-        $(impl Number for $number {
-            fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self { function.$name(point) }
-            fn call_over(functional: &dyn AnyFunctional, history: &[Point<Self>]) -> Self { functional.$name(history) }
-            fn call_map(map: &dyn super::intermediate::AnyMap, k: usize, design: &[Self]) -> Self {
-                map.$name(k, design)
-            }
-        })*
-    };
-}
-numbers!(f64 => real, Dual => dual, HyperDual => hyper_dual, Degree => degree);
 
 /// Σₚ wₚ f(r(tₚ), b, tₚ): a quadrature or a plain sum over the grid.
 #[derive(Clone, Debug)]
@@ -115,7 +83,8 @@ impl<F: Function> Functional for WeightedSum<F> {
         let term = |(point, &w)| self.function.at(point) * w;
         history.iter().zip(&self.weights).map(term).fold(S::from(0.0), |a, b| a + b)
     }
-}
 
-/// A stored function or functional, shared between problems.
-pub(crate) type Shared<T> = Arc<T>;
+    fn points(&self) -> Option<usize> {
+        Some(self.weights.len())
+    }
+}

@@ -30,6 +30,14 @@ impl TimeGrid {
 
     /// A grid of given points. Refuses an empty grid and points that do not increase.
     pub fn new(name: &str, unit: &str, points: Vec<f64>) -> Result<Self> {
+        let grid = Self { name: name.to_owned(), unit: unit.to_owned(), points };
+        grid.check()?;
+        Ok(grid)
+    }
+
+    /// Refuses an empty grid and points that do not increase.
+    pub(super) fn check(&self) -> Result<()> {
+        let Self { name, unit, points } = self;
         let what = || format!("time grid `{name}`");
         if points.is_empty() {
             return Err(Error::definition(what(), "it has no time point", "give at least one point"));
@@ -38,7 +46,7 @@ impl TimeGrid {
             let why = format!("point {p} is {} {unit}, which does not increase", points[p]);
             return Err(Error::definition(what(), why, "give finite, strictly increasing points"));
         }
-        Ok(Self { name: name.to_owned(), unit: unit.to_owned(), points })
+        Ok(())
     }
 
     /// Number of points.

@@ -1,31 +1,9 @@
 //! Intermediate design variables: the variables in which a response is close to linear.
 
-use super::function::Number;
-use crate::scalar::{Degree, Dual, HyperDual, Scalar};
+use super::IntermediateMap;
+use super::number::{AnyMap, Number};
+use crate::scalar::Scalar;
 use std::sync::Arc;
-
-/// User-defined intermediate variables bᴵ(b), any smooth map of the whole design, written once over the scalar.
-pub trait IntermediateMap: Send + Sync + 'static {
-    /// Component k of bᴵ(b), k = 0 … n−1.
-    fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S;
-}
-
-/// Object-safe face of [`IntermediateMap`].
-#[doc(hidden)]
-pub trait AnyMap: Send + Sync {
-    fn real(&self, k: usize, design: &[f64]) -> f64;
-    fn dual(&self, k: usize, design: &[Dual]) -> Dual;
-    fn hyper_dual(&self, k: usize, design: &[HyperDual]) -> HyperDual;
-    fn degree(&self, k: usize, design: &[Degree]) -> Degree;
-}
-
-#[rustfmt::skip]
-impl<M: IntermediateMap> AnyMap for M {
-    fn real(&self, k: usize, design: &[f64]) -> f64 { self.component(k, design) }
-    fn dual(&self, k: usize, design: &[Dual]) -> Dual { self.component(k, design) }
-    fn hyper_dual(&self, k: usize, design: &[HyperDual]) -> HyperDual { self.component(k, design) }
-    fn degree(&self, k: usize, design: &[Degree]) -> Degree { self.component(k, design) }
-}
 
 /// One intermediate variable of one design variable.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,6 +13,7 @@ mod equivalents;
 mod function;
 mod grid;
 mod intermediate;
+mod number;
 mod program;
 mod quantity;
 mod responses;
@@ -27,13 +28,12 @@ pub use coupling::DirectCoupling;
 pub use definition::{Evaluation, Problem, RowId};
 pub use differences::Differences;
 pub use equivalents::{Envelope, MeanExcess};
-#[doc(hidden)]
-pub use function::{AnyFunction, AnyFunctional};
-pub use function::{Function, Functional, Number, Point, WeightedSum};
+pub use function::{Function, Functional, IntermediateMap, Point, WeightedSum};
 pub use grid::TimeGrid;
+pub use intermediate::{Intermediate, Intermediates};
+pub use number::Number;
 #[doc(hidden)]
-pub use intermediate::AnyMap;
-pub use intermediate::{Intermediate, IntermediateMap, Intermediates};
+pub use number::{AnyFunction, AnyFunctional, AnyMap};
 pub use program::{Gradients, Program, Structure, Values};
 pub use quantity::{Constraint, Quantity};
 pub use responses::{Analysis, Instant, Response, Responses};

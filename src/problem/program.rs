@@ -66,6 +66,11 @@ pub trait Program: Sync {
     fn lagrangian_hessian(&self, _x: &[f64], _multipliers: &[f64]) -> Result<Option<DMatrix<f64>>> {
         Ok(None)
     }
+    /// For programs whose objective is linear or a convex quadratic and whose rows are convex quadratics: a factor Cᵢ
+    /// (k × n) of each row's constant Hessian CᵢᵀCᵢ, `None` for linear rows. Equality rows are linear.
+    fn row_factors(&self) -> Option<Vec<Option<DMatrix<f64>>>> {
+        None
+    }
     /// The program as a sum over its variables, if it is one.
     fn separable(&self) -> Option<&dyn Separable> {
         None

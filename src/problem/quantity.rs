@@ -1,17 +1,19 @@
 //! Objective and constraints: explicit functions of responses, design variables and time.
 
-use super::function::{AnyFunction, AnyFunctional, Number, Point, Shared};
+use super::function::Point;
+use super::number::{AnyFunction, AnyFunctional, Number};
 use super::{Function, Functional, Intermediates, Selection, WeightedSum};
+use std::sync::Arc;
 
 /// How a quantity is made from responses and design.
 #[derive(Clone)]
 pub(crate) enum Form {
     /// g(r, b): of time-independent responses and design.
-    Plain(Shared<dyn AnyFunction>),
+    Plain(Arc<dyn AnyFunction>),
     /// g(r(t), b, t) at every point of a grid.
-    EachPoint(usize, Shared<dyn AnyFunction>),
+    EachPoint(usize, Arc<dyn AnyFunction>),
     /// One number from a whole history.
-    Whole(usize, Shared<dyn AnyFunctional>),
+    Whole(usize, Arc<dyn AnyFunctional>),
 }
 
 /// An explicit function of responses and design: what objective and constraints are made of.
@@ -25,17 +27,17 @@ pub struct Quantity {
 impl Quantity {
     /// g(r, b): a function of time-independent responses and design variables.
     pub fn plain(function: impl Function) -> Self {
-        Self { form: Form::Plain(Shared::new(function)), uses: vec![], direct: None }
+        Self { form: Form::Plain(Arc::new(function)), uses: vec![], direct: None }
     }
 
     /// g(r(t), b, t) at every time point of grid number `grid`.
     pub fn each_point(grid: usize, function: impl Function) -> Self {
-        Self { form: Form::EachPoint(grid, Shared::new(function)), uses: vec![], direct: None }
+        Self { form: Form::EachPoint(grid, Arc::new(function)), uses: vec![], direct: None }
     }
 
     /// One number from the whole history over grid number `grid`.
     pub fn whole(grid: usize, functional: impl Functional) -> Self {
-        Self { form: Form::Whole(grid, Shared::new(functional)), uses: vec![], direct: None }
+        Self { form: Form::Whole(grid, Arc::new(functional)), uses: vec![], direct: None }
     }
 
     /// Σₚ wₚ g(r(tₚ), b, tₚ) over grid number `grid`: an integral with quadrature weights, or a sum.

@@ -37,16 +37,22 @@ impl DesignVariable {
 
     /// Refuses crossed bounds, NaN, and a start outside the bounds.
     pub(super) fn check(&self) -> Result<()> {
-        let Self { name, start, lower, upper, .. } = self;
+        let Self { name, lower, upper, .. } = self;
         let what = format!("design variable `{name}`");
         if !(lower <= upper) || *lower == f64::INFINITY || *upper == f64::NEG_INFINITY {
             let why = format!("the lower bound {lower} and the upper bound {upper} leave no room");
             return Err(Error::definition(what, why, "give a lower bound that is at most the upper bound"));
         }
-        if !start.is_finite() || start < lower || start > upper {
-            let why = format!("the start {start} is not a number within the bounds [{lower}, {upper}]");
-            return Err(Error::definition(what, why, "move the start inside or widen the bounds"));
+        self.check_start(self.start)
+    }
+
+    /// Refuses a start that is no number within the bounds.
+    pub(super) fn check_start(&self, start: f64) -> Result<()> {
+        let Self { name, lower, upper, .. } = self;
+        if start.is_finite() && (*lower..=*upper).contains(&start) {
+            return Ok(());
         }
-        Ok(())
+        let why = format!("the start {start} is not a number within the bounds [{lower}, {upper}]");
+        Err(Error::definition(format!("design variable `{name}`"), why, "move the start inside or widen the bounds"))
     }
 }

@@ -49,7 +49,11 @@ impl Method {
     }
 
     /// Continues a run to its end. The one loop.
+    ///
+    /// Errors if settings are out of range, or if the state is one of another problem.
     pub fn resume(&self, problem: &Problem, mut state: State, mut observe: impl FnMut(&State)) -> Result<State> {
+        self.check()?;
+        state.check(problem)?;
         (state.status, state.reason) = self.stop.test(problem, &state);
         while state.status == Status::Running {
             state = self.step(problem, state)?;
@@ -65,9 +69,11 @@ impl Method {
         self.start_at(problem, problem.start())
     }
 
-    /// Analyses a start design other than the problem's.
+    /// Analyses a start design other than the problem's, within the same bounds.
     pub fn start_at(&self, problem: &Problem, design: Vec<f64>) -> Result<State> {
         self.check()?;
+        problem.check()?;
+        problem.check_design(&design)?;
         let responses = problem.analyze(&design)?;
         let evaluation = problem.evaluate(&design, &responses)?;
         let factors = self.move_limits.start(problem.n());
@@ -98,6 +104,7 @@ impl Method {
         let region = self.move_limits.region(problem, &state.design, &state.factors);
         let approximate = self.approximate(problem, &state, &knowledge, &region)?;
         let proposal = self.solver.solve(&approximate, &state.design)?;
+        state.counters.subproblem_iterations += proposal.iterations;
         let analysed = state.analyse(problem, &proposal.x);
         let at_limit = region.at_limit(&proposal.x);
         let trial = self.trial(problem, &state, &knowledge, &proposal, &at_limit, analysed.as_ref().ok())?;

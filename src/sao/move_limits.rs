@@ -60,7 +60,7 @@ pub trait MoveLimits: Send + Sync + std::fmt::Debug {
 ///   at a move limit, unless V exceeds [`increase_violation_pct`](Self::increase_violation_pct) or nothing was approximated;
 /// * accepted with E up to that threshold, × [`on_reversal`](Self::on_reversal) for variables whose step turned against
 ///   their last step, if V exceeds [`reversal_violation_pct`](Self::reversal_violation_pct): the sign of an oscillation
-///   between time points.
+///   between time points. With E between the two thresholds V must have exceeded it at the start of the cycle, too.
 ///
 /// The paper refers to the thesis for its rules; these follow from the printed rows of Tables I, II, IV and VI. The
 /// violation thresholds and the reversal rule touch only the run with one time point for each maximum, whose 18 cycles
@@ -120,7 +120,11 @@ impl MoveLimits for RelativeLimits {
         shrinking("move-limit multiplier on rejection", self.on_rejection)?;
         shrinking("move-limit reduction", self.reduction)?;
         shrinking("move-limit multiplier on reversal", self.on_reversal)?;
-        Error::check_option("move-limit increase", "at least 1", self.increase, self.increase >= 1.0)?;
+        let widening = self.increase >= 1.0 && self.increase.is_finite();
+        Error::check_option("move-limit increase", "at least 1 and finite", self.increase, widening)?;
+        let number = |name, v: f64| Error::check_option(name, "a number", v, !v.is_nan());
+        number("violation up to which move limits widen", self.increase_violation_pct)?;
+        number("violation above which a reversal counts", self.reversal_violation_pct)?;
         positive("error above which move limits shrink", self.reduce_above_pct)?;
         positive("error below which move limits widen", self.increase_below_pct)?;
         positive("move-limit floor", self.floor)
@@ -155,7 +159,10 @@ impl MoveLimits for RelativeLimits {
         let may_widen = error <= self.increase_below_pct
             && outcome.violation_pct <= self.increase_violation_pct
             && outcome.evidence;
-        let oscillates = error <= self.increase_below_pct && outcome.violation_pct > self.reversal_violation_pct;
+        let violated = |pct: f64| pct > self.reversal_violation_pct;
+        // With larger errors one overshoot is no oscillation yet, as Table II shows; two in a row are.
+        let again = error <= self.reduce_above_pct && violated(trial.violation_before_pct);
+        let oscillates = violated(outcome.violation_pct) && (error <= self.increase_below_pct || again);
         for (k, factor) in factors.iter_mut().enumerate() {
             if error > self.reduce_above_pct {
                 *factor *= self.reduction;

@@ -4,6 +4,7 @@ use super::{Cycle, Status};
 use crate::error::{Error, Result};
 use crate::problem::{Evaluation, Problem, Responses, RowId, Sensitivities};
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// Version of the state file; a file of another version is refused.
 pub const STATE_VERSION: u32 = 1;
@@ -69,8 +70,6 @@ impl State {
     ///
     /// Errors with [`Error::File`] if the text is not a state, of another version or of another problem.
     pub fn from_json(text: &str, problem: &Problem) -> Result<Self> {
-        let fault =
-            |why: String, remedy: &str| Error::File { file: "state".to_owned(), why, remedy: remedy.to_owned() };
         #[derive(Deserialize)]
         struct Version {
             version: u32,
@@ -78,16 +77,46 @@ impl State {
         let broken =
             |e: serde_json::Error| fault(format!("it is not a state file: {e}"), "give a file that a run wrote");
         let Version { version } = serde_json::from_str(text).map_err(broken)?;
-        if version != STATE_VERSION {
-            let why = format!("it has version {version}, this program reads version {STATE_VERSION}");
-            return Err(fault(why, "continue it with the release that wrote it, or start anew"));
-        }
+        check_version(version)?;
         let state: Self = serde_json::from_str(text).map_err(broken)?;
-        if state.fingerprint != problem.fingerprint() {
-            let why = format!("it belongs to another problem (`{}`, here `{}`)", state.problem, problem.name);
+        state.check(problem)?;
+        Ok(state)
+    }
+
+    /// Refuses a state of another version or problem, and one whose parts do not have the problem's shape.
+    pub(super) fn check(&self, problem: &Problem) -> Result<()> {
+        check_version(self.version)?;
+        if self.fingerprint != problem.fingerprint() {
+            let why = format!("it belongs to another problem (`{}`, here `{}`)", self.problem, problem.name);
             return Err(fault(why, "continue it with the problem, bounds and limits that it was written with"));
         }
-        Ok(state)
+        Error::check_length("design of the state", problem.n(), self.design.len())?;
+        Error::check_length("move-limit factors of the state", problem.n(), self.factors.len())?;
+        problem.check_shape(&self.responses)?;
+        Error::check_length("constraints of the state", problem.constraints.len(), self.evaluation.constraints.len())
+    }
+
+    /// Writes the state to a file. The file appears whole or not at all: it is written beside its place and then moved.
+    ///
+    /// Errors with [`Error::File`] if that is not possible.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let beside = path.with_extension("part");
+        let written = std::fs::write(&beside, self.to_json()).and_then(|()| std::fs::rename(&beside, path));
+        written.map_err(|e| {
+            file_fault(path, &format!("it cannot be written: {e}"), "give a folder that can be written to")
+        })
+    }
+
+    /// Reads a state that [`State::save`] wrote, for continuing a run of `problem` with the same bits.
+    ///
+    /// Errors as [`State::from_json`] does, and if the file cannot be read; the message names the file.
+    pub fn load(path: &Path, problem: &Problem) -> Result<Self> {
+        let unreadable = |e| file_fault(path, &format!("it cannot be read: {e}"), "give a file that a run wrote");
+        let text = std::fs::read_to_string(path).map_err(unreadable)?;
+        Self::from_json(&text, problem).map_err(|e| match e {
+            Error::File { why, remedy, .. } => file_fault(path, &why, &remedy),
+            other => other,
+        })
     }
 
     /// Analyses a proposed design. A failure is a fact about the design, not the end of the run.
@@ -108,4 +137,20 @@ impl State {
     pub fn cycles(&self) -> usize {
         self.history.iter().filter(|c| c.accepted).count() - 1
     }
+}
+
+fn file_fault(path: &Path, why: &str, remedy: &str) -> Error {
+    Error::File { file: path.display().to_string(), why: why.to_owned(), remedy: remedy.to_owned() }
+}
+
+fn check_version(version: u32) -> Result<()> {
+    if version == STATE_VERSION {
+        return Ok(());
+    }
+    let why = format!("it has version {version}, this program reads version {STATE_VERSION}");
+    Err(fault(why, "continue it with the release that wrote it, or start anew"))
+}
+
+fn fault(why: String, remedy: &str) -> Error {
+    Error::File { file: "state".to_owned(), why, remedy: remedy.to_owned() }
 }

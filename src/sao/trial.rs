@@ -3,6 +3,10 @@
 use super::Screening;
 use crate::problem::{Evaluation, Problem, RowId, Values};
 
+/// The value of ĝ below which its error is taken relative to this value. Without a cut-off the relative error (16) of a
+/// constraint that is nowhere near its limit would decide, and it is infinite at ĝ = 0. The paper cuts off at 0.5 or 0.7.
+const SMALL: f64 = 0.5;
+
 /// A proposed design, held against its analysis.
 #[derive(Clone, Debug)]
 pub struct Trial<'a> {
@@ -16,7 +20,7 @@ pub struct Trial<'a> {
     pub at_limit: &'a [bool],
     /// Objective at the start of the cycle.
     pub objective_before: f64,
-    /// V at the start of the cycle, in percent.
+    /// V in percent at the start of the cycle.
     pub violation_before_pct: f64,
     /// F̃ at the proposed design.
     pub approximate_objective: f64,
@@ -70,7 +74,8 @@ impl Outcome {
             outcome.evidence = true;
             let g = analysed.constraints[row.constraint][row.point];
             if screening.is_critical(g) {
-                outcome.constraint_error_pct = outcome.constraint_error_pct.max(relative_pct(approximate + 1.0, g));
+                let error = 100.0 * (approximate + 1.0 - g).abs() / g.abs().max(SMALL);
+                outcome.constraint_error_pct = outcome.constraint_error_pct.max(error);
             }
         }
         outcome

@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn gradient_spans_several_chunks() {
         let x = point(19);
-        let (_, g) = gradient(|x| chain(x), &x);
+        let (_, g) = gradient(chain, &x);
         assert_eq!(g[0], 0.3f64.cos());
         for i in 1..18 {
             let exact = 2.0 * i as f64 * x[i] * x[i + 1] + (i - 1) as f64 * x[i - 1].powi(2);
@@ -110,8 +110,8 @@ mod tests {
     #[test]
     fn hessian_is_symmetric_and_exact() {
         let x = point(11);
-        let (_, g, h) = hessian(|x| chain(x), &x);
-        assert_eq!(g, gradient(|x| chain(x), &x).1);
+        let (_, g, h) = hessian(chain, &x);
+        assert_eq!(g, gradient(chain, &x).1);
         for i in 1..10 {
             assert!((h[(i, i)] - 2.0 * i as f64 * x[i + 1]).abs() < 1e-12);
             assert!((h[(i, i + 1)] - 2.0 * i as f64 * x[i]).abs() < 1e-12);
@@ -125,7 +125,7 @@ mod tests {
         let x = point(40);
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| (gradient(|x| chain(x), &x), hessian(|x| chain(x), &x)))
+            pool.install(|| (gradient(chain, &x), hessian(chain, &x)))
         };
         assert_eq!(run(1), run(4));
     }

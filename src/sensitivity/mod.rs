@@ -2,11 +2,20 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `direct` | every derivative along with the motion: one residual in dual numbers and one back-substitution per step |
+//! | `direct` | derivatives along with implicit steps: one residual in dual numbers and one back-substitution per step |
+//! | `explicit` | derivatives along with explicit steps: the same at every stage |
+//! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
+//! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
 pub mod direct;
+pub mod explicit;
+pub mod instant;
+mod record;
+mod seeded;
+mod start;
 pub mod transient;
 
-pub use direct::{SensitiveHistory, differentiate};
-pub use transient::Transient;
+pub use direct::differentiate;
+pub use record::SensitiveHistory;
+pub use transient::{Integration, Transient};

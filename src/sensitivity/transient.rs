@@ -1,11 +1,33 @@
 //! The seam to the optimization wing: a mechanism's outputs as responses.
 
 use super::direct::differentiate;
+use super::explicit::{differentiate_explicitly, simulate_explicitly};
 use crate::Result;
-use crate::analysis::{Dynamics, simulate};
+use crate::analysis::{Dynamics, Explicit, simulate};
 use crate::multibody::Model;
 use crate::problem::{Analysis, Instant, Responses};
 use nalgebra::DMatrix;
+
+/// How a motion is integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integration {
+    /// Implicit steps: stiff and flexible mechanisms.
+    Implicit(Dynamics),
+    /// Explicit steps: smooth motions of rigid bodies at high accuracy.
+    Explicit(Explicit),
+}
+
+impl From<Dynamics> for Integration {
+    fn from(settings: Dynamics) -> Self {
+        Self::Implicit(settings)
+    }
+}
+
+impl From<Explicit> for Integration {
+    fn from(settings: Explicit) -> Self {
+        Self::Explicit(settings)
+    }
+}
 
 /// The outputs of a mechanism over one time grid, as responses of an optimization problem.
 ///
@@ -13,7 +35,7 @@ use nalgebra::DMatrix;
 /// is integrated beyond the last wanted time.
 pub struct Transient<M> {
     model: M,
-    settings: Dynamics,
+    settings: Integration,
     times: Vec<f64>,
 }
 
@@ -21,8 +43,12 @@ impl<M: Model> Transient<M> {
     /// For the outputs of `model` at `times` (s, increasing).
     ///
     /// **Errors.** [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
-    pub fn new(model: M, settings: Dynamics, times: &[f64]) -> Result<Self> {
-        settings.check(times)?;
+    pub fn new(model: M, settings: impl Into<Integration>, times: &[f64]) -> Result<Self> {
+        let settings = settings.into();
+        match &settings {
+            Integration::Implicit(settings) => settings.check(times)?,
+            Integration::Explicit(settings) => settings.check(times)?,
+        }
         Ok(Self { model, settings, times: times.to_vec() })
     }
 
@@ -32,7 +58,7 @@ impl<M: Model> Transient<M> {
     }
 
     /// The analysis' settings.
-    pub fn settings(&self) -> &Dynamics {
+    pub fn settings(&self) -> &Integration {
         &self.settings
     }
 }
@@ -40,7 +66,11 @@ impl<M: Model> Transient<M> {
 impl<M: Model> Analysis for Transient<M> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let mechanism = self.model.build(b)?;
-        Ok(Responses::new(simulate(&mechanism, &self.settings, &self.times)?.values))
+        let history = match &self.settings {
+            Integration::Implicit(settings) => simulate(&mechanism, settings, &self.times)?,
+            Integration::Explicit(settings) => simulate_explicitly(&mechanism, settings, &self.times)?,
+        };
+        Ok(Responses::new(history.values))
     }
 
     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
@@ -48,7 +78,10 @@ impl<M: Model> Analysis for Transient<M> {
         points.sort_unstable();
         points.dedup();
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
-        let history = differentiate(&self.model, b, &self.settings, &times)?;
+        let history = match &self.settings {
+            Integration::Implicit(settings) => differentiate(&self.model, b, settings, &times)?,
+            Integration::Explicit(settings) => differentiate_explicitly(&self.model, b, settings, &times)?,
+        };
         let row = |instant: &Instant| {
             let at = points.binary_search(&instant.point).expect("every wanted point was simulated");
             history.slopes[instant.response][at].iter().copied()
@@ -70,7 +103,7 @@ mod tests {
         let responses = analysis.analyze(&b).unwrap();
         let wanted = [(2, 17), (20, 3), (2, 16)].map(|(response, point)| Instant { response, point });
         let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
-        let all = differentiate(&model, &b, analysis.settings(), &FourBar::window()).unwrap();
+        let all = differentiate(&model, &b, &model.dynamics().unwrap(), &FourBar::window()).unwrap();
         for (k, instant) in wanted.iter().enumerate() {
             assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.slopes[instant.response][instant.point]);
         }

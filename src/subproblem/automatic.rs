@@ -1,16 +1,19 @@
 //! The solver that fits a program, chosen by its structure.
 
-use super::{Conic, Falk, InteriorPoint, Solution, Sqp, SubproblemSolver};
+use super::{Conic, Falk, InteriorPoint, SecondOrder, Solution, Sqp, SubproblemSolver};
 use crate::error::Result;
 use crate::problem::{Program, Structure};
 
 /// Rows up to which the dual is the faster one.
 const FEW: usize = 200;
+/// Variables up to which SQP, which takes in rows a few at a time, is the faster one for many rows.
+const SMALL: usize = 30;
 /// Variables up to which matrices of n × n are affordable.
 const DENSE: usize = 1000;
 
-/// Linear and convex quadratic programs go to [`Conic`]; separable ones to [`Falk`] or, with more than 200 rows, to
-/// [`InteriorPoint`]; all others, and those that these do not settle, to [`Sqp`].
+/// Linear and convex quadratic programs go to [`Conic`], those with convex quadratic rows to [`SecondOrder`]; separable
+/// ones to [`Falk`] or, with more than 200 rows and 30 variables, to [`InteriorPoint`]; all others, and those that
+/// these do not settle, to [`Sqp`].
 ///
 /// ```
 /// use linkwright::subproblem::{Automatic, QuadraticProgram, SubproblemSolver};
@@ -41,17 +44,18 @@ impl SubproblemSolver for Automatic {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        if program.structure() != Structure::Nonlinear {
-            if let Some(solution) = self.conic.solve_convex(program, start)? {
-                return Ok(solution);
-            }
+        if program.structure() != Structure::Nonlinear
+            && let Some(solution) = self.conic.solve_convex(program, start)?
+        {
+            return Ok(solution);
         }
-        if program.separable().is_some() {
-            let solution = if program.rows() <= FEW {
-                self.falk.solve(program, start)?
-            } else {
-                self.interior_point.solve(program, start)?
-            };
+        if program.row_factors().is_some() {
+            return SecondOrder { sqp: self.sqp }.solve(program, start);
+        }
+        let few_rows = program.rows() <= FEW;
+        if program.separable().is_some() && (few_rows || start.len() > SMALL) {
+            let solution =
+                if few_rows { self.falk.solve(program, start)? } else { self.interior_point.solve(program, start)? };
             if solution.status.is_usable() || start.len() > DENSE {
                 return Ok(solution);
             }

@@ -186,22 +186,36 @@ pub(super) fn settle(program: &dyn Program, start: &[f64], first: Candidate, sol
     relaxed(program, &nearest, &measures, iterations, solve)
 }
 
-/// Smallest violation, then the smallest objective.
+/// Smallest violation, then the smallest objective: by one amount for all rows where they are comparable, in the rows'
+/// own units where they are not or where that fails.
 fn relaxed(
     program: &dyn Program,
     nearest: &Candidate,
     measures: &Measures,
-    mut iterations: usize,
+    iterations: usize,
     solve: Plain<'_>,
 ) -> Result<Candidate> {
-    let weights = measures.weights();
+    let first = relaxed_by(program, nearest, measures, measures.weights(), solve)?;
+    let again = first.status == Status::Stalled && measures.are_comparable();
+    let c = if again { relaxed_by(program, nearest, measures, measures.rows.clone(), solve)? } else { first };
+    Ok(Candidate { iterations: iterations + c.iterations, ..c })
+}
+
+fn relaxed_by(
+    program: &dyn Program,
+    nearest: &Candidate,
+    measures: &Measures,
+    weights: Vec<f64>,
+    solve: Plain<'_>,
+) -> Result<Candidate> {
     let amounts = |t: f64| Some(weights.iter().map(|w| w * t).collect());
+    let penalty = measures.penalty(&weights);
     let least = Elastic::least_violation(program, weights.clone());
-    let (mut best, least) = least.unwrap(solve(&least, &least.start(&nearest.x)?)?);
-    iterations += best.iterations;
+    let (best, least) = least.unwrap(solve(&least, &least.start(&nearest.x)?)?);
+    let mut iterations = best.iterations;
     let mut x = best.x.clone();
     for k in 0..PENALTIES {
-        let elastic = Elastic::with_objective(program, weights.clone(), measures.penalty() * 100f64.powi(k as i32));
+        let elastic = Elastic::with_objective(program, weights.clone(), penalty * 100f64.powi(k as i32));
         let (c, t) = elastic.unwrap(solve(&elastic, &elastic.start(&x)?)?);
         iterations += c.iterations;
         if c.status == Status::Unbounded {
@@ -214,8 +228,7 @@ fn relaxed(
             }
         }
     }
-    best.status = Status::Stalled;
-    Ok(Candidate { iterations, relaxation: amounts(least), ..best })
+    Ok(Candidate { iterations, relaxation: amounts(least), status: Status::Stalled, ..best })
 }
 
 struct Measures {
@@ -231,14 +244,18 @@ const COMPARABLE: f64 = 1e4;
 impl Measures {
     /// What t means in each row: one and the same amount where the rows are comparable.
     fn weights(&self) -> Vec<f64> {
+        if self.are_comparable() { vec![1.0; self.rows.len()] } else { self.rows.clone() }
+    }
+
+    fn are_comparable(&self) -> bool {
         let small = self.rows.iter().copied().fold(f64::INFINITY, f64::min);
         let large = self.rows.iter().copied().fold(0.0, f64::max);
-        if large <= COMPARABLE * small { vec![1.0; self.rows.len()] } else { self.rows.clone() }
+        large <= COMPARABLE * small
     }
 
     /// A first guess of the exact penalty.
-    fn penalty(&self) -> f64 {
-        let ratios = self.weights().into_iter().zip(&self.rows).map(|(w, r)| r / w);
+    fn penalty(&self, weights: &[f64]) -> f64 {
+        let ratios = weights.iter().zip(&self.rows).map(|(w, r)| r / w);
         let largest = ratios.fold(0.0, f64::max);
         if self.objective > 0.0 && largest > 0.0 { 10.0 * self.objective / largest } else { 1.0 }
     }

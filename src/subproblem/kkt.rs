@@ -69,17 +69,19 @@ impl KktResidual {
         if let Some(first) = first {
             unit = unit.max(largest(scale.iter().zip(first).map(|(s, g)| s * g)));
         }
+        let mut row_units = vec![0.0f64; here.values.rows.len()];
+        for (j, slope) in slope.iter_mut().enumerate() {
+            for ((unit, λ), g) in row_units.iter_mut().zip(&solution.multipliers).zip(here.rows.column(j).iter()) {
+                *slope += λ * g;
+                *unit = unit.max((scale[j] * g).abs());
+            }
+        }
         let mut residual = Self::default();
         let (mut dual, mut complementarity): (f64, f64) = (0.0, 0.0);
         for (i, &g) in here.values.rows.iter().enumerate() {
             let λ = solution.multipliers[i];
-            let mut row = 0.0f64;
-            for j in 0..x.len() {
-                slope[j] += λ * here.rows[(i, j)];
-                row = row.max((scale[j] * here.rows[(i, j)]).abs());
-            }
-            unit = unit.max(λ.abs() * row);
-            let row = if row > 0.0 { row } else { 1.0 };
+            unit = unit.max(λ.abs() * row_units[i]);
+            let row = if row_units[i] > 0.0 { row_units[i] } else { 1.0 };
             let relaxed = solution.relaxed_rows.get(i).copied().unwrap_or(0.0);
             let equality = program.is_equality(i);
             let beyond = if equality { g.abs() } else { g } - relaxed;

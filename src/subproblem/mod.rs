@@ -6,6 +6,7 @@
 //! | [`Sqp`] | any smooth program, to a local solution |
 //! | [`Falk`] | separable and strictly convex with few rows: the dual, for millions of variables |
 //! | [`InteriorPoint`] | separable and convex, with many rows |
+//! | [`SecondOrder`] | linear or convex quadratic objective with convex quadratic rows, through Clarabel |
 //! | [`Automatic`] | the one of these that fits |
 //! | [`MultiStart`] | any of these from several points, for non-convex programs |
 //! | [`Race`] | any two of these, compared |
@@ -23,6 +24,7 @@ mod multi_start;
 mod normalized;
 mod quadratic_program;
 mod race;
+mod second_order;
 mod solution;
 mod solver;
 mod sqp;
@@ -35,6 +37,7 @@ pub use kkt::{ActiveSet, KktResidual, variable_scale};
 pub use multi_start::MultiStart;
 pub use quadratic_program::QuadraticProgram;
 pub use race::{Comparison, Race};
+pub use second_order::SecondOrder;
 pub use solution::{Evaluations, Solution, Status};
 pub use solver::SubproblemSolver;
 pub use sqp::{Curvature, Sqp, SqpState};

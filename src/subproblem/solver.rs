@@ -84,8 +84,7 @@ pub(crate) fn feasible_start(program: &dyn Program, start: &[f64]) -> Result<Vec
     let mut x = start.to_vec();
     for (j, v) in x.iter_mut().enumerate() {
         let (l, u) = (program.lower()[j], program.upper()[j]);
-        // Written so that NaN bounds are refused too.
-        if !(l <= u) || l == f64::INFINITY || u == f64::NEG_INFINITY {
+        if l > u || l.is_nan() || u.is_nan() || l == f64::INFINITY || u == f64::NEG_INFINITY {
             let why = format!("bounds of variable {j} are {l} and {u}");
             return Err(Error::definition("subproblem", why, "make the lower bound the smaller one"));
         }

@@ -178,7 +178,8 @@ fn history_of(run: &Run, response: usize, limits: &[f64]) -> Result<Figure> {
     let mine = |j: usize| problem.constraints[j].quantity.responses().contains(&response);
     let mut kept: Vec<usize> = last.0.iter().filter(|r| mine(r.constraint)).map(|r| r.point).collect();
     let mut active: Vec<usize> = last.1.iter().filter(|a| mine(a.row.constraint)).map(|a| a.row.point).collect();
-    (kept.dedup(), active.dedup());
+    kept.dedup();
+    active.dedup();
     let bound = |&value: &f64| TimeBound { value, side: if value > 0.0 { Side::Below } else { Side::Above } };
     time_history(&TimeHistory {
         time: Quantity::new(literal(&grid.name), literal(&grid.unit)),

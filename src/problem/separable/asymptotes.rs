@@ -1,7 +1,8 @@
 //! Separable functions between moving asymptotes.
 
-use super::{Separable, Term, check_coefficients, impl_separable_program};
+use super::{DualSums, Separable, Term, check_coefficients, impl_separable_program};
 use crate::error::{Error, Result};
+use std::ops::Range;
 
 /// Functions between moving asymptotes:
 ///
@@ -88,22 +89,47 @@ impl Separable for MovingAsymptotes {
         term(p, q, x - self.low[j], self.high[j] - x)
     }
 
+    /// As the general one, with each reciprocal and sum formed once.
+    fn dual_sums(&self, range: Range<usize>, weights: &[f64]) -> DualSums {
+        let functions = weights.len();
+        let mut sums = DualSums::new(functions - 1);
+        for j in range {
+            let k = j * functions;
+            let (p, q) = (&self.p[k..k + functions], &self.q[k..k + functions]);
+            let (pp, qq) = self.sums(j, weights);
+            let x = self.at(j, pp, qq);
+            let (a, b) = (1.0 / (self.high[j] - x), 1.0 / (x - self.low[j]));
+            let (a2, b2) = (a * a, b * b);
+            let curvature = 2.0 * (pp * a2 * a + qq * b2 * b);
+            let free = x > self.lower[j] && x < self.upper[j] && curvature > 0.0;
+            let terms = p.iter().zip(q).map(|(p, q)| (p * a + q * b, p * a2 - q * b2));
+            sums.add_variable(terms, free.then(|| 1.0 / curvature));
+        }
+        sums
+    }
+
     /// (l √P + u √Q) / (√P + √Q), Svanberg (1987) equation (20), within the bounds.
     fn minimizer(&self, j: usize, weights: &[f64]) -> f64 {
         let (p, q) = self.sums(j, weights);
+        self.at(j, p, q)
+    }
+}
+
+impl MovingAsymptotes {
+    #[inline]
+    fn at(&self, j: usize, p: f64, q: f64) -> f64 {
         let (p, q) = (p.max(0.0).sqrt(), q.max(0.0).sqrt());
         let (l, u) = (self.lower[j], self.upper[j]);
         // Without any slope every point is a minimizer: the middle.
         if p + q == 0.0 { 0.5 * (l + u) } else { ((self.low[j] * p + self.high[j] * q) / (p + q)).clamp(l, u) }
     }
-}
 
-impl MovingAsymptotes {
     /// Σ wᵢ pᵢⱼ and Σ wᵢ qᵢⱼ.
+    #[inline]
     fn sums(&self, j: usize, weights: &[f64]) -> (f64, f64) {
         let k = j * self.constants.len();
-        let dot = |v: &[f64]| v[k..k + weights.len()].iter().zip(weights).map(|(a, w)| a * w).sum();
-        (dot(&self.p), dot(&self.q))
+        let (p, q) = (&self.p[k..k + weights.len()], &self.q[k..k + weights.len()]);
+        p.iter().zip(q).zip(weights).fold((0.0, 0.0), |(a, b), ((p, q), w)| (a + p * w, b + q * w))
     }
 }
 
@@ -131,6 +157,19 @@ mod tests {
             for λ in [0.0, 0.3, 5.0] {
                 let newton = bracketed_newton(|x| f.weighted(j, x, &[1.0, λ]), f.lower[j], f.upper[j]);
                 assert!((f.minimizer(j, &[1.0, λ]) - newton).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn fused_sums_are_the_general_ones() {
+        let f = form();
+        for λ in [0.0, 0.3, 5.0] {
+            let (fused, general) =
+                (f.dual_sums(0..2, &[1.0, λ]), super::super::dual_sums::general(&f, 0..2, &[1.0, λ]));
+            let all = |s: &DualSums| s.values.iter().chain(&s.bend).copied().collect::<Vec<_>>();
+            for (a, b) in all(&fused).iter().zip(all(&general)) {
+                assert!((a - b).abs() < 1e-14 * b.abs().max(1.0));
             }
         }
     }

@@ -7,10 +7,12 @@
 //! Lagrangian falls apart into n problems of one variable, which is what makes a million variables possible.
 
 mod asymptotes;
+mod dual_sums;
 mod quadratic;
 mod reciprocal;
 
 pub use asymptotes::MovingAsymptotes;
+pub use dual_sums::DualSums;
 pub use quadratic::DiagonalQuadratic;
 pub use reciprocal::Reciprocal;
 
@@ -18,6 +20,7 @@ use super::{Gradients, Program, Values};
 use crate::error::{Error, Result};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Variables per parallel task; fixed, so that sums have the same bits for any number of threads.
 const CHUNK: usize = 2048;
@@ -71,6 +74,11 @@ pub trait Separable: Program {
     /// By default Newton's method, kept inside a shrinking bracket; give the closed form where there is one.
     fn minimizer(&self, j: usize, weights: &[f64]) -> f64 {
         bracketed_newton(|x| self.weighted(j, x, weights), self.lower()[j], self.upper()[j])
+    }
+
+    /// The share of the variables in `range` in the dual function at `weights` = (1, λ) and in its derivatives.
+    fn dual_sums(&self, range: Range<usize>, weights: &[f64]) -> DualSums {
+        dual_sums::general(self, range, weights)
     }
 }
 

@@ -56,8 +56,8 @@ impl Table {
             let why = format!("its columns are {:?}, the printed ones {:?}", self.columns, printed.columns);
             return Err(Error::definition(format!("table '{}'", self.title), why, "name the columns as printed"));
         }
-        let mut names: Vec<String> = self.columns[..keys].to_vec();
-        names.extend(self.columns[keys..].iter().flat_map(|name| [name.clone(), "printed".to_owned()]));
+        let mut names: Vec<String> = self.headings()[..keys].to_vec();
+        names.extend(self.headings()[keys..].iter().flat_map(|name| [name.clone(), "printed".to_owned()]));
         let (mut compared, mut differing) = (0, 0);
         let mut rows = Vec::new();
         for (ours, theirs) in self.pairs(printed, keys) {

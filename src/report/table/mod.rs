@@ -56,13 +56,34 @@ pub struct Table {
     /// The line above it.
     pub title: String,
     columns: Vec<String>,
+    headings: Option<Vec<String>>,
     rows: Vec<Vec<Cell>>,
 }
 
 impl Table {
     /// A table without rows.
     pub fn new<N: Into<String>>(title: impl Into<String>, columns: impl IntoIterator<Item = N>) -> Self {
-        Self { title: title.into(), columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
+        Self {
+            title: title.into(),
+            columns: columns.into_iter().map(Into::into).collect(),
+            headings: None,
+            rows: Vec::new(),
+        }
+    }
+
+    /// The same table with other names of columns where it is read as text; files keep the first.
+    ///
+    /// **Errors.** [`Error::Length`] unless there is a heading for every column.
+    pub fn headed<N: Into<String>>(mut self, headings: impl IntoIterator<Item = N>) -> Result<Self> {
+        let headings: Vec<String> = headings.into_iter().map(Into::into).collect();
+        Error::check_length(&format!("headings of the table '{}'", self.title), self.columns.len(), headings.len())?;
+        self.headings = Some(headings);
+        Ok(self)
+    }
+
+    /// What stands above the columns of the text.
+    fn headings(&self) -> &[String] {
+        self.headings.as_deref().unwrap_or(&self.columns)
     }
 
     /// One more row.
@@ -88,7 +109,7 @@ impl Table {
     /// Title, names and rows in columns aligned on the right; numbers in five significant digits.
     pub fn text(&self) -> String {
         let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(readable).collect()).collect();
-        format!("{}\n{}", self.title, aligned(&self.columns, &rows))
+        format!("{}\n{}", self.title, aligned(self.headings(), &rows))
     }
 }
 

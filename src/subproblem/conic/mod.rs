@@ -24,11 +24,13 @@ use working_rows::Outcome;
 
 /// Residual in scaled units above which a point is not taken for a solution.
 const ACCEPTED: f64 = 1e-8;
+/// Residual in scaled units below which nothing else is tried.
+const CLEAN: f64 = 1e-11;
 /// KKT residual up to which a solution is called one.
 const SUPPORTED: f64 = 1e-6;
 
 /// Distances, in units of the numbers of a program, at which a solution counts as infinitely far away.
-const FENCES: [f64; 2] = [1e4, 1e6];
+const FENCES: [f64; 3] = [1e4, 1e6, 1e2];
 
 /// The solver of linear and convex quadratic programs.
 ///
@@ -120,14 +122,20 @@ impl Conic {
         Ok(Candidate { iterations, status: Status::Stalled, ..found })
     }
 
-    /// The better of two ways to measure the variables; the second only if the first does not solve.
+    /// The better of two ways to measure the variables; the second only if the first does not solve cleanly.
     fn in_some_measure(&self, program: &QuadraticProgram) -> Result<Candidate> {
         let first = self.in_measure(program, Measure::Bounds)?;
-        if first.0.status == Status::Solved {
+        if first.1 <= CLEAN {
             return Ok(first.0);
         }
         let second = self.in_measure(program, Measure::Entries)?;
-        let (mut c, other) = if second.1 < first.1 { (second.0, first.0) } else { (first.0, second.0) };
+        // A solution first, then the claim that there is none, then whatever is closest.
+        let rank = |(c, residual): &(Candidate, f64)| match c.status {
+            Status::Solved => (0, *residual),
+            Status::Unbounded => (1, *residual),
+            _ => (2, *residual),
+        };
+        let (mut c, other) = if rank(&second) < rank(&first) { (second.0, first.0) } else { (first.0, second.0) };
         c.iterations += other.iterations;
         Ok(c)
     }

@@ -88,11 +88,11 @@ fn solve(program: &QuadraticProgram, held: &Held, near: &Candidate) -> Option<Ca
         return None;
     }
     let mut x = near.x.clone();
-    for j in 0..n {
+    for (j, x) in x.iter_mut().enumerate() {
         match held.bounds[j] {
             At::Free => (),
-            At::Lower => x[j] = program.lower[j],
-            At::Upper => x[j] = program.upper[j],
+            At::Lower => *x = program.lower[j],
+            At::Upper => *x = program.upper[j],
         }
     }
     let d = program.step(&x);
@@ -150,7 +150,7 @@ fn shifted_solve(k: &DMatrix<f64>, r: &DVector<f64>, free: usize) -> Option<DVec
     for _ in 0..REFINEMENTS {
         let better = &y + lu.solve(&(r - k * &y))?;
         let left = (r - k * &better).amax();
-        if !(left < error) {
+        if left >= error || left.is_nan() {
             break;
         }
         (y, error) = (better, left);

@@ -26,7 +26,7 @@ impl<'a> Solver<&'a dyn Separable, FalkState> for Falk {
         state.row_units.resize(m, 1.0);
         state.objective_unit = if state.objective_unit > 0.0 { state.objective_unit } else { 1.0 };
         state.multipliers.resize(m, 0.0);
-        state.damping = 1e-3;
+        state.damping = 1e-6;
         let dual = evaluate(program, problem, &state.multipliers)?;
         state.evaluations += 1;
         self.take(program, &mut state, &dual);
@@ -104,7 +104,9 @@ impl Falk {
         let signed: Vec<bool> = (0..program.rows()).map(|i| program.is_equality(i)).collect();
         state.residual = state.residual_of(&state.multipliers, dual, &signed);
         let price = |i: usize| state.multipliers[i].abs() * state.row_units[i] / state.objective_unit;
-        if state.residual <= self.tolerance {
+        // Sums of n terms carry a rounding of this size.
+        let rounding = 16.0 * f64::EPSILON * program.variables() as f64;
+        if state.residual <= self.tolerance.max(rounding) {
             state.verdict = Some(Status::Solved);
         } else if (0..program.rows()).any(|i| price(i) > TOO_DEAR) || !state.residual.is_finite() {
             state.verdict = Some(Status::Stalled);

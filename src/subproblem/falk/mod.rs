@@ -120,23 +120,35 @@ impl SubproblemSolver for Falk {
 }
 
 impl FalkState {
-    /// Units of rows and objective at the start.
+    /// Units of rows and objective at the start, and first prices.
     fn scaled(program: &dyn Program, start: &[f64], here: &Gradients) -> Self {
         let scale: Vec<f64> = (0..start.len())
             .map(|j| super::variable_scale(program.lower()[j], program.upper()[j], start[j], start[j]))
             .collect();
-        let mut row_units = vec![0.0f64; program.rows()];
+        let (mut row_units, mut row_sums) = (vec![0.0f64; program.rows()], vec![0.0f64; program.rows()]);
+        let (mut objective, mut objective_sum) = (0.0f64, 0.0);
         for (j, s) in scale.iter().enumerate() {
-            row_units.iter_mut().zip(here.rows.column(j).iter()).for_each(|(r, g)| *r = r.max((s * g).abs()));
+            for ((unit, sum), g) in row_units.iter_mut().zip(&mut row_sums).zip(here.rows.column(j).iter()) {
+                let change = (s * g).abs();
+                (*unit, *sum) = (unit.max(change), *sum + change);
+            }
+            let change = (s * here.objective[j]).abs();
+            (objective, objective_sum) = (objective.max(change), objective_sum + change);
         }
         let or_one = |v: f64| if v > 0.0 { v } else { 1.0 };
         row_units.iter_mut().for_each(|r| *r = or_one(*r));
-        let objective = scale.iter().zip(&here.objective).fold(0.0f64, |a, (s, g)| a.max((s * g).abs()));
-        Self { row_units, objective_unit: or_one(objective), ..Self::default() }
+        // Prices at which objective and rows pull alike: most variables are then off their bounds.
+        let prices = (0..program.rows()).map(|i| match program.is_equality(i) || row_sums[i] == 0.0 {
+            true => 0.0,
+            false => objective_sum / row_sums[i] / program.rows() as f64,
+        });
+        let multipliers = prices.collect();
+        Self { multipliers, row_units, objective_unit: or_one(objective), ..Self::default() }
     }
 
     fn with_limit(mut self, first: Self, limit: u64) -> Self {
-        (self.row_units, self.objective_unit) = (first.row_units, first.objective_unit);
+        (self.multipliers, self.row_units, self.objective_unit) =
+            (first.multipliers, first.row_units, first.objective_unit);
         self.book.limit = limit;
         self
     }

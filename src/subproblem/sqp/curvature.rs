@@ -23,7 +23,7 @@ pub(super) fn initial(scale: &[f64], unit: f64) -> DMatrix<f64> {
 pub(super) fn damped_bfgs(b: &mut DMatrix<f64>, d: &DVector<f64>, y: &DVector<f64>) {
     let bd = &*b * d;
     let (curved, seen) = (d.dot(&bd), d.dot(y));
-    if !(curved > 0.0) || !seen.is_finite() {
+    if curved <= 0.0 || !curved.is_finite() || !seen.is_finite() {
         return;
     }
     let θ = if seen >= DAMPING * curved { 1.0 } else { (1.0 - DAMPING) * curved / (curved - seen) };

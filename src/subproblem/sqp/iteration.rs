@@ -58,7 +58,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         state.violation = violation(program, &state.rows);
         let qp = step::linearized(program, &state);
         let Some(full) = step::full_step(&qp, &self.conic, &state, guessed_penalty(program, &state))? else {
-            return Ok((without_progress(program, state, exact), None));
+            return Ok((without_progress(program, state, exact, self.accepted()), None));
         };
         state.was_elastic = full.left > 0.0;
         take_multipliers(&mut state, &full);
@@ -86,7 +86,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
             found
         };
         state.evaluations = count;
-        let Some(accepted) = found else { return Ok((without_progress(program, state, exact), None)) };
+        let Some(accepted) = found else { return Ok((without_progress(program, state, exact, self.accepted()), None)) };
         state.fraction = accepted.fraction;
         if !exact {
             learn(program, &mut state, &accepted.x, &accepted.gradients);
@@ -198,8 +198,8 @@ fn learn(program: &dyn Program, state: &mut SqpState, x: &[f64], g: &Gradients) 
 }
 
 /// Without a quadratic program that can be solved or an acceptable step: once more with fresh curvature, or the end.
-fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool) -> SqpState {
-    if exact || state.fresh {
+fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, accepted: f64) -> SqpState {
+    if exact || state.fresh || state.kkt.largest() <= accepted {
         return stopped(state, Status::Stalled);
     }
     state.curvature = curvature::initial(&scales(program, &state), unit(program, &state));

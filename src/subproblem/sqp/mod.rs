@@ -62,7 +62,8 @@ impl Default for Sqp {
 impl Sqp {
     /// With settings:
     ///
-    /// * `tolerance` — largest [`KktResidual`](super::KktResidual) of a solution, in 1e-14 … 1e-2 (1e-10);
+    /// * `tolerance` — largest [`KktResidual`](super::KktResidual) of a solution, in 1e-14 … 1e-2 (1e-10); where rounding lets
+    ///   the merit function fall no further, ten times this, or 1e-7 if that is more, counts as solved;
     /// * `iterations` — limit, at least 1 (200);
     /// * `curvature` — exact where given, or BFGS always.
     ///
@@ -99,7 +100,7 @@ impl Sqp {
     }
 
     fn lenient(&self, mut s: Solution) -> Solution {
-        if s.status == Status::Stalled && s.kkt.largest() <= self.accepted() {
+        if matches!(s.status, Status::Stalled | Status::IterationLimit) && s.kkt.largest() <= self.accepted() {
             s.status = Status::Solved;
         }
         s

@@ -1,0 +1,68 @@
+//! Five ways to write g(b, t) ≤ c for all t: `cargo run --example equivalent_constraints`.
+//!
+//! The full grid (5), the integral equivalent (6), an envelope as an instance of (7), critical time points alone (8) and
+//! time points near maxima (Section 4 of Etman, van Campen & Schoofs, 1998), for the displacement limits of the impact
+//! absorber with comfort criterion. The integral has a vanishing gradient wherever nothing is violated: linearized, it
+//! says nothing until the limit is exceeded, and too little then.
+
+use linkwright::Result;
+use linkwright::function;
+use linkwright::library::impact_absorber::{DISPLACEMENT, comfort, comfort_optimum};
+use linkwright::problem::{Constraint, Envelope, Intermediates, MeanExcess, Problem, Quantity, Selection};
+use linkwright::sao::{Method, Screening, State};
+
+/// |y| ≤ 1 m written as one number over the whole history, itself linearized.
+fn whole(quantity: impl Fn(f64, Vec<f64>) -> Quantity) -> Result<Problem> {
+    let mut problem = comfort()?;
+    let weights = problem.grids[0].trapezoid();
+    for (sign, constraint) in [1.0, -1.0].into_iter().zip(&mut problem.constraints) {
+        let quantity = quantity(sign, weights.clone()).of(&[DISPLACEMENT]).directly(Intermediates::Identity);
+        *constraint = Constraint::at_most(constraint.name.clone(), 1.0, quantity);
+    }
+    Ok(problem)
+}
+
+fn envelope(sharpness: f64) -> Result<Problem> {
+    whole(move |sign, _| {
+        Quantity::whole(0, Envelope { function: function!([sign: f64 = sign] |p| p.response[0] * sign), sharpness })
+    })
+}
+
+fn main() -> Result<()> {
+    let integral = whole(|sign, weights| {
+        let function = function!([sign: f64 = sign] |p| p.response[0] * sign);
+        Quantity::whole(0, MeanExcess { weights, function, limit: 1.0 })
+    })?;
+    let cases = [
+        ("full grid (5)", comfort()?, Selection::All),
+        ("integral (6)", integral, Selection::All),
+        ("envelope (7), sharpness 50", envelope(50.0)?, Selection::All),
+        ("envelope (7), sharpness 500", envelope(500.0)?, Selection::All),
+        ("critical time points (8)", comfort()?, Selection::NearMaxima(0)),
+        ("two neighbours of maxima", comfort()?, Selection::NearMaxima(2)),
+    ];
+    println!(
+        "{:<28} {:>6} {:>5} {:>5} {:>10} {:>12}  {:<10}",
+        "constraint", "cycles", "tries", "rows", "F", "excess [m]", "status"
+    );
+    let mut ends = vec![];
+    for (name, problem, selection) in cases {
+        let screening = Screening { selection, ..Screening::default() };
+        let state: State = Method { screening, ..Method::default() }.solve(&problem, |_| ())?;
+        let rows = state.history.iter().map(|c| c.kept.len()).max().unwrap_or(0);
+        // The true excess, on the grid, whatever the formulation says of it.
+        let excess = comfort()?.evaluate(&state.design, &state.responses)?.max_violation_pct() / 100.0;
+        let (tries, f, status) = (state.history.len() - 1, state.evaluation.objective, state.status);
+        println!("{name:<28} {:>6} {tries:>5} {rows:>5} {f:>10.7} {excess:>12.2e}  {status:?}", state.cycles());
+        ends.push((state.cycles(), rows, f, excess));
+    }
+    let [grid, integral, soft, sharp, critical, near] = ends[..] else { unreachable!("there are six cases") };
+    let best = comfort_optimum().objective;
+    let close = |f: f64| (f / best - 1.0).abs() < 1e-5;
+    assert!([grid, near].iter().all(|end| end.0 <= 8 && close(end.2)), "no more than the paper's eight cycles");
+    assert!(near.1 < grid.1, "near maxima fewer rows do the same");
+    assert!(soft.2 > sharp.2 && sharp.2 > best && soft.3 < 0.0, "an envelope is on the safe side, the softer the more");
+    assert!(integral.0 > 2 * near.0 && integral.3 > 0.0, "the integral is linearized where it is flat");
+    assert!(critical.0 > near.0, "a single time point oscillates");
+    Ok(())
+}

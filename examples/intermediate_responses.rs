@@ -1,0 +1,47 @@
+//! What intermediate responses are worth: `cargo run --example intermediate_responses`.
+//!
+//! The comfort criterion is an integral of ÿ², the path error of the slider-crank a sum of squares of a pose. With
+//! *intermediate responses* (13) only ÿ and the pose are linearized and the explicit rest is kept, so the approximate
+//! problem is quadratic or nonlinear. *Directly*, the objective itself is linearized: a linear program, blind to curvature.
+
+use linkwright::Result;
+use linkwright::library::{Optimum, impact_absorber, slider_crank};
+use linkwright::problem::{Intermediates, Problem};
+use linkwright::sao::{Method, State};
+
+fn directly(mut problem: Problem) -> Problem {
+    problem.objective = problem.objective.clone().directly(Intermediates::Identity);
+    problem
+}
+
+fn run(name: &str, problem: &Problem, optimum: &Optimum) -> Result<State> {
+    let state = Method::default().solve(problem, |_| ())?;
+    let tries = state.history.len() - 1;
+    let first = &state.history[1];
+    println!(
+        "{name:<36} {:>6} {tries:>6} {:>12.1} {:>12.6} {:>12.6}  {:?}",
+        state.cycles(),
+        first.objective_error_pct,
+        state.evaluation.objective,
+        optimum.objective,
+        state.status
+    );
+    Ok(state)
+}
+
+fn main() -> Result<()> {
+    println!("{:<36} {:>6} {:>6} {:>12} {:>12} {:>12}", "", "cycles", "tries", "first E_f[%]", "F", "known F");
+    let optimum = impact_absorber::comfort_optimum();
+    let kept = run("comfort, intermediate responses", &impact_absorber::comfort()?, &optimum)?;
+    let direct = run("comfort, directly", &directly(impact_absorber::comfort()?), &optimum)?;
+    assert!(kept.status.is_success() && kept.cycles() == 8);
+    assert!(direct.history.len() > kept.history.len(), "the linear objective takes more tries");
+
+    let path = || slider_crank::path_generation(slider_crank::STAND_IN_START);
+    let optimum = slider_crank::optimum();
+    let kept = run("slider-crank, intermediate responses", &path()?, &optimum)?;
+    let direct = run("slider-crank, directly", &directly(path()?), &optimum)?;
+    assert!(kept.status.is_success() && (kept.evaluation.objective - optimum.objective).abs() < 1e-5);
+    assert!(direct.evaluation.objective > kept.evaluation.objective + 1e-3, "a linear program zigzags in the valley");
+    Ok(())
+}

@@ -1,0 +1,73 @@
+//! Positions, velocities, accelerations and reactions of driven mechanisms.
+
+use super::sampling::Sampler;
+use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
+use super::state::State;
+use super::system::System;
+use crate::Result;
+use crate::multibody::Mechanism;
+
+/// Walks a driven mechanism through time: no integration, each instant is solved by itself.
+///
+/// With all degrees of freedom driven this is kinematics, and the multipliers and efforts are its inverse dynamics:
+/// what drives and joints must supply. Where freedom is left, positions stay nearest to the instant before.
+pub struct Walk<'m> {
+    /// The mechanism.
+    pub mechanism: &'m Mechanism<f64>,
+    /// Its equations, with the factor of the accelerations.
+    pub system: System,
+    /// The current instant.
+    pub state: State<f64>,
+    /// Multipliers of the projections at the current instant.
+    pub projection: Projection,
+    assembly: Assembly,
+    solver: AccelerationSolver,
+}
+
+impl<'m> Walk<'m> {
+    /// Assembled at time `t` from the positions that the mechanism was built in.
+    pub fn new(mechanism: &'m Mechanism<f64>, assembly: Assembly, t: f64) -> Result<Self> {
+        let (system, state) = (System::new(mechanism)?, State::built(mechanism, t));
+        let (projection, solver) = (Projection::default(), AccelerationSolver::default());
+        let mut walk = Self { mechanism, system, state, projection, assembly, solver };
+        walk.settle()?;
+        Ok(walk)
+    }
+
+    /// Goes to time `t`, guessing positions from velocities and accelerations so that the branch is kept.
+    ///
+    /// **Errors.** [`crate::Error::Analysis`] if a joint cannot be closed, for instance behind a dead centre.
+    pub fn go(&mut self, t: f64) -> Result<()> {
+        let h = t - self.state.t;
+        for i in 0..self.state.q.len() {
+            self.state.q[i] += h * (self.state.v[i] + 0.5 * h * self.state.a[i]);
+            self.state.v[i] += h * self.state.a[i];
+        }
+        self.state.t = t;
+        self.settle()
+    }
+
+    fn settle(&mut self) -> Result<()> {
+        let Self { mechanism, system, state, .. } = self;
+        state.prescribe(mechanism);
+        self.projection = assemble(system, mechanism, state, self.assembly)?;
+        self.projection.velocity = make_velocities_consistent(system, mechanism, state)?;
+        self.solver.solve(system, mechanism, state)
+    }
+}
+
+/// Outputs of a driven mechanism at `times`: one series per output, reactions and driving efforts included.
+pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64]) -> Result<Vec<Vec<f64>>> {
+    let (mut sampler, mut outputs) = (Sampler::new(mechanism), Vec::new());
+    let mut series = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
+    let Some(&first) = times.first() else { return Ok(series) };
+    let mut walk = Walk::new(mechanism, assembly, first)?;
+    for &t in times {
+        if t != walk.state.t {
+            walk.go(t)?;
+        }
+        sampler.outputs(mechanism, &walk.state, &mut outputs);
+        series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));
+    }
+    Ok(series)
+}

@@ -1,0 +1,129 @@
+//! Exact derivatives against Richardson differences of the same discrete solution.
+
+use crate::zoo::{Arm, Forces, Joints};
+use linkwright::analysis::explicit::Explicit;
+use linkwright::analysis::kinematics::kinematics;
+use linkwright::analysis::start::Assembly;
+use linkwright::analysis::statics::{Statics, equilibria};
+use linkwright::analysis::{Dynamics, Newton, simulate};
+use linkwright::multibody::Model;
+use linkwright::multibody::mechanisms::{Andrews, Chain, SliderCrank};
+use linkwright::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
+use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::sensitivity::{SensitiveHistory, differentiate};
+
+/// Largest deviation of a derivative from differences, relative to the largest derivative of the same output.
+///
+/// Of a large and a small difference step the better one counts: one suffers from curvature, the other from rounding.
+fn deviation(b: &[f64], exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> f64 {
+    let variable =
+        |k: usize| [2e-3, 2e-4].map(|h| deviation_of(b, k, h, exact, &run)).into_iter().fold(f64::MAX, f64::min);
+    (0..b.len()).map(variable).fold(0.0, f64::max)
+}
+
+fn deviation_of(b: &[f64], k: usize, h: f64, exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> f64 {
+    let h = h * b[k].abs().max(1e-2);
+    let values = |step: f64| {
+        let mut moved = b.to_vec();
+        moved[k] += step;
+        run(&moved)
+    };
+    let (far, near) = ([values(h), values(-h)], [values(0.5 * h), values(-0.5 * h)]);
+    let mut worst = 0.0f64;
+    for (o, series) in exact.slopes.iter().enumerate() {
+        let scaled = |slopes: &Vec<f64>| slopes.iter().zip(b).fold(0.0f64, |a, (s, b)| a.max((s * b).abs()));
+        let largest = series.iter().map(scaled).fold(0.0, f64::max);
+        for (t, slopes) in series.iter().enumerate() {
+            let coarse = (far[0][o][t] - far[1][o][t]) / (2.0 * h);
+            let fine = (near[0][o][t] - near[1][o][t]) / h;
+            worst = worst.max((slopes[k] - (4.0 * fine - coarse) / 3.0).abs() * b[k].abs() / largest);
+        }
+    }
+    worst
+}
+
+fn implicit(h: f64) -> Dynamics {
+    Dynamics { newton: Newton { tolerance: 1e-11, iterations: 20 }, ..Dynamics::fixed(h) }
+}
+
+/// The steps of an implicit run and its derivatives.
+fn check_implicit<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, times: &[f64]) {
+    let exact = differentiate(model, b, &settings, times).unwrap();
+    let worst = deviation(b, &exact, |b| simulate(&model.build(b).unwrap(), &settings, times).unwrap().values);
+    println!("| {name} | implicit | {worst:.1e} |");
+    assert!(worst < 1e-7, "{name}: {worst:.2e}");
+}
+
+#[test]
+fn every_force_element_and_parameter() {
+    let times: Vec<f64> = (0..=12).map(|k| 0.05 * f64::from(k)).collect();
+    check_implicit("force elements", &Forces, &Forces::DESIGN, implicit(0.01), &times);
+}
+
+#[test]
+fn every_joint_and_parameter() {
+    let times: Vec<f64> = (0..=5).map(|k| 0.04 * f64::from(k)).collect();
+    for length_driver in [false, true] {
+        check_implicit("joints", &Joints { length_driver }, &Joints::DESIGN, implicit(0.01), &times);
+    }
+}
+
+#[test]
+fn a_clamped_beam_that_starts_to_turn() {
+    let times: Vec<f64> = (0..=8).map(|k| 0.05 * f64::from(k)).collect();
+    check_implicit("flexible arm", &Arm { elements: 4 }, &Arm::DESIGN, implicit(0.005), &times);
+}
+
+/// The steps of an explicit run and its derivatives.
+fn check_explicit<M: Model>(name: &str, model: &M, b: &[f64]) {
+    let times = [0.0, 0.013, 0.1, 0.2];
+    let settings = Explicit { tolerance: f64::INFINITY, first: 0.01, ..Explicit::adaptive(1.0) };
+    let exact = differentiate_explicitly(model, b, &settings, &times).unwrap();
+    let run = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &settings, &times).unwrap().values;
+    let worst = deviation(b, &exact, run);
+    println!("| {name} | explicit | {worst:.1e} |");
+    assert!(worst < 1e-7, "{name}: {worst:.2e}");
+}
+
+#[test]
+fn explicit_steps_of_forces_joints_and_chains() {
+    check_explicit("force elements", &Forces, &Forces::DESIGN);
+    check_explicit("joints", &Joints { length_driver: false }, &Joints::DESIGN);
+    let chain = Chain::horizontal(5);
+    check_explicit("chain", &chain, &chain.equal_links());
+    let eighth = Explicit { tolerance: f64::INFINITY, first: 0.03, ..Explicit::eighth_order(1.0) };
+    let (b, times) = (chain.equal_links(), [0.01, 0.1, 0.17]);
+    let exact = differentiate_explicitly(&chain, &b, &eighth, &times).unwrap();
+    let worst =
+        deviation(&b, &exact, |b| simulate_explicitly(&chain.build(b).unwrap(), &eighth, &times).unwrap().values);
+    println!("| chain | explicit, order 8, between steps | {worst:.1e} |");
+    assert!(worst < 1e-7, "chain, order 8: {worst:.2e}");
+}
+
+#[test]
+fn kinematics_and_inverse_dynamics_of_a_slider_crank() {
+    let times: Vec<f64> = (0..20).map(|k| 0.02 * f64::from(k)).collect();
+    let (model, b) = (SliderCrank::rigid(), SliderCrank::DESIGN);
+    let exact = differentiate_kinematics(&model, &b, Assembly::default(), &times).unwrap();
+    let worst = deviation(&b, &exact, |b| kinematics(&model.build(b).unwrap(), Assembly::default(), &times).unwrap());
+    println!("| slider-crank | kinematics, inverse dynamics | {worst:.1e} |");
+    assert!(worst < 1e-7, "{worst:.2e}");
+}
+
+#[test]
+fn static_equilibrium_of_a_loaded_arm() {
+    let (model, settings) = (Arm { elements: 4 }, Statics { tolerance: 1e-12, ..Statics::default() });
+    let times = [0.0, 1.0, 2.0];
+    let exact = differentiate_equilibria(&model, &Arm::DESIGN, &settings, &times).unwrap();
+    let worst = deviation(&Arm::DESIGN, &exact, |b| equilibria(&model.build(b).unwrap(), &settings, &times).unwrap());
+    println!("| flexible arm | statics | {worst:.1e} |");
+    assert!(worst < 1e-7, "{worst:.2e}");
+}
+
+#[test]
+fn squeezer_derivatives_are_those_of_the_literature() {
+    let exact = differentiate(&Andrews, &Andrews::DESIGN, &Dynamics::fixed(1e-5), &[0.03]).unwrap();
+    for (slope, expected) in exact.slopes[0][0].iter().zip([247.1335, 1.974258e-3, 396.6113]) {
+        assert!((slope / expected - 1.0).abs() < 1e-4, "{slope} {expected}");
+    }
+}

@@ -1,0 +1,174 @@
+//! Mechanisms that together use every element, every parameter of which is a design variable.
+
+use linkwright::Result;
+use linkwright::multibody::elements::*;
+use linkwright::multibody::mechanism::Pose;
+use linkwright::multibody::motion::{ConstantSpeed, Harmonic, StartUp};
+use linkwright::multibody::{Mechanism, Model};
+use linkwright::scalar::Scalar;
+
+/// A pendulum hung with every force element.
+pub struct Forces;
+
+impl Forces {
+    pub const DESIGN: [f64; 42] = [
+        1.3, 0.2, 0.4, 9.81, // mass, inertia, lever, gravity
+        40.0, 0.5, 0.9, 30.0, // spring
+        3.0, 0.1, 0.2, 0.5, // torsion spring
+        0.3, 0.4, 0.02, // friction
+        0.5, 2.0, 9.0, 0.3, 0.7, // point force: mean, amplitude, frequency, phase, direction
+        1.0, 0.5, 7.0, 0.1, // actuator
+        60.0, 0.4, -0.05, // stop
+        200.0, 300.0, 2.0, 1.0, 2.0, 0.05, // bushing
+        0.7, 0.03, // second body
+        0.8, -0.2, // initial velocity, angle
+        0.3, 1.1, 5.0, // motor: mean, amplitude, frequency
+        400.0, 0.2, // wall
+    ];
+}
+
+impl Model for Forces {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[3]);
+        let ground = m.ground();
+        let (sin, cos) = b[36].sin_cos();
+        let body = m.body("pendulum", b[0], b[1], Pose { x: b[2] * cos, y: b[2] * sin, theta: b[36] });
+        m.set_velocity(body.theta, b[35]);
+        m.set_velocity(body.x, -b[35] * b[2] * sin);
+        m.set_velocity(body.y, b[35] * b[2] * cos);
+        m.revolute("pin", ground.origin(), body.at(-b[2], zero));
+        let spring = m.nonlinear_spring(
+            "spring",
+            ground.at(S::from(0.3), S::from(0.8)),
+            body.at(b[2], zero),
+            [b[4], b[5], b[6], b[7]],
+        );
+        m.coordinate_spring("torsion", ground.theta, body.theta, [b[8], b[9], b[10], b[11]]);
+        m.add("friction", Friction, &[ground.theta, body.theta], &b[12..15]);
+        m.force("push", body.at(b[2] * 0.5, S::from(0.1)), b[19], Harmonic, &b[15..19]);
+        m.actuator(
+            "actuator",
+            ground.at(S::from(-0.5), S::from(-0.6)),
+            body.at(zero, S::from(-0.05)),
+            Harmonic,
+            &b[20..24],
+        );
+        m.add("stop", Stop, &[ground.theta, body.theta], &b[24..27]);
+        let tip = [b[2] * 2.0 * cos, b[2] * 2.0 * sin];
+        let bob = m.body("bob", b[33], b[34], Pose { x: tip[0], y: tip[1], theta: b[36] });
+        m.set_velocity(bob.theta, b[35] * 0.5);
+        let bushing =
+            m.bushing("bushing", body.at(b[2], zero), bob.origin(), [b[27], b[28], b[29]], [b[30], b[31], b[32]]);
+        m.load("motor", ground.theta, bob.theta, Harmonic, &[b[37], b[38], b[39], zero]);
+        let wall = [zero, zero, zero, S::from(-0.25), S::from(std::f64::consts::FRAC_PI_2), b[40], b[41]];
+        m.add("wall", WallContact, &bob.coordinates(), &wall);
+        let sensor = m.sensor("bob", bob.at(S::from(0.1), zero));
+        for name in ["x", "y", "theta", "vx", "ay", "alpha"] {
+            let term = m.measure(sensor, name)?;
+            m.output(name, &[term]);
+        }
+        let terms = [m.measure(spring, "tension")?, m.measure(bushing, "force_y")?];
+        m.output("spring", &terms[..1]);
+        m.output("bushing", &terms[1..]);
+        m.output("energy", &[m.kinetic_energy(), m.potential_energy()]);
+        Ok(m)
+    }
+}
+
+/// A driven mechanism with every joint; `length_driver` replaces a rod by a drive.
+pub struct Joints {
+    pub length_driver: bool,
+}
+
+impl Joints {
+    pub const DESIGN: [f64; 22] = [
+        0.8, 0.05, 1.1, 0.06, 0.4, 0.02, 0.5, 0.03, 0.3, 0.2, // masses and inertias
+        0.1, -0.05, 0.2, // slide: point and angle
+        0.35, 0.15, 0.3, // link: half length, bob offset, bob turn
+        0.12, 0.18, // gear radii
+        0.6,  // rod
+        0.02, 6.0, // drive: amplitude, frequency
+        0.4, // link angle at the start
+    ];
+}
+
+impl Model for Joints {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let c = S::from;
+        let mut m = Mechanism::with_gravity(zero, c(-9.81));
+        let ground = m.ground();
+        let slider = m.body("slider", b[0], b[1], Pose { x: b[10], y: b[11], theta: zero });
+        m.prismatic("slide", ground.at(b[10], b[11]), b[12], slider.origin(), zero);
+        m.driver("drive", ground.x, slider.x, Harmonic, &[b[10], b[19], b[20], zero]);
+        let (sin, cos) = b[21].sin_cos();
+        let link = m.body("link", b[2], b[3], Pose { x: b[10] + b[13] * cos, y: b[11] + b[13] * sin, theta: b[21] });
+        m.revolute("pin", slider.origin(), link.at(-b[13], zero));
+        let bob = m.body("bob", b[4], b[5], Pose { x: b[10] + cos, y: b[11] + sin, theta: b[21] + b[15] });
+        m.weld("weld", link.at(b[13], zero), bob.at(-b[14], zero), b[15]);
+        let wheel = m.body("wheel", b[6], b[7], Pose { x: c(-0.5), y: zero, theta: zero });
+        let axis = m.revolute("axis", ground.at(c(-0.5), zero), wheel.origin());
+        m.add("gears", GearPair, &[wheel.theta, link.theta, ground.theta], &[b[16], b[17], c(0.072)]);
+        let rack = m.body("rack", b[8], c(0.01), Pose { x: c(-0.5), y: c(0.12), theta: zero });
+        m.prismatic("guide", ground.at(zero, c(0.12)), zero, rack.origin(), zero);
+        m.add("rack", Rack, &[rack.x, rack.y, wheel.x, wheel.y, wheel.theta], &[b[16], zero, c(0.01)]);
+        let pin = m.point_mass("pin", b[9], b[10] + 0.25, b[11] + 0.1);
+        let slot = m.point_on_line("slot", link.origin(), c(0.05), pin.origin());
+        let far = ground.at(c(0.5), c(-0.5));
+        let rod = if self.length_driver {
+            m.drive_length("rod", far, pin.origin(), Harmonic, &[b[18], c(0.01), c(4.0), zero])
+        } else {
+            m.rod("rod", far, pin.origin(), b[18])
+        };
+        let sensor = m.sensor("bob", bob.at(c(0.1), c(0.1)));
+        for (part, name) in [
+            (sensor, "x"),
+            (sensor, "vy"),
+            (sensor, "ax"),
+            (axis, "force"),
+            (slot, "force"),
+            (slot, "position"),
+            (rod, "tension"),
+        ] {
+            let term = m.measure(part, name)?;
+            m.output(format!("{} {name}", m.output_names().len()), &[term]);
+        }
+        Ok(m)
+    }
+}
+
+/// A flexible arm, clamped to a hub that starts to turn, with a tip mass.
+pub struct Arm {
+    pub elements: usize,
+}
+
+impl Arm {
+    pub const DESIGN: [f64; 8] = [0.02, 0.005, 0.8, 0.05, 2.0, 3.0, 0.15, 9.81];
+}
+
+impl Model for Arm {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[7]);
+        let section = BeamSection::rectangular(b[0], b[1], 7e10, 0.3, 2700.0);
+        let (nodes, parts) =
+            m.beam("arm", [[zero, zero], [b[2], zero]], [None, None], self.elements, &section, Shear::Flexible);
+        m.fix(nodes[0].x);
+        m.fix(nodes[0].y);
+        m.drive(nodes[0].theta, StartUp::Cycloid, &[zero, b[5], b[6]]);
+        let tip = nodes[self.elements];
+        let mass = m.body("tip", b[3], b[3] * 1e-3, Pose { x: b[2], y: zero, theta: zero });
+        m.weld("clamp", tip.origin(), mass.origin(), zero);
+        m.load("drag", m.ground().theta, tip.theta, ConstantSpeed, &[zero, b[4] * -0.1]);
+        let sensor = m.sensor("tip", tip.origin());
+        let root = m.measure(parts[0], "moment_i")?;
+        m.output("root moment", &[root]);
+        for name in ["x", "y", "vy"] {
+            let term = m.measure(sensor, name)?;
+            m.output(name, &[term]);
+        }
+        m.output("hub torque", &[m.effort(nodes[0].theta)]);
+        Ok(m)
+    }
+}

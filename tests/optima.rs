@@ -1,0 +1,132 @@
+//! Every problem of the library reaches the optimum that is known from elsewhere.
+
+use linkwright::library::{Optimum, impact_absorber, slider_crank};
+use linkwright::problem::{DirectCoupling, Problem};
+use linkwright::sao::{Method, State, Status};
+use linkwright::subproblem::{Sqp, SubproblemSolver};
+use std::f64::consts::TAU;
+
+/// Digits to which the objective agrees: the accuracy of the stop test.
+const ACCURACY: f64 = 1e-5;
+
+#[track_caller]
+fn assert_optimum(problem: &Problem, state: &State, optimum: &Optimum, tolerance: f64) {
+    assert_eq!(state.status, Status::Converged, "{}: {}", problem.name, state.reason);
+    let error = (state.evaluation.objective / optimum.objective - 1.0).abs();
+    assert!(
+        error < ACCURACY,
+        "{}: F = {} is {error:e} from {}",
+        problem.name,
+        state.evaluation.objective,
+        optimum.source
+    );
+    assert!(state.evaluation.max_violation_pct() < 100.0 * ACCURACY);
+    for ((b, exact), variable) in state.design.iter().zip(&optimum.design).zip(&problem.variables) {
+        let turns = if variable.unit == "rad" { TAU } else { f64::INFINITY };
+        let apart = if turns.is_finite() { (b - exact).rem_euclid(turns) } else { (b - exact).abs() };
+        let apart = apart.min(turns - apart);
+        assert!(apart <= tolerance * exact.abs(), "{}: {} = {b}, not {exact}", problem.name, variable.name);
+    }
+}
+
+#[test]
+fn the_impact_absorber_with_either_objective() {
+    let peak = impact_absorber::peak_acceleration().unwrap();
+    let state = Method::default().solve(&peak, |_| ()).unwrap();
+    assert_optimum(&peak, &state, &impact_absorber::peak_acceleration_optimum(), 1e-5);
+    assert_eq!([state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses], [5, 6, 5]);
+    assert!(state.counters.subproblem_iterations >= 5);
+
+    let comfort = impact_absorber::comfort().unwrap();
+    let state = Method::default().solve(&comfort, |_| ()).unwrap();
+    assert_optimum(&comfort, &state, &impact_absorber::comfort_optimum(), 1e-4);
+    assert_eq!([state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses], [8, 9, 8]);
+}
+
+#[test]
+fn the_slider_crank_from_both_stand_in_starts() {
+    for start in [slider_crank::STAND_IN_START, slider_crank::SECOND_STAND_IN_START] {
+        let problem = slider_crank::path_generation(start).unwrap();
+        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        assert_optimum(&problem, &state, &slider_crank::optimum(), 1e-3);
+        assert!((state.evaluation.objective - 3.746_106).abs() < 5e-6, "{}", state.evaluation.objective);
+    }
+}
+
+/// SplitMix64: a stream of numbers that no library version changes.
+struct Random(u64);
+
+impl Random {
+    fn within(&mut self, from: f64, to: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        from + (to - from) * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A start of the slider-crank that can turn all the way round, with free angles.
+    fn start(&mut self) -> [f64; 8] {
+        loop {
+            let mut draw = |from, to| self.within(from, to);
+            let lengths = [draw(3.0, 15.0), draw(10.0, 30.0), draw(-10.0, -1.0), draw(3.0, 25.0)];
+            let b = [
+                lengths[0],
+                lengths[1],
+                lengths[2],
+                lengths[3],
+                draw(3.0, 25.0),
+                draw(3.0, 15.0),
+                draw(0.0, TAU),
+                draw(0.0, TAU),
+            ];
+            let offset: f64 = b[2] - b[5];
+            if b[0] + offset.abs() <= 0.85 * b[1] {
+                return b;
+            }
+        }
+    }
+}
+
+#[test]
+fn the_slider_crank_from_sixteen_random_feasible_starts_with_free_angles() {
+    let mut random = Random(1998);
+    let mut wrong = vec![];
+    for _ in 0..16 {
+        let start = random.start();
+        let problem = slider_crank::path_generation(start).unwrap();
+        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        if state.status != Status::Converged || (state.evaluation.objective - 3.746_106).abs() > 4e-5 {
+            wrong.push(format!(
+                "{start:.2?}: {} after {} cycles: {}",
+                state.evaluation.objective,
+                state.cycles(),
+                state.reason
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{} of 16:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn the_direct_coupling_ends_at_the_same_optima() {
+    let path = slider_crank::path_generation(slider_crank::STAND_IN_START).unwrap();
+    let cases = [
+        (impact_absorber::peak_acceleration().unwrap(), impact_absorber::peak_acceleration_optimum()),
+        (impact_absorber::comfort().unwrap(), impact_absorber::comfort_optimum()),
+        (path, slider_crank::optimum()),
+    ];
+    for (problem, optimum) in cases {
+        let direct = DirectCoupling::new(&problem);
+        let solution = Sqp::default().solve(&direct, &problem.start()).unwrap();
+        let error = (solution.objective / optimum.objective - 1.0).abs();
+        assert!(
+            solution.status.was_successful() && error < ACCURACY,
+            "{}: {:?}, {error:e}",
+            problem.name,
+            solution.status
+        );
+        assert!(direct.sensitivity_analyses() <= direct.analyses(), "gradients at a known design are no new analysis");
+        assert!(direct.analyses() <= solution.evaluations.values + solution.evaluations.gradients);
+    }
+}
