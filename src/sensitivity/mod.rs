@@ -2,12 +2,14 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `along` | responses that carry their derivatives from the analysis on |
 //! | `direct` | derivatives along with implicit steps: one residual in dual numbers and one back-substitution per step |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
+pub mod along;
 pub mod direct;
 pub mod explicit;
 pub mod instant;
@@ -16,6 +18,7 @@ mod seeded;
 mod start;
 pub mod transient;
 
+pub use along::Along;
 pub use direct::differentiate;
 pub use record::SensitiveHistory;
 pub use transient::{Integration, Transient};
