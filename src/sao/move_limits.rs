@@ -60,7 +60,8 @@ pub trait MoveLimits: Send + Sync + std::fmt::Debug {
 ///   at a move limit, unless V exceeds [`increase_violation_pct`](Self::increase_violation_pct) or nothing was approximated;
 /// * accepted with E up to that threshold, × [`on_reversal`](Self::on_reversal) for variables whose step turned against
 ///   their last step, if V exceeds [`reversal_violation_pct`](Self::reversal_violation_pct): the sign of an oscillation
-///   between time points. With E between the two thresholds V must have exceeded it at the start of the cycle, too.
+///   between time points. With E between the two thresholds it takes a V above
+///   [`increase_violation_pct`](Self::increase_violation_pct) both before and after the step.
 ///
 /// The paper refers to the thesis for its rules; these follow from the printed rows of Tables I, II, IV and VI. The
 /// violation thresholds and the reversal rule touch only the run with one time point for each maximum, whose 18 cycles
@@ -159,10 +160,12 @@ impl MoveLimits for RelativeLimits {
         let may_widen = error <= self.increase_below_pct
             && outcome.violation_pct <= self.increase_violation_pct
             && outcome.evidence;
-        let violated = |pct: f64| pct > self.reversal_violation_pct;
-        // With larger errors one overshoot is no oscillation yet, as Table II shows; two in a row are.
-        let again = error <= self.reduce_above_pct && violated(100.0 * trial.violation_before);
-        let oscillates = violated(outcome.violation_pct) && (error <= self.increase_below_pct || again);
+        // With larger errors one overshoot is no oscillation yet, as Table II shows; two clear ones in a row are.
+        let clear = self.increase_violation_pct;
+        let again =
+            error <= self.reduce_above_pct && outcome.violation_pct > clear && 100.0 * trial.violation_before > clear;
+        let mild = error <= self.increase_below_pct && outcome.violation_pct > self.reversal_violation_pct;
+        let oscillates = mild || again;
         for (k, factor) in factors.iter_mut().enumerate() {
             if error > self.reduce_above_pct {
                 *factor *= self.reduction;
