@@ -6,7 +6,7 @@ use linkwright::problem::{
     Analysis, ClosedForm, Constraint, DesignVariable, Instant, Intermediate, Intermediates, Problem, ProblemBuilder,
     Quantity, Responses, TimeGrid,
 };
-use linkwright::sao::{ErrorBased, Method, RelativeLimits, Screening, State, Status, Stop};
+use linkwright::sao::{ErrorBased, Method, RelativeLimits, STATE_VERSION, Screening, State, Status, Stop};
 use linkwright::scalar::Scalar;
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
@@ -262,8 +262,9 @@ fn a_state_of_another_version_or_problem_is_refused() {
     let problem = impact_absorber::comfort().unwrap();
     let state = Method::default().start(&problem).unwrap();
     let text = state.to_json();
-    let newer = text.replacen("\"version\": 1", "\"version\": 99", 1);
-    let words = ["version 99", "reads version 1", "continue it with the release that wrote it"];
+    let newer = text.replacen(&format!("\"version\": {STATE_VERSION}"), "\"version\": 99", 1);
+    let reads = format!("reads version {STATE_VERSION}");
+    let words = ["version 99", reads.as_str(), "continue it with the release that wrote it"];
     assert_error(State::from_json(&newer, &problem), &words);
     let other = impact_absorber::peak_acceleration().unwrap();
     let words = ["another problem (`impact absorber, comfort criterion`", "here `impact absorber, peak acceleration`"];
