@@ -8,6 +8,7 @@ use linkwright::subproblem::{
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 /// Cycles through given numbers in 0 … 1.
 struct Numbers<'a>(&'a [f64], usize);
@@ -85,7 +86,7 @@ fn compare(program: &dyn Program) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: RngSeed::Fixed(1998), ..ProptestConfig::default() })]
 
     #[test]
     fn three_solvers_agree(n in 2usize..20, m in 1usize..6, v in prop::collection::vec(0.0..1.0f64, 397)) {
