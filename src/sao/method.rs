@@ -114,8 +114,7 @@ impl Method {
         let analysed = state.analyse(problem, &proposal.x);
         let at_limit = region.at_limit(&proposal.x);
         let distance = approximate.distance(&proposal.x);
-        let trial =
-            self.trial(problem, &state, &knowledge, (&proposal, distance), &at_limit, analysed.as_ref().ok())?;
+        let trial = self.trial(problem, &state, &knowledge, (&proposal, distance), &at_limit, analysed.as_ref().ok());
         let (mut guard, mut factors) = (state.guard.clone(), state.factors.clone());
         let judge = |_: &Outcome| self.globalization.judge(&trial, &mut guard);
         let verdict = trial.outcome.as_ref().map_or(Verdict::Reject, judge);
@@ -201,11 +200,11 @@ impl Method {
         (proposal, distance): (&'a Solution, f64),
         at_limit: &'a [bool],
         analysed: Option<&(Responses, Evaluation)>,
-    ) -> Result<Trial<'a>> {
+    ) -> Trial<'a> {
         let approximate = Values { objective: proposal.objective, rows: proposal.rows.clone() };
         let compare =
             |(_, e): &(Responses, Evaluation)| Outcome::new(problem, &self.screening, &knowledge.kept, &approximate, e);
-        Ok(Trial {
+        Trial {
             from: &state.design,
             to: &proposal.x,
             last_step: state.last_step.as_deref(),
@@ -217,6 +216,6 @@ impl Method {
             multipliers: proposal.multipliers.iter().map(|m| m.abs()).sum(),
             distance,
             outcome: analysed.map(compare),
-        })
+        }
     }
 }

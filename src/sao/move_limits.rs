@@ -136,18 +136,8 @@ impl MoveLimits for RelativeLimits {
     }
 
     fn region(&self, problem: &Problem, b: &[f64], factors: &[f64]) -> Region {
-        let width = |k: usize| {
-            let v = &problem.variables[k];
-            let range = v.upper - v.lower;
-            let reference = if range.is_finite() {
-                range
-            } else if v.start != 0.0 {
-                v.start.abs()
-            } else {
-                1.0
-            };
-            factors[k] * b[k].abs().max(self.floor * reference)
-        };
+        let scales = problem.scales();
+        let width = |k: usize| factors[k] * b[k].abs().max(self.floor * scales[k]);
         Region::around(problem, b, &(0..b.len()).map(width).collect::<Vec<_>>())
     }
 
