@@ -1,7 +1,8 @@
 //! Properties that hold for all inputs: first-order exactness, optimality of subproblem solutions, safe screening.
 
 use linkwright::approximation::{
-    ApproximateProblem, Approximation, Expansion, Known, Linear, Manner, Sample, Surroundings,
+    ApproximateProblem, Approximation, Bend, Conlin, DiagonalQuadratic, Expansion, FullQuadratic, Hessian, Known,
+    Linear, Manner, Mma, Reciprocal, Sample, Surroundings, Tana, TwoPointExponential,
 };
 use linkwright::function;
 use linkwright::library::{impact_absorber, slider_crank};
@@ -41,7 +42,17 @@ fn intermediates(n: usize) -> Vec<Intermediates> {
 
 /// Every approximation of the crate, with its name.
 fn approximations() -> Vec<Box<dyn Approximation>> {
-    vec![Box::new(Linear)]
+    vec![
+        Box::new(Linear),
+        Box::new(Reciprocal),
+        Box::new(Conlin),
+        Box::new(Mma::default()),
+        Box::new(DiagonalQuadratic { bend: Bend::Reciprocal }),
+        Box::new(DiagonalQuadratic { bend: Bend::SphericalGradient }),
+        Box::new(TwoPointExponential::default()),
+        Box::new(Tana::default()),
+        Box::new(FullQuadratic { hessian: Hessian::Bfgs(2) }),
+    ]
 }
 
 proptest! {

@@ -40,3 +40,21 @@ fn the_cycle_limit_ends_a_run_that_can_be_continued_with_a_larger_one() {
     let continued = Method::default().resume(&problem, stopped, |_| ()).unwrap();
     assert_eq!(continued.to_json(), Method::default().solve(&problem, |_| ()).unwrap().to_json());
 }
+
+#[test]
+fn a_state_in_a_file_continues_with_the_same_bits_and_faults_name_the_file() {
+    let (problem, method) = (impact_absorber::peak_acceleration().unwrap(), Method::default());
+    let undisturbed = method.solve(&problem, |_| ()).unwrap();
+    let path = std::env::temp_dir().join(format!("linkwright-state-{}.json", std::process::id()));
+    let started = method.start(&problem).unwrap();
+    method.step(&problem, started).unwrap().save(&path).unwrap();
+    let state = State::load(&path, &problem).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(method.resume(&problem, state, |_| ()).unwrap().to_json(), undisturbed.to_json());
+
+    let name = path.display().to_string();
+    let missing = State::load(&path, &problem).unwrap_err().to_string();
+    assert!(missing.contains(&name) && missing.contains("cannot be read"), "{missing}");
+    let nowhere = undisturbed.save(&path.join("state.json")).unwrap_err().to_string();
+    assert!(nowhere.contains(&name) && nowhere.contains("cannot be written"), "{nowhere}");
+}
