@@ -6,35 +6,24 @@
 use std::path::Path;
 
 use linkwright::Result;
+use linkwright::library::impact_absorber::motion;
+use linkwright::library::slider_crank::{DESIRED, STAND_IN_START};
+use linkwright::papers::etman_1998::slider_crank_at;
 use linkwright::report::animation::{Animation, Scene};
 use linkwright::report::figure::{Figure, Grid, Quantity};
 use linkwright::report::picture::*;
-
-/// Position and acceleration of the impact absorber at time `t` (equation 34).
-fn absorber(k: f64, c: f64, t: f64) -> [f64; 2] {
-    let (decay, square) = (0.5 * c, k - 0.25 * c * c);
-    let omega = square.abs().sqrt();
-    let (sine, cosine) = match square {
-        s if s.abs() < 1e-12 => (t, 1.0),
-        s if s > 0.0 => ((omega * t).sin() / omega, (omega * t).cos()),
-        _ => ((omega * t).sinh() / omega, (omega * t).cosh()),
-    };
-    let y = (-decay * t).exp() * sine;
-    let v = (-decay * t).exp() * cosine - decay * y;
-    [y, -c * v - k * y]
-}
 
 fn times(count: usize) -> Vec<f64> {
     (0..count).map(|p| 12.0 * p as f64 / (count - 1) as f64).collect()
 }
 
 fn largest(k: f64, c: f64, which: usize) -> f64 {
-    times(401).iter().map(|&t| absorber(k, c, t)[which].abs()).fold(0.0, f64::max)
+    times(401).iter().map(|&t| motion(k, c, t)[which].abs()).fold(0.0, f64::max)
 }
 
 fn mean_square(k: f64, c: f64) -> f64 {
     let weight = |p: usize| if p == 0 || p == 100 { 1.0 } else { 2.0 + 2.0 * (p % 2) as f64 };
-    times(101).iter().enumerate().map(|(p, &t)| weight(p) * absorber(k, c, t)[1].powi(2)).sum::<f64>() / 300.0
+    times(101).iter().enumerate().map(|(p, &t)| weight(p) * motion(k, c, t)[1].powi(2)).sum::<f64>() / 300.0
 }
 
 fn variables() -> [Quantity; 2] {
@@ -97,9 +86,7 @@ fn figure_4() -> Result<Figure> {
     let window = [[0.25, 0.4], [0.5, 0.6]];
     let excesses = |which: usize, bound: f64, sign: f64| -> Result<Vec<Grid>> {
         let sample = |p: usize| {
-            Grid::sample([0.25, 0.5], [0.4, 0.6], [61, 61], |k, c| {
-                sign * absorber(k, c, 0.25 * p as f64)[which] - bound
-            })
+            Grid::sample([0.25, 0.5], [0.4, 0.6], [61, 61], |k, c| sign * motion(k, c, 0.25 * p as f64)[which] - bound)
         };
         (0..=48).map(sample).collect()
     };
@@ -118,57 +105,36 @@ fn figure_4() -> Result<Figure> {
     })
 }
 
-/// The optimum behind Table IV, and a start from which the run looks like it.
+/// The optimum behind Table IV.
 const OPTIMUM: [f64; 8] = [9.3878, 30.0, -6.65, 12.7149, 8.2239, 9.4622, 0.82156, 0.91597];
-const START: [f64; 8] = [7.6, 24.0, -2.2, 19.0, 6.6, 4.9, 1.9, 2.39];
-
-/// The coupler point and the linkage of a design of Section 6.2 at crank rotation `gamma`.
-fn slider_crank(b: &[f64; 8], gamma: f64) -> ([f64; 2], Linkage) {
-    let ground = [b[4], b[5]];
-    let pin = [ground[0] + b[0] * (b[7] + gamma).cos(), ground[1] + b[0] * (b[7] + gamma).sin()];
-    let theta = ((b[2] - pin[1]) / b[1]).asin();
-    let point = [pin[0] + b[3] * (b[6] + theta).cos(), pin[1] + b[3] * (b[6] + theta).sin()];
-    let slider = [pin[0] + b[1] * theta.cos(), b[2]];
-    let linkage = Linkage {
-        bars: vec![vec![ground, pin]],
-        plates: vec![vec![pin, slider, point]],
-        joints: vec![pin],
-        ground_joints: vec![ground],
-        sliders: vec![(slider, 0.0)],
-        guides: vec![[[slider[0] - 9.0, b[2]], [slider[0] + 9.0, b[2]]]],
-        notes: vec![("*P*".to_owned(), point)],
-    };
-    (point, linkage)
-}
 
 fn coupler_path(b: &[f64; 8]) -> Vec<[f64; 2]> {
-    (0..=180).map(|k| slider_crank(b, f64::from(2 * k).to_radians()).0).collect()
+    (0..=180).map(|k| slider_crank_at(b, f64::from(2 * k).to_radians()).0).collect()
 }
 
 fn figure_6() -> Result<Figure> {
     let curve = coupler_path(&OPTIMUM);
-    let desired = [[26., 16.], [23., 16.], [20., 16.], [17., 16.], [14., 16.], [10., 13.], [20., 7.], [30., 13.]];
-    let reached =
-        [0., 22., 44., 66., 88., 129., 221., 314.].map(|degrees: f64| slider_crank(&OPTIMUM, degrees.to_radians()).0);
+    let reached = [0., 22., 44., 66., 88., 129., 221., 314.]
+        .map(|degrees: f64| slider_crank_at(&OPTIMUM, degrees.to_radians()).0);
     coupler_curve(&CouplerCurve {
         axes: [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")],
         curves: &[("coupler curve at the optimum", &curve)],
-        desired: &desired,
+        desired: &DESIRED,
         reached: &reached,
-        linkage: Some(&slider_crank(&OPTIMUM, 0.0).1),
+        linkage: Some(&slider_crank_at(&OPTIMUM, 0.0).1),
     })
 }
 
 /// One turn of the crank in three seconds, first design beside the optimum.
-fn motion() -> Result<Animation> {
+fn animation() -> Result<Animation> {
     let times: Vec<f64> = (0..90).map(|k| f64::from(k) / 30.0).collect();
     let scene = |title: &str, b: &[f64; 8]| Scene {
         title: title.to_owned(),
-        frames: times.iter().map(|t| slider_crank(b, t * std::f64::consts::TAU / 3.0).1).collect(),
+        frames: times.iter().map(|t| slider_crank_at(b, t * std::f64::consts::TAU / 3.0).1).collect(),
         traces: vec![coupler_path(b)],
     };
     let axes = [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")];
-    let scenes = vec![scene("first design", &START), scene("optimum", &OPTIMUM)];
+    let scenes = vec![scene("first design", &STAND_IN_START), scene("optimum", &OPTIMUM)];
     Animation::new("Slider-crank mechanism with its coupler curve", axes, times.clone(), scenes)
 }
 
@@ -196,7 +162,7 @@ fn convergence_of_table_4() -> Result<Figure> {
 
 fn history() -> Result<Figure> {
     let times = times(101);
-    let course = |k, c| -> Vec<f64> { times.iter().map(|&t| absorber(k, c, t)[1]).collect() };
+    let course = |k, c| -> Vec<f64> { times.iter().map(|&t| motion(k, c, t)[1]).collect() };
     let (before, after) = (course(1.0, 0.3), course(0.36276112, 0.48230674));
     let lowest = (0..101).min_by(|&p, &q| after[p].total_cmp(&after[q])).unwrap_or(0);
     let kept: Vec<usize> = [0, 1, 2].into_iter().chain(lowest - 2..=lowest + 2).collect();
@@ -252,7 +218,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(folder)?;
     let [acceleration, comfort] = figure_3_and_5()?;
     let axes = [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")];
-    let (here, there) = (slider_crank(&OPTIMUM, 0.0).1, slider_crank(&OPTIMUM, 2.2).1);
+    let (here, there) = (slider_crank_at(&OPTIMUM, 0.0).1, slider_crank_at(&OPTIMUM, 2.2).1);
     let pictures = [
         ("design_plane_acceleration", acceleration),
         ("design_plane_comfort", comfort),
@@ -267,7 +233,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (name, figure) in pictures {
         figure.save(folder, name)?;
     }
-    std::fs::write(folder.join("motion.html"), motion()?.page())?;
-    std::fs::write(folder.join("motion.gif"), motion()?.gif(96.0)?)?;
+    std::fs::write(folder.join("motion.html"), animation()?.page())?;
+    std::fs::write(folder.join("motion.gif"), animation()?.gif(96.0)?)?;
     Ok(())
 }

@@ -129,7 +129,7 @@ fn figure4(run: &Run) -> Result<Figure> {
 }
 
 /// The slider-crank of a design at a crank rotation in radians: its coupler point and its drawing.
-fn slider_crank_at(b: &[f64], rotation: f64) -> ([f64; 2], Linkage) {
+pub fn slider_crank_at(b: &[f64], rotation: f64) -> ([f64; 2], Linkage) {
     let pose: Vec<f64> = (0..3).map(|h| slider_crank::Coupler.response(h, b, rotation)).collect();
     let (ground, pin) = ([b[4], b[5]], [pose[0], pose[1]]);
     let slider = [pin[0] + b[1] * pose[2].cos(), b[2]];

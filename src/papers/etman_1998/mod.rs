@@ -8,7 +8,7 @@ mod printed_rows;
 mod runs;
 mod summary;
 
-pub use figures::{animations, figures};
+pub use figures::{animations, figures, slider_crank_at};
 pub use four_bar_figures::{four_bar_animation, four_bar_figures};
 pub use printed_rows::{PrintedRow, printed_rows};
 pub use runs::{Observer, Regenerated, Run, TABLES, regenerate};
