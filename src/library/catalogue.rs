@@ -94,6 +94,46 @@ static ENTRIES: &[Entry] = &[
     },
     #[cfg(feature = "multibody")]
     Entry {
+        name: "impact-absorber-nonlinear",
+        title: "impact absorber with cubic spring and orifice damper",
+        source: "after Afimiwala & Mayne 1974; ours",
+        build: super::nonlinear_absorber::peak_acceleration,
+        optima: &[super::nonlinear_absorber::optimum()],
+        time_dependent: true,
+        expensive: false,
+    },
+    #[cfg(feature = "multibody")]
+    Entry {
+        name: "impact-absorber-nonlinear-continuous",
+        title: "the same at all times",
+        source: "after Afimiwala & Mayne 1974; ours",
+        build: || Ok(super::nonlinear_absorber::peak_acceleration()?.in_continuous_time()),
+        optima: &[super::nonlinear_absorber::continuous_optimum()],
+        time_dependent: true,
+        expensive: false,
+    },
+    #[cfg(feature = "multibody")]
+    Entry {
+        name: "vehicle-suspension",
+        title: "five-degree-of-freedom vehicle on a bump, least peak acceleration of the seat",
+        source: "Haug & Arora, Applied Optimal Design (1979); Hsieh & Arora 1984",
+        build: super::vehicle_suspension::peak_acceleration,
+        optima: &super::vehicle_suspension::optima(),
+        time_dependent: true,
+        expensive: false,
+    },
+    #[cfg(feature = "multibody")]
+    Entry {
+        name: "vehicle-suspension-continuous",
+        title: "the same at all times",
+        source: "Haug & Arora, Applied Optimal Design (1979); Hsieh & Arora 1984",
+        build: || Ok(super::vehicle_suspension::peak_acceleration()?.in_continuous_time()),
+        optima: &[super::vehicle_suspension::continuous_optimum()],
+        time_dependent: true,
+        expensive: false,
+    },
+    #[cfg(feature = "multibody")]
+    Entry {
         name: "four-bar",
         title: "flexible four-bar with bounded stress, modelled as published",
         source: "Sohoni & Haug 1982; Etman et al. 1998",

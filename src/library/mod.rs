@@ -5,8 +5,12 @@ mod comparison;
 #[cfg(feature = "multibody")]
 pub mod four_bar;
 pub mod impact_absorber;
+#[cfg(feature = "multibody")]
+pub mod nonlinear_absorber;
 mod optimum;
 pub mod slider_crank;
+#[cfg(feature = "multibody")]
+pub mod vehicle_suspension;
 
 pub use catalogue::{Entry, catalogue, find};
 pub use comparison::{Attempt, Conclusion, Work, attempt, compare};

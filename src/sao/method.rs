@@ -170,7 +170,12 @@ impl Method {
     fn peaks(&self, problem: &Problem, state: &State, kept: &[RowId]) -> Result<Vec<Peak>> {
         let at = state.evaluation.peaks.iter().filter(|peak| kept.contains(&peak.row));
         let history = |j: usize| &state.evaluation.constraints[j];
-        at.map(|p| problem.peak(*p, &state.design, &state.responses, history(p.row.constraint))).collect()
+        let (b, responses) = (&state.design, &state.responses);
+        at.map(|p| {
+            let peak = problem.peak(*p, b, responses, history(p.row.constraint))?;
+            if self.approximation.wants_curvature() { problem.curved(peak, b, responses) } else { Ok(peak) }
+        })
+        .collect()
     }
 
     fn approximate<'a>(
