@@ -21,7 +21,7 @@ fn assert_optimum(problem: &Problem, state: &State, optimum: &Optimum, tolerance
         optimum.source
     );
     assert!(state.evaluation.max_violation_pct() < 100.0 * ACCURACY);
-    for ((b, exact), variable) in state.design.iter().zip(&optimum.design).zip(&problem.variables) {
+    for ((b, exact), variable) in state.design.iter().zip(optimum.design.unwrap()).zip(&problem.variables) {
         let turns = if variable.unit == "rad" { TAU } else { f64::INFINITY };
         let apart = if turns.is_finite() { (b - exact).rem_euclid(turns) } else { (b - exact).abs() };
         let apart = apart.min(turns - apart);

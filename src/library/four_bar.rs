@@ -164,16 +164,16 @@ pub fn robust_method() -> Method {
 }
 
 /// Optima I and II of the published problem.
-pub fn published_optima() -> [Optimum; 2] {
+pub const fn published_optima() -> [Optimum; 2] {
     let source = "Etman et al. 1998, Table V, here to four digits";
     [
-        Optimum { design: vec![38.39e-3, 25.13e-3, 19.99e-3], objective: 2.882, source },
-        Optimum { design: vec![37.24e-3, 23.63e-3, 19.84e-3], objective: 2.670, source },
+        Optimum::published(2.882, &[38.39e-3, 25.13e-3, 19.99e-3], source).within(1e-3),
+        Optimum::published(2.670, &[37.24e-3, 23.63e-3, 19.84e-3], source).within(1e-3),
     ]
 }
 
 /// The optimum III of the published problem with ten times Young's modulus.
-pub fn published_stiff_optimum() -> Optimum {
+pub const fn published_stiff_optimum() -> Optimum {
     let source = "Etman et al. 1998, Table V, here to four digits";
-    Optimum { design: vec![35.50e-3, 23.02e-3, 18.02e-3], objective: 2.417, source }
+    Optimum::published(2.417, &[35.50e-3, 23.02e-3, 18.02e-3], source).within(1e-3)
 }

@@ -107,15 +107,21 @@ fn stay_within_a_metre(parts: &mut ProblemBuilder, displacement: usize, time: us
 }
 
 /// The optimum of [`peak_acceleration`] on its 101 time points.
-pub fn peak_acceleration_optimum() -> Optimum {
-    let design = vec![0.362_761_12, 0.482_306_74, 0.520_286_04];
-    Optimum { design, objective: 0.520_286_04, source: "Etman et al. 1998, Table I, here to eight digits" }
+pub const fn peak_acceleration_optimum() -> Optimum {
+    let source = "Etman et al. 1998, Table I, here to eight digits";
+    Optimum::published(0.520_286_04, &[0.362_761_12, 0.482_306_74, 0.520_286_04], source)
+}
+
+/// The optimum of [`peak_acceleration`] with its constraints at all times.
+pub const fn continuous_peak_acceleration_optimum() -> Optimum {
+    let source = "closed form of Peters, SIAM Rev. 39 (1997) 118-122";
+    Optimum::published(0.520_598_617_7, &[0.360_570_211_3, 0.485_151_068_4, 0.520_598_617_7], source)
 }
 
 /// The optimum of [`comfort`] on its 101 time points.
-pub fn comfort_optimum() -> Optimum {
-    let design = vec![0.098_501, 0.788_336];
-    Optimum { design, objective: 0.038_037_7, source: "Etman et al. 1998, Table II, here to six digits" }
+pub const fn comfort_optimum() -> Optimum {
+    let source = "Etman et al. 1998, Table II, here to six digits";
+    Optimum::published(0.038_037_7, &[0.098_501, 0.788_336], source).within(1e-6)
 }
 
 #[cfg(test)]

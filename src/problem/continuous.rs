@@ -67,6 +67,17 @@ fn lagrange(nodes: &[f64], t: f64) -> Vec<[f64; 3]> {
 }
 
 impl Problem {
+    /// The same problem with its inequality constraints over time at all times of their grids' intervals, not only at the time
+    /// points; see [`Constraint::in_continuous_time`](super::Constraint::in_continuous_time).
+    #[must_use]
+    pub fn in_continuous_time(mut self) -> Self {
+        self.name += ", continuous time";
+        for c in &mut self.constraints {
+            c.is_continuous |= c.quantity.is_transient() && !c.is_equality && c.quantity.direct.is_none();
+        }
+        self
+    }
+
     /// Up to five time points around `t`: indices and weights.
     fn stencil(&self, h: usize, t: f64) -> Option<(usize, Vec<[f64; 3]>)> {
         let points = &self.grids[self.responses[h].grid?].points;

@@ -246,7 +246,7 @@ pub fn row_by_row() -> Result<Regenerated> {
     let checks = check_rows(&as_printed())?;
     let notes = vec![
         "The printed diameters are un-rounded by their move limits; each row is proposed from the printed row before it.",
-        "The printed stresses need the rotary inertia m l²/12 counted twice (the as-published preset), see four-bar.md.",
+        "The printed stresses need the rotary inertia m l²/12 counted twice (the as-published preset), see the README.",
     ];
     let table = table6_rows(&checks)?;
     Ok(Regenerated { name: "table6_rows", table, printed: None, keys: 2, notes, run: None })
