@@ -1,11 +1,21 @@
 //! Problems of the field with their data, optimum and source: to test with, to compare on, to learn from.
 
+pub mod cantilever;
 mod catalogue;
+pub mod eight_bar_truss;
 #[cfg(feature = "multibody")]
 pub mod four_bar;
 pub mod impact_absorber;
 mod optimum;
+pub mod quadratic_forms;
+pub mod segmented_cantilever;
 pub mod slider_crank;
+pub mod ten_bar_truss;
+mod toeplitz;
+mod truss;
+pub mod two_bar_truss;
+pub mod two_spheres;
 
 pub use catalogue::{Entry, catalogue, find};
 pub use optimum::{Optimum, Origin};
+pub use truss::Truss;
