@@ -1,6 +1,9 @@
 //! Every problem of the library by name, with its optima and sources.
 
-use super::{Optimum, impact_absorber, slider_crank};
+use super::{
+    Optimum, cantilever, eight_bar_truss, impact_absorber, quadratic_forms, segmented_cantilever, slider_crank,
+    ten_bar_truss, two_bar_truss, two_spheres,
+};
 use crate::error::{Error, Result};
 use crate::problem::Problem;
 
@@ -23,14 +26,6 @@ pub struct Entry {
     pub expensive: bool,
 }
 
-impl Entry {
-    /// The known optimum whose objective is nearest to `objective`.
-    pub fn nearest_optimum(&self, objective: f64) -> Option<&'static Optimum> {
-        let apart = |o: &Optimum| o.excess(objective).abs();
-        self.optima.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
-    }
-}
-
 /// All problems, in the order of their families.
 pub fn catalogue() -> &'static [Entry] {
     ENTRIES
@@ -44,6 +39,9 @@ pub fn find(name: &str) -> Result<&'static Entry> {
     catalogue().iter().find(|entry| entry.name == name).ok_or_else(known)
 }
 
+const SVANBERG_1987: &str = "Svanberg, Int. J. Numer. Meth. Eng. 24 (1987) 359-373";
+const SVANBERG_2002: &str = "Svanberg, SIAM J. Optim. 12 (2002) 555-573";
+const HAFTKA: &str = "Haftka & Gürdal, Elements of Structural Optimization (1992)";
 const PAPER: &str = "Etman, van Campen & Schoofs, Multibody Syst. Dyn. 2 (1998) 393-415";
 
 static ENTRIES: &[Entry] = &[
@@ -92,6 +90,87 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
+    Entry {
+        name: "cantilever",
+        title: "cantilever of five segments, least weight at a bounded deflection",
+        source: SVANBERG_1987,
+        build: cantilever::problem,
+        optima: &[cantilever::optimum()],
+        time_dependent: false,
+        expensive: false,
+    },
+    Entry {
+        name: "two-bar-truss",
+        title: "two-bar truss, an area and a shape variable",
+        source: SVANBERG_1987,
+        build: two_bar_truss::problem,
+        optima: &[two_bar_truss::optimum()],
+        time_dependent: false,
+        expensive: false,
+    },
+    Entry {
+        name: "eight-bar-truss",
+        title: "eight-bar truss in space with bounded stresses",
+        source: SVANBERG_1987,
+        build: eight_bar_truss::problem,
+        optima: &[eight_bar_truss::optimum()],
+        time_dependent: false,
+        expensive: false,
+    },
+    Entry {
+        name: "ten-bar-truss",
+        title: "ten-bar truss, equal allowed stresses",
+        source: HAFTKA,
+        build: ten_bar_truss::equal_strengths,
+        optima: &[ten_bar_truss::equal_strengths_optimum()],
+        time_dependent: false,
+        expensive: false,
+    },
+    Entry {
+        name: "ten-bar-truss-strong",
+        title: "ten-bar truss with a stronger ninth bar",
+        source: HAFTKA,
+        build: ten_bar_truss::strong_ninth_bar,
+        optima: &[ten_bar_truss::strong_ninth_bar_optimum()],
+        time_dependent: false,
+        expensive: false,
+    },
+    Entry {
+        name: "segmented-cantilever",
+        title: "cantilever of five segments with widths and heights",
+        source: "Vanderplaats, Numerical Optimization Techniques for Engineering Design (1984)",
+        build: || segmented_cantilever::problem(5),
+        optima: &[segmented_cantilever::five_segments_optimum()],
+        time_dependent: false,
+        expensive: false,
+    },
+    Entry {
+        name: "two-spheres",
+        title: "nearest point of two balls",
+        source: "Svanberg, MMA and GCMMA - two methods for nonlinear optimization (2007)",
+        build: two_spheres::problem,
+        optima: &[two_spheres::optimum()],
+        time_dependent: false,
+        expensive: false,
+    },
+    Entry {
+        name: "quadratic-forms-1",
+        title: "quadratic forms with full matrices, first problem, 20 variables",
+        source: SVANBERG_2002,
+        build: || quadratic_forms::first(20),
+        optima: &[quadratic_forms::FIRST_20],
+        time_dependent: false,
+        expensive: false,
+    },
+    Entry {
+        name: "quadratic-forms-2",
+        title: "quadratic forms with full matrices, second problem, 20 variables",
+        source: SVANBERG_2002,
+        build: || quadratic_forms::second(20),
+        optima: &[quadratic_forms::SECOND_20],
+        time_dependent: false,
+        expensive: false,
+    },
     #[cfg(feature = "multibody")]
     Entry {
         name: "impact-absorber-nonlinear",
@@ -110,7 +189,7 @@ static ENTRIES: &[Entry] = &[
         build: || Ok(super::nonlinear_absorber::peak_acceleration()?.in_continuous_time()),
         optima: &[super::nonlinear_absorber::continuous_optimum()],
         time_dependent: true,
-        expensive: false,
+        expensive: true,
     },
     #[cfg(feature = "multibody")]
     Entry {
@@ -130,7 +209,7 @@ static ENTRIES: &[Entry] = &[
         build: || Ok(super::vehicle_suspension::peak_acceleration()?.in_continuous_time()),
         optima: &[super::vehicle_suspension::continuous_optimum()],
         time_dependent: true,
-        expensive: false,
+        expensive: true,
     },
     #[cfg(feature = "multibody")]
     Entry {

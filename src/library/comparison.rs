@@ -13,6 +13,9 @@ const VIOLATION: f64 = 1e-6;
 /// Residual of the optimality conditions up to which a design is called an optimum that is not among the known ones.
 const RESIDUAL: f64 = 1e-3;
 
+/// Most cycles of a run, accepted or not.
+const CYCLES: usize = 100;
+
 /// Work, counted as the paper counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Work {
@@ -87,17 +90,29 @@ pub struct Attempt {
     pub approach: Vec<[f64; 2]>,
 }
 
-/// Runs one method on one problem until the objective settles to a millionth, for at most 200 cycles.
+/// Runs one method on one problem until the objective settles to a millionth, for at most 100 cycles.
 ///
 /// **Errors.** If the problem cannot be made. A method that cannot work on it is [`Conclusion::Refused`].
 pub fn attempt(entry: &'static Entry, preset: &'static Preset) -> Result<Attempt> {
     let problem = (entry.build)()?;
-    let stop = Stop { accuracy: VIOLATION, max_cycles: 200, ..Stop::default() };
+    let stop = Stop { accuracy: VIOLATION, max_cycles: CYCLES, ..Stop::default() };
     let method = Method { stop, ..(preset.method)() };
     match method.solve(&problem, |_| ()) {
-        Ok(state) => Ok(judged(entry, preset, &problem, &state)),
-        Err(error) => Ok(refused(entry, preset, error.to_string())),
+        Ok(state) => Ok(judged(entry.optima, [entry.name, preset.name], &problem, &state)),
+        Err(error) => Ok(refused([entry.name, preset.name], error.to_string())),
     }
+}
+
+/// The same with any method on any start of a problem; `names` are those of problem and method.
+///
+/// **Errors.** If the method cannot work on the problem.
+pub fn attempt_with(
+    problem: &Problem,
+    method: &Method,
+    optima: &'static [Optimum],
+    names: [&'static str; 2],
+) -> Result<Attempt> {
+    Ok(judged(optima, names, problem, &method.solve(problem, |_| ())?))
 }
 
 /// Runs methods on one problem, several at a time; the order is that of the methods.
@@ -107,10 +122,10 @@ pub fn compare(entry: &'static Entry, presets: &[&'static Preset]) -> Result<Vec
     presets.par_iter().map(|preset| attempt(entry, preset)).collect()
 }
 
-fn refused(entry: &'static Entry, preset: &'static Preset, why: String) -> Attempt {
+fn refused([problem, method]: [&'static str; 2], why: String) -> Attempt {
     Attempt {
-        problem: entry.name,
-        method: preset.name,
+        problem,
+        method,
         conclusion: Conclusion::Refused(why),
         cycles: 0,
         work: Work { analyses: 0, sensitivity_analyses: 0 },
@@ -123,11 +138,11 @@ fn refused(entry: &'static Entry, preset: &'static Preset, why: String) -> Attem
     }
 }
 
-fn judged(entry: &'static Entry, preset: &'static Preset, problem: &Problem, state: &State) -> Attempt {
+fn judged(optima: &'static [Optimum], names: [&'static str; 2], problem: &Problem, state: &State) -> Attempt {
     let objective = state.evaluation.objective;
     let violation = state.evaluation.max_violation_pct() / 100.0;
     let residual = PostOptimal::new(problem, state).map_or(f64::INFINITY, |post| post.kkt(problem));
-    let known = entry.nearest_optimum(objective);
+    let known = nearest(optima, objective);
     let conclusion = match (state.status, known) {
         (Status::Converged, Some(optimum)) if is_at(optimum, objective, violation) => Conclusion::Reached(optimum),
         (Status::Converged, _) if violation <= VIOLATION && residual <= RESIDUAL => Conclusion::OtherOptimum,
@@ -138,8 +153,8 @@ fn judged(entry: &'static Entry, preset: &'static Preset, problem: &Problem, sta
     let first = |optimum: &Optimum| designs.iter().find(|d| is_at(optimum, d.objective, d.violation)).map(|d| d.work);
     let apart = |d: &Accepted| known.map_or(f64::NAN, |o| o.excess(d.objective).abs().max(d.violation));
     Attempt {
-        problem: entry.name,
-        method: preset.name,
+        problem: names[0],
+        method: names[1],
         conclusion,
         cycles: state.cycles(),
         work: Work { analyses: state.counters.analyses, sensitivity_analyses: state.counters.sensitivity_analyses },
@@ -150,6 +165,12 @@ fn judged(entry: &'static Entry, preset: &'static Preset, problem: &Problem, sta
         excess: known.map(|o| o.excess(objective)),
         approach: designs.iter().map(|d| [d.work.total() as f64, apart(d)]).collect(),
     }
+}
+
+/// The known optimum whose objective is nearest to `objective`.
+fn nearest(optima: &'static [Optimum], objective: f64) -> Option<&'static Optimum> {
+    let apart = |o: &Optimum| o.excess(objective).abs();
+    optima.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
 fn is_at(optimum: &Optimum, objective: f64, violation: f64) -> bool {
