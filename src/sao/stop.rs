@@ -31,14 +31,18 @@ impl Status {
 /// The stop test.
 ///
 /// A run has converged where over an accepted cycle the objective changed by less than [`accuracy`](Self::accuracy) of itself,
-/// no constraint is violated by more, and the optimality conditions of the problem at the start of that cycle hold to
-/// √accuracy ([`Cycle::residual`]): the error of the objective is of second order in them. Steps that are short because move
-/// limits have shrunk, asymptotes are near or conservatism has grown are therefore no convergence.
+/// no constraint is violated by more, and the optimality conditions of the problem at the start of that cycle hold up to
+/// [`residual`](Self::residual) ([`Cycle::residual`]). Steps that are short because move limits have shrunk, asymptotes are near
+/// or conservatism has grown are therefore no convergence. The paper's stop test has the first two conditions alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Relative change of the objective over an accepted cycle, and violation (as a fraction), below which the run has
     /// converged. The paper's is 1e-5.
     pub accuracy: f64,
+    /// Residual of the optimality conditions at the start of the last cycle, relative to the objective, above which the run has
+    /// not converged. The relative error of the objective is of second order in it: √accuracy is strict, ten times that guards
+    /// against standstill and leaves the number of cycles of all tables of the paper as it is.
+    pub residual: f64,
     /// Most cycles, accepted or not.
     pub max_cycles: usize,
     /// Largest move-limit factor below which the run has stalled.
@@ -47,7 +51,7 @@ pub struct Stop {
 
 impl Default for Stop {
     fn default() -> Self {
-        Self { accuracy: 1e-5, max_cycles: 100, smallest_factor: 1e-7 }
+        Self { accuracy: 1e-5, residual: 0.03, max_cycles: 100, smallest_factor: 1e-7 }
     }
 }
 
@@ -56,6 +60,7 @@ impl Stop {
     pub fn check(&self) -> Result<()> {
         let positive = |v: f64| v > 0.0 && v < 1.0;
         Error::check_option("accuracy", "between 0 and 1", self.accuracy, positive(self.accuracy))?;
+        Error::check_option("residual of the stop test", "positive", self.residual, self.residual > 0.0)?;
         Error::check_option(
             "smallest factor",
             "between 0 and 1",
@@ -96,7 +101,7 @@ impl Stop {
         }
         let before = state.history.iter().rev().skip(1).find(|c| c.accepted)?.objective;
         let violation = last.violation_pct / 100.0;
-        let held = last.residual.filter(|r| *r <= self.accuracy.sqrt() && self.has_settled(last, before));
+        let held = last.residual.filter(|r| *r <= self.residual && self.has_settled(last, before));
         if let Some(residual) = held {
             let reason = format!(
                 "the objective changed by {:.1e} of itself and the largest violation is {violation:.1e}, both below {:e}; \
