@@ -10,7 +10,7 @@ use linkwright::sao::{Method, Screening, State, Stop};
 /// A method with so many time points before and after each maximum, or with peaks that drift or keep their times.
 fn method(neighbours: usize, drifting: bool) -> Method {
     let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
-    let stop = Stop { accuracy: 1e-6, max_cycles: 60, ..Stop::default() };
+    let stop = Stop { accuracy: 1e-6, optimality: 1e-3, max_cycles: 60, ..Stop::default() };
     Method { screening, drifting, stop, ..Method::default() }
 }
 

@@ -8,11 +8,13 @@
 use linkwright::Result;
 use linkwright::library::impact_absorber;
 use linkwright::problem::Selection;
-use linkwright::sao::{Cycle, Method, Screening, State};
+use linkwright::sao::{Cycle, Method, Screening, State, Stop};
 
 fn run(neighbours: usize) -> Result<State> {
     let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
-    Method { screening, ..Method::default() }.solve(&impact_absorber::peak_acceleration()?, |_| ())
+    // The oscillating run is not at the optimum when the objective settles, as the default stop test would notice.
+    Method { screening, stop: Stop::as_published(), ..Method::default() }
+        .solve(&impact_absorber::peak_acceleration()?, |_| ())
 }
 
 /// The steps of one variable over the accepted cycles.

@@ -95,7 +95,7 @@ pub struct Attempt {
 /// **Errors.** If the problem cannot be made. A method that cannot work on it is [`Conclusion::Refused`].
 pub fn attempt(entry: &'static Entry, preset: &'static Preset) -> Result<Attempt> {
     let problem = (entry.build)()?;
-    let stop = Stop { accuracy: VIOLATION, max_cycles: CYCLES, ..Stop::default() };
+    let stop = Stop { accuracy: VIOLATION, optimality: RESIDUAL, max_cycles: CYCLES, ..Stop::default() };
     let method = Method { stop, ..(preset.method)() };
     match method.solve(&problem, |_| ()) {
         Ok(state) => Ok(judged(entry.optima, [entry.name, preset.name], &problem, &state)),
