@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `along` | responses that carry their derivatives from the analysis on |
 //! | `direct` | derivatives along with implicit steps: one residual in dual numbers and one back-substitution per step |
+//! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
@@ -11,6 +12,7 @@
 
 pub mod along;
 pub mod direct;
+pub mod driven;
 pub mod explicit;
 pub mod instant;
 mod record;
@@ -20,5 +22,6 @@ pub mod transient;
 
 pub use along::Along;
 pub use direct::differentiate;
+pub use driven::Driven;
 pub use record::SensitiveHistory;
 pub use transient::{Integration, Transient};

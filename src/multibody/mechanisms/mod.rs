@@ -3,11 +3,13 @@
 pub mod absorber;
 pub mod andrews;
 pub mod chain;
+pub mod coupler_path;
 pub mod four_bar;
 pub mod slider_crank;
 
 pub use absorber::Absorber;
 pub use andrews::Andrews;
 pub use chain::Chain;
+pub use coupler_path::CouplerPath;
 pub use four_bar::FourBar;
 pub use slider_crank::SliderCrank;
