@@ -1,5 +1,6 @@
 //! Where a motion starts: assembled positions, consistent velocities and accelerations.
 
+use super::blame;
 use super::state::State;
 use super::system::{Linearization, System, Unknown, name_of};
 use crate::multibody::element::Room;
@@ -64,6 +65,9 @@ pub fn assemble(
             return Ok(Projection { position, velocity: Vec::new() });
         }
     }
+    if let Some(error) = blame::not_finite(mechanism, state) {
+        return Err(error);
+    }
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
     let what = system.culprit(mechanism, &rows);
     let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
@@ -98,7 +102,7 @@ pub fn make_velocities_consistent(
     let mut rates = vec![0.0; system.size()];
     system.closure_rates(mechanism, state, 1, &mut Room::default(), &mut rates);
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
-    system.factorize(mechanism, state.t)?;
+    system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
     rows.iter_mut().zip(&rates).for_each(|(row, rate)| row[0] = *rate);
     system.factor().solve(&mut rows);
     let mut multipliers = vec![0.0; mechanism.multipliers];
@@ -143,6 +147,10 @@ impl AccelerationSolver {
             }
         }
         system.factor().solve(&mut self.rows);
+        if self.rows.iter().any(|row| !row[0].is_finite()) {
+            let singular = || explained(system, mechanism, state, no_accelerations(state.t));
+            return Err(blame::not_finite(mechanism, state).unwrap_or_else(singular));
+        }
         for (unknown, change) in system.unknowns().iter().zip(&self.rows) {
             match *unknown {
                 Unknown::Coordinate(i) => state.a[i] = -change[0],
@@ -168,8 +176,16 @@ pub fn acceleration_rows<T: Real>(
     system.closure_rates(mechanism, state, 2, jets, rows);
 }
 
-/// A singular system explained by redundant joints, if that is what it is.
+fn no_accelerations(t: f64) -> Error {
+    let why = format!("the accelerations at t = {t:.6e} s are not finite");
+    Error::analysis("the mechanism", why, "check its masses, and the rates of its prescribed motions")
+}
+
+/// A singular system explained by what is not finite, or by redundant joints, if that is what it is.
 fn explained(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, error: Error) -> Error {
+    if let Some(error) = blame::not_finite(mechanism, state) {
+        return error;
+    }
     let redundant = redundant_closures(system, mechanism, state);
     if redundant.is_empty() {
         return error;

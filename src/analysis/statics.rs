@@ -1,5 +1,7 @@
 //! Static equilibrium.
 
+use super::blame;
+use super::dynamics::check_finite;
 use super::sampling::Sampler;
 use super::start::{Assembly, assemble};
 use super::state::State;
@@ -41,7 +43,7 @@ pub fn balance(
     state.a.fill(0.0);
     for _ in 0..settings.iterations {
         system.assemble(mechanism, state, Linearization::statics(), &mut rows);
-        system.factorize(mechanism, state.t)?;
+        blame::factorize(system, mechanism, state)?;
         system.factor().solve(&mut rows);
         let moves = system.unknowns().iter().zip(&rows).filter(|(u, _)| matches!(u, Unknown::Coordinate(_)));
         let largest = moves.map(|(_, r)| r[0].abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
@@ -57,7 +59,10 @@ pub fn balance(
         }
     }
     system.assemble(mechanism, state, Linearization::statics(), &mut rows);
-    let what = system.culprit(mechanism, &rows);
+    if let Some(error) = blame::not_finite(mechanism, state) {
+        return Err(error);
+    }
+    let what = blame::culprit(system, mechanism, state, &rows);
     let why = format!("no static equilibrium found at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "apply the load in more steps, or add stiffness to free motions"))
 }
@@ -75,6 +80,7 @@ pub fn equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64])
         state.t = t;
         balance(&mut system, mechanism, &mut state, settings)?;
         sampler.outputs(mechanism, &state, &mut outputs);
+        check_finite(mechanism, &outputs, t)?;
         series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));
     }
     Ok(series)
