@@ -1,5 +1,6 @@
 //! Who is to blame when the equations cannot be evaluated or solved.
 
+use super::dynamics::check_finite;
 use super::state::State;
 use super::system::{System, Unknown, evaluate, gather};
 use crate::multibody::Mechanism;
@@ -12,11 +13,8 @@ use crate::{Error, Result};
 /// The message has the name, the time, and what the element itself says about the state.
 pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Error> {
     let t = state.t;
-    let moves = |i: usize| [state.q[i], state.v[i], state.a[i]].iter().all(|x| x.is_finite());
-    let motion = (0..state.q.len()).find(|&i| mechanism.coordinates[i].motion.is_some() && !moves(i));
-    if let Some(i) = motion {
-        let why = format!("its prescribed motion is {}, {}, {} at t = {t:.6e} s", state.q[i], state.v[i], state.a[i]);
-        return Some(Error::analysis(&mechanism.coordinates[i].name, why, "check the function that prescribes it"));
+    if let Err(error) = check_motions(mechanism, state) {
+        return Some(error);
     }
     let mut room = Room::default();
     mechanism.parts.iter().filter(|part| !part.element.is_sensor()).find_map(|part| {
@@ -68,6 +66,24 @@ pub fn culprit(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, 
     let shares = parts.filter_map(|part| Some((share(part)?, &part.name)));
     let largest = shares.max_by(|a, b| a.0.total_cmp(&b.0));
     largest.map_or(name.clone(), |(_, part)| format!("{name}, mostly by {part}"))
+}
+
+/// Refuses prescribed motions that are not finite.
+fn check_motions(mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+    let moves = |i: usize| [state.q[i], state.v[i], state.a[i]].iter().all(|x| x.is_finite());
+    let broken = (0..state.q.len()).find(|&i| mechanism.coordinates[i].motion.is_some() && !moves(i));
+    broken.map_or(Ok(()), |i| {
+        let [q, v, a] = [state.q[i], state.v[i], state.a[i]];
+        let why = format!("its prescribed motion is {q}, {v}, {a} at t = {:.6e} s", state.t);
+        Err(Error::analysis(&mechanism.coordinates[i].name, why, "check the function that prescribes it"))
+    })
+}
+
+/// Refuses prescribed motions and outputs that are not finite, naming what makes them so.
+pub fn check(mechanism: &Mechanism<f64>, state: &State<f64>, outputs: &[f64]) -> Result<()> {
+    check_motions(mechanism, state)?;
+    let sound = check_finite(mechanism, outputs, state.t);
+    sound.map_err(|error| not_finite(mechanism, state).unwrap_or(error))
 }
 
 /// Factorizes what was assembled at `state`; a failure is explained by what is not finite there.

@@ -1,6 +1,6 @@
 //! Positions, velocities, accelerations and reactions of driven mechanisms.
 
-use super::dynamics::check_finite;
+use super::blame;
 use super::sampling::Sampler;
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
@@ -106,7 +106,7 @@ pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64])
             walk.go(t)?;
         }
         sampler.outputs(mechanism, &walk.state, &mut outputs);
-        check_finite(mechanism, &outputs, t)?;
+        blame::check(mechanism, &walk.state, &outputs)?;
         series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));
     }
     Ok(series)

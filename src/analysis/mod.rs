@@ -14,7 +14,7 @@
 //! | `statics` | equilibria and load paths |
 //! | `modes` | small vibrations about a state |
 
-mod blame;
+pub(crate) mod blame;
 pub mod dynamics;
 pub mod explicit;
 mod four_bar;

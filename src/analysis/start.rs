@@ -58,6 +58,9 @@ pub fn assemble(
         }
         system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
         system.factor().solve(&mut rows);
+        if rows.iter().any(|row| !row[0].is_finite()) {
+            break;
+        }
         let largest = apply(system, &rows, state);
         // Newton's next correction would be of the size of this one's square.
         if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance {
@@ -69,6 +72,9 @@ pub fn assemble(
         return Err(error);
     }
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
+    for (row, unknown) in rows.iter_mut().zip(system.unknowns()) {
+        row[0] = if matches!(unknown, Unknown::Multiplier(_)) { row[0] } else { 0.0 };
+    }
     let what = system.culprit(mechanism, &rows);
     let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))

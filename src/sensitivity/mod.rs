@@ -7,6 +7,7 @@
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
+//! | `modes` | derivatives of natural frequencies |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
@@ -15,6 +16,7 @@ pub mod direct;
 pub mod driven;
 pub mod explicit;
 pub mod instant;
+pub mod modes;
 mod record;
 mod seeded;
 mod start;
@@ -23,5 +25,6 @@ pub mod transient;
 pub use along::Along;
 pub use direct::differentiate;
 pub use driven::Driven;
+pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
 pub use transient::{Integration, Transient};

@@ -1,9 +1,16 @@
 //! Mechanics held to closed forms, published solutions, identities and differences.
 
+mod adaptive;
+mod beams;
 mod derivatives;
+mod drift;
 mod elements;
 mod explicit;
 mod failures;
+mod modes;
 mod order;
+mod outputs;
 mod reference;
+mod rejected;
+mod table;
 mod zoo;
