@@ -64,6 +64,7 @@ pub fn assemble(
         let largest = apply(system, &rows, state);
         // Newton's next correction would be of the size of this one's square.
         if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance {
+            check_independence(system, mechanism, state, &mut rows)?;
             let position = std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]);
             return Ok(Projection { position, velocity: Vec::new() });
         }
@@ -78,6 +79,29 @@ pub fn assemble(
     let what = system.culprit(mechanism, &rows);
     let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
+}
+
+/// Answers of the projection above this size mean that closures depend on each other: by rounding alone a redundant
+/// closure leaves a pivot near 1e-16.
+const INDEPENDENT: f64 = 1e12;
+
+/// Refuses closures that depend on each other although rounding lets the matrix be factorized.
+///
+/// One back-substitution with the factor of the projection and a right-hand side that favours no direction; the joints are
+/// looked through only if its answer is suspiciously large.
+fn check_independence(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    rows: &mut [[f64; 1]],
+) -> Result<()> {
+    rows.iter_mut().enumerate().for_each(|(i, row)| row[0] = (1.0 + 2.3 * i as f64).sin());
+    system.factor().solve(rows);
+    if rows.iter().all(|row| row[0].abs() < INDEPENDENT) {
+        return Ok(());
+    }
+    let redundant = redundant_closures(system, mechanism, state);
+    if redundant.is_empty() { Ok(()) } else { Err(dependent(&redundant, state.t)) }
 }
 
 /// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
@@ -193,10 +217,11 @@ fn explained(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, er
         return error;
     }
     let redundant = redundant_closures(system, mechanism, state);
-    if redundant.is_empty() {
-        return error;
-    }
-    let why = format!("redundant or contradictory at t = {:.6e} s", state.t);
+    if redundant.is_empty() { error } else { dependent(&redundant, state.t) }
+}
+
+fn dependent(redundant: &[String], t: f64) -> Error {
+    let why = format!("redundant or contradictory at t = {t:.6e} s");
     let remedy = "remove these closures, or free the directions that other joints hold already; \
                   a dead centre makes closures dependent for an instant";
     Error::analysis(redundant.join(", "), why, remedy)

@@ -63,6 +63,29 @@ fn contradictory_joints_are_named() {
     assert!(error.contains("longer rod") && error.contains("contradictory at t = 0.0"), "{error}");
 }
 
+/// A third crank on a parallelogram closes nothing that is open; only rounding tells its equations from the others.
+#[test]
+fn a_third_parallel_crank_is_redundant_at_any_angle() {
+    let parallelogram = |cranks: usize, angle: f64| {
+        let mut m = Mechanism::<f64>::new();
+        let ground = m.ground();
+        let (sin, cos) = angle.sin_cos();
+        let coupler = m.body("coupler", 1.0, 0.1, Pose { x: 0.3 * cos + 0.5, y: 0.3 * sin, theta: 0.0 });
+        for (k, x) in [0.0, 1.0, 0.37].into_iter().take(cranks).enumerate() {
+            let pose = Pose { x: x + 0.15 * cos, y: 0.15 * sin, theta: angle };
+            let crank = m.body(&format!("crank {k}"), 1.0, 0.1, pose);
+            m.revolute(&format!("foot {k}"), ground.at(x, 0.0), crank.at(-0.15, 0.0));
+            m.revolute(&format!("head {k}"), crank.at(0.15, 0.0), coupler.at(x - 0.5, 0.0));
+        }
+        simulate(&m, &Dynamics::fixed(1e-2), &[0.1]).map(|_| ())
+    };
+    for angle in [0.3, 0.7, 1.1, 2.345] {
+        assert_eq!(parallelogram(2, angle), Ok(()));
+        let error = parallelogram(3, angle).unwrap_err().to_string();
+        assert!(error.contains("head 2 (closure") && error.contains("redundant"), "{error}");
+    }
+}
+
 /// A link that a drive holds stretched out: any motion of the drive is impossible for an instant.
 #[test]
 fn a_dead_centre_is_named_with_its_time() {
