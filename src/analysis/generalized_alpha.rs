@@ -1,5 +1,6 @@
 //! Implicit time steps of second order on the index-3 equations.
 
+use super::blame;
 use super::state::State;
 use super::system::{Linearization, System, Unknown};
 use crate::multibody::{Mechanism, Real};
@@ -212,7 +213,7 @@ impl<'m> Integrator<'m> {
         let how = Linearization::step(position, velocity);
         for _ in 0..self.newton.iterations {
             self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
-            self.system.factorize(self.mechanism, self.step.new.t)?;
+            blame::factorize(&mut self.system, self.mechanism, &self.step.new)?;
             self.iterations += 1;
             self.system.factor().solve(&mut self.rows);
             let largest = self.largest_correction(position);
@@ -236,9 +237,12 @@ impl<'m> Integrator<'m> {
     }
 
     fn failure(&mut self, how: Linearization) -> Error {
+        if let Some(error) = blame::not_finite(self.mechanism, &self.step.new) {
+            return error;
+        }
         let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
         self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
-        let what = self.system.culprit(self.mechanism, &self.rows);
+        let what = blame::culprit(&self.system, self.mechanism, &self.step.new, &self.rows);
         let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
         Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")
     }

@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `blame` | the element that cannot be evaluated or does not settle, for messages |
 //! | `state` | positions, velocities, accelerations, multipliers |
 //! | `system` | the equations: numbering, residual, matrix |
 //! | `start` | assembly, consistent velocities and accelerations |
@@ -13,6 +14,7 @@
 //! | `statics` | equilibria and load paths |
 //! | `modes` | small vibrations about a state |
 
+pub(crate) mod blame;
 pub mod dynamics;
 pub mod explicit;
 mod four_bar;

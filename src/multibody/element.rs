@@ -79,6 +79,11 @@ pub trait Element: Send + Sync + 'static {
         None
     }
 
+    /// What is wrong in this state, if anything: points that coincide. Asked only when an analysis has failed.
+    fn trouble(&self, _x: &Local<'_, f64>) -> Option<String> {
+        None
+    }
+
     /// Whether the element only measures and adds nothing to the equations.
     fn is_sensor(&self) -> bool {
         false
@@ -108,6 +113,8 @@ pub trait AnyElement: Evaluate<f64> + Evaluate<Sensitive> + Evaluate<Jet<f64>> +
     fn measures(&self) -> &'static [&'static str];
     /// See [`Element::complaint`].
     fn complaint(&self, p: &[f64]) -> Option<String>;
+    /// See [`Element::trouble`].
+    fn trouble(&self, x: &Local<'_, f64>) -> Option<String>;
     /// See [`Element::is_sensor`].
     fn is_sensor(&self) -> bool;
 
@@ -148,6 +155,9 @@ impl<E: Element> AnyElement for E {
     }
     fn complaint(&self, p: &[f64]) -> Option<String> {
         Element::complaint(self, p)
+    }
+    fn trouble(&self, x: &Local<'_, f64>) -> Option<String> {
+        Element::trouble(self, x)
     }
     fn is_sensor(&self) -> bool {
         Element::is_sensor(self)
