@@ -1,7 +1,7 @@
 //! Prescribed motions: positions given as functions of time.
 
 use super::number::{Jet, Sensitive};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, Tangent};
 
 /// A position as a function of time, written once over the scalar type.
 ///
@@ -25,7 +25,10 @@ impl<M: Motion, T: Scalar> Position<T> for M {
 }
 
 /// [`Motion`] as an object. Implemented for every motion.
-pub trait AnyMotion: Position<f64> + Position<Sensitive> + Position<Jet<f64>> + Position<Jet<Sensitive>> {}
+pub trait AnyMotion:
+    Position<f64> + Position<Sensitive> + Position<Jet<f64>> + Position<Jet<Sensitive>> + Position<Jet<Tangent<4>>>
+{
+}
 impl<M: Motion> AnyMotion for M {}
 
 /// At rest: p = \[position\].

@@ -14,6 +14,10 @@ impl Element for Inertia {
         balance[0] = x.p[0] * x.a[0];
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0]
+    }
+
     fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
         Energy { kinetic: x.p[0] * x.v[0] * x.v[0] * 0.5, potential: T::zero() }
     }
@@ -68,6 +72,10 @@ impl<F: Motion> Element for Load<F> {
         (balance[0], balance[1]) = (effort, -effort);
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["effort", "power"]
     }
@@ -92,6 +100,10 @@ impl<F: Motion> Element for Driver<F> {
 
     fn closures(&self) -> usize {
         1
+    }
+
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1]
     }
 
     fn measures(&self) -> &'static [&'static str] {
@@ -122,6 +134,10 @@ impl Element for GearPair {
         1
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 2]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["tooth_force"]
     }
@@ -148,6 +164,10 @@ impl Element for Rack {
 
     fn closures(&self) -> usize {
         1
+    }
+
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 2, 3, 4]
     }
 
     fn measures(&self) -> &'static [&'static str] {

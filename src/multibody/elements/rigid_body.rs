@@ -20,6 +20,10 @@ impl Element for RigidBody {
         balance[2] = inertia * x.a[2];
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 2]
+    }
+
     fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
         let (mass, inertia) = (x.p[0], x.p[1]);
         let speed = x.v[0] * x.v[0] + x.v[1] * x.v[1];
@@ -46,6 +50,10 @@ impl Element for PointMass {
     fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
         balance[0] = x.p[0] * (x.a[0] - x.p[1]);
         balance[1] = x.p[0] * (x.a[1] - x.p[2]);
+    }
+
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1]
     }
 
     fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
