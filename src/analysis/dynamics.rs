@@ -219,7 +219,7 @@ impl<'m> Run<'m> {
     /// Takes one step. Returns its length in s.
     pub fn advance(&mut self) -> Result<f64> {
         if self.steps > 0 {
-            self.integrator.step.accept();
+            self.integrator.accept();
         }
         self.steps += 1;
         match self.settings.step {

@@ -23,6 +23,10 @@ impl<F: Motion> Element for Driver<F> {
         1
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["effort", "power"]
     }

@@ -23,6 +23,10 @@ impl Element for GearPair {
         1
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 2]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["tooth_force"]
     }

@@ -15,6 +15,10 @@ impl Element for Inertia {
         balance[0] = x.p[0] * x.a[0];
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0]
+    }
+
     fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
         Energy { kinetic: x.p[0] * x.v[0] * x.v[0] * 0.5, potential: T::zero() }
     }

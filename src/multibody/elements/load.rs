@@ -19,6 +19,10 @@ impl<F: Motion> Element for Load<F> {
         (balance[0], balance[1]) = (effort, -effort);
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["effort", "power"]
     }

@@ -16,6 +16,10 @@ impl Element for PointMass {
         balance[1] = x.p[0] * (x.a[1] - x.p[2]);
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1]
+    }
+
     fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
         let kinetic = x.p[0] * (x.v[0] * x.v[0] + x.v[1] * x.v[1]) * 0.5;
         Energy { kinetic, potential: -x.p[0] * (x.p[1] * x.q[0] + x.p[2] * x.q[1]) }

@@ -25,6 +25,10 @@ impl Element for Rack {
         1
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 2, 3, 4]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["tooth_force"]
     }

@@ -31,6 +31,10 @@ impl Element for Revolute {
         2
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 3, 4]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["force_x", "force_y", "force"]
     }

@@ -22,6 +22,10 @@ impl Element for RigidBody {
         balance[2] = inertia * x.a[2];
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 2]
+    }
+
     fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
         let (mass, inertia) = (x.p[0], x.p[1]);
         let speed = x.v[0] * x.v[0] + x.v[1] * x.v[1];

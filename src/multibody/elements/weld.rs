@@ -26,6 +26,10 @@ impl Element for Weld {
         3
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 3, 4]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["force_x", "force_y", "couple"]
     }

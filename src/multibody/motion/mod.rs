@@ -9,7 +9,7 @@ pub use start_up::StartUp;
 pub use table::Table;
 
 use super::number::{Jet, Sensitive};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, Tangent};
 
 /// A position as a function of time, written once over the scalar type.
 ///
@@ -33,7 +33,10 @@ impl<M: Motion, T: Scalar> Position<T> for M {
 }
 
 /// [`Motion`] as an object. Implemented for every motion.
-pub trait AnyMotion: Position<f64> + Position<Sensitive> + Position<Jet<f64>> + Position<Jet<Sensitive>> {}
+pub trait AnyMotion:
+    Position<f64> + Position<Sensitive> + Position<Jet<f64>> + Position<Jet<Sensitive>> + Position<Jet<Tangent<4>>>
+{
+}
 impl<M: Motion> AnyMotion for M {}
 
 /// At rest: p = \[position\].
