@@ -62,10 +62,11 @@ impl KktResidual {
         solution: &Solution,
     ) -> Self {
         let x = &solution.x;
+        let (lower, upper) = (program.lower(), program.upper());
         let mut survey = Survey::new(solution.multipliers.len());
         for (j, &at) in x.iter().enumerate() {
             let column = here.rows.column(j);
-            let sides = Sides::of(program, j, at, start[j]);
+            let sides = Sides::of((lower[j], upper[j]), at, start[j]);
             let first = first.map_or(0.0, |first| first[j]);
             let own = [solution.lower_multipliers[j], solution.upper_multipliers[j]];
             survey.add(&sides, [here.objective[j], first], column.as_slice(), &solution.multipliers, |_| own);
@@ -97,8 +98,7 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    pub fn of(program: &dyn Program, j: usize, x: f64, start: f64) -> Self {
-        let (lower, upper) = (program.lower()[j], program.upper()[j]);
+    pub fn of((lower, upper): (f64, f64), x: f64, start: f64) -> Self {
         Self { x, lower, upper, scale: variable_scale(lower, upper, start, x) }
     }
 

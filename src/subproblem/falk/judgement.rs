@@ -56,11 +56,12 @@ fn survey(
     let functions = λ.len() + 1;
     let (mut sums, mut survey) = (vec![0.0; functions], Survey::new(λ.len()));
     let (mut values, mut slopes) = (vec![0.0; functions], vec![0.0; functions]);
+    let (least, most) = (program.lower(), program.upper());
     for k in 0..lower.len() {
         let j = first + k;
         parts.column(j, x[j], &mut values, &mut slopes);
         sums.iter_mut().zip(&values).for_each(|(a, b)| *a += b);
-        let sides = Sides::of(program, j, x[j], start[j]);
+        let sides = Sides::of((least[j], most[j]), x[j], start[j]);
         let objective = [slopes[0], parts.term(0, j, start[j]).slope];
         [lower[k], upper[k]] = survey.add(&sides, objective, &slopes[1..], λ, |slope| sides.priced(slope));
     }

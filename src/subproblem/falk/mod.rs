@@ -145,17 +145,23 @@ impl Falk {
         Ok(executor.ctrlc(false).timer(false).run().map_err(super::sqp::from_argmin)?.state)
     }
 
-    /// Units of rows and objective at the start, and first prices: those of a sample of the variables where there are many.
+    /// Units of rows and objective at the start, and first prices: those of samples of the variables where there are many.
     fn first(&self, parts: &dyn Separable, start: &[f64]) -> Result<FalkState> {
-        if let Some(sample) = Sample::of(parts)
-            && let Some(units) = Units::at(&sample, &sample.pick(start))
-        {
-            let rough = Self { tolerance: ROUGH, ..*self }.maximize(&sample, FalkState::new(units.clone()))?;
-            let first = FalkState::new(sample.restore(units));
-            if rough.verdict == Some(Status::Solved) {
-                let (multipliers, damping) = (rough.multipliers, rough.damping);
-                return Ok(FalkState { multipliers, damping, ..first });
+        let mut first: Option<FalkState> = None;
+        for sample in sample::SIZES.iter().map_while(|&size| Sample::of(parts, size)) {
+            let Some(units) = Units::at(&sample, &sample.pick(start)) else { break };
+            let begin = FalkState::new(units.clone());
+            let known = first.map(|f| (f.multipliers, f.damping));
+            let (multipliers, damping) = known.unwrap_or((begin.multipliers.clone(), begin.damping));
+            let rough =
+                Self { tolerance: ROUGH, ..*self }.maximize(&sample, FalkState { multipliers, damping, ..begin })?;
+            let whole = FalkState::new(sample.restore(units));
+            if rough.verdict != Some(Status::Solved) {
+                return Ok(whole);
             }
+            first = Some(FalkState { multipliers: rough.multipliers, damping: rough.damping, ..whole });
+        }
+        if let Some(first) = first {
             return Ok(first);
         }
         if let Some(units) = Units::at(parts, start) {

@@ -9,10 +9,10 @@ use std::ops::Range;
 
 /// Neighbouring variables that are taken together: a block of the table of coefficients.
 const BLOCK: usize = 64;
-/// Blocks in a sample.
-const BLOCKS: usize = 32;
+/// Blocks in a small sample, then in larger ones, each of which begins with the prices of the one before.
+pub(super) const SIZES: [usize; 3] = [32, 256, 2048];
 /// A sample must be this many times smaller than the program to be worth its cost.
-const WORTH: usize = 8;
+const WORTH: usize = 4;
 
 /// A program of a few thousand of the variables, evenly spread, whose sums are enlarged to stand for all of them.
 ///
@@ -27,16 +27,16 @@ pub(super) struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// The sample; none where the program is small.
-    pub fn of(program: &'a dyn Separable) -> Option<Self> {
+    /// The sample of so many blocks; none where the program is too small for it.
+    pub fn of(program: &'a dyn Separable, size: usize) -> Option<Self> {
         let n = program.variables();
         let blocks = n / BLOCK;
-        if blocks < WORTH * BLOCKS {
+        if blocks < WORTH * size {
             return None;
         }
-        let stride = blocks / BLOCKS;
+        let stride = blocks / size;
         let mut sample = Self { program, stride, factor: 1.0, lower: vec![], upper: vec![] };
-        let count = BLOCKS * BLOCK;
+        let count = size * BLOCK;
         sample.lower = (0..count).map(|k| program.lower()[sample.place(k)]).collect();
         sample.upper = (0..count).map(|k| program.upper()[sample.place(k)]).collect();
         sample.factor = n as f64 / count as f64;
@@ -128,7 +128,7 @@ mod tests {
         let (g, h) = ([1.0, -2.0].repeat(n), [1.0, 0.5].repeat(n));
         let program =
             DiagonalQuadratic::new(vec![0.0, 3.0], vec![0.5; n], g, h, (vec![-9.0; n], vec![9.0; n])).unwrap();
-        let sample = Sample::of(&program).unwrap();
+        let sample = Sample::of(&program, 32).unwrap();
         let weights = [1.0, 0.7];
         let (whole, part) = (program.dual_sums(0..n, &weights), sample.dual_sums(0..sample.variables(), &weights));
         for (a, b) in whole.values.iter().chain(&whole.bend).zip(part.values.iter().chain(&part.bend)) {
@@ -137,6 +137,6 @@ mod tests {
         assert!(sample.place(sample.variables() - 1) < n);
         let small =
             DiagonalQuadratic::new(vec![0.0], vec![0.5; 9], vec![1.0; 9], vec![1.0; 9], (vec![0.0; 9], vec![1.0; 9]));
-        assert!(Sample::of(&small.unwrap()).is_none());
+        assert!(Sample::of(&small.unwrap(), 32).is_none());
     }
 }

@@ -68,10 +68,11 @@ fn changes(program: &dyn Separable, first: usize, start: &[f64]) -> Changes {
     let functions = program.rows() + 1;
     let mut all = Changes::new(functions);
     let (mut values, mut slopes) = (vec![0.0; functions], vec![0.0; functions]);
+    let (lower, upper) = (program.lower(), program.upper());
     for (k, &x) in start.iter().enumerate() {
         let j = first + k;
         program.column(j, x, &mut values, &mut slopes);
-        let scale = variable_scale(program.lower()[j], program.upper()[j], x, x);
+        let scale = variable_scale(lower[j], upper[j], x, x);
         for i in 0..functions {
             let change = (scale * slopes[i]).abs();
             all.largest[i] = all.largest[i].max(change);
