@@ -2,6 +2,7 @@
 
 mod newton;
 mod point;
+mod working_rows;
 
 use super::falk::separable;
 use super::kkt::supported;
@@ -23,7 +24,8 @@ const HALVINGS: usize = 30;
 /// The solver of separable convex programs with many rows, or with terms that have no curvature.
 ///
 /// Newton's method on the optimality conditions with complementarity λ s = μ, μ → 0. The system is reduced to the
-/// smaller of n and m. A program without a feasible point is relaxed and reported.
+/// smaller of n and m, and rows are taken in as they are violated where they are many. A program without a feasible point
+/// is relaxed and reported.
 ///
 /// **Source.** Svanberg, *MMA and GCMMA – two methods for nonlinear optimization* (2007), section 5; Wright,
 /// *Primal-Dual Interior-Point Methods* (1997).
@@ -149,8 +151,14 @@ impl SubproblemSolver for InteriorPoint {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        separable(program, "interior point solver")?;
-        let run = self.run(program, start)?;
+        let parts = separable(program, "interior point solver")?;
+        let start = feasible_start(program, start)?;
+        let here = program.gradients(&start)?;
+        check_finite(program, &start, &here)?;
+        if let Some(run) = working_rows::solve(self, parts, &start, &here)? {
+            return Ok(run.solution);
+        }
+        let run = self.run(program, &start)?;
         let mut solution = run.solution;
         if solution.status != Status::Solved {
             let total = Cell::new(solution.evaluations);
@@ -159,7 +167,6 @@ impl SubproblemSolver for InteriorPoint {
                 total.set(total.get() + run.solution.evaluations);
                 Ok(Candidate::from(run.solution))
             };
-            let start = feasible_start(program, start)?;
             let settled = elastic::settle(program, &start, solution.into(), &plain)?;
             let gradients = program.gradients(&settled.x)?;
             solution = settled.judged(program, &start, total.get(), &gradients, Some(&run.first));

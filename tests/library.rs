@@ -1,0 +1,111 @@
+//! The library's structural problems from their own starts, by the methods that are meant for them, and how many analyses it
+//! takes to come within 1e-5 of the optimum.
+
+use linkwright::approximation::{
+    Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, Linear, Mma, Reciprocal, Tana,
+    TwoPointExponential,
+};
+use linkwright::library::{Optimum, cantilever, eight_bar_truss, quadratic_forms, segmented_cantilever, ten_bar_truss};
+use linkwright::library::{two_bar_truss, two_spheres};
+use linkwright::problem::Problem;
+use linkwright::sao::*;
+
+/// Relative distance from the optimum, and violation, at which it counts as reached.
+const REACHED: f64 = 1e-5;
+
+fn method(approximation: impl Approximation + 'static, conservative: bool) -> Method {
+    let globalization: Box<dyn Globalization> =
+        if conservative { Box::new(FilteredConservatism::default()) } else { Box::new(AcceptAlways) };
+    Method {
+        approximation: Box::new(approximation),
+        move_limits: Box::new(FixedLimits::default()),
+        globalization,
+        stop: Stop { accuracy: 1e-8, max_cycles: 400, ..Stop::default() },
+        ..Method::default()
+    }
+}
+
+fn all() -> Vec<(String, Method)> {
+    let mut all = vec![];
+    for conservative in [false, true] {
+        let mut add =
+            |name: &str, method| all.push((format!("{name}{}", if conservative { "/FC" } else { "" }), method));
+        add("linear", method(Linear, conservative));
+        add("reciprocal", method(Reciprocal, conservative));
+        add("CONLIN", method(Conlin, conservative));
+        add("MMA 1987", method(Mma::SVANBERG_1987, conservative));
+        add("MMA 2002", method(Mma::SVANBERG_2002, conservative));
+        let half = Mma { asymptotes: Asymptotes::Proportional(0.4), ..Mma::SVANBERG_1987 };
+        add("MMA 0.4", method(half, conservative));
+        add(
+            "exponential",
+            method(TwoPointExponential { least: -3.0, otherwise: -1.0, ..Default::default() }, conservative),
+        );
+        add("TANA-3", method(Tana::default(), conservative));
+        for (name, bend) in [
+            ("spherical", Bend::SphericalGradient),
+            ("T2R", Bend::Reciprocal),
+            ("T2E", Bend::Exponential),
+            ("exact diagonal", Bend::Exact),
+        ] {
+            add(name, method(DiagonalQuadratic { bend }, conservative));
+        }
+        add("BFGS", method(FullQuadratic { hessian: Hessian::Bfgs(10) }, conservative));
+        add("Hessian", method(FullQuadratic { hessian: Hessian::Exact }, conservative));
+        add("convex Hessian", method(FullQuadratic { hessian: Hessian::ExactConvex }, conservative));
+    }
+    all
+}
+
+/// Analyses and sensitivity analyses until the optimum is first reached, if it is.
+fn work(problem: &Problem, method: &Method, optimum: f64) -> Option<(usize, usize)> {
+    let mut reached = None;
+    let mut state = method.start(problem).unwrap();
+    for _ in 0..method.stop.max_cycles {
+        state = method.step(problem, state).ok()?;
+        let last = state.history.last()?;
+        let near = (last.objective / optimum - 1.0).abs() < REACHED && last.violation_pct / 100.0 < REACHED;
+        if near {
+            reached = Some((state.counters.analyses, state.counters.sensitivity_analyses));
+            break;
+        }
+        if state.status != Status::Running {
+            break;
+        }
+    }
+    reached
+}
+
+/// Every method on every problem: `cargo test --test library -- --ignored --nocapture`.
+#[test]
+#[ignore = "a table to look at, not a check"]
+fn the_work_of_every_method() {
+    let wanted = std::env::var("PROBLEM").unwrap_or_default();
+    for (problem, optimum) in problems() {
+        if !problem.name.contains(&wanted) {
+            continue;
+        }
+        println!("{}", problem.name);
+        for (name, method) in all() {
+            if let Some((analyses, sensitivities)) = work(&problem, &method, optimum.objective) {
+                println!("    {name:<24} {analyses} + {sensitivities}");
+            }
+        }
+    }
+}
+
+fn problems() -> Vec<(Problem, Optimum)> {
+    vec![
+        (cantilever::problem().unwrap(), cantilever::optimum()),
+        (two_bar_truss::problem().unwrap(), two_bar_truss::optimum()),
+        (eight_bar_truss::problem().unwrap(), eight_bar_truss::optimum()),
+        (ten_bar_truss::equal_strengths().unwrap(), ten_bar_truss::equal_strengths_optimum()),
+        (ten_bar_truss::strong_ninth_bar().unwrap(), ten_bar_truss::strong_ninth_bar_optimum()),
+        (segmented_cantilever::problem(5).unwrap(), segmented_cantilever::five_segments_optimum()),
+        (two_spheres::problem().unwrap(), two_spheres::optimum()),
+        (quadratic_forms::first(20).unwrap(), quadratic_forms::FIRST_20),
+        (quadratic_forms::second(20).unwrap(), quadratic_forms::SECOND_20),
+        (quadratic_forms::first(100).unwrap(), quadratic_forms::FIRST_100),
+        (quadratic_forms::second(100).unwrap(), quadratic_forms::SECOND_100),
+    ]
+}
