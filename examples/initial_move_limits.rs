@@ -5,14 +5,13 @@
 
 use linkwright::Result;
 use linkwright::library::slider_crank;
-use linkwright::sao::{Method, RelativeLimits, State, Stop};
+use linkwright::sao::{Method, RelativeLimits, State};
 
 fn main() -> Result<()> {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START)?;
     let run = |initial: f64| -> Result<State> {
         let limits = RelativeLimits { initial, ..RelativeLimits::default() };
-        Method { move_limits: Box::new(limits), stop: Stop::as_published(), ..Method::default() }
-            .solve(&problem, |_| ())
+        Method { move_limits: Box::new(limits), ..Method::default() }.solve(&problem, |_| ())
     };
     println!(
         "{:>7} {:>6} {:>8} {:>8} {:>15} {:>10}",

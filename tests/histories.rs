@@ -43,14 +43,11 @@ fn run(method: &Method, problem: &Problem) -> String {
     table(&state)
 }
 
+/// With the paper's stop test, which does not look at the optimality conditions: with them the oscillation goes on for 37 cycles.
 fn neighbours(count: usize) -> Method {
     let screening = Screening { selection: Selection::NearMaxima(count), ..Screening::default() };
-    Method { screening, ..Method::default() }
-}
-
-/// With the paper's stop test.
-fn as_published(method: Method) -> Method {
-    Method { stop: Stop::as_published(), ..method }
+    let stop = Stop::as_published();
+    Method { screening, stop, ..Method::default() }
 }
 
 #[test]
@@ -60,7 +57,7 @@ fn table_one_the_impact_absorber_with_least_peak_acceleration() {
 
 #[test]
 fn one_time_point_for_each_maximum() {
-    insta::assert_snapshot!(run(&as_published(neighbours(0)), &impact_absorber::peak_acceleration().unwrap()));
+    insta::assert_snapshot!(run(&neighbours(0), &impact_absorber::peak_acceleration().unwrap()));
 }
 
 #[test]
@@ -85,12 +82,11 @@ fn table_four_the_slider_crank_from_the_stand_in_start() {
 fn the_slider_crank_from_move_limits_of_thirty_percent() {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START).unwrap();
     let limits = RelativeLimits { initial: 0.3, ..RelativeLimits::default() };
-    let method = as_published(Method { move_limits: Box::new(limits), ..Method::default() });
-    insta::assert_snapshot!(run(&method, &problem));
+    insta::assert_snapshot!(run(&Method { move_limits: Box::new(limits), ..Method::default() }, &problem));
 }
 
 #[test]
 fn the_slider_crank_from_the_second_stand_in_start() {
     let problem = slider_crank::path_generation(slider_crank::SECOND_STAND_IN_START).unwrap();
-    insta::assert_snapshot!(run(&as_published(Method::default()), &problem));
+    insta::assert_snapshot!(run(&Method::default(), &problem));
 }

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 const ACCURACY: f64 = 1e-5;
 /// Violation, as a fraction, up to which it is.
 const VIOLATION: f64 = 1e-6;
-/// Residual of the optimality conditions up to which a design is called an optimum that is not among the known ones.
+/// Residual of the optimality conditions up to which a run ends, and up to which a design that is not among the known optima is
+/// called one.
 const RESIDUAL: f64 = 1e-3;
 
 /// Most cycles of a run, accepted or not.
@@ -90,12 +91,13 @@ pub struct Attempt {
     pub approach: Vec<[f64; 2]>,
 }
 
-/// Runs one method on one problem until the objective settles to a millionth, for at most 100 cycles.
+/// Runs one method on one problem until the objective settles to a millionth and the optimality conditions hold to a
+/// thousandth, for at most 100 cycles.
 ///
 /// **Errors.** If the problem cannot be made. A method that cannot work on it is [`Conclusion::Refused`].
 pub fn attempt(entry: &'static Entry, preset: &'static Preset) -> Result<Attempt> {
     let problem = (entry.build)()?;
-    let stop = Stop { accuracy: VIOLATION, optimality: RESIDUAL, max_cycles: CYCLES, ..Stop::default() };
+    let stop = Stop { accuracy: VIOLATION, residual: RESIDUAL, max_cycles: CYCLES, ..Stop::default() };
     let method = Method { stop, ..(preset.method)() };
     match method.solve(&problem, |_| ()) {
         Ok(state) => Ok(judged(entry.optima, [entry.name, preset.name], &problem, &state)),

@@ -149,7 +149,7 @@ impl StressConstrained {
 pub fn method() -> Method {
     Method {
         screening: Screening { cutoff: Some(0.5), ..Screening::default() },
-        stop: Stop { accuracy: 1e-4, optimality: 1e-2, ..Stop::default() },
+        stop: Stop { accuracy: 1e-4, ..Stop::default() },
         ..Method::default()
     }
 }

@@ -31,7 +31,12 @@ pub fn table(entry: &Entry, attempts: &[Attempt]) -> Result<Table> {
         ["method", "end", "to 1e-5: analyses", "grad", "cycles", "analyses", "grad", "F", "V", "KKT", "F/F* - 1"];
     let mut table = Table::new(format!("{}: {}", entry.name, entry.title), columns).headed(headings)?;
     for a in ranked(attempts) {
-        let number = |v: f64| if v.is_finite() { Cell::Number(v) } else { Cell::Empty };
+        // Below 1e-12 rounding decides.
+        let number = |v: f64| match v {
+            v if !v.is_finite() => Cell::Empty,
+            v if v.abs() < 1e-12 => Cell::Number(0.0),
+            v => Cell::Number(v),
+        };
         let whole = |v: Option<usize>| v.map_or(Cell::Empty, Cell::from);
         let ran = !matches!(a.conclusion, Conclusion::Refused(_));
         table.push([

@@ -92,8 +92,9 @@ impl PostOptimal {
         let free: Vec<usize> = (0..b.len()).filter(|&k| is_free[k]).collect();
         let a = DMatrix::from_fn(free.len(), rows.len(), |i, j| gradients[(j, free[i])] * scale[free[i]]);
         let f = DVector::from_fn(free.len(), |i, _| -objective[free[i]] * scale[free[i]]);
-        let multipliers = match rows.len() {
-            0 => DVector::zeros(0),
+        // A design at bounds in all variables says nothing of the multipliers.
+        let multipliers = match rows.len().min(free.len()) {
+            0 => DVector::zeros(rows.len()),
             _ => a.svd(true, true).solve(&f, 1e-12).map_err(|why| singular(problem, why))?,
         };
         let slope = |k: usize| objective[k] + (0..rows.len()).map(|i| multipliers[i] * gradients[(i, k)]).sum::<f64>();

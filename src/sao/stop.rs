@@ -31,17 +31,18 @@ impl Status {
 /// The stop test.
 ///
 /// A run has converged where over an accepted cycle the objective changed by less than [`accuracy`](Self::accuracy) of itself,
-/// no constraint is violated by more, and the optimality conditions of the problem at the start of that cycle hold to
-/// [`optimality`](Self::optimality) ([`Cycle::residual`]). Steps that are short because move limits have shrunk, asymptotes are
-/// near or conservatism has grown are therefore no convergence. [`Stop::as_published`] leaves the conditions out.
+/// no constraint is violated by more, and the optimality conditions of the problem at the start of that cycle hold up to
+/// [`residual`](Self::residual) ([`Cycle::residual`]). Steps that are short because move limits have shrunk, asymptotes are near
+/// or conservatism has grown are therefore no convergence. [`Stop::as_published`] has the first two conditions alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Relative change of the objective over an accepted cycle, and violation (as a fraction), below which the run has
     /// converged. The paper's is 1e-5.
     pub accuracy: f64,
-    /// Largest residual of the optimality conditions at convergence. The error of the objective is of second order in it:
-    /// about the root of the accuracy fits.
-    pub optimality: f64,
+    /// Residual of the optimality conditions at the start of the last cycle, relative to the objective, above which the run has
+    /// not converged. The relative error of the objective is of second order in it: √accuracy is strict, ten times that guards
+    /// against standstill and leaves the number of cycles of all tables of the paper as it is.
+    pub residual: f64,
     /// Most cycles, accepted or not.
     pub max_cycles: usize,
     /// Largest move-limit factor below which the run has stalled.
@@ -50,21 +51,21 @@ pub struct Stop {
 
 impl Default for Stop {
     fn default() -> Self {
-        Self { accuracy: 1e-5, optimality: 3e-3, max_cycles: 100, smallest_factor: 1e-7 }
+        Self { accuracy: 1e-5, residual: 0.03, max_cycles: 100, smallest_factor: 1e-7 }
     }
 }
 
 impl Stop {
     /// The paper's test: objective and violation alone. Where move limits shrink quickly it ends runs early.
     pub fn as_published() -> Self {
-        Self { optimality: f64::INFINITY, ..Self::default() }
+        Self { residual: f64::INFINITY, ..Self::default() }
     }
 
     /// Refuses settings out of range.
     pub fn check(&self) -> Result<()> {
         let positive = |v: f64| v > 0.0 && v < 1.0;
         Error::check_option("accuracy", "between 0 and 1", self.accuracy, positive(self.accuracy))?;
-        Error::check_option("optimality", "positive", self.optimality, self.optimality > 0.0)?;
+        Error::check_option("residual of the stop test", "positive", self.residual, self.residual > 0.0)?;
         Error::check_option(
             "smallest factor",
             "between 0 and 1",
@@ -105,7 +106,7 @@ impl Stop {
         }
         let before = state.history.iter().rev().skip(1).find(|c| c.accepted)?.objective;
         let violation = last.violation_pct / 100.0;
-        let held = last.residual.filter(|r| *r <= self.optimality && self.has_settled(last, before));
+        let held = last.residual.filter(|r| *r <= self.residual && self.has_settled(last, before));
         if let Some(residual) = held {
             let reason = format!(
                 "the objective changed by {:.1e} of itself and the largest violation is {violation:.1e}, both below {:e}; \
