@@ -81,13 +81,19 @@ impl InteriorPoint {
         let (candidate, evaluations) = self.central_path(&Frame::new(&normalized), &normalized.inward(&start))?;
         let candidate = snapped(program, normalized.restore(candidate));
         let gradients = program.gradients(&candidate.x)?;
-        let candidate = priced(program, candidate, &gradients);
-        let first = here.objective;
-        let mut solution = candidate.judged(program, &start, evaluations, &gradients, Some(&first));
+        let judged = |c: Candidate| c.judged(program, &start, evaluations, &gradients, Some(&here.objective));
+        let mut solution = judged(priced(program, candidate.clone(), &gradients));
+        if !(solution.kkt.largest() <= ACCEPTED) {
+            // Near a bound that is hardly active the multipliers of the central path are the better ones.
+            let central = judged(candidate);
+            if central.kkt.largest() < solution.kkt.largest() {
+                solution = central;
+            }
+        }
         if solution.kkt.largest() <= ACCEPTED {
             solution.status = Status::Solved;
         }
-        Ok(Run { solution, first })
+        Ok(Run { solution, first: here.objective })
     }
 
     /// Follows μ → 0 from the middle of the box.
