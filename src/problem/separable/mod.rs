@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Variables per parallel task; fixed, so that sums have the same bits for any number of threads.
-const CHUNK: usize = 2048;
+pub(crate) const CHUNK: usize = 2048;
 /// Largest n for which a dense Hessian is made of the diagonal.
 const DENSE: usize = 1000;
 

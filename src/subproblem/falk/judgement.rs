@@ -2,13 +2,11 @@
 
 use super::FalkState;
 use super::evaluation::minimizer;
+use crate::problem::separable::CHUNK;
 use crate::problem::{Program, Separable};
 use crate::subproblem::kkt::{Sides, Survey};
 use crate::subproblem::{Evaluations, Solution, Status};
 use rayon::prelude::*;
-
-/// Variables per parallel task; fixed, so that sums have the same bits for any number of threads.
-const CHUNK: usize = 1024;
 
 /// The solution at the multipliers of `state`, with values and KKT residual from fresh evaluations.
 pub(super) fn judged(program: &dyn Program, parts: &dyn Separable, start: &[f64], state: &FalkState) -> Solution {
@@ -21,12 +19,12 @@ pub(super) fn judged(program: &dyn Program, parts: &dyn Separable, start: &[f64]
         .enumerate()
         .map(|(c, (lower, upper))| survey(program, parts, (start, &x, &multipliers), c * CHUNK, lower, upper))
         .collect();
-    let (mut sums, mut all) = (vec![0.0; weights.len()], Survey::new(multipliers.len()));
+    let mut sums: Vec<f64> = (0..weights.len()).map(|i| parts.constant(i)).collect();
+    let mut all = Survey::new(multipliers.len());
     for (values, survey) in &chunks {
         sums.iter_mut().zip(values).for_each(|(a, b)| *a += b);
         all.join(survey);
     }
-    sums.iter_mut().enumerate().for_each(|(i, v)| *v += parts.constant(i));
     let kkt = all.finish(program, &sums[1..], &multipliers, &[]);
     Solution {
         x,

@@ -1,11 +1,9 @@
 //! In which units the rows and the objective of a separable program are measured, and what they are at the start.
 
 use crate::problem::Separable;
+use crate::problem::separable::CHUNK;
 use crate::subproblem::variable_scale;
 use rayon::prelude::*;
-
-/// Variables per parallel task; fixed, so that sums have the same bits for any number of threads.
-const CHUNK: usize = 1024;
 
 /// Changes of the functions over the scales of the variables, at the start.
 #[derive(Clone, Debug, PartialEq)]

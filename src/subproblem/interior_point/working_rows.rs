@@ -30,7 +30,8 @@ impl Kept<'_> {
     }
 }
 
-/// The solution by rounds; none where these do not settle it, as where no point is feasible.
+/// The outcome by rounds; none where rows are few or equalities. A round that fails, as where no point is feasible, ends it:
+/// the status is then not that of a solution.
 ///
 /// `here` are the gradients at `start`, which is within the bounds.
 pub(super) fn solve(
@@ -57,20 +58,20 @@ pub(super) fn solve(
         let run = solver.run(&kept, &x)?.solution;
         iterations += run.iterations;
         evaluations = evaluations + run.evaluations;
-        if run.status != Status::Solved {
-            return Ok(None);
-        }
+        let solved = run.status == Status::Solved;
         let values = program.values(&run.x)?;
         let added = worst(&values.rows, &units, VIOLATED, first / 2);
         let fresh: Vec<usize> = added.into_iter().filter(|i| !kept.rows.contains(i)).collect();
-        if fresh.is_empty() {
+        if fresh.is_empty() || !solved {
             let mut multipliers = vec![0.0; m];
             kept.rows.iter().zip(&run.multipliers).for_each(|(&i, λ)| multipliers[i] = *λ);
             let candidate = Candidate { multipliers, iterations, relaxation: None, ..Candidate::from(run) };
             let gradients = program.gradients(&candidate.x)?;
             let first = here.objective.clone();
-            let solution = candidate.judged(program, start, evaluations, &gradients, Some(&first));
-            return Ok((solution.kkt.largest() <= ACCEPTED).then_some(Run { solution, first }));
+            let mut solution = candidate.judged(program, start, evaluations, &gradients, Some(&first));
+            let good = solved && solution.kkt.largest() <= ACCEPTED;
+            solution.status = if good { Status::Solved } else { Status::Stalled };
+            return Ok(Some(Run { solution, first }));
         }
         kept.rows.extend(fresh);
         x = run.x;
