@@ -102,8 +102,46 @@ impl Error {
         Self::Definition { what: what.into(), why: why.into(), remedy: remedy.into() }
     }
 
+    /// An [`Error::Definition`] for a name that is not among the known ones: the remedy lists the nearest three.
+    pub fn unknown(kind: &str, asked: &str, known: impl IntoIterator<Item = &'static str>) -> Self {
+        let mut names: Vec<&str> = known.into_iter().collect();
+        names.sort_by_key(|known| distance(known, asked));
+        let nearest: Vec<String> = names.iter().take(3).map(|n| format!("`{n}`")).collect();
+        let why = format!("there is no {kind} of that name");
+        Self::definition(format!("{kind} `{asked}`"), why, format!("try {}", nearest.join(", ")))
+    }
+
     /// An [`Error::Analysis`].
     pub fn analysis(what: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Analysis { what: what.into(), why: why.into(), remedy: remedy.into() }
+    }
+}
+
+/// Steps from one name to another by adding, removing and changing letters (Levenshtein); none if one is a part of the other.
+fn distance(known: &str, asked: &str) -> usize {
+    if !asked.is_empty() && known.contains(asked) {
+        return 0;
+    }
+    let mut row: Vec<usize> = (0..=asked.chars().count()).collect();
+    for (i, a) in known.chars().enumerate() {
+        let mut corner = std::mem::replace(&mut row[0], i + 1);
+        for (j, b) in asked.chars().enumerate() {
+            let change = corner + usize::from(a != b);
+            corner = row[j + 1];
+            row[j + 1] = change.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row[row.len() - 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_names_are_suggested() {
+        assert_eq!([distance("abc", "abd"), distance("abc", "xyz"), distance("kitten", "sitting")], [1, 3, 3]);
+        let message = Error::unknown("animal", "kat", ["dog", "cat", "horse", "ant"]).to_string();
+        assert_eq!(message, "animal `kat`: there is no animal of that name; try `cat`, `ant`, `dog`");
     }
 }

@@ -21,12 +21,12 @@ fn rows_of_table_vi_one_by_one() {
     for (k, c) in checks.iter().enumerate() {
         let (p, what) = (&c.printed, format!("row {k}, cycle {}", c.printed.cycle));
         assert!((c.violation_pct - p.violation_pct).abs() < 0.65, "{what}: V {} {}", c.violation_pct, p.violation_pct);
-        // Row 4: 0.05 mm of rounding in the 84.7 mm that it starts from move the next diameter by 0.3 mm.
-        let tolerance = if k == 4 { 0.4e-3 } else { 0.2e-3 };
+        // Row 5: the first, rejected try of cycle 5, far from where it was made.
+        let tolerance = if k == 5 { 0.45e-3 } else { 0.2e-3 };
         let near = c.proposed.iter().zip(&p.design).all(|(ours, printed)| (ours - printed).abs() < tolerance);
         assert!(near, "{what}: {:?} {:?}", c.proposed, p.design);
-        // Rows 3 and 4: rounding again. The last row prints the design of the one before.
-        if k > 4 && k < 18 {
+        // Row 3: 0.05 mm of rounding in its 84.7 mm. The last row prints the design of the one before.
+        if k > 3 && k < 18 {
             assert!((c.error_pct / p.error_pct - 1.0).abs() < 0.05, "{what}: E_g {} {}", c.error_pct, p.error_pct);
         }
     }
@@ -43,6 +43,7 @@ fn restarted_at_cycle_4_the_run_walks_through_the_printed_rows() {
     // Cycle 4 itself, then 5(n, n, y), 6, 7, 8(n, y), 9 … 15, and one more to the accuracy of the stop test.
     let printed = [true, false, false, true, true, true, false, true, true, true, true, true, true, true, true];
     assert_eq!(accepted[..printed.len()], printed);
+    assert_eq!(accepted.len(), printed.len() + 1);
     for (d, optimum) in run.state.design.iter().zip(published_optima()[0].design.unwrap()) {
         assert!((d - optimum).abs() < 1e-5, "{:?}", run.state.design);
     }
@@ -57,8 +58,9 @@ fn ten_times_as_stiff_it_ends_at_optimum_iii() {
     assert_eq!(end.status, Status::Converged);
     assert!((end.evaluation.objective / optimum.objective - 1.0).abs() < 3e-3);
     end.design.iter().zip(optimum.design.unwrap()).for_each(|(d, o)| assert!((d - o).abs() < 5e-5, "{:?}", end.design));
-    // Converged to the third decimal of a percent at cycle 8; the rest is the strict stop test.
-    assert!(end.cycles() <= 10 && end.history[8].violation_pct < 5e-3);
+    assert_eq!(end.cycles(), 9);
+    // The paper's 8: converged to the third decimal of a percent.
+    assert!(end.history[8].violation_pct < 5e-3);
     assert_eq!(end.counters.analyses, end.cycles() + 1);
 }
 
@@ -73,7 +75,7 @@ fn direct_sensitivities_are_right_and_the_papers_differences_are_ten_percent_wro
     let exact = rows(Derivatives::Direct);
     let (coarse, fine) = (rows(Derivatives::Central(1e-4)), rows(Derivatives::Central(5e-5)));
     let richardson = (fine * 4.0 - coarse) / 3.0;
-    let forward = rows(Derivatives::Forward(PAPER_STEP));
+    let forward = rows(Derivatives::ForwardBy(PAPER_STEP));
     for k in 0..3 {
         let largest = exact.column(k).amax();
         assert!((exact.column(k) - richardson.column(k)).amax() < 1e-6 * largest, "variable {k}");

@@ -92,7 +92,8 @@ mod tests {
     fn drift(slope: f64, bend: f64, reach: [f64; 2]) -> Drift {
         let row = RowId { constraint: 0, point: 0 };
         let (responses, gradients) = (vec![], DMatrix::zeros(0, 1));
-        let peak = Peak { row, time: 1.0, responses, gradients, slope, bend, cross: vec![2.0], reach };
+        let peak =
+            Peak { row, time: 1.0, responses, gradients, curvatures: vec![], slope, bend, cross: vec![2.0], reach };
         Drift { models: vec![], peak, corrects: true }
     }
 

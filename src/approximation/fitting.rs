@@ -103,7 +103,7 @@ impl<'a> Fitting<'a> {
                     here: Sample { design: self.known.design, value: peak.responses[i], gradient: &gradient },
                     before: &[],
                     intermediates: &declared.intermediates,
-                    curvature: None,
+                    curvature: peak.curvatures.get(i),
                     surroundings: self.surroundings,
                 })
             };

@@ -1,7 +1,10 @@
 //! The command line.
 //!
-//! Exit codes: 0 done, 1 something went wrong (the message says what and what to do), 2 wrong arguments.
+//! Exit codes: 0 done, 1 something went wrong (the message says what and what to do: an unknown problem, a file that cannot be
+//! written), 2 wrong arguments.
 
+mod compare;
+mod output;
 mod reproduce;
 
 use clap::{Parser, Subcommand};
@@ -19,6 +22,8 @@ struct Arguments {
 enum Command {
     /// Regenerate the tables and figures of a paper and put them beside the printed ones.
     Reproduce(reproduce::Reproduce),
+    /// Run all methods on a problem of the library, or on all problems, and put them beside each other.
+    Compare(compare::Compare),
 }
 
 /// Reads the arguments, runs the command, reports an error in one line.
@@ -26,6 +31,7 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Command::Reproduce(command) => command.run(),
+        Command::Compare(command) => command.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,10 +1,11 @@
 //! `linkwright reproduce PAPER`.
 
+use super::output::{folder, say, write};
 use crate::papers::etman_1998::{self, Regenerated, Run, Summary, TABLES};
 use crate::sao::State;
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -31,7 +32,7 @@ impl Reproduce {
             bail!("no table `{unknown}`; choose from {}", TABLES.join(", "));
         }
         let out = self.out.clone().unwrap_or_else(|| Path::new("out").join(&self.paper));
-        std::fs::create_dir_all(&out).with_context(|| format!("cannot make the folder {}", out.display()))?;
+        folder(&out)?;
         let mut tables = vec![];
         for name in TABLES.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
             for table in etman_1998::regenerate(name, &mut progress)? {
@@ -70,14 +71,6 @@ fn print(table: &Regenerated) -> anyhow::Result<()> {
     ))
 }
 
-/// A line on standard output; a closed pipe ends the program quietly.
-fn say(text: &str) -> anyhow::Result<()> {
-    match writeln!(std::io::stdout(), "{text}") {
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        result => result.context("cannot write to standard output"),
-    }
-}
-
 /// A line for each cycle on a terminal, nothing when piped.
 fn progress(table: &str, state: &State) {
     let (Some(cycle), true) = (state.history.last(), std::io::stderr().is_terminal()) else { return };
@@ -89,8 +82,4 @@ fn progress(table: &str, state: &State) {
         cycle.violation_pct,
         cycle.kept.len()
     );
-}
-
-fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -14,7 +14,7 @@ use crate::multibody::mechanisms::FourBar;
 use crate::problem::{
     Constraint, DesignVariable, Differences, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
 };
-use crate::sao::{Method, RelativeLimits, Screening, StayFeasible};
+use crate::sao::{Method, RelativeLimits, Screening, StayFeasible, Stop};
 use crate::sensitivity::{Along, Transient};
 
 /// Names of the links.
@@ -36,8 +36,10 @@ pub enum Linearized {
 pub enum Derivatives {
     /// Direct differentiation along with the motion, exact for the discrete motion.
     Direct,
-    /// Forward differences with this relative step, as the paper did.
+    /// Forward differences with this relative step.
     Forward(f64),
+    /// Forward differences with this step in m, as the paper did.
+    ForwardBy(f64),
     /// Central differences with this relative step.
     Central(f64),
 }
@@ -136,14 +138,20 @@ impl StressConstrained {
         match self.derivatives {
             Derivatives::Direct => parts.build(Along::new(self.mechanism, settings, &self.times)?),
             Derivatives::Forward(step) => parts.build(Differences::forward(plain()?, step)?),
+            Derivatives::ForwardBy(step) => parts.build(Differences::forward_by(plain()?, vec![step; 3])?),
             Derivatives::Central(step) => parts.build(Differences::central(plain()?, step)?),
         }
     }
 }
 
-/// The paper's method for this problem: screening at 50 % of the allowed stress.
+/// The paper's method for this problem: screening at 50 % of the allowed stress; it ends when mass and stress are within
+/// 1e-4, a hundredth of what the time step and the mesh leave open.
 pub fn method() -> Method {
-    Method { screening: Screening { cutoff: Some(0.5), ..Screening::default() }, ..Method::default() }
+    Method {
+        screening: Screening { cutoff: Some(0.5), ..Screening::default() },
+        stop: Stop { accuracy: 1e-4, ..Stop::default() },
+        ..Method::default()
+    }
 }
 
 /// The same, but for the verdict: designs that stay feasible are accepted however wrong their approximation was.

@@ -114,14 +114,14 @@ pub const fn peak_acceleration_optimum() -> Optimum {
 
 /// The optimum of [`peak_acceleration`] with its constraints at all times.
 pub const fn continuous_peak_acceleration_optimum() -> Optimum {
-    let source = "peaks of the closed form";
-    Optimum::computed(0.520_599, &[0.360_57, 0.485_16, 0.520_599], source).within(1e-6)
+    let source = "closed form of Peters, SIAM Rev. 39 (1997) 118-122";
+    Optimum::published(0.520_598_617_7, &[0.360_570_211_3, 0.485_151_068_4, 0.520_598_617_7], source)
 }
 
 /// The optimum of [`comfort`] on its 101 time points.
 pub const fn comfort_optimum() -> Optimum {
-    let source = "Etman et al. 1998, Table II, here to six digits";
-    Optimum::published(0.038_037_7, &[0.098_501, 0.788_336], source).within(1e-6)
+    let source = "Etman et al. 1998, Table II, here to seven digits";
+    Optimum::published(0.038_037_835, &[0.098_501, 0.788_336], source)
 }
 
 #[cfg(test)]

@@ -2,10 +2,13 @@
 
 pub mod cantilever;
 mod catalogue;
+mod comparison;
 pub mod eight_bar_truss;
 #[cfg(feature = "multibody")]
 pub mod four_bar;
 pub mod impact_absorber;
+#[cfg(feature = "multibody")]
+pub mod nonlinear_absorber;
 mod optimum;
 pub mod quadratic_forms;
 pub mod segmented_cantilever;
@@ -15,7 +18,10 @@ mod toeplitz;
 mod truss;
 pub mod two_bar_truss;
 pub mod two_spheres;
+#[cfg(feature = "multibody")]
+pub mod vehicle_suspension;
 
 pub use catalogue::{Entry, catalogue, find};
+pub use comparison::{Attempt, Conclusion, Work, attempt, attempt_with, compare};
 pub use optimum::{Optimum, Origin};
 pub use truss::Truss;

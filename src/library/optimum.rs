@@ -5,7 +5,7 @@
 pub enum Origin {
     /// In print, with the digits given there or more.
     Published,
-    /// By other optimizers than ours, to tight tolerance; not in print.
+    /// In closed form, or by optimizers to tight tolerance; not in print.
     Computed,
 }
 

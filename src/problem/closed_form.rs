@@ -71,6 +71,10 @@ impl<M: ClosedForm> ContinuousTime for Analytic<M> {
         Ok([value.re, value.eps1.unwrap_generic(Const::<BLOCK>, U1)[0], second])
     }
 
+    fn curvature(&self, b: &[f64], _: &Responses, h: usize, t: f64) -> Result<Option<DMatrix<f64>>> {
+        Ok(Some(hessian(|b| self.model.response(h, b, HyperDual::from_re(t)), b).2))
+    }
+
     fn rate_sensitivities(&self, b: &[f64], _: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]> {
         let mut found = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
         for start in (0..b.len()).step_by(BLOCK) {

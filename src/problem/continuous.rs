@@ -15,6 +15,10 @@ pub trait ContinuousTime: Send + Sync {
     fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]>;
     /// ∂r/∂b and ∂ṙ/∂b of response `h` at time `t` (length n each).
     fn rate_sensitivities(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]>;
+    /// ∂²r/∂b² of response `h` at time `t` (n × n), if the analysis can give it.
+    fn curvature(&self, _b: &[f64], _responses: &Responses, _h: usize, _t: f64) -> Result<Option<DMatrix<f64>>> {
+        Ok(None)
+    }
 }
 
 /// A local maximum of a constraint in continuous time, in units of the normalised ĝ.
@@ -37,6 +41,9 @@ pub struct Peak {
     pub responses: Vec<f64>,
     /// Their gradients at t*: one row for each, n columns.
     pub gradients: DMatrix<f64>,
+    /// Their second derivatives at t* (n × n each); empty unless they were asked for and the analysis offers them.
+    #[serde(default)]
+    pub curvatures: Vec<DMatrix<f64>>,
     /// ∂ĝ/∂t at t*: zero inside the interval, of either sign at its ends.
     pub slope: f64,
     /// ∂²ĝ/∂t² at t*.
@@ -182,7 +189,19 @@ impl Problem {
         let cross = self.cross(row, b, time, &values, &rates, &gradients);
         let flat = DMatrix::from_row_iterator(values.len(), n, gradients.iter().flat_map(|g| g[0].iter().copied()));
         let reach = self.reach(quantity, row.point, time, history);
-        Ok(Peak { row, time, responses: values, gradients: flat, slope, bend, cross, reach })
+        Ok(Peak { row, time, responses: values, gradients: flat, curvatures: vec![], slope, bend, cross, reach })
+    }
+
+    /// The same local maximum with second derivatives of its responses, if the analysis offers them in continuous time.
+    pub fn curved(&self, peak: Peak, b: &[f64], responses: &Responses) -> Result<Peak> {
+        let Some(continuous) = self.analysis.continuous() else { return Ok(peak) };
+        let uses = &self.constraints[peak.row.constraint].quantity.uses;
+        let one = |&h: &usize| match self.responses[h].grid {
+            Some(_) => continuous.curvature(b, responses, h, peak.time),
+            None => Ok(self.curvatures(b, responses, &[Instant { response: h, point: 0 }])?.map(|mut c| c.remove(0))),
+        };
+        let all: Option<Vec<_>> = uses.iter().map(one).collect::<Result<_>>()?;
+        Ok(Peak { curvatures: all.unwrap_or_default(), ..peak })
     }
 
     /// dĝ/db of a local maximum: ∂ĝ/∂b at its time, for the drift of the time does not count to first order.

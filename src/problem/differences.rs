@@ -10,12 +10,28 @@ use rayon::prelude::*;
 /// $$ \frac{\partial r}{\partial b_i} \approx \frac{r(b + h_i e_i) - r(b)}{h_i}, \qquad h_i = \epsilon |b_i| $$
 ///
 /// (forward), or $(r(b + h_i e_i) - r(b - h_i e_i)) / 2 h_i$ (central). Every sensitivity analysis costs n or 2n
-/// analyses, done in parallel. With b_i = 0 the step is ε itself.
-#[derive(Clone, Copy, Debug)]
+/// analyses, done in parallel. With b_i = 0 the step is ε itself. Steps h_i may also be given.
+#[derive(Clone, Debug)]
 pub struct Differences<A> {
     analysis: A,
-    relative_step: f64,
+    step: Step,
     central: bool,
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Relative(f64),
+    Absolute(Vec<f64>),
+}
+
+impl Step {
+    fn of(&self, b: &[f64], i: usize) -> f64 {
+        match self {
+            Self::Relative(step) if b[i] == 0.0 => *step,
+            Self::Relative(step) => step * b[i].abs(),
+            Self::Absolute(steps) => steps[i],
+        }
+    }
 }
 
 impl<A: Analysis> Differences<A> {
@@ -25,7 +41,17 @@ impl<A: Analysis> Differences<A> {
     pub fn forward(analysis: A, relative_step: f64) -> Result<Self> {
         let good = relative_step > 0.0 && relative_step.is_finite();
         Error::check_option("relative step of differences", "positive and finite", relative_step, good)?;
-        Ok(Self { analysis, relative_step, central: false })
+        Ok(Self { analysis, step: Step::Relative(relative_step), central: false })
+    }
+
+    /// Forward differences with the steps h, one for each design variable and in its unit.
+    ///
+    /// **Errors.** [`Error::Option`] unless every step is positive and finite.
+    pub fn forward_by(analysis: A, steps: Vec<f64>) -> Result<Self> {
+        for &step in &steps {
+            Error::check_option("step of differences", "positive and finite", step, step > 0.0 && step.is_finite())?;
+        }
+        Ok(Self { analysis, step: Step::Absolute(steps), central: false })
     }
 
     /// Central differences with the relative step ε.
@@ -36,7 +62,7 @@ impl<A: Analysis> Differences<A> {
     }
 
     fn column(&self, b: &[f64], here: &Responses, i: usize, wanted: &[Instant]) -> Result<Vec<f64>> {
-        let step = self.relative_step * if b[i] == 0.0 { 1.0 } else { b[i].abs() };
+        let step = self.step.of(b, i);
         let moved = |by: f64| {
             let mut b = b.to_vec();
             b[i] += by;
@@ -55,6 +81,9 @@ impl<A: Analysis> Analysis for Differences<A> {
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        if let Step::Absolute(steps) = &self.step {
+            Error::check_length("steps of differences", b.len(), steps.len())?;
+        }
         let columns: Vec<Vec<f64>> =
             (0..b.len()).into_par_iter().map(|i| self.column(b, responses, i, wanted)).collect::<Result<_>>()?;
         Ok(DMatrix::from_fn(wanted.len(), b.len(), |row, i| columns[i][row]))
@@ -87,6 +116,13 @@ mod tests {
         // 2 (3b² + 3bh + h²) and 2 (3b² + h²), h = 0.02.
         assert!((slope(&Differences::forward(analysis(), 0.01).unwrap()) - (24.0 + 0.24 + 0.0008)).abs() < 1e-10);
         assert!((slope(&Differences::central(analysis(), 0.01).unwrap()) - (24.0 + 0.0008)).abs() < 1e-10);
+        assert!(
+            (slope(&Differences::forward_by(analysis(), vec![0.02, 0.3]).unwrap()) - (24.0 + 0.24 + 0.0008)).abs()
+                < 1e-10
+        );
         assert!(Differences::forward(analysis(), 0.0).is_err());
+        assert!(Differences::forward_by(analysis(), vec![0.1, -0.1]).is_err());
+        let short = Differences::forward_by(analysis(), vec![0.1]).unwrap();
+        assert!(short.sensitivities(&b, &short.analyze(&b).unwrap(), &wanted).is_err());
     }
 }

@@ -54,6 +54,10 @@ pub struct Cycle {
     pub kkt: f64,
     /// By how much the approximate problem had to be relaxed (largest row violation); 0 where it is feasible.
     pub relaxation: f64,
+    /// How far the start of the cycle was from the optimality conditions of the problem itself, relative to the objective;
+    /// computed where the objective has settled and nothing is violated.
+    #[serde(default)]
+    pub residual: Option<f64>,
     /// Why the analysis of the proposed design failed, if it did.
     pub failure: Option<String>,
 }
@@ -80,6 +84,7 @@ impl Cycle {
             iterations: 0,
             kkt: 0.0,
             relaxation: 0.0,
+            residual: None,
             failure: None,
         }
     }
@@ -116,6 +121,7 @@ impl Cycle {
             iterations: proposal.iterations,
             kkt: proposal.kkt.largest(),
             relaxation: proposal.relaxation.unwrap_or(0.0),
+            residual: None,
             failure: analysed.as_ref().err().map(ToString::to_string),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{
     Counters, Cycle, ErrorBased, Globalization, Knowledge, MoveLimits, Outcome, Region, RelativeLimits, STATE_VERSION,
-    Screening, State, Status, Stop, Trial, Verdict,
+    Screening, State, Status, Stop, Trial, Verdict, optimality,
 };
 use crate::approximation::{ApproximateProblem, Approximation, Known, Linear, Manner, Surroundings};
 use crate::error::Result;
@@ -121,7 +121,11 @@ impl Method {
         if verdict != Verdict::Tighten {
             self.move_limits.update(&mut factors, &trial, verdict);
         }
-        state.history.push(Cycle::new(&state, &trial, verdict, &knowledge, region, &proposal, &analysed));
+        let mut cycle = Cycle::new(&state, &trial, verdict, &knowledge, region, &proposal, &analysed);
+        if self.stop.has_settled(&cycle, state.evaluation.objective) {
+            cycle.residual = Some(optimality::residual(problem, &approximate, &state.design, &proposal.multipliers)?);
+        }
+        state.history.push(cycle);
         (state.factors, state.guard) = (factors, guard);
         match (verdict, analysed) {
             (Verdict::Accept, Ok((responses, evaluation))) => {
@@ -166,7 +170,12 @@ impl Method {
     fn peaks(&self, problem: &Problem, state: &State, kept: &[RowId]) -> Result<Vec<Peak>> {
         let at = state.evaluation.peaks.iter().filter(|peak| kept.contains(&peak.row));
         let history = |j: usize| &state.evaluation.constraints[j];
-        at.map(|p| problem.peak(*p, &state.design, &state.responses, history(p.row.constraint))).collect()
+        let (b, responses) = (&state.design, &state.responses);
+        at.map(|p| {
+            let peak = problem.peak(*p, b, responses, history(p.row.constraint))?;
+            if self.approximation.wants_curvature() { problem.curved(peak, b, responses) } else { Ok(peak) }
+        })
+        .collect()
     }
 
     fn approximate<'a>(

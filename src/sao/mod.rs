@@ -9,7 +9,9 @@ mod filter;
 mod globalization;
 mod method;
 mod move_limits;
+mod optimality;
 mod post_optimal;
+mod presets;
 mod screening;
 mod state;
 mod stop;
@@ -23,6 +25,7 @@ pub use globalization::{AcceptAlways, ErrorBased, Globalization, StayFeasible, V
 pub use method::Method;
 pub use move_limits::{MoveLimits, Region, RelativeLimits};
 pub use post_optimal::{Parameter, PostOptimal};
+pub use presets::{Preset, preset, presets};
 pub use screening::Screening;
 pub use state::{Counters, Guard, Knowledge, STATE_VERSION, State};
 pub use stop::{Status, Stop};

@@ -40,6 +40,8 @@ pub struct PostOptimal {
     pub is_free: Vec<bool>,
     /// Largest |∂L/∂b| of a free variable, over the largest |∂F/∂b| (in scaled variables).
     pub residual: f64,
+    /// Largest |∂F/∂b| (in scaled variables).
+    steepest: f64,
     design: Vec<f64>,
     /// Gradients of the active rows.
     gradients: DMatrix<f64>,
@@ -90,8 +92,9 @@ impl PostOptimal {
         let free: Vec<usize> = (0..b.len()).filter(|&k| is_free[k]).collect();
         let a = DMatrix::from_fn(free.len(), rows.len(), |i, j| gradients[(j, free[i])] * scale[free[i]]);
         let f = DVector::from_fn(free.len(), |i, _| -objective[free[i]] * scale[free[i]]);
-        let multipliers = match rows.len() {
-            0 => DVector::zeros(0),
+        // A design at bounds in all variables says nothing of the multipliers.
+        let multipliers = match rows.len().min(free.len()) {
+            0 => DVector::zeros(rows.len()),
             _ => a.svd(true, true).solve(&f, 1e-12).map_err(|why| singular(problem, why))?,
         };
         let slope = |k: usize| objective[k] + (0..rows.len()).map(|i| multipliers[i] * gradients[(i, k)]).sum::<f64>();
@@ -99,7 +102,32 @@ impl PostOptimal {
         let most = (0..b.len()).fold(f64::MIN_POSITIVE, |m, k| (objective[k] * scale[k]).abs().max(m));
         let residual = free.iter().fold(0.0, |m: f64, &k| m.max((slopes[k] * scale[k]).abs())) / most;
         let rows = rows.into_iter().zip(multipliers.iter()).map(|(row, &multiplier)| ActiveRow { row, multiplier });
-        Ok(Self { rows: rows.collect(), slopes, is_free, residual, design: b.clone(), gradients })
+        Ok(Self { rows: rows.collect(), slopes, is_free, residual, steepest: most, design: b.clone(), gradients })
+    }
+
+    /// The largest residual of the Karush–Kuhn–Tucker conditions: [`residual`](Self::residual), and multipliers of inequalities
+    /// and slopes at bounds that have the wrong sign, in the same measure.
+    ///
+    /// With `problem` that of the run. Rows that violate or have slack are not in it: see the run's violation.
+    pub fn kkt(&self, problem: &Problem) -> f64 {
+        let scale = problem.scales();
+        let row = |(i, r): (usize, &ActiveRow)| {
+            let inequality = !problem.constraints[r.row.constraint].is_equality;
+            let size = (0..scale.len()).fold(0.0, |m: f64, k| m.max((self.gradients[(i, k)] * scale[k]).abs()));
+            if inequality { -r.multiplier * size } else { 0.0 }
+        };
+        let bound = |k: usize| {
+            let v = &problem.variables[k];
+            let at_lower = self.design[k] - v.lower <= AT_BOUND * scale[k];
+            let at_upper = v.upper - self.design[k] <= AT_BOUND * scale[k];
+            match [at_lower, at_upper] {
+                [true, false] => -self.slopes[k] * scale[k],
+                [false, true] => self.slopes[k] * scale[k],
+                _ => 0.0,
+            }
+        };
+        let wrong = self.rows.iter().enumerate().map(row).chain((0..scale.len()).map(bound)).fold(0.0, f64::max);
+        self.residual.max(wrong / self.steepest)
     }
 
     /// dF*/dp, in the unit of the objective over that of the parameter.

@@ -7,6 +7,7 @@
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
+//! | `trajectory` | the outputs of a differential equation as responses, also between time points |
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
 pub mod along;
@@ -16,9 +17,11 @@ pub mod instant;
 mod record;
 mod seeded;
 mod start;
+pub mod trajectory;
 pub mod transient;
 
 pub use along::Along;
 pub use direct::differentiate;
 pub use record::SensitiveHistory;
+pub use trajectory::{Evolution, Trajectory};
 pub use transient::{Integration, Transient};

@@ -6,4 +6,5 @@ mod explicit;
 mod failures;
 mod order;
 mod reference;
+mod rigid_limit;
 mod zoo;

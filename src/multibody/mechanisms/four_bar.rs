@@ -99,7 +99,7 @@ impl FourBar {
     }
 
     /// Positions of B and C at the crank angle `phi`, C above the line O–D.
-    fn joints(&self, phi: f64) -> Result<[[f64; 2]; 2]> {
+    pub(super) fn joints(&self, phi: f64) -> Result<[[f64; 2]; 2]> {
         let [crank, coupler, rocker] = self.lengths;
         let b = [crank * phi.cos(), crank * phi.sin()];
         let (dx, dy) = (self.ground - b[0], -b[1]);
@@ -114,7 +114,15 @@ impl FourBar {
         Ok([b, [b[0] + along * ux - height * uy, b[1] + along * uy + height * ux]])
     }
 
-    fn section<S: Scalar>(&self, link: usize, d: S) -> BeamSection<S> {
+    /// One positive diameter for each link.
+    pub(super) fn check<S: Scalar>(&self, b: &[S]) -> Result<()> {
+        Error::check_length("diameters", 3, b.len())?;
+        let Some(i) = b.iter().position(|d| !(d.re() > 0.0)) else { return Ok(()) };
+        let why = format!("its diameter is {} m", b[i].re());
+        Err(Error::analysis(format!("link {}", i + 1), why, "keep diameters positive"))
+    }
+
+    pub(super) fn section<S: Scalar>(&self, link: usize, d: S) -> BeamSection<S> {
         let mut section = BeamSection::circular(d, self.young, self.poisson, self.density);
         let extra = self.rotary_inertia[link] * self.lengths[link].powi(2) / 12.0;
         section.inertia += section.mass * extra;
@@ -124,11 +132,7 @@ impl FourBar {
 
 impl Model for FourBar {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
-        Error::check_length("diameters", 3, b.len())?;
-        if let Some(i) = b.iter().position(|d| !(d.re() > 0.0)) {
-            let why = format!("its diameter is {} m", b[i].re());
-            return Err(Error::analysis(format!("link {}", i + 1), why, "keep diameters positive"));
-        }
+        self.check(b)?;
         let [gx, gy] = self.gravity.map(S::from);
         let mut m = Mechanism::with_gravity(gx, gy);
         let [joint_b, joint_c] = self.joints(self.start_angle)?.map(|p| p.map(S::from));

@@ -3,6 +3,7 @@
 //! Names and units use the markup of [`figure`](super::figure) labels (`*b*_1`, `N/m^2`); names that come from users
 //! and should be shown as they are go through [`literal`](super::figure::literal).
 
+mod approach;
 mod convergence;
 mod coupler_curve;
 mod design_plane;
@@ -12,6 +13,7 @@ mod profile;
 mod time_history;
 mod time_points;
 
+pub use approach::{Approach, approach};
 pub use convergence::{Convergence, Measure, convergence};
 pub use coupler_curve::{CouplerCurve, coupler_curve};
 pub use design_plane::{Bound, DesignPlane, Iterate, Objective, design_plane};

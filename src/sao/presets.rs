@@ -1,0 +1,182 @@
+//! Methods of the literature by name: each a filling of the interchangeable parts.
+
+use super::{
+    AcceptAlways, Conservatism, ErrorBased, Filter, FilteredConservatism, FixedLimits, Globalization, Method,
+    MoveLimits, RelativeLimits, TrustRegion,
+};
+use crate::approximation::{
+    Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, Linear, Mma, Reciprocal, Tana,
+    TwoPointExponential,
+};
+use crate::error::{Error, Result};
+
+/// A method with a name.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    /// Name on the command line: lower case with hyphens.
+    pub name: &'static str,
+    /// Approximation, acceptance and move limits in a line.
+    pub title: &'static str,
+    /// Makes the method, with the default stop test and subproblem solver.
+    pub method: fn() -> Method,
+}
+
+/// All of them: those with first derivatives at one design, at several designs, and with second derivatives.
+pub fn presets() -> &'static [Preset] {
+    PRESETS
+}
+
+/// The method of that name.
+///
+/// **Errors.** [`Error::Definition`] with the nearest names if there is none.
+pub fn preset(name: &str) -> Result<&'static Preset> {
+    let unknown = || Error::unknown("method", name, PRESETS.iter().map(|p| p.name));
+    PRESETS.iter().find(|p| p.name == name).ok_or_else(unknown)
+}
+
+/// Errors of the approximation decide, as in the paper.
+fn by_errors(approximation: impl Approximation + 'static) -> Method {
+    Method { approximation: Box::new(approximation), ..Method::default() }
+}
+
+/// A filter decides, a trust region limits the step.
+fn by_filter(approximation: impl Approximation + 'static) -> Method {
+    with(approximation, Filter::default(), TrustRegion::default())
+}
+
+/// What a filter refuses is repeated with more conservatism; the step may reach over the whole design space.
+fn by_filtered_conservatism(approximation: impl Approximation + 'static) -> Method {
+    with(approximation, FilteredConservatism::default(), FixedLimits::default())
+}
+
+fn with(
+    approximation: impl Approximation + 'static,
+    globalization: impl Globalization + 'static,
+    move_limits: impl MoveLimits + 'static,
+) -> Method {
+    Method { globalization: Box::new(globalization), move_limits: Box::new(move_limits), ..by_errors(approximation) }
+}
+
+/// The paper's move limits, but wide enough at the start for a step that second derivatives can be trusted with.
+fn wide() -> RelativeLimits {
+    RelativeLimits { initial: 0.7, cap: 1.0, ..RelativeLimits::default() }
+}
+
+const EXPONENTIAL: TwoPointExponential = TwoPointExponential { least: -3.0, most: 3.0, otherwise: -1.0 };
+
+static PRESETS: &[Preset] = &[
+    Preset {
+        name: "paper",
+        title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time drift",
+        method: Method::default,
+    },
+    Preset {
+        name: "paper-fixed-times",
+        title: "the same, but peaks in continuous time keep their times",
+        method: || Method { drifting: false, ..Method::default() },
+    },
+    Preset {
+        name: "slp-filter",
+        title: "linear; filter; trust region (Fletcher et al. 2002)",
+        method: || by_filter(Linear),
+    },
+    Preset {
+        name: "linear-conservative",
+        title: "linear with a convex term that is raised until it is conservative",
+        method: || with(Linear, Conservatism::default(), FixedLimits::default()),
+    },
+    Preset {
+        name: "reciprocal",
+        title: "reciprocal (Schmit & Farshi 1974); approximation errors; relative move limits",
+        method: || by_errors(Reciprocal),
+    },
+    Preset {
+        name: "conlin",
+        title: "convex linearization (Fleury & Braibant 1986); everything is accepted",
+        method: || with(Conlin, AcceptAlways, FixedLimits::default()),
+    },
+    Preset {
+        name: "mma",
+        title: "moving asymptotes (Svanberg 1987); everything is accepted",
+        method: || with(Mma::SVANBERG_1987, AcceptAlways, FixedLimits::default()),
+    },
+    Preset {
+        name: "gcmma",
+        title: "moving asymptotes made conservative (Svanberg 2002)",
+        method: || with(Mma::SVANBERG_2002, Conservatism::default(), FixedLimits::default()),
+    },
+    Preset {
+        name: "mma-filtered",
+        title: "moving asymptotes; filtered conservatism (Groenwold & Etman 2010)",
+        method: || by_filtered_conservatism(Mma::SVANBERG_2002),
+    },
+    Preset {
+        name: "quadratic-mma",
+        title: "diagonal quadratic with the curvature of moving asymptotes; filtered conservatism",
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::Asymptotes(Asymptotes::SVANBERG_2002) }),
+    },
+    Preset {
+        name: "quadratic-reciprocal",
+        title: "diagonal quadratic with the curvature of reciprocals; filtered conservatism",
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::Reciprocal }),
+    },
+    Preset {
+        name: "quadratic-spherical",
+        title: "one curvature for all variables from the last two gradients; filtered conservatism",
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::SphericalGradient }),
+    },
+    Preset {
+        name: "quadratic-exponential",
+        title: "diagonal quadratic with the curvature of two-point exponentials; filtered conservatism",
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::Exponential }),
+    },
+    Preset {
+        name: "exponential",
+        title: "two-point exponentials (Fadel et al. 1990); approximation errors; relative move limits",
+        method: || by_errors(EXPONENTIAL),
+    },
+    Preset {
+        name: "tana",
+        title: "two-point TANA-3 (Xu & Grandhi 1998); approximation errors; relative move limits",
+        method: || by_errors(Tana::default()),
+    },
+    Preset {
+        name: "bfgs",
+        title: "full quadratic by damped BFGS updates; filter; trust region",
+        method: || by_filter(FullQuadratic { hessian: Hessian::Bfgs(10) }),
+    },
+    Preset {
+        name: "quadratic-exact",
+        title: "diagonal of the exact second derivatives; filtered conservatism",
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::Exact }),
+    },
+    Preset {
+        name: "hessian",
+        title: "convex part of the exact second derivatives; filter; trust region",
+        method: || by_filter(FullQuadratic { hessian: Hessian::ExactConvex }),
+    },
+    Preset {
+        name: "hessian-errors",
+        title: "exact second derivatives; approximation errors; relative move limits from 70 %",
+        method: || Method {
+            move_limits: Box::new(wide()),
+            globalization: Box::new(ErrorBased::default()),
+            ..by_errors(FullQuadratic { hessian: Hessian::Exact })
+        },
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_near_ones_are_found() {
+        let mut names: Vec<&str> = presets().iter().map(|p| p.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), presets().len());
+        assert_eq!(preset("gcmma").unwrap().name, "gcmma");
+        assert!(preset("gcma").unwrap_err().to_string().contains("try `gcmma`"));
+    }
+}

@@ -1,0 +1,53 @@
+//! Exit codes and messages of the command line.
+#![cfg(feature = "cli")]
+
+use std::process::{Command, Output};
+
+fn linkwright(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_linkwright")).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn an_unknown_problem_or_method_ends_with_one_and_the_nearest_names() {
+    for (arguments, nearest) in [
+        (&["compare", "impact-absorbr"][..], "`impact-absorber`"),
+        (&["compare", "slider-crank", "--methods", "gcma"], "`gcmma`"),
+    ] {
+        let output = linkwright(arguments);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(
+            message.starts_with("error: ") && message.contains(nearest) && message.lines().count() == 1,
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn wrong_arguments_end_with_two() {
+    for arguments in [&["compare"][..], &["compare", "slider-crank", "--all"], &["compare", "--all", "--list"]] {
+        assert_eq!(linkwright(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_comparison_prints_a_table_and_writes_it_with_a_figure() {
+    let folder = std::env::temp_dir().join(format!("linkwright-compare-{}", std::process::id()));
+    let out = folder.to_str().unwrap();
+    let output = linkwright(&["compare", "impact-absorber", "--methods", "paper,hessian-errors", "--out", out]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let lines: Vec<String> = text(&output.stdout).lines().map(str::to_owned).collect();
+    assert!(lines[0].starts_with("impact-absorber: "));
+    assert_eq!(lines.iter().filter(|l| l.contains(" optimum ")).count(), 2);
+    let csv = std::fs::read_to_string(folder.join("impact-absorber.csv")).unwrap();
+    assert!(csv.starts_with("method,end,analyses_to_optimum,gradients_to_optimum,") && csv.lines().count() == 3);
+    for extension in ["svg", "png"] {
+        assert!(folder.join(format!("impact-absorber.{extension}")).exists());
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(text(&linkwright(&["compare", "--list"]).stdout).contains("slider-crank"));
+}
