@@ -1,5 +1,7 @@
 //! Implicit time steps of second order on the index-3 equations.
 
+use super::blame;
+use super::predictor::Predictor;
 use super::state::State;
 use super::system::{Linearization, System, Unknown};
 use crate::multibody::{Mechanism, Real};
@@ -71,7 +73,8 @@ pub enum Prescribed {
 /// Settings of the Newton iteration in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newton {
-    /// Largest position correction (m or rad) of the last iteration.
+    /// Largest position correction (m or rad) of the last iteration; the error that it leaves is of the size of its
+    /// square, and a larger one will do if that is a thousandth of the tolerance.
     pub tolerance: f64,
     /// Most iterations.
     pub iterations: usize,
@@ -146,12 +149,6 @@ impl<T: Real> Step<T> {
             }
         }
     }
-
-    /// Starts from the old accelerations and multipliers.
-    pub fn guess(&mut self) {
-        self.new.a.copy_from_slice(&self.old.a);
-        self.new.l.copy_from_slice(&self.old.l);
-    }
 }
 
 impl<T: Real> State<T> {
@@ -186,6 +183,9 @@ pub struct Integrator<'m> {
     /// Newton iterations so far: each one assembly, factorization and solution.
     pub iterations: usize,
     rows: Vec<[f64; 1]>,
+    predictor: Predictor,
+    /// A correction over the square of the one before, in 1/m or 1/rad: the last one seen.
+    curvature: f64,
 }
 
 impl<'m> Integrator<'m> {
@@ -198,8 +198,23 @@ impl<'m> Integrator<'m> {
         newton: Newton,
         start: State<f64>,
     ) -> Self {
-        let rows = vec![[0.0]; system.size()];
-        Self { mechanism, system, scheme, prescribed, newton, step: Step::from(start), iterations: 0, rows }
+        let (rows, predictor) = (vec![[0.0]; system.size()], Predictor::new(&start));
+        let (step, iterations, curvature) = (Step::from(start), 0, f64::INFINITY);
+        Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, predictor, curvature }
+    }
+
+    /// The end of the step becomes the beginning of the next.
+    pub fn accept(&mut self) {
+        self.step.accept();
+        self.predictor.learn(&self.step.old);
+    }
+
+    /// Factorizes the matrix at the end of the step: the derivatives of the converged step need it.
+    pub fn linearize(&mut self, h: f64) -> Result<()> {
+        let (position, velocity) = self.scheme.seeds(h);
+        let how = Linearization::step(position, velocity);
+        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        blame::factorize(&mut self.system, self.mechanism, &self.step.new)
     }
 
     /// Solves the step `h`; its end is then in `step.new`. A failed step leaves the beginning as it was.
@@ -207,12 +222,13 @@ impl<'m> Integrator<'m> {
     /// **Errors.** [`Error::Analysis`] naming the equation that resists and the time.
     pub fn solve(&mut self, h: f64) -> Result<()> {
         let (position, velocity) = self.scheme.seeds(h);
-        self.step.guess();
+        self.step.new.t = self.step.old.t + h;
+        self.predictor.guess(&mut self.step.new);
         self.step.march(self.mechanism, &self.scheme, self.prescribed, h);
         let how = Linearization::step(position, velocity);
+        let mut before = None;
         for _ in 0..self.newton.iterations {
-            self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
-            self.system.factorize(self.mechanism, self.step.new.t)?;
+            self.linearize(h)?;
             self.iterations += 1;
             self.system.factor().solve(&mut self.rows);
             let largest = self.largest_correction(position);
@@ -221,7 +237,10 @@ impl<'m> Integrator<'m> {
             }
             let rows = &self.rows;
             self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
-            if largest <= self.newton.tolerance {
+            if let Some(before) = before.replace(largest) {
+                self.curvature = largest / (before * before);
+            }
+            if largest <= self.newton.tolerance || self.curvature * largest * largest <= 1e-3 * self.newton.tolerance {
                 return Ok(());
             }
         }
@@ -236,9 +255,12 @@ impl<'m> Integrator<'m> {
     }
 
     fn failure(&mut self, how: Linearization) -> Error {
+        if let Some(error) = blame::not_finite(self.mechanism, &self.step.new) {
+            return error;
+        }
         let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
         self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
-        let what = self.system.culprit(self.mechanism, &self.rows);
+        let what = blame::culprit(&self.system, self.mechanism, &self.step.new, &self.rows);
         let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
         Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")
     }

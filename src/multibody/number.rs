@@ -44,7 +44,7 @@ macro_rules! impl_number {
         }
     )*};
 }
-impl_number!(f64, Sensitive, Jet<f64>, Jet<Sensitive>);
+impl_number!(f64, Sensitive, Jet<f64>, Jet<Sensitive>, Jet<Tangent<4>>);
 
 /// Numbers in which whole states are kept: the value itself, or the value with design derivatives.
 pub trait Real: Number {
