@@ -80,7 +80,8 @@ pub fn profile(problems: &[Vec<Attempt>]) -> Result<Figure> {
     let costs: Vec<Vec<f64>> =
         (0..methods).map(|k| solved.iter().filter_map(|p| p.get(k)).map(cost).collect()).collect();
     let named = |(k, costs): (usize, _)| Solver { name: solved[0][k].method, costs };
-    performance_profile(WORK, &costs.iter().map(Vec::as_slice).enumerate().map(named).collect::<Vec<_>>())
+    let solvers: Vec<Solver> = costs.iter().map(Vec::as_slice).enumerate().map(named).collect();
+    Ok(performance_profile(WORK, &solvers)?.sized(150.0, 140.0))
 }
 
 /// How often each method reaches a known optimum, in how much work in the median, and how it fails.

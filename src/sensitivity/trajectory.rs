@@ -43,19 +43,28 @@ struct Trace {
 /// The differential equation from any state on, which may depend on the design.
 struct From<'e, E> {
     evolution: &'e E,
-    /// State, its slopes and the design to which they belong; none for the start of the evolution.
-    state: Option<(&'e [f64], Vec<&'e [f64]>, &'e [f64])>,
+    /// None for the start of the evolution.
+    state: Option<Known<'e>>,
+}
+
+/// A state on the way.
+struct Known<'e> {
+    values: &'e [f64],
+    /// Its slopes, component by component; empty where they do not matter.
+    slopes: Vec<&'e [f64]>,
+    /// The design to which they belong.
+    design: &'e [f64],
 }
 
 impl<E: Evolution> Ode for From<'_, E> {
     fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
-        let Some((state, slopes, design)) = &self.state else { return self.evolution.start(b) };
+        let Some(Known { values, slopes, design }) = &self.state else { return self.evolution.start(b) };
         let component = |(i, &y): (usize, &f64)| {
             let slope = slopes.get(i).copied().unwrap_or(&[]);
             let steps = b.iter().zip(*design).zip(slope).map(|((b, d), s)| (*b - *d) * *s);
             steps.fold(S::from(y), |sum, step| sum + step)
         };
-        state.iter().enumerate().map(component).collect()
+        values.iter().enumerate().map(component).collect()
     }
 
     fn rates<S: Scalar>(&self, b: &[S], t: f64, y: &[S], out: &mut [S]) {
@@ -109,7 +118,10 @@ impl<E: Evolution> Trajectory<E> {
         if t <= self.times[p] {
             return Ok(trace.states[p].clone());
         }
-        let from = From { evolution: &self.evolution, state: Some((&trace.states[p], vec![], b)) };
+        let from = From {
+            evolution: &self.evolution,
+            state: Some(Known { values: &trace.states[p], slopes: vec![], design: b }),
+        };
         Ok(integrate(&from, b, &settings, &[t])?.values.iter().map(|series| series[0]).collect())
     }
 
@@ -121,7 +133,10 @@ impl<E: Evolution> Trajectory<E> {
         if t <= self.times[p] {
             return Ok(here.iter().map(|s| s.to_vec()).collect());
         }
-        let from = From { evolution: &self.evolution, state: Some((&trace.states[p], here, b)) };
+        let from = From {
+            evolution: &self.evolution,
+            state: Some(Known { values: &trace.states[p], slopes: here, design: b }),
+        };
         let onward = differentiate_ode(&from, b, &settings, &[t])?;
         Ok(onward.slopes.into_iter().map(|mut series| series.swap_remove(0)).collect())
     }
