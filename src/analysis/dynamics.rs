@@ -110,7 +110,7 @@ pub struct Work {
     pub steps: usize,
     /// Steps tried again with a smaller size.
     pub failed_steps: usize,
-    /// Newton iterations: an assembly, a factorization and a solution each.
+    /// Newton iterations with an assembly, a factorization and a solution each; those that keep a matrix are not counted.
     pub iterations: usize,
 }
 

@@ -4,6 +4,7 @@ use super::blame;
 use super::predictor::Predictor;
 use super::state::State;
 use super::system::{Linearization, System, Unknown};
+use crate::multibody::element::Room;
 use crate::multibody::{Mechanism, Real};
 use crate::{Error, Result};
 
@@ -73,8 +74,8 @@ pub enum Prescribed {
 /// Settings of the Newton iteration in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newton {
-    /// Largest position correction (m or rad) of the last iteration; the error that it leaves is of the size of its
-    /// square, and a larger one will do if that is a thousandth of the tolerance.
+    /// Largest position correction (m or rad) of the last iteration; a larger one will do if what is left after it can be
+    /// expected to be a thousandth of the tolerance.
     pub tolerance: f64,
     /// Most iterations.
     pub iterations: usize,
@@ -166,6 +167,23 @@ impl<T: Real> State<T> {
     }
 }
 
+/// A correction in Newton's iteration.
+#[derive(Clone, Copy)]
+struct Correction {
+    /// Its largest change of a position in m or rad.
+    largest: f64,
+    /// How much smaller the next one can be expected to be.
+    rate: f64,
+    /// Whether it was had with the matrix of the iteration before.
+    kept: bool,
+}
+
+/// If the next correction is to be smaller by this or more, the matrix is kept for it.
+const SLOW: f64 = 1e-2;
+
+/// In 1/m or 1/rad: what a motion without curvature may meet in the next step, a contact, say, is not foreseen.
+const LEAST_CURVATURE: f64 = 10.0;
+
 /// Takes steps in `f64` and keeps the factorization of the last one.
 pub struct Integrator<'m> {
     /// The mechanism.
@@ -180,9 +198,11 @@ pub struct Integrator<'m> {
     pub newton: Newton,
     /// The current step.
     pub step: Step<f64>,
-    /// Newton iterations so far: each one assembly, factorization and solution.
+    /// Newton iterations so far with an assembly, a factorization and a solution each; those that keep the matrix of the
+    /// one before are not counted.
     pub iterations: usize,
     rows: Vec<[f64; 1]>,
+    room: Room<f64>,
     predictor: Predictor,
     /// A correction over the square of the one before, in 1/m or 1/rad: the last one seen.
     curvature: f64,
@@ -198,9 +218,11 @@ impl<'m> Integrator<'m> {
         newton: Newton,
         start: State<f64>,
     ) -> Self {
-        let (rows, predictor) = (vec![[0.0]; system.size()], Predictor::new(&start));
-        let (step, iterations, curvature) = (Step::from(start), 0, f64::INFINITY);
-        Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, predictor, curvature }
+        let (mut rows, mut room) = (vec![[0.0]; system.size()], Room::default());
+        system.residual(mechanism, &start, 1.0, &mut room, rows.as_flattened_mut()); // makes the room
+        let (predictor, step) = (Predictor::new(&start), Step::from(start));
+        let (iterations, curvature) = (0, f64::INFINITY);
+        Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, room, predictor, curvature }
     }
 
     /// The end of the step becomes the beginning of the next.
@@ -225,11 +247,16 @@ impl<'m> Integrator<'m> {
         self.step.new.t = self.step.old.t + h;
         self.predictor.guess(&mut self.step.new);
         self.step.march(self.mechanism, &self.scheme, self.prescribed, h);
-        let how = Linearization::step(position, velocity);
-        let mut before = None;
+        let mut before: Option<Correction> = None;
         for _ in 0..self.newton.iterations {
-            self.linearize(h)?;
-            self.iterations += 1;
+            let kept = before.is_some_and(|before| before.rate <= SLOW);
+            if kept {
+                let rows = self.rows.as_flattened_mut();
+                self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, rows);
+            } else {
+                self.linearize(h)?;
+                self.iterations += 1;
+            }
             self.system.factor().solve(&mut self.rows);
             let largest = self.largest_correction(position);
             if !(largest < 1e6) {
@@ -237,14 +264,24 @@ impl<'m> Integrator<'m> {
             }
             let rows = &self.rows;
             self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
-            if let Some(before) = before.replace(largest) {
-                self.curvature = largest / (before * before);
-            }
-            if largest <= self.newton.tolerance || self.curvature * largest * largest <= 1e-3 * self.newton.tolerance {
+            let rate = self.rate(largest, kept, before);
+            if largest <= self.newton.tolerance || rate * largest <= 1e-3 * self.newton.tolerance {
                 return Ok(());
             }
+            before = Some(Correction { largest, rate, kept });
         }
-        Err(self.failure(how))
+        Err(self.failure(Linearization::step(position, velocity)))
+    }
+
+    /// How much smaller the next correction can be expected to be than this one of size `largest`.
+    fn rate(&mut self, largest: f64, kept: bool, before: Option<Correction>) -> f64 {
+        if let Some(before) = before.filter(|before| !before.kept) {
+            self.curvature = (largest / before.largest.powi(2)).max(LEAST_CURVATURE);
+        }
+        match before {
+            Some(before) if kept => largest / before.largest,
+            _ => self.curvature * largest,
+        }
     }
 
     fn largest_correction(&self, position: f64) -> f64 {

@@ -8,8 +8,7 @@ use crate::scalar::{Scalar, Tangent, WIDTH};
 /// A value with its derivatives with respect to one chunk of [`WIDTH`] design variables.
 pub type Sensitive = Tangent<WIDTH>;
 
-/// A value with its first and second time derivative along a motion.
-pub type Jet<T> = num_dual::Dual2<T>;
+pub use crate::scalar::Jet;
 
 /// Most parameters of one prescribed motion (tables keep their points in the motion itself).
 pub const MOST_MOTION_PARAMETERS: usize = 8;

@@ -39,6 +39,14 @@ impl Unknown {
     fn of(node: usize, n: usize) -> Self {
         if node < n { Self::Coordinate(node) } else { Self::Multiplier(node - n) }
     }
+
+    /// The other way round.
+    fn node(self, n: usize) -> usize {
+        match self {
+            Self::Coordinate(i) => i,
+            Self::Multiplier(m) => n + m,
+        }
+    }
 }
 
 /// Numbering, matrix and working room of one mechanism.
@@ -73,35 +81,21 @@ impl System {
         let (mut room, mut pad, built) = (Room::default(), Scratchpad::default(), State::built(mechanism, 0.0));
         let coefficients: Vec<_> = parts.iter().map(|part| coefficients(part, &built, &mut room, &mut pad)).collect();
 
-        let free = (0..n).filter(|&i| mechanism.coordinates[i].motion.is_none());
-        let nodes: Vec<usize> = free.chain(n..n + mechanism.multipliers).collect();
-        let mut unknown = vec![None; n + mechanism.multipliers];
-        nodes.iter().enumerate().for_each(|(k, &node)| unknown[node] = Some(k));
-        let variables = |part| nodes_of(mechanism, part).iter().map(|&node| unknown[node]).collect::<Vec<_>>();
-        let mut places: Vec<_> = parts.iter().map(|part| Place::new(part, &variables(part))).collect();
-
-        let all = || places.iter().zip(parts).zip(&coefficients);
-        let coupled = pattern(nodes.len(), all().flat_map(|((place, part), known)| place.couplings(part, known)));
-        let order = bandwidth_order(&coupled);
-        let mut number = vec![0; order.len()];
-        order.iter().enumerate().for_each(|(equation, &k)| number[k] = equation);
-        places.iter_mut().for_each(|place| place.renumber(&number));
-        let all = || places.iter().zip(parts).zip(&coefficients);
-        let pattern = pattern(nodes.len(), all().flat_map(|((place, part), known)| place.couplings(part, known)));
-        let unknowns: Vec<_> = order.iter().map(|&k| Unknown::of(nodes[k], n)).collect();
+        let (mut places, unknowns) = numbered(mechanism, &coefficients);
+        let pattern = couplings(mechanism, &places, &coefficients, unknowns.len());
         let multipliers: Vec<_> = unknowns.iter().map(|u| matches!(u, Unknown::Multiplier(_))).collect();
         let factor = Factor::new(&pattern, &multipliers);
-
         let mut constants = Constants::default();
         for ((place, part), known) in places.iter_mut().zip(parts).zip(&coefficients) {
             place.find_slots(part, known, &factor, &mut constants);
         }
-        let equation = |node: usize| unknown[node].map(|k| number[k]);
-        let free_diagonal = (0..n).filter_map(equation).map(|i| factor.slot(i, i)).collect();
-        let multiplier = |m: usize| equation(n + m).expect("multipliers are unknown");
+        let mut equations = vec![None; n + mechanism.multipliers];
+        unknowns.iter().enumerate().for_each(|(equation, unknown)| equations[unknown.node(n)] = Some(equation));
+        let multiplier_equation = equations.split_off(n).into_iter().flatten().collect();
+        let free_diagonal = equations.iter().flatten().map(|&i| factor.slot(i, i)).collect();
         Ok(Self {
-            equation_of: (0..n).map(equation).collect(),
-            multiplier_equation: (0..mechanism.multipliers).map(multiplier).collect(),
+            equation_of: equations,
+            multiplier_equation,
             columns: Vec::new(),
             places,
             coefficients,
@@ -174,6 +168,33 @@ impl System {
         let not_finite = (0..rows.len()).find(|&i| !rows[i][0].is_finite());
         not_finite.or(worst).map_or("the mechanism".to_owned(), |i| name_of(mechanism, self.unknowns[i]))
     }
+}
+
+/// Every element's place, and the unknowns in an order that makes the matrix a narrow band.
+fn numbered(mechanism: &Mechanism<f64>, coefficients: &[Vec<Coefficient>]) -> (Vec<Place>, Vec<Unknown>) {
+    let (n, parts) = (mechanism.coordinates.len(), &mechanism.parts);
+    let free = (0..n).filter(|&i| mechanism.coordinates[i].motion.is_none());
+    let nodes: Vec<usize> = free.chain(n..n + mechanism.multipliers).collect();
+    let mut unknown = vec![None; n + mechanism.multipliers];
+    nodes.iter().enumerate().for_each(|(k, &node)| unknown[node] = Some(k));
+    let variables = |part| nodes_of(mechanism, part).iter().map(|&node| unknown[node]).collect::<Vec<_>>();
+    let mut places: Vec<_> = parts.iter().map(|part| Place::new(part, &variables(part))).collect();
+    let order = bandwidth_order(&couplings(mechanism, &places, coefficients, nodes.len()));
+    let mut number = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(equation, &k)| number[k] = equation);
+    places.iter_mut().for_each(|place| place.renumber(&number));
+    (places, order.iter().map(|&k| Unknown::of(nodes[k], n)).collect())
+}
+
+/// For each unknown those that share an equation with it, itself among them.
+fn couplings(
+    mechanism: &Mechanism<f64>,
+    places: &[Place],
+    coefficients: &[Vec<Coefficient>],
+    unknowns: usize,
+) -> Vec<Vec<usize>> {
+    let elements = places.iter().zip(&mechanism.parts).zip(coefficients);
+    pattern(unknowns, elements.flat_map(|((place, part), known)| place.couplings(part, known)))
 }
 
 fn check_parameters(mechanism: &Mechanism<f64>) -> Result<()> {

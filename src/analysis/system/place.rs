@@ -140,7 +140,7 @@ pub(super) fn coefficients(
     known.filter(|coefficient| coefficient.values != [0.0; 3]).collect()
 }
 
-/// For each unknown those that share an equation with it, itself among them.
+/// The symmetric pattern of the `pairs` and the diagonal.
 pub(super) fn pattern(unknowns: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Vec<Vec<usize>> {
     let mut rows: Vec<Vec<usize>> = (0..unknowns).map(|i| vec![i]).collect();
     for (i, j) in pairs {
