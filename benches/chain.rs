@@ -150,7 +150,8 @@ fn scaling() {
         let h = 1e-5;
         let mut run = Run::new(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap();
         let batch = (20_000 / links).max(4);
-        let implicit = least(4, || (0..batch).for_each(|_| drop(run.advance().unwrap()))) / batch as f64;
+        let steps = || (0..batch).map(|_| run.advance().unwrap()).sum::<f64>();
+        let implicit = least(4, steps) / batch as f64;
         let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
         let run = |steps: f64| simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap();
         let (few, many) = (2.0, 2.0 + (20_000 / links).max(16) as f64);
