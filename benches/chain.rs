@@ -8,6 +8,7 @@
 //! `-- N…` takes other numbers of links than 8 and 32, `-- scaling` only the cost per step of long chains.
 
 use linkwright::Result;
+use linkwright::analysis::dynamics::Run;
 use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
 use linkwright::analysis::{Dynamics, History, simulate};
 use linkwright::multibody::{Mechanism, Model, Pose};
@@ -123,9 +124,9 @@ fn implicit(links: usize) {
     let tip = |run: &History| [run.values[0][0], run.values[1][0]];
     let exact = tip(&simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-13), &[1.0]).unwrap());
     println!("chain of {links:>2}: tip after 1 s at {:.12} {:.12}", exact[0], exact[1]);
-    for h in [1e-3, 5e-4, 2.5e-4] {
-        let [x, y] = match simulate(&mechanism, &Dynamics::fixed(h), &[1.0]) {
-            Ok(run) => tip(&run),
+    for h in [1e-3, 5e-4, 2.5e-4, 1.25e-4] {
+        let ([x, y], work) = match simulate(&mechanism, &Dynamics::fixed(h), &[1.0]) {
+            Ok(run) => (tip(&run), run.work),
             Err(error) => {
                 println!("chain of {links:>2}, generalized-α, step {h:.2e} s: {error}");
                 continue;
@@ -133,7 +134,11 @@ fn implicit(links: usize) {
         };
         let spent = least(3, || simulate(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap()) * 1e3;
         let error = (x - exact[0]).hypot(y - exact[1]);
-        println!("chain of {links:>2}, generalized-α, step {h:.2e} s: CPU {spent:.1} ms, error {error:.1e} m");
+        println!(
+            "chain of {links:>2}, generalized-α, step {h:.2e} s: CPU {spent:.1} ms, error {error:.1e} m, {} iterations in {} \
+             steps",
+            work.iterations, work.steps
+        );
     }
 }
 
@@ -142,19 +147,16 @@ fn scaling() {
     for links in [10, 100, 1000, 10_000] {
         let model = Tip(links);
         let mechanism = model.build(&equal_links(links)).unwrap();
-        let (few, many) = (2.0, 2.0 + (20_000 / links).max(6) as f64);
-        let per_step = |run: &dyn Fn(f64)| {
-            let cost = least(2, || run(many)) - least(2, || run(few));
-            cost / (many - few) / links as f64 * 1e6
-        };
         let h = 1e-5;
-        let implicit = per_step(&|steps| {
-            simulate(&mechanism, &Dynamics::fixed(h), &[h * steps]).unwrap();
-        });
-        let explicit = per_step(&|steps| {
-            let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
-            simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap();
-        });
+        let mut run = Run::new(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap();
+        let batch = (20_000 / links).max(4);
+        let steps = || (0..batch).map(|_| run.advance().unwrap()).sum::<f64>();
+        let implicit = least(4, steps) / batch as f64;
+        let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+        let run = |steps: f64| simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap();
+        let (few, many) = (2.0, 2.0 + (20_000 / links).max(16) as f64);
+        let explicit = (least(2, || run(many)) - least(2, || run(few))) / (many - few);
+        let [implicit, explicit] = [implicit, explicit].map(|cost| cost / links as f64 * 1e6);
         println!(
             "chain of {links:>5}: per step and link {implicit:.2} µs (generalized-α), {explicit:.2} µs (DOP853, 12 \
              evaluations)"

@@ -10,7 +10,28 @@ use linkwright::{Result, function};
 use nalgebra::DMatrix;
 
 fn main() {
+    if std::env::args().any(|a| a == "--memory") {
+        return memory();
+    }
     divan::main();
+}
+
+/// Largest memory of a solution beyond that of the program, for each variable and row: `-- --memory`.
+fn memory() {
+    println!("n,m,bytes_of_the_program_per_pair,bytes_of_the_solution_per_pair,passes");
+    for (n, m) in [(1_000, 10), (100_000, 1), (100_000, 10), (1_000_000, 1), (1_000_000, 10)] {
+        let (pairs, mut program) = ((n * m) as f64, None);
+        let made = allocation_counter::measure(|| program = Some(asymptotes(n, m)));
+        let (program, start) = (program.expect("it was made"), vec![1.0; n]);
+        let mut passes = 0;
+        let solved = allocation_counter::measure(|| {
+            let s = Falk::default().solve(&program, &start).unwrap();
+            assert_eq!(s.status, Status::Solved);
+            passes = s.evaluations.values;
+        });
+        let per_pair = |bytes: u64| bytes as f64 / pairs;
+        println!("{n},{m},{:.0},{:.0},{passes}", per_pair(made.bytes_max), per_pair(solved.bytes_max));
+    }
 }
 
 /// Tangents of the unit sphere at spiral points: about three rows are active, nearly all are close to active.

@@ -7,8 +7,7 @@ use linkwright::problem::{Problem, Selection};
 use linkwright::report::table::Table;
 use linkwright::sao::{Method, Screening, State, Stop};
 
-/// Makes a problem.
-type Build = fn() -> Result<Problem>;
+type Make = fn() -> Result<Problem>;
 
 /// A method with so many time points before and after each maximum, or with peaks that drift or keep their times.
 fn method(neighbours: usize, drifting: bool) -> Method {
@@ -27,7 +26,7 @@ fn turns(state: &State) -> usize {
 fn main() -> Result<()> {
     let columns = ["problem", "constraints", "end", "cycles", "analyses", "turns", "most rows", "F", "V at all times"];
     let mut table = Table::new("Linear approximations, stop at 1e-6, at most 60 cycles", columns);
-    let problems: [(&str, Build); 4] = [
+    let problems: [(&str, Make); 4] = [
         ("absorber, peak", impact_absorber::peak_acceleration),
         ("absorber, comfort", impact_absorber::comfort),
         ("absorber, nonlinear", nonlinear_absorber::peak_acceleration),

@@ -13,8 +13,8 @@ use linkwright::sao::{Cycle, Method, Screening, State, Stop};
 fn run(neighbours: usize) -> Result<State> {
     let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
     // The paper's stop test: with the optimality conditions in it, too, the oscillation goes on for 37 cycles.
-    let stop = Stop { residual: f64::INFINITY, ..Stop::default() };
-    Method { screening, stop, ..Method::default() }.solve(&impact_absorber::peak_acceleration()?, |_| ())
+    Method { screening, stop: Stop::as_published(), ..Method::default() }
+        .solve(&impact_absorber::peak_acceleration()?, |_| ())
 }
 
 /// The steps of one variable over the accepted cycles.

@@ -2,7 +2,7 @@
 
 use linkwright::analysis::dynamics::Run;
 use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::{Andrews, FourBar};
+use linkwright::multibody::mechanisms::{Andrews, Chain, FourBar};
 
 /// Allocations of `steps` further steps after the first few.
 fn allocations<M: Model>(model: &M, b: &[f64], settings: &linkwright::analysis::Dynamics) -> u64 {
@@ -21,6 +21,8 @@ fn allocations<M: Model>(model: &M, b: &[f64], settings: &linkwright::analysis::
 fn no_allocation_per_step() {
     let four_bar = FourBar::as_published();
     assert_eq!(allocations(&four_bar, &[0.0385, 0.0252, 0.02], &four_bar.dynamics().unwrap()), 0);
+    let chain = Chain::horizontal(8);
+    assert_eq!(allocations(&chain, &chain.equal_links(), &linkwright::analysis::Dynamics::fixed(1e-3)), 0);
     assert_eq!(allocations(&Andrews, &Andrews::DESIGN, &linkwright::analysis::Dynamics::fixed(1e-5)), 0);
 }
 
@@ -28,7 +30,6 @@ fn no_allocation_per_step() {
 #[test]
 fn no_allocation_per_explicit_step() {
     use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
-    use linkwright::multibody::mechanisms::Chain;
     use linkwright::sensitivity::explicit::differentiate_explicitly;
     let chain = Chain::horizontal(8);
     let b = chain.equal_links();

@@ -46,7 +46,7 @@ fn run(method: &Method, problem: &Problem) -> String {
 /// With the paper's stop test, which does not look at the optimality conditions: with them the oscillation goes on for 37 cycles.
 fn neighbours(count: usize) -> Method {
     let screening = Screening { selection: Selection::NearMaxima(count), ..Screening::default() };
-    let stop = Stop { residual: f64::INFINITY, ..Stop::default() };
+    let stop = Stop::as_published();
     Method { screening, stop, ..Method::default() }
 }
 

@@ -1,8 +1,11 @@
 //! The tables of the paper, cell by cell: what is printed must come out, and every exception is named here with its reason.
 #![cfg(all(feature = "report", feature = "multibody"))]
 
-use linkwright::papers::etman_1998::{Regenerated, Run, regenerate};
+use linkwright::library::{impact_absorber, slider_crank};
+use linkwright::papers::etman_1998::{Regenerated, Run, regenerate, table1};
+use linkwright::problem::Problem;
 use linkwright::report::table::Comparison;
+use linkwright::sao::{Method, State};
 
 fn table(name: &str) -> (Regenerated, Comparison) {
     let table = regenerate(name, &mut |_, _| ()).unwrap().remove(0);
@@ -24,7 +27,17 @@ fn work(table: &Regenerated) -> [usize; 3] {
 
 #[test]
 fn table_one_comes_out_in_every_digit_down_to_rounding() {
-    let (table, comparison) = table("table1");
+    is_table_one(table("table1"));
+}
+
+#[test]
+fn table_one_comes_out_of_the_simulated_mechanism() {
+    let table = table1(impact_absorber::peak_acceleration_simulated().unwrap(), &mut |_, _| ()).unwrap();
+    let comparison = table.comparison().unwrap();
+    is_table_one((table, comparison));
+}
+
+fn is_table_one((table, comparison): (Regenerated, Comparison)) {
     assert_eq!(work(&table), [5, 6, 5]);
     assert_eq!(comparison.compared, 36);
     assert!(cycles_in_every_digit(&comparison).starts_with(&[0, 1, 2, 3]), "{comparison}");
@@ -70,6 +83,35 @@ fn table_four_tells_the_same_story_from_its_stand_in_start() {
     // Superlinear: the printed last steps are 12.88, 1.085 and 0.03248 %.
     let step = |k: usize| history[k].max_variable_change_pct;
     assert!(step(10) < 0.1 * step(9) && step(11) < 0.05 * step(10));
+}
+
+/// Largest difference of the designs of two runs that made the same cycles.
+fn apart(one: &Problem, other: &Problem) -> f64 {
+    let run = |problem| -> State { Method::default().solve(problem, |_| ()).unwrap() };
+    let (one, other) = (run(one), run(other));
+    let work = |state: &State| (state.status, state.counters.analyses, state.counters.sensitivity_analyses);
+    assert_eq!(work(&one), work(&other));
+    let verdicts = |state: &State| -> Vec<_> {
+        let row = |c: &linkwright::sao::Cycle| (c.cycle, c.accepted, c.active_limits, c.kept.clone());
+        state.history.iter().map(row).collect()
+    };
+    assert_eq!(verdicts(&one), verdicts(&other));
+    let designs = one.history.iter().zip(&other.history).flat_map(|(a, b)| a.design.iter().zip(&b.design));
+    designs.fold(0.0, |worst, (a, b)| worst.max((a - b).abs()))
+}
+
+#[test]
+fn mechanisms_give_the_histories_of_their_closed_forms() {
+    let absorber = [impact_absorber::peak_acceleration(), impact_absorber::peak_acceleration_simulated()];
+    let comfort = [impact_absorber::comfort(), impact_absorber::comfort_simulated()];
+    let crank = [slider_crank::STAND_IN_START, slider_crank::SECOND_STAND_IN_START]
+        .map(|start| [slider_crank::path_generation(start), slider_crank::path_generation_assembled(start)]);
+    for [closed, engine] in [absorber, comfort].into_iter().chain(crank) {
+        let (closed, engine) = (closed.unwrap(), engine.unwrap());
+        let apart = apart(&closed, &engine);
+        println!("{}: designs differ by {apart:.1e}", closed.name);
+        assert!(apart < 1e-6, "{}: {apart:.1e}", closed.name);
+    }
 }
 
 #[test]

@@ -5,56 +5,20 @@ use linkwright::approximation::{
     TwoPointExponential,
 };
 use linkwright::function;
-use linkwright::library::impact_absorber::Absorber;
+use linkwright::library::{self, impact_absorber::Absorber};
 use linkwright::problem::*;
 use linkwright::sao::*;
 use linkwright::scalar::Scalar;
 
-/// Svanberg's cantilever of five segments, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, section 6.
 fn cantilever() -> Problem {
-    struct Tip;
-    impl ClosedForm for Tip {
-        fn response<S: Scalar>(&self, _: usize, x: &[S], _: S) -> S {
-            let share = |(x, c): (&S, f64)| x.powi(-3) * c;
-            x.iter().zip([61.0, 37.0, 19.0, 7.0, 1.0]).map(share).fold(S::from(0.0), |a, b| a + b)
-        }
-    }
-    let mut parts = ProblemBuilder::new("cantilever");
-    for k in 1..=5 {
-        parts.variable(DesignVariable::new(format!("x{k}"), "", 5.0).within(1.0, 10.0));
-    }
-    let tip = parts.constant("tip deflection", "");
-    let weight = function!(|p| p.design.iter().fold(S::from(0.0), |a, &x| a + x) * 0.0624);
-    parts.minimize("weight", "", Quantity::plain(weight));
-    parts.subject_to(Constraint::at_most("stiff", 1.0, Quantity::plain(function!(|p| p.response[0])).of(&[tip])));
-    parts.build_analytic(Tip).unwrap()
+    library::cantilever::problem().unwrap()
 }
 
-/// Svanberg's two-bar truss, section 6 of the same.
+/// The two-bar truss whose weight is approximated, too.
 fn two_bar() -> Problem {
-    struct Truss;
-    impl ClosedForm for Truss {
-        fn response<S: Scalar>(&self, h: usize, x: &[S], _: S) -> S {
-            let length = (x[1] * x[1] + 1.0).sqrt();
-            match h {
-                0 => x[0] * length,
-                _ => {
-                    let side = (x[0] * x[1]).recip() * if h == 1 { 1.0 } else { -1.0 };
-                    length * (x[0].recip() * 8.0 + side) * 0.124
-                }
-            }
-        }
-    }
-    let mut parts = ProblemBuilder::new("two-bar truss");
-    parts.variable(DesignVariable::new("area", "cm²", 1.5).within(0.2, 4.0));
-    parts.variable(DesignVariable::new("half span", "m", 0.5).within(0.1, 1.6));
-    let names = ["weight", "stress 1", "stress 2"].map(|name| parts.constant(name, ""));
-    let same = || Quantity::plain(function!(|p| p.response[0]));
-    parts.minimize("F", "", same().of(&names[..1]));
-    for bar in 1..=2 {
-        parts.subject_to(Constraint::at_most(format!("bar {bar}"), 1.0, same().of(&names[bar..=bar])));
-    }
-    parts.build_analytic(Truss).unwrap()
+    let mut problem = library::two_bar_truss::problem().unwrap();
+    problem.objective = problem.objective.directly(Intermediates::Identity);
+    problem
 }
 
 fn method(approximation: impl Approximation + 'static) -> Method {

@@ -1,10 +1,12 @@
 //! Separable programs: the dual, the interior point method and SQP (or Clarabel) agree.
 
 use linkwright::Error;
-use linkwright::problem::Program;
+use linkwright::approximation::{ApproximateProblem, Approximation, Conlin, Known, Manner, Mma, Surroundings};
+use linkwright::library::{cantilever, ten_bar_truss, two_bar_truss};
 use linkwright::problem::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal};
+use linkwright::problem::{Intermediates, Program, Sensitivities};
 use linkwright::subproblem::{
-    Conic, Curvature, Falk, InteriorPoint, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
+    Conic, Curvature, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -139,6 +141,51 @@ fn many_rows_and_few_variables() {
     assert!(difference(&interior.x, &sqp.x) < 1e-8);
 }
 
+/// Falk's dual, the interior point and SQP on the first MMA and CONLIN subproblem of structural problems with up to 20 rows.
+#[test]
+fn solvers_agree_on_the_subproblems_of_structures() {
+    let problems = [cantilever::problem(), two_bar_truss::problem(), ten_bar_truss::strong_ninth_bar()];
+    for mut problem in problems.map(Result::unwrap) {
+        // What is approximated is convex; minus a convex stress would not be.
+        problem.objective = problem.objective.directly(Intermediates::Identity);
+        for constraint in &mut problem.constraints {
+            constraint.quantity = constraint.quantity.clone().directly(Intermediates::Identity);
+        }
+        let start = problem.start();
+        let responses = problem.analyze(&start).unwrap();
+        let evaluation = problem.evaluate(&start, &responses).unwrap();
+        let kept = problem.all_rows();
+        let instants = ApproximateProblem::instants(&problem, &kept);
+        let rows = problem.sensitivities(&start, &responses, &instants).unwrap();
+        let sensitivities = Sensitivities { instants, rows };
+        for approximation in [&Mma::default() as &dyn Approximation, &Mma::SVANBERG_1987, &Conlin] {
+            let known = Known::first_order(&start, &responses, &evaluation, &sensitivities);
+            let region = problem.variables.iter().zip(&start);
+            let bounds = region.map(|(v, x)| ((0.3 * x).max(v.lower), (3.0 * x).min(v.upper))).unzip();
+            let around = Surroundings::new(&problem, vec![start.clone()], bounds);
+            let program =
+                ApproximateProblem::new(&problem, approximation, known, kept.clone(), (around, Manner::default()))
+                    .unwrap();
+            let dual = Falk::default().solve(&program, &start).unwrap();
+            let interior = InteriorPoint::default().solve(&program, &start).unwrap();
+            let sqp = Sqp::default().solve(&program, &start).unwrap();
+            for other in [&interior, &sqp] {
+                let what =
+                    format!("{} {approximation:?} {:?} {:?} {:?}", problem.name, dual.kkt, interior.kkt, sqp.kkt);
+                assert_eq!([dual.status, other.status], [Status::Solved; 2], "{what}");
+                let scale = start.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+                let apart = difference(&dual.x, &other.x) / scale;
+                let objectives = (dual.objective / other.objective - 1.0).abs();
+                assert!(
+                    apart < 1e-8 && objectives < 1e-8,
+                    "{} {approximation:?}: {apart:e} {objectives:e}",
+                    problem.name
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn same_bits_for_any_number_of_threads() {
     let numbers: Vec<f64> = (0..397).map(|k| (0.618_033_988_75 * f64::from(k)).fract()).collect();
@@ -150,6 +197,41 @@ fn same_bits_for_any_number_of_threads() {
     let (one, four) = (run(1), run(4));
     assert_eq!(one.status, Status::Solved, "{:?}", one.kkt);
     assert_eq!(one, four);
+}
+
+#[test]
+fn many_variables_take_few_passes_and_many_rows_few_rounds() {
+    let numbers: Vec<f64> = (0..397).map(|k| (0.618_033_988_75 * f64::from(k)).fract()).collect();
+    let program = asymptotes(40_000, 4, &mut Numbers(&numbers, 0));
+    let start = vec![1.0; 40_000];
+    let s = Falk::default().solve(&program, &start).unwrap();
+    assert_eq!(s.status, Status::Solved, "{:?}", s.kkt);
+    assert!(s.evaluations.values <= 5, "{:?}", s.evaluations);
+    assert_eq!(
+        s.kkt,
+        KktResidual::of(&program, &start, &s).unwrap(),
+        "judged apart from the solver and without its matrices"
+    );
+
+    // Contradictory as they come.
+    let program = asymptotes(3, 10_000, &mut Numbers(&numbers, 0));
+    let s = InteriorPoint::default().solve(&program, &[1.0; 3]).unwrap();
+    assert!(s.status == Status::Relaxed && s.kkt.largest() < 1e-8, "{:?} {:?}", s.status, s.kkt);
+
+    // Rows that fall with every variable can be met.
+    let mut v = Numbers(&numbers, 0);
+    let (mut p, mut q) = (vec![1e-3; 3 * 10_001], vec![1e-3; 3 * 10_001]);
+    for j in 0..3 {
+        p[j * 10_001] = v.next();
+        q[j * 10_001 + 1..(j + 1) * 10_001].iter_mut().for_each(|q| *q = 0.5 + v.next());
+    }
+    let constants = std::iter::once(0.0).chain(v.many(10_000, -6.0, -2.0)).collect();
+    let box_ = (vec![0.0; 3], vec![2.0; 3]);
+    let program = MovingAsymptotes::new(constants, p, q, (vec![-0.5; 3], vec![2.5; 3]), box_).unwrap();
+    let s = InteriorPoint::default().solve(&program, &[1.0; 3]).unwrap();
+    let sqp = Sqp::default().solve(&program, &[1.0; 3]).unwrap();
+    assert_eq!([s.status, sqp.status], [Status::Solved; 2], "{:?} {:?}", s.kkt, sqp.kkt);
+    assert!(difference(&s.x, &sqp.x) < 1e-8);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The motion of a mechanism over time.
 
+use super::blame;
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
 use super::sampling::{Sampler, interpolate};
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
@@ -109,7 +110,7 @@ pub struct Work {
     pub steps: usize,
     /// Steps tried again with a smaller size.
     pub failed_steps: usize,
-    /// Newton iterations: an assembly, a factorization and a solution each.
+    /// Newton iterations with an assembly, a factorization and a solution each; those that keep a matrix are not counted.
     pub iterations: usize,
 }
 
@@ -148,7 +149,7 @@ pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) 
         run.reach(t)?;
         interpolate(&run.integrator.step.old, &run.integrator.step.new, t, &mut at);
         sampler.outputs(mechanism, &at, &mut outputs);
-        check_finite(mechanism, &outputs, t)?;
+        blame::check(mechanism, &at, &outputs)?;
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let work = run.work();
@@ -218,7 +219,7 @@ impl<'m> Run<'m> {
     /// Takes one step. Returns its length in s.
     pub fn advance(&mut self) -> Result<f64> {
         if self.steps > 0 {
-            self.integrator.step.accept();
+            self.integrator.accept();
         }
         self.steps += 1;
         match self.settings.step {
@@ -254,14 +255,18 @@ impl<'m> Run<'m> {
     }
 
     fn advance_adaptive(&mut self, tolerance: f64, longest: f64) -> Result<f64> {
-        let wanted = self.next;
+        let (wanted, old) = (self.next, self.integrator.step.old.t);
         let mut tried = wanted;
         loop {
+            let is_smallest = tried < wanted * SMALLEST * SMALLEST || old + 0.1 * tried == old;
             let error = match self.integrator.solve(tried) {
                 Ok(()) => self.local_error(tried) / tolerance,
-                Err(error) if tried < wanted * SMALLEST * SMALLEST => return Err(error),
+                Err(error) if is_smallest => return Err(error),
                 Err(_) => f64::INFINITY,
             };
+            if is_smallest && !(error <= 1.0) {
+                return Err(self.too_small(tried));
+            }
             let growth = (0.9 * error.powf(-1.0 / 3.0)).clamp(0.25, 2.0);
             if error <= 1.0 {
                 self.next = (tried * growth).min(longest);
@@ -270,6 +275,16 @@ impl<'m> Run<'m> {
             self.failed_steps += 1;
             tried *= growth.min(0.9);
         }
+    }
+
+    /// The coordinate whose acceleration does not let steps be as long as rounding demands.
+    fn too_small(&self, h: f64) -> Error {
+        let step = &self.integrator.step;
+        let change = |i: &usize| (step.new.a[*i] - step.old.a[*i]).abs();
+        let worst = (0..step.new.a.len()).max_by(|i, j| change(i).total_cmp(&change(j)));
+        let what = worst.map_or("the mechanism", |i| &self.integrator.mechanism.coordinates[i].name);
+        let why = format!("the step becomes too small ({h:.1e} s) at t = {:.6e} s", step.old.t);
+        Error::analysis(what, why, "loosen the tolerance, or smooth what jumps there")
     }
 
     /// Local error of the positions: Newmark's h² |β − 1/6| times the change of the acceleration.

@@ -1,7 +1,10 @@
 //! Implicit time steps of second order on the index-3 equations.
 
+use super::blame;
+use super::predictor::Predictor;
 use super::state::State;
 use super::system::{Linearization, System, Unknown};
+use crate::multibody::element::Room;
 use crate::multibody::{Mechanism, Real};
 use crate::{Error, Result};
 
@@ -71,7 +74,8 @@ pub enum Prescribed {
 /// Settings of the Newton iteration in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newton {
-    /// Largest position correction (m or rad) of the last iteration.
+    /// Largest position correction (m or rad) of the last iteration; a larger one will do if what is left after it can be
+    /// expected to be a thousandth of the tolerance.
     pub tolerance: f64,
     /// Most iterations.
     pub iterations: usize,
@@ -146,12 +150,6 @@ impl<T: Real> Step<T> {
             }
         }
     }
-
-    /// Starts from the old accelerations and multipliers.
-    pub fn guess(&mut self) {
-        self.new.a.copy_from_slice(&self.old.a);
-        self.new.l.copy_from_slice(&self.old.l);
-    }
 }
 
 impl<T: Real> State<T> {
@@ -169,6 +167,23 @@ impl<T: Real> State<T> {
     }
 }
 
+/// A correction in Newton's iteration.
+#[derive(Clone, Copy)]
+struct Correction {
+    /// Its largest change of a position in m or rad.
+    largest: f64,
+    /// How much smaller the next one can be expected to be.
+    rate: f64,
+    /// Whether it was had with the matrix of the iteration before.
+    kept: bool,
+}
+
+/// If the next correction is to be smaller by this or more, the matrix is kept for it.
+const SLOW: f64 = 1e-2;
+
+/// In 1/m or 1/rad: what a motion without curvature may meet in the next step, a contact, say, is not foreseen.
+const LEAST_CURVATURE: f64 = 10.0;
+
 /// Takes steps in `f64` and keeps the factorization of the last one.
 pub struct Integrator<'m> {
     /// The mechanism.
@@ -183,9 +198,14 @@ pub struct Integrator<'m> {
     pub newton: Newton,
     /// The current step.
     pub step: Step<f64>,
-    /// Newton iterations so far: each one assembly, factorization and solution.
+    /// Newton iterations so far with an assembly, a factorization and a solution each; those that keep the matrix of the
+    /// one before are not counted.
     pub iterations: usize,
     rows: Vec<[f64; 1]>,
+    room: Room<f64>,
+    predictor: Predictor,
+    /// A correction over the square of the one before, in 1/m or 1/rad: the last one seen.
+    curvature: f64,
 }
 
 impl<'m> Integrator<'m> {
@@ -198,8 +218,25 @@ impl<'m> Integrator<'m> {
         newton: Newton,
         start: State<f64>,
     ) -> Self {
-        let rows = vec![[0.0]; system.size()];
-        Self { mechanism, system, scheme, prescribed, newton, step: Step::from(start), iterations: 0, rows }
+        let (mut rows, mut room) = (vec![[0.0]; system.size()], Room::default());
+        system.residual(mechanism, &start, 1.0, &mut room, rows.as_flattened_mut()); // makes the room
+        let (predictor, step) = (Predictor::new(&start), Step::from(start));
+        let (iterations, curvature) = (0, f64::INFINITY);
+        Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, room, predictor, curvature }
+    }
+
+    /// The end of the step becomes the beginning of the next.
+    pub fn accept(&mut self) {
+        self.step.accept();
+        self.predictor.learn(&self.step.old);
+    }
+
+    /// Factorizes the matrix at the end of the step: the derivatives of the converged step need it.
+    pub fn linearize(&mut self, h: f64) -> Result<()> {
+        let (position, velocity) = self.scheme.seeds(h);
+        let how = Linearization::step(position, velocity);
+        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        blame::factorize(&mut self.system, self.mechanism, &self.step.new)
     }
 
     /// Solves the step `h`; its end is then in `step.new`. A failed step leaves the beginning as it was.
@@ -207,13 +244,19 @@ impl<'m> Integrator<'m> {
     /// **Errors.** [`Error::Analysis`] naming the equation that resists and the time.
     pub fn solve(&mut self, h: f64) -> Result<()> {
         let (position, velocity) = self.scheme.seeds(h);
-        self.step.guess();
+        self.step.new.t = self.step.old.t + h;
+        self.predictor.guess(&mut self.step.new);
         self.step.march(self.mechanism, &self.scheme, self.prescribed, h);
-        let how = Linearization::step(position, velocity);
+        let mut before: Option<Correction> = None;
         for _ in 0..self.newton.iterations {
-            self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
-            self.system.factorize(self.mechanism, self.step.new.t)?;
-            self.iterations += 1;
+            let kept = before.is_some_and(|before| before.rate <= SLOW);
+            if kept {
+                let rows = self.rows.as_flattened_mut();
+                self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, rows);
+            } else {
+                self.linearize(h)?;
+                self.iterations += 1;
+            }
             self.system.factor().solve(&mut self.rows);
             let largest = self.largest_correction(position);
             if !(largest < 1e6) {
@@ -221,11 +264,24 @@ impl<'m> Integrator<'m> {
             }
             let rows = &self.rows;
             self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
-            if largest <= self.newton.tolerance {
+            let rate = self.rate(largest, kept, before);
+            if largest <= self.newton.tolerance || rate * largest <= 1e-3 * self.newton.tolerance {
                 return Ok(());
             }
+            before = Some(Correction { largest, rate, kept });
         }
-        Err(self.failure(how))
+        Err(self.failure(Linearization::step(position, velocity)))
+    }
+
+    /// How much smaller the next correction can be expected to be than this one of size `largest`.
+    fn rate(&mut self, largest: f64, kept: bool, before: Option<Correction>) -> f64 {
+        if let Some(before) = before.filter(|before| !before.kept) {
+            self.curvature = (largest / before.largest.powi(2)).max(LEAST_CURVATURE);
+        }
+        match before {
+            Some(before) if kept => largest / before.largest,
+            _ => self.curvature * largest,
+        }
     }
 
     fn largest_correction(&self, position: f64) -> f64 {
@@ -236,9 +292,12 @@ impl<'m> Integrator<'m> {
     }
 
     fn failure(&mut self, how: Linearization) -> Error {
+        if let Some(error) = blame::not_finite(self.mechanism, &self.step.new) {
+            return error;
+        }
         let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
         self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
-        let what = self.system.culprit(self.mechanism, &self.rows);
+        let what = blame::culprit(&self.system, self.mechanism, &self.step.new, &self.rows);
         let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
         Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")
     }

@@ -1,11 +1,18 @@
 //! Positions, velocities, accelerations and reactions of driven mechanisms.
 
+use super::blame;
 use super::sampling::Sampler;
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
 use super::system::System;
 use crate::Result;
 use crate::multibody::Mechanism;
+
+/// A guess is good if it is wrong by at most this part of the way.
+const GOOD_GUESS: f64 = 0.2;
+
+/// Smallest stride in parts of the wanted one.
+const SMALLEST: f64 = 1.0 / 256.0;
 
 /// Walks a driven mechanism through time: no integration, each instant is solved by itself.
 ///
@@ -36,15 +43,47 @@ impl<'m> Walk<'m> {
 
     /// Goes to time `t`, guessing positions from velocities and accelerations so that the branch is kept.
     ///
+    /// Where the guess is poor, or nothing can be assembled from it, the way is gone in halves.
+    ///
     /// **Errors.** [`crate::Error::Analysis`] if a joint cannot be closed, for instance behind a dead centre.
     pub fn go(&mut self, t: f64) -> Result<()> {
+        let (from, start) = (self.state.t, self.state.clone());
+        let mut stride = t - from;
+        while self.state.t != t {
+            let last = (t - self.state.t).abs() <= stride.abs() * (1.0 + 1e-9);
+            let to = if last { t } else { self.state.t + stride };
+            let before = self.state.clone();
+            match self.stride(to) {
+                Ok(true) => continue,
+                outcome if (2.0 * SMALLEST * (t - from)).abs() > stride.abs() => {
+                    outcome.inspect_err(|_| self.state.copy_from(&start))?;
+                }
+                _ => {
+                    self.state.copy_from(&before);
+                    stride *= 0.5;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// One stride to `t`. Returns whether the guess was good.
+    fn stride(&mut self, t: f64) -> Result<bool> {
         let h = t - self.state.t;
+        let (mut moved, mut wrong) = (0.0f64, 0.0f64);
         for i in 0..self.state.q.len() {
-            self.state.q[i] += h * (self.state.v[i] + 0.5 * h * self.state.a[i]);
+            let change = h * (self.state.v[i] + 0.5 * h * self.state.a[i]);
+            moved = moved.max(change.abs());
+            self.state.q[i] += change;
             self.state.v[i] += h * self.state.a[i];
         }
+        let guess = self.state.q.clone();
         self.state.t = t;
-        self.settle()
+        self.settle()?;
+        for (i, guess) in guess.iter().enumerate().filter(|(i, _)| self.system.equation_of(*i).is_some()) {
+            wrong = wrong.max((self.state.q[i] - guess).abs());
+        }
+        Ok(wrong <= GOOD_GUESS * moved.max(1e-6))
     }
 
     fn settle(&mut self) -> Result<()> {
@@ -67,6 +106,7 @@ pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64])
             walk.go(t)?;
         }
         sampler.outputs(mechanism, &walk.state, &mut outputs);
+        blame::check(mechanism, &walk.state, &outputs)?;
         series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));
     }
     Ok(series)

@@ -2,10 +2,12 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `blame` | the element that cannot be evaluated or does not settle, for messages |
 //! | `state` | positions, velocities, accelerations, multipliers |
-//! | `system` | the equations: numbering, residual, matrix |
+//! | `system/` | the equations: numbering, residual, matrix |
 //! | `start` | assembly, consistent velocities and accelerations |
 //! | `generalized_alpha` | implicit time steps on the index-3 equations |
+//! | `predictor` | a first guess for the next implicit step |
 //! | `sampling` | dense output, named outputs at requested times |
 //! | `dynamics` | the run over time by implicit steps |
 //! | `explicit/` | explicit Runge–Kutta steps: differential equations, and mechanisms at high accuracy |
@@ -13,12 +15,14 @@
 //! | `statics` | equilibria and load paths |
 //! | `modes` | small vibrations about a state |
 
+pub(crate) mod blame;
 pub mod dynamics;
 pub mod explicit;
 mod four_bar;
 pub mod generalized_alpha;
 pub mod kinematics;
 pub mod modes;
+pub mod predictor;
 pub mod sampling;
 pub mod start;
 pub mod state;

@@ -25,7 +25,9 @@ pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>
     let mut rows = vec![[0.0]; system.size()];
     system.assemble(mechanism, state, Linearization::statics(), &mut rows);
     let stiffness = system.dense();
-    system.assemble(mechanism, state, Linearization::accelerations(), &mut rows);
+    // Without reactions: with them the rows of the joints would add their geometric stiffness to the mass.
+    let unloaded = State { l: vec![0.0; state.l.len()], ..state.clone() };
+    system.assemble(mechanism, &unloaded, Linearization::accelerations(), &mut rows);
     let mass = system.dense();
     let free: Vec<usize> =
         (0..system.size()).filter(|&e| matches!(system.unknowns()[e], Unknown::Coordinate(_))).collect();

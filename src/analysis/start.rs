@@ -1,5 +1,6 @@
 //! Where a motion starts: assembled positions, consistent velocities and accelerations.
 
+use super::blame;
 use super::state::State;
 use super::system::{Linearization, System, Unknown, name_of};
 use crate::multibody::element::Room;
@@ -57,17 +58,50 @@ pub fn assemble(
         }
         system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
         system.factor().solve(&mut rows);
+        if rows.iter().any(|row| !row[0].is_finite()) {
+            break;
+        }
         let largest = apply(system, &rows, state);
         // Newton's next correction would be of the size of this one's square.
         if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance {
+            check_independence(system, mechanism, state, &mut rows)?;
             let position = std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]);
             return Ok(Projection { position, velocity: Vec::new() });
         }
     }
+    if let Some(error) = blame::not_finite(mechanism, state) {
+        return Err(error);
+    }
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
+    for (row, unknown) in rows.iter_mut().zip(system.unknowns()) {
+        row[0] = if matches!(unknown, Unknown::Multiplier(_)) { row[0] } else { 0.0 };
+    }
     let what = system.culprit(mechanism, &rows);
     let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
+}
+
+/// Answers of the projection above this size mean that closures depend on each other: by rounding alone a redundant
+/// closure leaves a pivot near 1e-16.
+const INDEPENDENT: f64 = 1e12;
+
+/// Refuses closures that depend on each other although rounding lets the matrix be factorized.
+///
+/// One back-substitution with the factor of the projection and a right-hand side that favours no direction; the joints are
+/// looked through only if its answer is suspiciously large.
+fn check_independence(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    rows: &mut [[f64; 1]],
+) -> Result<()> {
+    rows.iter_mut().enumerate().for_each(|(i, row)| row[0] = (1.0 + 2.3 * i as f64).sin());
+    system.factor().solve(rows);
+    if rows.iter().all(|row| row[0].abs() < INDEPENDENT) {
+        return Ok(());
+    }
+    let redundant = redundant_closures(system, mechanism, state);
+    if redundant.is_empty() { Ok(()) } else { Err(dependent(&redundant, state.t)) }
 }
 
 /// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
@@ -98,7 +132,7 @@ pub fn make_velocities_consistent(
     let mut rates = vec![0.0; system.size()];
     system.closure_rates(mechanism, state, 1, &mut Room::default(), &mut rates);
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
-    system.factorize(mechanism, state.t)?;
+    system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
     rows.iter_mut().zip(&rates).for_each(|(row, rate)| row[0] = *rate);
     system.factor().solve(&mut rows);
     let mut multipliers = vec![0.0; mechanism.multipliers];
@@ -143,6 +177,10 @@ impl AccelerationSolver {
             }
         }
         system.factor().solve(&mut self.rows);
+        if self.rows.iter().any(|row| !row[0].is_finite()) {
+            let singular = || explained(system, mechanism, state, no_accelerations(state.t));
+            return Err(blame::not_finite(mechanism, state).unwrap_or_else(singular));
+        }
         for (unknown, change) in system.unknowns().iter().zip(&self.rows) {
             match *unknown {
                 Unknown::Coordinate(i) => state.a[i] = -change[0],
@@ -168,13 +206,22 @@ pub fn acceleration_rows<T: Real>(
     system.closure_rates(mechanism, state, 2, jets, rows);
 }
 
-/// A singular system explained by redundant joints, if that is what it is.
+fn no_accelerations(t: f64) -> Error {
+    let why = format!("the accelerations at t = {t:.6e} s are not finite");
+    Error::analysis("the mechanism", why, "check its masses, and the rates of its prescribed motions")
+}
+
+/// A singular system explained by what is not finite, or by redundant joints, if that is what it is.
 fn explained(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, error: Error) -> Error {
-    let redundant = redundant_closures(system, mechanism, state);
-    if redundant.is_empty() {
+    if let Some(error) = blame::not_finite(mechanism, state) {
         return error;
     }
-    let why = format!("redundant or contradictory at t = {:.6e} s", state.t);
+    let redundant = redundant_closures(system, mechanism, state);
+    if redundant.is_empty() { error } else { dependent(&redundant, state.t) }
+}
+
+fn dependent(redundant: &[String], t: f64) -> Error {
+    let why = format!("redundant or contradictory at t = {t:.6e} s");
     let remedy = "remove these closures, or free the directions that other joints hold already; \
                   a dead centre makes closures dependent for an instant";
     Error::analysis(redundant.join(", "), why, remedy)

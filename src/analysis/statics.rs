@@ -1,5 +1,6 @@
 //! Static equilibrium.
 
+use super::blame;
 use super::sampling::Sampler;
 use super::start::{Assembly, assemble};
 use super::state::State;
@@ -39,12 +40,18 @@ pub fn balance(
     state.prescribe(mechanism);
     state.v.fill(0.0);
     state.a.fill(0.0);
+    if mechanism.multipliers > 0 && state.l.iter().all(|l| *l == 0.0) {
+        guess_reactions(system, mechanism, state, &mut rows)?;
+    }
     for _ in 0..settings.iterations {
         system.assemble(mechanism, state, Linearization::statics(), &mut rows);
-        system.factorize(mechanism, state.t)?;
+        blame::factorize(system, mechanism, state)?;
         system.factor().solve(&mut rows);
         let moves = system.unknowns().iter().zip(&rows).filter(|(u, _)| matches!(u, Unknown::Coordinate(_)));
         let largest = moves.map(|(_, r)| r[0].abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+        if !largest.is_finite() {
+            break;
+        }
         let part = if largest > settings.longest { settings.longest / largest } else { 1.0 };
         for (unknown, change) in system.unknowns().iter().zip(&rows) {
             match *unknown {
@@ -57,9 +64,37 @@ pub fn balance(
         }
     }
     system.assemble(mechanism, state, Linearization::statics(), &mut rows);
-    let what = system.culprit(mechanism, &rows);
+    if let Some(error) = blame::not_finite(mechanism, state) {
+        return Err(error);
+    }
+    let what = blame::culprit(system, mechanism, state, &rows);
     let why = format!("no static equilibrium found at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "apply the load in more steps, or add stiffness to free motions"))
+}
+
+/// The reactions that come nearest to balance at the given positions.
+///
+/// A pendulum has no stiffness but that of its reactions: without a guess its equations would be singular.
+fn guess_reactions(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    rows: &mut [[f64; 1]],
+) -> Result<()> {
+    let mut forces = vec![[0.0]; rows.len()];
+    system.assemble(mechanism, state, Linearization::statics(), &mut forces);
+    system.assemble(mechanism, state, Linearization::projection(), rows);
+    blame::factorize(system, mechanism, state)?;
+    for ((row, force), unknown) in rows.iter_mut().zip(&forces).zip(system.unknowns()) {
+        *row = if matches!(unknown, Unknown::Coordinate(_)) { *force } else { [0.0] };
+    }
+    system.factor().solve(rows);
+    for (unknown, row) in system.unknowns().iter().zip(rows.iter()) {
+        if let Unknown::Multiplier(m) = *unknown {
+            state.l[m] = -row[0];
+        }
+    }
+    Ok(())
 }
 
 /// Static equilibria at `times`, each started from the one before: a load path when loads are functions of time.
@@ -75,6 +110,7 @@ pub fn equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64])
         state.t = t;
         balance(&mut system, mechanism, &mut state, settings)?;
         sampler.outputs(mechanism, &state, &mut outputs);
+        blame::check(mechanism, &state, &outputs)?;
         series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));
     }
     Ok(series)

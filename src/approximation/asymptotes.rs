@@ -22,6 +22,21 @@ pub enum Asymptotes {
     },
     /// l = s b and u = b/s, for positive variables; s between 0 and 1.
     Proportional(f64),
+    /// As [`Moving`](Self::Moving), with distances in units of the positive variable itself: b − l and u − b begin at
+    /// `initial` × b, are divided by `rate` where the variable goes on and multiplied where it turns, and stay between `least`
+    /// and `most` × b.
+    Relative {
+        /// First distances of l and u, in units of b.
+        initial: [f64; 2],
+        /// s, between 0 and 1.
+        rate: f64,
+        /// Least distances.
+        least: [f64; 2],
+        /// Largest distances.
+        most: [f64; 2],
+    },
+    /// Another rule for each variable; the last one for all that are left.
+    Each(&'static [Self]),
 }
 
 impl Asymptotes {
@@ -48,6 +63,21 @@ impl Asymptotes {
                 Error::check_option("largest asymptote distance", "at least the least", most, most >= least)
             }
             Self::Proportional(s) => Error::check_option("asymptote ratio", "between 0 and 1", s, s > 0.0 && s < 1.0),
+            Self::Relative { initial, rate, least, most } => {
+                Error::check_option("asymptote rate", "above 0 and at most 1", rate, rate > 0.0 && rate <= 1.0)?;
+                (0..2).try_for_each(|side| {
+                    let positive = initial[side] > 0.0 && initial[side].is_finite();
+                    Error::check_option("first asymptote distance", "positive and finite", initial[side], positive)?;
+                    Error::check_option("least asymptote distance", "positive", least[side], least[side] > 0.0)?;
+                    let good = most[side] >= least[side];
+                    Error::check_option("largest asymptote distance", "at least the least", most[side], good)
+                })
+            }
+            Self::Each(rules) => {
+                let count = rules.len() as f64;
+                Error::check_option("number of asymptote rules", "at least 1", count, !rules.is_empty())?;
+                rules.iter().try_for_each(Self::check)
+            }
         }
     }
 
@@ -73,10 +103,23 @@ impl Asymptotes {
                 let sigma = width * surroundings.scale[k];
                 Ok((x - sigma, x + sigma))
             }
-            Self::Proportional(s) if x > 0.0 => Ok((s * x, x / s)),
-            Self::Proportional(_) => {
+            Self::Each(rules) => rules[k.min(rules.len() - 1)].of(k, surroundings),
+            Self::Proportional(_) | Self::Relative { .. } if !(x > 0.0) => {
                 let why = format!("variable {k} is {x}, which is not positive");
                 Err(Error::definition("proportional asymptotes", why, "use moving asymptotes, or bound it above zero"))
+            }
+            Self::Proportional(s) => Ok((s * x, x / s)),
+            Self::Relative { initial, rate, least, most } => {
+                let within = |d: [f64; 2], x: f64| [0, 1].map(|i| d[i].clamp(least[i] * x, most[i] * x));
+                let first = |x: f64| within(initial.map(|d| d * x), x);
+                // The first two designs have the first distances.
+                let begin = trail.get(1).or(trail.first()).map_or(initial, |b| first(b[k]));
+                let next = |d: [f64; 2], w: &[Vec<f64>]| {
+                    let turns = (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]) < 0.0;
+                    within(d.map(|d| if turns { d * rate } else { d / rate }), w[2][k])
+                };
+                let [below, above] = trail.windows(3).fold(begin, next);
+                Ok((x - below, x + above))
             }
         }
     }
@@ -104,6 +147,23 @@ mod tests {
         assert!((distance(&[1.0, 2.0, 1.5]) - 0.35).abs() < 1e-15);
         assert!((distance(&[1.0, 2.0, 1.5, 1.5, 1.6]) - 0.35).abs() < 1e-15);
         assert_eq!(of(Asymptotes::Proportional(0.5), &[3.0]), (1.5, 6.0));
+    }
+
+    #[test]
+    fn relative_distances_follow_the_steps_within_their_limits() {
+        let rule = Asymptotes::Relative { initial: [1.0, 4.0], rate: 0.5, least: [0.6, 1.5], most: [51.0, 49.0] };
+        assert_eq!(of(rule, &[2.0]), (0.0, 10.0));
+        assert_eq!(of(rule, &[2.0, 3.0]), (0.0, 15.0));
+        // It goes on: distances 3 and 12 double. It turns: they halve, but not below 0.6 and 1.5 times the variable.
+        assert_eq!(of(rule, &[2.0, 3.0, 4.0]), (-2.0, 28.0));
+        assert_eq!(of(rule, &[2.0, 4.0, 3.0]), (1.0, 11.0));
+        assert_eq!(of(rule, &[2.0, 10.0, 9.0]), (3.5999999999999996, 29.0));
+        let each = Asymptotes::Each(&[Asymptotes::Proportional(0.5), Asymptotes::Proportional(0.25)]);
+        assert_eq!(of(each, &[3.0]), (1.5, 6.0));
+        assert!(Asymptotes::Each(&[]).check().is_err());
+        assert!(
+            Asymptotes::Relative { initial: [1.0; 2], rate: 2.0, least: [0.5; 2], most: [9.0; 2] }.check().is_err()
+        );
     }
 
     #[test]

@@ -28,8 +28,10 @@ use std::sync::Arc;
 /// Variables up to which second derivatives are given: three matrices of n × n.
 const DENSE: usize = 1000;
 
-/// The three forms xᵀSx, xᵀPx and xᵀQx: responses 0, 1, 2.
+/// The three forms xᵀSx, xᵀPx and xᵀQx, each with the sign with which it is minimized or bounded from above: responses 0,
+/// 1, 2. Convex approximations of them make convex problems then.
 struct Forms {
+    signs: [f64; 3],
     toeplitz: Toeplitz,
     /// θᵢ/2π = (i − 1)/(n − 1).
     place: Vec<f64>,
@@ -42,10 +44,11 @@ struct Forms {
 type Products = [Vec<f64>; 3];
 
 impl Forms {
-    fn new(n: usize) -> Self {
+    fn new(n: usize, signs: [f64; 3]) -> Self {
         let logarithm = (n as f64).ln();
         let place: Vec<f64> = (0..n).map(|i| i as f64 / (n - 1) as f64).collect();
         Self {
+            signs,
             toeplitz: Toeplitz::new(n, |k| 1.0 / ((1.0 + k as f64) * logarithm)),
             sine: place.iter().map(|p| (2.0 * PI * p).sin()).collect(),
             cosine: place.iter().map(|p| (2.0 * PI * p).cos()).collect(),
@@ -84,7 +87,8 @@ impl Forms {
 impl Analysis for Forms {
     fn analyze(&self, x: &[f64]) -> Result<Responses> {
         let products = self.products(x);
-        let values = products.iter().map(|p| vec![x.iter().zip(p).map(|(x, p)| x * p).sum()]).collect();
+        let form = |(p, sign): (&Vec<f64>, f64)| vec![sign * x.iter().zip(p).map(|(x, p)| x * p).sum::<f64>()];
+        let values = products.iter().zip(self.signs).map(form).collect();
         Ok(Responses { values, trace: Some(Arc::new(products)) })
     }
 
@@ -92,12 +96,15 @@ impl Analysis for Forms {
         let known = responses.trace.as_ref().and_then(|t| t.downcast_ref::<Products>());
         let fresh = if known.is_none() { Some(self.products(x)) } else { None };
         let products = known.or(fresh.as_ref()).expect("one of both is there");
-        Ok(DMatrix::from_fn(wanted.len(), x.len(), |i, k| 2.0 * products[wanted[i].response][k]))
+        Ok(DMatrix::from_fn(wanted.len(), x.len(), |i, k| {
+            2.0 * self.signs[wanted[i].response] * products[wanted[i].response][k]
+        }))
     }
 
     fn curvatures(&self, x: &[f64], _: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let n = x.len();
-        let whole = |i: &Instant| DMatrix::from_fn(n, n, |j, k| 2.0 * self.entry(i.response, j, k));
+        let whole =
+            |i: &Instant| DMatrix::from_fn(n, n, |j, k| 2.0 * self.signs[i.response] * self.entry(i.response, j, k));
         Ok((n <= DENSE).then(|| wanted.iter().map(whole).collect()))
     }
 }
@@ -123,12 +130,12 @@ fn forms(name: &str, n: usize, sign: f64, start: f64) -> Result<Problem> {
         parts.variable(DesignVariable::new(format!("x{k}"), "", start).within(-1.0, 1.0));
     }
     let [s, p, q] = ["S", "P", "Q"].map(|form| parts.constant(form, ""));
-    let signed = |sign: f64| Quantity::plain(function!([sign: f64 = sign] |p| p.response[0] * sign));
-    parts.minimize("form of S", "", signed(sign).of(&[s]));
+    let same = || Quantity::plain(function!(|p| p.response[0]));
+    parts.minimize("form of S", "", same().of(&[s]));
     for (form, word) in [(p, "form of P"), (q, "form of Q")] {
-        parts.subject_to(Constraint::at_most(word, -sign * 0.5 * n as f64, signed(-sign).of(&[form])));
+        parts.subject_to(Constraint::at_most(word, -sign * 0.5 * n as f64, same().of(&[form])));
     }
-    parts.build(Forms::new(n))
+    parts.build(Forms::new(n, [sign, -sign, -sign]))
 }
 
 const SOURCE: &str = "two optimizers from the start of the problem, and f1 = n + f2";
@@ -156,7 +163,7 @@ mod tests {
     #[test]
     fn products_without_matrices_are_those_with_them() {
         let n = 37;
-        let forms = Forms::new(n);
+        let forms = Forms::new(n, [1.0; 3]);
         let x: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
         for (h, product) in forms.products(&x).iter().enumerate() {
             for i in 0..n {
@@ -169,7 +176,7 @@ mod tests {
 
     #[test]
     fn reversal_takes_s_to_p_plus_q_minus_s() {
-        let forms = Forms::new(11);
+        let forms = Forms::new(11, [1.0; 3]);
         for (i, j) in [(0, 0), (2, 7), (10, 4)] {
             let rest = forms.entry(1, i, j) + forms.entry(2, i, j) - forms.entry(0, i, j);
             assert!((forms.entry(0, 10 - i, 10 - j) - rest).abs() < 1e-15);

@@ -6,6 +6,8 @@
 use super::Optimum;
 use crate::error::Result;
 use crate::function;
+#[cfg(feature = "multibody")]
+use crate::multibody::mechanisms::CouplerPath;
 use crate::problem::{
     ClosedForm, Constraint, DesignVariable, Functional, Point, Problem, ProblemBuilder, Quantity, TimeGrid,
 };
@@ -63,14 +65,30 @@ impl Functional for PathError {
 /// The pose of the coupler is treated as the response of an analysis, the rest is explicit. b₃ and b₅ … b₈ are
 /// unbounded, as in the paper: a box on the angles would create false optima on its faces.
 pub fn path_generation(start: [f64; 8]) -> Result<Problem> {
+    parts(start)?.build_analytic(Coupler)
+}
+
+/// [`path_generation`] with the pose of the coupler found by assembling and differentiating the mechanism.
+#[cfg(feature = "multibody")]
+pub fn path_generation_assembled(start: [f64; 8]) -> Result<Problem> {
+    use crate::analysis::start::Assembly;
+    let analysis = crate::sensitivity::Driven::new(CouplerPath, Assembly::default(), &rotations())?;
+    parts(start)?.build(analysis)
+}
+
+/// Crank rotations in rad.
+fn rotations() -> Vec<f64> {
+    ROTATIONS_DEG.iter().map(|d| d.to_radians()).collect()
+}
+
+fn parts(start: [f64; 8]) -> Result<ProblemBuilder> {
     let mut parts = ProblemBuilder::new("slider-crank path generation");
     for (i, &value) in start.iter().enumerate() {
         let unit = if i >= 6 { "rad" } else { "length" };
         let variable = DesignVariable::new(format!("b{}", i + 1), unit, value);
         parts.variable(if [0, 1, 3].contains(&i) { variable.within(1.0, 30.0) } else { variable });
     }
-    let rotations = ROTATIONS_DEG.iter().map(|d| d.to_radians()).collect();
-    let rotation = parts.grid(TimeGrid::new("crank rotation", "rad", rotations)?);
+    let rotation = parts.grid(TimeGrid::new("crank rotation", "rad", rotations())?);
     let pose = [("x2", "length"), ("y2", "length"), ("theta2", "rad")].map(|(r, u)| parts.transient(r, u, rotation));
     parts.minimize("path error", "length²", Quantity::whole(rotation, PathError).of(&pose));
     for (name, sign) in [("movability 1", 1.0), ("movability 2", -1.0)] {
@@ -79,7 +97,7 @@ pub fn path_generation(start: [f64; 8]) -> Result<Problem> {
         });
         parts.subject_to(Constraint::at_most(name, 0.0, Quantity::plain(reach)));
     }
-    parts.build_analytic(Coupler)
+    Ok(parts)
 }
 
 /// The optimum, angles modulo 2π.

@@ -1,12 +1,31 @@
-//! The choice between a banded and a general sparse factorization.
+//! The choice of a factorization.
 
-use super::{Banded, Sparse};
+use super::{Banded, Ordered, Sparse};
 use faer::dyn_stack::MemBuffer;
 
-/// A matrix of fixed pattern with whichever factorization is cheaper for it.
+/// A matrix of fixed pattern with whichever factorization is cheapest for it.
+///
+/// Without interchanges where that is safe; otherwise, matrix by matrix, with interchanges.
 #[derive(Clone)]
-pub enum Factor {
-    /// Narrow band: chains, beams, single loops, and everything small.
+pub struct Factor {
+    kind: Kind,
+    /// With interchanges, for matrices of an ordered pattern that want them.
+    pivoting: Option<Box<Pivoting>>,
+    refused: bool,
+}
+
+#[derive(Clone)]
+enum Kind {
+    /// Chains, beams, loops: everything with little fill.
+    Ordered(Ordered),
+    /// Much fill.
+    Pivoting(Pivoting),
+}
+
+/// Factorizations with interchanges.
+#[derive(Clone)]
+enum Pivoting {
+    /// Narrow band.
     Banded(Banded),
     /// Wide band.
     Sparse(Box<Sparse>),
@@ -25,65 +44,150 @@ pub struct Singular {
 /// A band wider than this (rows below the diagonal) is worth a general sparse factorization.
 const WIDE: usize = 40;
 
+/// Multiplications per unknown up to which an ordered factorization is tried.
+const MUCH: usize = 1000;
+
 impl Factor {
-    /// A zero matrix with the pattern `rows[i]` of columns, numbered so that the band is narrow.
-    pub fn new(rows: &[Vec<usize>]) -> Self {
+    /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), numbered so
+    /// that the band is narrow. The diagonals of `multipliers` are zero.
+    pub fn new(rows: &[Vec<usize>], multipliers: &[bool]) -> Self {
+        let ordered = Ordered::new(rows, multipliers, MUCH * rows.len());
+        let kind = ordered.map_or_else(|| Kind::Pivoting(Pivoting::new(rows)), Kind::Ordered);
+        Self { kind, pivoting: None, refused: false }
+    }
+
+    /// Where entry (`i`, `j`) of the pattern is in [`Factor::entries_mut`].
+    pub fn slot(&self, i: usize, j: usize) -> usize {
+        match &self.kind {
+            Kind::Ordered(m) => m.slot(i, j),
+            Kind::Pivoting(m) => m.slot(i, j),
+        }
+    }
+
+    /// The entries by slot: set them to zero, add to them, and factorize.
+    pub fn entries_mut(&mut self) -> &mut [f64] {
+        match &mut self.kind {
+            Kind::Ordered(m) => m.entries_mut(),
+            Kind::Pivoting(m) => m.entries_mut(),
+        }
+    }
+
+    /// Factorizes; entries may be overwritten.
+    pub fn factorize(&mut self) -> Result<(), Singular> {
+        let done = match &mut self.kind {
+            Kind::Ordered(m) => {
+                self.refused = m.factorize().is_err();
+                if !self.refused {
+                    return Ok(());
+                }
+                self.pivoting.get_or_insert_with(|| Box::new(Pivoting::like(m))).take_over(m)
+            }
+            Kind::Pivoting(m) => m.factorize(),
+        };
+        done.map_err(|unknown| Singular { unknown })
+    }
+
+    /// Whether the last matrix was factorized with interchanges.
+    pub fn has_interchanges(&self) -> bool {
+        self.refused || matches!(self.kind, Kind::Pivoting(_))
+    }
+
+    /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
+    pub fn solve<const W: usize>(&mut self, b: &mut [[f64; W]]) {
+        match (&mut self.kind, &mut self.pivoting) {
+            (Kind::Ordered(_), Some(m)) if self.refused => m.solve(b),
+            (Kind::Ordered(m), _) => m.solve(b),
+            (Kind::Pivoting(m), _) => m.solve(b),
+        }
+    }
+
+    /// Memory of a caller's own for [`Factor::solve_in`].
+    pub fn room(&self) -> SolveRoom {
+        match &self.kind {
+            Kind::Pivoting(Pivoting::Sparse(m)) => SolveRoom(Some(m.room())),
+            _ => SolveRoom(None),
+        }
+    }
+
+    /// [`Factor::solve`] by several callers at the same time, each with its own `room`.
+    pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], room: &mut SolveRoom) {
+        let pivoting = match (&self.kind, &self.pivoting) {
+            (Kind::Ordered(_), Some(m)) if self.refused => &**m,
+            (Kind::Ordered(m), _) => return m.solve(b),
+            (Kind::Pivoting(m), _) => m,
+        };
+        match pivoting {
+            Pivoting::Banded(m) => m.solve(b),
+            Pivoting::Sparse(m) => m.solve_in(b, room.0.get_or_insert_with(|| m.room())),
+        }
+    }
+
+    /// Solves Aᵀ X = B in place for `W` right-hand sides.
+    pub fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
+        match (&mut self.kind, &mut self.pivoting) {
+            (Kind::Ordered(_), Some(m)) if self.refused => m.solve_transposed(b),
+            (Kind::Ordered(m), _) => m.solve_transposed(b),
+            (Kind::Pivoting(m), _) => m.solve_transposed(b),
+        }
+    }
+}
+
+impl Pivoting {
+    fn new(rows: &[Vec<usize>]) -> Self {
         let below = rows.iter().enumerate().flat_map(|(i, r)| r.iter().map(move |&j| i.saturating_sub(j))).max();
         let sparse = if below.unwrap_or(0) > WIDE { Sparse::new(rows) } else { None };
         sparse.map_or_else(|| Self::Banded(Banded::new(rows)), |s| Self::Sparse(Box::new(s)))
     }
 
-    /// Where entry (`i`, `j`) of the pattern is in [`Factor::entries_mut`].
-    pub fn slot(&self, i: usize, j: usize) -> usize {
+    /// Of the same pattern.
+    fn like(matrix: &Ordered) -> Self {
+        let mut rows = Vec::new();
+        for (i, j, _) in matrix.entries() {
+            rows.resize(i + 1, Vec::new());
+            rows[i].push(j);
+        }
+        Self::new(&rows)
+    }
+
+    /// Factorizes a matrix of the same pattern.
+    fn take_over(&mut self, matrix: &Ordered) -> Result<(), usize> {
+        self.entries_mut().fill(0.0);
+        for (i, j, value) in matrix.entries() {
+            let slot = self.slot(i, j);
+            self.entries_mut()[slot] = value;
+        }
+        self.factorize()
+    }
+
+    fn slot(&self, i: usize, j: usize) -> usize {
         match self {
             Self::Banded(m) => m.slot(i, j),
             Self::Sparse(m) => m.slot(i, j),
         }
     }
 
-    /// The entries by slot: set them to zero, add to them, and factorize.
-    pub fn entries_mut(&mut self) -> &mut [f64] {
+    fn entries_mut(&mut self) -> &mut [f64] {
         match self {
             Self::Banded(m) => m.entries_mut(),
             Self::Sparse(m) => m.entries_mut(),
         }
     }
 
-    /// Factorizes; a banded matrix is overwritten.
-    pub fn factorize(&mut self) -> Result<(), Singular> {
-        let done = match self {
+    fn factorize(&mut self) -> Result<(), usize> {
+        match self {
             Self::Banded(m) => m.factorize(),
             Self::Sparse(m) => m.factorize(),
-        };
-        done.map_err(|unknown| Singular { unknown })
+        }
     }
 
-    /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
-    pub fn solve<const W: usize>(&mut self, b: &mut [[f64; W]]) {
+    fn solve<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         match self {
             Self::Banded(m) => m.solve(b),
             Self::Sparse(m) => m.solve(b),
         }
     }
 
-    /// Memory of a caller's own for [`Factor::solve_in`].
-    pub fn room(&self) -> SolveRoom {
-        match self {
-            Self::Banded(_) => SolveRoom(None),
-            Self::Sparse(m) => SolveRoom(Some(m.room())),
-        }
-    }
-
-    /// [`Factor::solve`] by several callers at the same time, each with its own `room`.
-    pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], room: &mut SolveRoom) {
-        match self {
-            Self::Banded(m) => m.solve(b),
-            Self::Sparse(m) => m.solve_in(b, room.0.get_or_insert_with(|| m.room())),
-        }
-    }
-
-    /// Solves Aᵀ X = B in place for `W` right-hand sides.
-    pub fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
+    fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         match self {
             Self::Banded(m) => m.solve_transposed(b),
             Self::Sparse(m) => m.solve_transposed(b),
@@ -95,21 +199,25 @@ impl Factor {
 mod tests {
     use super::*;
 
+    /// A band with one dense last row and column, and then one without a diagonal.
     #[test]
-    fn both_factorizations_solve_the_same_arrow() {
-        // A band with one dense last row and column: wide, so the general factorization is chosen.
+    fn all_factorizations_solve_the_same_arrow() {
         let n = 60;
         let mut rows: Vec<Vec<usize>> = (0..n).map(|i| vec![i, n - 1]).collect();
         rows[n - 1] = (0..n).collect();
         rows.iter_mut().for_each(|r| r.dedup());
-        let (mut sparse, mut banded) = (Factor::new(&rows), Factor::Banded(Banded::new(&rows)));
-        assert!(matches!(sparse, Factor::Sparse(_)));
-        let solve = |matrix: &mut Factor| {
+        let pivoting = |kind| Factor { kind: Kind::Pivoting(kind), pivoting: None, refused: false };
+        let mut ordered = Factor::new(&rows, &vec![false; n]);
+        let mut sparse = pivoting(Pivoting::new(&rows));
+        let mut banded = pivoting(Pivoting::Banded(Banded::new(&rows)));
+        assert!(matches!(ordered.kind, Kind::Ordered(_)) && matches!(sparse.kind, Kind::Pivoting(Pivoting::Sparse(_))));
+        let solve = |matrix: &mut Factor, diagonal: f64| {
+            matrix.entries_mut().fill(0.0);
             for (i, row) in rows.iter().enumerate() {
                 for &j in row {
                     let slot = matrix.slot(i, j);
-                    matrix.entries_mut()[slot] =
-                        if i == j { 3.0 + i as f64 } else { 0.5 + (i as f64 - 2.0 * j as f64).sin() };
+                    let value = if i == j { 3.0 + i as f64 } else { 0.5 + (i as f64 - 2.0 * j as f64).sin() };
+                    matrix.entries_mut()[slot] = if i == 0 && j == 0 { diagonal } else { value };
                 }
             }
             matrix.factorize().unwrap();
@@ -118,9 +226,15 @@ mod tests {
             matrix.solve_transposed(&mut b);
             b
         };
-        let (x, y) = (solve(&mut sparse), solve(&mut banded));
-        for (x, y) in x.as_flattened().iter().zip(y.as_flattened()) {
-            assert!((x - y).abs() < 1e-10 * (1.0 + y.abs()));
+        for diagonal in [3.0, 0.0] {
+            let reference = solve(&mut banded, diagonal);
+            for other in [&mut ordered, &mut sparse] {
+                let found = solve(other, diagonal);
+                for (x, y) in found.as_flattened().iter().zip(reference.as_flattened()) {
+                    assert!((x - y).abs() < 1e-10 * (1.0 + y.abs()));
+                }
+            }
+            assert_eq!(ordered.has_interchanges(), diagonal == 0.0);
         }
     }
 }

@@ -61,6 +61,14 @@ pub trait Element: Send + Sync + 'static {
         0
     }
 
+    /// Coordinates (local numbers) that the rows are linear in, with coefficients that are the same in every state and at
+    /// all times; for a constraint the rows Φ. Derivatives with respect to them are taken once and for all.
+    ///
+    /// A body is linear in all its coordinates, a pin in the translations of its bodies. To leave one out costs time only.
+    fn linear(&self) -> &'static [usize] {
+        &[]
+    }
+
     /// Names of the quantities that [`Element::measure`] writes.
     fn measures(&self) -> &'static [&'static str] {
         &[]
@@ -76,6 +84,11 @@ pub trait Element: Send + Sync + 'static {
 
     /// What is wrong with these parameters, if anything: negative mass, zero length.
     fn complaint(&self, _p: &[f64]) -> Option<String> {
+        None
+    }
+
+    /// What is wrong in this state, if anything: points that coincide. Asked only when an analysis has failed.
+    fn trouble(&self, _x: &Local<'_, f64>) -> Option<String> {
         None
     }
 
@@ -101,13 +114,19 @@ pub struct Seeds {
 }
 
 /// [`Element`] as an object, for the closed set of numbers an analysis works with. Implemented for every element.
-pub trait AnyElement: Evaluate<f64> + Evaluate<Sensitive> + Evaluate<Jet<f64>> + Evaluate<Jet<Sensitive>> {
+pub trait AnyElement:
+    Evaluate<f64> + Evaluate<Sensitive> + Evaluate<Jet<f64>> + Evaluate<Jet<Sensitive>> + Evaluate<Jet<Tangent<4>>>
+{
     /// See [`Element::closures`].
     fn closures(&self) -> usize;
+    /// See [`Element::linear`].
+    fn linear(&self) -> &'static [usize];
     /// See [`Element::measures`].
     fn measures(&self) -> &'static [&'static str];
     /// See [`Element::complaint`].
     fn complaint(&self, p: &[f64]) -> Option<String>;
+    /// See [`Element::trouble`].
+    fn trouble(&self, x: &Local<'_, f64>) -> Option<String>;
     /// See [`Element::is_sensor`].
     fn is_sensor(&self) -> bool;
 
@@ -143,11 +162,17 @@ impl<E: Element> AnyElement for E {
     fn closures(&self) -> usize {
         Element::closures(self)
     }
+    fn linear(&self) -> &'static [usize] {
+        Element::linear(self)
+    }
     fn measures(&self) -> &'static [&'static str] {
         Element::measures(self)
     }
     fn complaint(&self, p: &[f64]) -> Option<String> {
         Element::complaint(self, p)
+    }
+    fn trouble(&self, x: &Local<'_, f64>) -> Option<String> {
+        Element::trouble(self, x)
     }
     fn is_sensor(&self) -> bool {
         Element::is_sensor(self)
@@ -156,7 +181,11 @@ impl<E: Element> AnyElement for E {
     fn columns(&self, x: &Local<'_, f64>, seeds: Seeds, active: &[usize], pad: &mut Scratchpad, out: &mut [f64]) {
         let width = active.len() + 1;
         match active.len() {
-            0 => pad.two.columns(self, x, seeds, active, width, 1, out),
+            0 => {
+                out.fill(0.0);
+                let (balance, closure) = out.split_at_mut(x.q.len());
+                Element::residual(self, x, balance, closure);
+            }
             1..=2 => pad.two.columns(self, x, seeds, active, width, 1, out),
             3 => pad.three.columns(self, x, seeds, active, width, 1, out),
             4 => pad.four.columns(self, x, seeds, active, width, 1, out),

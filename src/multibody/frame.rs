@@ -20,7 +20,7 @@ pub struct Frame<T> {
 
 impl<T: Scalar> Frame<T> {
     /// The frame whose coordinates x, y, θ are the local coordinates `first .. first + 3`.
-    #[inline]
+    #[inline(always)]
     pub fn of(x: &Local<'_, T>, first: usize) -> Self {
         let theta = x.q[first + 2];
         let (sin, cos) = theta.sin_cos();
@@ -28,7 +28,7 @@ impl<T: Scalar> Frame<T> {
     }
 
     /// A body-fixed vector in the inertial frame.
-    #[inline]
+    #[inline(always)]
     pub fn turned(&self, x: T, y: T) -> [T; 2] {
         [self.cos * x - self.sin * y, self.sin * x + self.cos * y]
     }
@@ -55,7 +55,7 @@ pub fn point_acceleration<T: Scalar>(x: &Local<'_, T>, first: usize, r: [T; 2]) 
 }
 
 /// Adds the force `f` at lever `r` to the three rows of a body from `first` on.
-#[inline]
+#[inline(always)]
 pub fn add_force<T: Scalar>(rows: &mut [T], first: usize, r: [T; 2], f: [T; 2]) {
     rows[first] += f[0];
     rows[first + 1] += f[1];

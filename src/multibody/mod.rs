@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `element` | the [`Element`] trait: one residual over the scalar |
 //! | `elements/` | bodies, beams, joints, forces, sensors: one file each |
-//! | `motion` | prescribed motions |
+//! | `motion/` | prescribed motions: constant speed, start-ups, ramps, harmonics, tables |
 //! | `formula` | outputs as formulas of measured quantities |
 //! | `mechanism` | coordinates + elements + outputs, as a pure function of the design ([`Model`]) |
 //! | `mechanisms/` | reference mechanisms |

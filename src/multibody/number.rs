@@ -8,8 +8,7 @@ use crate::scalar::{Scalar, Tangent, WIDTH};
 /// A value with its derivatives with respect to one chunk of [`WIDTH`] design variables.
 pub type Sensitive = Tangent<WIDTH>;
 
-/// A value with its first and second time derivative along a motion.
-pub type Jet<T> = num_dual::Dual2<T>;
+pub use crate::scalar::Jet;
 
 /// Most parameters of one prescribed motion (tables keep their points in the motion itself).
 pub const MOST_MOTION_PARAMETERS: usize = 8;
@@ -44,7 +43,7 @@ macro_rules! impl_number {
         }
     )*};
 }
-impl_number!(f64, Sensitive, Jet<f64>, Jet<Sensitive>);
+impl_number!(f64, Sensitive, Jet<f64>, Jet<Sensitive>, Jet<Tangent<4>>);
 
 /// Numbers in which whole states are kept: the value itself, or the value with design derivatives.
 pub trait Real: Number {

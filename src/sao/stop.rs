@@ -33,7 +33,7 @@ impl Status {
 /// A run has converged where over an accepted cycle the objective changed by less than [`accuracy`](Self::accuracy) of itself,
 /// no constraint is violated by more, and the optimality conditions of the problem at the start of that cycle hold up to
 /// [`residual`](Self::residual) ([`Cycle::residual`]). Steps that are short because move limits have shrunk, asymptotes are near
-/// or conservatism has grown are therefore no convergence. The paper's stop test has the first two conditions alone.
+/// or conservatism has grown are therefore no convergence. [`Stop::as_published`] has the first two conditions alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Relative change of the objective over an accepted cycle, and violation (as a fraction), below which the run has
@@ -56,6 +56,11 @@ impl Default for Stop {
 }
 
 impl Stop {
+    /// The paper's test: objective and violation alone. Where move limits shrink quickly it ends runs early.
+    pub fn as_published() -> Self {
+        Self { residual: f64::INFINITY, ..Self::default() }
+    }
+
     /// Refuses settings out of range.
     pub fn check(&self) -> Result<()> {
         let positive = |v: f64| v > 0.0 && v < 1.0;

@@ -9,6 +9,7 @@
 //! | [`Dual`] | the value and [`WIDTH`] first derivatives |
 //! | [`HyperDual`] | value, first and a [`BLOCK`] × [`BLOCK`] block of second derivatives |
 //! | [`Tangent<N>`](Tangent) | as a dual number, laid out flat for inner loops |
+//! | [`Jet<T>`](Jet) | value, first and second derivative along a motion |
 //! | [`Degree`] | the value and the polynomial degree in the seeded variables |
 //!
 //! ```
@@ -26,11 +27,13 @@
 mod chain_rule;
 mod degree;
 mod derivative;
+mod jet;
 mod tangent;
 
 pub use degree::{Degree, degree};
 pub use derivative::{gradient, hessian, jacobian};
 pub(crate) use derivative::{seed, slopes};
+pub use jet::Jet;
 pub use num_dual::DualNum;
 pub use tangent::Tangent;
 

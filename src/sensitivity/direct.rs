@@ -19,7 +19,7 @@ use crate::scalar::WIDTH;
 /// $$ \frac{\partial F}{\partial x_1}\frac{dx_1}{db} = -\frac{\partial F}{\partial x_0}\frac{dx_0}{db} - \frac{\partial F}{\partial b} $$
 ///
 /// whose right-hand side is one evaluation of the residual in dual numbers, [`WIDTH`] design variables at a time,
-/// and whose matrix is factorized already: it is the last one of Newton's iteration.
+/// and whose matrix is factorized once at the converged step; all design variables share it.
 ///
 /// **Errors.** As [`crate::analysis::simulate`], and [`crate::Error::Definition`] if the model makes another mechanism in
 /// dual numbers than in `f64`.
@@ -39,6 +39,7 @@ pub fn differentiate<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times:
     for (k, &t) in times.iter().enumerate() {
         while run.lags(t) {
             let h = run.advance()?;
+            run.integrator.linearize(h)?;
             companions.iter_mut().for_each(|companion| companion.follow(&mut run.integrator, h));
         }
         for (chunk, companion) in companions.iter_mut().enumerate() {
@@ -91,7 +92,7 @@ impl<'m> Companion<'m> {
         })
     }
 
-    /// Derivatives of the step `h` that `integrator` has just taken, with its factorization.
+    /// Derivatives of the step `h` that `integrator` has just taken and linearized.
     fn follow(&mut self, integrator: &mut Integrator<'_>, h: f64) {
         if self.started {
             self.step.accept();

@@ -80,7 +80,11 @@ pub fn differentiate_equilibria<M: Model>(
 }
 
 /// Derivatives of the equilibrium `values`, with the factorization that found it.
-fn equilibrium(mechanism: &Mechanism<Sensitive>, values: &State<f64>, system: &mut System) -> State<Sensitive> {
+pub(super) fn equilibrium(
+    mechanism: &Mechanism<Sensitive>,
+    values: &State<f64>,
+    system: &mut System,
+) -> State<Sensitive> {
     let mut state = State::built(mechanism, values.t);
     for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
         if coordinate.motion.is_none() {

@@ -2,7 +2,8 @@
 
 use crate::Result;
 use crate::analysis::State;
-use crate::analysis::dynamics::{Work, check_finite};
+use crate::analysis::blame;
+use crate::analysis::dynamics::Work;
 use crate::analysis::sampling::Sampler;
 use crate::multibody::{Mechanism, Sensitive};
 
@@ -53,7 +54,7 @@ impl Record {
     /// Values in `f64`, the same bits as a plain analysis.
     pub fn values(&mut self, time: usize, mechanism: &Mechanism<f64>, at: &State<f64>) -> Result<()> {
         self.sampler.outputs(mechanism, at, &mut self.outputs);
-        check_finite(mechanism, &self.outputs, at.t)?;
+        blame::check(mechanism, at, &self.outputs)?;
         for (series, &value) in self.history.values.iter_mut().zip(&self.outputs) {
             series[time] = value;
         }

@@ -63,51 +63,15 @@ impl KktResidual {
     ) -> Self {
         let x = &solution.x;
         let (lower, upper) = (program.lower(), program.upper());
-        let scale: Vec<f64> = (0..x.len()).map(|j| variable_scale(lower[j], upper[j], start[j], x[j])).collect();
-        let mut slope = here.objective.clone();
-        let mut unit = largest(scale.iter().zip(&slope).map(|(s, g)| s * g));
-        if let Some(first) = first {
-            unit = unit.max(largest(scale.iter().zip(first).map(|(s, g)| s * g)));
+        let mut survey = Survey::new(solution.multipliers.len());
+        for (j, &at) in x.iter().enumerate() {
+            let column = here.rows.column(j);
+            let sides = Sides::of((lower[j], upper[j]), at, start[j]);
+            let first = first.map_or(0.0, |first| first[j]);
+            let own = [solution.lower_multipliers[j], solution.upper_multipliers[j]];
+            survey.add(&sides, [here.objective[j], first], column.as_slice(), &solution.multipliers, |_| own);
         }
-        let mut row_units = vec![0.0f64; here.values.rows.len()];
-        for (j, slope) in slope.iter_mut().enumerate() {
-            for ((unit, λ), g) in row_units.iter_mut().zip(&solution.multipliers).zip(here.rows.column(j).iter()) {
-                *slope += λ * g;
-                *unit = unit.max((scale[j] * g).abs());
-            }
-        }
-        let mut residual = Self::default();
-        let (mut dual, mut complementarity): (f64, f64) = (0.0, 0.0);
-        for (i, &g) in here.values.rows.iter().enumerate() {
-            let λ = solution.multipliers[i];
-            unit = unit.max(λ.abs() * row_units[i]);
-            let row = if row_units[i] > 0.0 { row_units[i] } else { 1.0 };
-            let relaxed = solution.relaxed_rows.get(i).copied().unwrap_or(0.0);
-            let equality = program.is_equality(i);
-            let beyond = if equality { g.abs() } else { g } - relaxed;
-            residual.primal = residual.primal.max(beyond / row);
-            if !equality {
-                dual = dual.max(-λ * row);
-            }
-            if !equality || relaxed > 0.0 {
-                complementarity = complementarity.max((λ * beyond).abs());
-            }
-        }
-        for j in 0..x.len() {
-            let (l, u) = (solution.lower_multipliers[j], solution.upper_multipliers[j]);
-            slope[j] += u - l;
-            residual.primal = residual.primal.max((lower[j] - x[j]).max(x[j] - upper[j]) / scale[j]);
-            dual = dual.max(-l.min(u) * scale[j]);
-            let product = |μ: f64, gap: f64| if μ == 0.0 { 0.0 } else { (μ * gap).abs() };
-            complementarity = complementarity.max(product(l, x[j] - lower[j])).max(product(u, upper[j] - x[j]));
-        }
-        // A constant objective and rows of zeros have no unit.
-        let unit = if unit > 0.0 { unit } else { 1.0 };
-        let relative = |v: f64| v / unit;
-        residual.stationarity = relative(largest(scale.iter().zip(&slope).map(|(s, g)| s * g)));
-        residual.dual = relative(dual);
-        residual.complementarity = relative(complementarity);
-        residual
+        survey.finish(program, &here.values.rows, &solution.multipliers, &solution.relaxed_rows)
     }
 
     /// The largest of the four; NaN if one of them is.
@@ -118,7 +82,115 @@ impl KktResidual {
 
 /// Largest absolute value; NaN is kept.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |a, v| if v.is_nan() || v.abs() > a { v.abs() } else { a })
+    values.fold(0.0, larger)
+}
+
+fn larger(a: f64, v: f64) -> f64 {
+    if a.is_nan() || v.is_nan() { f64::NAN } else { a.max(v.abs()) }
+}
+
+/// A variable between its bounds.
+pub(super) struct Sides {
+    x: f64,
+    lower: f64,
+    upper: f64,
+    scale: f64,
+}
+
+impl Sides {
+    pub fn of((lower, upper): (f64, f64), x: f64, start: f64) -> Self {
+        Self { x, lower, upper, scale: variable_scale(lower, upper, start, x) }
+    }
+
+    /// The multipliers of the bounds that a slope of the Lagrangian asks for, none off the bounds.
+    pub fn priced(&self, slope: f64) -> [f64; 2] {
+        if self.x <= self.lower && slope > 0.0 {
+            [slope, 0.0]
+        } else if self.x >= self.upper && slope < 0.0 {
+            [0.0, -slope]
+        } else {
+            [0.0, 0.0]
+        }
+    }
+}
+
+/// What the variables contribute to a [`KktResidual`], taken in one by one; the formulas are those given there.
+#[derive(Clone, Debug)]
+pub(super) struct Survey {
+    row_units: Vec<f64>,
+    unit: f64,
+    stationarity: f64,
+    primal: f64,
+    dual: f64,
+    complementarity: f64,
+}
+
+impl Survey {
+    pub fn new(rows: usize) -> Self {
+        let row_units = vec![0.0; rows];
+        Self { row_units, unit: 0.0, stationarity: 0.0, primal: 0.0, dual: 0.0, complementarity: 0.0 }
+    }
+
+    /// Takes in a variable with the slopes of the objective at the point and at the start, and those of the rows; `price`
+    /// gives the multipliers of its bounds from the slope of f + Σ λᵢ gᵢ, which are returned.
+    pub fn add(
+        &mut self,
+        at: &Sides,
+        objective: [f64; 2],
+        rows: &[f64],
+        λ: &[f64],
+        price: impl Fn(f64) -> [f64; 2],
+    ) -> [f64; 2] {
+        let mut slope = objective[0];
+        for ((unit, λ), g) in self.row_units.iter_mut().zip(λ).zip(rows) {
+            slope += λ * g;
+            *unit = unit.max((at.scale * g).abs());
+        }
+        let [l, u] = price(slope);
+        self.unit = larger(larger(self.unit, at.scale * objective[0]), at.scale * objective[1]);
+        self.stationarity = larger(self.stationarity, at.scale * (slope + u - l));
+        self.primal = self.primal.max((at.lower - at.x).max(at.x - at.upper) / at.scale);
+        self.dual = self.dual.max(-l.min(u) * at.scale);
+        let product = |μ: f64, gap: f64| if μ == 0.0 { 0.0 } else { (μ * gap).abs() };
+        self.complementarity = self.complementarity.max(product(l, at.x - at.lower)).max(product(u, at.upper - at.x));
+        [l, u]
+    }
+
+    /// Takes in other variables.
+    pub fn join(&mut self, other: &Self) {
+        self.row_units.iter_mut().zip(&other.row_units).for_each(|(a, b)| *a = a.max(*b));
+        self.unit = larger(self.unit, other.unit);
+        self.stationarity = larger(self.stationarity, other.stationarity);
+        self.primal = self.primal.max(other.primal);
+        self.dual = self.dual.max(other.dual);
+        self.complementarity = self.complementarity.max(other.complementarity);
+    }
+
+    /// The residual, with the rows and by how much each is relaxed.
+    pub fn finish(mut self, program: &dyn Program, rows: &[f64], λ: &[f64], relaxed: &[f64]) -> KktResidual {
+        for (i, (&g, &λ)) in rows.iter().zip(λ).enumerate() {
+            self.unit = larger(self.unit, λ * self.row_units[i]);
+            let row = if self.row_units[i] > 0.0 { self.row_units[i] } else { 1.0 };
+            let relaxed = relaxed.get(i).copied().unwrap_or(0.0);
+            let equality = program.is_equality(i);
+            let beyond = if equality { g.abs() } else { g } - relaxed;
+            self.primal = self.primal.max(beyond / row);
+            if !equality {
+                self.dual = self.dual.max(-λ * row);
+            }
+            if !equality || relaxed > 0.0 {
+                self.complementarity = self.complementarity.max((λ * beyond).abs());
+            }
+        }
+        // A constant objective and rows of zeros have no unit.
+        let unit = if self.unit > 0.0 { self.unit } else { 1.0 };
+        KktResidual {
+            stationarity: self.stationarity / unit,
+            primal: self.primal,
+            dual: self.dual / unit,
+            complementarity: self.complementarity / unit,
+        }
+    }
 }
 
 /// What holds the solution in place.

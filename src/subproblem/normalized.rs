@@ -143,6 +143,13 @@ impl Separable for Normalized<'_> {
         let t = self.separable_program().term(i, j, (z * s).clamp(self.program.lower()[j], self.program.upper()[j]));
         Term { value: t.value / unit, slope: t.slope * s / unit, curvature: t.curvature * s * s / unit }
     }
+
+    fn weighted(&self, j: usize, z: f64, weights: &[f64]) -> Term {
+        let own: Vec<f64> = weights.iter().enumerate().map(|(i, w)| w / self.unit(i)).collect();
+        let (s, l, u) = (self.variable[j], self.program.lower()[j], self.program.upper()[j]);
+        let t = self.separable_program().weighted(j, (z * s).clamp(l, u), &own);
+        Term { value: t.value, slope: t.slope * s, curvature: t.curvature * s * s }
+    }
 }
 
 impl Normalized<'_> {

@@ -1,6 +1,6 @@
 //! Exact derivatives against Richardson differences of the same discrete solution.
 
-use crate::zoo::{Arm, Forces, Joints};
+use crate::zoo::Arm;
 use linkwright::analysis::explicit::{Explicit, Pace};
 use linkwright::analysis::kinematics::kinematics;
 use linkwright::analysis::start::Assembly;
@@ -55,20 +55,6 @@ fn check_implicit<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics
 }
 
 #[test]
-fn every_force_element_and_parameter() {
-    let times: Vec<f64> = (0..=12).map(|k| 0.05 * f64::from(k)).collect();
-    check_implicit("force elements", &Forces, &Forces::DESIGN, implicit(0.01), &times);
-}
-
-#[test]
-fn every_joint_and_parameter() {
-    let times: Vec<f64> = (0..=5).map(|k| 0.04 * f64::from(k)).collect();
-    for length_driver in [false, true] {
-        check_implicit("joints", &Joints { length_driver }, &Joints::DESIGN, implicit(0.01), &times);
-    }
-}
-
-#[test]
 fn a_clamped_beam_that_starts_to_turn() {
     let times: Vec<f64> = (0..=8).map(|k| 0.05 * f64::from(k)).collect();
     check_implicit("flexible arm", &Arm { elements: 4 }, &Arm::DESIGN, implicit(0.005), &times);
@@ -88,9 +74,7 @@ fn check_explicit<M: Model>(name: &str, model: &M, b: &[f64]) {
 }
 
 #[test]
-fn explicit_steps_of_forces_joints_and_chains() {
-    check_explicit("force elements", &Forces, &Forces::DESIGN);
-    check_explicit("joints", &Joints { length_driver: false }, &Joints::DESIGN);
+fn explicit_steps_of_chains() {
     let chain = Chain::horizontal(5);
     check_explicit("chain", &chain, &chain.equal_links());
     let eighth = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(0.03));

@@ -23,11 +23,9 @@ fn disturbed(mechanism: &Mechanism<f64>, system: &System) -> State<f64> {
 fn reactions_are_workless() {
     for length_driver in [false, true] {
         let mechanism = Joints { length_driver }.build(&Joints::DESIGN).unwrap();
-        let mut system = System::new(&mechanism).unwrap();
-        let mut rows = vec![[0.0]; system.size()];
+        let system = System::new(&mechanism).unwrap();
         let state = disturbed(&mechanism, &system);
-        system.assemble(&mechanism, &state, Linearization::statics(), &mut rows);
-        let matrix = system.dense();
+        let matrix = system.dense_by_seeding(&mechanism, &state, Linearization::statics());
         for (i, unknown) in system.unknowns().iter().enumerate() {
             if matches!(unknown, Unknown::Multiplier(_)) {
                 for j in 0..system.size() {
@@ -70,6 +68,33 @@ fn conservative_forces_are_gradients_of_the_energy() {
             let h = 1e-5;
             let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
             assert!((slope - row[0]).abs() < 1e-6 * largest.max(1.0), "coordinate {i}: {slope} {}", row[0]);
+        }
+    }
+}
+
+/// What elements declare to be linear in is so: the matrix that relies on it is the one that seeds every unknown.
+#[test]
+fn constant_derivatives_are_constant() {
+    let mut arm = Arm::DESIGN;
+    arm[4] = 0.01;
+    let mechanisms = [
+        Forces.build(&Forces::DESIGN).unwrap(),
+        Joints { length_driver: false }.build(&Joints::DESIGN).unwrap(),
+        Joints { length_driver: true }.build(&Joints::DESIGN).unwrap(),
+        Arm { elements: 3 }.build(&arm).unwrap(),
+    ];
+    for mechanism in mechanisms {
+        let mut system = System::new(&mechanism).unwrap();
+        let mut state = disturbed(&mechanism, &system);
+        state.t = 0.3;
+        state.v.iter_mut().enumerate().for_each(|(i, v)| *v = (2.0 * i as f64).cos());
+        state.a.iter_mut().enumerate().for_each(|(i, a)| *a = (5.0 * i as f64).sin());
+        let mut rows = vec![[0.0]; system.size()];
+        for how in [Linearization::statics(), Linearization::accelerations(), Linearization::step(0.3, 0.7)] {
+            let reference = system.dense_by_seeding(&mechanism, &state, how);
+            system.assemble(&mechanism, &state, how, &mut rows);
+            let error = (system.dense() - &reference).amax();
+            assert!(error <= 1e-13 * reference.amax(), "{how:?}: {error:.1e}");
         }
     }
 }

@@ -1,10 +1,17 @@
 //! Mechanics held to closed forms, published solutions, identities and differences.
 
+mod adaptive;
+mod beams;
 mod derivatives;
+mod drift;
 mod elements;
 mod explicit;
 mod failures;
+mod modes;
 mod order;
+mod outputs;
 mod reference;
+mod rejected;
 mod rigid_limit;
+mod table;
 mod zoo;

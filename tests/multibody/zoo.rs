@@ -1,17 +1,18 @@
 //! Mechanisms that together use every element, every parameter of which is a design variable.
 
+use crate::table::Label;
 use linkwright::Result;
-use linkwright::multibody::elements::*;
+use linkwright::multibody::elements::{BeamSection, Law, Shear};
 use linkwright::multibody::mechanism::Pose;
-use linkwright::multibody::motion::{ConstantSpeed, Harmonic, StartUp};
-use linkwright::multibody::{Mechanism, Model};
+use linkwright::multibody::motion::{ConstantSpeed, Fixed, Harmonic, Ramp, StartUp, Table};
+use linkwright::multibody::{Coordinate, Mechanism, Model, Motion};
 use linkwright::scalar::Scalar;
 
 /// A pendulum hung with every force element.
 pub struct Forces;
 
 impl Forces {
-    pub const DESIGN: [f64; 42] = [
+    pub const DESIGN: [f64; 44] = [
         1.3, 0.2, 0.4, 9.81, // mass, inertia, lever, gravity
         40.0, 0.5, 0.9, 30.0, // spring
         3.0, 0.1, 0.2, 0.5, // torsion spring
@@ -23,7 +24,27 @@ impl Forces {
         0.7, 0.03, // second body
         0.8, -0.2, // initial velocity, angle
         0.3, 1.1, 5.0, // motor: mean, amplitude, frequency
-        400.0, 0.2, // wall
+        10.0, 0.2, 0.4, 1.5, // wall: stiffness, damping, height, direction of its normal
+    ];
+}
+
+impl Forces {
+    pub const LABELS: [Label; 15] = [
+        ("rigid body", "mass, inertia", &[0, 1, 33, 34]),
+        ("markers of bodies", "position on the body", &[2]),
+        ("gravity", "acceleration", &[3]),
+        ("spring and damper", "k, c, unloaded length, k₃", &[4, 5, 6, 7]),
+        ("torsion spring", "k, c, unloaded angle, k₃", &[8, 9, 10, 11]),
+        ("friction", "Coulomb moment, transition speed, viscosity", &[12, 13, 14]),
+        ("force on a point", "mean, amplitude, frequency, phase, direction", &[15, 16, 17, 18, 19]),
+        ("actuator", "mean, amplitude, frequency, phase", &[20, 21, 22, 23]),
+        ("bump stop", "stiffness, damping, limit", &[24, 25, 26]),
+        ("bushing", "stiffnesses", &[27, 28, 29]),
+        ("bushing", "dampings", &[30, 31, 32]),
+        ("initial state", "velocity", &[35]),
+        ("initial state", "position", &[36]),
+        ("motor or load", "mean, amplitude, frequency", &[37, 38, 39]),
+        ("wall contact", "stiffness, damping, place, direction", &[40, 41, 42, 43]),
     ];
 }
 
@@ -45,7 +66,7 @@ impl Model for Forces {
             [b[4], b[5], b[6], b[7]],
         );
         m.coordinate_spring("torsion", ground.theta, body.theta, [b[8], b[9], b[10], b[11]]);
-        m.add("friction", Friction, &[ground.theta, body.theta], &b[12..15]);
+        m.friction("friction", ground.theta, body.theta, [b[12], b[13], b[14]]);
         m.force("push", body.at(b[2] * 0.5, S::from(0.1)), b[19], Harmonic, &b[15..19]);
         m.actuator(
             "actuator",
@@ -54,15 +75,14 @@ impl Model for Forces {
             Harmonic,
             &b[20..24],
         );
-        m.add("stop", Stop, &[ground.theta, body.theta], &b[24..27]);
+        m.stop("stop", ground.theta, body.theta, [b[24], b[25], b[26]]);
         let tip = [b[2] * 2.0 * cos, b[2] * 2.0 * sin];
         let bob = m.body("bob", b[33], b[34], Pose { x: tip[0], y: tip[1], theta: b[36] });
         m.set_velocity(bob.theta, b[35] * 0.5);
         let bushing =
             m.bushing("bushing", body.at(b[2], zero), bob.origin(), [b[27], b[28], b[29]], [b[30], b[31], b[32]]);
         m.load("motor", ground.theta, bob.theta, Harmonic, &[b[37], b[38], b[39], zero]);
-        let wall = [zero, zero, zero, S::from(-0.25), S::from(std::f64::consts::FRAC_PI_2), b[40], b[41]];
-        m.add("wall", WallContact, &bob.coordinates(), &wall);
+        m.wall_contact("wall", bob.origin(), [zero, b[42]], b[43], [b[40], b[41]]);
         let sensor = m.sensor("bob", bob.at(S::from(0.1), zero));
         for name in ["x", "y", "theta", "vx", "ay", "alpha"] {
             let term = m.measure(sensor, name)?;
@@ -82,7 +102,21 @@ pub struct Joints {
 }
 
 impl Joints {
-    pub const DESIGN: [f64; 22] = [
+    pub const LABELS: [Label; 12] = [
+        ("rigid body", "mass, inertia, in joints", &[0, 1, 2, 3, 4, 5, 6, 7, 8]),
+        ("point mass", "mass", &[9]),
+        ("slider", "point and angle of its line", &[10, 11, 12]),
+        ("pin", "positions on both bodies", &[13, 30]),
+        ("weld", "position, angle", &[14, 15]),
+        ("gears", "radii, offset", &[16, 17, 22]),
+        ("rod", "length", &[18]),
+        ("drive between coordinates", "amplitude, frequency", &[19, 20]),
+        ("initial state", "angle, made consistent with the joints", &[21]),
+        ("rack", "radius, direction, offset", &[23, 24, 25]),
+        ("pin in a slot", "angle of the slot", &[26]),
+        ("pin in a slot", "position of the slot", &[27]),
+    ];
+    pub const DESIGN: [f64; 31] = [
         0.8, 0.05, 1.1, 0.06, 0.4, 0.02, 0.5, 0.03, 0.3, 0.2, // masses and inertias
         0.1, -0.05, 0.2, // slide: point and angle
         0.35, 0.15, 0.3, // link: half length, bob offset, bob turn
@@ -90,6 +124,10 @@ impl Joints {
         0.6,  // rod
         0.02, 6.0, // drive: amplitude, frequency
         0.4, // link angle at the start
+        0.072, 0.12, 0.02, 0.01, // gear offset; rack: radius, direction, offset
+        0.05, 0.02, // slot: angle, position
+        0.01, 4.0,  // linear drive: amplitude, frequency
+        -0.5, // axis of the wheel
     ];
 }
 
@@ -107,17 +145,17 @@ impl Model for Joints {
         m.revolute("pin", slider.origin(), link.at(-b[13], zero));
         let bob = m.body("bob", b[4], b[5], Pose { x: b[10] + cos, y: b[11] + sin, theta: b[21] + b[15] });
         m.weld("weld", link.at(b[13], zero), bob.at(-b[14], zero), b[15]);
-        let wheel = m.body("wheel", b[6], b[7], Pose { x: c(-0.5), y: zero, theta: zero });
-        let axis = m.revolute("axis", ground.at(c(-0.5), zero), wheel.origin());
-        m.add("gears", GearPair, &[wheel.theta, link.theta, ground.theta], &[b[16], b[17], c(0.072)]);
+        let wheel = m.body("wheel", b[6], b[7], Pose { x: b[30], y: zero, theta: zero });
+        let axis = m.revolute("axis", ground.at(b[30], zero), wheel.origin());
+        m.gear_pair("gears", [wheel.theta, link.theta], ground.theta, [b[16], b[17], b[22]]);
         let rack = m.body("rack", b[8], c(0.01), Pose { x: c(-0.5), y: c(0.12), theta: zero });
         m.prismatic("guide", ground.at(zero, c(0.12)), zero, rack.origin(), zero);
-        m.add("rack", Rack, &[rack.x, rack.y, wheel.x, wheel.y, wheel.theta], &[b[16], zero, c(0.01)]);
+        m.rack("rack", rack, wheel, [b[23], b[24], b[25]]);
         let pin = m.point_mass("pin", b[9], b[10] + 0.25, b[11] + 0.1);
-        let slot = m.point_on_line("slot", link.origin(), c(0.05), pin.origin());
+        let slot = m.point_on_line("slot", link.at(zero, b[27]), b[26], pin.origin());
         let far = ground.at(c(0.5), c(-0.5));
         let rod = if self.length_driver {
-            m.drive_length("rod", far, pin.origin(), Harmonic, &[b[18], c(0.01), c(4.0), zero])
+            m.drive_length("rod", far, pin.origin(), Harmonic, &[b[18], b[28], b[29], zero])
         } else {
             m.rod("rod", far, pin.origin(), b[18])
         };
@@ -169,6 +207,89 @@ impl Model for Arm {
             m.output(name, &[term]);
         }
         m.output("hub torque", &[m.effort(nodes[0].theta)]);
+        Ok(m)
+    }
+}
+
+/// Carts that are pulled along by springs, each from a coordinate that is driven in another way; and a controlled cart.
+pub struct Drives;
+
+/// A motion from outside the crate: a chirp.
+struct Chirp;
+
+impl Motion for Chirp {
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
+        p[0] * (p[1] * t * t).sin()
+    }
+}
+
+/// A controller: stiffness and damping against a reference that oscillates.
+struct Control;
+
+impl Law for Control {
+    fn effort<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T {
+        p[0] * ((p[2] * t).sin() - q[0]) - p[1] * v[0]
+    }
+}
+
+impl Drives {
+    pub const LABELS: [Label; 9] = [
+        ("inertia of a coordinate", "mass", &[0]),
+        ("fixed coordinate", "position", &[1]),
+        ("constant speed", "position, speed", &[2, 3]),
+        ("smooth start-ups", "position, speed, duration", &[4, 5, 6]),
+        ("harmonic drive", "mean, amplitude, frequency, phase", &[7, 8, 9, 10]),
+        ("ramp", "from, to, begin, duration", &[11, 12, 13, 14]),
+        ("table by a spline", "scale", &[15]),
+        ("function of the user", "amplitude, rate", &[16, 17]),
+        ("load by time and state", "stiffness, damping, frequency", &[18, 19, 20]),
+    ];
+    pub const DESIGN: [f64; 21] = [
+        0.7, // mass
+        0.2, 0.1, 2.0, // fixed, constant speed
+        0.1, 3.0, 0.305, // start-up
+        0.1, 0.5, 6.0, 0.4, // harmonic
+        0.1, 0.6, 0.105, 0.3, // ramp
+        0.8, 0.3, 9.0, // table, chirp
+        60.0, 2.0, 5.0, // controller
+    ];
+}
+
+impl Model for Drives {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let knots: Vec<f64> = (0..=8).map(|k| 0.095 * f64::from(k)).collect();
+        let table = Table::new(&knots, &knots.iter().map(|t| (5.0 * t).sin()).collect::<Vec<_>>())?;
+        let mut m = Mechanism::new();
+        let mut pulled = |drive: &dyn Fn(&mut Mechanism<S>, Coordinate)| -> Result<()> {
+            let [lead, cart] = [m.coordinate("lead", zero, zero), m.coordinate("cart", zero, zero)];
+            drive(&mut m, lead);
+            m.inertia("mass", cart, b[0]);
+            let spring = m.coordinate_spring("spring", lead, cart, [40.0, 1.0, 0.0, 0.0].map(S::from));
+            for name in ["effort", "stretch"] {
+                let term = m.measure(spring, name)?;
+                m.output(name, &[term]);
+            }
+            m.output("drive", &[m.effort(lead)]);
+            Ok(())
+        };
+        pulled(&|m, lead| m.drive(lead, Fixed, &b[1..2]))?;
+        pulled(&|m, lead| m.drive(lead, ConstantSpeed, &b[2..4]))?;
+        for profile in [StartUp::Linear, StartUp::Cubic, StartUp::HalfCosine, StartUp::Cycloid, StartUp::Polynomial] {
+            pulled(&|m, lead| m.drive(lead, profile, &b[4..7]))?;
+        }
+        pulled(&|m, lead| m.drive(lead, Harmonic, &b[7..11]))?;
+        pulled(&|m, lead| m.drive(lead, Ramp::Smooth, &b[11..15]))?;
+        pulled(&|m, lead| m.drive(lead, table.clone(), &b[15..16]))?;
+        pulled(&|m, lead| m.drive(lead, Chirp, &b[16..18]))?;
+        let cart = m.coordinate("controlled cart", S::from(0.1), zero);
+        m.inertia("controlled mass", cart, b[0]);
+        let control = m.state_load("control", cart, &[cart], Control, &b[18..21]);
+        let sensor = m.coordinate_sensor("controlled motion", m.ground().x, cart);
+        for (part, name) in [(control, "effort"), (sensor, "position"), (sensor, "velocity")] {
+            let term = m.measure(part, name)?;
+            m.output(name, &[term]);
+        }
         Ok(m)
     }
 }

@@ -2,11 +2,12 @@
 
 use super::stepper::Flow;
 use super::tableau::SLOTS;
+use crate::analysis::blame::not_finite;
 use crate::analysis::state::State;
-use crate::analysis::system::{Linearization, System, Unknown, gather};
+use crate::analysis::system::{Linearization, System, Unknown};
 use crate::linalg::Factor;
 use crate::multibody::element::Room;
-use crate::multibody::{Jet, Mechanism, Number};
+use crate::multibody::{Jet, Mechanism};
 use crate::{Error, Result};
 
 /// Slot of evaluations for output.
@@ -118,18 +119,12 @@ impl<'m> MechanismFlow<'m> {
         Ok(())
     }
 
-    /// The element whose forces are not finite.
+    /// What is not finite here.
     fn blame(&self) -> Error {
-        let mut room = Room::default();
-        let guilty = self.mechanism.parts.iter().find(|part| {
-            gather(part, &self.state, &mut room);
-            room.p.clone_from(&part.parameters);
-            f64::residual(part.element.as_ref(), self.state.t, &mut room);
-            room.balance.iter().chain(&room.closure).any(|row| !row.is_finite())
-        });
-        let what = guilty.map_or_else(|| self.system.culprit(self.mechanism, &self.rows), |part| part.name.clone());
-        let why = format!("its forces are not finite at t = {:.6e} s", self.state.t);
-        Error::analysis(what, why, "check the function that gives them, or take a smaller tolerance")
+        not_finite(self.mechanism, &self.state).unwrap_or_else(|| {
+            let why = format!("its rates are not finite at t = {:.6e} s", self.state.t);
+            Error::analysis(self.system.culprit(self.mechanism, &self.rows), why, "take a smaller tolerance")
+        })
     }
 
     /// One correction of positions (`rate` 0) or velocities (`rate` 1) with the factor of the projection.

@@ -5,7 +5,8 @@ use super::mechanism::{MechanismFlow, SAMPLE, Tape};
 use super::settings::Explicit;
 use super::stepper::Flow;
 use crate::Result;
-use crate::analysis::dynamics::{History, check_finite};
+use crate::analysis::blame;
+use crate::analysis::dynamics::History;
 use crate::analysis::sampling::Sampler;
 use crate::analysis::start::{Projection, assemble, make_velocities_consistent};
 use crate::analysis::state::State;
@@ -40,7 +41,7 @@ pub fn simulate_with_steps(
         }
         sample(&mut march, &mut y, t)?;
         sampler.outputs(mechanism, &march.stepper.flow.state, &mut outputs);
-        check_finite(mechanism, &outputs, t)?;
+        blame::check(mechanism, &march.stepper.flow.state, &outputs)?;
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let (work, last) = (march.work(), march.stepper.flow.state.clone());

@@ -151,11 +151,7 @@ impl<F: Flow> Stepper<F> {
 
     /// The state at which a slot is evaluated.
     fn combine(&mut self, slot: usize) {
-        let h = self.length();
-        self.stage.copy_from_slice(&self.old);
-        for &(j, weight) in self.method.stages[slot] {
-            self.stage.iter_mut().zip(&self.slots[j]).for_each(|(y, k)| *y += h * weight * k);
-        }
+        self.method.combine(slot, self.length(), &self.old, |j| &self.slots[j], &mut self.stage);
     }
 
     fn error(&self, tolerance: &Tolerance) -> (f64, usize) {

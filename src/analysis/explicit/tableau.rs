@@ -6,6 +6,9 @@ pub type Row = &'static [(usize, f64)];
 /// Slots of a step: more than any method needs.
 pub const SLOTS: usize = 16;
 
+/// Components that are combined at a time.
+const PIECE: usize = 8;
+
 /// An explicit Runge–Kutta method with embedded error estimates and dense output.
 ///
 /// $$ k_i = f\Big(t_0 + c_i h,\; y_0 + h\sum_{j<i} a_{ij} k_j\Big) $$
@@ -53,6 +56,25 @@ impl Tableau {
     /// Number of slots, those for dense output included.
     pub fn slots(&self) -> usize {
         self.stages.len()
+    }
+
+    /// The state at which `slot` is evaluated, y = y₀ + h Σ a k, in pieces that stay in registers: every rate is read
+    /// once, and y is written once.
+    pub fn combine<'a>(&self, slot: usize, h: f64, start: &[f64], rates: impl Fn(usize) -> &'a [f64], y: &mut [f64]) {
+        let row = self.stages[slot];
+        let (mut y_pieces, mut start_pieces) = (y.chunks_exact_mut(PIECE), start.chunks_exact(PIECE));
+        let mut at = 0;
+        for (y, start) in (&mut y_pieces).zip(&mut start_pieces) {
+            let mut sum = [0.0; PIECE];
+            for &(j, weight) in row {
+                sum.iter_mut().zip(&rates(j)[at..at + PIECE]).for_each(|(sum, k)| *sum += weight * k);
+            }
+            y.iter_mut().zip(start).zip(sum).for_each(|((y, start), sum)| *y = start + h * sum);
+            at += PIECE;
+        }
+        for (i, (y, start)) in y_pieces.into_remainder().iter_mut().zip(start_pieces.remainder()).enumerate() {
+            *y = start + h * row.iter().map(|&(j, weight)| weight * rates(j)[at + i]).sum::<f64>();
+        }
     }
 
     /// Weights of dense output at the part `x` of a step.

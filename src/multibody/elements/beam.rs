@@ -1,7 +1,8 @@
 //! A geometrically exact planar beam element with two nodes.
 
+use super::section::{BeamSection, Shear};
 use crate::multibody::element::{Element, Energy, Local};
-use crate::multibody::mechanism::{Body, Mechanism, Part, Pose};
+use crate::multibody::mechanism::{Body, Mechanism, Part, Pose, Term};
 use crate::scalar::Scalar;
 
 /// A two-node Simo–Reissner beam element, straight when unloaded, with large displacements and rotations.
@@ -106,71 +107,6 @@ impl Element for Beam {
     }
 }
 
-/// How the shear stiffness GA* of the element is chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shear {
-    /// 1/GA* = 1/GA_s + ℓ²/(12 EI): exact bending of the element, and shear flexibility.
-    Flexible,
-    /// 1/GA* = ℓ²/(12 EI): exact bending, no shear (Euler–Bernoulli).
-    Rigid,
-    /// GA* = GA_s: the plain one-point element, which bends too stiffly by order ℓ².
-    Plain,
-}
-
-/// Stiffness and mass per length of a beam.
-#[derive(Clone, Copy, Debug)]
-pub struct BeamSection<S> {
-    /// EA in N.
-    pub axial: S,
-    /// G A_s in N.
-    pub shear: S,
-    /// EI in N·m².
-    pub bending: S,
-    /// Mass per length in kg/m.
-    pub mass: S,
-    /// Rotary inertia per length in kg·m.
-    pub inertia: S,
-}
-
-impl<S: Scalar> BeamSection<S> {
-    /// A solid circular section of diameter `d` in m: A = π d²/4, I = π d⁴/64, A_s = 0.9 A.
-    ///
-    /// * `young` in N/m², `poisson` without unit, `density` in kg/m³.
-    pub fn circular(d: S, young: f64, poisson: f64, density: f64) -> Self {
-        let area = d * d * (std::f64::consts::PI / 4.0);
-        let second_moment = area * d * d * (1.0 / 16.0);
-        Self::of(area, second_moment, 0.9, young, poisson, density)
-    }
-
-    /// A solid rectangular section: A = b h, I = b h³/12, A_s = 5/6 A.
-    pub fn rectangular(width: S, height: S, young: f64, poisson: f64, density: f64) -> Self {
-        let area = width * height;
-        Self::of(area, area * height * height * (1.0 / 12.0), 5.0 / 6.0, young, poisson, density)
-    }
-
-    /// From area (m²), second moment of area (m⁴) and the shear area as a part of the area.
-    pub fn of(area: S, second_moment: S, shear_part: f64, young: f64, poisson: f64, density: f64) -> Self {
-        Self {
-            axial: area * young,
-            shear: area * (shear_part * young / (2.0 * (1.0 + poisson))),
-            bending: second_moment * young,
-            mass: area * density,
-            inertia: second_moment * density,
-        }
-    }
-
-    fn parameters(&self, length: S, shear: Shear, gravity: [S; 2]) -> [S; 8] {
-        let bending_flexibility = length * length / (self.bending * 12.0);
-        let shear_stiffness = match shear {
-            Shear::Flexible => (self.shear.recip() + bending_flexibility).recip(),
-            Shear::Rigid => bending_flexibility.recip(),
-            Shear::Plain => self.shear,
-        };
-        let [gx, gy] = gravity;
-        [length, self.axial, shear_stiffness, self.bending, self.mass, self.inertia, gx, gy]
-    }
-}
-
 impl<S: Scalar> Mechanism<S> {
     /// Adds one beam element of the unloaded `length` between two nodes.
     pub fn beam_element(
@@ -225,5 +161,63 @@ impl<S: Scalar> Mechanism<S> {
             })
             .collect();
         (nodes, parts)
+    }
+
+    /// The stress (N/m²) in the fibre at `distance` (m) to the left of the axis, at end i (0) or j (1) of an element:
+    ///
+    /// $$ \sigma = \frac{N}{A} - \frac{M e}{I} = E\left(\frac{N}{EA} - \frac{M e}{EI}\right) $$
+    ///
+    /// * `young`: E in N/m²; a moment that bends to the left presses the fibres there together.
+    ///
+    /// **Errors.** [`crate::Error::Definition`] if the element is no beam or there is no such end.
+    pub fn fibre_stress(
+        &self,
+        element: Part,
+        end: usize,
+        section: &BeamSection<S>,
+        young: S,
+        distance: S,
+    ) -> crate::Result<[Term<S>; 2]> {
+        let end = ["moment_i", "moment_j"].get(end).copied().unwrap_or("a third end");
+        let normal = self.measure(element, "normal_force")?.times(young / section.axial);
+        Ok([normal, self.measure(element, end)?.times(-young * distance / section.bending)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::multibody::elements::check::{at, close, energies, measured, rows};
+
+    const P: [f64; 8] = [2.0, 1000.0, 300.0, 60.0, 3.0, 0.5, 0.0, -10.0];
+
+    #[test]
+    fn stretched_bent_and_sheared_by_hand() {
+        // Mean rotation zero: stretch 0.01, shear 0.02, curvature 0.1; N = 10, V = 6, M = 6; couple 1·(10·0.02 − 6·1.01).
+        let x = at(&P, &[0.0, 0.0, -0.1, 2.02, 0.04, 0.1], &[]);
+        let couple = 0.2 - 6.06;
+        close(&measured(&Beam, &x), &[6.0 - couple, 6.0 + couple, 10.0, 6.0]);
+        // Half of the weight of 6 kg on each end: mass/6 (2 + 1) g ℓ = 30 N.
+        close(&rows(&Beam, &x).0, &[-10.0, 24.0, couple - 6.0, 10.0, 36.0, couple + 6.0]);
+        // ½ ℓ (N a + V γ + M κ) = 0.1 + 0.12 + 0.6, and the weight of 6 kg lifted by 0.02 m.
+        close(&energies(&Beam, &x), &[0.0, 0.82 + 1.2]);
+    }
+
+    #[test]
+    fn moves_as_a_rigid_bar_of_its_mass() {
+        // Both ends accelerate by 1 m/s²: 6 kg; turning by 1 rad/s: kinetic energy of the rotary inertia ½·0.5·2.
+        let q = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+        let x = Local {
+            t: 0.0,
+            p: &P,
+            q: &q,
+            v: &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0],
+            a: &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+            l: &[],
+        };
+        let (balance, _) = rows(&Beam, &x);
+        close(&[balance[0] + balance[3]], &[6.0]);
+        close(&energies(&Beam, &x)[..1], &[0.5]);
+        assert!(Beam.complaint(&[1.0, 1.0, 1.0, -1.0, 1.0]).unwrap().contains("EI"));
     }
 }

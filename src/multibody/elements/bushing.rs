@@ -1,15 +1,16 @@
-//! An elastic joint and point forces.
+//! An elastic joint.
 
 use crate::multibody::element::{Element, Energy, Local};
 use crate::multibody::frame::{Frame, add_force, point_velocity};
 use crate::multibody::mechanism::{Marker, Mechanism, Part};
-use crate::multibody::motion::Motion;
 use crate::scalar::Scalar;
 
 /// A bushing: linear springs and dampers between two points along the axes of body A, and between the rotations.
 ///
 /// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and B, k_x, k_y (N/m), k_θ (N·m/rad), c_x, c_y
 /// (N·s/m), c_θ (N·m·s/rad). The force acts at point B on both bodies.
+///
+/// **Source.** Blundell & Harty, *The Multibody Systems Approach to Vehicle Dynamics* (2004), Chapter 3.
 #[derive(Clone, Copy, Debug)]
 pub struct Bushing;
 
@@ -69,69 +70,6 @@ impl Element for Bushing {
     }
 }
 
-/// A force on a point of a body, of fixed direction, as a function of time.
-///
-/// Coordinates x, y, θ; parameters body-fixed x, y (m), direction (rad), then those of the function (N).
-#[derive(Clone, Copy, Debug)]
-pub struct PointForce<F>(pub F);
-
-impl<F: Motion> Element for PointForce<F> {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        let lever = Frame::of(x, 0).turned(x.p[0], x.p[1]);
-        let force = self.0.position(&x.p[3..], x.t);
-        let (sin, cos) = x.p[2].sin_cos();
-        add_force(balance, 0, lever, [-force * cos, -force * sin]);
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["force"]
-    }
-
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
-        out[0] = self.0.position(&x.p[3..], x.t);
-    }
-}
-
-/// Contact of a point of a body with a straight wall, without friction: k δ^{3/2} (1 + 1.5 c δ̇), never pulling.
-///
-/// Coordinates x, y, θ; parameters body-fixed x, y, a point x, y of the wall (m), direction of its outward normal (rad),
-/// k (N/m^{3/2}), c (s/m).
-///
-/// **Source.** Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
-#[derive(Clone, Copy, Debug)]
-pub struct WallContact;
-
-impl WallContact {
-    fn push<T: Scalar>(x: &Local<'_, T>) -> (T, [T; 2], [T; 2]) {
-        let frame = Frame::of(x, 0);
-        let lever = frame.turned(x.p[0], x.p[1]);
-        let (point, velocity) = (frame.point(lever), point_velocity(x, 0, lever));
-        let (sin, cos) = x.p[4].sin_cos();
-        let depth = (x.p[2] - point[0]) * cos + (x.p[3] - point[1]) * sin;
-        if depth.re() <= 0.0 {
-            return (T::zero(), lever, [cos, sin]);
-        }
-        let rate = -(velocity[0] * cos + velocity[1] * sin);
-        let push = x.p[5] * depth * depth.sqrt() * (x.p[6] * rate * 1.5 + 1.0);
-        (if push.re() > 0.0 { push } else { T::zero() }, lever, [cos, sin])
-    }
-}
-
-impl Element for WallContact {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        let (push, lever, normal) = Self::push(x);
-        add_force(balance, 0, lever, [-push * normal[0], -push * normal[1]]);
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["push"]
-    }
-
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
-        out[0] = Self::push(x).0;
-    }
-}
-
 impl<S: Scalar> Mechanism<S> {
     /// Joins two points elastically: stiffnesses along x and y of the body of `a` and in rotation, and dampings.
     pub fn bushing(&mut self, name: &str, a: Marker<S>, b: Marker<S>, stiffness: [S; 3], damping: [S; 3]) -> Part {
@@ -139,10 +77,23 @@ impl<S: Scalar> Mechanism<S> {
         let parameters = [&[a.x, a.y, b.x, b.y], &stiffness[..], &damping[..]].concat();
         self.add(name, Bushing, &coordinates, &parameters)
     }
+}
 
-    /// Applies a force (N) at a point, in the fixed `direction` (rad), as a function of time.
-    pub fn force(&mut self, name: &str, at: Marker<S>, direction: S, force: impl Motion, parameters: &[S]) -> Part {
-        let all = [&[at.x, at.y, direction], parameters].concat();
-        self.add(name, PointForce(force), &at.body.coordinates(), &all)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::multibody::elements::check::{close, energies, measured, moving, rows};
+
+    #[test]
+    fn gaps_and_rates_in_the_axes_of_a_turned_body() {
+        // Body A is turned by 90°: what is +y in the plane is +x in its axes. B is 0.1 m above A and rises by 2 m/s.
+        let p = [0.0, 0.0, 0.0, 0.0, 100.0, 50.0, 10.0, 1.0, 2.0, 3.0];
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let q = [0.0, 0.0, quarter, 0.0, 0.1, quarter + 0.2];
+        let x = moving(&p, &q, &[0.0, 0.0, 0.0, 0.0, 2.0, 0.5], &[]);
+        close(&measured(&Bushing, &x), &[12.0, 0.0, 3.5]);
+        // The force acts at B: 0.1 m above A, in line with it, so that A feels no couple but the torsional one.
+        close(&rows(&Bushing, &x).0, &[0.0, -12.0, -3.5, 0.0, 12.0, 3.5]);
+        close(&energies(&Bushing, &x), &[0.0, 0.7]);
     }
 }

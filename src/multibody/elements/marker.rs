@@ -40,3 +40,16 @@ impl<S: Scalar> Mechanism<S> {
         self.add(name, MarkerSensor, &marker.body.coordinates(), &[marker.x, marker.y])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::multibody::elements::check::{close, measured};
+
+    #[test]
+    fn a_point_two_metres_out_on_a_turning_body() {
+        // ω = 3 rad/s, α = 5 rad/s²: v = ω × r, a = α × r − ω² r, on top of the motion of the reference point.
+        let x = Local { t: 0.0, p: &[2.0, 0.0], q: &[1.0, 0.0, 0.0], v: &[0.1, 0.2, 3.0], a: &[0.3, 0.4, 5.0], l: &[] };
+        close(&measured(&MarkerSensor, &x), &[3.0, 0.0, 0.0, 0.1, 6.2, 3.0, -17.7, 10.4, 5.0]);
+    }
+}

@@ -17,17 +17,17 @@ use crate::scalar::Scalar;
 pub struct PointOnLine;
 
 /// The offset of B from the line, with the levers from both reference points to B and the line's normal.
-struct Offset<T> {
-    value: T,
+pub(super) struct Offset<T> {
+    pub value: T,
     lever_a: [T; 2],
     lever_b: [T; 2],
     normal: [T; 2],
-    along: T,
+    pub along: T,
 }
 
 impl<T: Scalar> Offset<T> {
     #[inline]
-    fn of(x: &Local<'_, T>) -> Self {
+    pub fn of(x: &Local<'_, T>) -> Self {
         let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
         let ra = a.turned(x.p[0], x.p[1]);
         let (sin, cos) = (a.theta + x.p[2]).sin_cos();
@@ -42,7 +42,7 @@ impl<T: Scalar> Offset<T> {
 
     /// Reaction of the slot on both bodies; on A it acts where B is.
     #[inline]
-    fn react(&self, l: T, balance: &mut [T]) {
+    pub fn react(&self, l: T, balance: &mut [T]) {
         let [nx, ny] = self.normal;
         add_force(balance, 0, self.lever_a, [-l * nx, -l * ny]);
         add_force(balance, 3, self.lever_b, [l * nx, l * ny]);
@@ -69,47 +69,26 @@ impl Element for PointOnLine {
     }
 }
 
-/// A slider: as [`PointOnLine`], and both bodies keep their relative rotation.
-///
-/// Coordinates and first five parameters as there; the sixth is θ_B − θ_A in rad. λ is the normal force in N and the
-/// couple in N·m.
-#[derive(Clone, Copy, Debug)]
-pub struct Prismatic;
-
-impl Element for Prismatic {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
-        let offset = Offset::of(x);
-        closure[0] = offset.value;
-        closure[1] = x.q[5] - x.q[2] - x.p[5];
-        offset.react(x.l[0], balance);
-        balance[2] -= x.l[1];
-        balance[5] += x.l[1];
-    }
-
-    fn closures(&self) -> usize {
-        2
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["force", "couple", "position"]
-    }
-
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
-        (out[0], out[1], out[2]) = (x.l[0], x.l[1], Offset::of(x).along);
-    }
-}
-
 impl<S: Scalar> Mechanism<S> {
     /// Keeps point `b` on the line through point `a` at the angle `line` (rad) in the body of `a`.
     pub fn point_on_line(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>) -> Part {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
         self.add(name, PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y])
     }
+}
 
-    /// Lets the body of `b` slide along the line through `a` at the angle `line` in the body of `a`, turned against it
-    /// by `turn` (rad).
-    pub fn prismatic(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, turn: S) -> Part {
-        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add(name, Prismatic, &coordinates, &[a.x, a.y, line, b.x, b.y, turn])
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::multibody::elements::check::{at, close, measured, rows};
+
+    #[test]
+    fn a_pin_two_metres_along_a_slot_and_a_tenth_beside_it() {
+        // The slot is along +x of A; the pin is at (2, 0.1). A force of 5 N of the pin on the slot, upwards.
+        let x = at(&[0.0; 5], &[0.0, 0.0, 0.0, 2.0, 0.1, 0.7], &[5.0]);
+        let (balance, closure) = rows(&PointOnLine, &x);
+        close(&closure, &[0.1]);
+        close(&balance, &[0.0, -5.0, -10.0, 0.0, 5.0, 0.0]);
+        close(&measured(&PointOnLine, &x), &[5.0, 2.0]);
     }
 }

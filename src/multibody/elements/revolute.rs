@@ -31,6 +31,10 @@ impl Element for Revolute {
         2
     }
 
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 3, 4]
+    }
+
     fn measures(&self) -> &'static [&'static str] {
         &["force_x", "force_y", "force"]
     }
@@ -47,5 +51,21 @@ impl<S: Scalar> Mechanism<S> {
         let [ax, ay, at] = a.body.coordinates();
         let [bx, by, bt] = b.body.coordinates();
         self.add(name, Revolute, &[ax, ay, at, bx, by, bt], &[a.x, a.y, b.x, b.y])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::multibody::elements::check::{at, close, measured, rows};
+
+    #[test]
+    fn a_pin_half_a_metre_out_on_both_bodies() {
+        // A at the origin, B's reference point at (1.1, 0.2): the pin points are (0.5, 0) and (0.6, 0.2).
+        let x = at(&[0.5, 0.0, -0.5, 0.0], &[0.0, 0.0, 0.0, 1.1, 0.2, 0.0], &[3.0, 4.0]);
+        let (balance, closure) = rows(&Revolute, &x);
+        close(&closure, &[-0.1, -0.2]);
+        close(&balance, &[3.0, 4.0, 2.0, -3.0, -4.0, 2.0]);
+        close(&measured(&Revolute, &x), &[3.0, 4.0, 5.0]);
     }
 }

@@ -52,7 +52,7 @@ pub const TABLES: [&str; 6] = ["table1", "table2", "table3", "table4", "table5",
 /// Table VI comes as the run from the paper's start, as its continuation from the printed cycle 4, and row by row.
 pub fn regenerate(table: &str, observe: &mut Observer) -> Result<Vec<Regenerated>> {
     match table {
-        "table1" => Ok(vec![table1(observe)?]),
+        "table1" => Ok(vec![table1(impact_absorber::peak_acceleration()?, observe)?]),
         "table2" => Ok(vec![table2(observe)?]),
         "table3" => Ok(vec![table3()?]),
         "table4" => Ok(vec![table4(observe)?]),
@@ -81,8 +81,8 @@ fn history(title: &str, columns: &[&str], state: &State, row: impl Fn(&Cycle) ->
     Ok(table)
 }
 
-fn table1(observe: &mut Observer) -> Result<Regenerated> {
-    let problem = impact_absorber::peak_acceleration()?;
+/// Table I from any statement of its problem: the motion in closed form, or the mechanism simulated.
+pub fn table1(problem: Problem, observe: &mut Observer) -> Result<Regenerated> {
     let state = Method::default().solve(&problem, |s| observe("table1", s))?;
     let columns = [
         "cycle",

@@ -1,5 +1,6 @@
 //! Separable functions between moving asymptotes.
 
+use super::blocks::{Blocks, LANES, dot, parts};
 use super::{DualSums, Separable, Term, check_coefficients, impl_separable_program};
 use crate::error::{Error, Result};
 use std::ops::Range;
@@ -12,8 +13,8 @@ use std::ops::Range;
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingAsymptotes {
     pub(super) constants: Vec<f64>,
-    p: Vec<f64>,
-    q: Vec<f64>,
+    p: Blocks,
+    q: Blocks,
     low: Vec<f64>,
     high: Vec<f64>,
     pub(super) lower: Vec<f64>,
@@ -51,6 +52,7 @@ impl MovingAsymptotes {
                 return Err(Error::definition("asymptotes", why, "keep the bounds strictly between the asymptotes"));
             }
         }
+        let [p, q] = [p, q].map(|v| Blocks::new(constants.len(), n, &v));
         Ok(Self { constants, p, q, low, high, lower, upper })
     }
 }
@@ -68,19 +70,16 @@ impl Separable for MovingAsymptotes {
     }
 
     fn term(&self, i: usize, j: usize, x: f64) -> Term {
-        let k = j * self.constants.len() + i;
-        term(self.p[k], self.q[k], x - self.low[j], self.high[j] - x)
+        term(self.p.at(i, j), self.q.at(i, j), x - self.low[j], self.high[j] - x)
     }
 
-    fn terms(&self, j: usize, x: f64, out: &mut [Term]) {
-        let k = j * self.constants.len();
+    fn column(&self, j: usize, x: f64, values: &mut [f64], slopes: &mut [f64]) {
         let (a, b) = (1.0 / (self.high[j] - x), 1.0 / (x - self.low[j]));
         let (a2, b2) = (a * a, b * b);
-        let (p, q) = (&self.p[k..k + out.len()], &self.q[k..k + out.len()]);
-        for ((t, p), q) in out.iter_mut().zip(p).zip(q) {
-            t.value = p * a + q * b;
-            t.slope = p * a2 - q * b2;
-            t.curvature = 2.0 * (p * a2 * a + q * b2 * b);
+        let both = self.p.of_variable(j).zip(self.q.of_variable(j));
+        for ((value, slope), (p, q)) in values.iter_mut().zip(slopes).zip(both) {
+            *value = p * a + q * b;
+            *slope = p * a2 - q * b2;
         }
     }
 
@@ -89,22 +88,11 @@ impl Separable for MovingAsymptotes {
         term(p, q, x - self.low[j], self.high[j] - x)
     }
 
-    /// As the general one, with each reciprocal and sum formed once.
+    /// As the general one, block by block, each reciprocal and sum formed once.
     fn dual_sums(&self, range: Range<usize>, weights: &[f64]) -> DualSums {
-        let functions = weights.len();
-        let mut sums = DualSums::new(functions - 1);
-        for j in range {
-            let k = j * functions;
-            let (p, q) = (&self.p[k..k + functions], &self.q[k..k + functions]);
-            let (pp, qq) = self.sums(j, weights);
-            let x = self.at(j, pp, qq);
-            let (a, b) = (1.0 / (self.high[j] - x), 1.0 / (x - self.low[j]));
-            let (a2, b2) = (a * a, b * b);
-            let curvature = 2.0 * (pp * a2 * a + qq * b2 * b);
-            let free = x > self.lower[j] && x < self.upper[j] && curvature > 0.0;
-            let terms = p.iter().zip(q).map(|(p, q)| (p * a + q * b, p * a2 - q * b2));
-            sums.add_variable(terms, free.then(|| 1.0 / curvature));
-        }
+        let mut sums = DualSums::new(weights.len() - 1);
+        let mut pass = Pass::new(weights.len());
+        parts(range).for_each(|part| pass.add(self, part, weights, &mut sums));
         sums
     }
 
@@ -127,9 +115,86 @@ impl MovingAsymptotes {
     /// Σ wᵢ pᵢⱼ and Σ wᵢ qᵢⱼ.
     #[inline]
     fn sums(&self, j: usize, weights: &[f64]) -> (f64, f64) {
-        let k = j * self.constants.len();
-        let (p, q) = (&self.p[k..k + weights.len()], &self.q[k..k + weights.len()]);
-        p.iter().zip(q).zip(weights).fold((0.0, 0.0), |(a, b), ((p, q), w)| (a + p * w, b + q * w))
+        let both = self.p.of_variable(j).zip(self.q.of_variable(j)).zip(weights);
+        both.fold((0.0, 0.0), |(a, b), ((p, q), w)| (a + p * w, b + q * w))
+    }
+}
+
+/// Scratch of one pass over the variables, a block at a time.
+struct Pass {
+    /// Σ wᵢ pᵢⱼ and Σ wᵢ qᵢⱼ, then 1/(u − x) and 1/(x − l).
+    above: [f64; LANES],
+    below: [f64; LANES],
+    /// Their squares.
+    above2: [f64; LANES],
+    below2: [f64; LANES],
+    /// 1/f″ of variables off their bounds, else zero.
+    flexibility: [f64; LANES],
+    scaled: [f64; LANES],
+    /// f′ᵢⱼ of the rows, row by row.
+    slopes: Vec<f64>,
+}
+
+impl Pass {
+    fn new(functions: usize) -> Self {
+        let zero = [0.0; LANES];
+        let slopes = vec![0.0; (functions - 1) * LANES];
+        Self { above: zero, below: zero, above2: zero, below2: zero, flexibility: zero, scaled: zero, slopes }
+    }
+
+    /// Adds the variables of `part`, which lie in one block.
+    fn add(&mut self, f: &MovingAsymptotes, part: Range<usize>, weights: &[f64], sums: &mut DualSums) {
+        self.minimize(f, &part, weights);
+        let width = part.len();
+        let (a, b) = (&self.above[..width], &self.below[..width]);
+        for (i, sum) in sums.values.iter_mut().enumerate() {
+            *sum += dot(f.p.of_function(i, &part), a) + dot(f.q.of_function(i, &part), b);
+        }
+        if self.flexibility[..width].iter().all(|v| *v == 0.0) {
+            return;
+        }
+        let (a2, b2) = (&self.above2[..width], &self.below2[..width]);
+        for (i, row) in self.slopes.chunks_exact_mut(LANES).enumerate() {
+            let (p, q) = (f.p.of_function(i + 1, &part), f.q.of_function(i + 1, &part));
+            for k in 0..width {
+                row[k] = p[k] * a2[k] - q[k] * b2[k];
+            }
+        }
+        let rows = || self.slopes.chunks_exact(LANES).map(|row| &row[..width]);
+        let mut entry = sums.bend.iter_mut();
+        for (i, row) in rows().enumerate() {
+            let scaled = &mut self.scaled[..width];
+            for k in 0..width {
+                scaled[k] = row[k] * self.flexibility[k];
+            }
+            rows().take(i + 1).zip(&mut entry).for_each(|(other, entry)| *entry += dot(scaled, other));
+        }
+    }
+
+    /// The minimizers, as the reciprocals of their distances from the asymptotes, and 1/f″ there.
+    fn minimize(&mut self, f: &MovingAsymptotes, part: &Range<usize>, weights: &[f64]) {
+        let width = part.len();
+        let (above, below) = (&mut self.above[..width], &mut self.below[..width]);
+        above.fill(0.0);
+        below.fill(0.0);
+        for (i, &w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+            let (p, q) = (f.p.of_function(i, part), f.q.of_function(i, part));
+            for k in 0..width {
+                above[k] += w * p[k];
+                below[k] += w * q[k];
+            }
+        }
+        for (k, j) in part.clone().enumerate() {
+            let (p, q) = (above[k], below[k]);
+            let x = f.at(j, p, q);
+            let (to_high, to_low) = (f.high[j] - x, x - f.low[j]);
+            let both = 1.0 / (to_high * to_low);
+            let (a, b) = (to_low * both, to_high * both);
+            let curvature = 2.0 * (p * a * a * a + q * b * b * b);
+            let free = x > f.lower[j] && x < f.upper[j] && curvature > 0.0;
+            self.flexibility[k] = if free { 1.0 / curvature } else { 0.0 };
+            (above[k], below[k], self.above2[k], self.below2[k]) = (a, b, a * a, b * b);
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What one pass over the variables adds to the dual function and its derivatives.
 
-use super::{Separable, Term};
+use super::Separable;
 use std::ops::Range;
 
 /// Sums over some variables at the minimizers for given weights (1, λ).
@@ -10,13 +10,12 @@ pub struct DualSums {
     pub values: Vec<f64>,
     /// Σⱼ f′ᵢⱼ f′ₖⱼ / f″ⱼ over the variables off their bounds, the lower triangle row by row.
     pub bend: Vec<f64>,
-    slopes: Vec<f64>,
 }
 
 impl DualSums {
     /// Zeros for m rows.
     pub fn new(m: usize) -> Self {
-        Self { values: vec![0.0; m + 1], bend: vec![0.0; m * (m + 1) / 2], slopes: vec![0.0; m] }
+        Self { values: vec![0.0; m + 1], bend: vec![0.0; m * (m + 1) / 2] }
     }
 
     /// Entry (i, k) of the symmetric matrix.
@@ -31,21 +30,22 @@ impl DualSums {
         self.bend.iter_mut().zip(&other.bend).for_each(|(a, b)| *a += b);
     }
 
+    /// These sums times a factor.
+    #[must_use]
+    pub fn times(mut self, factor: f64) -> Self {
+        self.values.iter_mut().chain(&mut self.bend).for_each(|v| *v *= factor);
+        self
+    }
+
     /// Adds one variable: value and slope of all 1 + m functions, and 1/f″ if it is off its bounds.
-    #[inline]
-    pub(super) fn add_variable(&mut self, terms: impl Iterator<Item = (f64, f64)>, flexibility: Option<f64>) {
-        for (i, (value, slope)) in terms.enumerate() {
-            self.values[i] += value;
-            if i > 0 {
-                self.slopes[i - 1] = slope;
-            }
-        }
+    fn add_variable(&mut self, values: &[f64], slopes: &[f64], flexibility: Option<f64>) {
+        self.values.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
         let Some(flexibility) = flexibility else { return };
         let mut rest = self.bend.as_mut_slice();
-        for i in 0..self.slopes.len() {
-            let (row, next) = rest.split_at_mut(i + 1);
-            let scaled = self.slopes[i] * flexibility;
-            row.iter_mut().zip(&self.slopes).for_each(|(b, s)| *b += scaled * s);
+        for i in 1..slopes.len() {
+            let (row, next) = rest.split_at_mut(i);
+            let scaled = slopes[i] * flexibility;
+            row.iter_mut().zip(&slopes[1..]).for_each(|(b, s)| *b += scaled * s);
             rest = next;
         }
     }
@@ -54,13 +54,13 @@ impl DualSums {
 /// The sums over `range`, term by term.
 pub(super) fn general(program: &(impl Separable + ?Sized), range: Range<usize>, weights: &[f64]) -> DualSums {
     let mut sums = DualSums::new(weights.len() - 1);
-    let mut terms = vec![Term::default(); weights.len()];
+    let (mut values, mut slopes) = (vec![0.0; weights.len()], vec![0.0; weights.len()]);
     for j in range {
         let x = program.minimizer(j, weights);
-        program.terms(j, x, &mut terms);
-        let curvature: f64 = terms.iter().zip(weights).map(|(t, w)| w * t.curvature).sum();
+        program.column(j, x, &mut values, &mut slopes);
+        let curvature = program.weighted(j, x, weights).curvature;
         let free = x > program.lower()[j] && x < program.upper()[j] && curvature > 0.0;
-        sums.add_variable(terms.iter().map(|t| (t.value, t.slope)), free.then(|| 1.0 / curvature));
+        sums.add_variable(&values, &slopes, free.then(|| 1.0 / curvature));
     }
     sums
 }

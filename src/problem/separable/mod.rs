@@ -7,6 +7,7 @@
 //! Lagrangian falls apart into n problems of one variable, which is what makes a million variables possible.
 
 mod asymptotes;
+mod blocks;
 mod dual_sums;
 mod quadratic;
 mod reciprocal;
@@ -23,7 +24,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Variables per parallel task; fixed, so that sums have the same bits for any number of threads.
-const CHUNK: usize = 2048;
+pub(crate) const CHUNK: usize = 2048;
 /// Largest n for which a dense Hessian is made of the diagonal.
 const DENSE: usize = 1000;
 
@@ -58,9 +59,12 @@ pub trait Separable: Program {
     /// fᵢⱼ at `x`, i = 0 … m, j = 0 … n − 1.
     fn term(&self, i: usize, j: usize, x: f64) -> Term;
 
-    /// fᵢⱼ at `x` for all i, into `out` of length 1 + m.
-    fn terms(&self, j: usize, x: f64, out: &mut [Term]) {
-        out.iter_mut().enumerate().for_each(|(i, t)| *t = self.term(i, j, x));
+    /// Value and slope of fᵢⱼ at `x` for all i, into slices of length 1 + m.
+    fn column(&self, j: usize, x: f64, values: &mut [f64], slopes: &mut [f64]) {
+        for (i, (value, slope)) in values.iter_mut().zip(slopes).enumerate() {
+            let term = self.term(i, j, x);
+            (*value, *slope) = (term.value, term.slope);
+        }
     }
 
     /// Σ wᵢ fᵢⱼ at `x`; `weights` has length 1 + m.
@@ -128,43 +132,46 @@ pub(crate) fn bracketed_newton(f: impl Fn(f64) -> Term, lower: f64, upper: f64) 
 pub(crate) fn values(program: &(impl Separable + ?Sized), x: &[f64]) -> Result<Values> {
     Error::check_length("design variables", program.variables(), x.len())?;
     let m = program.rows();
-    let parts: Vec<Vec<f64>> = x
-        .par_chunks(CHUNK)
-        .enumerate()
-        .map(|(c, part)| {
-            let (mut sums, mut terms) = (vec![0.0; m + 1], vec![Term::default(); m + 1]);
-            for (k, &v) in part.iter().enumerate() {
-                program.terms(c * CHUNK + k, v, &mut terms);
-                sums.iter_mut().zip(&terms).for_each(|(sum, t)| *sum += t.value);
-            }
-            sums
-        })
-        .collect();
-    let total = |i: usize| parts.iter().fold(program.constant(i), |a, part| a + part[i]);
-    Ok(Values { objective: total(0), rows: (1..=m).map(total).collect() })
+    let chunk = |(c, part): (usize, &[f64])| {
+        let [mut sums, mut values, mut slopes] = [0, 1, 2].map(|_| vec![0.0; m + 1]);
+        for (k, &v) in part.iter().enumerate() {
+            program.column(c * CHUNK + k, v, &mut values, &mut slopes);
+            sums.iter_mut().zip(&values).for_each(|(sum, v)| *sum += v);
+        }
+        sums
+    };
+    let parts: Vec<Vec<f64>> = x.par_chunks(CHUNK).enumerate().map(chunk).collect();
+    Ok(added(program, &parts))
 }
 
-/// Values and slopes of a separable program.
+/// The values from their sums over chunks of variables.
+fn added(program: &(impl Separable + ?Sized), parts: &[Vec<f64>]) -> Values {
+    let total = |i: usize| parts.iter().fold(program.constant(i), |a, part| a + part[i]);
+    Values { objective: total(0), rows: (1..=program.rows()).map(total).collect() }
+}
+
+/// Values and slopes of a separable program, in one pass.
 pub(crate) fn gradients(program: &(impl Separable + ?Sized), x: &[f64]) -> Result<Gradients> {
-    let values = values(program, x)?;
+    Error::check_length("design variables", program.variables(), x.len())?;
     let (n, m) = (x.len(), program.rows());
     let (mut rows, mut objective) = (DMatrix::zeros(m, n), vec![0.0; n]);
-    let columns = rows.as_mut_slice().par_chunks_mut(CHUNK * m.max(1));
-    // Without rows there are no column chunks: the objective alone.
-    if m == 0 {
-        objective.par_iter_mut().enumerate().for_each(|(j, g)| *g = program.term(0, j, x[j]).slope);
-        return Ok(Gradients { values, objective, rows });
-    }
-    columns.zip(objective.par_chunks_mut(CHUNK)).enumerate().for_each(|(c, (columns, slopes))| {
-        let mut terms = vec![Term::default(); m + 1];
-        for (k, (column, slope)) in columns.chunks_mut(m).zip(slopes).enumerate() {
+    // Without rows there are no columns to be cut into chunks.
+    let mut columns: Vec<&mut [f64]> = rows.as_mut_slice().chunks_mut(CHUNK * m.max(1)).collect();
+    columns.resize_with(n.div_ceil(CHUNK), Default::default);
+    let chunk = |(c, (columns, slopes)): (usize, (&mut [f64], &mut [f64]))| {
+        let [mut sums, mut values, mut all] = [0, 1, 2].map(|_| vec![0.0; m + 1]);
+        for (k, slope) in slopes.iter_mut().enumerate() {
             let j = c * CHUNK + k;
-            program.terms(j, x[j], &mut terms);
-            *slope = terms[0].slope;
-            column.iter_mut().zip(&terms[1..]).for_each(|(v, t)| *v = t.slope);
+            program.column(j, x[j], &mut values, &mut all);
+            sums.iter_mut().zip(&values).for_each(|(sum, v)| *sum += v);
+            *slope = all[0];
+            columns[k * m..(k + 1) * m].copy_from_slice(&all[1..]);
         }
-    });
-    Ok(Gradients { values, objective, rows })
+        sums
+    };
+    let both = columns.into_par_iter().zip(objective.par_chunks_mut(CHUNK));
+    let parts: Vec<Vec<f64>> = both.enumerate().map(chunk).collect();
+    Ok(Gradients { values: added(program, &parts), objective, rows })
 }
 
 /// The diagonal Hessian of the Lagrangian as a dense matrix, up to n = 1000.

@@ -90,10 +90,13 @@ impl<L: Linear> Follower<L> {
 
     fn combine(&mut self, slot: usize) {
         let h = self.t[1] - self.t[0];
-        self.stage.copy_from_slice(&self.old);
-        for &(j, weight) in self.method.stages[slot] {
-            add(&mut self.stage, h * weight, &self.slots[j]);
-        }
+        self.method.combine(
+            slot,
+            h,
+            self.old.as_flattened(),
+            |j| self.slots[j].as_flattened(),
+            self.stage.as_flattened_mut(),
+        );
     }
 }
 

@@ -1,11 +1,12 @@
 //! Elements in dual numbers, once per stage for all design variables.
 
 use crate::analysis::explicit::mechanism::Projected;
+use crate::analysis::system::Coefficient;
 use crate::analysis::{State, System};
 use crate::multibody::element::Room;
 use crate::multibody::mechanism::PartData;
 use crate::multibody::{Jet, Mechanism, Number, Sensitive};
-use crate::scalar::WIDTH;
+use crate::scalar::{Tangent, WIDTH};
 
 /// A derivative of one row of the equations with respect to one source.
 ///
@@ -51,10 +52,14 @@ enum Closure {
 ///
 /// An element's local derivatives serve all design variables: with few nonzero entries per row they are cheaper than
 /// one dual evaluation for each chunk. A constraint is evaluated once, on positions that move in time (jets) and are
-/// seeded: the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions.
+/// seeded: the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions. Coordinates that
+/// an element is linear in are not seeded; what they contribute is the same at every stage.
 pub(super) struct Linearizer {
     /// Variables and rows of each element.
     elements: Vec<(Vec<Variable>, Rows)>,
+    /// Derivatives that are the same at every stage: of the accelerations' rows, of the position step's and of the
+    /// velocities' closures.
+    constants: [Vec<Entry>; 3],
     /// Element and place of each parameter that changes with the design.
     pub parameters: Vec<(usize, usize)>,
     /// Prescribed coordinates whose motion changes with the design.
@@ -70,6 +75,7 @@ type Rows = Vec<(usize, usize)>;
 pub(super) struct Rooms {
     plain: Room<Sensitive>,
     jets: Room<Jet<Sensitive>>,
+    short_jets: Room<Jet<Tangent<4>>>,
 }
 
 impl Linearizer {
@@ -93,7 +99,7 @@ impl Linearizer {
             for (local, &i) in part.coordinates.iter().enumerate() {
                 let prescribed = mechanism.coordinates[i].motion.is_some();
                 let moves = moving.contains(&i);
-                if prescribed && !moves {
+                if (prescribed && !moves) || part.element.linear().contains(&local) {
                     continue;
                 }
                 variables.push(Variable { kind: Kind::Position, local, source: i });
@@ -112,8 +118,18 @@ impl Linearizer {
             }
             (variables, rows)
         });
-        let elements = elements.collect();
-        Self { elements, parameters, moving, coordinates: n }
+        let elements: Vec<_> = elements.collect();
+        let mut constants = [Vec::new(), Vec::new(), Vec::new()];
+        for (k, (part, (_, rows))) in mechanism.parts.iter().zip(&elements).enumerate() {
+            let carries = |c: &&Coefficient| {
+                let i = part.coordinates[c.coordinate];
+                mechanism.coordinates[i].motion.is_none() || moving.contains(&i)
+            };
+            for coefficient in system.coefficients(k).iter().filter(carries) {
+                add_constants(part, coefficient, rows, n, &moving, &mut constants);
+            }
+        }
+        Self { elements, constants, parameters, moving, coordinates: n }
     }
 
     /// Number of sources.
@@ -129,10 +145,10 @@ impl Linearizer {
         rooms: &mut Rooms,
         out: &mut Vec<Entry>,
     ) {
-        out.clear();
+        out.clone_from(&self.constants[0]);
         for (part, (variables, rows)) in mechanism.parts.iter().zip(&self.elements) {
             if part.closures > 0 {
-                self.constraint(part, variables, rows, state, Closure::Accelerations, &mut rooms.jets, out);
+                self.constraint(part, variables, rows, state, Closure::Accelerations, rooms, out);
             } else {
                 balance(part, variables, rows, state, &mut rooms.plain, out);
             }
@@ -148,16 +164,18 @@ impl Linearizer {
         rooms: &mut Rooms,
         out: &mut [Vec<Entry>; 3],
     ) {
+        let [_, positions, velocities] = &self.constants;
         let cases = [
-            (&projected.before, Closure::Positions),
-            (&projected.after, Closure::Velocities),
-            (corrections, Closure::Corrections),
+            (&projected.before, Closure::Positions, positions.as_slice()),
+            (&projected.after, Closure::Velocities, velocities),
+            (corrections, Closure::Corrections, &[]),
         ];
-        for (out, (state, closure)) in out.iter_mut().zip(cases) {
+        for (out, (state, closure, constants)) in out.iter_mut().zip(cases) {
             out.clear();
+            out.extend_from_slice(constants);
             for (part, (variables, rows)) in mechanism.parts.iter().zip(&self.elements) {
                 if part.closures > 0 {
-                    self.constraint(part, variables, rows, state, closure, &mut rooms.jets, out);
+                    self.constraint(part, variables, rows, state, closure, rooms, out);
                 }
             }
         }
@@ -171,37 +189,59 @@ impl Linearizer {
         rows: &[(usize, usize)],
         state: &State<f64>,
         closure: Closure,
-        room: &mut Room<Jet<Sensitive>>,
+        rooms: &mut Rooms,
         out: &mut Vec<Entry>,
     ) {
-        let n = part.coordinates.len();
+        if variables.len() <= 4 {
+            return self.constraint_chunk(part, variables, rows, state, closure, &mut rooms.short_jets, out);
+        }
         for chunk in variables.chunks(WIDTH) {
-            let t = fill_jets(part, chunk, state, closure, room);
-            Jet::<Sensitive>::residual(part.element.as_ref(), t, room);
-            for &(local, row) in rows {
-                if local < n {
-                    if closure != Closure::Velocities {
-                        push(chunk, row, &room.balance[local].re.eps, out);
-                    }
-                    continue;
+            self.constraint_chunk(part, chunk, rows, state, closure, &mut rooms.jets, out);
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn constraint_chunk<const N: usize>(
+        &self,
+        part: &PartData<f64>,
+        chunk: &[Variable],
+        rows: &[(usize, usize)],
+        state: &State<f64>,
+        closure: Closure,
+        room: &mut Room<Jet<Tangent<N>>>,
+        out: &mut Vec<Entry>,
+    ) where
+        Jet<Tangent<N>>: Number,
+    {
+        if chunk.is_empty() {
+            return;
+        }
+        let n = part.coordinates.len();
+        let t = fill_jets(part, chunk, state, closure, room);
+        Jet::<Tangent<N>>::residual(part.element.as_ref(), t, room);
+        for &(local, row) in rows {
+            if local < n {
+                if closure != Closure::Velocities {
+                    push(chunk, row, &room.balance[local].re.eps, out);
                 }
-                let value = &room.closure[local - n];
-                match closure {
-                    Closure::Accelerations => push(chunk, row, &value.v2.eps, out),
-                    Closure::Velocities | Closure::Corrections => push(chunk, row, &value.v1.eps, out),
-                    Closure::Positions => push(chunk, row, &(value.re + value.v1).eps, out),
-                }
-                self.push_rates(chunk, row, value, closure, out);
+                continue;
             }
+            let value = &room.closure[local - n];
+            match closure {
+                Closure::Accelerations => push(chunk, row, &value.v2.eps, out),
+                Closure::Velocities | Closure::Corrections => push(chunk, row, &value.v1.eps, out),
+                Closure::Positions => push(chunk, row, &(value.re + value.v1).eps, out),
+            }
+            self.push_rates(chunk, row, value, closure, out);
         }
     }
 
     /// Derivatives of closure rows with respect to velocities and accelerations, from those to positions.
-    fn push_rates(
+    fn push_rates<const N: usize>(
         &self,
         chunk: &[Variable],
         row: usize,
-        value: &Jet<Sensitive>,
+        value: &Jet<Tangent<N>>,
         closure: Closure,
         out: &mut Vec<Entry>,
     ) {
@@ -221,8 +261,32 @@ impl Linearizer {
     }
 }
 
+/// Adds the entries of a derivative that never changes.
+fn add_constants(
+    part: &PartData<f64>,
+    coefficient: &Coefficient,
+    rows: &[(usize, usize)],
+    n: usize,
+    moving: &[usize],
+    [accelerations, positions, velocities]: &mut [Vec<Entry>; 3],
+) {
+    let Some(&(_, row)) = rows.iter().find(|(local, _)| *local == coefficient.row) else { return };
+    let (i, [stiffness, damping, mass]) = (part.coordinates[coefficient.coordinate], coefficient.values);
+    let inertia = if part.closures > 0 { stiffness } else { mass };
+    if moving.contains(&i) {
+        push_one(row, 2 * n + i, inertia, accelerations);
+    }
+    if part.closures > 0 {
+        push_one(row, i, stiffness, positions);
+        push_one(row, n + i, stiffness, velocities);
+    } else {
+        push_one(row, i, stiffness, accelerations);
+        push_one(row, n + i, damping, accelerations);
+    }
+}
+
 #[inline]
-fn push(chunk: &[Variable], row: usize, slopes: &[f64; WIDTH], out: &mut Vec<Entry>) {
+fn push(chunk: &[Variable], row: usize, slopes: &[f64], out: &mut Vec<Entry>) {
     for (variable, &value) in chunk.iter().zip(slopes) {
         push_one(row, variable.source, value, out);
     }
@@ -236,14 +300,17 @@ fn push_one(row: usize, source: usize, value: f64, out: &mut Vec<Entry>) {
 }
 
 /// Puts a constraint's variables into `room`, moving as `closure` wants and seeded. Returns the time.
-fn fill_jets(
+fn fill_jets<const N: usize>(
     part: &PartData<f64>,
     chunk: &[Variable],
     state: &State<f64>,
     closure: Closure,
-    room: &mut Room<Jet<Sensitive>>,
-) -> Jet<Sensitive> {
-    let (zero, number) = (Sensitive::constant(0.0), Sensitive::constant);
+    room: &mut Room<Jet<Tangent<N>>>,
+) -> Jet<Tangent<N>>
+where
+    Jet<Tangent<N>>: Number,
+{
+    let (zero, number) = (Tangent::constant(0.0), Tangent::constant);
     let constant = |x: f64| Jet::new(number(x), zero, zero);
     room.p.clear();
     room.p.extend(part.parameters.iter().map(|&p| constant(p)));

@@ -209,11 +209,12 @@ struct LinearMechanism<'m> {
     mechanism: &'m Mechanism<Sensitive>,
     unknowns: Vec<Unknown>,
     moving: Vec<usize>,
-    /// Derivatives of the sources.
+    /// Derivatives of the sources after positions and velocities: accelerations of prescribed coordinates, parameters.
     sources: Vec<Block>,
-    /// Which parameters change with this chunk's design variables, from source 3n on.
+    /// Which parameters change with this chunk's design variables.
     active: Vec<bool>,
     rows: Vec<Block>,
+    velocity_rows: Vec<Block>,
     room: SolveRoom,
     state: State<Sensitive>,
     sampler: Sampler<Sensitive>,
@@ -225,11 +226,11 @@ impl<'m> LinearMechanism<'m> {
     fn new(mechanism: &'m Mechanism<Sensitive>, linearizer: &Linearizer, system: &System, state: &State<f64>) -> Self {
         let n = mechanism.coordinates.len();
         let zero = [0.0; WIDTH];
-        let mut sources = vec![zero; linearizer.sources()];
-        for (source, &(part, local)) in sources[3 * n..].iter_mut().zip(&linearizer.parameters) {
+        let mut sources = vec![zero; linearizer.sources() - 2 * n];
+        for (source, &(part, local)) in sources[n..].iter_mut().zip(&linearizer.parameters) {
             *source = mechanism.parts[part].parameters[local].eps;
         }
-        let active = sources[3 * n..].iter().map(|slopes| slopes.iter().any(|x| *x != 0.0)).collect();
+        let active = sources[n..].iter().map(|slopes| slopes.iter().any(|x| *x != 0.0)).collect();
         Self {
             mechanism,
             unknowns: system.unknowns().to_vec(),
@@ -237,6 +238,7 @@ impl<'m> LinearMechanism<'m> {
             sources,
             active,
             rows: vec![zero; system.size()],
+            velocity_rows: vec![zero; system.size()],
             room: system.solve_room(),
             state: State::built(mechanism, state.t),
             sampler: Sampler::new(mechanism),
@@ -251,20 +253,20 @@ impl<'m> LinearMechanism<'m> {
         for &i in &self.moving {
             let (motion, parameters) = self.mechanism.coordinates[i].motion.as_ref().expect("it is prescribed");
             let [position, velocity, acceleration] = Sensitive::motion(motion.as_ref(), parameters, t);
-            (y[i], y[n + i], self.sources[2 * n + i]) = (position.eps, velocity.eps, acceleration.eps);
+            (y[i], y[n + i], self.sources[i]) = (position.eps, velocity.eps, acceleration.eps);
         }
-        self.sources[..2 * n].copy_from_slice(y);
     }
 
-    /// rows −= entries · sources.
-    fn subtract(&mut self, entries: &[Entry]) {
-        let parameters = 3 * self.mechanism.coordinates.len();
+    /// rows −= entries · sources, where `y` has the derivatives of positions and velocities.
+    fn subtract(&mut self, entries: &[Entry], y: &[Block]) {
+        let (others, parameters) = (y.len(), y.len() + y.len() / 2);
         for entry in entries {
             let source = entry.source as usize;
             if source >= parameters && !self.active[source - parameters] {
                 continue;
             }
-            let (row, source) = (&mut self.rows[entry.row as usize], &self.sources[source]);
+            let source = if source < others { &y[source] } else { &self.sources[source - others] };
+            let row = &mut self.rows[entry.row as usize];
             row.iter_mut().zip(source).for_each(|(row, source)| *row -= entry.value * source);
         }
     }
@@ -273,7 +275,7 @@ impl<'m> LinearMechanism<'m> {
         let visit = &visits.tape().visits[slot];
         self.place(visit.state.t, y);
         self.rows.fill([0.0; WIDTH]);
-        self.subtract(&visits.entries[slot]);
+        self.subtract(&visits.entries[slot], y);
         visit.factor.solve_in(&mut self.rows, &mut self.room);
     }
 
@@ -286,7 +288,7 @@ impl<'m> LinearMechanism<'m> {
         for i in 0..n {
             self.state.q[i] = dual(values.q[i], y[i]);
             self.state.v[i] = dual(values.v[i], y[n + i]);
-            self.state.a[i] = dual(values.a[i], self.sources[2 * n + i]);
+            self.state.a[i] = dual(values.a[i], self.sources[i]);
         }
         for (unknown, &eps) in self.unknowns.iter().zip(&self.rows) {
             match *unknown {
@@ -328,13 +330,14 @@ impl Linear for LinearMechanism<'_> {
         let [positions, closures, corrections] = &visits.projections;
         self.place(projected.before.t, y);
         self.rows.fill([0.0; WIDTH]);
-        self.subtract(positions);
+        self.subtract(corrections, y);
+        std::mem::swap(&mut self.rows, &mut self.velocity_rows);
+        self.rows.fill([0.0; WIDTH]);
+        self.subtract(positions, y);
         projected.factor.solve_in(&mut self.rows, &mut self.room);
         self.add_changes(0, y);
-        self.rows.fill([0.0; WIDTH]);
-        self.subtract(corrections);
-        self.place(projected.before.t, y);
-        self.subtract(closures);
+        std::mem::swap(&mut self.rows, &mut self.velocity_rows);
+        self.subtract(closures, y);
         projected.factor.solve_in(&mut self.rows, &mut self.room);
         self.add_changes(n, y);
     }

@@ -2,19 +2,26 @@
 
 mod evaluation;
 mod iteration;
+mod judgement;
+mod sample;
 mod step;
+mod units;
 
 use super::bookkeeping::{Bookkeeping, impl_argmin_state};
 use super::kkt::supported;
-use super::solver::{Candidate, SubproblemSolver, feasible_start};
+use super::solver::{SubproblemSolver, check_finite, feasible_start};
 use super::{Evaluations, InteriorPoint, Solution, Status};
 use crate::error::{Error, Result};
 use crate::problem::{Gradients, Program, Separable};
 use argmin::core::{Executor, State};
+use sample::Sample;
 use serde::{Deserialize, Serialize};
+use units::Units;
 
 /// KKT residual up to which a dual solution is called one.
 const ACCEPTED: f64 = 1e-8;
+/// Tolerance of first prices from a sample, which are no better than the sample.
+const ROUGH: f64 = 1e-3;
 
 /// The solver of separable, strictly convex programs with few rows and up to millions of variables.
 ///
@@ -72,6 +79,12 @@ pub struct FalkState {
     pub residual: f64,
     /// Evaluations of the dual function.
     pub evaluations: usize,
+    /// Whether the last step was taken without an evaluation, as its end was foreseen.
+    #[serde(default)]
+    pub foreseen: bool,
+    /// The residual before the last one.
+    #[serde(default)]
+    before: f64,
     /// The verdict, once there is one.
     pub verdict: Option<Status>,
     bend: Vec<f64>,
@@ -103,13 +116,18 @@ impl SubproblemSolver for Falk {
         if !(0..start.len()).all(bounded) {
             return self.rescue.solve(program, &start);
         }
-        let limit = self.iterations as u64;
-        let here = program.gradients(&start)?;
-        super::solver::check_finite(program, &start, &here)?;
-        let first = FalkState::scaled(program, &start, &here);
-        let executor = Executor::new(parts, *self).configure(|s: FalkState| s.with_limit(first, limit));
-        let state = executor.ctrlc(false).timer(false).run().map_err(super::sqp::from_argmin)?.state;
-        let solution = finished(program, parts, &start, &here, &state)?;
+        let mut state = self.maximize(parts, self.first(parts, &start)?)?;
+        let mut solution = judgement::judged(program, parts, &start, &state);
+        if state.foreseen && state.residual_at(parts, &solution) > self.least_residual(parts) {
+            state = self.maximize(parts, FalkState { foreseen: false, verdict: None, ..state })?;
+            solution = judgement::judged(program, parts, &start, &state);
+        }
+        solution.iterations = state.get_iter() as usize;
+        solution.evaluations = Evaluations { values: state.evaluations, gradients: 2, hessians: 0 };
+        if solution.status == Status::Stalled && solution.kkt.largest() <= ACCEPTED {
+            solution.status = Status::Solved;
+        }
+        solution.status = supported(solution.status, &solution.kkt, ACCEPTED);
         if solution.status == Status::Solved {
             return Ok(solution);
         }
@@ -119,69 +137,57 @@ impl SubproblemSolver for Falk {
     }
 }
 
-impl FalkState {
-    /// Units of rows and objective at the start, and first prices.
-    fn scaled(program: &dyn Program, start: &[f64], here: &Gradients) -> Self {
-        let scale: Vec<f64> = (0..start.len())
-            .map(|j| super::variable_scale(program.lower()[j], program.upper()[j], start[j], start[j]))
-            .collect();
-        let (mut row_units, mut row_sums) = (vec![0.0f64; program.rows()], vec![0.0f64; program.rows()]);
-        let (mut objective, mut objective_sum) = (0.0f64, 0.0);
-        for (j, s) in scale.iter().enumerate() {
-            for ((unit, sum), g) in row_units.iter_mut().zip(&mut row_sums).zip(here.rows.column(j).iter()) {
-                let change = (s * g).abs();
-                (*unit, *sum) = (unit.max(change), *sum + change);
-            }
-            let change = (s * here.objective[j]).abs();
-            (objective, objective_sum) = (objective.max(change), objective_sum + change);
-        }
-        let or_one = |v: f64| if v > 0.0 { v } else { 1.0 };
-        row_units.iter_mut().for_each(|r| *r = or_one(*r));
-        // Prices at which objective and rows pull alike: most variables are then off their bounds.
-        let prices = (0..program.rows()).map(|i| match program.is_equality(i) || row_sums[i] == 0.0 {
-            true => 0.0,
-            false => objective_sum / row_sums[i] / program.rows() as f64,
-        });
-        let multipliers = prices.collect();
-        Self { multipliers, row_units, objective_unit: or_one(objective), ..Self::default() }
+impl Falk {
+    /// Newton's method from a first state to its verdict.
+    fn maximize(&self, parts: &dyn Separable, first: FalkState) -> Result<FalkState> {
+        let limit = self.iterations as u64;
+        let executor = Executor::new(parts, *self).configure(|s: FalkState| s.with_limit(first, limit));
+        Ok(executor.ctrlc(false).timer(false).run().map_err(super::sqp::from_argmin)?.state)
     }
 
-    fn with_limit(mut self, first: Self, limit: u64) -> Self {
-        (self.multipliers, self.row_units, self.objective_unit) =
-            (first.multipliers, first.row_units, first.objective_unit);
-        self.book.limit = limit;
-        self
+    /// Units of rows and objective at the start, and first prices: those of samples of the variables where there are many.
+    fn first(&self, parts: &dyn Separable, start: &[f64]) -> Result<FalkState> {
+        let mut first: Option<FalkState> = None;
+        for sample in sample::SIZES.iter().map_while(|&size| Sample::of(parts, size)) {
+            let Some(units) = Units::at(&sample, &sample.pick(start)) else { break };
+            let begin = FalkState::new(units.clone());
+            let known = first.map(|f| (f.multipliers, f.damping));
+            let (multipliers, damping) = known.unwrap_or((begin.multipliers.clone(), begin.damping));
+            let rough =
+                Self { tolerance: ROUGH, ..*self }.maximize(&sample, FalkState { multipliers, damping, ..begin })?;
+            let whole = FalkState::new(sample.restore(units));
+            if rough.verdict != Some(Status::Solved) {
+                return Ok(whole);
+            }
+            first = Some(FalkState { multipliers: rough.multipliers, damping: rough.damping, ..whole });
+        }
+        if let Some(first) = first {
+            return Ok(first);
+        }
+        if let Some(units) = Units::at(parts, start) {
+            return Ok(FalkState::new(units));
+        }
+        // The slow way knows which number is not finite.
+        check_finite(parts, start, &parts.gradients(start)?)?;
+        Err(Error::definition("dual solver", "sums over the variables are not finite", "measure in smaller units"))
+    }
+
+    /// The residual that is asked for; sums of n terms carry a rounding.
+    fn least_residual(&self, parts: &dyn Separable) -> f64 {
+        self.tolerance.max(16.0 * f64::EPSILON * parts.variables() as f64)
     }
 }
 
-/// The point of the multipliers, judged.
-fn finished(
-    program: &dyn Program,
-    parts: &dyn Separable,
-    start: &[f64],
-    here: &Gradients,
-    state: &FalkState,
-) -> Result<Solution> {
-    let weights: Vec<f64> = [1.0].into_iter().chain(state.multipliers.iter().copied()).collect();
-    let x = evaluation::minimizer(parts, &weights);
-    let gradients = program.gradients(&x)?;
-    let (lower, upper) = reduced(program, &x, &gradients, &state.multipliers);
-    let candidate = Candidate {
-        x,
-        multipliers: state.multipliers.clone(),
-        lower,
-        upper,
-        iterations: state.get_iter() as usize,
-        status: state.verdict.unwrap_or(Status::IterationLimit),
-        relaxation: None,
-    };
-    let evaluations = Evaluations { values: state.evaluations, gradients: 2, hessians: 0 };
-    let mut solution = candidate.judged(program, start, evaluations, &gradients, Some(&here.objective));
-    if solution.status == Status::Stalled && solution.kkt.largest() <= ACCEPTED {
-        solution.status = Status::Solved;
+impl FalkState {
+    fn new(Units { rows, objective, prices }: Units) -> Self {
+        Self { multipliers: prices, row_units: rows, objective_unit: objective, ..Self::default() }
     }
-    solution.status = supported(solution.status, &solution.kkt, ACCEPTED);
-    Ok(solution)
+
+    fn with_limit(self, first: Self, limit: u64) -> Self {
+        let mut state = Self { book: self.book, ..first };
+        state.book.limit = limit;
+        state
+    }
 }
 
 /// Multipliers of the bounds from the slope of the Lagrangian.

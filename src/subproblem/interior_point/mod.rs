@@ -2,6 +2,7 @@
 
 mod newton;
 mod point;
+mod working_rows;
 
 use super::falk::separable;
 use super::kkt::supported;
@@ -23,7 +24,8 @@ const HALVINGS: usize = 30;
 /// The solver of separable convex programs with many rows, or with terms that have no curvature.
 ///
 /// Newton's method on the optimality conditions with complementarity λ s = μ, μ → 0. The system is reduced to the
-/// smaller of n and m. A program without a feasible point is relaxed and reported.
+/// smaller of n and m, and rows are taken in as they are violated where they are many. A program without a feasible point
+/// is relaxed and reported.
 ///
 /// **Source.** Svanberg, *MMA and GCMMA – two methods for nonlinear optimization* (2007), section 5; Wright,
 /// *Primal-Dual Interior-Point Methods* (1997).
@@ -56,6 +58,20 @@ impl InteriorPoint {
         Ok(Self { tolerance, iterations })
     }
 
+    /// One run, without relaxation: with rows as they are violated where they are many, with all of them if that fails.
+    fn thorough(&self, program: &dyn Program, start: &[f64]) -> Result<Run> {
+        if let Some(parts) = program.separable() {
+            let start = feasible_start(program, start)?;
+            let here = program.gradients(&start)?;
+            check_finite(program, &start, &here)?;
+            let run = working_rows::solve(self, parts, &start, &here)?;
+            if let Some(run) = run.filter(|run| run.solution.status == Status::Solved) {
+                return Ok(run);
+            }
+        }
+        self.run(program, start)
+    }
+
     /// One run, without relaxation.
     fn run(&self, program: &dyn Program, start: &[f64]) -> Result<Run> {
         let start = feasible_start(program, start)?;
@@ -65,13 +81,19 @@ impl InteriorPoint {
         let (candidate, evaluations) = self.central_path(&Frame::new(&normalized), &normalized.inward(&start))?;
         let candidate = snapped(program, normalized.restore(candidate));
         let gradients = program.gradients(&candidate.x)?;
-        let candidate = priced(program, candidate, &gradients);
-        let first = here.objective;
-        let mut solution = candidate.judged(program, &start, evaluations, &gradients, Some(&first));
+        let judged = |c: Candidate| c.judged(program, &start, evaluations, &gradients, Some(&here.objective));
+        let mut solution = judged(priced(program, candidate.clone(), &gradients));
+        if !(solution.kkt.largest() <= ACCEPTED) {
+            // Near a bound that is hardly active the multipliers of the central path are the better ones.
+            let central = judged(candidate);
+            if central.kkt.largest() < solution.kkt.largest() {
+                solution = central;
+            }
+        }
         if solution.kkt.largest() <= ACCEPTED {
             solution.status = Status::Solved;
         }
-        Ok(Run { solution, first })
+        Ok(Run { solution, first: here.objective })
     }
 
     /// Follows μ → 0 from the middle of the box.
@@ -149,17 +171,22 @@ impl SubproblemSolver for InteriorPoint {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        separable(program, "interior point solver")?;
-        let run = self.run(program, start)?;
+        let parts = separable(program, "interior point solver")?;
+        let start = feasible_start(program, start)?;
+        let here = program.gradients(&start)?;
+        check_finite(program, &start, &here)?;
+        let run = match working_rows::solve(self, parts, &start, &here)? {
+            Some(run) => run,
+            None => self.run(program, &start)?,
+        };
         let mut solution = run.solution;
         if solution.status != Status::Solved {
             let total = Cell::new(solution.evaluations);
             let plain = |p: &dyn Program, x: &[f64]| {
-                let run = self.run(p, x)?;
+                let run = self.thorough(p, x)?;
                 total.set(total.get() + run.solution.evaluations);
                 Ok(Candidate::from(run.solution))
             };
-            let start = feasible_start(program, start)?;
             let settled = elastic::settle(program, &start, solution.into(), &plain)?;
             let gradients = program.gradients(&settled.x)?;
             solution = settled.judged(program, &start, total.get(), &gradients, Some(&run.first));

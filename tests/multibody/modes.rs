@@ -1,0 +1,145 @@
+//! Natural frequencies, their convergence and their derivatives.
+
+use crate::zoo::Arm;
+use linkwright::analysis::modes::modes;
+use linkwright::analysis::statics::{Statics, balance};
+use linkwright::analysis::{State, System};
+use linkwright::multibody::elements::{BeamSection, Shear};
+use linkwright::multibody::mechanisms::{Absorber, Chain, Governor};
+use linkwright::multibody::{Mechanism, Model};
+use linkwright::scalar::Scalar;
+use linkwright::sensitivity::{About, ModeSensitivities, differentiate_modes};
+
+fn close(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len());
+    let largest = expected.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+    for (a, b) in found.iter().zip(expected) {
+        assert!((a - b).abs() <= tolerance * largest, "{found:?} instead of {expected:?}");
+    }
+}
+
+#[test]
+fn a_mass_on_a_spring_has_its_closed_form() {
+    let found = differentiate_modes(&Absorber, &[3.0, 0.4], About::Assembled, 0.0).unwrap();
+    close(&found.squares, &[3.0], 1e-14);
+    close(&found.slopes[0], &[1.0, 0.0], 1e-14);
+}
+
+/// ω² = 3g / 2L for a hanging rod: constraints, and the stiffness that comes from their reactions.
+#[test]
+fn a_hanging_rod_has_its_closed_form() {
+    let rod = Chain { links: 1, angle: -std::f64::consts::FRAC_PI_2, gravity: 9.81 };
+    let found = differentiate_modes(&rod, &[0.8, 2.0], About::Equilibrium(Statics::default()), 0.0).unwrap();
+    let square = 1.5 * 9.81 / 0.8;
+    close(&found.squares, &[square], 1e-10);
+    close(&found.slopes[0], &[-square / 0.8, 0.0], 1e-10);
+}
+
+/// About cos α = (m + M) g / (m L Ω²), from its energy.
+#[test]
+fn a_governor_vibrates_about_its_equilibrium() {
+    let (model, b) = (Governor { angle: 1.0 }, Governor::DESIGN);
+    let found = differentiate_modes(&model, &b, About::Equilibrium(Statics::default()), 0.0).unwrap();
+    // U(α) = −2(m + M) g L cos α − m L² Ω² sin² α, T = ½ α̇² (2 m L² + 4 M L² sin² α).
+    let exact = |b: &[f64]| {
+        let [m, sleeve, l, speed, g] = [b[0], b[1], b[2], b[3], b[4]];
+        let cos = (m + sleeve) * g / (m * l * speed * speed);
+        let sin2 = 1.0 - cos * cos;
+        let stiffness = 2.0 * (m + sleeve) * g * l * cos - 2.0 * m * (l * speed).powi(2) * (2.0 * cos * cos - 1.0);
+        stiffness / (2.0 * m * l * l + 4.0 * sleeve * l * l * sin2)
+    };
+    close(&found.squares, &[exact(&b)], 1e-9);
+    for k in 0..b.len() {
+        let moved = |h: f64| {
+            let mut b = b;
+            b[k] *= 1.0 + h;
+            exact(&b)
+        };
+        let slope = (8.0 * (moved(1e-3) - moved(-1e-3)) - (moved(2e-3) - moved(-2e-3))) / (12e-3 * b[k]);
+        assert!((found.slopes[0][k] - slope).abs() < 1e-7 * (exact(&b) / b[k]).abs(), "{k}: {slope}");
+    }
+}
+
+/// A clamped arm that sags under its weight: prestress, clamps, a weld and a tip mass.
+#[test]
+fn frequencies_of_a_sagging_arm_agree_with_differences() {
+    let (model, settings) = (Arm { elements: 3 }, Statics { tolerance: 1e-12, ..Statics::default() });
+    let found: ModeSensitivities =
+        differentiate_modes(&model, &Arm::DESIGN, About::Equilibrium(settings), 0.0).unwrap();
+    let squares = |b: &[f64]| -> Vec<f64> {
+        let mechanism = model.build(b).unwrap();
+        let mut system = System::new(&mechanism).unwrap();
+        let mut state = State::built(&mechanism, 0.0);
+        balance(&mut system, &mechanism, &mut state, &settings).unwrap();
+        modes(&mut system, &mechanism, &state).unwrap().frequencies.iter().map(|w| w * w).collect()
+    };
+    let mut worst = 0.0f64;
+    for k in 0..Arm::DESIGN.len() {
+        let at = |h: f64| {
+            let mut b = Arm::DESIGN;
+            b[k] *= 1.0 + h;
+            squares(&b)
+        };
+        let h = 2e-2;
+        let runs = [h, 0.5 * h, 0.25 * h].map(|h| [at(h), at(-h)]);
+        for (mode, slopes) in found.slopes.iter().enumerate().take(6) {
+            let central = |j: usize, h: f64| (runs[j][0][mode] - runs[j][1][mode]) / (2.0 * h);
+            let slopes_of = [central(0, h), central(1, 0.5 * h), central(2, 0.25 * h)];
+            let [one, two] = [0, 1].map(|j| (4.0 * slopes_of[j + 1] - slopes_of[j]) / 3.0);
+            let slope = (16.0 * two - one) / 15.0;
+            worst = worst.max((slopes[k] * Arm::DESIGN[k] - slope).abs() / found.squares[mode]);
+        }
+    }
+    println!("| flexible arm | modes about its equilibrium | {worst:.1e} |");
+    assert!(worst < 1e-7, "{worst:.2e}");
+}
+
+/// Two equal oscillators that know nothing of each other, coupled by a third spring of zero stiffness.
+struct Twins;
+
+impl Model for Twins {
+    fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let ground = m.ground().x;
+        let [one, two] = [m.coordinate("one", zero, zero), m.coordinate("two", zero, zero)];
+        for (name, x, k) in [("one", one, b[0]), ("two", two, b[1])] {
+            m.inertia(name, x, S::from(1.0));
+            m.coordinate_spring(name, ground, x, [k, zero, zero, zero]);
+        }
+        m.coordinate_spring("between", one, two, [b[2], zero, zero, zero]);
+        Ok(m)
+    }
+}
+
+/// Growing alone, k₁ or k₂ leaves one frequency and raises the other; the coupling raises one of them twice as fast.
+#[test]
+fn a_repeated_frequency_splits_into_its_one_sided_derivatives() {
+    let found = differentiate_modes(&Twins, &[4.0, 4.0, 0.0], About::Assembled, 0.0).unwrap();
+    close(&found.squares, &[4.0, 4.0], 1e-14);
+    close(&found.slopes[0], &[0.0, 0.0, 0.0], 1.0e-13);
+    close(&found.slopes[1], &[1.0, 1.0, 2.0], 1e-13);
+    // Apart by more than rounding, each has its own gradient.
+    let apart = differentiate_modes(&Twins, &[4.0, 5.0, 0.0], About::Assembled, 0.0).unwrap();
+    close(&apart.slopes[0], &[1.0, 0.0, 1.0], 1e-13);
+}
+
+/// βL of a clamped-free beam: 1.8751, 4.6941, 7.8548 (Blevins, *Formulas for Natural Frequency and Mode Shape*, Table 8-1).
+#[test]
+fn cantilever_frequencies_converge_with_the_square_of_the_element_length() {
+    let section = BeamSection { inertia: 1e-9, ..BeamSection::<f64>::rectangular(0.01, 0.01, 2e11, 0.3, 7800.0) };
+    let errors = |n: usize| -> Vec<f64> {
+        let mut m = Mechanism::<f64>::new();
+        let (nodes, _) = m.beam("beam", [[0.0, 0.0], [1.0, 0.0]], [None, None], n, &section, Shear::Rigid);
+        nodes[0].coordinates().into_iter().for_each(|c| m.fix(c));
+        let mut system = System::new(&m).unwrap();
+        let found = modes(&mut system, &m, &State::built(&m, 0.0)).unwrap().frequencies;
+        let unit = (section.bending / section.mass).sqrt();
+        let exact = [1.875_104_07, 4.694_091_13, 7.854_757_44].map(|beta: f64| beta * beta * unit);
+        exact.iter().zip(found).map(|(exact, found)| found / exact - 1.0).collect()
+    };
+    for (coarse, fine) in errors(12).iter().zip(errors(24)) {
+        let order = (coarse / fine).log2();
+        assert!((order - 2.0).abs() < 0.2, "{order}: {coarse:.2e} {fine:.2e}");
+    }
+}
