@@ -151,13 +151,13 @@ mod tests {
 
     #[test]
     fn relative_distances_follow_the_steps_within_their_limits() {
-        let rule = Asymptotes::Relative { initial: [1.0, 4.0], rate: 0.5, least: [0.6, 1.5], most: [51.0, 49.0] };
+        let rule = Asymptotes::Relative { initial: [1.0, 4.0], rate: 0.5, least: [0.75, 1.5], most: [51.0, 49.0] };
         assert_eq!(of(rule, &[2.0]), (0.0, 10.0));
         assert_eq!(of(rule, &[2.0, 3.0]), (0.0, 15.0));
-        // It goes on: distances 3 and 12 double. It turns: they halve, but not below 0.6 and 1.5 times the variable.
+        // It goes on: distances 3 and 12 double. It turns: they halve, but not below 0.75 and 1.5 times the variable.
         assert_eq!(of(rule, &[2.0, 3.0, 4.0]), (-2.0, 28.0));
-        assert_eq!(of(rule, &[2.0, 4.0, 3.0]), (1.0, 11.0));
-        assert_eq!(of(rule, &[2.0, 10.0, 9.0]), (3.5999999999999996, 29.0));
+        assert_eq!(of(rule, &[2.0, 4.0, 3.0]), (0.75, 11.0));
+        assert_eq!(of(rule, &[2.0, 10.0, 8.0]), (2.0, 28.0));
         let each = Asymptotes::Each(&[Asymptotes::Proportional(0.5), Asymptotes::Proportional(0.25)]);
         assert_eq!(of(each, &[3.0]), (1.5, 6.0));
         assert!(Asymptotes::Each(&[]).check().is_err());
