@@ -75,7 +75,7 @@ pub enum Prescribed {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newton {
     /// Largest position correction (m or rad) of the last iteration; a larger one will do if what is left after it can be
-    /// expected to be a thousandth of the tolerance.
+    /// expected to be a millionth of the tolerance.
     pub tolerance: f64,
     /// Most iterations.
     pub iterations: usize,
@@ -181,6 +181,9 @@ struct Correction {
 /// If the next correction is to be smaller by this or more, the matrix is kept for it.
 const SLOW: f64 = 1e-2;
 
+/// What may be left after an iteration, in parts of the tolerance: differences of two analyses must not see it.
+const LEFT: f64 = 1e-6;
+
 /// In 1/m or 1/rad: what a motion without curvature may meet in the next step, a contact, say, is not foreseen.
 const LEAST_CURVATURE: f64 = 10.0;
 
@@ -265,7 +268,7 @@ impl<'m> Integrator<'m> {
             let rows = &self.rows;
             self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
             let rate = self.rate(largest, kept, before);
-            if largest <= self.newton.tolerance || rate * largest <= 1e-3 * self.newton.tolerance {
+            if rate * largest <= LEFT * self.newton.tolerance || (!kept && largest <= self.newton.tolerance) {
                 return Ok(());
             }
             before = Some(Correction { largest, rate, kept });

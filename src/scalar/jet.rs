@@ -130,7 +130,9 @@ operator!(
     |a, c| a.map(|a| a * c)
 );
 operator!(Div, div, DivAssign, div_assign, |a, b| (a.lend() / b.lend()).into(), |a, c| a.map(|a| a / c));
-operator!(Rem, rem, RemAssign, rem_assign, |a, b| (a.lend() % b.lend()).into(), |a, c| (a.lend() % c).into());
+// The quotient is held, as for Tangent.
+operator!(Rem, rem, RemAssign, rem_assign, |a, b| a - b * (a.re.re() / b.re.re()).trunc(), |a, c| a - c
+    * (a.re.re() / c).trunc());
 
 impl<T: Scalar> Neg for Jet<T> {
     type Output = Self;
@@ -325,11 +327,18 @@ mod tests {
             -x / y,
             x.powi(2) + x.powi(3),
             (x * x + y).sqrt(),
-            x.atan2(y) % y,
+            x.atan2(y),
             x.powf(1.7).ln(),
             (-x).abs(),
             x.recip() - 1.0,
         ]
+    }
+
+    #[test]
+    fn a_remainder_keeps_its_quotient() {
+        let rest = Jet::new(7.0, 2.0, 1.0) % Jet::new(3.0, 0.5, 0.0);
+        assert_eq!((rest.re, rest.v1, rest.v2), (1.0, 1.0, 1.0));
+        assert_eq!((Jet::new(7.0, 2.0, 1.0) % 3.0).re, 1.0);
     }
 
     #[test]
