@@ -1,6 +1,6 @@
 //! In an optimization a design that cannot be analysed is a rejected try, whatever is wrong with it.
 
-use linkwright::analysis::{Dynamics, Newton};
+use linkwright::analysis::Dynamics;
 use linkwright::function;
 use linkwright::multibody::elements::{BeamSection, Law, Shear};
 use linkwright::multibody::motion::{ConstantSpeed, Motion};
@@ -122,8 +122,7 @@ fn problem(flaw: Flaw) -> Problem {
     let position = parts.transient("position", "m", time);
     let far = function!(|p| p.response[0] * -0.5 + 2.0);
     parts.minimize("lack", "m", Quantity::sum(time, vec![1.0, 1.0], far).of(&[position]));
-    let newton = Newton { tolerance: 1e-13, iterations: 3 };
-    parts.build(Transient::new(Flawed(flaw), Dynamics { newton, ..Dynamics::fixed(0.05) }, &times).unwrap()).unwrap()
+    parts.build(Transient::new(Flawed(flaw), Dynamics::fixed(0.05), &times).unwrap()).unwrap()
 }
 
 #[test]
