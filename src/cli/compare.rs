@@ -88,7 +88,7 @@ fn list() -> anyhow::Result<()> {
     say("Problems")?;
     for entry in catalogue() {
         let cost = if entry.expensive { " [expensive]" } else { "" };
-        say(&format!("  {:<28} {}{cost}\n{:31}{}", entry.name, entry.title, "", entry.source))?;
+        say(&format!("  {:<36} {}{cost}\n{:39}{}", entry.name, entry.title, "", entry.source))?;
     }
     say("\nMethods")?;
     presets().iter().try_for_each(|p| say(&format!("  {:<22} {}", p.name, p.title)))
