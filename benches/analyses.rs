@@ -1,11 +1,11 @@
-//! How many analyses and sensitivity analyses until the optimum is reached to 1e-5: `cargo bench --bench analyses`.
+//! How many analyses and sensitivity analyses until the optimum is reached to 1e-5: `cargo bench --bench analyses`;
+//! `-- thousand` takes the quadratic forms in a thousand variables.
 //!
 //! Beside the least that other programs need, as far as they were measured. Times do not matter here: the work counts.
 
 use linkwright::Result;
-use linkwright::library::{Attempt, Conclusion, attempt_with, compare, find, slider_crank};
-use linkwright::sao::{Preset, presets};
-use std::f64::consts::TAU;
+use linkwright::library::{Attempt, Conclusion, attempt_with, compare, find, quadratic_forms, slider_crank};
+use linkwright::sao::{Cycle, Method, Preset, Stop, preset, presets};
 
 /// Problem, what others need at least, and what is wanted of us.
 const PEERS: [(&str, &str, &str); 6] = [
@@ -16,32 +16,6 @@ const PEERS: [(&str, &str, &str); 6] = [
     ("quadratic-forms-1", "IPOPT at n = 1000: 111+68", "fewer"),
     ("quadratic-forms-2", "IPOPT at n = 1000: 101+100", "fewer"),
 ];
-
-/// SplitMix64: a stream of numbers that no library version changes.
-struct Random(u64);
-
-impl Random {
-    fn within(&mut self, from: f64, to: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        from + (to - from) * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// A start of the slider-crank that can turn all the way round, with free angles; the same as in `tests/optima.rs`.
-    fn start(&mut self) -> [f64; 8] {
-        const RANGES: [[f64; 2]; 8] =
-            [[3.0, 15.0], [10.0, 30.0], [-10.0, -1.0], [3.0, 25.0], [3.0, 25.0], [3.0, 15.0], [0.0, TAU], [0.0, TAU]];
-        loop {
-            let b = RANGES.map(|[from, to]| self.within(from, to));
-            let offset: f64 = b[2] - b[5];
-            if b[0] + offset.abs() <= 0.85 * b[1] {
-                return b;
-            }
-        }
-    }
-}
 
 fn work(a: &Attempt) -> Option<[usize; 2]> {
     let reached = matches!(a.conclusion, Conclusion::Reached(_));
@@ -64,8 +38,7 @@ fn random_starts() -> Result<()> {
     println!(
         "\nSlider-crank, 16 random feasible starts with free angles; SLSQP 72+47 (16 of 16), Gauss-Newton SQP 18+11 (13)"
     );
-    let mut random = Random(1998);
-    let starts: Vec<[f64; 8]> = (0..16).map(|_| random.start()).collect();
+    let starts = slider_crank::random_starts(1998, 16);
     let optima = find("slider-crank")?.optima;
     for preset in presets() {
         let mut found = vec![];
@@ -81,7 +54,30 @@ fn random_starts() -> Result<()> {
     Ok(())
 }
 
+/// The quadratic forms in a thousand variables, by the methods that can: work to within 1e-5 of the lowest objective found.
+fn a_thousand_variables() -> Result<()> {
+    println!("\nQuadratic forms, n = 1000; IPOPT 111+68 and 101+100");
+    let stop = Stop { accuracy: 1e-6, residual: 1e-3, max_cycles: 300, ..Stop::default() };
+    for (name, problem, lowest) in
+        [("first", quadratic_forms::first(1000)?, 260.854), ("second", quadratic_forms::second(1000)?, -739.145)]
+    {
+        for by in ["mma-filtered", "quadratic-spherical"] {
+            let end = Method { stop, ..(preset(by)?.method)() }.solve(&problem, |_| ())?;
+            let near =
+                |c: &Cycle| c.accepted && c.objective < lowest + 1e-5 * f64::abs(lowest) && c.violation_pct < 1e-3;
+            let count = end.history.iter().position(near).map_or("-".into(), |k| {
+                format!("{}+{}", k + 1, end.history[..k].iter().filter(|c| c.accepted).count())
+            });
+            println!("{name:7} {by:20} {count:>8} F {:.4} {:?}", end.evaluation.objective, end.status);
+        }
+    }
+    Ok(())
+}
+
 fn main() -> Result<()> {
+    if std::env::args().any(|a| a == "thousand") {
+        return a_thousand_variables();
+    }
     fewest()?;
     random_starts()
 }

@@ -7,74 +7,23 @@
 //!
 //! `-- N…` takes other numbers of links than 8 and 32, `-- scaling` only the cost per step of long chains.
 
-use linkwright::Result;
+mod cpu;
+
+use cpu::least;
 use linkwright::analysis::dynamics::Run;
 use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
 use linkwright::analysis::{Dynamics, History, simulate};
-use linkwright::multibody::{Mechanism, Model, Pose};
-use linkwright::scalar::Scalar;
+use linkwright::multibody::Model;
+use linkwright::multibody::mechanisms::Chain;
 use linkwright::sensitivity::explicit::differentiate_explicitly;
-
-/// CPU seconds that all threads of this process have used; wall time where the system does not tell.
-fn cpu() -> f64 {
-    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
-    let spent = tasks.filter_map(|task| {
-        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
-        text.split_whitespace().next()?.parse::<f64>().ok()
-    });
-    let spent: f64 = spent.sum::<f64>() * 1e-9;
-    let wall = || std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
-    if spent > 0.0 { spent } else { wall() }
-}
-
-/// Least mean CPU time of several batches of runs, in s; the clock ticks slowly, so a batch takes a while.
-fn least<T>(batches: usize, mut run: impl FnMut() -> T) -> f64 {
-    let mut batch = || {
-        let (start, mut runs) = (cpu(), 0.0);
-        loop {
-            std::hint::black_box(run());
-            runs += 1.0;
-            let spent = cpu() - start;
-            if spent >= 0.2 {
-                return spent / runs;
-            }
-        }
-    };
-    (0..batches).map(|_| batch()).fold(f64::INFINITY, f64::min)
-}
 
 fn times() -> Vec<f64> {
     (0..=100).map(|k| 0.01 * f64::from(k)).collect()
 }
 
-/// N links whose only outputs are tip x and y.
-struct Tip(usize);
-
-impl Model for Tip {
-    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
-        let (lengths, masses) = b.split_at(self.0);
-        let zero = S::from(0.0);
-        let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
-        let (mut hook, mut reach) = (m.ground().origin(), zero);
-        for (k, (&length, &mass)) in lengths.iter().zip(masses).enumerate() {
-            let pose = Pose { x: reach + length * 0.5, y: zero, theta: zero };
-            let link = m.body(&format!("link {}", k + 1), mass, mass * length * length * (1.0 / 12.0), pose);
-            m.revolute(&format!("pin {}", k + 1), hook, link.at(length * -0.5, zero));
-            hook = link.at(length * 0.5, zero);
-            reach += length;
-        }
-        let tip = m.sensor("tip", hook);
-        for name in ["x", "y"] {
-            let term = m.measure(tip, name)?;
-            m.output(format!("tip {name}"), &[term]);
-        }
-        Ok(m)
-    }
-}
-
-/// Total length and mass are one.
-fn equal_links(links: usize) -> Vec<f64> {
-    vec![1.0 / links as f64; 2 * links]
+/// The chain without its energies: what is wanted of it is the tip.
+fn tip(links: usize) -> Chain {
+    Chain { energies: false, ..Chain::horizontal(links) }
 }
 
 fn difference(a: &History, b: &History) -> f64 {
@@ -84,8 +33,8 @@ fn difference(a: &History, b: &History) -> f64 {
 
 /// Analysis and derivatives at the wanted accuracy.
 fn chain(links: usize, runs: usize) {
-    let model = Tip(links);
-    let (b, times) = (equal_links(links), times());
+    let model = tip(links);
+    let (b, times) = (model.equal_links(), times());
     let mechanism = model.build(&b).unwrap();
     let exact = simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-13), &times).unwrap();
     for method in [Explicit::adaptive as fn(f64) -> Explicit, Explicit::eighth_order] {
@@ -119,14 +68,14 @@ fn chain(links: usize, runs: usize) {
 
 /// Generalized-α steps as in `peers/exudyn_chain.py`: CPU time, and the error of the tip after 1 s.
 fn implicit(links: usize) {
-    let model = Tip(links);
-    let mechanism = model.build(&equal_links(links)).unwrap();
-    let tip = |run: &History| [run.values[0][0], run.values[1][0]];
-    let exact = tip(&simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-13), &[1.0]).unwrap());
+    let model = tip(links);
+    let mechanism = model.build(&model.equal_links()).unwrap();
+    let end = |run: &History| [run.values[0][0], run.values[1][0]];
+    let exact = end(&simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-13), &[1.0]).unwrap());
     println!("chain of {links:>2}: tip after 1 s at {:.12} {:.12}", exact[0], exact[1]);
     for h in [1e-3, 5e-4, 2.5e-4, 1.25e-4] {
         let ([x, y], work) = match simulate(&mechanism, &Dynamics::fixed(h), &[1.0]) {
-            Ok(run) => (tip(&run), run.work),
+            Ok(run) => (end(&run), run.work),
             Err(error) => {
                 println!("chain of {links:>2}, generalized-α, step {h:.2e} s: {error}");
                 continue;
@@ -145,8 +94,8 @@ fn implicit(links: usize) {
 /// CPU time per step and link of long chains, both ways of integrating.
 fn scaling() {
     for links in [10, 100, 1000, 10_000] {
-        let model = Tip(links);
-        let mechanism = model.build(&equal_links(links)).unwrap();
+        let model = tip(links);
+        let mechanism = model.build(&model.equal_links()).unwrap();
         let h = 1e-5;
         let mut run = Run::new(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap();
         let batch = (20_000 / links).max(4);
@@ -166,8 +115,8 @@ fn scaling() {
 
 /// Allocations of 40 more steps, with and without derivatives.
 fn allocations() {
-    let model = Tip(8);
-    let b = equal_links(8);
+    let model = tip(8);
+    let b = model.equal_links();
     let mechanism = model.build(&b).unwrap();
     let count = |run: &dyn Fn(f64)| {
         let allocated = |steps: f64| allocation_counter::measure(|| run(steps)).count_total;

@@ -4,6 +4,9 @@
 //! CPU time of all threads, the least of several batches; the largest bending stresses of each link from 0.3 s on at six
 //! points, which are element middles for 6, 18, 54 … elements per link.
 
+mod cpu;
+
+use cpu::least;
 use linkwright::Result;
 use linkwright::analysis::{Dynamics, History, simulate};
 use linkwright::multibody::elements::{BeamSection, Shear};
@@ -20,29 +23,6 @@ const YOUNG: f64 = 6.895e10;
 const POISSON: f64 = 0.3;
 const DENSITY: f64 = 2757.0;
 const START: f64 = 0.5 * PI;
-
-/// CPU seconds that all threads of this process have used.
-fn cpu() -> f64 {
-    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
-    let spent = tasks.filter_map(|task| {
-        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
-        text.split_whitespace().next()?.parse::<f64>().ok()
-    });
-    spent.sum::<f64>() * 1e-9
-}
-
-/// Least mean CPU time in s of several batches of runs.
-fn least<T>(mut run: impl FnMut() -> T) -> f64 {
-    let mut batch = || {
-        let (start, mut runs) = (cpu(), 0.0);
-        while runs < 1.0 || cpu() - start < 0.1 {
-            std::hint::black_box(run());
-            runs += 1.0;
-        }
-        (cpu() - start) / runs
-    };
-    (0..10).map(|_| batch()).fold(f64::INFINITY, f64::min)
-}
 
 /// Ends of the links.
 fn ends() -> [[[f64; 2]; 2]; 3] {
@@ -131,11 +111,11 @@ fn main() {
     let window: Vec<f64> = (300..=500).map(|k| f64::from(k) * 1e-3).collect();
     let rigid = Rigid.build::<f64>(&[]).unwrap();
     let run = || simulate(&rigid, &Dynamics::fixed(1e-3), &[0.5]).unwrap();
-    println!("rigid, step 1 ms: CPU {:.2} ms, rocker at {:.9} rad", least(run) * 1e3, run().values[0][0]);
+    println!("rigid, step 1 ms: CPU {:.2} ms, rocker at {:.9} rad", least(10, run) * 1e3, run().values[0][0]);
     let flexible = |elements, shear, h: f64| {
         let mechanism = Flexible { elements, shear }.build::<f64>(&[]).unwrap();
         let run = || simulate(&mechanism, &Dynamics::fixed(h), &window).unwrap();
-        (peaks(&run()), if elements < 50 { least(run) } else { f64::NAN }, run().work)
+        (peaks(&run()), if elements < 50 { least(10, run) } else { f64::NAN }, run().work)
     };
     let (exact, ..) = flexible(54, Shear::Flexible, 1.25e-4);
     println!("flexible, 3 × 54 elements, step 0.125 ms: largest stresses {exact:.4?} MPa");

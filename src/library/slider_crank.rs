@@ -12,6 +12,7 @@ use crate::problem::{
     ClosedForm, Constraint, DesignVariable, Functional, Point, Problem, ProblemBuilder, Quantity, TimeGrid,
 };
 use crate::scalar::Scalar;
+use std::f64::consts::TAU;
 
 /// Crank rotations Δγ(k) of Table III, in degrees.
 pub const ROTATIONS_DEG: [f64; 8] = [0.0, 22.0, 44.0, 66.0, 88.0, 129.0, 221.0, 314.0];
@@ -22,6 +23,10 @@ pub const DESIRED: [[f64; 2]; 8] =
 pub const STAND_IN_START: [f64; 8] = [7.6, 24.0, -2.2, 19.0, 6.6, 4.9, 1.9, 2.39];
 /// Another: F = 3467, with nearly the paper's numbers of active move limits.
 pub const SECOND_STAND_IN_START: [f64; 8] = [6.9, 18.3, -3.5, 11.6, 30.8, 5.3, 1.37, 0.56];
+
+/// Ranges of [`random_starts`].
+const START_RANGES: [[f64; 2]; 8] =
+    [[3.0, 15.0], [10.0, 30.0], [-10.0, -1.0], [3.0, 25.0], [3.0, 25.0], [3.0, 15.0], [0.0, TAU], [0.0, TAU]];
 
 /// Position and rotation of the coupler, body 2, in closed form (48)–(50).
 pub struct Coupler;
@@ -98,6 +103,22 @@ fn parts(start: [f64; 8]) -> Result<ProblemBuilder> {
         parts.subject_to(Constraint::at_most(name, 0.0, Quantity::plain(reach)));
     }
     Ok(parts)
+}
+
+/// Feasible random starts with free angles, the same in every version: cranks that can turn all the way round, with
+/// lengths in the unit of the drawing (from 3, 10, −10, 3, 3, 3 to 15, 30, −1, 25, 25, 15) and angles between 0 and 2π.
+///
+/// **Source** of the stream: Steele, Lea & Flood, *OOPSLA* (2014) 453–472 (SplitMix64).
+pub fn random_starts(seed: u64, count: usize) -> Vec<[f64; 8]> {
+    let mut state = seed;
+    let mut draw = |[from, to]: [f64; 2]| {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        from + (to - from) * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let starts = std::iter::repeat_with(|| START_RANGES.map(&mut draw));
+    starts.filter(|b| b[0] + (b[2] - b[5]).abs() <= 0.85 * b[1]).take(count).collect()
 }
 
 /// The optimum, angles modulo 2π.

@@ -46,7 +46,7 @@ fn a_chain_keeps_its_energy_and_its_joints() {
 #[test]
 fn a_pendulum_swings_with_its_period() {
     let angle = -std::f64::consts::FRAC_PI_2 + 1e-3;
-    let pendulum = Chain { links: 1, angle, gravity: 9.81 };
+    let pendulum = Chain { angle, ..Chain::horizontal(1) };
     let mechanism = pendulum.build(&[1.0, 2.0]).unwrap();
     let period = std::f64::consts::TAU * (2.0 / (3.0 * 9.81f64)).sqrt();
     let run = simulate_explicitly(&mechanism, &Explicit::adaptive(1e-11), &[0.25 * period, period]).unwrap();

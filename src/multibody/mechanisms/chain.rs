@@ -6,8 +6,8 @@ use crate::{Error, Result};
 
 /// Slender rods pinned in a row, the first one to the ground, released from rest in a straight line.
 ///
-/// Design variables: the lengths (m) of all links, then their masses (kg). Outputs: tip x and y (m), kinetic and
-/// potential energy (J). One link is the physical pendulum, two the double pendulum.
+/// Design variables: the lengths (m) of all links, then their masses (kg). Outputs: tip x and y (m) and, if wanted,
+/// kinetic and potential energy (J). One link is the physical pendulum, two the double pendulum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chain {
     /// Number of links.
@@ -16,12 +16,14 @@ pub struct Chain {
     pub angle: f64,
     /// Gravitational acceleration along −y in m/s².
     pub gravity: f64,
+    /// Whether the energies are outputs.
+    pub energies: bool,
 }
 
 impl Chain {
     /// A chain released from the horizontal.
     pub fn horizontal(links: usize) -> Self {
-        Self { links, angle: 0.0, gravity: 9.81 }
+        Self { links, angle: 0.0, gravity: 9.81, energies: true }
     }
 
     /// A design of equal links: total length and mass are one.
@@ -52,8 +54,10 @@ impl Model for Chain {
             let term = m.measure(tip, name)?;
             m.output(format!("tip {name}"), &[term]);
         }
-        m.output("kinetic energy", &[m.kinetic_energy()]);
-        m.output("potential energy", &[m.potential_energy()]);
+        if self.energies {
+            m.output("kinetic energy", &[m.kinetic_energy()]);
+            m.output("potential energy", &[m.potential_energy()]);
+        }
         Ok(m)
     }
 }

@@ -198,6 +198,29 @@ pub(crate) fn check_coefficients(what: &str, n: usize, functions: usize, values:
     }
 }
 
+/// The methods of `Program` that follow from the terms of a `Separable`.
+macro_rules! evaluate_terms {
+    () => {
+        fn values(&self, x: &[f64]) -> crate::error::Result<crate::problem::Values> {
+            crate::problem::separable::values(self, x)
+        }
+        fn gradients(&self, x: &[f64]) -> crate::error::Result<crate::problem::Gradients> {
+            crate::problem::separable::gradients(self, x)
+        }
+        fn lagrangian_hessian(
+            &self,
+            x: &[f64],
+            multipliers: &[f64],
+        ) -> crate::error::Result<Option<nalgebra::DMatrix<f64>>> {
+            Ok(crate::problem::separable::hessian(self, x, multipliers))
+        }
+        fn separable(&self) -> Option<&dyn crate::problem::Separable> {
+            Some(self)
+        }
+    };
+}
+pub(crate) use evaluate_terms;
+
 /// Implements the parts of `Program` that all separable forms share.
 macro_rules! impl_separable_program {
     ($t:ty) => {
@@ -214,22 +237,7 @@ macro_rules! impl_separable_program {
             fn upper(&self) -> &[f64] {
                 &self.upper
             }
-            fn values(&self, x: &[f64]) -> crate::error::Result<crate::problem::Values> {
-                super::values(self, x)
-            }
-            fn gradients(&self, x: &[f64]) -> crate::error::Result<crate::problem::Gradients> {
-                super::gradients(self, x)
-            }
-            fn lagrangian_hessian(
-                &self,
-                x: &[f64],
-                multipliers: &[f64],
-            ) -> crate::error::Result<Option<nalgebra::DMatrix<f64>>> {
-                Ok(super::hessian(self, x, multipliers))
-            }
-            fn separable(&self) -> Option<&dyn crate::problem::Separable> {
-                Some(self)
-            }
+            crate::problem::separable::evaluate_terms!();
         }
     };
 }

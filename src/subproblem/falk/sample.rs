@@ -1,10 +1,8 @@
 //! First prices from a sample of the variables.
 
 use super::units::Units;
-use crate::error::Result;
 use crate::problem::separable::{self, DualSums, Term};
-use crate::problem::{Gradients, Program, Separable, Values};
-use nalgebra::DMatrix;
+use crate::problem::{Program, Separable};
 use std::ops::Range;
 
 /// Neighbouring variables that are taken together: a block of the table of coefficients.
@@ -76,18 +74,7 @@ impl Program for Sample<'_> {
     fn is_equality(&self, i: usize) -> bool {
         self.program.is_equality(i)
     }
-    fn values(&self, x: &[f64]) -> Result<Values> {
-        separable::values(self, x)
-    }
-    fn gradients(&self, x: &[f64]) -> Result<Gradients> {
-        separable::gradients(self, x)
-    }
-    fn lagrangian_hessian(&self, x: &[f64], multipliers: &[f64]) -> Result<Option<DMatrix<f64>>> {
-        Ok(separable::hessian(self, x, multipliers))
-    }
-    fn separable(&self) -> Option<&dyn Separable> {
-        Some(self)
-    }
+    separable::evaluate_terms!();
 }
 
 impl Separable for Sample<'_> {

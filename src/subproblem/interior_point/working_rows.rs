@@ -6,11 +6,10 @@
 use super::{ACCEPTED, InteriorPoint, Run};
 use crate::error::Result;
 use crate::problem::separable::{self, Separable, Term};
-use crate::problem::{Gradients, Program, Values};
+use crate::problem::{Gradients, Program};
 use crate::subproblem::solver::Candidate;
 use crate::subproblem::variable_scale;
 use crate::subproblem::{Evaluations, Status};
-use nalgebra::DMatrix;
 
 /// Rounds until all rows are taken at once.
 const ROUNDS: usize = 40;
@@ -104,18 +103,7 @@ impl Program for Kept<'_> {
     fn upper(&self) -> &[f64] {
         self.program.upper()
     }
-    fn values(&self, x: &[f64]) -> Result<Values> {
-        separable::values(self, x)
-    }
-    fn gradients(&self, x: &[f64]) -> Result<Gradients> {
-        separable::gradients(self, x)
-    }
-    fn lagrangian_hessian(&self, x: &[f64], multipliers: &[f64]) -> Result<Option<DMatrix<f64>>> {
-        Ok(separable::hessian(self, x, multipliers))
-    }
-    fn separable(&self) -> Option<&dyn Separable> {
-        Some(self)
-    }
+    separable::evaluate_terms!();
 }
 
 impl Separable for Kept<'_> {
