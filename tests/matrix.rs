@@ -42,6 +42,8 @@ fn every_method_on_every_problem() {
         write!(text, "\n{:21}", method.name).unwrap();
         columns.iter().for_each(|column| write!(text, " {:>7}", cell(&column[m])).unwrap());
     }
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/choosing.md")).unwrap();
+    assert!(page.contains(&text), "docs/choosing.md has another table:\n{text}");
     insta::assert_snapshot!(text + "\n");
     for a in columns.iter().flatten() {
         assert_ne!(a.conclusion, Conclusion::False, "{} on {}: {a:?}", a.method, a.problem);

@@ -131,7 +131,7 @@ fn every_failure_is_a_rejected_try_with_its_reason() {
         (Flaw::Assembly, "(closure", "cannot be assembled at t = 0.0"),
         (Flaw::Mass, "lump", "mass is -"),
         (Flaw::Section, "arm element 1", "EA is -"),
-        (Flaw::Drive, "", "t = "),
+        (Flaw::Drive, "pivot", "does not converge from t = "),
         (Flaw::Step, "brake", "does not converge from t = "),
         (Flaw::NanDrive, "cart", "its prescribed motion is NaN, NaN, NaN at t = "),
         (Flaw::NanForce, "push", "its forces are not finite at t = "),
