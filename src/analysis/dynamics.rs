@@ -2,6 +2,7 @@
 
 use super::blame;
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
+use super::recording::Recording;
 use super::sampling::{Sampler, interpolate};
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
@@ -140,10 +141,30 @@ impl History {
 ///
 /// **Errors.** [`Error::Analysis`] naming element and time if the mechanism cannot be built, assembled or moved on.
 pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<History> {
+    record(mechanism, Run::new(mechanism, settings, times)?, times).map(|(history, _)| history)
+}
+
+/// As [`simulate`], and keeps the steps in at most `memory` bytes.
+///
+/// A motion with more steps than that is simulated all the same; its recording is not whole.
+///
+/// **Errors.** As [`simulate`].
+pub fn simulate_recorded(
+    mechanism: &Mechanism<f64>,
+    settings: &Dynamics,
+    times: &[f64],
+    memory: usize,
+) -> Result<(History, Recording)> {
+    let mut run = Run::new(mechanism, settings, times)?;
+    run.recording = Some(Recording::new(&run.integrator.step.new, &run.projection, memory));
+    let (history, recording) = record(mechanism, run, times)?;
+    Ok((history, recording.expect("the run had one")))
+}
+
+fn record(mechanism: &Mechanism<f64>, mut run: Run<'_>, times: &[f64]) -> Result<(History, Option<Recording>)> {
     let mut sampler = Sampler::new(mechanism);
     let mut outputs = Vec::new();
     let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
-    let mut run = Run::new(mechanism, settings, times)?;
     let mut at = run.integrator.step.old.clone();
     for &t in times {
         run.reach(t)?;
@@ -153,7 +174,8 @@ pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) 
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let work = run.work();
-    Ok(History { names: mechanism.output_names(), times: times.to_vec(), values, last: at, work })
+    let history = History { names: mechanism.output_names(), times: times.to_vec(), values, last: at, work };
+    Ok((history, run.recording))
 }
 
 pub(crate) fn check_finite<T: crate::multibody::Real>(mechanism: &Mechanism<T>, outputs: &[T], t: f64) -> Result<()> {
@@ -175,6 +197,8 @@ pub struct Run<'m> {
     steps: usize,
     grid_steps: usize,
     failed_steps: usize,
+    recording: Option<Recording>,
+    replayed: Option<&'m Recording>,
 }
 
 /// Smallest step in parts of the wanted one.
@@ -191,6 +215,30 @@ impl<'m> Run<'m> {
         if settings.initial == InitialAcceleration::Consistent {
             AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;
         }
+        Ok(Self::from(mechanism, system, settings, times, state, projection))
+    }
+
+    /// Takes the steps of a whole recording again, without an iteration.
+    pub(crate) fn replay(
+        mechanism: &'m Mechanism<f64>,
+        settings: &Dynamics,
+        times: &[f64],
+        recording: &'m Recording,
+    ) -> Result<Self> {
+        settings.check(times)?;
+        let (system, start) = (System::new(mechanism)?, recording.start().clone());
+        let run = Self::from(mechanism, system, settings, times, start, recording.projection.clone());
+        Ok(Self { replayed: Some(recording), ..run })
+    }
+
+    fn from(
+        mechanism: &'m Mechanism<f64>,
+        system: System,
+        settings: &Dynamics,
+        times: &[f64],
+        state: State<f64>,
+        projection: Projection,
+    ) -> Self {
         let (scheme, newton) = (settings.scheme, settings.newton);
         let integrator = Integrator::new(mechanism, system, scheme, settings.prescribed, newton, state);
         let next = match settings.step {
@@ -199,7 +247,8 @@ impl<'m> Run<'m> {
         };
         let end = times.last().copied().unwrap_or(settings.start);
         let (steps, grid_steps, failed_steps) = (0, 0, 0);
-        Ok(Self { integrator, projection, settings: *settings, end, next, steps, grid_steps, failed_steps })
+        let (settings, recording, replayed) = (*settings, None, None);
+        Self { integrator, projection, settings, end, next, steps, grid_steps, failed_steps, recording, replayed }
     }
 
     /// Takes steps until the current one ends at or after `t`.
@@ -222,10 +271,17 @@ impl<'m> Run<'m> {
             self.integrator.accept();
         }
         self.steps += 1;
-        match self.settings.step {
-            StepSize::Fixed(h) => self.advance_fixed(h),
-            StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest),
+        if let Some(recording) = self.replayed {
+            return Ok(recording.load(self.steps - 1, &mut self.integrator.step.new));
         }
+        let h = match self.settings.step {
+            StepSize::Fixed(h) => self.advance_fixed(h)?,
+            StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest)?,
+        };
+        if let Some(recording) = &mut self.recording {
+            recording.keep(&self.integrator.step, h);
+        }
+        Ok(h)
     }
 
     /// Goes to, or half-way, quarter-way … to, the next time of the grid.

@@ -7,10 +7,10 @@ use crate::Result;
 use crate::analysis::dynamics::{Dynamics, InitialAcceleration, Run, check_finite};
 use crate::analysis::generalized_alpha::Step;
 use crate::analysis::sampling::{Sampler, interpolate};
-use crate::analysis::{Integrator, State};
+use crate::analysis::{Integrator, Recording, State};
 use crate::multibody::element::Room;
-use crate::multibody::{Mechanism, Model, Sensitive};
-use crate::scalar::WIDTH;
+use crate::multibody::{Jet, Mechanism, Model, Number, Real};
+use crate::scalar::{Tangent, WIDTH};
 
 /// Simulates `model` at the design `b` and differentiates its outputs at `times` with respect to `b`.
 ///
@@ -28,13 +28,55 @@ use crate::scalar::WIDTH;
 /// equations (22) to (25).
 pub fn differentiate<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times: &[f64]) -> Result<SensitiveHistory> {
     let mechanism = model.build(b)?;
-    let sensitive = build_sensitive(model, b, &mechanism)?;
-    let mut run = Run::new(&mechanism, settings, times)?;
-    let mut companions = Vec::with_capacity(sensitive.len());
-    for mechanism in &sensitive {
-        companions.push(Companion::start(mechanism, &mut run, settings.initial)?);
+    follow(model, b, Run::new(&mechanism, settings, times)?, settings.initial, times)
+}
+
+/// The same at the steps of a recording of `model` at `b` that reaches the last of `times`: nothing is iterated.
+///
+/// **Errors.** As [`differentiate`].
+pub fn differentiate_recorded<M: Model>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    recording: &Recording,
+) -> Result<SensitiveHistory> {
+    let mechanism = model.build(b)?;
+    follow(model, b, Run::replay(&mechanism, settings, times, recording)?, settings.initial, times)
+}
+
+/// In numbers that are not much wider than the design.
+fn follow<M: Model>(
+    model: &M,
+    b: &[f64],
+    run: Run<'_>,
+    initial: InitialAcceleration,
+    times: &[f64],
+) -> Result<SensitiveHistory> {
+    match b.len() {
+        0..=4 => follow_in_chunks::<M, 4>(model, b, run, initial, times),
+        _ => follow_in_chunks::<M, WIDTH>(model, b, run, initial, times),
     }
-    let mut record = Record::new(&mechanism, b.len(), times);
+}
+
+fn follow_in_chunks<M: Model, const N: usize>(
+    model: &M,
+    b: &[f64],
+    mut run: Run<'_>,
+    initial: InitialAcceleration,
+    times: &[f64],
+) -> Result<SensitiveHistory>
+where
+    Tangent<N>: Real,
+    Jet<Tangent<N>>: Number,
+{
+    let mechanism = run.integrator.mechanism;
+    let sensitive = build_sensitive::<M, N>(model, b, mechanism)?;
+    let mut companions = Vec::with_capacity(sensitive.len());
+    for chunk in &sensitive {
+        companions.push(Companion::start(chunk, &mut run, initial)?);
+    }
+    let mut record = Record::new(mechanism, b.len(), times);
     let mut at = run.integrator.step.new.clone();
     for (k, &t) in times.iter().enumerate() {
         while run.lags(t) {
@@ -44,30 +86,34 @@ pub fn differentiate<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times:
         }
         for (chunk, companion) in companions.iter_mut().enumerate() {
             companion.sample(t)?;
-            record.slopes(k, chunk * WIDTH, &companion.outputs);
+            record.slopes(k, chunk * N, &companion.outputs);
         }
         interpolate(&run.integrator.step.old, &run.integrator.step.new, t, &mut at);
-        record.values(k, &mechanism, &at)?;
+        record.values(k, mechanism, &at)?;
     }
     Ok(record.finish(run.work()))
 }
 
 /// One chunk of derivatives that goes along with a running simulation.
-struct Companion<'m> {
-    mechanism: &'m Mechanism<Sensitive>,
-    step: Step<Sensitive>,
-    at: State<Sensitive>,
-    room: Room<Sensitive>,
-    rows: Vec<Sensitive>,
-    changes: Vec<[f64; WIDTH]>,
-    sampler: Sampler<Sensitive>,
-    outputs: Vec<Sensitive>,
+struct Companion<'m, const N: usize> {
+    mechanism: &'m Mechanism<Tangent<N>>,
+    step: Step<Tangent<N>>,
+    at: State<Tangent<N>>,
+    room: Room<Tangent<N>>,
+    rows: Vec<Tangent<N>>,
+    changes: Vec<[f64; N]>,
+    sampler: Sampler<Tangent<N>>,
+    outputs: Vec<Tangent<N>>,
     started: bool,
 }
 
-impl<'m> Companion<'m> {
+impl<'m, const N: usize> Companion<'m, N>
+where
+    Tangent<N>: Real,
+    Jet<Tangent<N>>: Number,
+{
     /// Derivatives of the initial state.
-    fn start(mechanism: &'m Mechanism<Sensitive>, run: &mut Run<'_>, initial: InitialAcceleration) -> Result<Self> {
+    fn start(mechanism: &'m Mechanism<Tangent<N>>, run: &mut Run<'_>, initial: InitialAcceleration) -> Result<Self> {
         let values = run.integrator.step.new.clone();
         let mut state = State::built(mechanism, values.t);
         let mut solver = StartSolver::new(run.integrator.mechanism, mechanism, &mut run.integrator.system);
@@ -109,7 +155,7 @@ impl<'m> Companion<'m> {
         self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.eps.map(|x| -x));
         system.factor().solve(&mut self.changes);
         let changes = &self.changes;
-        let change = |equation: usize| Sensitive { re: 0.0, eps: changes[equation] };
+        let change = |equation: usize| Tangent { re: 0.0, eps: changes[equation] };
         self.step.correct(system, &integrator.scheme, h, change);
     }
 

@@ -2,8 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `along` | responses that carry their derivatives from the analysis on |
-//! | `direct` | derivatives along with implicit steps: one residual in dual numbers and one back-substitution per step |
+//! | `direct` | derivatives along with implicit steps, running or recorded: one residual in dual numbers and one back-substitution per step |
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
@@ -12,7 +11,6 @@
 //! | `trajectory` | the outputs of a differential equation as responses, also between time points |
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
-pub mod along;
 pub mod direct;
 pub mod driven;
 pub mod explicit;
@@ -24,8 +22,7 @@ mod start;
 pub mod trajectory;
 pub mod transient;
 
-pub use along::Along;
-pub use direct::differentiate;
+pub use direct::{differentiate, differentiate_recorded};
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
