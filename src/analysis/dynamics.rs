@@ -156,7 +156,7 @@ pub fn simulate_recorded(
     memory: usize,
 ) -> Result<(History, Recording)> {
     let mut run = Run::new(mechanism, settings, times)?;
-    run.recording = Some(Recording::new(&run.integrator.step.new, &run.projection, memory));
+    run.recording = Some(Recording::of(&run, memory));
     let (history, recording) = record(mechanism, run, times)?;
     Ok((history, recording.expect("the run had one")))
 }
@@ -185,6 +185,11 @@ pub(crate) fn check_finite<T: crate::multibody::Real>(mechanism: &Mechanism<T>, 
     })
 }
 
+/// Whether a step of a motion from `start` that ends at `end` does not reach `t`, beyond rounding.
+pub(crate) fn is_before(start: f64, end: f64, t: f64) -> bool {
+    t - end > 1e-9 * (t - start).abs().max(1e-300)
+}
+
 /// A running simulation: advanced time by time, by one step after the other.
 pub struct Run<'m> {
     /// The integrator with the current step.
@@ -198,7 +203,6 @@ pub struct Run<'m> {
     grid_steps: usize,
     failed_steps: usize,
     recording: Option<Recording>,
-    replayed: Option<&'m Recording>,
 }
 
 /// Smallest step in parts of the wanted one.
@@ -215,30 +219,6 @@ impl<'m> Run<'m> {
         if settings.initial == InitialAcceleration::Consistent {
             AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;
         }
-        Ok(Self::from(mechanism, system, settings, times, state, projection))
-    }
-
-    /// Takes the steps of a whole recording again, without an iteration.
-    pub(crate) fn replay(
-        mechanism: &'m Mechanism<f64>,
-        settings: &Dynamics,
-        times: &[f64],
-        recording: &'m Recording,
-    ) -> Result<Self> {
-        settings.check(times)?;
-        let (system, start) = (System::new(mechanism)?, recording.start().clone());
-        let run = Self::from(mechanism, system, settings, times, start, recording.projection.clone());
-        Ok(Self { replayed: Some(recording), ..run })
-    }
-
-    fn from(
-        mechanism: &'m Mechanism<f64>,
-        system: System,
-        settings: &Dynamics,
-        times: &[f64],
-        state: State<f64>,
-        projection: Projection,
-    ) -> Self {
         let (scheme, newton) = (settings.scheme, settings.newton);
         let integrator = Integrator::new(mechanism, system, scheme, settings.prescribed, newton, state);
         let next = match settings.step {
@@ -247,8 +227,8 @@ impl<'m> Run<'m> {
         };
         let end = times.last().copied().unwrap_or(settings.start);
         let (steps, grid_steps, failed_steps) = (0, 0, 0);
-        let (settings, recording, replayed) = (*settings, None, None);
-        Self { integrator, projection, settings, end, next, steps, grid_steps, failed_steps, recording, replayed }
+        let (settings, recording) = (*settings, None);
+        Ok(Self { integrator, projection, settings, end, next, steps, grid_steps, failed_steps, recording })
     }
 
     /// Takes steps until the current one ends at or after `t`.
@@ -261,8 +241,7 @@ impl<'m> Run<'m> {
 
     /// Whether the current step ends before `t`.
     pub fn lags(&self, t: f64) -> bool {
-        let new = self.integrator.step.new.t;
-        t - new > 1e-9 * (t - self.settings.start).abs().max(1e-300)
+        is_before(self.settings.start, self.integrator.step.new.t, t)
     }
 
     /// Takes one step. Returns its length in s.
@@ -271,9 +250,6 @@ impl<'m> Run<'m> {
             self.integrator.accept();
         }
         self.steps += 1;
-        if let Some(recording) = self.replayed {
-            return Ok(recording.load(self.steps - 1, &mut self.integrator.step.new));
-        }
         let h = match self.settings.step {
             StepSize::Fixed(h) => self.advance_fixed(h)?,
             StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest)?,

@@ -1,14 +1,20 @@
 //! The converged steps of a motion, kept for derivatives.
 
+use super::dynamics::Run;
 use super::generalized_alpha::Step;
 use super::start::Projection;
 use super::state::State;
+use super::system::System;
 
 /// The converged steps of a motion: from them derivatives are had without another iteration.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Recording {
+    /// The equations, for their numbering.
+    pub(crate) system: System,
+    /// Multipliers of the initial projections.
     pub(crate) projection: Projection,
-    start: State<f64>,
+    /// Where the motion starts: assembled and consistent.
+    pub(crate) start: State<f64>,
     /// End and length of every step in s.
     steps: Vec<[f64; 2]>,
     /// Positions, velocities, accelerations and multipliers at the end of every step.
@@ -17,10 +23,11 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Of a motion that starts in `start`; `limit` is the most memory in bytes.
-    pub(crate) fn new(start: &State<f64>, projection: &Projection, limit: usize) -> Self {
-        let (start, projection) = (start.clone(), projection.clone());
-        Self { projection, start, steps: Vec::new(), values: Vec::new(), limit }
+    /// Of a motion that has not begun; `limit` is the most memory in bytes.
+    pub(crate) fn of(run: &Run<'_>, limit: usize) -> Self {
+        let (system, projection) = (run.integrator.system.clone(), run.projection.clone());
+        let start = run.integrator.step.new.clone();
+        Self { system, projection, start, steps: Vec::new(), values: Vec::new(), limit }
     }
 
     /// Keeps the step of length `h` that ends in `step.new`. Once the memory is used up nothing more is kept.
@@ -51,13 +58,13 @@ impl Recording {
         self.steps.len()
     }
 
-    /// Where the motion starts: assembled and consistent.
-    pub fn start(&self) -> &State<f64> {
-        &self.start
+    /// When each step ends, in s.
+    pub(crate) fn ends(&self) -> impl Iterator<Item = f64> + '_ {
+        self.steps.iter().map(|[end, _]| *end)
     }
 
     /// Copies the end of step `k` (from 0) to `state`; returns the length of the step in s.
-    pub fn load(&self, k: usize, state: &mut State<f64>) -> f64 {
+    pub(crate) fn load(&self, k: usize, state: &mut State<f64>) -> f64 {
         let [t, h] = self.steps[k];
         state.t = t;
         let size = 3 * state.q.len() + state.l.len();

@@ -6,7 +6,6 @@ use crate::analysis::blame;
 use crate::analysis::dynamics::Work;
 use crate::analysis::sampling::Sampler;
 use crate::multibody::Mechanism;
-use crate::scalar::Tangent;
 
 /// Outputs over time with their derivatives.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,10 +44,10 @@ impl Record {
     }
 
     /// Slopes for the design variables from `first` on.
-    pub fn slopes<const N: usize>(&mut self, time: usize, first: usize, outputs: &[Tangent<N>]) {
+    pub fn slopes<'s>(&mut self, time: usize, first: usize, outputs: impl IntoIterator<Item = &'s [f64]>) {
         for (series, output) in self.history.slopes.iter_mut().zip(outputs) {
             let slopes = &mut series[time][first..];
-            slopes.iter_mut().zip(output.eps).for_each(|(slope, value)| *slope = value);
+            slopes.iter_mut().zip(output).for_each(|(slope, value)| *slope = *value);
         }
     }
 

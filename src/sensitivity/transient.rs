@@ -99,17 +99,19 @@ impl<M: Model> Analysis for Transient<M> {
         points.sort_unstable();
         points.dedup();
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        let at = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
         let history = match &self.settings {
             Integration::Implicit(settings) => match recording(responses, b) {
-                Some(recording) => differentiate_recorded(&self.model, b, settings, &times, recording)?,
+                Some(recording) => {
+                    let slopes = differentiate_recorded(&self.model, b, settings, &times, recording)?;
+                    let slope = |row: usize, i: usize| slopes.at(at(&wanted[row]), wanted[row].response, i);
+                    return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
+                }
                 None => differentiate(&self.model, b, settings, &times)?,
             },
             Integration::Explicit(settings) => differentiate_explicitly(&self.model, b, settings, &times)?,
         };
-        let row = |instant: &Instant| {
-            let at = points.binary_search(&instant.point).expect("every wanted point was simulated");
-            history.slopes[instant.response][at].iter().copied()
-        };
+        let row = |instant: &Instant| history.slopes[instant.response][at(instant)].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
     }
 }

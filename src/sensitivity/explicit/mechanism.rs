@@ -51,7 +51,7 @@ pub fn differentiate_explicitly<M: Model>(
         record.values(k, &mechanism, &march.stepper.flow.state)?;
         team.sample(&mut march, t, dense);
         for (chunk, follower) in team.followers.iter().enumerate() {
-            record.slopes(k, chunk * WIDTH, &follower.linear.outputs);
+            record.slopes(k, chunk * WIDTH, follower.linear.outputs.iter().map(|output| &output.eps[..]));
         }
     }
     Ok(record.finish(march.work()))
