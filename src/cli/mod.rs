@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 something went wrong (the message says what and what to do: an unknown problem, a file that cannot be
 //! written), 2 wrong arguments.
 
+mod check;
 mod compare;
 mod output;
 mod reproduce;
@@ -24,6 +25,8 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     /// Run all methods on a problem of the library, or on all problems, and put them beside each other.
     Compare(compare::Compare),
+    /// Prove the derivatives of a problem's responses against differences.
+    Check(check::Check),
 }
 
 /// Reads the arguments, runs the command, reports an error in one line.
@@ -32,6 +35,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Reproduce(command) => command.run(),
         Command::Compare(command) => command.run(),
+        Command::Check(command) => command.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

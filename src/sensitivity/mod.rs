@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `adjoint/` | derivatives of few responses by many design variables, backwards along implicit steps |
+//! | `check` | the derivatives of a model, proved |
 //! | `companion` | one chunk of derivatives that goes along with implicit steps |
 //! | `direct` | derivatives along with implicit steps, running or recorded: one residual in dual numbers and one back-substitution per step |
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
@@ -15,6 +16,7 @@
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
 pub mod adjoint;
+mod check;
 mod companion;
 pub mod direct;
 pub mod driven;
@@ -29,9 +31,10 @@ pub mod trajectory;
 pub mod transient;
 
 pub use adjoint::{Functional, differentiate_backwards};
+pub use check::check_model;
 pub use direct::differentiate;
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
 pub use trajectory::{Evolution, Trajectory};
-pub use transient::{Integration, Transient};
+pub use transient::{Direction, Integration, Transient};
