@@ -23,27 +23,35 @@ pub struct Slope {
 /// **Source.** Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
 pub fn ridders(here: f64, steps: &[Step]) -> Option<Slope> {
     let central = |s: &Step| (s.ahead - s.behind) / (2.0 * s.h);
-    let mut best: Option<(Slope, usize)> = None;
+    let mut rows: Vec<Slope> = Vec::new();
     let mut above: Vec<f64> = Vec::new();
     for (row, step) in steps.iter().enumerate() {
         let size = step.ahead.abs().max(step.behind.abs()).max(here.abs());
         let rounding = 2.0 * f64::EPSILON * size / step.h;
         let mut current = vec![central(step)];
+        let mut best = Slope { value: current[0], error: f64::INFINITY, noise: 0.0 };
         for column in 1..=row {
             let ratio = (steps[row - column].h / step.h).powi(2);
             let value = current[column - 1] + (current[column - 1] - above[column - 1]) / (ratio - 1.0);
             let error = (value - current[column - 1]).abs().max((value - above[column - 1]).abs()).max(rounding);
-            if best.is_none_or(|(best, _)| error < best.error) {
-                best = Some((Slope { value, error, noise: 0.0 }, row));
+            if error < best.error {
+                best = Slope { value, error, ..best };
             }
             current.push(value);
         }
+        rows.push(best);
         above = current;
     }
-    let (Slope { value, error, .. }, row) = best?;
+    let row = (1..rows.len()).min_by(|&a, &b| rows[a].error.total_cmp(&rows[b].error))?;
+    let Slope { value, error, .. } = rows[row];
     let scatter = |s: &Step| (central(s) - value).abs() * s.h;
     let noise = steps[row + 1..].iter().map(scatter).fold(0.0, f64::max);
-    Some(Slope { value, error: error.max(noise / steps[row].h), noise })
+    // Two numbers may agree by chance: a row beside it must agree too.
+    let beside = [row.checked_sub(1).filter(|&row| row > 0), Some(row + 1)].into_iter().flatten();
+    let beside = beside.filter_map(|row| rows.get(row)).map(|other| (other.value - value).abs());
+    let doubt = beside.fold(f64::INFINITY, f64::min);
+    let doubt = if doubt.is_finite() { doubt } else { 0.0 };
+    Some(Slope { value, error: error.max(doubt).max(noise / steps[row].h), noise })
 }
 
 /// Values on both sides.
