@@ -1,6 +1,7 @@
 //! Sparse LU without interchanges, its order and its operations laid down once.
 
 use super::elimination::least_fill_order;
+use super::wide::widely;
 use std::sync::Arc;
 
 /// A square sparse matrix of fixed pattern, factorized in an order that depends on the pattern alone.
@@ -117,6 +118,11 @@ impl Ordered {
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&self, b: &mut [[f64; W]]) {
+        if W < 4 { self.substitute(b) } else { widely(|| self.substitute(b)) }
+    }
+
+    #[inline(always)]
+    fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
         let plan = &*self.plan;
         for row in &plan.rows {
             let mut x = b[row.unknown];
@@ -197,7 +203,7 @@ impl Plan {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn subtract<const W: usize>(x: &mut [f64; W], factor: f64, y: &[f64; W]) {
     for (x, y) in x.iter_mut().zip(y) {
         *x -= factor * y;

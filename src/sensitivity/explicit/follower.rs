@@ -1,8 +1,10 @@
 //! A step, its end and states inside it, for one chunk of derivatives.
 
-use super::Block;
 use crate::analysis::explicit::Tableau;
 use crate::scalar::WIDTH;
+
+/// Derivatives of one quantity with respect to one chunk of design variables.
+pub(super) type Block = super::Block<WIDTH>;
 
 /// The derivative of a system of first-order equations at the points that a step has visited.
 pub(super) trait Linear {

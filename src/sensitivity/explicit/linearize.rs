@@ -1,5 +1,6 @@
 //! Elements in dual numbers, once per stage for all design variables.
 
+use super::entries::Entries;
 use crate::analysis::explicit::mechanism::Projected;
 use crate::analysis::system::Coefficient;
 use crate::analysis::{State, System};
@@ -7,16 +8,7 @@ use crate::multibody::element::Room;
 use crate::multibody::mechanism::PartData;
 use crate::multibody::{Jet, Mechanism, Number, Sensitive};
 use crate::scalar::{Tangent, WIDTH};
-
-/// A derivative of one row of the equations with respect to one source.
-///
-/// Sources are numbered: positions of all n coordinates, velocities, accelerations, and then parameters.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
-    pub row: u32,
-    pub source: u32,
-    pub value: f64,
-}
+use std::collections::BTreeSet;
 
 /// What a local variable of an element is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,7 +51,7 @@ pub(super) struct Linearizer {
     elements: Vec<(Vec<Variable>, Rows)>,
     /// Derivatives that are the same at every stage: of the accelerations' rows, of the position step's and of the
     /// velocities' closures.
-    constants: [Vec<Entry>; 3],
+    constants: [Entries; 3],
     /// Element and place of each parameter that changes with the design.
     pub parameters: Vec<(usize, usize)>,
     /// Prescribed coordinates whose motion changes with the design.
@@ -119,7 +111,7 @@ impl Linearizer {
             (variables, rows)
         });
         let elements: Vec<_> = elements.collect();
-        let mut constants = [Vec::new(), Vec::new(), Vec::new()];
+        let mut constants = [(); 3].map(|()| Entries::new(3 * n));
         for (k, (part, (_, rows))) in mechanism.parts.iter().zip(&elements).enumerate() {
             let carries = |c: &&Coefficient| {
                 let i = part.coordinates[c.coordinate];
@@ -137,15 +129,23 @@ impl Linearizer {
         3 * self.coordinates + self.parameters.len()
     }
 
+    /// No entries yet.
+    pub fn entries(&self) -> Entries {
+        Entries::new(3 * self.coordinates)
+    }
+
+    /// Coordinates whose position or velocity the accelerations' rows can depend on, increasing.
+    pub fn felt(&self) -> Vec<usize> {
+        let n = self.coordinates;
+        let variables = self.elements.iter().flat_map(|(variables, _)| variables.iter().map(|v| v.source));
+        let states = variables.chain(self.constants[0].states.iter().map(|entry| entry.source as usize));
+        let felt: BTreeSet<usize> = states.filter(|&source| source < 2 * n).map(|source| source % n).collect();
+        felt.into_iter().collect()
+    }
+
     /// Derivatives of M q̈ + Φ_qᵀ λ − f and Φ̈ at fixed accelerations and multipliers.
-    pub fn accelerations(
-        &self,
-        mechanism: &Mechanism<f64>,
-        state: &State<f64>,
-        rooms: &mut Rooms,
-        out: &mut Vec<Entry>,
-    ) {
-        out.clone_from(&self.constants[0]);
+    pub fn accelerations(&self, mechanism: &Mechanism<f64>, state: &State<f64>, rooms: &mut Rooms, out: &mut Entries) {
+        out.copy_from(&self.constants[0]);
         for (part, (variables, rows)) in mechanism.parts.iter().zip(&self.elements) {
             if part.closures > 0 {
                 self.constraint(part, variables, rows, state, Closure::Accelerations, rooms, out);
@@ -162,17 +162,17 @@ impl Linearizer {
         projected: &Projected,
         corrections: &State<f64>,
         rooms: &mut Rooms,
-        out: &mut [Vec<Entry>; 3],
+        out: &mut [Entries; 3],
     ) {
         let [_, positions, velocities] = &self.constants;
         let cases = [
-            (&projected.before, Closure::Positions, positions.as_slice()),
-            (&projected.after, Closure::Velocities, velocities),
-            (corrections, Closure::Corrections, &[]),
+            (&projected.before, Closure::Positions, Some(positions)),
+            (&projected.after, Closure::Velocities, Some(velocities)),
+            (corrections, Closure::Corrections, None),
         ];
         for (out, (state, closure, constants)) in out.iter_mut().zip(cases) {
             out.clear();
-            out.extend_from_slice(constants);
+            constants.into_iter().for_each(|constants| out.copy_from(constants));
             for (part, (variables, rows)) in mechanism.parts.iter().zip(&self.elements) {
                 if part.closures > 0 {
                     self.constraint(part, variables, rows, state, closure, rooms, out);
@@ -190,7 +190,7 @@ impl Linearizer {
         state: &State<f64>,
         closure: Closure,
         rooms: &mut Rooms,
-        out: &mut Vec<Entry>,
+        out: &mut Entries,
     ) {
         if variables.len() <= 4 {
             return self.constraint_chunk(part, variables, rows, state, closure, &mut rooms.short_jets, out);
@@ -209,7 +209,7 @@ impl Linearizer {
         state: &State<f64>,
         closure: Closure,
         room: &mut Room<Jet<Tangent<N>>>,
-        out: &mut Vec<Entry>,
+        out: &mut Entries,
     ) where
         Jet<Tangent<N>>: Number,
     {
@@ -243,18 +243,18 @@ impl Linearizer {
         row: usize,
         value: &Jet<Tangent<N>>,
         closure: Closure,
-        out: &mut Vec<Entry>,
+        out: &mut Entries,
     ) {
         let n = self.coordinates;
         for (k, variable) in chunk.iter().enumerate().filter(|(_, variable)| variable.kind == Kind::Position) {
             match closure {
                 Closure::Accelerations => {
-                    push_one(row, variable.source + n, 2.0 * value.v1.eps[k], out);
+                    out.push(row, variable.source + n, 2.0 * value.v1.eps[k]);
                     if self.moving.contains(&variable.source) {
-                        push_one(row, variable.source + 2 * n, value.re.eps[k], out);
+                        out.push(row, variable.source + 2 * n, value.re.eps[k]);
                     }
                 }
-                Closure::Velocities => push_one(row, variable.source + n, value.re.eps[k], out),
+                Closure::Velocities => out.push(row, variable.source + n, value.re.eps[k]),
                 Closure::Positions | Closure::Corrections => {}
             }
         }
@@ -268,34 +268,27 @@ fn add_constants(
     rows: &[(usize, usize)],
     n: usize,
     moving: &[usize],
-    [accelerations, positions, velocities]: &mut [Vec<Entry>; 3],
+    [accelerations, positions, velocities]: &mut [Entries; 3],
 ) {
     let Some(&(_, row)) = rows.iter().find(|(local, _)| *local == coefficient.row) else { return };
     let (i, [stiffness, damping, mass]) = (part.coordinates[coefficient.coordinate], coefficient.values);
     let inertia = if part.closures > 0 { stiffness } else { mass };
     if moving.contains(&i) {
-        push_one(row, 2 * n + i, inertia, accelerations);
+        accelerations.push(row, 2 * n + i, inertia);
     }
     if part.closures > 0 {
-        push_one(row, i, stiffness, positions);
-        push_one(row, n + i, stiffness, velocities);
+        positions.push(row, i, stiffness);
+        velocities.push(row, n + i, stiffness);
     } else {
-        push_one(row, i, stiffness, accelerations);
-        push_one(row, n + i, damping, accelerations);
+        accelerations.push(row, i, stiffness);
+        accelerations.push(row, n + i, damping);
     }
 }
 
 #[inline]
-fn push(chunk: &[Variable], row: usize, slopes: &[f64], out: &mut Vec<Entry>) {
+fn push(chunk: &[Variable], row: usize, slopes: &[f64], out: &mut Entries) {
     for (variable, &value) in chunk.iter().zip(slopes) {
-        push_one(row, variable.source, value, out);
-    }
-}
-
-#[inline]
-fn push_one(row: usize, source: usize, value: f64, out: &mut Vec<Entry>) {
-    if value != 0.0 {
-        out.push(Entry { row: row as u32, source: source as u32, value });
+        out.push(row, variable.source, value);
     }
 }
 
@@ -343,7 +336,7 @@ fn balance(
     rows: &[(usize, usize)],
     state: &State<f64>,
     room: &mut Room<Sensitive>,
-    out: &mut Vec<Entry>,
+    out: &mut Entries,
 ) {
     for chunk in variables.chunks(WIDTH) {
         room.p.clear();

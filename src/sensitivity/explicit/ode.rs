@@ -1,7 +1,6 @@
 //! Derivatives of the solution of a differential equation.
 
-use super::Block;
-use super::follower::{Follower, Linear};
+use super::follower::{Block, Follower, Linear};
 use crate::Result;
 use crate::analysis::explicit::ode::OdeFlow;
 use crate::analysis::explicit::{Explicit, March, Ode, OdeHistory};
