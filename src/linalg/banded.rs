@@ -1,6 +1,6 @@
 //! LU factorization of a band matrix with row interchanges.
 
-use super::wide::widely;
+use super::wide::{Kernel, widely};
 
 /// A square band matrix, its rows stored one after another, and after [`Banded::factorize`] its factors L and U.
 ///
@@ -114,7 +114,7 @@ impl Banded {
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&self, b: &mut [[f64; W]]) {
-        if W < 4 { self.substitute(b) } else { widely(|| self.substitute(b)) }
+        if W < 4 { self.substitute(b) } else { widely(Substitution { matrix: self, b }) }
     }
 
     #[inline(always)]
@@ -163,6 +163,18 @@ impl Banded {
             b[k] = row;
             b.swap(k, self.pivots[k]);
         }
+    }
+}
+
+struct Substitution<'a, const W: usize> {
+    matrix: &'a Banded,
+    b: &'a mut [[f64; W]],
+}
+
+impl<const W: usize> Kernel for Substitution<'_, W> {
+    #[inline(always)]
+    fn run(self) {
+        self.matrix.substitute(self.b);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sparse LU without interchanges, its order and its operations laid down once.
 
 use super::elimination::least_fill_order;
-use super::wide::widely;
+use super::wide::{Kernel, widely};
 use std::sync::Arc;
 
 /// A square sparse matrix of fixed pattern, factorized in an order that depends on the pattern alone.
@@ -118,7 +118,7 @@ impl Ordered {
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&self, b: &mut [[f64; W]]) {
-        if W < 4 { self.substitute(b) } else { widely(|| self.substitute(b)) }
+        if W < 4 { self.substitute(b) } else { widely(Substitution { matrix: self, b }) }
     }
 
     #[inline(always)]
@@ -200,6 +200,18 @@ impl Plan {
         let places = (0..n).flat_map(all).map(|(i, j)| place(turn[i], turn[j])).collect();
         let unknowns = turns.iter().map(|&k| eliminated[k as usize].0 as u32).collect();
         Self { columns: matrix.concat(), starts, places, rows, unknowns, turns, targets }
+    }
+}
+
+struct Substitution<'a, const W: usize> {
+    matrix: &'a Ordered,
+    b: &'a mut [[f64; W]],
+}
+
+impl<const W: usize> Kernel for Substitution<'_, W> {
+    #[inline(always)]
+    fn run(self) {
+        self.matrix.substitute(self.b);
     }
 }
 

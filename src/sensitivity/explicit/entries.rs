@@ -1,7 +1,7 @@
 //! Sparse derivatives of rows, and their products with the derivatives of states.
 
 use super::Block;
-use crate::linalg::widely;
+use crate::linalg::{Kernel, widely};
 
 /// A derivative of one row of the equations with respect to one source.
 ///
@@ -50,20 +50,37 @@ impl Entries {
 
     /// rows −= entries · sources; parameters that are not `active` have no derivatives.
     pub fn subtract<const W: usize>(&self, sources: &[Block<W>], active: &[bool], rows: &mut [Block<W>]) {
-        widely(|| {
-            for run in self.states.chunk_by(|a, b| a.row == b.row) {
-                let row = &mut rows[run[0].row as usize];
-                let mut sum = *row;
-                run.iter().for_each(|entry| subtract(&mut sum, entry.value, &sources[entry.source as usize]));
-                *row = sum;
+        widely(Product { entries: self, sources, active, rows });
+    }
+}
+
+/// rows −= entries · sources.
+struct Product<'a, const W: usize> {
+    entries: &'a Entries,
+    sources: &'a [Block<W>],
+    active: &'a [bool],
+    rows: &'a mut [Block<W>],
+}
+
+impl<const W: usize> Kernel for Product<'_, W> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { entries, sources, active, rows } = self;
+        for run in entries.states.chunk_by(|a, b| a.row == b.row) {
+            let mut row = rows[run[0].row as usize];
+            for entry in run {
+                subtract(&mut row, entry.value, &sources[entry.source as usize]);
             }
-            for entry in &self.parameters {
-                let source = entry.source as usize;
-                if active[source - self.first_parameter] {
-                    subtract(&mut rows[entry.row as usize], entry.value, &sources[source]);
-                }
+            rows[run[0].row as usize] = row;
+        }
+        for entry in &entries.parameters {
+            let source = entry.source as usize;
+            if active[source - entries.first_parameter] {
+                let mut row = rows[entry.row as usize];
+                subtract(&mut row, entry.value, &sources[source]);
+                rows[entry.row as usize] = row;
             }
-        });
+        }
     }
 }
 

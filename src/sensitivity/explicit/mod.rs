@@ -8,6 +8,7 @@
 //! | `follower` | a step, its end and dense output, for one chunk of derivatives of a differential equation |
 //! | `ode` | the right-hand side of a differential equation in dual numbers |
 //! | `linearize` | elements in dual numbers, once per stage for all design variables |
+//! | `constraint` | one constraint along a motion, in closed form or in jets |
 //! | `entries` | the sparse derivatives that come out of it |
 //! | `visits` | what a step leaves behind for its derivatives |
 //! | `nystrom` | weights of a method for positions and velocities |
@@ -15,6 +16,7 @@
 //! | `tile` | accelerations and projections: one back-substitution per stage for 16 design variables |
 //! | `mechanism` | the motion of a mechanism, all tiles side by side |
 
+mod constraint;
 mod entries;
 mod follower;
 mod linearize;

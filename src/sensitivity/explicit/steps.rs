@@ -3,7 +3,7 @@
 use super::Block;
 use super::nystrom::Nystrom;
 use crate::analysis::explicit::tableau::{SLOTS, Tableau};
-use crate::linalg::widely;
+use crate::linalg::{Kernel, widely};
 
 /// Derivatives of positions and velocities at the ends of a step, and of the accelerations in between.
 pub(super) struct Steps<const W: usize> {
@@ -11,9 +11,12 @@ pub(super) struct Steps<const W: usize> {
     t: [f64; 2],
     ends: [Ends<W>; 2],
     /// Accelerations, slot by slot for each coordinate; those of prescribed ones stay zero.
-    pub accelerations: Vec<[Block<W>; SLOTS]>,
+    pub accelerations: Vec<Slots<W>>,
     started: bool,
 }
+
+/// One acceleration slot by slot; one slot more than needed keeps those of many coordinates out of the same cache lines.
+type Slots<const W: usize> = [Block<W>; SLOTS + 1];
 
 /// Derivatives at one end of a step.
 #[derive(Clone)]
@@ -27,7 +30,7 @@ impl<const W: usize> Steps<W> {
     pub fn new(t: f64, start: &[Block<W>]) -> Self {
         let n = start.len() / 2;
         let end = Ends { q: start[..n].to_vec(), v: start[n..].to_vec() };
-        let accelerations = vec![[[0.0; W]; SLOTS]; n];
+        let accelerations = vec![[[0.0; W]; SLOTS + 1]; n];
         Self { t: [t; 2], ends: [end.clone(), end], accelerations, started: false }
     }
 
@@ -76,29 +79,39 @@ impl<const W: usize> Steps<W> {
     }
 
     fn sum(&self, weights: &Nystrom, h: f64, which: impl Iterator<Item = usize>, y: &mut [Block<W>]) {
-        let [old, new] = &self.ends;
+        widely(Sum { steps: self, weights, h, which, y });
+    }
+}
+
+/// Positions and velocities of some coordinates from those at the ends and from accelerations.
+struct Sum<'a, I, const W: usize> {
+    steps: &'a Steps<W>,
+    weights: &'a Nystrom,
+    h: f64,
+    which: I,
+    y: &'a mut [Block<W>],
+}
+
+impl<I: Iterator<Item = usize>, const W: usize> Kernel for Sum<'_, I, W> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { steps, weights, h, which, y } = self;
+        let [old, new] = &steps.ends;
         let (start, end) = (h * weights.start, h * weights.end);
-        let mut shares = [(0, [0.0; 2]); SLOTS];
-        for (share, to) in weights.shares().iter().zip(&mut shares) {
-            *to = (share.slot, [h * h * share.position, h * share.velocity]);
-        }
-        let shares = &shares[..weights.shares().len()];
         let (positions, velocities) = y.split_at_mut(old.q.len());
-        widely(|| {
-            for i in which {
-                let (mut q, mut v) = (old.q[i], old.v[i]);
-                add(&mut q, start, &old.v[i]);
-                if end != 0.0 {
-                    add(&mut q, end, &new.v[i]);
-                }
-                let slots = &self.accelerations[i];
-                for &(slot, [position, velocity]) in shares {
-                    add(&mut q, position, &slots[slot]);
-                    add(&mut v, velocity, &slots[slot]);
-                }
-                (positions[i], velocities[i]) = (q, v);
+        for i in which {
+            let (mut q, mut v) = (old.q[i], old.v[i]);
+            add(&mut q, start, &old.v[i]);
+            if end != 0.0 {
+                add(&mut q, end, &new.v[i]);
             }
-        });
+            let slots = &steps.accelerations[i];
+            for share in weights.shares() {
+                add(&mut q, h * h * share.position, &slots[share.slot]);
+                add(&mut v, h * share.velocity, &slots[share.slot]);
+            }
+            (positions[i], velocities[i]) = (q, v);
+        }
     }
 }
 
