@@ -2,6 +2,7 @@
 
 use super::blame;
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
+use super::recording::Recording;
 use super::sampling::{Sampler, interpolate};
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
@@ -140,10 +141,30 @@ impl History {
 ///
 /// **Errors.** [`Error::Analysis`] naming element and time if the mechanism cannot be built, assembled or moved on.
 pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<History> {
+    record(mechanism, Run::new(mechanism, settings, times)?, times).map(|(history, _)| history)
+}
+
+/// As [`simulate`], and keeps the steps in at most `memory` bytes.
+///
+/// A motion with more steps than that is simulated all the same; its recording is not whole.
+///
+/// **Errors.** As [`simulate`].
+pub fn simulate_recorded(
+    mechanism: &Mechanism<f64>,
+    settings: &Dynamics,
+    times: &[f64],
+    memory: usize,
+) -> Result<(History, Recording)> {
+    let mut run = Run::new(mechanism, settings, times)?;
+    run.recording = Some(Recording::of(&run, memory));
+    let (history, recording) = record(mechanism, run, times)?;
+    Ok((history, recording.expect("the run had one")))
+}
+
+fn record(mechanism: &Mechanism<f64>, mut run: Run<'_>, times: &[f64]) -> Result<(History, Option<Recording>)> {
     let mut sampler = Sampler::new(mechanism);
     let mut outputs = Vec::new();
     let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
-    let mut run = Run::new(mechanism, settings, times)?;
     let mut at = run.integrator.step.old.clone();
     for &t in times {
         run.reach(t)?;
@@ -153,7 +174,8 @@ pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) 
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let work = run.work();
-    Ok(History { names: mechanism.output_names(), times: times.to_vec(), values, last: at, work })
+    let history = History { names: mechanism.output_names(), times: times.to_vec(), values, last: at, work };
+    Ok((history, run.recording))
 }
 
 pub(crate) fn check_finite<T: crate::multibody::Real>(mechanism: &Mechanism<T>, outputs: &[T], t: f64) -> Result<()> {
@@ -161,6 +183,11 @@ pub(crate) fn check_finite<T: crate::multibody::Real>(mechanism: &Mechanism<T>, 
         let why = format!("the output is {} at t = {t:.6e} s", outputs[k].value());
         Err(Error::analysis(&mechanism.outputs[k].name, why, "check the element that it measures"))
     })
+}
+
+/// Whether a step of a motion from `start` that ends at `end` does not reach `t`, beyond rounding.
+pub(crate) fn is_before(start: f64, end: f64, t: f64) -> bool {
+    t - end > 1e-9 * (t - start).abs().max(1e-300)
 }
 
 /// A running simulation: advanced time by time, by one step after the other.
@@ -175,6 +202,7 @@ pub struct Run<'m> {
     steps: usize,
     grid_steps: usize,
     failed_steps: usize,
+    recording: Option<Recording>,
 }
 
 /// Smallest step in parts of the wanted one.
@@ -199,7 +227,8 @@ impl<'m> Run<'m> {
         };
         let end = times.last().copied().unwrap_or(settings.start);
         let (steps, grid_steps, failed_steps) = (0, 0, 0);
-        Ok(Self { integrator, projection, settings: *settings, end, next, steps, grid_steps, failed_steps })
+        let (settings, recording) = (*settings, None);
+        Ok(Self { integrator, projection, settings, end, next, steps, grid_steps, failed_steps, recording })
     }
 
     /// Takes steps until the current one ends at or after `t`.
@@ -212,8 +241,7 @@ impl<'m> Run<'m> {
 
     /// Whether the current step ends before `t`.
     pub fn lags(&self, t: f64) -> bool {
-        let new = self.integrator.step.new.t;
-        t - new > 1e-9 * (t - self.settings.start).abs().max(1e-300)
+        is_before(self.settings.start, self.integrator.step.new.t, t)
     }
 
     /// Takes one step. Returns its length in s.
@@ -222,10 +250,14 @@ impl<'m> Run<'m> {
             self.integrator.accept();
         }
         self.steps += 1;
-        match self.settings.step {
-            StepSize::Fixed(h) => self.advance_fixed(h),
-            StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest),
+        let h = match self.settings.step {
+            StepSize::Fixed(h) => self.advance_fixed(h)?,
+            StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest)?,
+        };
+        if let Some(recording) = &mut self.recording {
+            recording.keep(&self.integrator.step, h);
         }
+        Ok(h)
     }
 
     /// Goes to, or half-way, quarter-way … to, the next time of the grid.

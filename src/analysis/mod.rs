@@ -10,6 +10,7 @@
 //! | `predictor` | a first guess for the next implicit step |
 //! | `sampling` | dense output, named outputs at requested times |
 //! | `dynamics` | the run over time by implicit steps |
+//! | `recording` | the converged steps of a run, kept for derivatives |
 //! | `explicit/` | explicit Runge–Kutta steps: differential equations, and mechanisms at high accuracy |
 //! | `kinematics` | driven mechanisms instant by instant, and their inverse dynamics |
 //! | `statics` | equilibria and load paths |
@@ -23,14 +24,16 @@ pub mod generalized_alpha;
 pub mod kinematics;
 pub mod modes;
 pub mod predictor;
+pub mod recording;
 pub mod sampling;
 pub mod start;
 pub mod state;
 pub mod statics;
 pub mod system;
 
-pub use dynamics::{Dynamics, History, simulate};
+pub use dynamics::{Dynamics, History, simulate, simulate_recorded};
 pub use explicit::Explicit;
 pub use generalized_alpha::{GeneralizedAlpha, Integrator, Newton};
+pub use recording::Recording;
 pub use state::State;
 pub use system::System;

@@ -15,7 +15,7 @@ use crate::problem::{
     Constraint, DesignVariable, Differences, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
 };
 use crate::sao::{Method, RelativeLimits, Screening, StayFeasible, Stop};
-use crate::sensitivity::{Along, Transient};
+use crate::sensitivity::Transient;
 
 /// Names of the links.
 pub const LINKS: [&str; 3] = ["crank", "coupler", "rocker"];
@@ -134,12 +134,12 @@ impl StressConstrained {
 
     fn build(&self, parts: ProblemBuilder) -> Result<Problem> {
         let settings = self.mechanism.dynamics()?;
-        let plain = || Transient::new(self.mechanism, settings, &self.times);
+        let transient = Transient::new(self.mechanism, settings, &self.times)?;
         match self.derivatives {
-            Derivatives::Direct => parts.build(Along::new(self.mechanism, settings, &self.times)?),
-            Derivatives::Forward(step) => parts.build(Differences::forward(plain()?, step)?),
-            Derivatives::ForwardBy(step) => parts.build(Differences::forward_by(plain()?, vec![step; 3])?),
-            Derivatives::Central(step) => parts.build(Differences::central(plain()?, step)?),
+            Derivatives::Direct => parts.build(transient),
+            Derivatives::Forward(step) => parts.build(Differences::forward(transient, step)?),
+            Derivatives::ForwardBy(step) => parts.build(Differences::forward_by(transient, vec![step; 3])?),
+            Derivatives::Central(step) => parts.build(Differences::central(transient, step)?),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a mechanism is made of: elements that write one residual over the scalar type.
 
-use super::{Jet, Sensitive};
+use super::{Jet, Narrow, Sensitive};
 use crate::scalar::{Scalar, Tangent};
 
 /// What an element sees of the mechanism: its own few coordinates, parameters and multipliers.
@@ -141,7 +141,12 @@ pub struct Seeds {
 
 /// [`Element`] as an object, for the closed set of numbers an analysis works with. Implemented for every element.
 pub trait AnyElement:
-    Evaluate<f64> + Evaluate<Sensitive> + Evaluate<Jet<f64>> + Evaluate<Jet<Sensitive>> + Evaluate<Jet<Tangent<4>>>
+    Evaluate<f64>
+    + Evaluate<Narrow>
+    + Evaluate<Sensitive>
+    + Evaluate<Jet<f64>>
+    + Evaluate<Jet<Narrow>>
+    + Evaluate<Jet<Sensitive>>
 {
     /// See [`Element::closures`].
     fn closures(&self) -> usize;

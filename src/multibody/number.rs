@@ -8,6 +8,9 @@ use crate::scalar::{Scalar, Tangent, WIDTH};
 /// A value with its derivatives with respect to one chunk of [`WIDTH`] design variables.
 pub type Sensitive = Tangent<WIDTH>;
 
+/// The same for few design variables: half the work.
+pub type Narrow = Tangent<4>;
+
 pub use crate::scalar::Jet;
 
 /// Most parameters of one prescribed motion (tables keep their points in the motion itself).
@@ -43,7 +46,7 @@ macro_rules! impl_number {
         }
     )*};
 }
-impl_number!(f64, Sensitive, Jet<f64>, Jet<Sensitive>, Jet<Tangent<4>>);
+impl_number!(f64, Narrow, Sensitive, Jet<f64>, Jet<Sensitive>, Jet<Narrow>);
 
 /// Numbers in which whole states are kept: the value itself, or the value with design derivatives.
 pub trait Real: Number {
@@ -73,4 +76,4 @@ macro_rules! impl_real {
         }
     )*};
 }
-impl_real!(f64, Sensitive);
+impl_real!(f64, Narrow, Sensitive);

@@ -1,16 +1,15 @@
 //! Direct differentiation of a dynamic analysis by implicit steps.
 
+use super::companion::Companion;
 use super::record::{Record, SensitiveHistory};
-use super::seeded::{build_sensitive, set_values};
-use super::start::StartSolver;
+use super::seeded::build_sensitive;
+use super::stretch::{Source, Stretch};
 use crate::Result;
-use crate::analysis::dynamics::{Dynamics, InitialAcceleration, Run, check_finite};
-use crate::analysis::generalized_alpha::Step;
-use crate::analysis::sampling::{Sampler, interpolate};
-use crate::analysis::{Integrator, State};
-use crate::multibody::element::Room;
-use crate::multibody::{Mechanism, Model, Sensitive};
-use crate::scalar::WIDTH;
+use crate::analysis::Recording;
+use crate::analysis::dynamics::{Dynamics, Run};
+use crate::multibody::{Jet, Model, Number, Real};
+use crate::scalar::{Tangent, WIDTH};
+use rayon::prelude::*;
 
 /// Simulates `model` at the design `b` and differentiates its outputs at `times` with respect to `b`.
 ///
@@ -18,8 +17,9 @@ use crate::scalar::WIDTH;
 ///
 /// $$ \frac{\partial F}{\partial x_1}\frac{dx_1}{db} = -\frac{\partial F}{\partial x_0}\frac{dx_0}{db} - \frac{\partial F}{\partial b} $$
 ///
-/// whose right-hand side is one evaluation of the residual in dual numbers, [`WIDTH`] design variables at a time,
-/// and whose matrix is factorized once at the converged step; all design variables share it.
+/// whose right-hand side is one evaluation of the residual in dual numbers, [`WIDTH`] design variables at a time (four if
+/// there are no more), and whose matrix is factorized once at the converged step; all design variables share it. The
+/// matrices of the next steps are made while the derivatives follow the last ones, on another thread if there is one.
 ///
 /// **Errors.** As [`crate::analysis::simulate`], and [`crate::Error::Definition`] if the model makes another mechanism in
 /// dual numbers than in `f64`.
@@ -28,96 +28,103 @@ use crate::scalar::WIDTH;
 /// equations (22) to (25).
 pub fn differentiate<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times: &[f64]) -> Result<SensitiveHistory> {
     let mechanism = model.build(b)?;
-    let sensitive = build_sensitive(model, b, &mechanism)?;
-    let mut run = Run::new(&mechanism, settings, times)?;
+    let run = Run::new(&mechanism, settings, times)?;
+    let record = Record::new(&mechanism, b.len(), times);
+    let mut source = Source::running(run, record, settings, times)?;
+    let slopes = follow(model, b, settings, times, &mut source)?;
+    let (mut record, work) = source.finish().expect("it was simulated");
+    slopes.enter(&mut record, times.len());
+    Ok(record.finish(work))
+}
+
+/// The derivatives at the steps of a recording of `model` at `b`, which reaches the last of `times`: nothing is iterated.
+pub(super) fn differentiate_recorded<M: Model>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    recording: &Recording,
+) -> Result<Slopes> {
+    let mechanism = model.build(b)?;
+    follow(model, b, settings, times, &mut Source::recorded(&mechanism, recording, settings, times))
+}
+
+/// Derivatives of all outputs at all times.
+pub(super) struct Slopes {
+    outputs: usize,
+    width: usize,
+    /// By chunk of `width` design variables, then time, output and variable.
+    chunks: Vec<Vec<f64>>,
+}
+
+impl Slopes {
+    /// Of the output at time number `time` with respect to a design variable.
+    pub fn at(&self, time: usize, output: usize, variable: usize) -> f64 {
+        let (chunk, k) = (variable / self.width, variable % self.width);
+        self.chunks[chunk][(time * self.outputs + output) * self.width + k]
+    }
+
+    fn enter(&self, record: &mut Record, times: usize) {
+        for (chunk, slopes) in self.chunks.iter().enumerate() {
+            for (time, slopes) in slopes.chunks(self.outputs * self.width).enumerate().take(times) {
+                record.slopes(time, chunk * self.width, slopes.chunks(self.width));
+            }
+        }
+    }
+}
+
+/// In numbers that are not much wider than the design.
+fn follow<M: Model>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    source: &mut Source<'_>,
+) -> Result<Slopes> {
+    match b.len() {
+        0..=4 => follow_in_chunks::<M, 4>(model, b, settings, times, source),
+        _ => follow_in_chunks::<M, WIDTH>(model, b, settings, times, source),
+    }
+}
+
+fn follow_in_chunks<M: Model, const N: usize>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    source: &mut Source<'_>,
+) -> Result<Slopes>
+where
+    Tangent<N>: Real,
+    Jet<Tangent<N>>: Number,
+{
+    let mechanism = source.mechanism;
+    let sensitive = build_sensitive::<M, N>(model, b, mechanism)?;
     let mut companions = Vec::with_capacity(sensitive.len());
-    for mechanism in &sensitive {
-        companions.push(Companion::start(mechanism, &mut run, settings.initial)?);
+    for chunk in &sensitive {
+        companions.push(Companion::start(chunk, source, settings, times)?);
     }
-    let mut record = Record::new(&mechanism, b.len(), times);
-    let mut at = run.integrator.step.new.clone();
-    for (k, &t) in times.iter().enumerate() {
-        while run.lags(t) {
-            let h = run.advance()?;
-            run.integrator.linearize(h)?;
-            companions.iter_mut().for_each(|companion| companion.follow(&mut run.integrator, h));
-        }
-        for (chunk, companion) in companions.iter_mut().enumerate() {
-            companion.sample(t)?;
-            record.slopes(k, chunk * WIDTH, &companion.outputs);
-        }
-        interpolate(&run.integrator.step.old, &run.integrator.step.new, t, &mut at);
-        record.values(k, &mechanism, &at)?;
-    }
-    Ok(record.finish(run.work()))
+    rayon::scope(|_| go(&mut companions, source))?; // once into the pool, not at every stretch
+    let chunks = companions.into_iter().map(Companion::into_slopes).collect();
+    Ok(Slopes { outputs: mechanism.outputs.len(), width: N, chunks })
 }
 
-/// One chunk of derivatives that goes along with a running simulation.
-struct Companion<'m> {
-    mechanism: &'m Mechanism<Sensitive>,
-    step: Step<Sensitive>,
-    at: State<Sensitive>,
-    room: Room<Sensitive>,
-    rows: Vec<Sensitive>,
-    changes: Vec<[f64; WIDTH]>,
-    sampler: Sampler<Sensitive>,
-    outputs: Vec<Sensitive>,
-    started: bool,
-}
-
-impl<'m> Companion<'m> {
-    /// Derivatives of the initial state.
-    fn start(mechanism: &'m Mechanism<Sensitive>, run: &mut Run<'_>, initial: InitialAcceleration) -> Result<Self> {
-        let values = run.integrator.step.new.clone();
-        let mut state = State::built(mechanism, values.t);
-        let mut solver = StartSolver::new(run.integrator.mechanism, mechanism, &mut run.integrator.system);
-        if mechanism.multipliers > 0 {
-            solver.positions(&values, &run.projection, &mut state)?;
-            solver.velocities(&values, &run.projection, &mut state)?;
-        }
-        if initial == InitialAcceleration::Consistent {
-            solver.accelerations(&values, &mut state)?;
-        }
-        let (rows, changes) = solver.into_room();
-        Ok(Self {
-            mechanism,
-            at: state.clone(),
-            step: Step::from(state),
-            room: Room::default(),
-            rows,
-            changes,
-            sampler: Sampler::new(mechanism),
-            outputs: Vec::new(),
-            started: false,
-        })
+/// To the end of the motion.
+fn go<const N: usize>(companions: &mut [Companion<'_, N>], source: &mut Source<'_>) -> Result<()>
+where
+    Tangent<N>: Real,
+    Jet<Tangent<N>>: Number,
+{
+    let mut stretches = [Stretch::new(source), Stretch::new(source)];
+    stretches[0].fill(source)?;
+    while !stretches[0].is_empty() {
+        let [now, next] = &mut stretches;
+        let follow = || companions.par_iter_mut().map(|companion| companion.follow(now)).collect::<Vec<_>>();
+        let (followed, filled) = rayon::join(follow, || next.fill(source));
+        followed.into_iter().chain([filled]).collect::<Result<()>>()?;
+        stretches.swap(0, 1);
     }
-
-    /// Derivatives of the step `h` that `integrator` has just taken and linearized.
-    fn follow(&mut self, integrator: &mut Integrator<'_>, h: f64) {
-        if self.started {
-            self.step.accept();
-        }
-        self.started = true;
-        let values = &integrator.step.new;
-        set_values(&mut self.step.new.a, &values.a);
-        set_values(&mut self.step.new.l, &values.l);
-        self.step.march(self.mechanism, &integrator.scheme, integrator.prescribed, h);
-        self.step.new.take_values(values);
-        let (position, _) = integrator.scheme.seeds(h);
-        let system = &mut integrator.system;
-        system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, &mut self.rows);
-        self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.eps.map(|x| -x));
-        system.factor().solve(&mut self.changes);
-        let changes = &self.changes;
-        let change = |equation: usize| Sensitive { re: 0.0, eps: changes[equation] };
-        self.step.correct(system, &integrator.scheme, h, change);
-    }
-
-    fn sample(&mut self, t: f64) -> Result<()> {
-        interpolate(&self.step.old, &self.step.new, t, &mut self.at);
-        self.sampler.outputs(self.mechanism, &self.at, &mut self.outputs);
-        check_finite(self.mechanism, &self.outputs, t)
-    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -46,7 +46,8 @@ pub fn differentiate_kinematics<M: Model>(
             solver.positions(&walk.state, &walk.projection, &mut state)?;
             solver.velocities(&walk.state, &walk.projection, &mut state)?;
             solver.accelerations(&walk.state, &mut state)?;
-            record.slopes(k, chunk * WIDTH, &outputs(mechanism, &state));
+            let outputs = outputs(mechanism, &state);
+            record.slopes(k, chunk * WIDTH, outputs.iter().map(|output| &output.eps[..]));
         }
     }
     Ok(record.finish(Work { steps: times.len(), ..Work::default() }))
@@ -73,7 +74,8 @@ pub fn differentiate_equilibria<M: Model>(
         record.values(k, &mechanism, &values)?;
         for (chunk, mechanism) in sensitive.iter().enumerate() {
             let state = equilibrium(mechanism, &values, &mut system);
-            record.slopes(k, chunk * WIDTH, &outputs(mechanism, &state));
+            let outputs = outputs(mechanism, &state);
+            record.slopes(k, chunk * WIDTH, outputs.iter().map(|output| &output.eps[..]));
         }
     }
     Ok(record.finish(Work { steps: times.len(), ..Work::default() }))

@@ -2,17 +2,18 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `along` | responses that carry their derivatives from the analysis on |
-//! | `direct` | derivatives along with implicit steps: one residual in dual numbers and one back-substitution per step |
+//! | `companion` | one chunk of derivatives that goes along with implicit steps |
+//! | `direct` | derivatives along with implicit steps, running or recorded: one residual in dual numbers and one back-substitution per step |
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
 //! | `modes` | derivatives of natural frequencies |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
+//! | `stretch` | converged implicit steps in a row, with their factorized matrices |
 //! | `trajectory` | the outputs of a differential equation as responses, also between time points |
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
-pub mod along;
+mod companion;
 pub mod direct;
 pub mod driven;
 pub mod explicit;
@@ -21,10 +22,10 @@ pub mod modes;
 mod record;
 mod seeded;
 mod start;
+mod stretch;
 pub mod trajectory;
 pub mod transient;
 
-pub use along::Along;
 pub use direct::differentiate;
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};

@@ -5,7 +5,7 @@ use crate::analysis::State;
 use crate::analysis::blame;
 use crate::analysis::dynamics::Work;
 use crate::analysis::sampling::Sampler;
-use crate::multibody::{Mechanism, Sensitive};
+use crate::multibody::Mechanism;
 
 /// Outputs over time with their derivatives.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,10 +44,10 @@ impl Record {
     }
 
     /// Slopes for the design variables from `first` on.
-    pub fn slopes(&mut self, time: usize, first: usize, outputs: &[Sensitive]) {
+    pub fn slopes<'s>(&mut self, time: usize, first: usize, outputs: impl IntoIterator<Item = &'s [f64]>) {
         for (series, output) in self.history.slopes.iter_mut().zip(outputs) {
             let slopes = &mut series[time][first..];
-            slopes.iter_mut().zip(output.eps).for_each(|(slope, value)| *slope = value);
+            slopes.iter_mut().zip(output).for_each(|(slope, value)| *slope = *value);
         }
     }
 

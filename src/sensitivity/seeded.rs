@@ -1,25 +1,36 @@
 //! Mechanisms and states that carry derivatives.
 
 use crate::analysis::State;
-use crate::multibody::{Mechanism, Model, Sensitive};
-use crate::scalar::WIDTH;
+use crate::multibody::{Mechanism, Model, Real};
+use crate::scalar::Tangent;
 use crate::{Error, Result};
 
-/// The mechanism once for each chunk of [`WIDTH`] design variables, with these seeded.
+/// The mechanism once for each chunk of `N` design variables, with these seeded.
 ///
 /// **Errors.** [`Error::Definition`] if the model makes another mechanism than `like`.
-pub(super) fn build_sensitive<M: Model>(
+pub(super) fn build_sensitive<M: Model, const N: usize>(
     model: &M,
     b: &[f64],
     like: &Mechanism<f64>,
-) -> Result<Vec<Mechanism<Sensitive>>> {
-    (0..b.len()).step_by(WIDTH).map(|first| build_chunk(model, b, first, like)).collect()
+) -> Result<Vec<Mechanism<Tangent<N>>>>
+where
+    Tangent<N>: Real,
+{
+    (0..b.len()).step_by(N).map(|first| build_chunk(model, b, first, like)).collect()
 }
 
-fn build_chunk<M: Model>(model: &M, b: &[f64], first: usize, like: &Mechanism<f64>) -> Result<Mechanism<Sensitive>> {
+fn build_chunk<M: Model, const N: usize>(
+    model: &M,
+    b: &[f64],
+    first: usize,
+    like: &Mechanism<f64>,
+) -> Result<Mechanism<Tangent<N>>>
+where
+    Tangent<N>: Real,
+{
     let seed = |(i, &value): (usize, &f64)| match i.checked_sub(first) {
-        Some(k) if k < WIDTH => Sensitive::seeded(value, k),
-        _ => Sensitive::constant(value),
+        Some(k) if k < N => Tangent::seeded(value, k),
+        _ => Tangent::constant(value),
     };
     let mechanism = model.build(&b.iter().enumerate().map(seed).collect::<Vec<_>>())?;
     if mechanism.same_topology(like) {
@@ -30,11 +41,11 @@ fn build_chunk<M: Model>(model: &M, b: &[f64], first: usize, like: &Mechanism<f6
 }
 
 /// Values with no derivatives.
-pub(super) fn set_values(to: &mut [Sensitive], from: &[f64]) {
-    to.iter_mut().zip(from).for_each(|(to, &from)| *to = Sensitive::constant(from));
+pub(super) fn set_values<const N: usize>(to: &mut [Tangent<N>], from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(to, &from)| *to = Tangent::constant(from));
 }
 
-impl State<Sensitive> {
+impl<const N: usize> State<Tangent<N>> {
     /// Takes over the values and keeps the derivatives.
     pub(super) fn take_values(&mut self, values: &State<f64>) {
         self.t = values.t;

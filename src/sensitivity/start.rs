@@ -6,27 +6,31 @@ use crate::analysis::State;
 use crate::analysis::start::{Projection, acceleration_rows};
 use crate::analysis::system::{Linearization, System, Unknown};
 use crate::multibody::element::Room;
-use crate::multibody::{Jet, Mechanism, Sensitive};
-use crate::scalar::WIDTH;
+use crate::multibody::{Jet, Mechanism, Number, Real};
+use crate::scalar::Tangent;
 
 /// Differentiates the initial state: each of its three problems has a matrix and a residual.
-pub(super) struct StartSolver<'s, 'm> {
+pub(super) struct StartSolver<'s, 'm, const N: usize> {
     plain: &'s Mechanism<f64>,
-    mechanism: &'m Mechanism<Sensitive>,
+    mechanism: &'m Mechanism<Tangent<N>>,
     system: &'s mut System,
-    rows: Vec<Sensitive>,
-    changes: Vec<[f64; WIDTH]>,
+    rows: Vec<Tangent<N>>,
+    changes: Vec<[f64; N]>,
 }
 
-impl<'s, 'm> StartSolver<'s, 'm> {
+impl<'s, 'm, const N: usize> StartSolver<'s, 'm, N>
+where
+    Tangent<N>: Real,
+    Jet<Tangent<N>>: Number,
+{
     /// For the derivatives of `mechanism`, with the matrices of `plain`.
-    pub fn new(plain: &'s Mechanism<f64>, mechanism: &'m Mechanism<Sensitive>, system: &'s mut System) -> Self {
-        let (rows, changes) = (vec![Sensitive::constant(0.0); system.size()], vec![[0.0; WIDTH]; system.size()]);
+    pub fn new(plain: &'s Mechanism<f64>, mechanism: &'m Mechanism<Tangent<N>>, system: &'s mut System) -> Self {
+        let (rows, changes) = (vec![Tangent::constant(0.0); system.size()], vec![[0.0; N]; system.size()]);
         Self { plain, mechanism, system, rows, changes }
     }
 
     /// The working room, for reuse.
-    pub fn into_room(self) -> (Vec<Sensitive>, Vec<[f64; WIDTH]>) {
+    pub fn into_room(self) -> (Vec<Tangent<N>>, Vec<[f64; N]>) {
         (self.rows, self.changes)
     }
 
@@ -35,7 +39,7 @@ impl<'s, 'm> StartSolver<'s, 'm> {
         &mut self,
         values: &State<f64>,
         projection: &Projection,
-        state: &mut State<Sensitive>,
+        state: &mut State<Tangent<N>>,
     ) -> Result<()> {
         let mut at = values.clone();
         at.l.copy_from_slice(&projection.position);
@@ -60,7 +64,7 @@ impl<'s, 'm> StartSolver<'s, 'm> {
         &mut self,
         values: &State<f64>,
         projection: &Projection,
-        state: &mut State<Sensitive>,
+        state: &mut State<Tangent<N>>,
     ) -> Result<()> {
         let guess = state.v.clone();
         self.hold(values, state, |state| &mut state.v);
@@ -71,7 +75,7 @@ impl<'s, 'm> StartSolver<'s, 'm> {
                 *row += state.v[i] - guess[i];
             }
         }
-        self.system.closure_rates(self.mechanism, state, 1, &mut Room::<Jet<Sensitive>>::default(), &mut self.rows);
+        self.system.closure_rates(self.mechanism, state, 1, &mut Room::<Jet<Tangent<N>>>::default(), &mut self.rows);
         let mut at = values.clone();
         at.l.fill(0.0); // Φ̇ is linear in v: its matrix is Φ_q, the rest is the identity
         self.solve(&at, Linearization::projection())?;
@@ -81,10 +85,10 @@ impl<'s, 'm> StartSolver<'s, 'm> {
     }
 
     /// M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
-    pub fn accelerations(&mut self, values: &State<f64>, state: &mut State<Sensitive>) -> Result<()> {
+    pub fn accelerations(&mut self, values: &State<f64>, state: &mut State<Tangent<N>>) -> Result<()> {
         self.hold(values, state, |state| &mut state.a);
         set_values(&mut state.l, &values.l);
-        let (mut room, mut jets) = (Room::default(), Room::<Jet<Sensitive>>::default());
+        let (mut room, mut jets) = (Room::default(), Room::<Jet<Tangent<N>>>::default());
         acceleration_rows(self.system, self.mechanism, state, &mut room, &mut jets, &mut self.rows);
         let mut at = values.clone();
         at.l.fill(0.0);
@@ -100,15 +104,15 @@ impl<'s, 'm> StartSolver<'s, 'm> {
     fn hold(
         &self,
         values: &State<f64>,
-        state: &mut State<Sensitive>,
-        which: impl Fn(&mut State<Sensitive>) -> &mut Vec<Sensitive>,
+        state: &mut State<Tangent<N>>,
+        which: impl Fn(&mut State<Tangent<N>>) -> &mut Vec<Tangent<N>>,
     ) {
         let mut kept = which(state).clone();
         state.take_values(values);
         for (i, x) in kept.iter_mut().enumerate() {
             x.re = which(state)[i].re;
             if self.system.equation_of(i).is_some() {
-                x.eps = [0.0; WIDTH];
+                x.eps = [0.0; N];
             }
         }
         *which(state) = kept;
@@ -123,7 +127,11 @@ impl<'s, 'm> StartSolver<'s, 'm> {
         Ok(())
     }
 
-    fn add_changes(&self, which: impl Fn(&mut State<Sensitive>) -> &mut Vec<Sensitive>, state: &mut State<Sensitive>) {
+    fn add_changes(
+        &self,
+        which: impl Fn(&mut State<Tangent<N>>) -> &mut Vec<Tangent<N>>,
+        state: &mut State<Tangent<N>>,
+    ) {
         for (change, unknown) in self.changes.iter().zip(self.system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown {
                 which(state)[i].eps = *change;

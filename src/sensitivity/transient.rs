@@ -1,12 +1,13 @@
 //! The seam to the optimization wing: a mechanism's outputs as responses.
 
-use super::direct::differentiate;
+use super::direct::{differentiate, differentiate_recorded};
 use super::explicit::{differentiate_explicitly, simulate_explicitly};
 use crate::Result;
-use crate::analysis::{Dynamics, Explicit, simulate};
+use crate::analysis::{Dynamics, Explicit, Recording, simulate_recorded};
 use crate::multibody::Model;
 use crate::problem::{Analysis, Instant, Responses};
 use nalgebra::DMatrix;
+use std::sync::Arc;
 
 /// How a motion is integrated.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,11 +33,20 @@ impl From<Explicit> for Integration {
 /// The outputs of a mechanism over one time grid, as responses of an optimization problem.
 ///
 /// Response h is the mechanism's output h, time-dependent, on the grid `times`. Sensitivities are direct; nothing
-/// is integrated beyond the last wanted time.
+/// is integrated beyond the last wanted time. An analysis by implicit steps leaves them in [`Responses::trace`], and
+/// sensitivities at the same design are had from there without another iteration; without them, as after a restart, the
+/// motion is integrated again.
 pub struct Transient<M> {
     model: M,
     settings: Integration,
     times: Vec<f64>,
+    memory: usize,
+}
+
+/// What an analysis leaves behind.
+struct Trace {
+    design: Vec<f64>,
+    recording: Recording,
 }
 
 impl<M: Model> Transient<M> {
@@ -49,7 +59,13 @@ impl<M: Model> Transient<M> {
             Integration::Implicit(settings) => settings.check(times)?,
             Integration::Explicit(settings) => settings.check(times)?,
         }
-        Ok(Self { model, settings, times: times.to_vec() })
+        Ok(Self { model, settings, times: times.to_vec(), memory: 1 << 28 })
+    }
+
+    /// With at most `bytes` of memory for the steps of an analysis (a quarter of a gigabyte unless told). A longer
+    /// motion is integrated again when sensitivities are asked for.
+    pub fn with_memory(self, bytes: usize) -> Self {
+        Self { memory: bytes, ..self }
     }
 
     /// The model.
@@ -66,28 +82,44 @@ impl<M: Model> Transient<M> {
 impl<M: Model> Analysis for Transient<M> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let mechanism = self.model.build(b)?;
-        let history = match &self.settings {
-            Integration::Implicit(settings) => simulate(&mechanism, settings, &self.times)?,
-            Integration::Explicit(settings) => simulate_explicitly(&mechanism, settings, &self.times)?,
-        };
-        Ok(Responses::new(history.values))
+        match &self.settings {
+            Integration::Implicit(settings) => {
+                let (history, recording) = simulate_recorded(&mechanism, settings, &self.times, self.memory)?;
+                let trace = Trace { design: b.to_vec(), recording };
+                Ok(Responses { values: history.values, trace: Some(Arc::new(trace)) })
+            }
+            Integration::Explicit(settings) => {
+                Ok(Responses::new(simulate_explicitly(&mechanism, settings, &self.times)?.values))
+            }
+        }
     }
 
-    fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
         let mut points: Vec<usize> = wanted.iter().map(|instant| instant.point).collect();
         points.sort_unstable();
         points.dedup();
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        let at = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
         let history = match &self.settings {
-            Integration::Implicit(settings) => differentiate(&self.model, b, settings, &times)?,
+            Integration::Implicit(settings) => match recording(responses, b) {
+                Some(recording) => {
+                    let slopes = differentiate_recorded(&self.model, b, settings, &times, recording)?;
+                    let slope = |row: usize, i: usize| slopes.at(at(&wanted[row]), wanted[row].response, i);
+                    return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
+                }
+                None => differentiate(&self.model, b, settings, &times)?,
+            },
             Integration::Explicit(settings) => differentiate_explicitly(&self.model, b, settings, &times)?,
         };
-        let row = |instant: &Instant| {
-            let at = points.binary_search(&instant.point).expect("every wanted point was simulated");
-            history.slopes[instant.response][at].iter().copied()
-        };
+        let row = |instant: &Instant| history.slopes[instant.response][at(instant)].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
     }
+}
+
+/// The steps that the analysis of `b` left behind, if it did.
+fn recording<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Recording> {
+    let trace = responses.trace.as_ref()?.downcast_ref::<Trace>()?;
+    (trace.design == b && trace.recording.is_whole()).then_some(&trace.recording)
 }
 
 #[cfg(test)]
@@ -107,5 +139,11 @@ mod tests {
         for (k, instant) in wanted.iter().enumerate() {
             assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.slopes[instant.response][instant.point]);
         }
+        // Integrated again, the same bits: without a trace, with too little memory, or at another design.
+        let wanted_anew = |responses: &Responses| analysis.sensitivities(&b, responses, &wanted).unwrap();
+        assert_eq!(rows, wanted_anew(&Responses::new(responses.values.clone())));
+        assert_eq!(rows, wanted_anew(&analysis.analyze(&[0.04, 0.0252, 0.02]).unwrap()));
+        let forgetful = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap().with_memory(1000);
+        assert_eq!(rows, wanted_anew(&forgetful.analyze(&b).unwrap()));
     }
 }

@@ -52,6 +52,7 @@ impl Unknown {
 /// Numbering, matrix and working room of one mechanism.
 ///
 /// Made once per design; evaluating it allocates nothing after the first time.
+#[derive(Clone)]
 pub struct System {
     places: Vec<Place>,
     /// Derivatives of each element that are the same in every state.
@@ -143,6 +144,11 @@ impl System {
     /// The factorization, valid after [`System::factorize`].
     pub fn factor(&mut self) -> &mut Factor {
         &mut self.factor
+    }
+
+    /// Exchanges the factorization with another of the same pattern.
+    pub(crate) fn swap_factor(&mut self, other: &mut Factor) {
+        std::mem::swap(&mut self.factor, other);
     }
 
     /// Memory for solving with a factorization of this pattern.

@@ -17,7 +17,7 @@ pub(crate) struct Coefficient {
 }
 
 /// Where one element's rows and columns are in the system.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Place {
     /// Local variables that are unknowns: coordinates first, then multipliers.
     pub active: Vec<usize>,
@@ -32,7 +32,7 @@ pub(super) struct Place {
 }
 
 /// What is in the matrix whatever the state is, by slot.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Constants {
     /// Derivatives of coordinate rows with respect to position, velocity and acceleration.
     pub balance: Vec<(usize, [f64; 3])>,

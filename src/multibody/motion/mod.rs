@@ -8,8 +8,8 @@ pub use ramp::Ramp;
 pub use start_up::StartUp;
 pub use table::Table;
 
-use super::number::{Jet, Sensitive};
-use crate::scalar::{Scalar, Tangent};
+use super::number::{Jet, Narrow, Sensitive};
+use crate::scalar::Scalar;
 
 /// A position as a function of time, written once over the scalar type.
 ///
@@ -34,7 +34,12 @@ impl<M: Motion, T: Scalar> Position<T> for M {
 
 /// [`Motion`] as an object. Implemented for every motion.
 pub trait AnyMotion:
-    Position<f64> + Position<Sensitive> + Position<Jet<f64>> + Position<Jet<Sensitive>> + Position<Jet<Tangent<4>>>
+    Position<f64>
+    + Position<Narrow>
+    + Position<Sensitive>
+    + Position<Jet<f64>>
+    + Position<Jet<Narrow>>
+    + Position<Jet<Sensitive>>
 {
 }
 impl<M: Motion> AnyMotion for M {}

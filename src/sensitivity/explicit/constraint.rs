@@ -4,7 +4,7 @@ use super::linearize::Closure;
 use crate::analysis::State;
 use crate::multibody::element::{Local, Room, Slopes, Variable};
 use crate::multibody::mechanism::PartData;
-use crate::multibody::{Jet, Number, Sensitive};
+use crate::multibody::{Jet, Narrow, Number, Sensitive};
 use crate::scalar::{Tangent, WIDTH};
 
 /// Derivatives of a constraint's rows with respect to a few of its variables, variable by variable.
@@ -17,7 +17,7 @@ pub(super) struct ConstraintSlopes {
     rows: [usize; 2],
     plain: Room<f64>,
     jets: Room<Jet<Sensitive>>,
-    short_jets: Room<Jet<Tangent<4>>>,
+    short_jets: Room<Jet<Narrow>>,
 }
 
 impl ConstraintSlopes {

@@ -7,8 +7,8 @@ use crate::analysis::system::Coefficient;
 use crate::analysis::{State, System};
 use crate::multibody::element::{Room, Variable};
 use crate::multibody::mechanism::PartData;
-use crate::multibody::{Mechanism, Number, Sensitive};
-use crate::scalar::WIDTH;
+use crate::multibody::{Mechanism, Narrow, Number, Sensitive};
+use crate::scalar::{Tangent, WIDTH};
 use std::collections::BTreeSet;
 
 /// What a local variable of an element is.
@@ -77,13 +77,24 @@ pub(super) struct Linearizer {
     coordinates: usize,
 }
 
-/// Local number and equation of an element's rows.
-type Rows = Vec<(usize, usize)>;
+/// The rows of an element.
+type Rows = Vec<Row>;
+
+/// A row of an element: its local number and its equation.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    local: usize,
+    equation: usize,
+    /// The first of the element's variables that it can change with. A row of a constraint's forces does not change with
+    /// positions if the constraint is linear in what it belongs to.
+    first: usize,
+}
 
 /// Room for one linearization.
 #[derive(Clone, Default)]
 pub(super) struct Rooms {
-    balance: Room<Sensitive>,
+    narrow: Room<Narrow>,
+    wide: Room<Sensitive>,
     constraint: ConstraintSlopes,
 }
 
@@ -100,9 +111,8 @@ impl Linearizer {
         let mut parameters = Vec::new();
         let elements = (0..mechanism.parts.len()).map(|k| {
             let part = &mechanism.parts[k];
-            let rows: Vec<_> = system.rows_of(k).collect();
-            if rows.is_empty() {
-                return (Vec::new(), rows);
+            if system.rows_of(k).next().is_none() {
+                return (Vec::new(), Vec::new());
             }
             let mut variables = Vec::new();
             for (local, &i) in part.coordinates.iter().enumerate() {
@@ -125,9 +135,13 @@ impl Linearizer {
                     parameters.push((k, local));
                 }
             }
-            (variables, rows)
+            let first_parameter = variables.iter().take_while(|source| source.kind != Kind::Parameter).count();
+            let still = |local| part.closures > 0 && part.element.linear().contains(&local);
+            let row =
+                |(local, equation)| Row { local, equation, first: if still(local) { first_parameter } else { 0 } };
+            (variables, system.rows_of(k).map(row).collect())
         });
-        let elements: Vec<_> = elements.collect();
+        let elements: Vec<(_, Rows)> = elements.collect();
         let mut constants = [(); 3].map(|()| Entries::new(3 * n));
         for (k, (part, (_, rows))) in mechanism.parts.iter().zip(&elements).enumerate() {
             let carries = |c: &&Coefficient| {
@@ -175,7 +189,13 @@ impl Linearizer {
             if part.closures > 0 {
                 self.constraint(part, k, state, Closure::Accelerations, &mut rooms.constraint, out);
             } else {
-                balance(part, sources, rows, state, &mut rooms.balance, out);
+                match sources.len() {
+                    0 => {}
+                    1..=4 => balance(part, sources, rows, state, &mut rooms.narrow, out),
+                    _ => {
+                        sources.chunks(WIDTH).for_each(|chunk| balance(part, chunk, rows, state, &mut rooms.wide, out))
+                    }
+                }
             }
         }
     }
@@ -220,12 +240,14 @@ impl Linearizer {
         }
         slopes.evaluate(part, &self.constraint_variables[k], state, closure);
         let n = part.coordinates.len();
-        for &(local, row) in rows {
+        for &Row { local, equation, first } in rows {
             if local >= n {
                 let sources = sources.iter().enumerate().map(|(k, source)| (source, slopes.closure(local - n, k)));
-                self.push_closure(sources, row, closure, out);
+                self.push_closure(sources, equation, closure, out);
             } else if closure != Closure::Velocities {
-                sources.iter().enumerate().for_each(|(k, s)| out.push(row, s.number, slopes.balance(local, k)));
+                for (k, source) in sources.iter().enumerate().skip(first) {
+                    out.push(equation, source.number, slopes.balance(local, k));
+                }
             }
         }
     }
@@ -259,12 +281,12 @@ impl Linearizer {
 fn add_constants(
     part: &PartData<f64>,
     coefficient: &Coefficient,
-    rows: &[(usize, usize)],
+    rows: &[Row],
     n: usize,
     moving: &[usize],
     [accelerations, positions, velocities]: &mut [Entries; 3],
 ) {
-    let Some(&(_, row)) = rows.iter().find(|(local, _)| *local == coefficient.row) else { return };
+    let Some(&Row { equation: row, .. }) = rows.iter().find(|row| row.local == coefficient.row) else { return };
     let (i, [stiffness, damping, mass]) = (part.coordinates[coefficient.coordinate], coefficient.values);
     let inertia = if part.closures > 0 { stiffness } else { mass };
     if moving.contains(&i) {
@@ -279,35 +301,35 @@ fn add_constants(
     }
 }
 
-/// Derivatives of the rows of an element without closures.
-fn balance(
+/// Derivatives of the rows of an element without closures, for one chunk of its variables.
+fn balance<const N: usize>(
     part: &PartData<f64>,
-    sources: &[Source],
-    rows: &[(usize, usize)],
+    chunk: &[Source],
+    rows: &[Row],
     state: &State<f64>,
-    room: &mut Room<Sensitive>,
+    room: &mut Room<Tangent<N>>,
     out: &mut Entries,
-) {
-    for chunk in sources.chunks(WIDTH) {
-        room.p.clear();
-        room.p.extend(part.parameters.iter().map(|&p| Sensitive::constant(p)));
-        for (to, from) in [(&mut room.q, &state.q), (&mut room.v, &state.v), (&mut room.a, &state.a)] {
-            to.clear();
-            to.extend(part.coordinates.iter().map(|&i| Sensitive::constant(from[i])));
-        }
-        for (k, source) in chunk.iter().enumerate() {
-            let values = match source.kind {
-                Kind::Position => &mut room.q,
-                Kind::Velocity => &mut room.v,
-                Kind::Acceleration => &mut room.a,
-                Kind::Parameter => &mut room.p,
-            };
-            values[source.local].eps[k] = 1.0;
-        }
-        Sensitive::residual(part.element.as_ref(), Sensitive::constant(state.t), room);
-        for &(local, row) in rows {
-            let slopes = room.balance[local].eps;
-            chunk.iter().zip(slopes).for_each(|(source, slope)| out.push(row, source.number, slope));
-        }
+) where
+    Tangent<N>: Number,
+{
+    room.p.clear();
+    room.p.extend(part.parameters.iter().map(|&p| Tangent::constant(p)));
+    for (to, from) in [(&mut room.q, &state.q), (&mut room.v, &state.v), (&mut room.a, &state.a)] {
+        to.clear();
+        to.extend(part.coordinates.iter().map(|&i| Tangent::constant(from[i])));
+    }
+    for (k, source) in chunk.iter().enumerate() {
+        let values = match source.kind {
+            Kind::Position => &mut room.q,
+            Kind::Velocity => &mut room.v,
+            Kind::Acceleration => &mut room.a,
+            Kind::Parameter => &mut room.p,
+        };
+        values[source.local].eps[k] = 1.0;
+    }
+    Tangent::<N>::residual(part.element.as_ref(), Tangent::constant(state.t), room);
+    for row in rows {
+        let slopes = room.balance[row.local].eps;
+        chunk.iter().zip(slopes).for_each(|(source, slope)| out.push(row.equation, source.number, slope));
     }
 }

@@ -56,18 +56,10 @@ fn run<const W: usize>(
 ) -> Result<Work> {
     let (mut march, begin) = start(mechanism, settings, times, true)?;
     let mut team = Team::<W>::new(mechanism, chunks, &mut march, &begin)?;
-    let mut y = march.stepper.old.clone();
-    for (k, &t) in times.iter().enumerate() {
-        while march.lags(t) {
-            march.advance()?;
-            team.follow(&mut march);
-        }
-        let dense = sample(&mut march, &mut y, t)?;
-        record.values(k, mechanism, &march.stepper.flow.state)?;
-        team.sample(&mut march, t, dense);
-        for (chunk, probe) in team.tiles.iter().flat_map(|tile| &tile.probes).enumerate() {
-            record.slopes(k, chunk * WIDTH, &probe.outputs);
-        }
+    if team.parallel {
+        rayon::scope(|_| team.go(&mut march, times, record))?; // once into the pool, not at every step
+    } else {
+        team.go(&mut march, times, record)?;
     }
     Ok(march.work())
 }
@@ -113,6 +105,24 @@ impl<'m, const W: usize> Team<'m, W> {
             team.each(|tile, plan, visits| tile.follow(plan, visits, None));
         });
         Ok(team)
+    }
+
+    /// To the last of `times`.
+    fn go(&mut self, march: &mut March<MechanismFlow<'m>>, times: &[f64], record: &mut Record) -> Result<()> {
+        let mut y = march.stepper.old.clone();
+        for (k, &t) in times.iter().enumerate() {
+            while march.lags(t) {
+                march.advance()?;
+                self.follow(march);
+            }
+            let dense = sample(march, &mut y, t)?;
+            record.values(k, self.mechanism, &march.stepper.flow.state)?;
+            self.sample(march, t, dense);
+            for (chunk, probe) in self.tiles.iter().flat_map(|tile| &tile.probes).enumerate() {
+                record.slopes(k, chunk * WIDTH, probe.outputs.iter().map(|output| &output.eps[..]));
+            }
+        }
+        Ok(())
     }
 
     /// Goes along with the step that was just accepted.
