@@ -52,8 +52,14 @@ impl GeneralizedAlpha {
     }
 
     /// Change of the auxiliary acceleration with the new acceleration.
-    fn ratio(&self) -> f64 {
+    pub(crate) fn ratio(&self) -> f64 {
         (1.0 - self.alpha_f) / (1.0 - self.alpha_m)
+    }
+
+    /// Weights of the old acceleration and the old auxiliary acceleration in the new auxiliary acceleration.
+    pub(crate) fn history(&self) -> [f64; 2] {
+        let share = 1.0 / (1.0 - self.alpha_m);
+        [self.alpha_f * share, -(self.alpha_m * share)]
     }
 
     /// Change of position (s²) and velocity (s) with the new acceleration in a step `h`.
@@ -115,10 +121,10 @@ impl<T: Real> Step<T> {
     pub fn march(&mut self, mechanism: &Mechanism<T>, scheme: &GeneralizedAlpha, prescribed: Prescribed, h: f64) {
         self.new.t = self.old.t + h;
         self.new.prescribe_positions(mechanism, prescribed);
-        let (ratio, share) = (scheme.ratio(), 1.0 / (1.0 - scheme.alpha_m));
+        let (ratio, [old, auxiliary]) = (scheme.ratio(), scheme.history());
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             let (q0, v0, w0) = (self.old.q[i], self.old.v[i], self.old_auxiliary[i]);
-            let history = self.old.a[i] * (scheme.alpha_f * share) - w0 * (scheme.alpha_m * share);
+            let history = self.old.a[i] * old + w0 * auxiliary;
             let coast = q0 + v0 * h + w0 * (h * h * (0.5 - scheme.beta));
             let w1 = match coordinate.motion {
                 Some(_) if prescribed == Prescribed::Newmark => (self.new.q[i] - coast) * (1.0 / (h * h * scheme.beta)),

@@ -63,6 +63,11 @@ impl Recording {
         self.steps.iter().map(|[end, _]| *end)
     }
 
+    /// Length of step `k` (from 0) in s.
+    pub(crate) fn length(&self, k: usize) -> f64 {
+        self.steps[k][1]
+    }
+
     /// Copies the end of step `k` (from 0) to `state`; returns the length of the step in s.
     pub(crate) fn load(&self, k: usize, state: &mut State<f64>) -> f64 {
         let [t, h] = self.steps[k];

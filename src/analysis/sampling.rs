@@ -20,22 +20,50 @@ pub fn interpolate<T: Real>(old: &State<T>, new: &State<T>, t: f64, at: &mut Sta
         return at.copy_from(old);
     }
     at.t = t;
-    let x = (t - old.t) / h;
-    cubic(&old.q, &old.v, &new.q, &new.v, h, x, &mut at.q);
-    cubic(&old.v, &old.a, &new.v, &new.a, h, x, &mut at.v);
+    let Weights { value, slope, linear } = Weights::inside([old.t, new.t], t);
+    let cubic = |y0: &[T], d0: &[T], y1: &[T], d1: &[T], out: &mut [T]| {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = y0[i] * value[0] + y1[i] * value[1] + d0[i] * slope[0] + d1[i] * slope[1];
+        }
+    };
+    cubic(&old.q, &old.v, &new.q, &new.v, &mut at.q);
+    cubic(&old.v, &old.a, &new.v, &new.a, &mut at.v);
     for (at, old, new) in [(&mut at.a, &old.a, &new.a), (&mut at.l, &old.l, &new.l)] {
         for ((at, &old), &new) in at.iter_mut().zip(old).zip(new) {
-            *at = old * (1.0 - x) + new * x;
+            *at = old * linear[0] + new * linear[1];
         }
     }
 }
 
-/// Hermite's cubic at the part `x` of a step `h`.
-fn cubic<T: Real>(y0: &[T], d0: &[T], y1: &[T], d1: &[T], h: f64, x: f64, out: &mut [T]) {
-    let (b, c) = (x * x * (3.0 - 2.0 * x), x * (1.0 - x) * (1.0 - x) * h);
-    let d = x * x * (x - 1.0) * h;
-    for (i, out) in out.iter_mut().enumerate() {
-        *out = y0[i] * (1.0 - b) + y1[i] * b + d0[i] * c + d1[i] * d;
+/// Weights of the two ends of a step in a state between them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    /// Of the values in Hermite's cubic.
+    pub value: [f64; 2],
+    /// Of their rates in it, in s.
+    pub slope: [f64; 2],
+    /// Of accelerations and multipliers.
+    pub linear: [f64; 2],
+}
+
+impl Weights {
+    /// As [`interpolate`] weighs them: at an end that end alone.
+    pub fn of([old, new]: [f64; 2], t: f64) -> Self {
+        let h = new - old;
+        let alone = |end: [f64; 2]| Self { value: end, slope: [0.0; 2], linear: end };
+        match () {
+            () if (new - t).abs() <= 1e-9 * h => alone([0.0, 1.0]),
+            () if (t - old).abs() <= 1e-9 * h => alone([1.0, 0.0]),
+            () => Self::inside([old, new], t),
+        }
+    }
+
+    fn inside([old, new]: [f64; 2], t: f64) -> Self {
+        let h = new - old;
+        let x = (t - old) / h;
+        let b = x * x * (3.0 - 2.0 * x);
+        let slope = [x * (1.0 - x) * (1.0 - x) * h, x * x * (x - 1.0) * h];
+        Self { value: [1.0 - b, b], slope, linear: [1.0 - x, x] }
     }
 }
 

@@ -4,7 +4,7 @@ use super::seeded::set_values;
 use super::start::StartSolver;
 use super::stretch::{Source, Stretch, Taken};
 use crate::Result;
-use crate::analysis::dynamics::{Dynamics, InitialAcceleration, check_finite, is_before};
+use crate::analysis::dynamics::{Dynamics, check_finite, is_before};
 use crate::analysis::generalized_alpha::Step;
 use crate::analysis::sampling::{Sampler, interpolate};
 use crate::analysis::{State, System};
@@ -47,16 +47,8 @@ where
         times: &'m [f64],
     ) -> Result<Self> {
         let Source { mechanism: plain, system, start: values, projection, .. } = source;
-        let mut state = State::built(mechanism, values.t);
-        let mut solver = StartSolver::new(plain, mechanism, system);
-        if mechanism.multipliers > 0 {
-            solver.positions(values, projection, &mut state)?;
-            solver.velocities(values, projection, &mut state)?;
-        }
-        if settings.initial == InitialAcceleration::Consistent {
-            solver.accelerations(values, &mut state)?;
-        }
-        let (rows, changes) = solver.into_room();
+        let state = StartSolver::new(plain, mechanism, system).start(values, projection, settings.initial)?;
+        let (rows, changes) = (vec![Tangent::constant(0.0); system.size()], vec![[0.0; N]; system.size()]);
         let mut companion = Self {
             mechanism,
             solve_room: system.solve_room(),

@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `adjoint/` | derivatives of few responses by many design variables, backwards along implicit steps |
 //! | `companion` | one chunk of derivatives that goes along with implicit steps |
 //! | `direct` | derivatives along with implicit steps, running or recorded: one residual in dual numbers and one back-substitution per step |
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
@@ -13,6 +14,7 @@
 //! | `trajectory` | the outputs of a differential equation as responses, also between time points |
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
+pub mod adjoint;
 mod companion;
 pub mod direct;
 pub mod driven;
@@ -26,6 +28,7 @@ mod stretch;
 pub mod trajectory;
 pub mod transient;
 
+pub use adjoint::{Functional, differentiate_backwards};
 pub use direct::differentiate;
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};

@@ -3,6 +3,7 @@
 use super::seeded::set_values;
 use crate::Result;
 use crate::analysis::State;
+use crate::analysis::dynamics::InitialAcceleration;
 use crate::analysis::start::{Projection, acceleration_rows};
 use crate::analysis::system::{Linearization, System, Unknown};
 use crate::multibody::element::Room;
@@ -29,9 +30,22 @@ where
         Self { plain, mechanism, system, rows, changes }
     }
 
-    /// The working room, for reuse.
-    pub fn into_room(self) -> (Vec<Tangent<N>>, Vec<[f64; N]>) {
-        (self.rows, self.changes)
+    /// The state `values` at the start of a motion with its derivatives.
+    pub fn start(
+        mut self,
+        values: &State<f64>,
+        projection: &Projection,
+        initial: InitialAcceleration,
+    ) -> Result<State<Tangent<N>>> {
+        let mut state = State::built(self.mechanism, values.t);
+        if self.mechanism.multipliers > 0 {
+            self.positions(values, projection, &mut state)?;
+            self.velocities(values, projection, &mut state)?;
+        }
+        if initial == InitialAcceleration::Consistent {
+            self.accelerations(values, &mut state)?;
+        }
+        Ok(state)
     }
 
     /// q − q_guess + Φ_qᵀ μ = 0, Φ = 0.

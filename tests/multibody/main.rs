@@ -1,6 +1,7 @@
 //! Mechanics held to closed forms, published solutions, identities and differences.
 
 mod adaptive;
+mod adjoint;
 mod beams;
 mod derivatives;
 mod drift;
