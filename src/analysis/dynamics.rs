@@ -212,7 +212,7 @@ impl<'m> Run<'m> {
     /// Assembles the mechanism and puts it in its initial state.
     pub fn new(mechanism: &'m Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<Self> {
         settings.check(times)?;
-        let mut system = System::new(mechanism)?;
+        let mut system = System::at(mechanism, settings.start)?;
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;

@@ -34,7 +34,7 @@ pub struct Walk<'m> {
 impl<'m> Walk<'m> {
     /// Assembled at time `t` from the positions that the mechanism was built in.
     pub fn new(mechanism: &'m Mechanism<f64>, assembly: Assembly, t: f64) -> Result<Self> {
-        let (system, state) = (System::new(mechanism)?, State::built(mechanism, t));
+        let (system, state) = (System::at(mechanism, t)?, State::built(mechanism, t));
         let (projection, solver) = (Projection::default(), AccelerationSolver::default());
         let mut walk = Self { mechanism, system, state, projection, assembly, solver };
         walk.settle()?;

@@ -101,7 +101,7 @@ fn guess_reactions(
 ///
 /// Returns one series per output.
 pub fn equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Result<Vec<Vec<f64>>> {
-    let mut system = System::new(mechanism)?;
+    let mut system = System::at(mechanism, times.first().copied().unwrap_or(0.0))?;
     let mut state = State::built(mechanism, times.first().copied().unwrap_or(0.0));
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
     let (mut sampler, mut outputs) = (Sampler::new(mechanism), Vec::new());

@@ -1,5 +1,7 @@
 //! LU factorization of a band matrix with row interchanges.
 
+use super::wide::{Kernel, widely};
+
 /// A square band matrix, its rows stored one after another, and after [`Banded::factorize`] its factors L and U.
 ///
 /// The envelope is followed row by row, so that rows shorter than the band cost less. Nothing is allocated after
@@ -112,6 +114,11 @@ impl Banded {
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&self, b: &mut [[f64; W]]) {
+        if W < 4 { self.substitute(b) } else { widely(Substitution { matrix: self, b }) }
+    }
+
+    #[inline(always)]
+    fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
         let n = self.pivots.len();
         for k in 0..n {
             b.swap(k, self.pivots[k]);
@@ -159,7 +166,19 @@ impl Banded {
     }
 }
 
-#[inline]
+struct Substitution<'a, const W: usize> {
+    matrix: &'a Banded,
+    b: &'a mut [[f64; W]],
+}
+
+impl<const W: usize> Kernel for Substitution<'_, W> {
+    #[inline(always)]
+    fn run(self) {
+        self.matrix.substitute(self.b);
+    }
+}
+
+#[inline(always)]
 fn subtract<const W: usize>(x: &mut [f64; W], factor: f64, y: &[f64; W]) {
     for (x, y) in x.iter_mut().zip(y) {
         *x -= factor * y;

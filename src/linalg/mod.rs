@@ -11,9 +11,11 @@ mod factor;
 mod ordered;
 mod ordering;
 mod sparse;
+mod wide;
 
 pub use banded::Banded;
 pub use factor::{Factor, Singular, SolveRoom};
 pub use ordered::Ordered;
 pub use ordering::bandwidth_order;
 pub use sparse::Sparse;
+pub(crate) use wide::{Kernel, widely};

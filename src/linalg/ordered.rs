@@ -1,6 +1,7 @@
 //! Sparse LU without interchanges, its order and its operations laid down once.
 
 use super::elimination::least_fill_order;
+use super::wide::{Kernel, widely};
 use std::sync::Arc;
 
 /// A square sparse matrix of fixed pattern, factorized in an order that depends on the pattern alone.
@@ -117,6 +118,11 @@ impl Ordered {
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&self, b: &mut [[f64; W]]) {
+        if W < 4 { self.substitute(b) } else { widely(Substitution { matrix: self, b }) }
+    }
+
+    #[inline(always)]
+    fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
         let plan = &*self.plan;
         for row in &plan.rows {
             let mut x = b[row.unknown];
@@ -197,7 +203,19 @@ impl Plan {
     }
 }
 
-#[inline]
+struct Substitution<'a, const W: usize> {
+    matrix: &'a Ordered,
+    b: &'a mut [[f64; W]],
+}
+
+impl<const W: usize> Kernel for Substitution<'_, W> {
+    #[inline(always)]
+    fn run(self) {
+        self.matrix.substitute(self.b);
+    }
+}
+
+#[inline(always)]
 fn subtract<const W: usize>(x: &mut [f64; W], factor: f64, y: &[f64; W]) {
     for (x, y) in x.iter_mut().zip(y) {
         *x -= factor * y;

@@ -38,11 +38,29 @@ impl<T: Scalar> Energy<T> {
     }
 }
 
+/// A local variable that a constraint is differentiated with respect to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// The position of a coordinate.
+    Coordinate(usize),
+    /// A parameter.
+    Parameter(usize),
+}
+
+/// Derivatives of a constraint's rows with respect to some of its variables, variable by variable.
+#[derive(Debug)]
+pub struct Slopes<'a> {
+    /// Of Φ_qᵀ λ: for each variable one per coordinate.
+    pub balance: &'a mut [f64],
+    /// Of Φ, Φ̇ and Φ̈ along the motion: for each variable one triple per multiplier.
+    pub closure: &'a mut [[f64; 3]],
+}
+
 /// One kind of element: body, joint, force, beam or sensor.
 ///
 /// The whole mechanics of an element is [`Element::residual`], written once over the scalar type. What else an
 /// analysis needs (mass, stiffness and damping matrices, constraint Jacobians, accelerations of constraints, design
-/// derivatives) is had by evaluating it with other numbers; nobody types a Jacobian.
+/// derivatives) is had by evaluating it with other numbers; nobody has to type a Jacobian.
 ///
 /// An element is either *balancing* (no closure: it adds inertia minus force to the rows of its coordinates) or a
 /// *constraint* ([`Element::closures`] > 0: it adds Φ_qᵀ λ to the rows of its coordinates and writes Φ(q, t), nothing
@@ -67,6 +85,14 @@ pub trait Element: Send + Sync + 'static {
     /// A body is linear in all its coordinates, a pin in the translations of its bodies. To leave one out costs time only.
     fn linear(&self) -> &'static [usize] {
         &[]
+    }
+
+    /// Derivatives of a constraint along a motion in closed form, where somebody has worked them out; returns whether.
+    ///
+    /// The motion is `x.q`, `x.v`, `x.a` at the time `x.t`. What is written must be what the residual has: this saves time
+    /// where derivatives along explicit steps are wanted and nothing else. `out` comes zeroed.
+    fn slopes(&self, _x: &Local<'_, f64>, _variables: &[Variable], _out: &mut Slopes<'_>) -> bool {
+        false
     }
 
     /// Names of the quantities that [`Element::measure`] writes.
@@ -126,6 +152,8 @@ pub trait AnyElement:
     fn closures(&self) -> usize;
     /// See [`Element::linear`].
     fn linear(&self) -> &'static [usize];
+    /// See [`Element::slopes`].
+    fn slopes(&self, x: &Local<'_, f64>, variables: &[Variable], out: &mut Slopes<'_>) -> bool;
     /// See [`Element::measures`].
     fn measures(&self) -> &'static [&'static str];
     /// See [`Element::complaint`].
@@ -169,6 +197,9 @@ impl<E: Element> AnyElement for E {
     }
     fn linear(&self) -> &'static [usize] {
         Element::linear(self)
+    }
+    fn slopes(&self, x: &Local<'_, f64>, variables: &[Variable], out: &mut Slopes<'_>) -> bool {
+        Element::slopes(self, x, variables, out)
     }
     fn measures(&self) -> &'static [&'static str] {
         Element::measures(self)

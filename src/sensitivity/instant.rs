@@ -65,7 +65,7 @@ pub fn differentiate_equilibria<M: Model>(
     let mechanism = model.build(b)?;
     let sensitive = build_sensitive(model, b, &mechanism)?;
     let mut record = Record::new(&mechanism, b.len(), times);
-    let mut system = System::new(&mechanism)?;
+    let mut system = System::at(&mechanism, times.first().copied().unwrap_or(0.0))?;
     let mut values = State::built(&mechanism, times.first().copied().unwrap_or(0.0));
     assemble(&mut system, &mechanism, &mut values, Assembly::default())?;
     for (k, &t) in times.iter().enumerate() {

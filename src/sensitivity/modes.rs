@@ -57,7 +57,7 @@ const REPEATED: f64 = 1e-7;
 pub fn differentiate_modes<M: Model>(model: &M, b: &[f64], about: About, t: f64) -> Result<ModeSensitivities> {
     let mechanism = model.build(b)?;
     let chunks = build_sensitive(model, b, &mechanism)?;
-    let mut system = System::new(&mechanism)?;
+    let mut system = System::at(&mechanism, t)?;
     let (values, states) = states_at_rest(&mut system, &mechanism, &chunks, about, t)?;
     let found = modes(&mut system, &mechanism, &values)?;
     let squares: Vec<f64> = found.frequencies.iter().map(|w| w * w.abs()).collect();

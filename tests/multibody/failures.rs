@@ -25,7 +25,7 @@ fn link(m: &mut Mechanism<f64>, name: &str, x: f64) -> linkwright::multibody::Bo
 #[test]
 fn zero_and_negative_masses_are_named() {
     let error = message(&Chain::horizontal(2).build(&[1.0, 1.0, 1.0, 0.0]).unwrap());
-    assert!(error.contains("link 2") && error.contains("mass is 0 kg"), "{error}");
+    assert!(error.contains("link 2") && error.contains("mass is 0 kg, before the motion starts at t = 0.0"), "{error}");
 }
 
 #[test]

@@ -56,7 +56,7 @@ pub(crate) fn start<'m>(
     recorded: bool,
 ) -> Result<(March<MechanismFlow<'m>>, Start)> {
     settings.check(times)?;
-    let mut system = System::new(mechanism)?;
+    let mut system = System::at(mechanism, settings.start)?;
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;

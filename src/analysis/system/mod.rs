@@ -73,13 +73,18 @@ pub struct System {
 }
 
 impl System {
-    /// Numbers the unknowns of `mechanism` and checks its parameters.
+    /// [`System::at`] the time zero.
+    pub fn new(mechanism: &Mechanism<f64>) -> Result<Self> {
+        Self::at(mechanism, 0.0)
+    }
+
+    /// Numbers the unknowns of `mechanism` and checks its parameters, for an analysis that begins at the time `t` (s).
     ///
     /// **Errors.** [`Error::Analysis`] naming the element whose parameters are impossible.
-    pub fn new(mechanism: &Mechanism<f64>) -> Result<Self> {
-        check_parameters(mechanism)?;
+    pub fn at(mechanism: &Mechanism<f64>, t: f64) -> Result<Self> {
+        check_parameters(mechanism, t)?;
         let (n, parts) = (mechanism.coordinates.len(), &mechanism.parts);
-        let (mut room, mut pad, built) = (Room::default(), Scratchpad::default(), State::built(mechanism, 0.0));
+        let (mut room, mut pad, built) = (Room::default(), Scratchpad::default(), State::built(mechanism, t));
         let coefficients: Vec<_> = parts.iter().map(|part| coefficients(part, &built, &mut room, &mut pad)).collect();
 
         let (mut places, unknowns) = numbered(mechanism, &coefficients);
@@ -203,19 +208,24 @@ fn couplings(
     pattern(unknowns, elements.flat_map(|((place, part), known)| place.couplings(part, known)))
 }
 
-fn check_parameters(mechanism: &Mechanism<f64>) -> Result<()> {
+fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
+    let when = format!("before the motion starts at t = {t:.6e} s");
     for part in &mechanism.parts {
         let complaint = part.element.complaint(&part.parameters).or_else(|| {
             let bad = part.parameters.iter().find(|p| !p.is_finite());
             bad.map(|p| format!("a parameter is {p}"))
         });
         if let Some(why) = complaint {
-            return Err(Error::analysis(&part.name, why, "change the design so that it can be built"));
+            return Err(Error::analysis(
+                &part.name,
+                format!("{why}, {when}"),
+                "change the design so that it can be built",
+            ));
         }
     }
     let bad = mechanism.coordinates.iter().find(|c| !(c.position.is_finite() && c.velocity.is_finite()));
     bad.map_or(Ok(()), |c| {
-        let why = format!("initial position {} and velocity {} are not finite", c.position, c.velocity);
+        let why = format!("initial position {} and velocity {} are not finite, {when}", c.position, c.velocity);
         Err(Error::analysis(&c.name, why, "check the geometry: a distance may be impossible to bridge"))
     })
 }

@@ -1,24 +1,15 @@
 //! A step, its end and states inside it, for one chunk of derivatives.
 
-use super::Block;
-use crate::analysis::explicit::Tableau;
+use super::ode::{LinearOde, Tape};
+use crate::analysis::explicit::{Ode, Tableau};
 use crate::scalar::WIDTH;
 
-/// The derivative of a system of first-order equations at the points that a step has visited.
-pub(super) trait Linear {
-    /// What a step in `f64` leaves behind.
-    type Tape: Sync;
-
-    /// Writes the derivatives of dy/dt at the visit of `slot`, where those of the state are `y`.
-    fn rates(&mut self, tape: &Self::Tape, slot: usize, y: &mut [Block], k: &mut [Block]);
-
-    /// Derivatives of the projected end of the step.
-    fn project(&mut self, _tape: &Self::Tape, _y: &mut [Block]) {}
-}
+/// Derivatives of one quantity with respect to one chunk of design variables.
+pub(super) type Block = super::Block<WIDTH>;
 
 /// One chunk of derivatives that goes along with a [`Stepper`](crate::analysis::explicit::Stepper).
-pub(super) struct Follower<L> {
-    pub linear: L,
+pub(super) struct Follower<'o, O> {
+    linear: LinearOde<'o, O>,
     method: &'static Tableau,
     /// Beginning and end of the step in s.
     t: [f64; 2],
@@ -30,18 +21,18 @@ pub(super) struct Follower<L> {
     is_dense: bool,
 }
 
-impl<L: Linear> Follower<L> {
+impl<'o, O: Ode> Follower<'o, O> {
     /// At the start, after slot 0 was visited.
-    pub fn new(linear: L, method: &'static Tableau, start: Vec<Block>, t: f64, tape: &L::Tape) -> Self {
-        let (mut linear, mut stage) = (linear, start.clone());
+    pub fn new(linear: LinearOde<'o, O>, method: &'static Tableau, start: Vec<Block>, t: f64, tape: &Tape) -> Self {
+        let (mut linear, stage) = (linear, start.clone());
         let mut slots = vec![vec![[0.0; WIDTH]; start.len()]; method.slots()];
-        linear.rates(tape, 0, &mut stage, &mut slots[0]);
+        linear.rates(tape, 0, &stage, &mut slots[0]);
         let (started, is_dense) = (false, false);
         Self { linear, method, t: [t; 2], new: start.clone(), old: start, slots, stage, started, is_dense }
     }
 
     /// Goes along with the step that has just been accepted.
-    pub fn follow(&mut self, tape: &L::Tape, t: [f64; 2]) {
+    pub fn follow(&mut self, tape: &Tape, t: [f64; 2]) {
         if self.started {
             std::mem::swap(&mut self.old, &mut self.new);
             self.slots.swap(0, self.method.end);
@@ -52,13 +43,12 @@ impl<L: Linear> Follower<L> {
         }
         let end = self.method.end;
         self.combine(end);
-        self.linear.project(tape, &mut self.stage);
         self.new.copy_from_slice(&self.stage);
-        self.linear.rates(tape, end, &mut self.stage, &mut self.slots[end]);
+        self.linear.rates(tape, end, &self.stage, &mut self.slots[end]);
     }
 
     /// Goes along with the evaluations for dense output, once per step.
-    pub fn make_dense(&mut self, tape: &L::Tape) {
+    pub fn make_dense(&mut self, tape: &Tape) {
         if !std::mem::replace(&mut self.is_dense, true) {
             for slot in self.method.end + 1..self.method.slots() {
                 self.evaluate(tape, slot);
@@ -83,9 +73,9 @@ impl<L: Linear> Follower<L> {
         }
     }
 
-    fn evaluate(&mut self, tape: &L::Tape, slot: usize) {
+    fn evaluate(&mut self, tape: &Tape, slot: usize) {
         self.combine(slot);
-        self.linear.rates(tape, slot, &mut self.stage, &mut self.slots[slot]);
+        self.linear.rates(tape, slot, &self.stage, &mut self.slots[slot]);
     }
 
     fn combine(&mut self, slot: usize) {

@@ -1,22 +1,15 @@
 //! Elements in dual numbers, once per stage for all design variables.
 
+use super::constraint::ConstraintSlopes;
+use super::entries::Entries;
 use crate::analysis::explicit::mechanism::Projected;
 use crate::analysis::system::Coefficient;
 use crate::analysis::{State, System};
-use crate::multibody::element::Room;
+use crate::multibody::element::{Room, Variable};
 use crate::multibody::mechanism::PartData;
-use crate::multibody::{Jet, Mechanism, Number, Sensitive};
+use crate::multibody::{Mechanism, Narrow, Number, Sensitive};
 use crate::scalar::{Tangent, WIDTH};
-
-/// A derivative of one row of the equations with respect to one source.
-///
-/// Sources are numbered: positions of all n coordinates, velocities, accelerations, and then parameters.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
-    pub row: u32,
-    pub source: u32,
-    pub value: f64,
-}
+use std::collections::BTreeSet;
 
 /// What a local variable of an element is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,15 +22,15 @@ enum Kind {
 
 /// A local variable that can change with the design.
 #[derive(Clone, Copy, Debug)]
-struct Variable {
+struct Source {
     kind: Kind,
     local: usize,
-    source: usize,
+    number: usize,
 }
 
 /// Which time derivative of Φ stands in the closure rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Closure {
+pub(super) enum Closure {
     /// Φ̈ with the accelerations of the state.
     Accelerations,
     /// Φ + Φ_q δ, where δ are the accelerations of the state.
@@ -48,18 +41,35 @@ enum Closure {
     Corrections,
 }
 
+impl Closure {
+    /// Whether positions move with the velocities of the state, and time goes on.
+    pub fn follows_motion(self) -> bool {
+        matches!(self, Self::Accelerations | Self::Velocities)
+    }
+
+    /// Derivative of the closure row from those of Φ, Φ̇ and Φ̈.
+    fn of(self, slopes: [f64; 3]) -> f64 {
+        match self {
+            Self::Accelerations => slopes[2],
+            Self::Velocities | Self::Corrections => slopes[1],
+            Self::Positions => slopes[0] + slopes[1],
+        }
+    }
+}
+
 /// The elements of a mechanism whose residuals are differentiated with respect to their own few variables.
 ///
 /// An element's local derivatives serve all design variables: with few nonzero entries per row they are cheaper than
-/// one dual evaluation for each chunk. A constraint is evaluated once, on positions that move in time (jets) and are
-/// seeded: the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions. Coordinates that
-/// an element is linear in are not seeded; what they contribute is the same at every stage.
+/// one dual evaluation for each chunk. Coordinates that an element is linear in are left out; what they contribute is the
+/// same at every stage.
 pub(super) struct Linearizer {
     /// Variables and rows of each element.
-    elements: Vec<(Vec<Variable>, Rows)>,
+    elements: Vec<(Vec<Source>, Rows)>,
+    /// The variables of each constraint once more, as it sees them.
+    constraint_variables: Vec<Vec<Variable>>,
     /// Derivatives that are the same at every stage: of the accelerations' rows, of the position step's and of the
     /// velocities' closures.
-    constants: [Vec<Entry>; 3],
+    constants: [Entries; 3],
     /// Element and place of each parameter that changes with the design.
     pub parameters: Vec<(usize, usize)>,
     /// Prescribed coordinates whose motion changes with the design.
@@ -67,15 +77,25 @@ pub(super) struct Linearizer {
     coordinates: usize,
 }
 
-/// Local number and equation of an element's rows.
-type Rows = Vec<(usize, usize)>;
+/// The rows of an element.
+type Rows = Vec<Row>;
+
+/// A row of an element: its local number and its equation.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    local: usize,
+    equation: usize,
+    /// The first of the element's variables that it can change with. A row of a constraint's forces does not change with
+    /// positions if the constraint is linear in what it belongs to.
+    first: usize,
+}
 
 /// Room for one linearization.
 #[derive(Clone, Default)]
 pub(super) struct Rooms {
-    plain: Room<Sensitive>,
-    jets: Room<Jet<Sensitive>>,
-    short_jets: Room<Jet<Tangent<4>>>,
+    narrow: Room<Narrow>,
+    wide: Room<Sensitive>,
+    constraint: ConstraintSlopes,
 }
 
 impl Linearizer {
@@ -91,9 +111,8 @@ impl Linearizer {
         let mut parameters = Vec::new();
         let elements = (0..mechanism.parts.len()).map(|k| {
             let part = &mechanism.parts[k];
-            let rows: Vec<_> = system.rows_of(k).collect();
-            if rows.is_empty() {
-                return (Vec::new(), rows);
+            if system.rows_of(k).next().is_none() {
+                return (Vec::new(), Vec::new());
             }
             let mut variables = Vec::new();
             for (local, &i) in part.coordinates.iter().enumerate() {
@@ -102,24 +121,28 @@ impl Linearizer {
                 if (prescribed && !moves) || part.element.linear().contains(&local) {
                     continue;
                 }
-                variables.push(Variable { kind: Kind::Position, local, source: i });
+                variables.push(Source { kind: Kind::Position, local, number: i });
                 if part.closures == 0 {
-                    variables.push(Variable { kind: Kind::Velocity, local, source: n + i });
+                    variables.push(Source { kind: Kind::Velocity, local, number: n + i });
                     if moves {
-                        variables.push(Variable { kind: Kind::Acceleration, local, source: 2 * n + i });
+                        variables.push(Source { kind: Kind::Acceleration, local, number: 2 * n + i });
                     }
                 }
             }
             for local in 0..part.parameters.len() {
                 if chunks.iter().any(|m| depends(&m.parts[k].parameters[local])) {
-                    variables.push(Variable { kind: Kind::Parameter, local, source: 3 * n + parameters.len() });
+                    variables.push(Source { kind: Kind::Parameter, local, number: 3 * n + parameters.len() });
                     parameters.push((k, local));
                 }
             }
-            (variables, rows)
+            let first_parameter = variables.iter().take_while(|source| source.kind != Kind::Parameter).count();
+            let still = |local| part.closures > 0 && part.element.linear().contains(&local);
+            let row =
+                |(local, equation)| Row { local, equation, first: if still(local) { first_parameter } else { 0 } };
+            (variables, system.rows_of(k).map(row).collect())
         });
-        let elements: Vec<_> = elements.collect();
-        let mut constants = [Vec::new(), Vec::new(), Vec::new()];
+        let elements: Vec<(_, Rows)> = elements.collect();
+        let mut constants = [(); 3].map(|()| Entries::new(3 * n));
         for (k, (part, (_, rows))) in mechanism.parts.iter().zip(&elements).enumerate() {
             let carries = |c: &&Coefficient| {
                 let i = part.coordinates[c.coordinate];
@@ -129,7 +152,15 @@ impl Linearizer {
                 add_constants(part, coefficient, rows, n, &moving, &mut constants);
             }
         }
-        Self { elements, constants, parameters, moving, coordinates: n }
+        let as_seen = |source: &Source| match source.kind {
+            Kind::Parameter => Variable::Parameter(source.local),
+            _ => Variable::Coordinate(source.local),
+        };
+        let seen = |(part, (sources, _)): (&PartData<f64>, &(Vec<Source>, Rows))| {
+            if part.closures > 0 { sources.iter().map(as_seen).collect() } else { Vec::new() }
+        };
+        let constraint_variables = mechanism.parts.iter().zip(&elements).map(seen).collect();
+        Self { elements, constraint_variables, constants, parameters, moving, coordinates: n }
     }
 
     /// Number of sources.
@@ -137,20 +168,34 @@ impl Linearizer {
         3 * self.coordinates + self.parameters.len()
     }
 
+    /// No entries yet.
+    pub fn entries(&self) -> Entries {
+        Entries::new(3 * self.coordinates)
+    }
+
+    /// Coordinates whose position or velocity the accelerations' rows can depend on, increasing.
+    pub fn felt(&self) -> Vec<usize> {
+        let n = self.coordinates;
+        let variables = self.elements.iter().flat_map(|(variables, _)| variables.iter().map(|v| v.number));
+        let states = variables.chain(self.constants[0].states.iter().map(|entry| entry.source as usize));
+        let felt: BTreeSet<usize> = states.filter(|&source| source < 2 * n).map(|source| source % n).collect();
+        felt.into_iter().collect()
+    }
+
     /// Derivatives of M q̈ + Φ_qᵀ λ − f and Φ̈ at fixed accelerations and multipliers.
-    pub fn accelerations(
-        &self,
-        mechanism: &Mechanism<f64>,
-        state: &State<f64>,
-        rooms: &mut Rooms,
-        out: &mut Vec<Entry>,
-    ) {
-        out.clone_from(&self.constants[0]);
-        for (part, (variables, rows)) in mechanism.parts.iter().zip(&self.elements) {
+    pub fn accelerations(&self, mechanism: &Mechanism<f64>, state: &State<f64>, rooms: &mut Rooms, out: &mut Entries) {
+        out.copy_from(&self.constants[0]);
+        for (k, (part, (sources, rows))) in mechanism.parts.iter().zip(&self.elements).enumerate() {
             if part.closures > 0 {
-                self.constraint(part, variables, rows, state, Closure::Accelerations, rooms, out);
+                self.constraint(part, k, state, Closure::Accelerations, &mut rooms.constraint, out);
             } else {
-                balance(part, variables, rows, state, &mut rooms.plain, out);
+                match sources.len() {
+                    0 => {}
+                    1..=4 => balance(part, sources, rows, state, &mut rooms.narrow, out),
+                    _ => {
+                        sources.chunks(WIDTH).for_each(|chunk| balance(part, chunk, rows, state, &mut rooms.wide, out))
+                    }
+                }
             }
         }
     }
@@ -162,100 +207,71 @@ impl Linearizer {
         projected: &Projected,
         corrections: &State<f64>,
         rooms: &mut Rooms,
-        out: &mut [Vec<Entry>; 3],
+        out: &mut [Entries; 3],
     ) {
         let [_, positions, velocities] = &self.constants;
         let cases = [
-            (&projected.before, Closure::Positions, positions.as_slice()),
-            (&projected.after, Closure::Velocities, velocities),
-            (corrections, Closure::Corrections, &[]),
+            (&projected.before, Closure::Positions, Some(positions)),
+            (&projected.after, Closure::Velocities, Some(velocities)),
+            (corrections, Closure::Corrections, None),
         ];
         for (out, (state, closure, constants)) in out.iter_mut().zip(cases) {
             out.clear();
-            out.extend_from_slice(constants);
-            for (part, (variables, rows)) in mechanism.parts.iter().zip(&self.elements) {
-                if part.closures > 0 {
-                    self.constraint(part, variables, rows, state, closure, rooms, out);
-                }
+            constants.into_iter().for_each(|constants| out.copy_from(constants));
+            for (k, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| part.closures > 0) {
+                self.constraint(part, k, state, closure, &mut rooms.constraint, out);
             }
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
+    /// Derivatives of the rows of the constraint `part`, the `k`-th element.
     fn constraint(
         &self,
         part: &PartData<f64>,
-        variables: &[Variable],
-        rows: &[(usize, usize)],
+        k: usize,
         state: &State<f64>,
         closure: Closure,
-        rooms: &mut Rooms,
-        out: &mut Vec<Entry>,
+        slopes: &mut ConstraintSlopes,
+        out: &mut Entries,
     ) {
-        if variables.len() <= 4 {
-            return self.constraint_chunk(part, variables, rows, state, closure, &mut rooms.short_jets, out);
-        }
-        for chunk in variables.chunks(WIDTH) {
-            self.constraint_chunk(part, chunk, rows, state, closure, &mut rooms.jets, out);
-        }
-    }
-
-    #[allow(clippy::too_many_arguments)]
-    fn constraint_chunk<const N: usize>(
-        &self,
-        part: &PartData<f64>,
-        chunk: &[Variable],
-        rows: &[(usize, usize)],
-        state: &State<f64>,
-        closure: Closure,
-        room: &mut Room<Jet<Tangent<N>>>,
-        out: &mut Vec<Entry>,
-    ) where
-        Jet<Tangent<N>>: Number,
-    {
-        if chunk.is_empty() {
+        let (sources, rows) = &self.elements[k];
+        if sources.is_empty() {
             return;
         }
+        slopes.evaluate(part, &self.constraint_variables[k], state, closure);
         let n = part.coordinates.len();
-        let t = fill_jets(part, chunk, state, closure, room);
-        Jet::<Tangent<N>>::residual(part.element.as_ref(), t, room);
-        for &(local, row) in rows {
-            if local < n {
-                if closure != Closure::Velocities {
-                    push(chunk, row, &room.balance[local].re.eps, out);
+        for &Row { local, equation, first } in rows {
+            if local >= n {
+                let sources = sources.iter().enumerate().map(|(k, source)| (source, slopes.closure(local - n, k)));
+                self.push_closure(sources, equation, closure, out);
+            } else if closure != Closure::Velocities {
+                for (k, source) in sources.iter().enumerate().skip(first) {
+                    out.push(equation, source.number, slopes.balance(local, k));
                 }
-                continue;
             }
-            let value = &room.closure[local - n];
-            match closure {
-                Closure::Accelerations => push(chunk, row, &value.v2.eps, out),
-                Closure::Velocities | Closure::Corrections => push(chunk, row, &value.v1.eps, out),
-                Closure::Positions => push(chunk, row, &(value.re + value.v1).eps, out),
-            }
-            self.push_rates(chunk, row, value, closure, out);
         }
     }
 
-    /// Derivatives of closure rows with respect to velocities and accelerations, from those to positions.
-    fn push_rates<const N: usize>(
+    /// Derivatives of a closure row: those with respect to velocities and accelerations come from those to positions.
+    fn push_closure<'s>(
         &self,
-        chunk: &[Variable],
+        sources: impl Iterator<Item = (&'s Source, [f64; 3])>,
         row: usize,
-        value: &Jet<Tangent<N>>,
         closure: Closure,
-        out: &mut Vec<Entry>,
+        out: &mut Entries,
     ) {
         let n = self.coordinates;
-        for (k, variable) in chunk.iter().enumerate().filter(|(_, variable)| variable.kind == Kind::Position) {
+        for (source, slopes) in sources {
+            out.push(row, source.number, closure.of(slopes));
             match closure {
-                Closure::Accelerations => {
-                    push_one(row, variable.source + n, 2.0 * value.v1.eps[k], out);
-                    if self.moving.contains(&variable.source) {
-                        push_one(row, variable.source + 2 * n, value.re.eps[k], out);
+                Closure::Accelerations if source.kind == Kind::Position => {
+                    out.push(row, source.number + n, 2.0 * slopes[1]);
+                    if !self.moving.is_empty() && self.moving.contains(&source.number) {
+                        out.push(row, source.number + 2 * n, slopes[0]);
                     }
                 }
-                Closure::Velocities => push_one(row, variable.source + n, value.re.eps[k], out),
-                Closure::Positions | Closure::Corrections => {}
+                Closure::Velocities if source.kind == Kind::Position => out.push(row, source.number + n, slopes[0]),
+                _ => {}
             }
         }
     }
@@ -265,105 +281,55 @@ impl Linearizer {
 fn add_constants(
     part: &PartData<f64>,
     coefficient: &Coefficient,
-    rows: &[(usize, usize)],
+    rows: &[Row],
     n: usize,
     moving: &[usize],
-    [accelerations, positions, velocities]: &mut [Vec<Entry>; 3],
+    [accelerations, positions, velocities]: &mut [Entries; 3],
 ) {
-    let Some(&(_, row)) = rows.iter().find(|(local, _)| *local == coefficient.row) else { return };
+    let Some(&Row { equation: row, .. }) = rows.iter().find(|row| row.local == coefficient.row) else { return };
     let (i, [stiffness, damping, mass]) = (part.coordinates[coefficient.coordinate], coefficient.values);
     let inertia = if part.closures > 0 { stiffness } else { mass };
     if moving.contains(&i) {
-        push_one(row, 2 * n + i, inertia, accelerations);
+        accelerations.push(row, 2 * n + i, inertia);
     }
     if part.closures > 0 {
-        push_one(row, i, stiffness, positions);
-        push_one(row, n + i, stiffness, velocities);
+        positions.push(row, i, stiffness);
+        velocities.push(row, n + i, stiffness);
     } else {
-        push_one(row, i, stiffness, accelerations);
-        push_one(row, n + i, damping, accelerations);
+        accelerations.push(row, i, stiffness);
+        accelerations.push(row, n + i, damping);
     }
 }
 
-#[inline]
-fn push(chunk: &[Variable], row: usize, slopes: &[f64], out: &mut Vec<Entry>) {
-    for (variable, &value) in chunk.iter().zip(slopes) {
-        push_one(row, variable.source, value, out);
-    }
-}
-
-#[inline]
-fn push_one(row: usize, source: usize, value: f64, out: &mut Vec<Entry>) {
-    if value != 0.0 {
-        out.push(Entry { row: row as u32, source: source as u32, value });
-    }
-}
-
-/// Puts a constraint's variables into `room`, moving as `closure` wants and seeded. Returns the time.
-fn fill_jets<const N: usize>(
+/// Derivatives of the rows of an element without closures, for one chunk of its variables.
+fn balance<const N: usize>(
     part: &PartData<f64>,
-    chunk: &[Variable],
+    chunk: &[Source],
+    rows: &[Row],
     state: &State<f64>,
-    closure: Closure,
-    room: &mut Room<Jet<Tangent<N>>>,
-) -> Jet<Tangent<N>>
-where
-    Jet<Tangent<N>>: Number,
+    room: &mut Room<Tangent<N>>,
+    out: &mut Entries,
+) where
+    Tangent<N>: Number,
 {
-    let (zero, number) = (Tangent::constant(0.0), Tangent::constant);
-    let constant = |x: f64| Jet::new(number(x), zero, zero);
     room.p.clear();
-    room.p.extend(part.parameters.iter().map(|&p| constant(p)));
-    room.q.clear();
-    room.q.extend(part.coordinates.iter().map(|&i| match closure {
-        Closure::Accelerations => Jet::new(number(state.q[i]), number(state.v[i]), number(state.a[i])),
-        Closure::Velocities => Jet::new(number(state.q[i]), number(state.v[i]), zero),
-        Closure::Positions | Closure::Corrections => Jet::new(number(state.q[i]), number(state.a[i]), zero),
-    }));
-    for still in [&mut room.v, &mut room.a] {
-        still.resize(part.coordinates.len(), constant(0.0)); // what is there already is zero as well
+    room.p.extend(part.parameters.iter().map(|&p| Tangent::constant(p)));
+    for (to, from) in [(&mut room.q, &state.q), (&mut room.v, &state.v), (&mut room.a, &state.a)] {
+        to.clear();
+        to.extend(part.coordinates.iter().map(|&i| Tangent::constant(from[i])));
     }
-    room.l.clear();
-    let multipliers = &state.l[part.first_multiplier..part.first_multiplier + part.closures];
-    room.l.extend(multipliers.iter().map(|&l| constant(l)));
-    for (k, variable) in chunk.iter().enumerate() {
-        match variable.kind {
-            Kind::Parameter => room.p[variable.local].re.eps[k] = 1.0,
-            _ => room.q[variable.local].re.eps[k] = 1.0,
-        }
+    for (k, source) in chunk.iter().enumerate() {
+        let values = match source.kind {
+            Kind::Position => &mut room.q,
+            Kind::Velocity => &mut room.v,
+            Kind::Acceleration => &mut room.a,
+            Kind::Parameter => &mut room.p,
+        };
+        values[source.local].eps[k] = 1.0;
     }
-    let moves = matches!(closure, Closure::Accelerations | Closure::Velocities);
-    Jet::new(number(state.t), number(f64::from(u8::from(moves))), zero)
-}
-
-/// Derivatives of the rows of an element without closures.
-fn balance(
-    part: &PartData<f64>,
-    variables: &[Variable],
-    rows: &[(usize, usize)],
-    state: &State<f64>,
-    room: &mut Room<Sensitive>,
-    out: &mut Vec<Entry>,
-) {
-    for chunk in variables.chunks(WIDTH) {
-        room.p.clear();
-        room.p.extend(part.parameters.iter().map(|&p| Sensitive::constant(p)));
-        for (to, from) in [(&mut room.q, &state.q), (&mut room.v, &state.v), (&mut room.a, &state.a)] {
-            to.clear();
-            to.extend(part.coordinates.iter().map(|&i| Sensitive::constant(from[i])));
-        }
-        for (k, variable) in chunk.iter().enumerate() {
-            let values = match variable.kind {
-                Kind::Position => &mut room.q,
-                Kind::Velocity => &mut room.v,
-                Kind::Acceleration => &mut room.a,
-                Kind::Parameter => &mut room.p,
-            };
-            values[variable.local].eps[k] = 1.0;
-        }
-        Sensitive::residual(part.element.as_ref(), Sensitive::constant(state.t), room);
-        for &(local, row) in rows {
-            push(chunk, row, &room.balance[local].eps, out);
-        }
+    Tangent::<N>::residual(part.element.as_ref(), Tangent::constant(state.t), room);
+    for row in rows {
+        let slopes = room.balance[row.local].eps;
+        chunk.iter().zip(slopes).for_each(|(source, slope)| out.push(row.equation, source.number, slope));
     }
 }

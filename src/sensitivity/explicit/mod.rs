@@ -5,19 +5,31 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `follower` | a step, its end and dense output, for one chunk of derivatives |
+//! | `follower` | a step, its end and dense output, for one chunk of derivatives of a differential equation |
 //! | `ode` | the right-hand side of a differential equation in dual numbers |
 //! | `linearize` | elements in dual numbers, once per stage for all design variables |
-//! | `mechanism` | accelerations and projections of a mechanism: one back-substitution per stage and chunk |
+//! | `constraint` | one constraint along a motion, in closed form or in jets |
+//! | `entries` | the sparse derivatives that come out of it |
+//! | `visits` | what a step leaves behind for its derivatives |
+//! | `nystrom` | weights of a method for positions and velocities |
+//! | `steps` | positions and velocities at the stages of a step and inside it |
+//! | `tile` | accelerations and projections: one back-substitution per stage for 16 design variables |
+//! | `mechanism` | the motion of a mechanism, all tiles side by side |
 
+mod constraint;
+mod entries;
 mod follower;
 mod linearize;
 mod mechanism;
+mod nystrom;
 mod ode;
+mod steps;
+mod tile;
+mod visits;
 
 pub use crate::analysis::explicit::simulate_explicitly;
 pub use mechanism::differentiate_explicitly;
 pub use ode::{OdeSensitivity, differentiate_ode};
 
-/// Derivatives of one quantity with respect to one chunk of design variables.
-pub(crate) type Block = [f64; crate::scalar::WIDTH];
+/// Derivatives of one quantity with respect to a few design variables.
+pub(crate) type Block<const W: usize> = [f64; W];

@@ -1,7 +1,6 @@
 //! Derivatives of the solution of a differential equation.
 
-use super::Block;
-use super::follower::{Follower, Linear};
+use super::follower::{Block, Follower};
 use crate::Result;
 use crate::analysis::explicit::ode::OdeFlow;
 use crate::analysis::explicit::{Explicit, March, Ode, OdeHistory};
@@ -65,12 +64,7 @@ pub fn differentiate_ode<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times:
 
 type Dual = Tangent<WIDTH>;
 
-fn follower<'o, O: Ode>(
-    ode: &'o O,
-    b: &[f64],
-    first: usize,
-    march: &March<OdeFlow<'o, O>>,
-) -> Follower<LinearOde<'o, O>> {
+fn follower<'o, O: Ode>(ode: &'o O, b: &[f64], first: usize, march: &March<OdeFlow<'o, O>>) -> Follower<'o, O> {
     let seed = |(i, &value): (usize, &f64)| match i.checked_sub(first) {
         Some(k) if k < WIDTH => Dual::seeded(value, k),
         _ => Dual::constant(value),
@@ -85,19 +79,21 @@ fn follower<'o, O: Ode>(
 }
 
 /// The right-hand side in dual numbers.
-struct LinearOde<'o, O> {
+pub(super) struct LinearOde<'o, O> {
     ode: &'o O,
     b: Vec<Dual>,
     y: Vec<Dual>,
     k: Vec<Dual>,
 }
 
-impl<O: Ode> Linear for LinearOde<'_, O> {
-    type Tape = Vec<(f64, Vec<f64>)>;
+/// Time and state of each slot.
+pub(super) type Tape = Vec<(f64, Vec<f64>)>;
 
-    fn rates(&mut self, tape: &Self::Tape, slot: usize, y: &mut [Block], k: &mut [Block]) {
+impl<O: Ode> LinearOde<'_, O> {
+    /// Writes the derivatives of dy/dt at the visit of `slot`, where those of the state are `y`.
+    pub fn rates(&mut self, tape: &Tape, slot: usize, y: &[Block], k: &mut [Block]) {
         let (t, values) = &tape[slot];
-        for ((dual, &re), &eps) in self.y.iter_mut().zip(values).zip(&*y) {
+        for ((dual, &re), &eps) in self.y.iter_mut().zip(values).zip(y) {
             *dual = Dual { re, eps };
         }
         self.ode.rates(&self.b, *t, &self.y, &mut self.k);

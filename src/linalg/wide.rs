@@ -1,0 +1,50 @@
+//! The widest vector registers that the processor has.
+
+use pulp::{Arch, Simd, WithSimd};
+
+/// A loop over many columns, compiled for wide registers as well as for any processor.
+pub(crate) trait Kernel {
+    /// Does the work. To be inlined always, and so what it calls.
+    fn run(self);
+}
+
+/// Does the work with the widest vector registers of the processor that it runs on, found out once.
+///
+/// Numbers are rounded alike in all of them: no product is fused with a sum.
+pub(crate) fn widely(kernel: impl Kernel) {
+    Arch::new().dispatch(Dispatched(kernel));
+}
+
+struct Dispatched<K>(K);
+
+impl<K: Kernel> WithSimd for Dispatched<K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.run();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Line<'a>(&'a mut [f64]);
+
+    impl Kernel for Line<'_> {
+        #[inline(always)]
+        fn run(self) {
+            self.0.iter_mut().for_each(|x| *x = 0.1 + *x * 0.3);
+        }
+    }
+
+    #[test]
+    fn rounds_as_any_processor_does() {
+        let mut values: Vec<f64> = (0..37).map(|i| (1.7 * i as f64).sin()).collect();
+        let mut others = values.clone();
+        widely(Line(&mut values));
+        Line(&mut others).run();
+        assert_eq!(values, others);
+    }
+}
