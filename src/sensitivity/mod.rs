@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `along` | responses that carry their derivatives from the analysis on |
+//! | `balanced` | static equilibria as responses of an optimization problem |
 //! | `direct` | derivatives along with implicit steps: one residual in dual numbers and one back-substitution per step |
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
@@ -13,6 +14,7 @@
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
 pub mod along;
+pub mod balanced;
 pub mod direct;
 pub mod driven;
 pub mod explicit;
@@ -25,6 +27,7 @@ pub mod trajectory;
 pub mod transient;
 
 pub use along::Along;
+pub use balanced::Balanced;
 pub use direct::differentiate;
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};

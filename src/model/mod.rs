@@ -1,0 +1,19 @@
+//! The model file: a mechanism, an optimization problem and a method as text.
+//!
+//! | folder | what |
+//! |---|---|
+//! | `expression/` | formulas such as `2*pi*r^2`: parsed once, evaluated over any [`Scalar`](crate::scalar::Scalar) |
+//! | `file/` | sections of the file: what may stand in them, and what they make |
+//! | `complaint` | what is wrong with a file, and where |
+//! | `limits` | sizes beyond which a file is refused |
+//!
+//! A file is read completely, every name resolved and every formula compiled, before anything is analysed. All keys are
+//! listed in `docs/model-file.md`.
+
+mod complaint;
+pub mod expression;
+mod file;
+mod limits;
+
+pub use complaint::{Complaint, Fault};
+pub use file::{Accepts, Key, Model, Need, Table, read, tables};

@@ -1,0 +1,3 @@
+//! Model files: the same problems as in the library, mistakes and their messages, expressions.
+
+mod twins;
