@@ -1,5 +1,6 @@
 //! What is wrong with a model file, and where.
 
+use super::limits;
 use std::fmt;
 use std::ops::Range;
 
@@ -36,8 +37,13 @@ impl Complaint {
 
     /// A complaint about a name that is not among the known ones; the help names the nearest of them.
     pub fn unknown<'k>(span: Range<usize>, kind: &str, asked: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
-        let known: Vec<&str> = known.into_iter().collect();
-        let complaint = Self::new(span, format!("there is no {kind} `{asked}`"));
+        // Names of a megabyte are not worth comparing.
+        let known: Vec<&str> = known.into_iter().filter(|name| name.len() <= limits::NAME).collect();
+        let shown: String = asked.chars().take(limits::NAME).collect();
+        let complaint = Self::new(span, format!("there is no {kind} `{shown}`"));
+        if shown.len() < asked.len() {
+            return complaint.label("not known");
+        }
         match crate::error::nearest(asked, known.iter().copied()).first() {
             None => complaint,
             Some((best, steps)) if *steps <= 1 + asked.chars().count() / 3 => {

@@ -8,6 +8,10 @@ pub const EXPRESSION: usize = 4096;
 pub const NESTING: usize = 64;
 /// Operations of a compiled expression, named ones that it uses included.
 pub const OPERATIONS: usize = 20_000;
+/// Operations of all expressions of a file together.
+pub const ALL_OPERATIONS: usize = 5_000_000;
+/// Characters of a name that is compared with others, or shown.
+pub const NAME: usize = 64;
 /// Named expressions.
 pub const NAMES: usize = 1000;
 /// Parts of one kind, copies by `each` included.

@@ -67,12 +67,12 @@ fn the_flexible_four_bar() {
 }
 
 #[test]
-fn the_chain_keeps_its_energy_and_its_tip_above_the_floor() {
+fn the_chain_loses_energy_and_its_tip_stays_above_the_floor() {
     let model = model("pendulum-chain");
-    let problem = model.problem().unwrap();
-    let end = model.method().solve(&problem, |_| ()).unwrap();
+    let end = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
     assert!(end.status.is_success(), "{}", end.reason);
-    let energy = &end.responses.values[1];
-    assert!(energy.iter().all(|e| (e - energy[0]).abs() < 1e-8), "{energy:?}");
-    assert!(end.responses.values[0].iter().all(|y| *y > -0.8 - 1e-5));
+    let [tip, energy] = [0, 1].map(|h: usize| &end.responses.values[h]);
+    assert!(energy.windows(2).all(|e| e[1] < e[0]), "{energy:?}");
+    let lowest = tip.iter().copied().fold(0.0, f64::min);
+    assert!((lowest + 0.8).abs() < 1e-4, "the floor is touched: {lowest}");
 }

@@ -1,6 +1,6 @@
 //! From trees to programs.
 
-use super::names::Meaning;
+use super::names::{Meaning, Order};
 use super::program::{Operation, Program};
 use super::tree::{Node, Operator, Tree};
 use super::{Function, Names};
@@ -37,12 +37,12 @@ impl Names {
     ///
     /// **Errors.** A name that is unknown or may not enter here; a constant part that is not finite; too many operations.
     pub fn compile(&self, tree: &Tree, wants: &Wants) -> Result<Program, Complaint> {
-        let mut order = vec![];
+        let mut order = Order::default();
         for k in self.used(tree) {
             self.visit(k, &mut vec![], &mut order)?;
         }
         let mut code = Code { names: self, wants, known: HashMap::new(), operations: vec![], top: 0, height: 0 };
-        for k in order {
+        for k in order.list {
             let value = match code.tree(&self.expressions[k]) {
                 // The mistake is where a name enters that may not enter here.
                 Err(complaint) if complaint.message.contains(CANNOT) => {
@@ -55,6 +55,12 @@ impl Names {
         }
         if let Some(value) = code.tree(tree)? {
             code.push(Operation::Constant(value), &tree.span)?;
+        }
+        let all = self.compiled.get() + code.operations.len();
+        self.compiled.set(all);
+        if all > limits::ALL_OPERATIONS {
+            let message = format!("all expressions together take more than {} operations", limits::ALL_OPERATIONS);
+            return Err(Complaint::new(tree.span.clone(), message));
         }
         Ok(Program { operations: code.operations, height: code.height })
     }

@@ -3,7 +3,8 @@
 use super::Tree;
 use super::function::FUNCTIONS;
 use crate::model::{Complaint, limits};
-use std::collections::HashMap;
+use std::cell::Cell;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 /// What a name stands for.
@@ -23,6 +24,15 @@ pub struct Names {
     pub(super) order: Vec<String>,
     pub(super) expressions: Vec<Tree>,
     designs: usize,
+    /// Operations of all programs so far.
+    pub(super) compiled: Cell<usize>,
+}
+
+/// Named expressions in an order in which each comes behind all that it uses.
+#[derive(Default)]
+pub(super) struct Order {
+    pub list: Vec<usize>,
+    seen: HashSet<usize>,
 }
 
 /// Names that mean something everywhere.
@@ -57,7 +67,7 @@ impl Names {
             self.add(&name, Meaning::Expression(self.expressions.len()));
             self.expressions.push(tree);
         }
-        let mut order = vec![];
+        let mut order = Order::default();
         (first..self.expressions.len()).try_for_each(|k| self.visit(k, &mut vec![], &mut order).map(drop))
     }
 
@@ -81,8 +91,8 @@ impl Names {
     }
 
     /// Appends expression `k` to `done` behind all that it uses. `way` is how it was reached.
-    pub(super) fn visit(&self, k: usize, way: &mut Vec<usize>, done: &mut Vec<usize>) -> Result<(), Complaint> {
-        if done.contains(&k) {
+    pub(super) fn visit(&self, k: usize, way: &mut Vec<usize>, done: &mut Order) -> Result<(), Complaint> {
+        if done.seen.contains(&k) {
             return Ok(());
         }
         if way.contains(&k) || way.len() > limits::NESTING {
@@ -100,7 +110,8 @@ impl Names {
             self.visit(other, way, done)?;
         }
         way.pop();
-        done.push(k);
+        done.seen.insert(k);
+        done.list.push(k);
         Ok(())
     }
 

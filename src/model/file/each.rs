@@ -56,7 +56,7 @@ fn row(letter: String, value: &Value<'_>) -> Read<Row> {
                     Complaint::new(value.span(), format!("`{range}` is no range")).help(format!("give {wanted}"))
                 );
             };
-            let count = last.checked_sub(first).and_then(|n| usize::try_from(n + 1).ok()).unwrap_or(0);
+            let count = last.checked_sub(first).and_then(|n| usize::try_from(n.checked_add(1)?).ok()).unwrap_or(0);
             if count > limits::PARTS || count == 0 {
                 let message = format!("a range of {count} values cannot be used");
                 return Err(Complaint::new(value.span(), message).help(format!("1 to {} are possible", limits::PARTS)));

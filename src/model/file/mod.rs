@@ -182,7 +182,8 @@ fn first_line(message: &str) -> String {
     message.lines().next().unwrap_or("").to_owned()
 }
 
-/// A number that tells problems apart: of everything but method and title. Comments and order of keys do not matter.
+/// A number that tells problems apart: of everything but method, title, and bounds of design variables. Comments and order of
+/// keys do not matter.
 fn fingerprint(table: &DeTable<'_>) -> u64 {
     let mut text = String::new();
     for (key, value) in table {
@@ -206,11 +207,17 @@ fn write_plainly(value: &DeValue<'_>, out: &mut String) {
             write_plainly(item.get_ref(), out);
             out.push(',');
         }),
-        DeValue::Table(table) => table.iter().for_each(|(key, value)| {
-            *out += &format!("{:?}=", key.get_ref());
-            write_plainly(value.get_ref(), out);
-            out.push(';');
-        }),
+        DeValue::Table(table) => {
+            let is_variable = table.contains_key("start");
+            for (key, value) in table {
+                // Bounds of design variables may change between two parts of a run.
+                if !(is_variable && matches!(&**key.get_ref(), "lower" | "upper")) {
+                    *out += &format!("{:?}=", key.get_ref());
+                    write_plainly(value.get_ref(), out);
+                    out.push(';');
+                }
+            }
+        }
     }
 }
 
@@ -225,7 +232,7 @@ impl Model {
         &self.method
     }
 
-    /// A number that tells problems apart: of everything in the file but method, title and comments.
+    /// A number that tells problems apart: of everything in the file but method, title, bounds of design variables and comments.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
     }

@@ -144,9 +144,11 @@ struct Map {
 
 impl IntermediateMap for Map {
     fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S {
-        match self.each[k] {
-            Intermediate::Identity => self.programs[k].value(&Inputs::design(design)),
-            choice => choice.of(design[k]),
+        // The variable that bounds a peak has no choice and stays what it is.
+        match (self.each.get(k), self.programs.get(k)) {
+            (Some(Intermediate::Identity), Some(program)) => program.value(&Inputs::design(design)),
+            (Some(choice), _) => choice.of(design[k]),
+            _ => design[k],
         }
     }
 }
