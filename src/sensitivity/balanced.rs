@@ -40,37 +40,3 @@ impl<M: Model> Analysis for Balanced<M> {
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::multibody::Mechanism;
-    use crate::scalar::Scalar;
-
-    /// A mass on a spring of stiffness b under gravity.
-    struct Hanging;
-
-    impl Model for Hanging {
-        fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
-            let zero = S::from(0.0);
-            let mut m = Mechanism::with_gravity(zero, S::from(-10.0));
-            let body = m.point_mass("weight", S::from(2.0), zero, zero);
-            m.coordinate_spring("spring", m.ground().y, body.y, [b[0], zero, zero, zero]);
-            m.fix(body.x);
-            let sensor = m.sensor("weight", body.origin());
-            let y = m.measure(sensor, "y")?;
-            m.output("y", &[y]);
-            Ok(m)
-        }
-    }
-
-    #[test]
-    fn a_weight_hangs_lower_on_a_softer_spring() {
-        let analysis = Balanced::new(Hanging, Statics::default(), &[0.0]).unwrap();
-        let responses = analysis.analyze(&[50.0]).unwrap();
-        // y = −m g / k, dy/dk = m g / k².
-        assert!((responses.values[0][0] + 0.4).abs() < 1e-12);
-        let slope = analysis.sensitivities(&[50.0], &responses, &[Instant { response: 0, point: 0 }]).unwrap();
-        assert!((slope[(0, 0)] - 0.008).abs() < 1e-12);
-    }
-}

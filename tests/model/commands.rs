@@ -106,7 +106,7 @@ fn mistakes_end_with_one_and_limits_with_three() {
     let good = place.read("cantilever.toml");
     std::fs::write(place.0.join("bad.toml"), good.replace("at_most", "atmost")).unwrap();
     let shown = place.run(&["optimize", "bad.toml"], 1);
-    assert!(shown.starts_with("error: there is no key of constraint `stiff` `atmost`\n  --> bad.toml:"), "{shown}");
+    assert!(shown.starts_with("error: constraint `stiff` has no key `atmost`\n  --> bad.toml:"), "{shown}");
     assert!(place.run(&["check", "missing.toml"], 1).contains("cannot read the model missing.toml"));
     std::fs::write(place.0.join("short.toml"), good.clone() + "max_cycles = 2\n").unwrap();
     assert!(place.run(&["optimize", "short.toml"], 3).contains("CycleLimit"));

@@ -105,7 +105,10 @@ fn structure_is_kept() {
         compile(text).unwrap().value(&Inputs::at(&b, Degree::from(0.5))).degree
     };
     assert_eq!([degree("2*x + y/4 - c"), degree("x*y"), degree("x^2"), degree("(x + 1)^3")], [1, 2, 2, 3]);
-    assert_eq!([degree("c^2"), degree("x/y"), degree("sin(x)")], [0, Degree::NONLINEAR, Degree::NONLINEAR]);
+    assert_eq!([degree("c^2"), degree("min(2, 3)")], [0, 0]);
+    for text in ["x/y", "sin(x)", "abs(x)", "min(x, y)", "max(x, 0)"] {
+        assert_eq!(degree(text), Degree::NONLINEAR, "{text}");
+    }
 }
 
 #[test]

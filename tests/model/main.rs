@@ -3,5 +3,7 @@
 mod commands;
 mod documentation;
 mod expressions;
+mod kinds;
 mod mistakes;
+mod places;
 mod twins;

@@ -98,7 +98,7 @@ const MISTAKES: &[[&str; 3]] = &[
     ["no objective", "[objective]\nminimize = \"(angle - wanted)^2\"\nover = \"mean\"\n", ""],
     ["history for an objective", "over = \"mean\"\n", ""],
     ["peak without a bound", "over = \"mean\"", "over = \"peak\""],
-    ["Simpson with an even number", "over = \"mean\"", "over = \"mean\"\nrule = \"simson\""],
+    ["misspelt rule", "over = \"mean\"", "over = \"mean\"\nrule = \"simson\""],
     ["constraint without a limit", "at_most = 1.5\n", ""],
     ["limit of a design variable", "at_most = 1.5", "at_most = \"stiffness\""],
     ["empty interval", "at_most = 1.5", "at_most = 1.5\nat_least = 2"],

@@ -75,7 +75,7 @@ impl Analyze {
         for row in tables::worst(&problem, &evaluation) {
             let value = evaluation.constraints[row.constraint][row.point];
             let violation = 100.0 * evaluation.violation(row.constraint, value);
-            say(&format!("  {:<48} {violation:>10.3} % beyond its limit", problem.row_in_words(row)))?;
+            say(&format!("  {:<48} violation {violation:>10.3} %", problem.row_in_words(row)))?;
         }
         self.given.write("responses.csv", &tables::responses(&problem, &responses)?.csv())?;
         self.given.write("constraints.csv", &tables::constraints(&problem, &evaluation)?.csv())

@@ -113,15 +113,15 @@ impl Code<'_> {
     fn name(&mut self, name: &str, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
         let Wants { place, design, time, others, .. } = self.wants;
         let cannot = |what: &str| {
-            let message = format!("{what} `{name}` {CANNOT}");
+            let message = format!("{what}`{name}` {CANNOT}");
             Err(Complaint::new(span.clone(), message).help(format!("{place} may be made of {}", self.wants.words())))
         };
         if name == "time" {
-            return if *time { self.push(Operation::Time, span) } else { cannot("the") };
+            return if *time { self.push(Operation::Time, span) } else { cannot("") };
         }
         match self.names.meanings.get(name) {
             Some(Meaning::Constant(value)) => Ok(Some(*value)),
-            Some(Meaning::Design(_)) if !design => cannot("the design variable"),
+            Some(Meaning::Design(_)) if !design => cannot("the design variable "),
             Some(Meaning::Design(i)) => self.push(Operation::Design(*i), span),
             Some(Meaning::Expression(k)) => match self.known[k] {
                 Named::Constant(value) => Ok(Some(value)),

@@ -93,23 +93,16 @@ impl Function {
     pub fn of_two<S: Scalar>(self, x: S, y: S) -> S {
         match self {
             Atan2 => x.atan2(y),
-            Min => {
-                if y.re() < x.re() {
-                    y
-                } else {
-                    x
-                }
-            }
-            Max => {
-                if y.re() > x.re() {
-                    y
-                } else {
-                    x
-                }
-            }
+            Min => kinked(if y.re() < x.re() { y } else { x }, x - y),
+            Max => kinked(if y.re() > x.re() { y } else { x }, x - y),
             Pow => x.powd(y),
             Hypot => (x * x + y * y).sqrt(),
             _ => self.of(x),
         }
     }
+}
+
+/// The chosen operand. Nothing is added but the mark of a kink, so that no line or parabola is seen where there is none.
+fn kinked<S: Scalar>(chosen: S, difference: S) -> S {
+    chosen + difference.abs() * 0.0
 }

@@ -59,7 +59,9 @@ impl<'a> Section<'a> {
         for key in table.keys() {
             if !keys.iter().any(|known| known.name == key.get_ref()) {
                 let known = keys.iter().map(|k| k.name);
-                return Err(Complaint::unknown(key.span(), &format!("key of {title}"), key.get_ref(), known));
+                let unknown = Complaint::unknown(key.span(), "key", key.get_ref(), known);
+                let message = unknown.message.replacen("there is", &format!("{title} has"), 1);
+                return Err(Complaint { message, ..unknown });
             }
         }
         if let Some(missing) = keys.iter().find(|k| k.need == Need::Required && !table.contains_key(k.name)) {
