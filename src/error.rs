@@ -104,9 +104,7 @@ impl Error {
 
     /// An [`Error::Definition`] for a name that is not among the known ones: the remedy lists the nearest three.
     pub fn unknown(kind: &str, asked: &str, known: impl IntoIterator<Item = &'static str>) -> Self {
-        let mut names: Vec<&str> = known.into_iter().collect();
-        names.sort_by_key(|known| distance(known, asked));
-        let nearest: Vec<String> = names.iter().take(3).map(|n| format!("`{n}`")).collect();
+        let nearest: Vec<String> = nearest(asked, known).iter().take(3).map(|(n, _)| format!("`{n}`")).collect();
         let why = format!("there is no {kind} of that name");
         Self::definition(format!("{kind} `{asked}`"), why, format!("try {}", nearest.join(", ")))
     }
@@ -115,6 +113,13 @@ impl Error {
     pub fn analysis(what: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Analysis { what: what.into(), why: why.into(), remedy: remedy.into() }
     }
+}
+
+/// The known names, the nearest to `asked` first, with the steps from one to the other.
+pub(crate) fn nearest<'k>(asked: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<(&'k str, usize)> {
+    let mut names: Vec<(&str, usize)> = known.into_iter().map(|known| (known, distance(known, asked))).collect();
+    names.sort_by_key(|(_, steps)| *steps);
+    names
 }
 
 /// Steps from one name to another by adding, removing and changing letters (Levenshtein); none if one is a part of the other.

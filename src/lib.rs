@@ -18,7 +18,7 @@
 //!
 //! ```text
 //!                      cli                     arguments in, exit code out
-//!               papers                         papers regenerated, ours beside theirs
+//!           papers · model                     papers regenerated, ours beside theirs; the model file
 //!               report                         tables, figures, animations
 //!               library                        problems of the field with their optima
 //!                 sao                          the sequence of cycles
@@ -55,6 +55,8 @@ pub mod error;
 pub mod library;
 #[cfg(feature = "multibody")]
 pub mod linalg;
+#[cfg(feature = "model")]
+pub mod model;
 #[cfg(feature = "multibody")]
 pub mod multibody;
 #[cfg(all(feature = "report", feature = "multibody"))]

@@ -27,3 +27,15 @@ pub fn least<T>(batches: usize, mut run: impl FnMut() -> T) -> f64 {
     };
     (0..batches).map(|_| batch()).fold(f64::INFINITY, f64::min)
 }
+
+/// The same for several jobs in turns, so that what else the machine does meets all of them alike.
+#[allow(dead_code)] // not every benchmark compares
+pub fn in_turns<const N: usize>(rounds: usize, mut jobs: [&mut dyn FnMut(); N]) -> [f64; N] {
+    let mut best = [f64::INFINITY; N];
+    for _ in 0..rounds {
+        for (best, job) in best.iter_mut().zip(&mut jobs) {
+            *best = best.min(least(1, || job()));
+        }
+    }
+    best
+}

@@ -5,6 +5,7 @@
 //! and constraints are cheap explicit functions of (responses, design variables, time), written once over the scalar.
 
 mod builder;
+pub mod check;
 mod closed_form;
 mod continuous;
 mod coupling;

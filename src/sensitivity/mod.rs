@@ -3,6 +3,8 @@
 //! | file | what |
 //! |---|---|
 //! | `adjoint/` | derivatives of few responses by many design variables, backwards along implicit steps |
+//! | `balanced` | static equilibria as responses of an optimization problem |
+//! | `check` | the derivatives of a model, proved |
 //! | `companion` | one chunk of derivatives that goes along with implicit steps |
 //! | `direct` | derivatives along with implicit steps, running or recorded: one residual in dual numbers and one back-substitution per step |
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
@@ -15,6 +17,8 @@
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
 pub mod adjoint;
+pub mod balanced;
+mod check;
 mod companion;
 pub mod direct;
 pub mod driven;
@@ -29,9 +33,11 @@ pub mod trajectory;
 pub mod transient;
 
 pub use adjoint::{Functional, differentiate_backwards};
+pub use balanced::Balanced;
+pub use check::check_model;
 pub use direct::differentiate;
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
 pub use trajectory::{Evolution, Trajectory};
-pub use transient::{Integration, Transient};
+pub use transient::{Direction, Integration, Transient};

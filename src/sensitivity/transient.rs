@@ -1,11 +1,12 @@
 //! The seam to the optimization wing: a mechanism's outputs as responses.
 
+use super::adjoint::{Functional, differentiate_backwards, differentiate_recording_backwards};
 use super::direct::{differentiate, differentiate_recorded};
 use super::explicit::{differentiate_explicitly, simulate_explicitly};
-use crate::Result;
 use crate::analysis::{Dynamics, Explicit, Recording, simulate_recorded};
 use crate::multibody::Model;
 use crate::problem::{Analysis, Instant, Responses};
+use crate::{Error, Result};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -30,10 +31,37 @@ impl From<Explicit> for Integration {
     }
 }
 
+/// Which way derivatives are taken through a motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Direction {
+    /// Forward for few design variables, backward for few responses: see [`Direction::of`].
+    #[default]
+    Automatic,
+    /// Along with the motion, all responses at once: the direct method.
+    Forward,
+    /// Against the motion, all design variables at once: the discrete adjoint. Implicit steps only.
+    Backward,
+}
+
+impl Direction {
+    /// What is chosen for this many design variables and responses at time points.
+    ///
+    /// By count: a pass forward carries eight design variables, one backward four responses and costs about as much as
+    /// three forward (`cargo bench --bench adjoint`); both ways the steps are linearized once.
+    pub fn of(self, variables: usize, responses: usize) -> Self {
+        let backward = 3 * responses.div_ceil(4) < variables.div_ceil(8);
+        match self {
+            Self::Automatic if backward => Self::Backward,
+            Self::Automatic => Self::Forward,
+            chosen => chosen,
+        }
+    }
+}
+
 /// The outputs of a mechanism over one time grid, as responses of an optimization problem.
 ///
-/// Response h is the mechanism's output h, time-dependent, on the grid `times`. Sensitivities are direct; nothing
-/// is integrated beyond the last wanted time. An analysis by implicit steps leaves them in [`Responses::trace`], and
+/// Response h is the mechanism's output h, time-dependent, on the grid `times`. Nothing is differentiated beyond the last
+/// wanted time. An analysis by implicit steps leaves them in [`Responses::trace`], and
 /// sensitivities at the same design are had from there without another iteration; without them, as after a restart, the
 /// motion is integrated again.
 pub struct Transient<M> {
@@ -41,6 +69,7 @@ pub struct Transient<M> {
     settings: Integration,
     times: Vec<f64>,
     memory: usize,
+    direction: Direction,
 }
 
 /// What an analysis leaves behind.
@@ -59,13 +88,24 @@ impl<M: Model> Transient<M> {
             Integration::Implicit(settings) => settings.check(times)?,
             Integration::Explicit(settings) => settings.check(times)?,
         }
-        Ok(Self { model, settings, times: times.to_vec(), memory: 1 << 28 })
+        Ok(Self { model, settings, times: times.to_vec(), memory: 1 << 28, direction: Direction::Automatic })
     }
 
     /// With at most `bytes` of memory for the steps of an analysis (a quarter of a gigabyte unless told). A longer
     /// motion is integrated again when sensitivities are asked for.
     pub fn with_memory(self, bytes: usize) -> Self {
         Self { memory: bytes, ..self }
+    }
+
+    /// With derivatives taken this way.
+    ///
+    /// **Errors.** [`Error::Definition`] for derivatives backward through explicit steps.
+    pub fn going(self, direction: Direction) -> Result<Self> {
+        if direction == Direction::Backward && matches!(self.settings, Integration::Explicit(_)) {
+            let why = "explicit steps are differentiated forward only";
+            return Err(Error::definition("direction of differentiation", why, "go forward, or take implicit steps"));
+        }
+        Ok(Self { direction, ..self })
     }
 
     /// The model.
@@ -100,7 +140,15 @@ impl<M: Model> Analysis for Transient<M> {
         points.dedup();
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         let at = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
+        let direction = self.direction.of(b.len(), wanted.len());
         let history = match &self.settings {
+            Integration::Implicit(settings) if direction == Direction::Backward => {
+                let all: Vec<_> = wanted.iter().map(|i| Functional::at(i.response, at(i))).collect();
+                return match recording(responses, b) {
+                    Some(steps) => differentiate_recording_backwards(&self.model, b, settings, &times, &all, steps),
+                    None => differentiate_backwards(&self.model, b, settings, &times, &all),
+                };
+            }
             Integration::Implicit(settings) => match recording(responses, b) {
                 Some(recording) => {
                     let slopes = differentiate_recorded(&self.model, b, settings, &times, recording)?;
@@ -143,6 +191,13 @@ mod tests {
         let wanted_anew = |responses: &Responses| analysis.sensitivities(&b, responses, &wanted).unwrap();
         assert_eq!(rows, wanted_anew(&Responses::new(responses.values.clone())));
         assert_eq!(rows, wanted_anew(&analysis.analyze(&[0.04, 0.0252, 0.02]).unwrap()));
+        // Backward the same up to rounding.
+        let analysis = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap();
+        let backward = analysis.going(Direction::Backward).unwrap();
+        let difference = backward.sensitivities(&b, &responses, &wanted).unwrap() - &rows;
+        assert!(difference.amax() < 1e-10 * rows.amax());
+        assert_eq!(Direction::Automatic.of(3, 3), Direction::Forward);
+        assert_eq!(Direction::Automatic.of(512, 4), Direction::Backward);
         let forgetful = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap().with_memory(1000);
         assert_eq!(rows, wanted_anew(&forgetful.analyze(&b).unwrap()));
     }

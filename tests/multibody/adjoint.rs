@@ -9,7 +9,7 @@ use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, FourBar, Rigid
 use linkwright::sensitivity::{Functional, differentiate, differentiate_backwards};
 
 /// Largest deviation of a derivative, relative to the largest of the same output with respect to the same variable at any
-/// time, or to a thousandth of the largest scaled one with respect to any.
+/// time, or to a hundredth of the largest with respect to any; all by the size of the variables.
 fn deviation<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times: &[f64]) -> f64 {
     let forward = differentiate(model, b, settings, times).unwrap();
     let all = (0..forward.names.len()).flat_map(|output| (0..times.len()).map(move |p| Functional::at(output, p)));
@@ -22,7 +22,7 @@ fn deviation<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times: &[f64])
         for (p, slopes) in series.iter().enumerate() {
             for k in 0..b.len() {
                 let difference = (slopes[k] - backward[(output * times.len() + p, k)]) * scale(k);
-                worst = worst.max(difference.abs() / largest(k).max(1e-3 * of_any).max(f64::MIN_POSITIVE));
+                worst = worst.max(difference.abs() / largest(k).max(1e-2 * of_any).max(f64::MIN_POSITIVE));
             }
         }
     }

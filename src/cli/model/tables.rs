@@ -1,0 +1,101 @@
+//! Cycles, histories and derivatives as tables.
+
+use crate::problem::{Evaluation, Instant, Problem, Responses, RowId};
+use crate::report::table::{Cell, Table};
+use crate::sao::State;
+use nalgebra::DMatrix;
+
+/// Every cycle and every rejected try of it.
+pub fn cycles(problem: &Problem, state: &State) -> crate::Result<Table> {
+    let fixed = [
+        "cycle",
+        "accepted",
+        "objective",
+        "objective_error_pct",
+        "constraint_error_pct",
+        "violation_pct",
+        "variable_change_pct",
+        "active_limits",
+        "kept_rows",
+        "active_rows",
+        "subproblem_iterations",
+    ];
+    let names = problem.variables.iter().map(|v| v.name.as_str());
+    let mut table = Table::new("Cycles", fixed.into_iter().chain(names).map(str::to_owned));
+    for c in &state.history {
+        let fixed: [Cell; 11] = [
+            c.cycle.into(),
+            usize::from(c.accepted).into(),
+            c.objective.into(),
+            c.objective_error_pct.into(),
+            c.constraint_error_pct.into(),
+            c.violation_pct.into(),
+            c.max_variable_change_pct.into(),
+            c.active_limits.into(),
+            c.kept.len().into(),
+            c.active.len().into(),
+            c.iterations.into(),
+        ];
+        table.push(fixed.into_iter().chain(c.design.iter().map(|b| Cell::from(*b))))?;
+    }
+    Ok(table)
+}
+
+/// All histories over time; responses that do not change with time stand in the first row alone.
+pub fn responses(problem: &Problem, values: &Responses) -> crate::Result<Table> {
+    over_time(problem, "Responses", problem.responses.iter().zip(&values.values).map(|(r, v)| (r.name.clone(), v)))
+}
+
+/// All constraints over time, normalised: feasible means at most one.
+pub fn constraints(problem: &Problem, evaluation: &Evaluation) -> crate::Result<Table> {
+    let columns = problem.constraints.iter().zip(&evaluation.constraints).map(|(c, v)| (c.name.clone(), v));
+    over_time(problem, "Constraints", columns)
+}
+
+fn over_time<'v>(
+    problem: &Problem,
+    title: &str,
+    columns: impl Iterator<Item = (String, &'v Vec<f64>)>,
+) -> crate::Result<Table> {
+    let columns: Vec<(String, &Vec<f64>)> = columns.collect();
+    let times = problem.grids.first().map(|grid| (&grid.name, &grid.points));
+    let names = times.iter().map(|(name, _)| (*name).clone()).chain(columns.iter().map(|(name, _)| name.clone()));
+    let mut table = Table::new(title, names);
+    let rows = times.map_or(1, |(_, points)| points.len());
+    for p in 0..rows {
+        let time = times.map(|(_, points)| Cell::from(points[p]));
+        let value = |(_, values): &(String, &Vec<f64>)| values.get(p).map_or(Cell::Empty, |v| Cell::from(*v));
+        table.push(time.into_iter().chain(columns.iter().map(value)))?;
+    }
+    Ok(table)
+}
+
+/// Derivatives of all responses at all time points.
+pub fn sensitivities(
+    problem: &Problem,
+    values: &Responses,
+    instants: &[Instant],
+    rows: &DMatrix<f64>,
+) -> crate::Result<Table> {
+    let names = problem.variables.iter().map(|v| format!("d/d {}", v.name));
+    let fixed = ["response", "time", "value"].map(str::to_owned);
+    let mut table = Table::new("Sensitivities", fixed.into_iter().chain(names));
+    for (k, instant) in instants.iter().enumerate() {
+        let response = &problem.responses[instant.response];
+        let time = response.grid.map_or(Cell::Empty, |g| Cell::from(problem.grids[g].points[instant.point]));
+        let fixed = [Cell::from(response.name.as_str()), time, values.at(*instant).into()];
+        table.push(fixed.into_iter().chain(rows.row(k).iter().map(|d| Cell::from(*d))))?;
+    }
+    Ok(table)
+}
+
+/// Where each constraint is nearest to or farthest beyond its limit.
+pub fn worst(problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
+    let of = |(constraint, history): (usize, &Vec<f64>)| {
+        let beyond = |p: usize| evaluation.violation(constraint, history[p]);
+        let point = (0..history.len()).max_by(|a, b| beyond(*a).total_cmp(&beyond(*b)).then(b.cmp(a)))?;
+        Some(RowId { constraint, point })
+    };
+    debug_assert_eq!(problem.constraints.len(), evaluation.constraints.len());
+    evaluation.constraints.iter().enumerate().filter_map(of).collect()
+}

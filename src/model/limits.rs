@@ -1,0 +1,26 @@
+//! Sizes beyond which a model file is refused, with a reason, before any work is done.
+
+/// Bytes of a file.
+pub const FILE: usize = 1 << 20;
+/// Characters of an expression.
+pub const EXPRESSION: usize = 4096;
+/// Parentheses, signs and powers inside each other.
+pub const NESTING: usize = 64;
+/// Operations of a compiled expression, named ones that it uses included.
+pub const OPERATIONS: usize = 20_000;
+/// Operations of all expressions of a file together.
+pub const ALL_OPERATIONS: usize = 5_000_000;
+/// Characters of a name that is compared with others, or shown.
+pub const NAME: usize = 64;
+/// Named expressions.
+pub const NAMES: usize = 1000;
+/// Parts of one kind, copies by `each` included.
+pub const PARTS: usize = 10_000;
+/// Time points.
+pub const POINTS: usize = 100_000;
+/// Values of constraints at all their time points.
+pub const ROWS: usize = 10_000_000;
+/// Time steps of an analysis.
+pub const STEPS: f64 = 1e7;
+/// Elements of a beam.
+pub const ELEMENTS: usize = 1000;

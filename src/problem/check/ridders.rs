@@ -1,0 +1,113 @@
+//! Derivatives by differences that know how wrong they are.
+
+/// A derivative with an estimate of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// The derivative.
+    pub value: f64,
+    /// Estimate of its error.
+    pub error: f64,
+    /// Estimate of the noise of the values it was made of.
+    pub noise: f64,
+}
+
+/// The derivative at 0 from values at 0 and at ±h for falling steps h.
+///
+/// Central differences are extrapolated to h = 0 in all ways that the steps allow; of these the one is taken that differs
+/// least from its neighbours. Large steps suffer from curvature, small ones from the noise of the values: the choice
+/// finds the step between, whatever the noise is. The error is that difference, at least what noise makes of it: the
+/// rounding of the values, or by how much the central differences of smaller steps scatter about the result.
+///
+/// None with fewer than two steps.
+///
+/// **Source.** Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
+pub fn ridders(here: f64, steps: &[Step]) -> Option<Slope> {
+    let central = |s: &Step| (s.ahead - s.behind) / (2.0 * s.h);
+    let mut rows: Vec<Slope> = Vec::new();
+    let mut above: Vec<f64> = Vec::new();
+    for (row, step) in steps.iter().enumerate() {
+        let size = step.ahead.abs().max(step.behind.abs()).max(here.abs());
+        let rounding = 2.0 * f64::EPSILON * size / step.h;
+        let mut current = vec![central(step)];
+        let mut best = Slope { value: current[0], error: f64::INFINITY, noise: 0.0 };
+        for column in 1..=row {
+            let ratio = (steps[row - column].h / step.h).powi(2);
+            let value = current[column - 1] + (current[column - 1] - above[column - 1]) / (ratio - 1.0);
+            let error = (value - current[column - 1]).abs().max((value - above[column - 1]).abs()).max(rounding);
+            if error < best.error {
+                best = Slope { value, error, ..best };
+            }
+            current.push(value);
+        }
+        rows.push(best);
+        above = current;
+    }
+    let row = (1..rows.len()).min_by(|&a, &b| rows[a].error.total_cmp(&rows[b].error))?;
+    let Slope { value, error, .. } = rows[row];
+    let scatter = |s: &Step| (central(s) - value).abs() * s.h;
+    let noise = steps[row + 1..].iter().map(scatter).fold(0.0, f64::max);
+    // Two numbers may agree by chance: a row beside it must agree too.
+    let beside = [row.checked_sub(1).filter(|&row| row > 0), Some(row + 1)].into_iter().flatten();
+    let beside = beside.filter_map(|row| rows.get(row)).map(|other| (other.value - value).abs());
+    let doubt = beside.fold(f64::INFINITY, f64::min);
+    let doubt = if doubt.is_finite() { doubt } else { 0.0 };
+    Some(Slope { value, error: error.max(doubt).max(noise / steps[row].h), noise })
+}
+
+/// Values on both sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Distance.
+    pub h: f64,
+    /// Value at +h.
+    pub ahead: f64,
+    /// Value at −h.
+    pub behind: f64,
+}
+
+/// The jump of the slope at 0, if there is one: (f₊ − 2 f₀ + f₋)/h falls with h for a smooth function and stays for a kink.
+///
+/// `noise` is that of the values.
+pub fn jump(here: f64, steps: &[Step], noise: f64) -> Option<f64> {
+    let bends: Vec<f64> = steps.iter().map(|s| (s.ahead - 2.0 * here + s.behind) / s.h).collect();
+    // In the smaller half of the steps, where curvature has lost its weight and noise has not yet won.
+    let (from, to) = (steps.len() / 3, 2 * steps.len() / 3);
+    let stays = |k: usize| {
+        let rounding = 8.0 * f64::EPSILON * here.abs().max(steps[k].ahead.abs()) / steps[k].h;
+        bends[k].abs() > 0.8 * bends[k - 1].abs() && bends[k].abs() > rounding + 20.0 * noise / steps[k].h
+    };
+    (to > from.max(1) && (from.max(1)..to).all(stays)).then(|| bends[to - 1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(f: impl Fn(f64) -> f64) -> Vec<Step> {
+        let h = |k: i32| 0.1 * 0.5f64.powi(k);
+        (0..12).map(|k| Step { h: h(k), ahead: f(h(k)), behind: f(-h(k)) }).collect()
+    }
+
+    #[test]
+    fn the_error_is_honest_with_and_without_noise() {
+        let smooth = |x: f64| (3.0 * x + 0.4).sin() * (x).exp();
+        let exact = 3.0 * 0.4f64.cos() + 0.4f64.sin();
+        for noise in [0.0, 1e-10, 1e-6] {
+            // A deterministic noise: the last digits of a large number.
+            let noisy = |x: f64| smooth(x) + noise * ((1e9 * (x + 0.1234)).sin());
+            let slope = ridders(noisy(0.0), &steps(noisy)).unwrap();
+            let error = (slope.value - exact).abs();
+            assert!(error <= 5.0 * slope.error, "{noise}: {error:.1e} against {:.1e}", slope.error);
+            assert!(slope.error < 1e-10_f64.max(1e3 * noise), "{noise}: {:.1e}", slope.error);
+        }
+    }
+
+    #[test]
+    fn a_kink_is_seen_and_a_bend_is_not() {
+        let kinked = |x: f64| x.sin() + if x > 0.0 { 0.3 * x } else { 0.0 };
+        assert!((jump(0.0, &steps(kinked), 1e-9).unwrap() - 0.3).abs() < 1e-2);
+        let bent = |x: f64| x.sin() + 50.0 * x * x;
+        assert_eq!(jump(0.0, &steps(bent), 1e-9), None);
+        assert_eq!(jump(0.0, &steps(|x| x), 1e-9), None);
+    }
+}

@@ -1,0 +1,192 @@
+//! Expressions: precedence, derivatives, refusals, and anything that one can type.
+
+use linkwright::model::Complaint;
+use linkwright::model::expression::{Inputs, Names, Place, Program, Tree, Wants};
+use linkwright::scalar::{Degree, Dual, gradient, hessian};
+use proptest::prelude::*;
+
+fn names() -> Names {
+    let mut names = Names::default();
+    ["x", "y"].iter().for_each(|name| names.design(name));
+    names.constant("c", 3.0);
+    names
+}
+
+fn compile(text: &str) -> Result<Program, Complaint> {
+    names().compile(&Tree::parse(text, Place::from(0))?, &Wants::MOTION)
+}
+
+fn value(text: &str) -> f64 {
+    compile(text).unwrap_or_else(|c| panic!("{text}: {c:?}")).value(&Inputs::at(&[2.0, 5.0], 0.5))
+}
+
+#[test]
+fn signs_bind_as_in_mathematics() {
+    for (text, expected) in [
+        ("1 + 2*3", 7.0),
+        ("-2^2", -4.0),
+        ("2^3^2", 512.0),
+        ("2^-1", 0.5),
+        ("-x^-2", -0.25),
+        ("8/4/2", 1.0),
+        ("8 - 4 - 2", 2.0),
+        ("2*-3", -6.0),
+        ("+x - -y", 7.0),
+        ("(1 + 2)*3", 9.0),
+        ("1e-3*1E3", 1.0),
+        (".5 + 5.", 5.5),
+        ("--x", 2.0),
+        ("c^x", 9.0),
+        ("c/x", 1.5),
+        ("c - x", 1.0),
+        ("x^y", 32.0),
+        ("x^0.5", 2.0_f64.sqrt()),
+        ("4*time^2", 1.0),
+        ("2 *\tx", 4.0),
+    ] {
+        assert!((value(text) - expected).abs() < 1e-12, "{text} is {}", value(text));
+    }
+}
+
+#[test]
+fn functions_are_those_of_mathematics() {
+    for (text, expected) in [
+        ("sin(deg(30))", 0.5),
+        ("cos(pi)", -1.0),
+        ("tan(deg(45))", 1.0),
+        ("asin(1) + acos(1)", std::f64::consts::FRAC_PI_2),
+        ("atan2(1, -1)", 0.75 * std::f64::consts::PI),
+        ("atan(1)", std::f64::consts::FRAC_PI_4),
+        ("hypot(3, 4)", 5.0),
+        ("hypot(x, 2*x)", 20.0_f64.sqrt()),
+        ("max(x, y) - min(x, y)", 3.0),
+        ("max(1, x) + min(x, 1)", 3.0),
+        ("pow(x, 3)", 8.0),
+        ("abs(-y)", 5.0),
+        ("exp(ln(y))", 5.0),
+        ("sqrt(x)^2", 2.0),
+        ("cosh(x)^2 - sinh(x)^2", 1.0),
+        ("tanh(0)", 0.0),
+    ] {
+        assert!((value(text) - expected).abs() < 1e-12, "{text} is {}", value(text));
+    }
+}
+
+#[test]
+fn derivatives_are_exact() {
+    let text = "x^2*sin(y) + exp(-x*y)/hypot(x, y) - atan2(y, x)^3 + 2^x";
+    let program = compile(text).unwrap();
+    let by_hand = |x: f64, y: f64| {
+        let r = x.hypot(y);
+        let e = (-x * y).exp();
+        let a = y.atan2(x);
+        let dx = 2.0 * x * y.sin() - y * e / r - e * x / r.powi(3)
+            + 3.0 * a * a * y / (r * r)
+            + 2.0_f64.powf(x) * 2.0_f64.ln();
+        let dy = x * x * y.cos() - x * e / r - e * y / r.powi(3) - 3.0 * a * a * x / (r * r);
+        [dx, dy]
+    };
+    let at = [1.3, 0.4];
+    let (_, slope) = gradient(|b| program.value(&Inputs::design(b)), &at);
+    for (found, expected) in slope.iter().zip(by_hand(at[0], at[1])) {
+        assert!((found - expected).abs() < 1e-13, "{found} and {expected}");
+    }
+    let (_, again, curvature) = hessian(|b| program.value(&Inputs::design(b)), &at);
+    assert!((again[0] - slope[0]).abs() < 1e-13);
+    let h = 1e-6;
+    let difference = (by_hand(at[0] + h, at[1])[0] - by_hand(at[0] - h, at[1])[0]) / (2.0 * h);
+    assert!((curvature[(0, 0)] - difference).abs() < 1e-7);
+}
+
+#[test]
+fn structure_is_kept() {
+    let degree = |text: &str| {
+        let b = [Degree::variable(2.0), Degree::variable(5.0)];
+        compile(text).unwrap().value(&Inputs::at(&b, Degree::from(0.5))).degree
+    };
+    assert_eq!([degree("2*x + y/4 - c"), degree("x*y"), degree("x^2"), degree("(x + 1)^3")], [1, 2, 2, 3]);
+    assert_eq!([degree("c^2"), degree("min(2, 3)")], [0, 0]);
+    for text in ["x/y", "sin(x)", "abs(x)", "min(x, y)", "max(x, 0)"] {
+        assert_eq!(degree(text), Degree::NONLINEAR, "{text}");
+    }
+}
+
+#[test]
+fn named_expressions_are_evaluated_once() {
+    // 2^60 operations if each name were put in place of its text.
+    let mut names = names();
+    let named = |k: usize| {
+        let text = if k == 0 { "x".to_owned() } else { format!("e{0} + e{0}", k - 1) };
+        (format!("e{k}"), Tree::parse(&text, Place::from(0)).unwrap())
+    };
+    names.expressions((0..=60).map(named).collect()).unwrap();
+    let program = names.compile(&Tree::parse("e60", Place::from(0)).unwrap(), &Wants::DESIGN).unwrap();
+    assert_eq!(program.value(&Inputs::design(&[1.0, 0.0])), 2.0_f64.powi(60));
+    assert_eq!(program.value(&Inputs::design(&[Dual::from(1.0), Dual::from(0.0)])).re, 2.0_f64.powi(60));
+}
+
+#[test]
+fn sizes_are_limited() {
+    let deep = "(".repeat(100_000) + "1" + &")".repeat(100_000);
+    let signs = "-".repeat(3000) + "1";
+    let powers = "x".to_owned() + &"^x".repeat(2000);
+    for text in [deep, signs, powers, "1+".repeat(4000) + "1"] {
+        let complaint = Tree::parse(&text, Place::from(0)).unwrap_err();
+        assert!(complaint.message.contains("levels") || complaint.message.contains("too long"), "{complaint:?}");
+    }
+    assert_eq!(value(&("1".to_owned() + &"+1".repeat(2000))), 2001.0);
+}
+
+/// Expressions that make sense at most points, as text and as a function.
+fn sound() -> impl Strategy<Value = String> {
+    let leaf = prop_oneof![
+        Just("x".to_owned()),
+        Just("y".to_owned()),
+        Just("c".to_owned()),
+        (1..50u8).prop_map(|n| format!("{}", f64::from(n) / 10.0))
+    ];
+    leaf.prop_recursive(5, 40, 2, |inner| {
+        prop_oneof![
+            (inner.clone(), inner.clone(), prop_oneof![Just('+'), Just('-'), Just('*'), Just('/')])
+                .prop_map(|(a, b, sign)| format!("({a} {sign} {b})")),
+            (inner.clone(), 1..4u8).prop_map(|(a, n)| format!("({a})^{n}")),
+            (inner.clone(), prop_oneof![Just("sin"), Just("cos"), Just("tanh"), Just("atan")])
+                .prop_map(|(a, f)| format!("{f}({a})")),
+            inner.clone().prop_map(|a| format!("-{a}")),
+            (inner.clone(), inner).prop_map(|(a, b)| format!("hypot({a}, {b})")),
+        ]
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn derivatives_agree_with_differences(text in sound(), x in 0.5..2.0f64, y in 0.5..2.0f64) {
+        // A constant part may be infinite; that is refused.
+        let Ok(program) = compile(&text) else { return Ok(()) };
+        let at = |x: f64, y: f64| program.value(&Inputs::design(&[x, y]));
+        let (value, slope) = gradient(|b| program.value(&Inputs::design(b)), &[x, y]);
+        prop_assume!(value.is_finite() && slope.iter().all(|s| s.abs() < 1e3));
+        let difference = |h: f64| (at(x + h, y) - at(x - h, y)) / (2.0 * h);
+        let (coarse, fine) = (difference(2e-5), difference(1e-5));
+        // Where two steps disagree, the function is too wild to judge.
+        prop_assume!((coarse - fine).abs() < 1e-6 * (1.0 + fine.abs()));
+        prop_assert!((slope[0] - fine).abs() < 1e-4 * (1.0 + fine.abs() + value.abs()), "{text}: {} and {fine}", slope[0]);
+        // The real part of a dual may differ in the last digit.
+        prop_assert!((value - at(x, y)).abs() <= 1e-13 * value.abs().max(1.0));
+    }
+
+    #[test]
+    fn anything_typed_is_read_or_refused_in_its_place(text in "[-+*/^(),.a-z0-9eE_ πé]{0,60}") {
+        match compile(&text) {
+            Ok(program) => drop(program.value(&Inputs::at(&[1.0, 2.0], 0.0))),
+            Err(complaint) => prop_assert!(complaint.span.end <= text.len(), "{complaint:?}"),
+        }
+    }
+
+    #[test]
+    fn any_text_at_all_does_no_harm(text in "\\PC{0,80}") {
+        drop(compile(&text));
+    }
+}

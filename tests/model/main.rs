@@ -1,0 +1,9 @@
+//! Model files: the same problems as in the library, mistakes and their messages, expressions.
+
+mod commands;
+mod documentation;
+mod expressions;
+mod kinds;
+mod mistakes;
+mod places;
+mod twins;

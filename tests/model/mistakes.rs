@@ -1,0 +1,178 @@
+//! Wrong model files, each by one change of a good one, and what is said about them.
+
+use linkwright::model::read;
+use proptest::prelude::*;
+
+const GOOD: &str = include_str!("good.toml");
+
+/// What is wrong, what stands in the good file, what stands there instead.
+const MISTAKES: &[[&str; 3]] = &[
+    // The file as such.
+    ["broken string", "title = \"good\"", "title = \"good"],
+    ["broken table", "[design.length]", "[design.length"],
+    ["key twice", "start = 1.0\n", "start = 1.0\nstart = 2.0\n"],
+    ["section twice", "[time]", "[time]\nto = 2.0\n[time]"],
+    ["no version", "version = 1\n", ""],
+    ["another version", "version = 1", "version = 7"],
+    ["unknown section", "[constants]", "[constant]"],
+    ["unknown part", "[[joint]]", "[[joints]]"],
+    ["a table in place of tables", "[[driver]]", "[driver]"],
+    // Keys and types.
+    ["unknown key", "stiffness = \"stiffness\"", "stiffnes = \"stiffness\""],
+    ["key of another kind", "kind = \"slide\"", "kind = \"slide\"\ninertia = 1.0"],
+    ["missing key", "coordinate = \"cart\"\n", ""],
+    ["unknown kind", "kind = \"weld\"", "kind = \"wled\""],
+    ["missing kind", "kind = \"force\"\n", ""],
+    ["text for a flag", "from = 0.5\n", "from = 0.5\ncontinuous = \"yes\"\n"],
+    ["number for text", "name = \"motor\"", "name = 3"],
+    ["list for a number", "start = 50.0", "start = [50.0]"],
+    ["date for a number", "start = 50.0", "start = 2026-01-01"],
+    ["three values for two", "at = [\"length/2\", 0]", "at = [\"length/2\", 0, 0]"],
+    ["half an element", "elements = 2", "elements = 2.5"],
+    ["no element", "elements = 2", "elements = 0"],
+    ["negative count", "points = 11", "points = -11"],
+    // Numbers.
+    ["infinite number", "start = 50.0", "start = inf"],
+    ["not a number", "load = 2.0", "load = nan"],
+    ["huge number", "load = 2.0", "load = \"1e999\""],
+    ["division by zero", "load = 2.0", "load = \"1/0\""],
+    ["root of a negative number", "load = 2.0", "load = \"sqrt(-1)\""],
+    ["start above the bound", "start = 1.0", "start = 3.0"],
+    ["crossed bounds", "lower = 0.5", "lower = 2.5"],
+    // Expressions.
+    ["unknown name", "\"load*length^2/12\"", "\"load*lenght^2/12\""],
+    ["unknown function", "\"deg(0)\"", "\"degree(0)\""],
+    ["operand missing", "\"load*length^2/12\"", "\"load*length^2/\""],
+    ["parenthesis missing", "\"load*length^2/12\"", "\"load*(length^2/12\""],
+    ["sign missing", "\"load*length^2/12\"", "\"load length\""],
+    ["strange letter", "\"load*length^2/12\"", "\"load × length\""],
+    ["too many arguments", "\"deg(0)\"", "\"deg(0, 1)\""],
+    ["too few arguments", "\"deg(0)\"", "\"hypot(1)\""],
+    ["function without arguments", "\"deg(0)\"", "\"sin\""],
+    ["empty expression", "\"deg(0)\"", "\"\""],
+    ["two decimal points", "\"deg(0)\"", "\"1.2.3\""],
+    ["power of a negative constant", "\"deg(0)\"", "\"(-2)^length\""],
+    ["circle of constants", "load = 2.0\nspeed = \"2*pi\"", "load = \"speed\"\nspeed = \"2*load\""],
+    ["circle of expressions", "inertia = \"load*length^2/12\"", "inertia = \"half\"\nhalf = \"inertia/2\""],
+    ["constant of a design variable", "load = 2.0", "load = \"length\""],
+    ["bound of a design variable", "lower = 0.5", "lower = \"stiffness/100\""],
+    ["mass of time", "mass = \"load\"", "mass = \"load*time\""],
+    ["mass of an expression of time", "inertia = \"load*length^2/12\"", "inertia = \"load*time\""],
+    ["output in a mass", "mass = \"load\"", "mass = \"angle\""],
+    // Names.
+    ["name with a space", "name = \"arm\"", "name = \"the arm\""],
+    ["name of a function", "name = \"arm\"", "name = \"sin\""],
+    ["name taken twice", "name = \"cart\"", "name = \"arm\""],
+    ["constant named as a design variable", "speed = \"2*pi\"", "speed = \"2*pi\"\nlength = 2.0"],
+    ["design variable named time", "[design.stiffness]", "[design.time]"],
+    ["output taken twice", "name = \"moment\"", "name = \"angle\""],
+    ["constraint taken twice", "name = \"size\"", "name = \"sag\""],
+    // References.
+    ["unknown body", "a = \"ground\"\n", "a = \"grund\"\n"],
+    ["unknown body of a point", "body = \"arm\"\nat", "body = \"amr\"\nat"],
+    ["unknown node", "b = \"rod.first\"", "b = \"rod.7\""],
+    ["unknown coordinate", "b = \"arm.theta\"", "b = \"arm.phi\""],
+    ["unknown measure", "\"arm.theta\"\nlinear", "\"arm.teta\"\nlinear"],
+    ["unknown measure of a beam", "\"rod.first.moment\"", "\"rod.first.couple\""],
+    ["unknown output", "value = \"angle\"", "value = \"angel\""],
+    ["unknown method", "preset = \"paper\"", "preset = \"gcma\""],
+    ["unknown intermediate variable", "linear_in = \"reciprocal\"", "linear_in = { lenght = \"reciprocal\" }"],
+    // Motions.
+    ["unknown motion", "kind = \"ramp\"", "kind = \"rampe\""],
+    ["motion of an output", "\"0.1*sin(speed*time)\"", "\"0.1*sin(angle)\""],
+    ["table that goes back", "\"0.1*sin(speed*time)\"", "{ kind = \"table\", times = [0, 2, 1], values = [0, 1, 0] }"],
+    // Time and analysis.
+    ["no time points", "[time]\nto = 1.0\npoints = 11\n", ""],
+    ["time that goes back", "to = 1.0\npoints = 11", "at = [0, 2, 1]"],
+    ["time both ways", "points = 11", "points = 11\nat = [0, 1]"],
+    ["a billion time points", "points = 11", "points = 1000000000"],
+    ["a trillion steps", "step = 1e-2", "step = 1e-12"],
+    ["no step", "step = 1e-2\n", ""],
+    ["step and tolerance", "step = 1e-2", "step = 1e-2\ntolerance = 1e-6"],
+    ["negative step", "step = 1e-2", "step = -1e-2"],
+    ["too much damping", "step = 1e-2", "step = 1e-2\nscheme = \"hht\"\ndamping = 0.5"],
+    ["start after the first time", "step = 1e-2", "step = 1e-2\nstart = 1"],
+    ["no analysis", "[analysis]\nkind = \"dynamics\"\nstep = 1e-2\n", ""],
+    ["short series", "wanted = [0, 0,", "wanted = [0,"],
+    // Objective, constraints, method.
+    ["no objective", "[objective]\nminimize = \"(angle - wanted)^2\"\nover = \"mean\"\n", ""],
+    ["history for an objective", "over = \"mean\"\n", ""],
+    ["peak without a bound", "over = \"mean\"", "over = \"peak\""],
+    ["misspelt rule", "over = \"mean\"", "over = \"mean\"\nrule = \"simson\""],
+    ["constraint without a limit", "at_most = 1.5\n", ""],
+    ["limit of a design variable", "at_most = 1.5", "at_most = \"stiffness\""],
+    ["empty interval", "at_most = 1.5", "at_most = 1.5\nat_least = 2"],
+    ["interval of a constant", "at_most = 1.5", "at_most = 1.5\nfrom = 0.1"],
+    ["interval without time points", "from = 0.5", "from = 2.0"],
+    ["continuous on an interval", "from = 0.5", "from = 0.5\ncontinuous = true"],
+    ["negative scale", "from = 0.5", "scale = -1"],
+    ["accuracy out of range", "accuracy = 1e-4", "accuracy = 2.0"],
+    ["cut-off out of range", "cutoff = 0.5", "cutoff = 1.5"],
+    ["move limits out of range", "cutoff = 0.5", "move_limits = { initial = -1 }"],
+    // Copies.
+    ["range that goes back", "name = \"cart\"", "each = { i = \"5..1\" }\nname = \"cart{i}\""],
+    ["a billion copies", "name = \"cart\"", "each = { i = \"1..1000000000\" }\nname = \"cart{i}\""],
+    ["copies of copies", "name = \"cart\"", "each = { i = \"1..999\", j = \"1..999\" }\nname = \"cart{i}_{j}\""],
+    ["copies with one name", "name = \"cart\"", "each = { i = [1, 2] }\nname = \"cart\""],
+    ["neighbour of a word", "name = \"cart\"", "each = { i = [\"a\"] }\nname = \"cart{i+1}\""],
+];
+
+#[test]
+fn the_good_file_is_good() {
+    let model = read("good.toml", GOOD).unwrap_or_else(|fault| panic!("{fault}"));
+    let problem = model.problem().unwrap();
+    let here = problem.evaluate(&problem.start(), &problem.analyze(&problem.start()).unwrap()).unwrap();
+    assert!(here.objective > 0.0);
+}
+
+#[test]
+fn every_mistake_is_shown_in_its_place() {
+    let mut all = String::new();
+    for [what, good, bad] in MISTAKES {
+        assert!(GOOD.contains(good), "{what}: `{good}` is not in the good file");
+        let fault = match read("model.toml", &GOOD.replacen(good, bad, 1)) {
+            Ok(_) => panic!("{what}: the file was read"),
+            Err(fault) => fault,
+        };
+        all += &format!("## {what}\n{fault}\n\n");
+    }
+    assert!(MISTAKES.len() >= 60);
+    insta::assert_snapshot!("mistakes", all);
+}
+
+#[test]
+fn files_that_are_too_large_or_too_deep_are_refused() {
+    let long = "# ".to_owned() + &"x".repeat(2 << 20);
+    let deep = "version = 1\na = ".to_owned() + &"[".repeat(100_000) + &"]".repeat(100_000);
+    let tables = "version = 1\n[".to_owned() + &"a.".repeat(50_000) + "a]\n";
+    for text in [long, deep, tables] {
+        assert!(read("m.toml", &text).is_err());
+    }
+}
+
+#[test]
+fn cut_anywhere_a_file_is_refused_or_read_without_harm() {
+    for end in (0..GOOD.len()).step_by(7) {
+        if let Err(fault) = read("m.toml", &GOOD[..end]) {
+            assert!(!fault.to_string().is_empty());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_good_file_with_anything_typed_into_it_is_read_or_refused(
+        at in 0..GOOD.len(),
+        cut in 0..20usize,
+        typed in "[-+*/^(){}\\[\\]\"'=,.#a-z0-9 \n]{0,12}",
+    ) {
+        let end = (at + cut).min(GOOD.len());
+        let text = format!("{}{typed}{}", &GOOD[..at], &GOOD[end..]);
+        match read("m.toml", &text) {
+            Ok(model) => drop(model.problem()),
+            Err(fault) => prop_assert!(fault.to_string().contains("--> m.toml:")),
+        }
+    }
+}
