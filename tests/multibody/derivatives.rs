@@ -77,6 +77,8 @@ fn check_explicit<M: Model>(name: &str, model: &M, b: &[f64]) {
 fn explicit_steps_of_chains() {
     let chain = Chain::horizontal(5);
     check_explicit("chain", &chain, &chain.equal_links());
+    let more_than_a_tile = Chain::horizontal(9);
+    check_explicit("chain of nine", &more_than_a_tile, &more_than_a_tile.equal_links());
     let eighth = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(0.03));
     let (b, times) = (chain.equal_links(), [0.01, 0.1, 0.17]);
     let exact = differentiate_explicitly(&chain, &b, &eighth, &times).unwrap();
