@@ -44,6 +44,12 @@ impl SubproblemSolver for Automatic {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
+        if program.coupled().is_some() {
+            let solution = self.interior_point.solve(program, start)?;
+            if solution.status.is_usable() || start.len() > DENSE {
+                return Ok(solution);
+            }
+        }
         if program.structure() != Structure::Nonlinear
             && let Some(solution) = self.conic.solve_convex(program, start)?
         {
