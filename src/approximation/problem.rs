@@ -199,10 +199,9 @@ impl<'a> ApproximateProblem<'a> {
             2 if most <= 1 => Structure::Quadratic,
             _ => Structure::Nonlinear,
         };
-        if self.structure == Structure::Nonlinear {
-            if objective.degree <= 2 && most == 2 && self.kept.len() <= SMALL && self.origin.len() <= SMALL {
-                self.factors = self.cones(&degrees);
-            }
+        let small = self.kept.len() <= SMALL && self.origin.len() <= SMALL;
+        if self.structure == Structure::Nonlinear && objective.degree <= 2 && most == 2 && small {
+            self.factors = self.cones(&degrees);
         }
         let large = self.curvature.is_some() && self.origin.len() > SMALL;
         if large || (self.structure == Structure::Nonlinear && self.factors.is_none()) {

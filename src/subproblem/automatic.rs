@@ -4,7 +4,8 @@ use super::{Conic, Falk, InteriorPoint, SecondOrder, Solution, Sqp, SubproblemSo
 use crate::error::Result;
 use crate::problem::{Program, Structure};
 
-/// Rows up to which the dual is the faster one.
+/// Rows up to which the dual is the faster one. Beyond, the interior point needs 0.4 and 1.5 ms for 3 variables with 1 000 and
+/// 10 000 rows, SQP 16 and 69 ms.
 const FEW: usize = 200;
 /// Variables up to which matrices of n × n are affordable.
 const DENSE: usize = 1000;
