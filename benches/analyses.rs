@@ -62,7 +62,7 @@ fn a_thousand_variables() -> Result<()> {
     for (name, problem, lowest) in
         [("first", quadratic_forms::first(1000)?, 260.854), ("second", quadratic_forms::second(1000)?, -739.146)]
     {
-        for by in ["mma-filtered", "quadratic-spherical"] {
+        for by in ["mma-filtered", "quadratic-spherical", "sqp-filter"] {
             let end = Method { stop, ..(preset(by)?.method)() }.solve(&problem, |_| ())?;
             let near =
                 |c: &Cycle| c.accepted && c.objective < lowest + 1e-5 * f64::abs(lowest) && c.violation_pct < 1e-3;

@@ -3,10 +3,11 @@
 use linkwright::Error;
 use linkwright::approximation::{ApproximateProblem, Approximation, Conlin, Known, Manner, Mma, Surroundings};
 use linkwright::library::{cantilever, ten_bar_truss, two_bar_truss};
-use linkwright::problem::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal};
-use linkwright::problem::{Intermediates, Program, Sensitivities};
+use linkwright::problem::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal, Term};
+use linkwright::problem::{Gradients, Intermediates, LowRank, Program, Sensitivities, Separable, Values};
 use linkwright::subproblem::{
-    Conic, Curvature, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
+    Automatic, Conic, Curvature, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status,
+    SubproblemSolver,
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -261,4 +262,74 @@ fn programs_that_are_not_separable_and_bad_settings_are_refused() {
         assert!(matches!(InteriorPoint::new(tolerance, iterations), Err(Error::Option { .. })));
         assert!(matches!(Sqp::new(tolerance, iterations, Curvature::Exact), Err(Error::Option { .. })));
     }
+}
+
+/// Σ xⱼ²/2 − xⱼ and a row Σ xⱼ ≤ 1, coupled by ½ c (u·x)² in the objective.
+struct Coupled {
+    low_rank: LowRank,
+    bounds: [Vec<f64>; 2],
+}
+
+impl Program for Coupled {
+    fn variables(&self) -> usize {
+        self.bounds[0].len()
+    }
+    fn rows(&self) -> usize {
+        1
+    }
+    fn lower(&self) -> &[f64] {
+        &self.bounds[0]
+    }
+    fn upper(&self) -> &[f64] {
+        &self.bounds[1]
+    }
+    fn values(&self, x: &[f64]) -> linkwright::Result<Values> {
+        Ok(self.gradients(x)?.values)
+    }
+    fn gradients(&self, x: &[f64]) -> linkwright::Result<Gradients> {
+        let (bent, slope) = self.low_rank.value_and_slope(x);
+        let sum = x.iter().sum::<f64>();
+        let own = x.iter().map(|x| 0.5 * x * x - x).sum::<f64>();
+        let objective = x.iter().zip(slope).map(|(x, s)| x - 1.0 + s).collect();
+        let values = Values { objective: own + bent, rows: vec![sum - 1.0] };
+        Ok(Gradients { values, objective, rows: DMatrix::from_element(1, x.len(), 1.0) })
+    }
+    fn coupled(&self) -> Option<(&dyn Separable, std::borrow::Cow<'_, LowRank>)> {
+        Some((self, std::borrow::Cow::Borrowed(&self.low_rank)))
+    }
+}
+
+impl Separable for Coupled {
+    fn constant(&self, i: usize) -> f64 {
+        if i == 0 { 0.0 } else { -1.0 }
+    }
+    fn term(&self, i: usize, _: usize, x: f64) -> Term {
+        match i {
+            0 => Term { value: 0.5 * x * x - x, slope: x - 1.0, curvature: 1.0 },
+            _ => Term { value: x, slope: 1.0, curvature: 0.0 },
+        }
+    }
+}
+
+#[test]
+fn variables_coupled_by_a_quadratic_of_low_rank_give_what_the_whole_matrix_gives() {
+    let n = 12;
+    let wave = |k: usize| (0.7 * k as f64).sin();
+    let mut low_rank = LowRank::diagonal(vec![0.1; n], vec![0.5; n]);
+    low_rank.add(2.0, (0..n).map(wave).collect());
+    low_rank.add(-0.05, (0..n).map(|k| wave(k + 3)).collect());
+    let mut bounds = [vec![-0.2; n], vec![0.4; n]];
+    (bounds[0][4], bounds[1][4]) = (0.1, 0.1);
+    let program = Coupled { low_rank, bounds };
+    let found = InteriorPoint::default().solve(&program, &vec![0.0; n]).unwrap();
+    assert_eq!(found.status, Status::Solved);
+    let here = program.gradients(&vec![0.0; n]).unwrap();
+    let whole = QuadraticProgram::new(here.objective)
+        .hessian(program.low_rank.dense() + DMatrix::identity(n, n))
+        .at_most(&vec![1.0; n], 1.0)
+        .bounds(program.bounds[0].clone(), program.bounds[1].clone());
+    let exact = Conic::default().solve(&whole, &vec![0.0; n]).unwrap();
+    assert!(found.x.iter().zip(&exact.x).all(|(a, b)| (a - b).abs() < 1e-8), "{:?} {:?}", found.x, exact.x);
+    assert!((found.multipliers[0] - exact.multipliers[0]).abs() < 1e-7);
+    assert_eq!(Automatic::default().solve(&program, &vec![0.0; n]).unwrap().x, found.x);
 }

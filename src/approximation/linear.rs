@@ -2,6 +2,7 @@
 
 use super::{AnyModel, Approximation, Expansion, Model};
 use crate::error::Result;
+use crate::problem::separable::Term;
 use crate::problem::{Intermediates, Number};
 use std::sync::Arc;
 
@@ -36,6 +37,15 @@ impl Model for Taylor {
     fn at<S: Number>(&self, b: &[S]) -> S {
         let term = |k: usize| (self.intermediates.component(k, b) - self.origin[k]) * self.slope[k];
         (0..b.len()).filter(|&k| self.slope[k] != 0.0).map(term).fold(S::from(self.value), |a, t| a + t)
+    }
+
+    fn constant(&self) -> Option<f64> {
+        matches!(self.intermediates, Intermediates::Identity).then_some(self.value)
+    }
+
+    fn term(&self, k: usize, x: f64) -> Term {
+        let slope = self.slope[k];
+        Term { value: slope * (x - self.origin[k]), slope, curvature: 0.0 }
     }
 }
 

@@ -7,11 +7,12 @@ use super::{AnyModel, Approximation, Evaluates, Past, Surroundings};
 use crate::error::Result;
 use crate::problem::separable::{self, Separable, Term};
 use crate::problem::{
-    Evaluation, Gradients, Instant, Number, Peak, Problem, Program, Quantity, Responses, RowId, Sensitivities,
+    Evaluation, Gradients, Instant, LowRank, Number, Peak, Problem, Program, Quantity, Responses, RowId, Sensitivities,
     Structure, Values,
 };
 use crate::scalar::{Degree, Dual, HyperDual, hessian, jacobian};
 use nalgebra::{DMatrix, SymmetricEigen};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Variables up to which the Hessian of each row is looked at, and rows up to which it is.
@@ -35,6 +36,8 @@ pub struct ApproximateProblem<'a> {
     pub(super) surroundings: Surroundings,
     /// ρ of the objective, then of each constraint.
     pub(super) conservatism: Vec<f64>,
+    /// What is added to the objective.
+    curvature: Option<LowRank>,
     blend: Option<Blend>,
     structure: Structure,
     factors: Option<Vec<Option<DMatrix<f64>>>>,
@@ -82,6 +85,8 @@ pub struct Manner {
     pub conservatism: Vec<f64>,
     /// Whether peaks in continuous time drift with the design.
     pub drifting: bool,
+    /// A convex quadratic about the start design that is added to the objective.
+    pub curvature: Option<LowRank>,
 }
 
 impl<'a> ApproximateProblem<'a> {
@@ -103,7 +108,7 @@ impl<'a> ApproximateProblem<'a> {
             surroundings.lower.iter_mut().zip(lower).for_each(|(s, l)| *s = s.max(*l));
             surroundings.upper.iter_mut().zip(upper).for_each(|(s, u)| *s = s.min(*u));
         }
-        let (origin, conservatism) = (known.design.to_vec(), manner.conservatism);
+        let (origin, conservatism, curvature) = (known.design.to_vec(), manner.conservatism, manner.curvature);
         let mut approximate = Self {
             problem,
             kept,
@@ -113,6 +118,7 @@ impl<'a> ApproximateProblem<'a> {
             origin,
             surroundings,
             conservatism,
+            curvature,
             blend: None,
             structure: Structure::Nonlinear,
             factors: None,
@@ -156,7 +162,8 @@ impl<'a> ApproximateProblem<'a> {
         };
         let guard = self.conservatism.iter().any(|rho| *rho != 0.0).then(|| self.distance(b));
         let guarded = |v: S, i: usize| guard.map_or(v, |w| if self.rho(i) == 0.0 { v } else { v + w * self.rho(i) });
-        let objective = guarded(value(&self.problem.objective, 0, &self.direct.0), 0);
+        let bend = self.curvature.as_ref().map_or(S::from(0.0), |c| c.at(b));
+        let objective = guarded(value(&self.problem.objective, 0, &self.direct.0) + bend, 0);
         let row = |(i, r): (usize, &RowId)| {
             if !wanted(i) {
                 return S::from(0.0);
@@ -192,13 +199,13 @@ impl<'a> ApproximateProblem<'a> {
             2 if most <= 1 => Structure::Quadratic,
             _ => Structure::Nonlinear,
         };
-        if self.structure == Structure::Nonlinear {
-            if objective.degree <= 2 && most == 2 && self.kept.len() <= SMALL && self.origin.len() <= SMALL {
-                self.factors = self.cones(&degrees);
-            }
-            if self.factors.is_none() {
-                self.blend = Blend::of(self);
-            }
+        let small = self.kept.len() <= SMALL && self.origin.len() <= SMALL;
+        if self.structure == Structure::Nonlinear && objective.degree <= 2 && most == 2 && small {
+            self.factors = self.cones(&degrees);
+        }
+        let large = self.curvature.is_some() && self.origin.len() > SMALL;
+        if large || (self.structure == Structure::Nonlinear && self.factors.is_none()) {
+            self.blend = Blend::of(self);
         }
     }
 
@@ -254,12 +261,18 @@ impl Program for ApproximateProblem<'_> {
         self.factors.clone()
     }
     fn separable(&self) -> Option<&dyn Separable> {
-        self.blend.as_ref().map(|_| self as &dyn Separable)
+        (self.blend.is_some() && self.curvature.is_none()).then_some(self as &dyn Separable)
+    }
+    fn coupled(&self) -> Option<(&dyn Separable, Cow<'_, LowRank>)> {
+        let curvature = self.curvature.as_ref().filter(|_| self.blend.is_some())?;
+        Some((self as &dyn Separable, Cow::Borrowed(curvature)))
     }
 
     fn values(&self, x: &[f64]) -> Result<Values> {
         if self.blend.is_some() {
-            return separable::values(self, x);
+            let mut values = separable::values(self, x)?;
+            values.objective += self.curvature.as_ref().map_or(0.0, |c| c.value_and_slope(x).0);
+            return Ok(values);
         }
         let (objective, rows) = self.all(x, |_| true);
         Ok(Values { objective, rows })
@@ -267,7 +280,13 @@ impl Program for ApproximateProblem<'_> {
 
     fn gradients(&self, x: &[f64]) -> Result<Gradients> {
         if self.blend.is_some() {
-            return separable::gradients(self, x);
+            let mut gradients = separable::gradients(self, x)?;
+            if let Some(curvature) = &self.curvature {
+                let (value, slope) = curvature.value_and_slope(x);
+                gradients.values.objective += value;
+                gradients.objective.iter_mut().zip(slope).for_each(|(g, s)| *g += s);
+            }
+            return Ok(gradients);
         }
         let both = |x: &[Dual]| {
             let (objective, mut rows) = self.all(x, |_| true);
@@ -283,7 +302,8 @@ impl Program for ApproximateProblem<'_> {
 
     fn lagrangian_hessian(&self, x: &[f64], multipliers: &[f64]) -> Result<Option<DMatrix<f64>>> {
         if self.blend.is_some() {
-            return Ok(separable::hessian(self, x, multipliers));
+            let bend = self.curvature.as_ref();
+            return Ok(separable::hessian(self, x, multipliers).map(|h| bend.map_or(h.clone(), |c| h + c.dense())));
         }
         let lagrangian = |x: &[HyperDual]| {
             let (objective, rows) = self.all(x, |i| multipliers[i] != 0.0);

@@ -16,6 +16,7 @@ mod equivalents;
 mod function;
 mod grid;
 mod intermediate;
+mod low_rank;
 mod number;
 mod program;
 mod quantity;
@@ -36,6 +37,7 @@ pub use equivalents::{Envelope, MeanExcess};
 pub use function::{Function, Functional, IntermediateMap, Point, WeightedSum};
 pub use grid::TimeGrid;
 pub use intermediate::{Intermediate, Intermediates};
+pub use low_rank::LowRank;
 pub use number::Number;
 #[doc(hidden)]
 pub use number::{AnyFunction, AnyFunctional, AnyMap};

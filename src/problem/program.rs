@@ -1,8 +1,9 @@
 //! The mathematical program that subproblem solvers see.
 
-use super::Separable;
+use super::{LowRank, Separable};
 use crate::error::Result;
 use nalgebra::DMatrix;
+use std::borrow::Cow;
 
 /// What a program is made of; recognized from its functions, never configured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,6 +74,12 @@ pub trait Program: Sync {
     }
     /// The program as a sum over its variables, if it is one.
     fn separable(&self) -> Option<&dyn Separable> {
+        None
+    }
+    /// For a program whose variables are coupled by a quadratic of low rank in the objective and by nothing else: the sum
+    /// over the variables, and that quadratic. The constants and terms of the sum leave it out, the program's values and
+    /// gradients do not. Such a program is not [`separable`](Self::separable).
+    fn coupled(&self) -> Option<(&dyn Separable, Cow<'_, LowRank>)> {
         None
     }
 }

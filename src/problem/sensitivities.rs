@@ -2,10 +2,13 @@
 
 use super::{Instant, Problem, Quantity, Responses};
 use crate::error::{Error, Result};
-use crate::scalar::{Dual, WIDTH, seed, slopes};
+use crate::scalar::{Degree, Dual, WIDTH, gradient, seed, slopes};
 use nalgebra::{DMatrix, SVector};
 use num_dual::Derivative;
 use serde::{Deserialize, Serialize};
+
+/// Variables from which on it pays to seed responses in their place.
+const MANY: usize = 60;
 
 /// ∂r/∂b at some instants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,6 +74,11 @@ impl Problem {
         responses: &Responses,
         sensitivities: &Sensitivities,
     ) -> Vec<f64> {
+        if b.len() > MANY
+            && let Some(slope) = self.derivative_through_responses(quantity, p, b, responses, sensitivities)
+        {
+            return slope;
+        }
         let chunk = |first: usize| {
             let value = quantity.value(p, &self.grids, &seed(b, first), |h, p| {
                 let instant = self.instant(h, p);
@@ -82,5 +90,34 @@ impl Problem {
             slopes(&value, b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
+    }
+
+    /// The same where the quantity depends on the design through fewer responses than there are variables: each response is
+    /// seeded, not each variable. None where it depends on the design by itself too.
+    fn derivative_through_responses(
+        &self,
+        quantity: &Quantity,
+        p: usize,
+        b: &[f64],
+        responses: &Responses,
+        sensitivities: &Sensitivities,
+    ) -> Option<Vec<f64>> {
+        let instants = self.instants_of(quantity, p);
+        let design: Vec<Degree> = b.iter().map(|&v| Degree::variable(v)).collect();
+        let seen = |h, p| Degree::from(responses.at(self.instant(h, p)));
+        if instants.len() >= b.len() || quantity.value(p, &self.grids, &design, seen).degree > 0 {
+            return None;
+        }
+        let (fixed, values): (Vec<Dual>, Vec<f64>) =
+            (b.iter().map(|&v| Dual::from(v)).collect(), instants.iter().map(|i| responses.at(*i)).collect());
+        let place =
+            |h, p| instants.binary_search(&self.instant(h, p)).expect("it is among the instants of the quantity");
+        let weights = gradient(|z| quantity.value(p, &self.grids, &fixed, |h, p| z[place(h, p)]), &values).1;
+        let mut slope = vec![0.0; b.len()];
+        for (instant, weight) in instants.iter().zip(weights) {
+            let row = sensitivities.row_of(*instant).expect("every instant of a kept quantity is differentiated");
+            slope.iter_mut().zip(sensitivities.rows.row(row).iter()).for_each(|(s, r)| *s += weight * r);
+        }
+        Some(slope)
     }
 }

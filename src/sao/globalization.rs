@@ -122,6 +122,7 @@ mod tests {
                 violation_before: before.max(0.0) / 100.0,
                 approximate_violation: 0.0,
                 multipliers: 0.0,
+                lagrangian: None,
                 distance: 0.0,
                 approximate_objective: 1.0,
                 outcome: Some(outcome),

@@ -2,9 +2,11 @@
 
 use super::{
     Counters, Cycle, ErrorBased, Globalization, Knowledge, MoveLimits, Outcome, Region, RelativeLimits, STATE_VERSION,
-    Screening, State, Status, Stop, Trial, Verdict, optimality,
+    Screening, State, Status, Stop, Trial, Verdict, optimality, trial,
 };
-use crate::approximation::{ApproximateProblem, Approximation, Known, Linear, Manner, Surroundings};
+use crate::approximation::{
+    ApproximateProblem, Approximation, Known, LagrangianCurvature, Linear, Manner, Surroundings,
+};
 use crate::error::Result;
 use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities, Values};
 use crate::subproblem::{Automatic, Solution, SubproblemSolver};
@@ -14,6 +16,8 @@ use nalgebra::DMatrix;
 pub struct Method {
     /// How responses are approximated.
     pub approximation: Box<dyn Approximation>,
+    /// Curvature of the Lagrangian that is added to the approximate objective, meant for linear approximations; none for none.
+    pub curvature: Option<LagrangianCurvature>,
     /// Which constraints are kept.
     pub screening: Screening,
     /// The search subregion.
@@ -34,6 +38,7 @@ impl Default for Method {
     fn default() -> Self {
         Self {
             approximation: Box::new(Linear),
+            curvature: None,
             screening: Screening::default(),
             move_limits: Box::new(RelativeLimits::default()),
             solver: Box::new(Automatic::default()),
@@ -130,7 +135,7 @@ impl Method {
         match (verdict, analysed) {
             (Verdict::Accept, Ok((responses, evaluation))) => {
                 let design = (proposal.x, responses, evaluation);
-                state.advance(design, knowledge.sensitivities, self.approximation.memory());
+                state.advance(design, knowledge.sensitivities, self.memory());
             }
             _ => state.knowledge = Some(knowledge),
         }
@@ -140,10 +145,16 @@ impl Method {
 
     fn check(&self, problem: &Problem) -> Result<()> {
         self.approximation.check(problem)?;
+        self.curvature.map_or(Ok(()), |c| c.check())?;
         self.screening.check()?;
         self.move_limits.check()?;
         self.globalization.check()?;
         self.stop.check()
+    }
+
+    /// How many designs accepted before are remembered.
+    fn memory(&self) -> usize {
+        self.approximation.memory().max(self.curvature.map_or(0, |c| c.steps))
     }
 
     /// Constraint screening, then sensitivities of what is kept.
@@ -196,7 +207,8 @@ impl Method {
         };
         let trail = state.history.iter().filter(|c| c.accepted).map(|c| c.design.clone()).collect();
         let surroundings = Surroundings::new(problem, trail, (region.lower.clone(), region.upper.clone()));
-        let manner = Manner { conservatism: state.guard.conservatism.clone(), drifting: self.drifting };
+        let curvature = self.curvature.and_then(|c| c.fit(problem, &known, &state.multipliers()));
+        let manner = Manner { conservatism: state.guard.conservatism.clone(), drifting: self.drifting, curvature };
         ApproximateProblem::new(problem, &*self.approximation, known, knowledge.kept.clone(), (surroundings, manner))
     }
 
@@ -213,7 +225,12 @@ impl Method {
         let approximate = Values { objective: proposal.objective, rows: proposal.rows.clone() };
         let compare =
             |(_, e): &(Responses, Evaluation)| Outcome::new(problem, &self.screening, &knowledge.kept, &approximate, e);
+        let falls = |(_, e): &(Responses, Evaluation)| {
+            let promise = (&approximate, &proposal.multipliers[..]);
+            trial::falls_of_lagrangian(problem, &knowledge.kept, promise, [&state.evaluation, e])
+        };
         Trial {
+            lagrangian: analysed.map(falls),
             from: &state.design,
             to: &proposal.x,
             last_step: state.last_step.as_deref(),

@@ -30,4 +30,4 @@ pub use screening::Screening;
 pub use state::{Counters, Guard, Knowledge, STATE_VERSION, State};
 pub use stop::{Status, Stop};
 pub use trial::{Outcome, Trial};
-pub use trust_region::{FixedLimits, TrustRegion};
+pub use trust_region::{FixedLimits, Merit, TrustRegion};

@@ -1,12 +1,12 @@
 //! Methods of the literature by name: each a filling of the interchangeable parts.
 
 use super::{
-    AcceptAlways, Conservatism, ErrorBased, Filter, FilteredConservatism, FixedLimits, Globalization, Method,
+    AcceptAlways, Conservatism, ErrorBased, Filter, FilteredConservatism, FixedLimits, Globalization, Merit, Method,
     MoveLimits, RelativeLimits, TrustRegion,
 };
 use crate::approximation::{
-    Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, Linear, Mma, Reciprocal, Tana,
-    TwoPointExponential,
+    Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, LagrangianCurvature, Linear,
+    Mma, Reciprocal, Tana, TwoPointExponential,
 };
 use crate::error::{Error, Result};
 
@@ -79,6 +79,14 @@ static PRESETS: &[Preset] = &[
         name: "slp-filter",
         title: "linear; filter; trust region (Fletcher et al. 2002)",
         method: || by_filter(Linear),
+    },
+    Preset {
+        name: "sqp-filter",
+        title: "linear with the curvature of the Lagrangian by limited-memory BFGS (SQP); filter; trust region",
+        method: || Method {
+            curvature: Some(LagrangianCurvature::default()),
+            ..with(Linear, Filter::default(), TrustRegion { merit: Merit::Lagrangian, ..TrustRegion::default() })
+        },
     },
     Preset {
         name: "linear-conservative",

@@ -173,6 +173,12 @@ impl State {
         (self.design, self.responses, self.evaluation) = (design, responses, evaluation);
     }
 
+    /// The active rows of the last accepted cycle with their multipliers.
+    pub(super) fn multipliers(&self) -> Vec<(RowId, f64)> {
+        let last = self.history.iter().rev().find(|c| c.accepted);
+        last.map_or_else(Vec::new, |cycle| cycle.active.iter().map(|a| (a.row, a.multiplier)).collect())
+    }
+
     /// Number of accepted cycles.
     pub fn cycles(&self) -> usize {
         self.history.iter().filter(|c| c.accepted).count() - 1

@@ -28,6 +28,9 @@ pub struct Trial<'a> {
     pub approximate_violation: f64,
     /// Sum of the multipliers of all rows, in the unit of the objective.
     pub multipliers: f64,
+    /// Fall of the Lagrangian F + Σ λᵢ gᵢ over the step, with the multipliers λ of the approximate problem: promised, and as
+    /// analysed; none if the analysis failed.
+    pub lagrangian: Option<[f64; 2]>,
     /// w = ½ Σ (Δbₖ/scaleₖ)², the distance that conservatism is measured in.
     pub distance: f64,
     /// What the analysis says; none if it failed.
@@ -96,6 +99,22 @@ impl Outcome {
         }
         outcome
     }
+}
+
+/// What a [`Trial`] says of the Lagrangian: the approximate problem's values and multipliers held against two analyses.
+pub(super) fn falls_of_lagrangian(
+    problem: &Problem,
+    kept: &[RowId],
+    (approximate, multipliers): (&Values, &[f64]),
+    [before, after]: [&Evaluation; 2],
+) -> [f64; 2] {
+    let mut falls = [before.objective - approximate.objective, before.objective - after.objective];
+    for ((row, λ), to) in kept.iter().zip(multipliers).zip(&approximate.rows).filter(|((_, λ), _)| **λ != 0.0) {
+        let from = before.constraints[row.constraint][row.point] - 1.0;
+        falls[0] += λ * (from - to);
+        falls[1] += λ * (from - (tracked(problem, row, after) - 1.0));
+    }
+    falls
 }
 
 /// ĝ of a kept row at the new design. A peak in continuous time is followed to the nearest one, if there is one.

@@ -54,9 +54,13 @@ impl MoveLimits for FixedLimits {
 /// approximate problem. With the ratio ϱ = Δφ / Δφ̃ the box shrinks after a rejected cycle or ϱ below
 /// [`poor`](Self::poor), and grows where ϱ exceeds [`good`](Self::good) and the design stands at its side.
 ///
+/// With [`Merit::Lagrangian`] φ is the Lagrangian instead: see there.
+///
 /// **Source.** Conn, Gould & Toint, *Trust-Region Methods* (2000), algorithm 6.1.1; exact penalty as in section 14.5.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustRegion {
+    /// What is held against its promise.
+    pub merit: Merit,
     /// First half width in scales of the variable.
     pub initial: f64,
     /// Largest half width.
@@ -71,16 +75,33 @@ pub struct TrustRegion {
     pub grow: f64,
 }
 
+/// What a [`TrustRegion`] holds against its promise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Merit {
+    /// F + μ h with the largest violation h and μ twice the sum of the multipliers: a step that is worse by what linear rows
+    /// leave of the constraints' curvature is a poor one.
+    #[default]
+    Penalty,
+    /// F + Σ λᵢ gᵢ with the multipliers of the approximate problem. The curvature of the constraints cancels where the
+    /// approximate objective has that of the Lagrangian ([`LagrangianCurvature`](crate::approximation::LagrangianCurvature)):
+    /// the box then stays as large as the step needs. It takes a filter besides, which looks after the violation.
+    Lagrangian,
+}
+
 impl Default for TrustRegion {
     fn default() -> Self {
-        Self { initial: 0.2, cap: 1.0, poor: 0.25, good: 0.75, shrink: 0.5, grow: 2.0 }
+        Self { merit: Merit::Penalty, initial: 0.2, cap: 1.0, poor: 0.25, good: 0.75, shrink: 0.5, grow: 2.0 }
     }
 }
 
 impl TrustRegion {
     /// ϱ; none where nothing was promised.
-    fn ratio(trial: &Trial) -> Option<f64> {
+    fn ratio(&self, trial: &Trial) -> Option<f64> {
         let outcome = trial.outcome.as_ref()?;
+        if self.merit == Merit::Lagrangian {
+            let [promised, actual] = trial.lagrangian?;
+            return (promised > 1e-10 * trial.objective_before.abs()).then_some(actual / promised);
+        }
         let weight = 2.0 * trial.multipliers;
         let before = trial.objective_before + weight * trial.violation_before;
         let promised = before - trial.approximate_objective - weight * trial.approximate_violation;
@@ -113,7 +134,7 @@ impl MoveLimits for TrustRegion {
     }
 
     fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
-        let ratio = Self::ratio(trial);
+        let ratio = self.ratio(trial);
         let factor = if verdict != Verdict::Accept || ratio.is_some_and(|r| r < self.poor) {
             self.shrink
         } else if ratio.is_some_and(|r| r > self.good) && trial.at_limit.contains(&true) {

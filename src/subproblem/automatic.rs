@@ -4,16 +4,15 @@ use super::{Conic, Falk, InteriorPoint, SecondOrder, Solution, Sqp, SubproblemSo
 use crate::error::Result;
 use crate::problem::{Program, Structure};
 
-/// Rows up to which the dual is the faster one.
+/// Rows up to which the dual is the faster one. Beyond, the interior point needs 0.4 and 1.5 ms for 3 variables with 1 000 and
+/// 10 000 rows, SQP 16 and 69 ms.
 const FEW: usize = 200;
-/// Variables up to which SQP, which takes in rows a few at a time, is the faster one for many rows.
-const SMALL: usize = 30;
 /// Variables up to which matrices of n × n are affordable.
 const DENSE: usize = 1000;
 
 /// Linear and convex quadratic programs go to [`Conic`], those with convex quadratic rows to [`SecondOrder`]; separable
-/// ones to [`Falk`] or, with more than 200 rows and 30 variables, to [`InteriorPoint`]; all others, and those that
-/// these do not settle, to [`Sqp`].
+/// ones to [`Falk`] or, with more than 200 rows, to [`InteriorPoint`], which also takes those that a quadratic of low rank
+/// couples; all others, and those that these do not settle, to [`Sqp`].
 ///
 /// ```
 /// use linkwright::subproblem::{Automatic, QuadraticProgram, SubproblemSolver};
@@ -44,6 +43,12 @@ impl SubproblemSolver for Automatic {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
+        if program.coupled().is_some() {
+            let solution = self.interior_point.solve(program, start)?;
+            if solution.status.is_usable() || start.len() > DENSE {
+                return Ok(solution);
+            }
+        }
         if program.structure() != Structure::Nonlinear
             && let Some(solution) = self.conic.solve_convex(program, start)?
         {
@@ -53,7 +58,7 @@ impl SubproblemSolver for Automatic {
             return SecondOrder { sqp: self.sqp }.solve(program, start);
         }
         let few_rows = program.rows() <= FEW;
-        if program.separable().is_some() && (few_rows || start.len() > SMALL) {
+        if program.separable().is_some() {
             let solution =
                 if few_rows { self.falk.solve(program, start)? } else { self.interior_point.solve(program, start)? };
             if solution.status.is_usable() || start.len() > DENSE {

@@ -7,11 +7,12 @@
 
 use super::Status;
 use super::kkt::variable_scale;
-use super::solver::Candidate;
+use super::solver::{Candidate, separable_part};
 use crate::error::Result;
 use crate::problem::separable::{Separable, Term};
-use crate::problem::{Gradients, Program, Structure, Values};
+use crate::problem::{Gradients, LowRank, Program, Structure, Values};
 use nalgebra::DMatrix;
+use std::borrow::Cow;
 
 /// Normalised violation below which a program counts as feasible.
 const FEASIBLE: f64 = 1e-9;
@@ -93,7 +94,12 @@ impl Program for Elastic<'_> {
         }
     }
     fn separable(&self) -> Option<&dyn Separable> {
-        self.program.separable().is_some().then_some(self as &dyn Separable)
+        let coupled = self.objective && self.program.coupled().is_some();
+        (!coupled && separable_part(self.program).is_some()).then_some(self as &dyn Separable)
+    }
+    fn coupled(&self) -> Option<(&dyn Separable, Cow<'_, LowRank>)> {
+        let (_, low_rank) = self.program.coupled().filter(|_| self.objective)?;
+        Some((self as &dyn Separable, Cow::Owned(low_rank.extended())))
     }
     fn values(&self, y: &[f64]) -> Result<Values> {
         let (t, x) = y.split_last().expect("t is the last variable");
@@ -132,7 +138,7 @@ impl Program for Elastic<'_> {
     }
 }
 
-/// Separable if the program is: t is one more variable with linear terms.
+/// Separable if the program is, but for a coupling: t is one more variable with linear terms.
 impl Separable for Elastic<'_> {
     fn constant(&self, i: usize) -> f64 {
         let inner = self.separable_program();
@@ -158,7 +164,7 @@ impl Separable for Elastic<'_> {
 
 impl Elastic<'_> {
     fn separable_program(&self) -> &dyn Separable {
-        self.program.separable().expect("asked only of separable programs")
+        separable_part(self.program).expect("asked only of programs that have one")
     }
 }
 

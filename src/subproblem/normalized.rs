@@ -1,11 +1,12 @@
 //! A program in units in which its variables, rows and objective are near one at the start.
 
 use super::kkt::variable_scale;
-use super::solver::Candidate;
+use super::solver::{Candidate, separable_part};
 use crate::error::Result;
 use crate::problem::separable::{Separable, Term};
-use crate::problem::{Gradients, Program, Structure, Values};
+use crate::problem::{Gradients, LowRank, Program, Structure, Values};
 use nalgebra::DMatrix;
+use std::borrow::Cow;
 
 /// x = s z, rows divided by rᵢ = maxⱼ sⱼ |∂gᵢ/∂xⱼ| and the objective by φ = maxⱼ sⱼ |∂f/∂xⱼ|, all at the start.
 pub(super) struct Normalized<'a> {
@@ -118,6 +119,10 @@ impl Program for Normalized<'_> {
     fn separable(&self) -> Option<&dyn Separable> {
         self.program.separable().is_some().then_some(self as &dyn Separable)
     }
+    fn coupled(&self) -> Option<(&dyn Separable, Cow<'_, LowRank>)> {
+        let (_, low_rank) = self.program.coupled()?;
+        Some((self as &dyn Separable, Cow::Owned(low_rank.scaled(&self.variable, self.objective))))
+    }
     fn values(&self, z: &[f64]) -> Result<Values> {
         Ok(self.scaled(self.program.values(&self.outward(z))?))
     }
@@ -132,7 +137,7 @@ impl Program for Normalized<'_> {
     }
 }
 
-/// Separable if the program is.
+/// Separable if the program is, but for a coupling.
 impl Separable for Normalized<'_> {
     fn constant(&self, i: usize) -> f64 {
         self.separable_program().constant(i) / self.unit(i)
@@ -158,7 +163,7 @@ impl Normalized<'_> {
     }
 
     fn separable_program(&self) -> &dyn Separable {
-        self.program.separable().expect("asked only of separable programs")
+        separable_part(self.program).expect("asked only of programs that have one")
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Evaluations, KktResidual, Solution, Status};
 use crate::error::{Error, Result};
-use crate::problem::{Gradients, Program};
+use crate::problem::{Gradients, Program, Separable};
 
 /// A solver of mathematical programs: a value that holds settings only.
 ///
@@ -73,6 +73,11 @@ impl From<Solution> for Candidate {
             relaxation: s.relaxation.map(|_| s.relaxed_rows),
         }
     }
+}
+
+/// The sum over the variables that a program is, but perhaps for a coupling.
+pub(crate) fn separable_part(program: &dyn Program) -> Option<&dyn Separable> {
+    program.separable().or_else(|| program.coupled().map(|(part, _)| part))
 }
 
 /// `start` moved into the bounds, after the shapes have been checked.

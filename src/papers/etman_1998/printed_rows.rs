@@ -75,6 +75,7 @@ fn trial<'a>(
     };
     let (from, to) = (base.design.as_slice(), row.design.as_slice());
     Trial {
+        lagrangian: None,
         from,
         to,
         last_step,

@@ -2,12 +2,12 @@
 
 mod newton;
 mod point;
+mod stiffness;
 mod working_rows;
 
-use super::falk::separable;
 use super::kkt::supported;
 use super::normalized::Normalized;
-use super::solver::{Candidate, SubproblemSolver, check_finite, feasible_start};
+use super::solver::{Candidate, SubproblemSolver, check_finite, feasible_start, separable_part};
 use super::{Evaluations, Solution, Status, elastic};
 use crate::error::{Error, Result};
 use crate::problem::{Gradients, Program};
@@ -21,7 +21,8 @@ const INNER: usize = 60;
 /// Halvings of a step.
 const HALVINGS: usize = 30;
 
-/// The solver of separable convex programs with many rows, or with terms that have no curvature.
+/// The solver of separable convex programs with many rows, or with terms that have no curvature, and of those that are separable
+/// but for a convex quadratic of low rank in the objective ([`Program::coupled`]).
 ///
 /// Newton's method on the optimality conditions with complementarity λ s = μ, μ → 0. The system is reduced to the
 /// smaller of n and m, and rows are taken in as they are violated where they are many. A program without a feasible point
@@ -30,7 +31,7 @@ const HALVINGS: usize = 30;
 /// **Source.** Svanberg, *MMA and GCMMA – two methods for nonlinear optimization* (2007), section 5; Wright,
 /// *Primal-Dual Interior-Point Methods* (1997).
 ///
-/// **Errors.** [`Error::Definition`] if the program is not [`Separable`](crate::problem::Separable).
+/// **Errors.** [`Error::Definition`] if the program is neither [`Separable`](crate::problem::Separable) nor that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InteriorPoint {
     tolerance: f64,
@@ -171,7 +172,10 @@ impl SubproblemSolver for InteriorPoint {
     }
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        let parts = separable(program, "interior point solver")?;
+        let parts = separable_part(program).ok_or_else(|| {
+            let why = "the program is not a sum over its variables, not even but for a quadratic of low rank";
+            Error::definition("interior point solver", why, "use the automatic solver")
+        })?;
         let start = feasible_start(program, start)?;
         let here = program.gradients(&start)?;
         check_finite(program, &start, &here)?;

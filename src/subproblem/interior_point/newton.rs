@@ -1,6 +1,7 @@
 //! The Newton step of the perturbed optimality conditions, reduced to n or to m unknowns.
 
 use super::point::{Frame, Local, Point};
+use super::stiffness::Stiffness;
 use nalgebra::{DMatrix, DVector};
 
 /// Smallest curvature that is divided by.
@@ -13,26 +14,30 @@ const FLAT: f64 = 1e-14;
 /// $$ D\,dx + G^T dλ = a,\qquad G\,dx - S\,dλ = -b , $$
 ///
 /// which becomes (S + G D⁻¹ Gᵀ) dλ = G D⁻¹ a + b where rows are few, and (D + Gᵀ S⁻¹ G) dx = a − Gᵀ S⁻¹ b where they
-/// are many.
+/// are many. D is a diagonal, or a diagonal and a few outer products.
 ///
 /// **Source.** Svanberg, *MMA and GCMMA – two methods for nonlinear optimization* (2007), section 5, without the
 /// artificial variables.
 pub(super) fn step(frame: &Frame<'_>, p: &Point, at: &Local, μ: f64) -> Option<Point> {
     let (n, m) = (p.x.len(), p.λ.len());
-    let (mut stiffness, mut a) = (vec![0.0; n], DVector::zeros(n));
+    let (mut stiffness, mut a) = (vec![1.0; n], DVector::zeros(n));
     for j in (0..n).filter(|&j| !frame.fixed[j]) {
         let (below, above) = frame.gaps(&p.x, j);
         stiffness[j] = (at.curvature[j] + p.ξ[j] / below + p.η[j] / above).max(FLAT);
         a[j] = -at.slope[j] + μ / below - μ / above;
     }
+    let (columns, weights) = frame.outer_products();
+    let stiffness = Stiffness::new(stiffness, columns, weights);
     let g = &at.gradients.values.rows;
     let softness: Vec<f64> = (0..m).map(|i| if frame.equality[i] { 0.0 } else { p.s[i] / p.λ[i] }).collect();
     let b = DVector::from_fn(m, |i, _| g[i] + if frame.equality[i] { 0.0 } else { μ / p.λ[i] });
     let rows_are_many = m > n && !frame.equality.contains(&true);
     let (dx, dλ) = if rows_are_many {
         by_variables(frame, at, &stiffness, &softness, &a, &b)?
+    } else if stiffness.coupling.is_some() {
+        by_coupled_rows(frame, at, &stiffness, &softness, &a, &b)?
     } else {
-        by_rows(frame, at, &stiffness, &softness, &a, &b)?
+        by_rows(frame, at, &stiffness.diagonal, &softness, &a, &b)?
     };
     Some(complete(frame, p, dx, dλ, &softness, μ))
 }
@@ -66,10 +71,33 @@ fn by_rows(
     Some((dx, dλ))
 }
 
+/// The same with a matrix that is not a diagonal.
+fn by_coupled_rows(
+    frame: &Frame<'_>,
+    at: &Local,
+    stiffness: &Stiffness,
+    softness: &[f64],
+    a: &DVector<f64>,
+    b: &DVector<f64>,
+) -> Option<(DVector<f64>, DVector<f64>)> {
+    let rows = &at.gradients.rows;
+    let row = |i: usize| DVector::from_fn(a.len(), |j, _| if frame.fixed[j] { 0.0 } else { rows[(i, j)] });
+    let mut dx = stiffness.solve(a)?;
+    let answers: Vec<DVector<f64>> = (0..b.len()).map(|i| stiffness.solve(&row(i))).collect::<Option<_>>()?;
+    if answers.is_empty() {
+        return Some((dx, b.clone()));
+    }
+    let mut system = DMatrix::from_columns(&answers.iter().map(|z| rows * z).collect::<Vec<_>>());
+    softness.iter().enumerate().for_each(|(i, s)| system[(i, i)] += s);
+    let dλ = positive_solve(system, &(rows * &dx + b))?;
+    answers.iter().zip(&dλ).for_each(|(z, λ)| dx.axpy(-λ, z, 1.0));
+    Some((dx, dλ))
+}
+
 fn by_variables(
     frame: &Frame<'_>,
     at: &Local,
-    stiffness: &[f64],
+    stiffness: &Stiffness,
     softness: &[f64],
     a: &DVector<f64>,
     b: &DVector<f64>,
@@ -81,8 +109,8 @@ fn by_variables(
         .collect();
     let mut system = DMatrix::from_fn(n, n, |j, k| if frame.fixed[k] { 0.0 } else { weighted[j].dot(&rows.column(k)) });
     let mut right = a.clone();
+    stiffness.add_to(&mut system);
     for j in 0..n {
-        system[(j, j)] += if frame.fixed[j] { 1.0 } else { stiffness[j] };
         right[j] -= weighted[j].dot(b);
     }
     let dx = positive_solve(system, &right)?;

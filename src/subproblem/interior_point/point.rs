@@ -1,7 +1,7 @@
 //! Primal and dual variables of the interior point method, and how far they are from the perturbed conditions.
 
 use crate::error::Result;
-use crate::problem::{Gradients, Separable};
+use crate::problem::{Gradients, LowRank, Separable};
 
 /// x, λ, the slacks s of the inequality rows, and the multipliers ξ and η of lower and upper bounds.
 #[derive(Clone, Debug)]
@@ -24,6 +24,8 @@ pub(super) struct Local {
 /// What does not change during a run.
 pub(super) struct Frame<'a> {
     pub program: &'a dyn Separable,
+    /// What couples the variables besides; nothing couples those that are fixed.
+    pub coupling: Option<LowRank>,
     pub equality: Vec<bool>,
     pub fixed: Vec<bool>,
 }
@@ -34,8 +36,12 @@ const SHARE: f64 = 0.995;
 impl<'a> Frame<'a> {
     pub fn new(program: &'a dyn Separable) -> Self {
         let equality = (0..program.rows()).map(|i| program.is_equality(i)).collect();
-        let fixed = program.lower().iter().zip(program.upper()).map(|(l, u)| l == u).collect();
-        Self { program, equality, fixed }
+        let fixed: Vec<bool> = program.lower().iter().zip(program.upper()).map(|(l, u)| l == u).collect();
+        let mut coupling = program.coupled().map(|(_, low_rank)| low_rank.into_owned());
+        for column in coupling.iter_mut().flat_map(|b| &mut b.columns) {
+            (0..fixed.len()).filter(|&j| fixed[j]).for_each(|j| column[j] = 0.0);
+        }
+        Self { program, coupling, equality, fixed }
     }
 
     /// Distance of x from its lower and upper bound.
@@ -63,10 +69,17 @@ impl<'a> Frame<'a> {
         })
     }
 
+    /// Columns and weights of the outer products in the Hessian.
+    pub fn outer_products(&self) -> (&[Vec<f64>], &[f64]) {
+        self.coupling.as_ref().map_or((&[], &[]), |b| (&b.columns, &b.weights))
+    }
+
     pub fn local(&self, p: &Point) -> Result<Local> {
         let gradients = self.program.gradients(&p.x)?;
         let weights: Vec<f64> = [1.0].into_iter().chain(p.λ.iter().copied()).collect();
-        let curvature = (0..p.x.len()).map(|j| self.program.weighted(j, p.x[j], &weights).curvature.max(0.0)).collect();
+        let own = |j: usize| self.program.weighted(j, p.x[j], &weights).curvature.max(0.0);
+        let coupled = |j: usize| self.coupling.as_ref().map_or(0.0, |b| b.diagonal[j]);
+        let curvature = (0..p.x.len()).map(|j| own(j) + coupled(j)).collect();
         let row_slope = |j: usize| gradients.rows.column(j).iter().zip(&p.λ).fold(0.0, |a, (g, λ)| a + g * λ);
         let slope = (0..p.x.len()).map(|j| gradients.objective[j] + row_slope(j)).collect();
         Ok(Local { gradients, curvature, slope })

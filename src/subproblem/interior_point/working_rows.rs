@@ -29,7 +29,7 @@ impl Kept<'_> {
     }
 }
 
-/// The outcome by rounds; none where rows are few or equalities. A round that fails, as where no point is feasible, ends it:
+/// The outcome by rounds; none where rows are few or equalities, or variables coupled. A round that fails, as where no point is feasible, ends it:
 /// the status is then not that of a solution.
 ///
 /// `here` are the gradients at `start`, which is within the bounds.
@@ -41,7 +41,7 @@ pub(super) fn solve(
 ) -> Result<Option<Run>> {
     let (n, m) = (program.variables(), program.rows());
     let first = 4 * n + 4;
-    if m <= 4 * first || (0..m).any(|i| program.is_equality(i)) {
+    if m <= 4 * first || program.coupled().is_some() || (0..m).any(|i| program.is_equality(i)) {
         return Ok(None);
     }
     let scale: Vec<f64> =

@@ -1,0 +1,168 @@
+//! Curvature of the Lagrangian, learnt from gradients.
+
+use super::Known;
+use crate::error::{Error, Result};
+use crate::problem::{LowRank, Problem, Quantity, Responses, RowId, Sensitivities};
+
+/// Share of the expected curvature below which a step is damped.
+const DAMPING: f64 = 0.2;
+
+/// ½ dᵀ B d added to the approximate objective, where B follows the Hessian of the Lagrangian
+///
+/// $$ L(b) = F(b) + \sum_i λ_i\, \hat g_i(b) $$
+///
+/// by limited-memory BFGS. With linear approximations a cycle is one of sequential quadratic programming (SQP): the curvature
+/// of the active constraints counts as much as that of the objective, with the sign that it has, and the rows stay linear.
+///
+/// With the multipliers λ of the last accepted cycle, steps s between accepted designs and the changes y of ∇L along them, in
+/// variables divided by their scales, the oldest step first,
+///
+/// $$ B_0 = \frac{y^T y}{s^T y} I ,\qquad B \leftarrow B - \frac{B s s^T B}{s^T B s} + \frac{r r^T}{s^T r} ,\qquad
+///    r = θ y + (1 - θ) B s , $$
+///
+/// where B₀ is that of the newest step along which L bends up, and θ keeps sᵀr ≥ 0.2 sᵀBs. All steps are taken anew in every
+/// cycle, with its multipliers. B is a multiple of the identity and at most two outer products for each step, never a matrix:
+/// a thousand variables cost next to nothing. A first cycle has none, and so has one after which L did not bend up.
+///
+/// A row counts as far back as it was differentiated; peaks in continuous time, whose times differ from design to design,
+/// do not count.
+///
+/// **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed. (2006), procedure 18.2 (Powell's damping) and section 7.2
+/// (limited memory).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LagrangianCurvature {
+    /// Accepted steps that are remembered, at least 1.
+    pub steps: usize,
+}
+
+impl Default for LagrangianCurvature {
+    fn default() -> Self {
+        Self { steps: 20 }
+    }
+}
+
+impl LagrangianCurvature {
+    /// Refuses settings out of range.
+    pub fn check(&self) -> Result<()> {
+        let steps = self.steps as f64;
+        Error::check_option("steps of the curvature of the Lagrangian", "at least 1", steps, self.steps > 0)
+    }
+
+    /// ½ dᵀ B d about the design of `known`; none where nothing is known of it. `multipliers` are those of the last cycle.
+    pub fn fit(&self, problem: &Problem, known: &Known, multipliers: &[(RowId, f64)]) -> Option<LowRank> {
+        let scale = problem.scales();
+        let mut points = vec![Point {
+            problem,
+            design: known.design,
+            responses: known.responses,
+            sensitivities: known.sensitivities,
+        }];
+        points.extend(known.past.iter().take(self.steps).map(|p| Point {
+            problem,
+            design: &p.design,
+            responses: &p.responses,
+            sensitivities: &p.sensitivities,
+        }));
+        let pairs: Vec<Pair> =
+            points.windows(2).rev().filter_map(|ends| pair([&ends[0], &ends[1]], multipliers, &scale)).collect();
+        let scaled = limited_memory(&pairs)?;
+        let inverse: Vec<f64> = scale.iter().map(|s| 1.0 / s).collect();
+        Some(LowRank { origin: known.design.to_vec(), ..scaled.scaled(&inverse, 1.0) })
+    }
+}
+
+/// A design with what is known there.
+struct Point<'a> {
+    problem: &'a Problem,
+    design: &'a [f64],
+    responses: &'a Responses,
+    sensitivities: &'a Sensitivities,
+}
+
+impl Point<'_> {
+    fn knows(&self, quantity: &Quantity, p: usize) -> bool {
+        self.problem.instants_of(quantity, p).iter().all(|i| self.sensitivities.row_of(*i).is_some())
+    }
+
+    /// ∇L, with these rows and multipliers.
+    fn slope(&self, rows: &[(RowId, f64)]) -> Vec<f64> {
+        let problem = self.problem;
+        let total = |q: &Quantity, p| problem.total_derivative(q, p, self.design, self.responses, self.sensitivities);
+        let mut slope = total(&problem.objective, 0);
+        for &(row, λ) in rows {
+            let constraint = &problem.constraints[row.constraint];
+            let share = λ / constraint.scale;
+            slope.iter_mut().zip(total(&constraint.quantity, row.point)).for_each(|(s, g)| *s += share * g);
+        }
+        slope
+    }
+}
+
+/// s and y in scaled variables.
+type Pair = [Vec<f64>; 2];
+
+/// The step between two designs, the newer first, and the change of ∇L; none where the objective was not differentiated.
+fn pair(ends: [&Point; 2], multipliers: &[(RowId, f64)], scale: &[f64]) -> Option<Pair> {
+    let problem = ends[0].problem;
+    let both = |q: &Quantity, p| ends.iter().all(|end| end.knows(q, p));
+    let counts = |(row, _): &(RowId, f64)| {
+        let constraint = &problem.constraints[row.constraint];
+        !constraint.is_continuous && both(&constraint.quantity, row.point)
+    };
+    let rows: Vec<(RowId, f64)> = multipliers.iter().copied().filter(counts).collect();
+    let [newer, older] = both(&problem.objective, 0).then(|| ends.map(|end| end.slope(&rows)))?;
+    let step = (0..scale.len()).map(|k| (ends[0].design[k] - ends[1].design[k]) / scale[k]);
+    Some([step.collect(), (0..scale.len()).map(|k| (newer[k] - older[k]) * scale[k]).collect()])
+}
+
+/// B by damped BFGS updates with pairs (s, y), the oldest first; none unless y goes with s in one of them.
+fn limited_memory(pairs: &[Pair]) -> Option<LowRank> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let bends_up = |[s, y]: &&Pair| dot(s, y) > 1e-12 * (dot(s, s) * dot(y, y)).sqrt();
+    let [s, y] = pairs.iter().rev().find(bends_up)?;
+    let first = dot(y, y) / dot(s, y);
+    let mut b = LowRank::diagonal(vec![0.0; s.len()], vec![first; s.len()]);
+    for [s, y] in pairs {
+        let bs = b.times(s);
+        let (expected, seen) = (dot(s, &bs), dot(s, y));
+        if !(expected > 0.0 && expected.is_finite() && seen.is_finite()) {
+            continue;
+        }
+        let θ = if seen >= DAMPING * expected { 1.0 } else { (1.0 - DAMPING) * expected / (expected - seen) };
+        let damped: Vec<f64> = y.iter().zip(&bs).map(|(y, b)| θ * y + (1.0 - θ) * b).collect();
+        let along = dot(s, &damped);
+        b.add(-1.0 / expected, bs);
+        b.add(1.0 / along, damped);
+    }
+    Some(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    fn pairs_of(h: &DMatrix<f64>, steps: &[Vec<f64>]) -> Vec<Pair> {
+        let change = |s: &Vec<f64>| (h * DVector::from_column_slice(s)).as_slice().to_vec();
+        steps.iter().map(|s| [s.clone(), change(s)]).collect()
+    }
+
+    #[test]
+    fn conjugate_steps_through_a_quadratic_teach_its_hessian() {
+        // Steps along the axes of a diagonal Hessian are conjugate: after n of them B is the Hessian.
+        let h = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 4.0, 9.0]));
+        let steps: Vec<Vec<f64>> = (0..3).map(|k| (0..3).map(|j| if j == k { 0.5 } else { 0.0 }).collect()).collect();
+        let b = limited_memory(&pairs_of(&h, &steps)).unwrap();
+        assert!((b.dense() - h).amax() < 1e-12);
+    }
+
+    #[test]
+    fn the_last_step_is_met_and_what_bends_down_is_damped() {
+        let h = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, -3.0]);
+        let pairs = pairs_of(&h, &[vec![0.1, 1.0], vec![1.0, 0.2]]);
+        let b = limited_memory(&pairs).unwrap();
+        assert!(b.dense().symmetric_eigenvalues().min() > 0.0);
+        assert!(b.times(&pairs[1][0]).iter().zip(&pairs[1][1]).all(|(a, e)| (a - e).abs() < 1e-12));
+        assert!(limited_memory(&pairs[..1]).is_none());
+    }
+}
