@@ -32,6 +32,8 @@ direction = 1.0
 force = "3*p"
 "#;
 const DYNAMICS: &str = "[analysis]\nkind = \"dynamics\"\nstep = 1e-3\n";
+/// Reactions of implicit steps carry the tolerance of their iteration over the square of the step, too much for differences.
+const EXPLICIT: &str = "[analysis]\nkind = \"dynamics\"\nscheme = \"rk8\"\ntolerance = 1e-12\n";
 
 /// A part, and what it measures.
 const PARTS: &[(&str, &str, &str, &[&str])] = &[
@@ -118,7 +120,7 @@ fn every_joint_drive_and_force_measures_and_differentiates() {
     for (section, kind, keys, measures) in PARTS {
         let part = format!("[[{section}]]\nname = \"part\"\nkind = \"{kind}\"\n{keys}\n");
         let outputs = outputs(measures.iter().map(|m| format!("part.{m}")));
-        let values = assert_derivatives(&format!("{BASE}{DYNAMICS}{part}{outputs}"));
+        let values = assert_derivatives(&format!("{BASE}{EXPLICIT}{part}{outputs}"));
         assert!(values.iter().any(|v| *v != 0.0), "{kind} measures nothing: {values:?}");
     }
 }
@@ -165,8 +167,9 @@ fn bodies_beams_and_formulas_differentiate() {
     let measures = ["bob.vx", "slide.position", "edge.x", "kinetic_energy", "potential_energy + time"];
     let values =
         assert_derivatives(&format!("{BASE}{DYNAMICS}{parts}{}", outputs(measures.iter().map(|m| (*m).to_owned()))));
-    for (found, expected) in values.iter().zip([1.5, 0.03, 1.5]) {
-        assert!((found - expected).abs() < 1e-9, "{values:?}");
+    // Without forces along x; the edge of the body that is pulled has hardly moved.
+    for (found, expected, tolerance) in [(values[0], 1.5, 1e-9), (values[1], 0.03, 1e-9), (values[2], 1.5, 1e-3)] {
+        assert!((found - expected).abs() < tolerance, "{values:?}");
     }
 }
 

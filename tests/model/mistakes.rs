@@ -176,3 +176,47 @@ proptest! {
         }
     }
 }
+
+/// Random edits of all example files and pieces of them, for a long time: `cargo test --test model -- --ignored million`.
+#[test]
+#[ignore = "takes minutes; set INPUTS to their number"]
+fn a_million_inputs_do_no_harm() {
+    let count: usize = std::env::var("INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
+    let folder = format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"));
+    let files = std::fs::read_dir(folder).unwrap().map(|f| std::fs::read_to_string(f.unwrap().path()).unwrap());
+    let files: Vec<Vec<char>> = files.chain([GOOD.to_owned()]).map(|text| text.chars().collect()).collect();
+    let mut state = 1u64;
+    // SplitMix64.
+    let mut draw = |below: usize| {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) as usize % below
+    };
+    let mut good = 0;
+    for _ in 0..count {
+        let mut text = files[draw(files.len())].clone();
+        for _ in 0..=draw(3) {
+            // A piece goes from one place to another, or a digit, sign or letter changes.
+            let (from, to) = (draw(text.len()), draw(text.len()));
+            match draw(4) {
+                0 => text[to] = text[from],
+                1 => drop(text.drain(from..(from + draw(30)).min(text.len()))),
+                2 => {
+                    let piece = text[from..(from + draw(30)).min(text.len())].to_vec();
+                    drop(text.splice(to..to, piece));
+                }
+                _ => text[to] = b"0123456789.-+*/^()[]{}\"'=,#\n eEinf_"[draw(35)] as char,
+            }
+            if text.is_empty() {
+                break;
+            }
+        }
+        let text: String = text.into_iter().collect();
+        match read("m.toml", &text) {
+            Ok(model) => good += usize::from(model.problem().is_ok()),
+            Err(fault) => assert!(fault.to_string().contains("m.toml:")),
+        }
+    }
+    println!("{good} of {count} were read");
+}

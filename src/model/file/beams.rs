@@ -55,6 +55,15 @@ enum Kind {
     Section,
 }
 
+/// A kind with its name, the keys of its shape, and those of its material.
+type KindKeys = (&'static str, (Kind, &'static [Key], &'static [Key]));
+
+const KINDS: [KindKeys; 3] = [
+    ("circular", (Kind::Circular, CIRCULAR, MATERIAL)),
+    ("rectangular", (Kind::Rectangular, RECTANGULAR, MATERIAL)),
+    ("section", (Kind::Section, SECTION, &[])),
+];
+
 /// A beam with its numbers as programs of the design.
 #[derive(Clone, Debug)]
 pub struct Beam {
@@ -74,14 +83,10 @@ pub struct Beam {
 
 /// Reads the beams and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Beam>> {
-    let kinds: [(&str, (Kind, &[Key], &[Key])); 3] = [
-        ("circular", (Kind::Circular, CIRCULAR, MATERIAL)),
-        ("rectangular", (Kind::Rectangular, RECTANGULAR, MATERIAL)),
-        ("section", (Kind::Section, SECTION, &[])),
-    ];
     let mut beams = vec![];
     for (table, span) in file.tables("beam")? {
-        let (kind, shape, material) = Section::kind(&table, "beam", "circular", kinds.into_iter())?;
+        let (kind, shape, material) =
+            Section::kind(&table, "beam", "circular", KINDS.iter().map(|(name, kind)| (*name, *kind)))?;
         let section = Section::of(table, span, "beam", &[COMMON, shape, material], file.source())?;
         let beam = beam(kind, (shape, material), &section, names, parts)?;
         parts.add(&section.need_word("name")?, Named::Beam(beams.len(), beam.elements))?;
