@@ -106,6 +106,9 @@ const MARGIN: f64 = 10.0;
 /// Part of the largest scaled derivative of a response that is not looked at: rounding of what cancels.
 const NEGLIGIBLE: f64 = 1e-9;
 
+/// Part of a derivative that it may be off in any case.
+const ALLOWED: f64 = 1e-7;
+
 /// Part of a derivative up to which differences can tell that it is right.
 const CLEAR: f64 = 0.03;
 
@@ -123,7 +126,7 @@ pub(super) fn judge(derivatives: &mut [Checked], scales: &[f64]) {
             d.finding = Finding::Unclear;
             continue;
         };
-        let off = |x: f64| !((x - value).abs() <= MARGIN * error + floor);
+        let off = |x: f64| !((x - value).abs() <= MARGIN * error + ALLOWED * size + floor);
         d.suspects = (0..d.claimed.len()).filter(|&k| off(d.claimed[k])).collect();
         let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest / scales[d.variable]);
         d.finding = match () {

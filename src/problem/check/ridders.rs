@@ -46,11 +46,10 @@ pub fn ridders(here: f64, steps: &[Step]) -> Option<Slope> {
     let Slope { value, error, .. } = rows[row];
     let scatter = |(other, step): (&Slope, &Step)| (other.value - value).abs() * step.h;
     let noise = rows.iter().zip(steps).skip(row + 1).map(scatter).fold(0.0, f64::max);
-    // Two numbers may agree by chance: a row beside it must agree too.
+    // Two numbers may agree by chance: the rows beside it must agree too.
     let beside = [row.checked_sub(1).filter(|&row| row > 0), Some(row + 1)].into_iter().flatten();
     let beside = beside.filter_map(|row| rows.get(row)).map(|other| (other.value - value).abs());
-    let doubt = beside.fold(f64::INFINITY, f64::min);
-    let doubt = if doubt.is_finite() { doubt } else { 0.0 };
+    let doubt = beside.fold(0.0, f64::max);
     Some(Slope { value, error: error.max(doubt).max(noise / steps[row].h), noise })
 }
 
