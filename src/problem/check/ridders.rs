@@ -14,26 +14,30 @@ pub struct Slope {
 /// The derivative at 0 from values at 0 and at ±h for falling steps h.
 ///
 /// Central differences are extrapolated to h = 0 in all ways that the steps allow; of these the one is taken that differs
-/// least from its neighbours. Large steps suffer from curvature, small ones from the noise of the values: the choice
-/// finds the step between, whatever the noise is. The error is that difference, at least what noise makes of it: the
-/// rounding of the values, or by how much the results of smaller steps scatter about this one.
+/// least from its neighbours, unless noise makes more of it. Large steps suffer from curvature, small ones from the noise of
+/// the values: the choice finds the step between, whatever the noise is. It is told by how much the extrapolated differences
+/// of the smallest steps scatter. The error is that difference, that noise, or the disagreement with the steps beside,
+/// whichever is most.
 ///
 /// None with fewer than two steps.
 ///
 /// **Source.** Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
 pub fn ridders(here: f64, steps: &[Step]) -> Option<Slope> {
     let central = |s: &Step| (s.ahead - s.behind) / (2.0 * s.h);
+    let extrapolated = |a: &Step, b: &Step| central(b) + (central(b) - central(a)) / ((a.h / b.h).powi(2) - 1.0);
+    let scatter = |s: &[Step]| (extrapolated(&s[1], &s[2]) - extrapolated(&s[0], &s[1])).abs() * s[2].h;
+    let noise = steps.windows(3).rev().take(SMALLEST).map(scatter).fold(0.0, f64::max);
     let mut rows: Vec<Slope> = Vec::new();
     let mut above: Vec<f64> = Vec::new();
     for (row, step) in steps.iter().enumerate() {
         let size = step.ahead.abs().max(step.behind.abs()).max(here.abs());
-        let rounding = 2.0 * f64::EPSILON * size / step.h;
+        let least = (2.0 * f64::EPSILON * size).max(noise) / step.h;
         let mut current = vec![central(step)];
-        let mut best = Slope { value: current[0], error: f64::INFINITY, noise: 0.0 };
+        let mut best = Slope { value: current[0], error: f64::INFINITY, noise };
         for column in 1..=row {
             let ratio = (steps[row - column].h / step.h).powi(2);
             let value = current[column - 1] + (current[column - 1] - above[column - 1]) / (ratio - 1.0);
-            let error = (value - current[column - 1]).abs().max((value - above[column - 1]).abs()).max(rounding);
+            let error = (value - current[column - 1]).abs().max((value - above[column - 1]).abs()).max(least);
             if error < best.error {
                 best = Slope { value, error, ..best };
             }
@@ -44,14 +48,15 @@ pub fn ridders(here: f64, steps: &[Step]) -> Option<Slope> {
     }
     let row = (1..rows.len()).min_by(|&a, &b| rows[a].error.total_cmp(&rows[b].error))?;
     let Slope { value, error, .. } = rows[row];
-    let scatter = |(other, step): (&Slope, &Step)| (other.value - value).abs() * step.h;
-    let noise = rows.iter().zip(steps).skip(row + 1).map(scatter).fold(0.0, f64::max);
     // Two numbers may agree by chance: the rows beside it must agree too.
     let beside = [row.checked_sub(1).filter(|&row| row > 0), Some(row + 1)].into_iter().flatten();
     let beside = beside.filter_map(|row| rows.get(row)).map(|other| (other.value - value).abs());
     let doubt = beside.fold(0.0, f64::max);
-    Some(Slope { value, error: error.max(doubt).max(noise / steps[row].h), noise })
+    Some(Slope { value, error: error.max(doubt), noise })
 }
+
+/// The smallest steps that tell the noise.
+const SMALLEST: usize = 4;
 
 /// Values on both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
