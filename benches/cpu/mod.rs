@@ -34,7 +34,7 @@ pub fn in_turns<const N: usize>(rounds: usize, mut jobs: [&mut dyn FnMut(); N]) 
     let mut best = [f64::INFINITY; N];
     for _ in 0..rounds {
         for (best, job) in best.iter_mut().zip(&mut jobs) {
-            *best = best.min(least(1, || job()));
+            *best = best.min(least(1, job));
         }
     }
     best
