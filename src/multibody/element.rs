@@ -279,10 +279,17 @@ impl<T: Scalar> Room<T> {
 
     /// Evaluates the residual of `element` on what was put in.
     pub fn residual(&mut self, element: &(impl Evaluate<T> + ?Sized), t: T) {
+        let p = std::mem::take(&mut self.p);
+        self.residual_of(element, &p, t);
+        self.p = p;
+    }
+
+    /// The same with parameters `p` that were not put in.
+    pub fn residual_of(&mut self, element: &(impl Evaluate<T> + ?Sized), p: &[T], t: T) {
         let (mut balance, mut closure) = (std::mem::take(&mut self.balance), std::mem::take(&mut self.closure));
         reset(&mut balance, self.q.len());
         reset(&mut closure, self.l.len());
-        element.residual(&self.local(t), &mut balance, &mut closure);
+        element.residual(&Local { p, ..self.local(t) }, &mut balance, &mut closure);
         (self.balance, self.closure) = (balance, closure);
     }
 }

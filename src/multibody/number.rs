@@ -20,6 +20,8 @@ pub const MOST_MOTION_PARAMETERS: usize = 8;
 pub trait Number: Scalar {
     /// Evaluates an element's residual on what is in `room`.
     fn residual(element: &dyn AnyElement, t: Self, room: &mut Room<Self>);
+    /// Evaluates an element's residual on what is in `room`, but with the parameters `p`.
+    fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, room: &mut Room<Self>);
     /// Evaluates an element's outputs.
     fn measure(element: &dyn AnyElement, x: &Local<'_, Self>, out: &mut [Self]);
     /// Evaluates an element's energy.
@@ -33,6 +35,9 @@ macro_rules! impl_number {
         impl Number for $t {
             fn residual(element: &dyn AnyElement, t: Self, room: &mut Room<Self>) {
                 room.residual(element as &dyn AnyElement, t);
+            }
+            fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, room: &mut Room<Self>) {
+                room.residual_of(element as &dyn AnyElement, p, t);
             }
             fn measure(element: &dyn AnyElement, x: &Local<'_, Self>, out: &mut [Self]) {
                 super::element::Evaluate::<$t>::measure(element, x, out);

@@ -11,7 +11,7 @@ use crate::linalg::Factor;
 use crate::multibody::Mechanism;
 
 /// Steps in a stretch: enough that handing them over does not count.
-const LENGTH: usize = 16;
+const LENGTH: usize = 8;
 
 /// A converged step, linearized at its end.
 #[derive(Clone)]

@@ -89,9 +89,7 @@ pub(crate) fn gather<T: Real>(part: &PartData<T>, state: &State<T>, room: &mut R
 /// Evaluates an element's residual into `room`.
 pub(crate) fn evaluate<T: Real>(part: &PartData<T>, state: &State<T>, room: &mut Room<T>) {
     gather(part, state, room);
-    room.p.clear();
-    room.p.extend_from_slice(&part.parameters);
-    T::residual(part.element.as_ref(), T::from(state.t), room);
+    T::residual_of(part.element.as_ref(), &part.parameters, T::from(state.t), room);
 }
 
 fn scatter<T: Real>(part: &PartData<T>, place: &Place, room: &Room<T>, closure: f64, rows: &mut [T]) {
