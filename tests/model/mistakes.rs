@@ -177,11 +177,10 @@ proptest! {
     }
 }
 
-/// Random edits of all example files and pieces of them, for a long time: `cargo test --test model -- --ignored million`.
+/// Random edits of all example files and pieces of them; a million take minutes: `INPUTS=1000000 cargo test --test model edits`.
 #[test]
-#[ignore = "takes minutes; set INPUTS to their number"]
-fn a_million_inputs_do_no_harm() {
-    let count: usize = std::env::var("INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
+fn random_edits_do_no_harm() {
+    let count: usize = std::env::var("INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(20_000);
     let folder = format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"));
     let files = std::fs::read_dir(folder).unwrap().map(|f| std::fs::read_to_string(f.unwrap().path()).unwrap());
     let files: Vec<Vec<char>> = files.chain([GOOD.to_owned()]).map(|text| text.chars().collect()).collect();
@@ -218,5 +217,6 @@ fn a_million_inputs_do_no_harm() {
             Err(fault) => assert!(fault.to_string().contains("m.toml:")),
         }
     }
-    println!("{good} of {count} were read");
+    // Most single changes leave a file sound: that so many are read shows that the edits reach beyond the parser.
+    assert!(good > count / 20, "{good} of {count} were read");
 }
