@@ -1,6 +1,7 @@
 //! Proving the derivatives of a mechanism, for instance of an element of one's own.
 
-use super::transient::{Direction, Integration, Transient};
+use super::differentiation::Differentiation;
+use super::transient::{Integration, Transient};
 use crate::Result;
 use crate::analysis::Dynamics;
 use crate::multibody::Model;
@@ -13,8 +14,9 @@ use crate::problem::{Analysis, Instant, check};
 ///
 /// **Errors.** As [`Transient::analyze`](crate::problem::Analysis::analyze).
 pub fn check_model<M: Model + Clone>(model: M, b: &[f64], settings: Dynamics, times: &[f64]) -> Result<Proof> {
-    let towards = |direction| Transient::new(model.clone(), Integration::Implicit(settings), times)?.going(direction);
-    let (forward, backward) = (towards(Direction::Forward)?, towards(Direction::Backward)?);
+    let towards =
+        |method| Transient::new(model.clone(), Integration::Implicit(settings), times)?.differentiating(method);
+    let (forward, backward) = (towards(Differentiation::Direct)?, towards(Differentiation::Adjoint)?);
     let outputs = model.build(b)?.outputs.len();
     let instants = |response| (0..times.len()).map(move |point| Instant { response, point });
     let wanted: Vec<Instant> = (0..outputs).flat_map(instants).collect();

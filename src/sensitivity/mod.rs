@@ -6,6 +6,7 @@
 //! | `balanced` | static equilibria as responses of an optimization problem |
 //! | `check` | the derivatives of a model, proved |
 //! | `companion` | one chunk of derivatives that goes along with implicit steps |
+//! | `differentiation` | which method differentiates an analysis |
 //! | `direct` | derivatives along with implicit steps, running or recorded: one residual in dual numbers and one back-substitution per step |
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
@@ -20,6 +21,7 @@ pub mod adjoint;
 pub mod balanced;
 mod check;
 mod companion;
+mod differentiation;
 pub mod direct;
 pub mod driven;
 pub mod explicit;
@@ -35,9 +37,10 @@ pub mod transient;
 pub use adjoint::{Functional, differentiate_backwards};
 pub use balanced::Balanced;
 pub use check::check_model;
+pub use differentiation::Differentiation;
 pub use direct::differentiate;
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
 pub use trajectory::{Evolution, Trajectory};
-pub use transient::{Direction, Integration, Transient};
+pub use transient::{Integration, Transient};

@@ -1,6 +1,7 @@
 //! The seam to the optimization wing: a mechanism's outputs as responses.
 
 use super::adjoint::{Functional, differentiate_backwards, differentiate_recording_backwards};
+use super::differentiation::Differentiation;
 use super::direct::{differentiate, differentiate_recorded};
 use super::explicit::{differentiate_explicitly, simulate_explicitly};
 use crate::analysis::{Dynamics, Explicit, Recording, simulate_recorded};
@@ -31,33 +32,6 @@ impl From<Explicit> for Integration {
     }
 }
 
-/// Which way derivatives are taken through a motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Direction {
-    /// Forward for few design variables, backward for few responses: see [`Direction::of`].
-    #[default]
-    Automatic,
-    /// Along with the motion, all responses at once: the direct method.
-    Forward,
-    /// Against the motion, all design variables at once: the discrete adjoint. Implicit steps only.
-    Backward,
-}
-
-impl Direction {
-    /// What is chosen for this many design variables and responses at time points.
-    ///
-    /// By count: a pass forward carries eight design variables, one backward four responses and costs about as much as
-    /// three forward (`cargo bench --bench adjoint`); both ways the steps are linearized once.
-    pub fn of(self, variables: usize, responses: usize) -> Self {
-        let backward = 3 * responses.div_ceil(4) < variables.div_ceil(8);
-        match self {
-            Self::Automatic if backward => Self::Backward,
-            Self::Automatic => Self::Forward,
-            chosen => chosen,
-        }
-    }
-}
-
 /// The outputs of a mechanism over one time grid, as responses of an optimization problem.
 ///
 /// Response h is the mechanism's output h, time-dependent, on the grid `times`. Nothing is differentiated beyond the last
@@ -69,7 +43,7 @@ pub struct Transient<M> {
     settings: Integration,
     times: Vec<f64>,
     memory: usize,
-    direction: Direction,
+    differentiation: Differentiation,
 }
 
 /// What an analysis leaves behind.
@@ -88,7 +62,13 @@ impl<M: Model> Transient<M> {
             Integration::Implicit(settings) => settings.check(times)?,
             Integration::Explicit(settings) => settings.check(times)?,
         }
-        Ok(Self { model, settings, times: times.to_vec(), memory: 1 << 28, direction: Direction::Automatic })
+        Ok(Self {
+            model,
+            settings,
+            times: times.to_vec(),
+            memory: 1 << 28,
+            differentiation: Differentiation::Automatic,
+        })
     }
 
     /// With at most `bytes` of memory for the steps of an analysis (a quarter of a gigabyte unless told). A longer
@@ -97,15 +77,15 @@ impl<M: Model> Transient<M> {
         Self { memory: bytes, ..self }
     }
 
-    /// With derivatives taken this way.
+    /// With derivatives by this method.
     ///
-    /// **Errors.** [`Error::Definition`] for derivatives backward through explicit steps.
-    pub fn going(self, direction: Direction) -> Result<Self> {
-        if direction == Direction::Backward && matches!(self.settings, Integration::Explicit(_)) {
+    /// **Errors.** [`Error::Definition`] for the adjoint of explicit steps.
+    pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
+        if differentiation == Differentiation::Adjoint && matches!(self.settings, Integration::Explicit(_)) {
             let why = "explicit steps are differentiated forward only";
-            return Err(Error::definition("direction of differentiation", why, "go forward, or take implicit steps"));
+            return Err(Error::definition("differentiation", why, "take the direct method, or implicit steps"));
         }
-        Ok(Self { direction, ..self })
+        Ok(Self { differentiation, ..self })
     }
 
     /// The model.
@@ -140,9 +120,9 @@ impl<M: Model> Analysis for Transient<M> {
         points.dedup();
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         let at = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
-        let direction = self.direction.of(b.len(), wanted.len());
+        let method = self.differentiation.of(b.len(), wanted.len());
         let history = match &self.settings {
-            Integration::Implicit(settings) if direction == Direction::Backward => {
+            Integration::Implicit(settings) if method == Differentiation::Adjoint => {
                 let all: Vec<_> = wanted.iter().map(|i| Functional::at(i.response, at(i))).collect();
                 return match recording(responses, b) {
                     Some(steps) => differentiate_recording_backwards(&self.model, b, settings, &times, &all, steps),
@@ -193,11 +173,9 @@ mod tests {
         assert_eq!(rows, wanted_anew(&analysis.analyze(&[0.04, 0.0252, 0.02]).unwrap()));
         // Backward the same up to rounding.
         let analysis = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap();
-        let backward = analysis.going(Direction::Backward).unwrap();
+        let backward = analysis.differentiating(Differentiation::Adjoint).unwrap();
         let difference = backward.sensitivities(&b, &responses, &wanted).unwrap() - &rows;
         assert!(difference.amax() < 1e-10 * rows.amax());
-        assert_eq!(Direction::Automatic.of(3, 3), Direction::Forward);
-        assert_eq!(Direction::Automatic.of(512, 4), Direction::Backward);
         let forgetful = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap().with_memory(1000);
         assert_eq!(rows, wanted_anew(&forgetful.analyze(&b).unwrap()));
     }
