@@ -163,7 +163,7 @@ impl<T: Real> State<T> {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if let Some((motion, parameters)) = &coordinate.motion {
                 match how {
-                    Prescribed::Newmark => self.q[i] = T::position(motion.as_ref(), parameters, T::from(self.t)),
+                    Prescribed::Newmark => self.q[i] = T::position(motion.as_ref(), parameters, self.t),
                     Prescribed::Exact => {
                         [self.q[i], self.v[i], self.a[i]] = T::motion(motion.as_ref(), parameters, self.t);
                     }

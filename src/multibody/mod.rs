@@ -25,4 +25,4 @@ pub use element::{Element, Energy, Local};
 pub use formula::Formula;
 pub use mechanism::{Body, Coordinate, Marker, Mechanism, Model, Part, Pose, Term};
 pub use motion::Motion;
-pub use number::{Jet, Narrow, Number, Real, Sensitive};
+pub use number::{Carrier, Curved, Jet, Narrow, Number, Real, Sensitive};

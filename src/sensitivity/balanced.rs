@@ -1,6 +1,7 @@
 //! Static equilibria as responses of an optimization problem.
 
 use super::instant::differentiate_equilibria;
+use super::second::{Second, differentiate_equilibria_twice};
 use crate::Result;
 use crate::analysis::dynamics::check_times;
 use crate::analysis::statics::{Statics, equilibria};
@@ -38,5 +39,12 @@ impl<M: Model> Analysis for Balanced<M> {
         let history = differentiate_equilibria(&self.model, b, &self.settings, &self.times[..count])?;
         let row = |instant: &Instant| history.slopes[instant.response][instant.point].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
+    }
+
+    fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let count = wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0);
+        let history =
+            differentiate_equilibria_twice(&self.model, b, &self.settings, &self.times[..count], Second::Full)?;
+        Ok(wanted.iter().map(|instant| history.hessian(instant.response, instant.point)).collect())
     }
 }

@@ -1,6 +1,6 @@
 //! Derivatives that go along with implicit steps, one chunk of design variables at a time.
 
-use super::seeded::set_values;
+use super::seeded::{set_values, take_values};
 use super::start::StartSolver;
 use super::stretch::{Source, Stretch, Taken};
 use crate::Result;
@@ -10,45 +10,43 @@ use crate::analysis::sampling::{Sampler, interpolate};
 use crate::analysis::{State, System};
 use crate::linalg::SolveRoom;
 use crate::multibody::element::Room;
-use crate::multibody::{Jet, Mechanism, Number, Real};
-use crate::scalar::Tangent;
+use crate::multibody::{Carrier, Jet, Mechanism, Number};
 
 /// One chunk of derivatives.
-pub(super) struct Companion<'m, const N: usize> {
-    mechanism: &'m Mechanism<Tangent<N>>,
+pub(super) struct Companion<'m, T, const L: usize> {
+    mechanism: &'m Mechanism<T>,
     /// The equations, for their numbering and rows.
     system: System,
     settings: &'m Dynamics,
     times: &'m [f64],
     /// Number of `times` that have been passed.
     passed: usize,
-    step: Step<Tangent<N>>,
-    at: State<Tangent<N>>,
+    step: Step<T>,
+    at: State<T>,
     started: bool,
-    room: Room<Tangent<N>>,
+    room: Room<T>,
     solve_room: SolveRoom,
-    rows: Vec<Tangent<N>>,
-    changes: Vec<[f64; N]>,
-    sampler: Sampler<Tangent<N>>,
-    outputs: Vec<Tangent<N>>,
+    rows: Vec<T>,
+    changes: Vec<[f64; L]>,
+    sampler: Sampler<T>,
+    outputs: Vec<T>,
     slopes: Vec<f64>,
 }
 
-impl<'m, const N: usize> Companion<'m, N>
+impl<'m, T: Carrier<L>, const L: usize> Companion<'m, T, L>
 where
-    Tangent<N>: Real,
-    Jet<Tangent<N>>: Number,
+    Jet<T>: Number,
 {
     /// Derivatives of the initial state.
     pub fn start(
-        mechanism: &'m Mechanism<Tangent<N>>,
+        mechanism: &'m Mechanism<T>,
         source: &mut Source<'_>,
         settings: &'m Dynamics,
         times: &'m [f64],
     ) -> Result<Self> {
         let Source { mechanism: plain, system, start: values, projection, .. } = source;
         let state = StartSolver::new(plain, mechanism, system).start(values, projection, settings.initial)?;
-        let (rows, changes) = (vec![Tangent::constant(0.0); system.size()], vec![[0.0; N]; system.size()]);
+        let (rows, changes) = (vec![T::from(0.0); system.size()], vec![[0.0; L]; system.size()]);
         let mut companion = Self {
             mechanism,
             solve_room: system.solve_room(),
@@ -64,7 +62,7 @@ where
             changes,
             sampler: Sampler::new(mechanism),
             outputs: Vec::new(),
-            slopes: Vec::with_capacity(times.len() * mechanism.outputs.len() * N),
+            slopes: Vec::with_capacity(times.len() * mechanism.outputs.len() * L),
         };
         companion.sample()?;
         Ok(companion)
@@ -92,25 +90,26 @@ where
         set_values(&mut self.step.new.a, &values.a);
         set_values(&mut self.step.new.l, &values.l);
         self.step.march(self.mechanism, scheme, *prescribed, *h);
-        self.step.new.take_values(values);
+        take_values(&mut self.step.new, values);
         let (position, _) = scheme.seeds(*h);
-        self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, &mut self.rows);
-        self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.eps.map(|x| -x));
-        factor.solve_in(&mut self.changes, &mut self.solve_room);
-        let change = |equation: usize| Tangent { re: 0.0, eps: self.changes[equation] };
-        self.step.correct(&self.system, scheme, *h, change);
+        for _ in 0..T::ORDER {
+            self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, &mut self.rows);
+            self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+            factor.solve_in(&mut self.changes, &mut self.solve_room);
+            self.step.correct(&self.system, scheme, *h, |equation| T::with(0.0, self.changes[equation]));
+        }
     }
 
     /// Outputs at the times that the step has reached.
     fn sample(&mut self) -> Result<()> {
         while let Some(&t) = self.times.get(self.passed) {
-            if is_before(self.settings.start, self.step.new.t, t) {
+            if is_before(self.settings.start, self.step.new.t.value(), t) {
                 break;
             }
             interpolate(&self.step.old, &self.step.new, t, &mut self.at);
             self.sampler.outputs(self.mechanism, &self.at, &mut self.outputs);
             check_finite(self.mechanism, &self.outputs, t)?;
-            self.slopes.extend(self.outputs.iter().flat_map(|output| output.eps));
+            self.slopes.extend(self.outputs.iter().flat_map(|output| output.derivatives()));
             self.passed += 1;
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! The outputs of a driven mechanism as responses of an optimization problem: no integration.
 
 use super::instant::differentiate_kinematics;
+use super::second::{Second, differentiate_kinematics_twice};
 use crate::Result;
 use crate::analysis::dynamics::check_times;
 use crate::analysis::kinematics::kinematics;
@@ -40,6 +41,13 @@ impl<M: Model> Analysis for Driven<M> {
         let history = differentiate_kinematics(&self.model, b, self.assembly, &self.times[..count])?;
         let row = |instant: &Instant| history.slopes[instant.response][instant.point].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
+    }
+
+    fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let count = wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0);
+        let history =
+            differentiate_kinematics_twice(&self.model, b, self.assembly, &self.times[..count], Second::Full)?;
+        Ok(wanted.iter().map(|instant| history.hessian(instant.response, instant.point)).collect())
     }
 }
 

@@ -12,6 +12,7 @@
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
 //! | `modes` | derivatives of natural frequencies |
+//! | `second` | second derivatives: the same equations in hyper-dual numbers |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
 //! | `stretch` | converged implicit steps in a row, with their factorized matrices |
 //! | `trajectory` | the outputs of a differential equation as responses, also between time points |
@@ -28,6 +29,7 @@ pub mod explicit;
 pub mod instant;
 pub mod modes;
 mod record;
+pub mod second;
 mod seeded;
 mod start;
 mod stretch;
@@ -42,5 +44,6 @@ pub use direct::differentiate;
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
+pub use second::{Second, SecondHistory, differentiate_twice};
 pub use trajectory::{Evolution, Trajectory};
 pub use transient::{Integration, Transient};

@@ -4,6 +4,7 @@ use super::adjoint::{Functional, differentiate_backwards, differentiate_recordin
 use super::differentiation::Differentiation;
 use super::direct::{differentiate, differentiate_recorded};
 use super::explicit::{differentiate_explicitly, simulate_explicitly};
+use super::second::{Second, differentiate_recorded_twice, differentiate_twice};
 use crate::analysis::{Dynamics, Explicit, Recording, simulate_recorded};
 use crate::multibody::Model;
 use crate::problem::{Analysis, Instant, Responses};
@@ -142,6 +143,28 @@ impl<M: Model> Analysis for Transient<M> {
         let row = |instant: &Instant| history.slopes[instant.response][at(instant)].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
     }
+
+    /// By implicit steps; explicit ones offer none.
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let Integration::Implicit(settings) = &self.settings else { return Ok(None) };
+        let (points, at) = points_of(wanted);
+        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        let history = match recording(responses, b) {
+            Some(steps) => differentiate_recorded_twice(&self.model, b, settings, &times, Second::Full, steps)?,
+            None => differentiate_twice(&self.model, b, settings, &times, Second::Full)?,
+        };
+        Ok(wanted.iter().zip(at).map(|(instant, at)| history.hessian(instant.response, at)).collect())
+    }
+}
+
+/// The time points that are wanted, in order, and for each instant the place of its own among them.
+fn points_of(wanted: &[Instant]) -> (Vec<usize>, Vec<usize>) {
+    let mut points: Vec<usize> = wanted.iter().map(|instant| instant.point).collect();
+    points.sort_unstable();
+    points.dedup();
+    let place = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
+    let places = wanted.iter().map(place).collect();
+    (points, places)
 }
 
 /// The steps that the analysis of `b` left behind, if it did.

@@ -8,6 +8,7 @@ mod drift;
 mod elements;
 mod explicit;
 mod failures;
+mod hessian;
 mod modes;
 mod order;
 mod outputs;

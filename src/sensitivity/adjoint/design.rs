@@ -81,7 +81,7 @@ impl DesignBars {
         let Some((motion, parameters)) = &mechanism.coordinates[i].motion else { return };
         let seeded: Vec<_> = parameters.iter().enumerate().map(|(k, &p)| Sensitive::seeded(p, k)).collect();
         let moves = match how {
-            Prescribed::Exact => Sensitive::motion(motion.as_ref(), &seeded, t),
+            Prescribed::Exact => Sensitive::motion(motion.as_ref(), &seeded, Sensitive::constant(t)),
             Prescribed::Newmark => {
                 let position = crate::multibody::Number::position(motion.as_ref(), &seeded, Sensitive::constant(t));
                 [position, Sensitive::constant(0.0), Sensitive::constant(0.0)]
