@@ -1,6 +1,7 @@
 //! The motion of a mechanism over time.
 
 use super::blame;
+use super::bounce::Impact;
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
 use super::recording::Recording;
 use super::sampling::{Sampler, interpolate};
@@ -126,6 +127,8 @@ pub struct History {
     pub values: Vec<Vec<f64>>,
     /// The state at the last time.
     pub last: State<f64>,
+    /// Impacts, in their order.
+    pub impacts: Vec<Impact>,
     /// Work done.
     pub work: Work,
 }
@@ -174,7 +177,14 @@ fn record(mechanism: &Mechanism<f64>, mut run: Run<'_>, times: &[f64]) -> Result
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let work = run.work();
-    let history = History { names: mechanism.output_names(), times: times.to_vec(), values, last: at, work };
+    let history = History {
+        names: mechanism.output_names(),
+        times: times.to_vec(),
+        values,
+        last: at,
+        impacts: run.impacts,
+        work,
+    };
     Ok((history, run.recording))
 }
 
@@ -196,7 +206,15 @@ pub struct Run<'m> {
     pub integrator: Integrator<'m>,
     /// Multipliers of the initial projections.
     pub projection: Projection,
-    settings: Dynamics,
+    /// Impacts so far.
+    pub impacts: Vec<Impact>,
+    /// The contact that the current step has closed.
+    pub(crate) closed: Option<usize>,
+    /// The contact that the current step comes from.
+    pub(super) bounced: Option<usize>,
+    /// Whether the current step ends at a time of the grid.
+    pub(crate) is_on_grid: bool,
+    pub(super) settings: Dynamics,
     end: f64,
     next: f64,
     steps: usize,
@@ -204,6 +222,9 @@ pub struct Run<'m> {
     failed_steps: usize,
     recording: Option<Recording>,
 }
+
+/// What is left of a grid step after an impact is not gone by itself if it is less than this part of the step.
+const TINY: f64 = 1e-4;
 
 /// Smallest step in parts of the wanted one.
 const SMALLEST: f64 = 1.0 / 1024.0;
@@ -228,7 +249,24 @@ impl<'m> Run<'m> {
         let end = times.last().copied().unwrap_or(settings.start);
         let (steps, grid_steps, failed_steps) = (0, 0, 0);
         let (settings, recording) = (*settings, None);
-        Ok(Self { integrator, projection, settings, end, next, steps, grid_steps, failed_steps, recording })
+        let (impacts, closed, bounced, is_on_grid) = (Vec::new(), None, None, false);
+        let run = Self {
+            integrator,
+            projection,
+            impacts,
+            closed,
+            bounced,
+            is_on_grid,
+            settings,
+            end,
+            next,
+            steps,
+            grid_steps,
+            failed_steps,
+            recording,
+        };
+        run.check_contacts()?;
+        Ok(run)
     }
 
     /// Takes steps until the current one ends at or after `t`.
@@ -246,6 +284,7 @@ impl<'m> Run<'m> {
 
     /// Takes one step. Returns its length in s.
     pub fn advance(&mut self) -> Result<f64> {
+        self.bounce()?;
         if self.steps > 0 {
             self.integrator.accept();
         }
@@ -255,14 +294,21 @@ impl<'m> Run<'m> {
             StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest)?,
         };
         if let Some(recording) = &mut self.recording {
-            recording.keep(&self.integrator.step, h);
+            match self.closed {
+                None => recording.keep(&self.integrator.step, h),
+                Some(_) => recording.give_up(),
+            }
         }
         Ok(h)
     }
 
     /// Goes to, or half-way, quarter-way … to, the next time of the grid.
     fn advance_fixed(&mut self, h: f64) -> Result<f64> {
-        let target = self.settings.start + h * (self.grid_steps + 1) as f64;
+        let grid = |k: usize| self.settings.start + h * k as f64;
+        if grid(self.grid_steps + 1) - self.integrator.step.old.t < TINY * h {
+            self.grid_steps += 1; // the last impact was there
+        }
+        let target = grid(self.grid_steps + 1);
         let rest = target - self.integrator.step.old.t;
         let mut tried = self.next.min(rest);
         if rest - tried < 1e-6 * h {
@@ -278,12 +324,14 @@ impl<'m> Run<'m> {
                 }
             }
         }
-        if tried == rest {
+        let taken = self.stop_at_contact(tried)?;
+        self.is_on_grid = taken == rest;
+        if self.is_on_grid {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;
         }
         self.next = (2.0 * tried).min(h);
-        Ok(tried)
+        Ok(taken)
     }
 
     fn advance_adaptive(&mut self, tolerance: f64, longest: f64) -> Result<f64> {
@@ -302,7 +350,7 @@ impl<'m> Run<'m> {
             let growth = (0.9 * error.powf(-1.0 / 3.0)).clamp(0.25, 2.0);
             if error <= 1.0 {
                 self.next = (tried * growth).min(longest);
-                return Ok(tried);
+                return self.stop_at_contact(tried);
             }
             self.failed_steps += 1;
             tried *= growth.min(0.9);

@@ -3,6 +3,8 @@
 //! | file | what |
 //! |---|---|
 //! | `blame` | the element that cannot be evaluated or does not settle, for messages |
+//! | `bounce` | where a run closes a rigid contact |
+//! | `impact` | what velocities do then |
 //! | `state` | positions, velocities, accelerations, multipliers |
 //! | `system/` | the equations: numbering, residual, matrix |
 //! | `start` | assembly, consistent velocities and accelerations |
@@ -17,10 +19,12 @@
 //! | `modes` | small vibrations about a state |
 
 pub(crate) mod blame;
+mod bounce;
 pub mod dynamics;
 pub mod explicit;
 mod four_bar;
 pub mod generalized_alpha;
+pub(crate) mod impact;
 pub mod kinematics;
 pub mod modes;
 pub mod predictor;
@@ -31,6 +35,7 @@ pub mod state;
 pub mod statics;
 pub mod system;
 
+pub use bounce::Impact;
 pub use dynamics::{Dynamics, History, simulate, simulate_recorded};
 pub use explicit::Explicit;
 pub use generalized_alpha::{GeneralizedAlpha, Integrator, Newton};

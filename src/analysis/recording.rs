@@ -38,9 +38,14 @@ impl Recording {
             [q, v, a, l].into_iter().for_each(|values| self.values.extend_from_slice(values));
         }
         if !self.is_whole() {
-            (self.steps, self.values) = (Vec::new(), Vec::new());
-            self.limit = 0;
+            self.give_up();
         }
+    }
+
+    /// Keeps nothing: what happens between the steps is not known here.
+    pub(crate) fn give_up(&mut self) {
+        (self.steps, self.values) = (Vec::new(), Vec::new());
+        self.limit = 0;
     }
 
     /// Whether every step was kept: the memory sufficed.

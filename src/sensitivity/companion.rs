@@ -1,19 +1,21 @@
 //! Derivatives that go along with implicit steps, one chunk of design variables at a time.
 
+use super::jump::strike;
 use super::seeded::{set_values, take_values};
 use super::start::StartSolver;
 use super::stretch::{Source, Stretch, Taken};
-use crate::Result;
 use crate::analysis::dynamics::{Dynamics, check_finite, is_before};
 use crate::analysis::generalized_alpha::Step;
 use crate::analysis::sampling::{Sampler, interpolate};
 use crate::analysis::{State, System};
-use crate::linalg::SolveRoom;
+use crate::linalg::{Factor, SolveRoom};
 use crate::multibody::element::Room;
 use crate::multibody::{Carrier, Jet, Mechanism, Number};
+use crate::{Error, Result};
 
 /// One chunk of derivatives.
 pub(super) struct Companion<'m, T, const L: usize> {
+    plain: &'m Mechanism<f64>,
     mechanism: &'m Mechanism<T>,
     /// The equations, for their numbering and rows.
     system: System,
@@ -24,6 +26,8 @@ pub(super) struct Companion<'m, T, const L: usize> {
     step: Step<T>,
     at: State<T>,
     started: bool,
+    /// The contact that the last step has closed, and the values there.
+    closed: Option<(usize, State<f64>)>,
     room: Room<T>,
     solve_room: SolveRoom,
     rows: Vec<T>,
@@ -38,9 +42,9 @@ where
     Jet<T>: Number,
 {
     /// Derivatives of the initial state.
-    pub fn start(
+    pub fn start<'s: 'm>(
         mechanism: &'m Mechanism<T>,
-        source: &mut Source<'_>,
+        source: &mut Source<'s>,
         settings: &'m Dynamics,
         times: &'m [f64],
     ) -> Result<Self> {
@@ -48,6 +52,7 @@ where
         let state = StartSolver::new(plain, mechanism, system).start(values, projection, settings.initial)?;
         let (rows, changes) = (vec![T::from(0.0); system.size()], vec![[0.0; L]; system.size()]);
         let mut companion = Self {
+            plain,
             mechanism,
             solve_room: system.solve_room(),
             system: system.clone(),
@@ -57,6 +62,7 @@ where
             at: state.clone(),
             step: Step::from(state),
             started: false,
+            closed: None,
             room: Room::default(),
             rows,
             changes,
@@ -71,7 +77,7 @@ where
     /// Derivatives along a stretch of steps, and of the outputs there.
     pub fn follow(&mut self, stretch: &Stretch) -> Result<()> {
         stretch.taken().iter().try_for_each(|taken| {
-            self.take(taken);
+            self.take(taken)?;
             self.sample()
         })
     }
@@ -81,23 +87,88 @@ where
         self.slopes
     }
 
-    fn take(&mut self, Taken { h, end: values, factor }: &Taken) {
+    fn take(&mut self, taken: &Taken) -> Result<()> {
+        self.bounce()?;
         if self.started {
             self.step.accept();
         }
         self.started = true;
+        let begin = self.step.old.t;
+        match taken.closed {
+            Some(contact) => self.close(taken, contact)?,
+            None if begin.is_constant() || !taken.is_on_grid => self.correct(taken),
+            // Its beginning depends on the design, its end does not.
+            None => self.correct_for(taken, -begin + taken.end.t),
+        }
+        Ok(())
+    }
+
+    /// A step of given length.
+    fn correct(&mut self, Taken { h, end: values, factor, .. }: &Taken) {
         let Dynamics { scheme, prescribed, .. } = self.settings;
         set_values(&mut self.step.new.a, &values.a);
         set_values(&mut self.step.new.l, &values.l);
         self.step.march(self.mechanism, scheme, *prescribed, *h);
         take_values(&mut self.step.new, values);
-        let (position, _) = scheme.seeds(*h);
         for _ in 0..T::ORDER {
-            self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, &mut self.rows);
-            self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
-            factor.solve_in(&mut self.changes, &mut self.solve_room);
+            self.change(*h, factor);
             self.step.correct(&self.system, scheme, *h, |equation| T::with(0.0, self.changes[equation]));
         }
+    }
+
+    /// A step whose length `h` carries derivatives.
+    fn correct_for(&mut self, Taken { h: value, end: values, factor, .. }: &Taken, h: T) {
+        let Dynamics { scheme, prescribed, .. } = self.settings;
+        set_values(&mut self.step.new.a, &values.a);
+        set_values(&mut self.step.new.l, &values.l);
+        for correction in 0..=T::ORDER {
+            self.step.march(self.mechanism, scheme, *prescribed, h);
+            take_values(&mut self.step.new, values);
+            if correction < T::ORDER {
+                self.change(*value, factor);
+                self.step.improve(&self.system, |equation| T::with(0.0, self.changes[equation]));
+            }
+        }
+    }
+
+    /// Corrections of accelerations and multipliers at the end of a step `h`.
+    fn change(&mut self, h: f64, factor: &Factor) {
+        let (position, _) = self.settings.scheme.seeds(h);
+        self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, &mut self.rows);
+        self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+        factor.solve_in(&mut self.changes, &mut self.solve_room);
+    }
+
+    /// A step that ends where `contact` closes, whenever that is.
+    fn close(&mut self, taken: &Taken, contact: usize) -> Result<()> {
+        let (impact, given) = (&self.mechanism.impacts[contact], T::from(taken.h));
+        let unit = T::with(0.0, std::array::from_fn(|k| f64::from(u8::from(k == 0))));
+        let [still, moved] = [given, given + unit].map(|h| {
+            self.correct_for(taken, h);
+            impact.gap(&self.step.new).derivatives()[0]
+        });
+        let speed = moved - still;
+        if speed == 0.0 || !speed.is_finite() {
+            let why = format!("it is only touched at t = {:.6e} s: there is no derivative", taken.end.t);
+            return Err(Error::analysis(&impact.part.name, why, "change the design a little"));
+        }
+        let mut h = given;
+        for _ in 0..T::ORDER {
+            self.correct_for(taken, h);
+            h -= T::with(0.0, impact.gap(&self.step.new).derivatives().map(|gap| gap / speed));
+        }
+        self.correct_for(taken, h);
+        self.closed = Some((contact, taken.end.clone()));
+        Ok(())
+    }
+
+    /// Bounces off the contact that the last step has closed, if it has.
+    fn bounce(&mut self) -> Result<()> {
+        let Some((contact, values)) = self.closed.take() else { return Ok(()) };
+        let mut state = self.step.new.clone();
+        strike(self.plain, self.mechanism, &mut self.system, contact, &values, &mut state)?;
+        self.step.restart(&state);
+        Ok(())
     }
 
     /// Outputs at the times that the step has reached.

@@ -10,7 +10,7 @@ use crate::analysis::sampling::Sampler;
 use crate::analysis::start::{Assembly, assemble};
 use crate::analysis::statics::{Statics, balance};
 use crate::analysis::system::{Linearization, System, Unknown};
-use crate::analysis::{State, blame};
+use crate::analysis::{State, blame, impact};
 use crate::multibody::element::Room;
 use crate::multibody::{Carrier, Jet, Mechanism, Model, Number, Real};
 use crate::scalar::WIDTH;
@@ -97,6 +97,7 @@ pub(super) fn follow_equilibria<T: Carrier<L>, const L: usize>(
     record: &mut Record,
 ) -> Result<Vec<Vec<f64>>> {
     let mut chunks = vec![Vec::new(); carriers.len()];
+    impact::refuse(mechanism, "equilibria")?;
     let first = times.first().copied().unwrap_or(0.0);
     let (mut system, mut values) = (System::at(mechanism, first)?, State::built(mechanism, first));
     assemble(&mut system, mechanism, &mut values, Assembly::default())?;

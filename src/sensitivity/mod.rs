@@ -11,6 +11,7 @@
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
+//! | `jump` | derivatives through an impact |
 //! | `modes` | derivatives of natural frequencies |
 //! | `second` | second derivatives: the same equations in hyper-dual numbers |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
@@ -27,6 +28,7 @@ pub mod direct;
 pub mod driven;
 pub mod explicit;
 pub mod instant;
+mod jump;
 pub mod modes;
 mod record;
 pub mod second;

@@ -22,6 +22,10 @@ pub(super) struct Taken {
     pub end: State<f64>,
     /// Factorized matrix there.
     pub factor: Factor,
+    /// The contact that closes there.
+    pub closed: Option<usize>,
+    /// Whether the end is at a given time.
+    pub is_on_grid: bool,
 }
 
 /// Steps in a row.
@@ -33,7 +37,8 @@ pub(super) struct Stretch {
 impl Stretch {
     /// Room for steps of `source`.
     pub fn new(source: &mut Source<'_>) -> Self {
-        let taken = Taken { h: 0.0, end: source.start.clone(), factor: source.system.factor().clone() };
+        let (end, factor) = (source.start.clone(), source.system.factor().clone());
+        let taken = Taken { h: 0.0, end, factor, closed: None, is_on_grid: true };
         Self { room: vec![taken; LENGTH], count: 0 }
     }
 
@@ -118,6 +123,7 @@ impl<'m> Source<'m> {
                 let Some(h) = running.advance()? else { return Ok(false) };
                 taken.h = h;
                 taken.end.copy_from(&running.run.integrator.step.new);
+                (taken.closed, taken.is_on_grid) = (running.run.closed, running.run.is_on_grid);
             }
             Steps::Recorded { next, end, .. } if next == end => return Ok(false),
             Steps::Recorded { recording, next, .. } => {

@@ -9,6 +9,7 @@ mod elements;
 mod explicit;
 mod failures;
 mod hessian;
+mod impacts;
 mod modes;
 mod order;
 mod outputs;

@@ -7,6 +7,7 @@ use super::stepper::Flow;
 use crate::Result;
 use crate::analysis::blame;
 use crate::analysis::dynamics::History;
+use crate::analysis::impact;
 use crate::analysis::sampling::Sampler;
 use crate::analysis::start::{Projection, assemble, make_velocities_consistent};
 use crate::analysis::state::State;
@@ -45,7 +46,10 @@ pub fn simulate_with_steps(
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let (work, last) = (march.work(), march.stepper.flow.state.clone());
-    Ok((History { names: mechanism.output_names(), times: times.to_vec(), values, last, work }, march.steps))
+    Ok((
+        History { names: mechanism.output_names(), times: times.to_vec(), values, last, impacts: Vec::new(), work },
+        march.steps,
+    ))
 }
 
 /// Assembles the mechanism and stands at the start of its motion, with a tape if it is to be differentiated.
@@ -56,6 +60,7 @@ pub(crate) fn start<'m>(
     recorded: bool,
 ) -> Result<(March<MechanismFlow<'m>>, Start)> {
     settings.check(times)?;
+    impact::refuse(mechanism, "explicit steps")?;
     let mut system = System::at(mechanism, settings.start)?;
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;

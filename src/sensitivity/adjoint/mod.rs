@@ -28,7 +28,7 @@ mod outputs;
 
 use super::seeded::build_sensitive;
 use super::start::StartSolver;
-use crate::analysis::{Dynamics, Recording, simulate_recorded};
+use crate::analysis::{Dynamics, Recording, impact, simulate_recorded};
 use crate::multibody::Model;
 use crate::scalar::WIDTH;
 use crate::{Error, Result};
@@ -99,6 +99,7 @@ pub(super) fn differentiate_recording_backwards<M: Model>(
     recording: &Recording,
 ) -> Result<DMatrix<f64>> {
     let mechanism = model.build(b)?;
+    impact::refuse(&mechanism, "adjoint derivatives")?;
     check(responses, mechanism.outputs.len(), times.len())?;
     let sensitive = build_sensitive::<M, WIDTH>(model, b, &mechanism)?;
     let dependence = Dependence::of(&sensitive, &mechanism);
