@@ -1,7 +1,7 @@
 //! Sparse derivatives of rows, and their products with the derivatives of states.
 
 use super::Block;
-use crate::linalg::{Kernel, widely};
+use crate::linalg::{Kernel, subtract, widely};
 
 /// A derivative of one row of the equations with respect to one source.
 ///
@@ -81,13 +81,5 @@ impl<const W: usize> Kernel for Product<'_, W> {
                 rows[entry.row as usize] = row;
             }
         }
-    }
-}
-
-/// x −= factor · y.
-#[inline(always)]
-fn subtract<const W: usize>(x: &mut Block<W>, factor: f64, y: &Block<W>) {
-    for (x, y) in x.iter_mut().zip(y) {
-        *x -= factor * y;
     }
 }
