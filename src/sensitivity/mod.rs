@@ -6,6 +6,7 @@
 //! | `balanced` | static equilibria as responses of an optimization problem |
 //! | `check` | the derivatives of a model, proved |
 //! | `companion` | one chunk of derivatives that goes along with implicit steps |
+//! | `dependence` | what of a mechanism depends on the design |
 //! | `differentiation` | which method differentiates an analysis |
 //! | `direct` | derivatives along with implicit steps, running or recorded: one residual in dual numbers and one back-substitution per step |
 //! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
@@ -21,6 +22,7 @@ pub mod adjoint;
 pub mod balanced;
 mod check;
 mod companion;
+mod dependence;
 mod differentiation;
 pub mod direct;
 pub mod driven;

@@ -17,25 +17,31 @@
 //! | `backward` | the recursion over the recorded steps |
 //! | `bars` | x̄ and the transpose of a step's own formulas |
 //! | `design` | p̄, and from there to the design variables |
+//! | `lane` | the responses on their way, and ψᵀ ∂F for all elements |
 //! | `local` | weighted rows of one element, differentiated by its variables |
 //! | `outputs` | outputs differentiated by the state |
+//! | `settle` | the transposes of assembly, consistent velocities and accelerations |
 
 mod backward;
 mod bars;
 mod design;
+mod lane;
 mod local;
 mod outputs;
+mod settle;
 
+use super::dependence::Dependence;
 use super::seeded::build_sensitive;
-use super::start::StartSolver;
+use crate::analysis::dynamics::InitialAcceleration;
 use crate::analysis::{Dynamics, Recording, simulate_recorded};
-use crate::multibody::Model;
+use crate::multibody::{Mechanism, Model, Sensitive};
 use crate::scalar::WIDTH;
 use crate::{Error, Result};
 use backward::Backward;
 use bars::LANES;
-use design::Dependence;
+use lane::Lane;
 use nalgebra::DMatrix;
+use settle::Settling;
 
 /// One output at one time point, with a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,16 +110,24 @@ pub(super) fn differentiate_recording_backwards<M: Model>(
     let dependence = Dependence::of(&sensitive, &mechanism);
     let mut backward = Backward::new(&mechanism, recording, settings, times, responses, &dependence);
     backward.run()?;
-    let mut rows = DMatrix::zeros(responses.len(), b.len());
-    let mut system = recording.system.clone();
-    for (chunk, sensitive) in sensitive.iter().enumerate() {
-        let solver = StartSolver::new(&mechanism, sensitive, &mut system);
-        let start = solver.start(&recording.start, &recording.projection, settings.initial)?;
-        for (k, lane) in backward.lanes.iter().enumerate() {
-            lane.design.contract(sensitive, &start, &lane.now, &mut rows, [k * LANES, chunk * WIDTH]);
+    let Backward { mut lanes, mut system, .. } = backward;
+    let mut settling = Settling::new(&mechanism, &dependence, &system);
+    let consistent = settings.initial == InitialAcceleration::Consistent;
+    let mut all: Vec<&mut Lane> = lanes.iter_mut().collect();
+    all.iter_mut().for_each(|lane| lane.now.join());
+    settling.back(&mut system, &recording.start, &recording.projection, consistent, &mut all)?;
+    Ok(contract(&lanes, &sensitive, responses.len(), b.len()))
+}
+
+/// The responses' derivatives with respect to the design, from those with respect to what depends on it.
+fn contract(lanes: &[Lane], chunks: &[Mechanism<Sensitive>], responses: usize, variables: usize) -> DMatrix<f64> {
+    let mut rows = DMatrix::zeros(responses, variables);
+    for (c, chunk) in chunks.iter().enumerate() {
+        for (k, lane) in lanes.iter().enumerate() {
+            lane.design.contract(chunk, &lane.now, &mut rows, [k * LANES, c * WIDTH]);
         }
     }
-    Ok(rows)
+    rows
 }
 
 fn check(responses: &[Functional], outputs: usize, points: usize) -> Result<()> {

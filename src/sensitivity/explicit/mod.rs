@@ -28,6 +28,8 @@ mod tile;
 mod visits;
 
 pub use crate::analysis::explicit::simulate_explicitly;
+pub(super) use entries::Entries;
+pub(super) use linearize::{Closure, Linearizer, Rooms};
 pub use mechanism::differentiate_explicitly;
 pub use ode::{OdeSensitivity, differentiate_ode};
 
