@@ -25,4 +25,9 @@ impl Dependence {
             motions: (0..mechanism.coordinates.len()).map(|i| chunks.iter().any(|c| moves(c, i))).collect(),
         }
     }
+
+    /// The coordinates whose motion depends on the design.
+    pub fn moving(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.motions.len()).filter(|&i| self.motions[i])
+    }
 }

@@ -3,15 +3,14 @@
 //! | file | what |
 //! |---|---|
 //! | `adjoint/` | derivatives of few responses by many design variables, backwards along implicit steps |
-//! | `balanced` | static equilibria as responses of an optimization problem |
 //! | `check` | the derivatives of a model, proved |
 //! | `companion` | one chunk of derivatives that goes along with implicit steps |
 //! | `dependence` | what of a mechanism depends on the design |
 //! | `differentiation` | which method differentiates an analysis |
 //! | `direct` | derivatives along with implicit steps, running or recorded: one residual in dual numbers and one back-substitution per step |
-//! | `driven` | the outputs of a driven mechanism as responses of an optimization problem |
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
+//! | `instants` | the same as responses of an optimization problem |
 //! | `modes` | derivatives of natural frequencies |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
 //! | `stretch` | converged implicit steps in a row, with their factorized matrices |
@@ -19,15 +18,14 @@
 //! | `transient` | the outputs of a mechanism as responses of an optimization problem |
 
 pub mod adjoint;
-pub mod balanced;
 mod check;
 mod companion;
 mod dependence;
 mod differentiation;
 pub mod direct;
-pub mod driven;
 pub mod explicit;
 pub mod instant;
+pub mod instants;
 pub mod modes;
 mod record;
 mod seeded;
@@ -36,12 +34,13 @@ mod stretch;
 pub mod trajectory;
 pub mod transient;
 
-pub use adjoint::{Functional, differentiate_backwards};
-pub use balanced::Balanced;
+pub use adjoint::{
+    Functional, differentiate_backwards, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
+};
 pub use check::check_model;
-pub use differentiation::Differentiation;
+pub use differentiation::{Cost, Differentiation};
 pub use direct::differentiate;
-pub use driven::Driven;
+pub use instants::{Balanced, Driven, Instants};
 pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
 pub use trajectory::{Evolution, Trajectory};

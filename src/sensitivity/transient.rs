@@ -1,7 +1,7 @@
 //! The seam to the optimization wing: a mechanism's outputs as responses.
 
 use super::adjoint::{Functional, differentiate_backwards, differentiate_recording_backwards};
-use super::differentiation::Differentiation;
+use super::differentiation::{Cost, Differentiation};
 use super::direct::{differentiate, differentiate_recorded};
 use super::explicit::{differentiate_explicitly, simulate_explicitly};
 use crate::analysis::{Dynamics, Explicit, Recording, simulate_recorded};
@@ -88,6 +88,15 @@ impl<M: Model> Transient<M> {
         Ok(Self { differentiation, ..self })
     }
 
+    /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
+    pub fn differentiation_for(&self, variables: usize, wanted: &[Instant]) -> Differentiation {
+        let cost = match self.settings {
+            Integration::Implicit(_) => Cost::IMPLICIT,
+            Integration::Explicit(_) => Cost::EXPLICIT,
+        };
+        self.differentiation.of(variables, wanted.len(), cost)
+    }
+
     /// The model.
     pub fn model(&self) -> &M {
         &self.model
@@ -120,7 +129,7 @@ impl<M: Model> Analysis for Transient<M> {
         points.dedup();
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         let at = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
-        let method = self.differentiation.of(b.len(), wanted.len());
+        let method = self.differentiation_for(b.len(), wanted);
         let history = match &self.settings {
             Integration::Implicit(settings) if method == Differentiation::Adjoint => {
                 let all: Vec<_> = wanted.iter().map(|i| Functional::at(i.response, at(i))).collect();

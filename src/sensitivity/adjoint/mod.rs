@@ -17,6 +17,7 @@
 //! | `backward` | the recursion over the recorded steps |
 //! | `bars` | x̄ and the transpose of a step's own formulas |
 //! | `design` | p̄, and from there to the design variables |
+//! | `instants` | equilibria, and kinematics with inverse dynamics |
 //! | `lane` | the responses on their way, and ψᵀ ∂F for all elements |
 //! | `local` | weighted rows of one element, differentiated by its variables |
 //! | `outputs` | outputs differentiated by the state |
@@ -25,6 +26,7 @@
 mod backward;
 mod bars;
 mod design;
+mod instants;
 mod lane;
 mod local;
 mod outputs;
@@ -39,6 +41,7 @@ use crate::scalar::WIDTH;
 use crate::{Error, Result};
 use backward::Backward;
 use bars::LANES;
+pub use instants::{differentiate_equilibria_backwards, differentiate_kinematics_backwards};
 use lane::Lane;
 use nalgebra::DMatrix;
 use settle::Settling;

@@ -66,7 +66,7 @@ impl<'m> Settling<'m> {
             self.positions(system, values, projection, lanes)?;
         }
         for lane in lanes {
-            for i in (0..self.dependence.motions.len()).filter(|&i| self.dependence.motions[i]) {
+            for i in self.dependence.moving() {
                 let bars = [&lane.now.q[i], &lane.now.v[i], &lane.now.a[i]];
                 lane.design.take_motion(self.mechanism, i, values.t, Prescribed::Exact, bars);
             }

@@ -105,7 +105,7 @@ impl Linearizer {
     /// For the derivatives by what `dependence` names.
     pub fn new(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System) -> Self {
         let n = mechanism.coordinates.len();
-        let moving: Vec<usize> = (0..n).filter(|&i| dependence.motions[i]).collect();
+        let moving: Vec<usize> = dependence.moving().collect();
         let mut parameters = Vec::new();
         let elements = (0..mechanism.parts.len()).map(|k| {
             let part = &mechanism.parts[k];
