@@ -88,8 +88,10 @@ impl<M: Model, P: Procedure> Instants<M, P> {
     }
 
     /// With derivatives by this method.
-    pub fn differentiating(self, differentiation: Differentiation) -> Self {
-        Self { differentiation, ..self }
+    ///
+    /// **Errors.** If there is no such method for this analysis; at present there are all.
+    pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
+        Ok(Self { differentiation, ..self })
     }
 
     /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
@@ -138,7 +140,7 @@ mod tests {
     fn wanted_instants_come_in_the_order_asked() {
         let times: Vec<f64> = (0..10).map(|k| 0.05 * f64::from(k)).collect();
         let driven = || Driven::new(SliderCrank::rigid(), Assembly::default(), &times).unwrap();
-        let analysis = driven().differentiating(Differentiation::Direct);
+        let analysis = driven().differentiating(Differentiation::Direct).unwrap();
         let b = SliderCrank::DESIGN;
         let responses = analysis.analyze(&b).unwrap();
         let wanted = [(3, 7), (0, 2), (3, 1)].map(|(response, point)| Instant { response, point });
@@ -148,7 +150,7 @@ mod tests {
         for (k, instant) in wanted.iter().enumerate() {
             assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.slopes[instant.response][instant.point]);
         }
-        let adjoint = driven().differentiating(Differentiation::Adjoint);
+        let adjoint = driven().differentiating(Differentiation::Adjoint).unwrap();
         let difference = adjoint.sensitivities(&b, &responses, &wanted).unwrap() - &rows;
         assert!(difference.amax() < 1e-11 * rows.amax());
         assert!(Driven::new(SliderCrank::rigid(), Assembly::default(), &[0.1, 0.1]).is_err());

@@ -35,7 +35,8 @@ pub mod trajectory;
 pub mod transient;
 
 pub use adjoint::{
-    Functional, differentiate_backwards, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
+    Functional, Spent, differentiate_backwards, differentiate_backwards_within, differentiate_equilibria_backwards,
+    differentiate_explicitly_backwards, differentiate_explicitly_backwards_within, differentiate_kinematics_backwards,
 };
 pub use check::check_model;
 pub use differentiation::{Cost, Differentiation};

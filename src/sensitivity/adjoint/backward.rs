@@ -3,12 +3,13 @@
 use super::Functional;
 use super::bars::{Bars, LANES, Lanes};
 use super::lane::{Lane, Products};
+use super::spent::Spent;
 use crate::Result;
-use crate::analysis::dynamics::{Dynamics, is_before};
+use crate::analysis::dynamics::{Dynamics, Run, is_before};
 use crate::analysis::generalized_alpha::Prescribed;
 use crate::analysis::sampling::{Weights, interpolate};
 use crate::analysis::system::{Linearization, Unknown};
-use crate::analysis::{Recording, State, System, blame};
+use crate::analysis::{Recording, Rewind, State, System, blame};
 use crate::multibody::Mechanism;
 use crate::sensitivity::dependence::Dependence;
 
@@ -17,6 +18,7 @@ pub(super) struct Backward<'m> {
     pub lanes: Vec<Lane>,
     mechanism: &'m Mechanism<f64>,
     recording: &'m Recording,
+    rewind: Rewind<'m, Run<'m>>,
     settings: &'m Dynamics,
     times: &'m [f64],
     /// For each time, the responses that it counts in: lane, output and weight.
@@ -41,11 +43,12 @@ impl<'m> Backward<'m> {
         times: &'m [f64],
         functionals: &[Functional],
         dependence: &'m Dependence,
-    ) -> Self {
+    ) -> Result<Self> {
+        let rewind = Rewind::new(&recording.log, || Run::new(mechanism, settings, times))?;
         let system = recording.system.clone();
         let state = || recording.start.clone();
         let count = functionals.len().div_ceil(LANES);
-        Self {
+        Ok(Self {
             lanes: vec![Lane::new(mechanism, system.size()); count],
             before: vec![Bars::new(mechanism); count],
             wanted: by_time(functionals, times.len()),
@@ -57,41 +60,44 @@ impl<'m> Backward<'m> {
             between_bars: Bars::new(mechanism),
             mechanism,
             recording,
+            rewind,
             settings,
             times,
             dependence,
             system,
-        }
+        })
     }
 
     /// Goes back to the start of the motion.
     pub fn run(&mut self) -> Result<()> {
         let mut left = self.wanted.iter().rposition(|wanted| !wanted.is_empty()).map_or(0, |last| last + 1);
-        let start = self.settings.start;
-        let last = left.checked_sub(1).map_or(start, |k| self.times[k]);
-        let before = self.recording.ends().take_while(|&end| is_before(start, end, last)).count();
-        let is_there = !is_before(start, self.recording.start.t, last);
-        let steps = if is_there { 0 } else { (before + 1).min(self.recording.steps()) };
-        if steps > 0 {
-            self.recording.load(steps - 1, &mut self.new);
-        }
+        let steps = left.checked_sub(1).map_or(0, |last| self.recording.log.steps_to(self.times[last]));
+        let mut h = if steps > 0 { self.new.read(self.rewind.row(steps - 1)?) } else { 0.0 };
         for k in (0..steps).rev() {
-            let h = self.recording.length(k);
-            match k {
-                0 => self.old.copy_from(&self.recording.start),
-                _ => _ = self.recording.load(k - 1, &mut self.old),
-            }
-            while left > 0 && is_before(start, self.old.t, self.times[left - 1]) {
+            let length = match k {
+                0 => {
+                    self.old.copy_from(&self.recording.start);
+                    0.0
+                }
+                _ => self.old.read(self.rewind.row(k - 1)?),
+            };
+            while left > 0 && is_before(self.settings.start, self.old.t, self.times[left - 1]) {
                 left -= 1;
                 self.sample(left);
             }
             self.back(h)?;
             std::mem::swap(&mut self.old, &mut self.new);
+            h = length;
         }
         self.old.copy_from(&self.recording.start);
         self.new.copy_from(&self.recording.start);
         (0..left).for_each(|k| self.sample(k));
         Ok(())
+    }
+
+    /// What the way back takes.
+    pub fn spent(&self) -> Spent {
+        Spent::of(self.recording.steps(), &self.rewind)
     }
 
     /// Takes in the outputs at time number `k`, which is in the current step.

@@ -4,11 +4,14 @@ use super::bars::{Bars, LANES, Lanes, add};
 use super::design::DesignBars;
 use super::local::{Probe, Rows, Slot};
 use super::outputs::Sink;
+use crate::analysis::generalized_alpha::Prescribed;
 use crate::analysis::system::Unknown;
 use crate::analysis::{State, System};
+use crate::linalg::Factor;
 use crate::multibody::Mechanism;
 use crate::multibody::mechanism::PartData;
 use crate::sensitivity::dependence::Dependence;
+use crate::sensitivity::explicit::{Entries, Linearizer};
 
 /// Up to [`LANES`] responses on their way back.
 #[derive(Clone)]
@@ -34,6 +37,50 @@ impl Lane {
             *psi = bar(&self.now, *unknown).map(|x| -x);
         }
         system.factor().solve_transposed(&mut self.multipliers);
+    }
+
+    /// The same with another factorization, x̄ being the derivatives by accelerations and multipliers; these are then done
+    /// with.
+    pub fn solve_accelerations(&mut self, unknowns: &[Unknown], factor: &mut Factor) {
+        for (psi, unknown) in self.multipliers.iter_mut().zip(unknowns) {
+            let bar = match *unknown {
+                Unknown::Coordinate(i) => &mut self.now.a[i],
+                Unknown::Multiplier(m) => &mut self.now.l[m],
+            };
+            *psi = std::mem::take(bar).map(|x| -x);
+        }
+        factor.solve_transposed(&mut self.multipliers);
+    }
+
+    /// The same where x̄ is `bars` for coordinates and nothing for multipliers.
+    pub fn solve_free(&mut self, unknowns: &[Unknown], factor: &mut Factor, bars: &[Lanes]) {
+        for (psi, unknown) in self.multipliers.iter_mut().zip(unknowns) {
+            *psi = match *unknown {
+                Unknown::Coordinate(i) => bars[i].map(|x| -x),
+                Unknown::Multiplier(_) => [0.0; LANES],
+            };
+        }
+        factor.solve_transposed(&mut self.multipliers);
+    }
+
+    /// Adds ψᵀ times the `entries` to the derivatives.
+    pub fn pull(&mut self, entries: &Entries, linearizer: &Linearizer, sources: &mut [Lanes]) {
+        sources.fill([0.0; LANES]);
+        entries.pull(&self.multipliers, sources);
+        let Bars { q, v, a, .. } = &mut self.now;
+        let (by_state, by_parameter) = sources.split_at(3 * q.len());
+        let parameters = linearizer.parameters.iter();
+        q.iter_mut().chain(v).chain(a).zip(by_state).for_each(|(to, bar)| add(to, 1.0, bar));
+        parameters.zip(by_parameter).for_each(|(&(k, i), bar)| add(&mut self.design.parameters[k][i], 1.0, bar));
+    }
+
+    /// Hands what prescribed coordinates have at time `t` on to the parameters of their motions, and clears it.
+    pub fn take_motions(&mut self, mechanism: &Mechanism<f64>, dependence: &Dependence, t: f64) {
+        for i in dependence.moving() {
+            let Bars { q, v, a, .. } = &mut self.now;
+            let bars = [&mut q[i], &mut v[i], &mut a[i]].map(std::mem::take);
+            self.design.take_motion(mechanism, i, t, Prescribed::Exact, bars.each_ref());
+        }
     }
 
     /// Adds the derivatives of output number `output` at `state`, times `weight`.

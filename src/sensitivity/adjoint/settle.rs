@@ -1,9 +1,8 @@
 //! The transposes of what puts a mechanism in a consistent state: positions, velocities, accelerations.
 
-use super::bars::{Bars, LANES, Lanes, add};
+use super::bars::{Bars, LANES, Lanes};
 use super::lane::Lane;
 use crate::Result;
-use crate::analysis::generalized_alpha::Prescribed;
 use crate::analysis::start::Projection;
 use crate::analysis::system::{Linearization, Unknown};
 use crate::analysis::{State, System};
@@ -26,6 +25,7 @@ pub(super) struct Settling<'m> {
     linearizer: Linearizer,
     entries: Entries,
     rooms: Rooms,
+    unknowns: Vec<Unknown>,
     rows: Vec<[f64; 1]>,
     /// By each variable of the entries.
     sources: Vec<Lanes>,
@@ -41,6 +41,7 @@ impl<'m> Settling<'m> {
             sources: vec![[0.0; LANES]; linearizer.sources()],
             linearizer,
             rooms: Rooms::default(),
+            unknowns: system.unknowns().to_vec(),
             rows: vec![[0.0]; system.size()],
             at: State::built(mechanism, 0.0),
             mechanism,
@@ -66,10 +67,7 @@ impl<'m> Settling<'m> {
             self.positions(system, values, projection, lanes)?;
         }
         for lane in lanes {
-            for i in self.dependence.moving() {
-                let bars = [&lane.now.q[i], &lane.now.v[i], &lane.now.a[i]];
-                lane.design.take_motion(self.mechanism, i, values.t, Prescribed::Exact, bars);
-            }
+            lane.take_motions(self.mechanism, self.dependence, values.t);
         }
         Ok(())
     }
@@ -80,11 +78,8 @@ impl<'m> Settling<'m> {
         self.factorize(system, Linearization::accelerations())?;
         self.linearizer.accelerations(self.mechanism, values, &mut self.rooms, &mut self.entries);
         for lane in lanes {
-            lane.solve(system, |bars, unknown| match unknown {
-                Unknown::Coordinate(i) => bars.a[i],
-                Unknown::Multiplier(m) => bars.l[m],
-            });
-            self.pull(lane);
+            lane.solve_accelerations(&self.unknowns, system.factor());
+            lane.pull(&self.entries, &self.linearizer, &mut self.sources);
         }
         Ok(())
     }
@@ -138,28 +133,13 @@ impl<'m> Settling<'m> {
     /// From what was projected to the nearest that the constraints allow, to what it was before.
     fn project(&mut self, system: &mut System, lane: &mut Lane, which: impl Fn(&mut Bars) -> &mut Vec<Lanes>) {
         let projected = std::mem::take(which(&mut lane.now));
-        lane.solve(system, |_, unknown| match unknown {
-            Unknown::Coordinate(i) => projected[i],
-            Unknown::Multiplier(_) => [0.0; LANES],
-        });
+        lane.solve_free(&self.unknowns, system.factor(), &projected);
         *which(&mut lane.now) = projected;
-        self.pull(lane);
+        lane.pull(&self.entries, &self.linearizer, &mut self.sources);
         for (psi, unknown) in lane.multipliers.iter().zip(system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown {
                 which(&mut lane.now)[i] = psi.map(|x| -x);
             }
         }
-    }
-
-    /// Adds ψᵀ times the entries to the derivatives.
-    fn pull(&mut self, lane: &mut Lane) {
-        self.sources.fill([0.0; LANES]);
-        self.entries.pull(&lane.multipliers, &mut self.sources);
-        let Bars { q, v, a, .. } = &mut lane.now;
-        let states = q.iter_mut().chain(v).chain(a);
-        let parameters = self.linearizer.parameters.iter();
-        let (by_state, by_parameter) = self.sources.split_at(3 * self.mechanism.coordinates.len());
-        states.zip(by_state).for_each(|(to, bar)| add(to, 1.0, bar));
-        parameters.zip(by_parameter).for_each(|(&(k, i), bar)| add(&mut lane.design.parameters[k][i], 1.0, bar));
     }
 }
