@@ -144,12 +144,12 @@ impl History {
 ///
 /// **Errors.** [`Error::Analysis`] naming element and time if the mechanism cannot be built, assembled or moved on.
 pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<History> {
-    record(mechanism, Run::new(mechanism, settings, times)?, times).map(|(history, _)| history)
+    record(mechanism, Run::new(mechanism, settings, times)?, times, None)
 }
 
 /// As [`simulate`], and keeps the steps in at most `memory` bytes.
 ///
-/// A motion with more steps than that is simulated all the same; its recording is not whole.
+/// A motion with more steps than that is simulated all the same; its recording then has check-points.
 ///
 /// **Errors.** As [`simulate`].
 pub fn simulate_recorded(
@@ -158,19 +158,28 @@ pub fn simulate_recorded(
     times: &[f64],
     memory: usize,
 ) -> Result<(History, Recording)> {
-    let mut run = Run::new(mechanism, settings, times)?;
-    run.recording = Some(Recording::of(&run, memory));
-    let (history, recording) = record(mechanism, run, times)?;
-    Ok((history, recording.expect("the run had one")))
+    let run = Run::new(mechanism, settings, times)?;
+    let mut recording = Recording::of(&run, memory);
+    let history = record(mechanism, run, times, Some(&mut recording))?;
+    Ok((history, recording))
 }
 
-fn record(mechanism: &Mechanism<f64>, mut run: Run<'_>, times: &[f64]) -> Result<(History, Option<Recording>)> {
+fn record(
+    mechanism: &Mechanism<f64>,
+    mut run: Run<'_>,
+    times: &[f64],
+    mut recording: Option<&mut Recording>,
+) -> Result<History> {
     let mut sampler = Sampler::new(mechanism);
     let mut outputs = Vec::new();
     let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
     let mut at = run.integrator.step.old.clone();
     for &t in times {
-        run.reach(t)?;
+        while run.lags(t) {
+            run.advance()?;
+            recording.iter_mut().for_each(|recording| recording.log.keep(&run));
+        }
+        recording.iter_mut().for_each(|recording| recording.log.reach(t));
         interpolate(&run.integrator.step.old, &run.integrator.step.new, t, &mut at);
         sampler.outputs(mechanism, &at, &mut outputs);
         blame::check(mechanism, &at, &outputs)?;
@@ -185,7 +194,7 @@ fn record(mechanism: &Mechanism<f64>, mut run: Run<'_>, times: &[f64]) -> Result
         impacts: run.impacts,
         work,
     };
-    Ok((history, run.recording))
+    Ok(history)
 }
 
 pub(crate) fn check_finite<T: crate::multibody::Real>(mechanism: &Mechanism<T>, outputs: &[T], t: f64) -> Result<()> {
@@ -216,11 +225,12 @@ pub struct Run<'m> {
     pub(crate) is_on_grid: bool,
     pub(super) settings: Dynamics,
     end: f64,
-    next: f64,
-    steps: usize,
-    grid_steps: usize,
-    failed_steps: usize,
-    recording: Option<Recording>,
+    pub(super) next: f64,
+    /// Length of the current step in s.
+    pub(super) length: f64,
+    pub(super) steps: usize,
+    pub(super) grid_steps: usize,
+    pub(super) failed_steps: usize,
 }
 
 /// What is left of a grid step after an impact is not gone by itself if it is less than this part of the step.
@@ -248,7 +258,7 @@ impl<'m> Run<'m> {
         };
         let end = times.last().copied().unwrap_or(settings.start);
         let (steps, grid_steps, failed_steps) = (0, 0, 0);
-        let (settings, recording) = (*settings, None);
+        let (settings, length) = (*settings, 0.0);
         let (impacts, closed, bounced, is_on_grid) = (Vec::new(), None, None, false);
         let run = Self {
             integrator,
@@ -260,10 +270,10 @@ impl<'m> Run<'m> {
             settings,
             end,
             next,
+            length,
             steps,
             grid_steps,
             failed_steps,
-            recording,
         };
         run.check_contacts()?;
         Ok(run)
@@ -289,17 +299,11 @@ impl<'m> Run<'m> {
             self.integrator.accept();
         }
         self.steps += 1;
-        let h = match self.settings.step {
+        self.length = match self.settings.step {
             StepSize::Fixed(h) => self.advance_fixed(h)?,
             StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest)?,
         };
-        if let Some(recording) = &mut self.recording {
-            match self.closed {
-                None => recording.keep(&self.integrator.step, h),
-                Some(_) => recording.give_up(),
-            }
-        }
-        Ok(h)
+        Ok(self.length)
     }
 
     /// Goes to, or half-way, quarter-way … to, the next time of the grid.

@@ -240,9 +240,9 @@ pub struct Integrator<'m> {
     pub iterations: usize,
     rows: Vec<[f64; 1]>,
     room: Room<f64>,
-    predictor: Predictor,
+    pub(super) predictor: Predictor,
     /// A correction over the square of the one before, in 1/m or 1/rad: the last one seen.
-    curvature: f64,
+    pub(super) curvature: f64,
 }
 
 impl<'m> Integrator<'m> {

@@ -12,7 +12,9 @@
 //! | `predictor` | a first guess for the next implicit step |
 //! | `sampling` | dense output, named outputs at requested times |
 //! | `dynamics` | the run over time by implicit steps |
+//! | `log` | the steps of any motion in a limited memory, or check-points |
 //! | `recording` | the converged steps of a run, kept for derivatives |
+//! | `rewind` | steps from the last to the first, integrated again where they were not kept |
 //! | `explicit/` | explicit Runge–Kutta steps: differential equations, and mechanisms at high accuracy |
 //! | `kinematics` | driven mechanisms instant by instant, and their inverse dynamics |
 //! | `statics` | equilibria and load paths |
@@ -26,9 +28,11 @@ mod four_bar;
 pub mod generalized_alpha;
 pub(crate) mod impact;
 pub mod kinematics;
+mod log;
 pub mod modes;
 pub mod predictor;
 pub mod recording;
+mod rewind;
 pub mod sampling;
 pub mod start;
 pub mod state;
@@ -39,6 +43,8 @@ pub use bounce::Impact;
 pub use dynamics::{Dynamics, History, simulate, simulate_recorded};
 pub use explicit::Explicit;
 pub use generalized_alpha::{GeneralizedAlpha, Integrator, Newton};
+pub(crate) use log::Course;
 pub use recording::Recording;
+pub(crate) use rewind::Rewind;
 pub use state::State;
 pub use system::System;

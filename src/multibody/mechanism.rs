@@ -292,6 +292,11 @@ impl<S: Scalar> Mechanism<S> {
             && self.coordinates.iter().zip(&other.coordinates).all(|(a, b)| a.motion.is_some() == b.motion.is_some())
     }
 
+    /// Whether it has rigid contacts to bounce off.
+    pub fn has_impacts(&self) -> bool {
+        !self.impacts.is_empty()
+    }
+
     /// Names of the outputs, in the order in which they were added.
     pub fn output_names(&self) -> Vec<String> {
         self.outputs.iter().map(|o| o.name.clone()).collect()

@@ -34,6 +34,17 @@ pub fn differentiate_kinematics<M: Model>(
     Ok(record.finish(Work { steps: times.len(), ..Work::default() }))
 }
 
+/// **Errors.** [`Error::Definition`] unless every degree of freedom is driven.
+pub(super) fn check_driven(walk: &Walk<'_>) -> Result<()> {
+    match walk.system.size() as isize - 2 * walk.mechanism.multipliers as isize {
+        0 => Ok(()),
+        freedom => {
+            let why = format!("{freedom} degrees of freedom are not driven");
+            Err(Error::definition("kinematics", why, "drive them, or simulate the motion"))
+        }
+    }
+}
+
 /// Static equilibria of `model` at `times` (a load path) with derivatives of all outputs.
 ///
 /// **Errors.** As [`crate::analysis::statics::equilibria`].
@@ -66,11 +77,7 @@ where
     let mut chunks = vec![Vec::new(); carriers.len()];
     let Some(&first) = times.first() else { return Ok(chunks) };
     let mut walk = Walk::new(mechanism, assembly, first)?;
-    let freedom = walk.system.size() as isize - 2 * mechanism.multipliers as isize;
-    if freedom != 0 {
-        let why = format!("{freedom} degrees of freedom are not driven");
-        return Err(Error::definition("kinematics", why, "drive them, or simulate the motion"));
-    }
+    check_driven(&walk)?;
     for (k, &t) in times.iter().enumerate() {
         if t != walk.state.t {
             walk.go(t)?;

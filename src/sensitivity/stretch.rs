@@ -2,7 +2,7 @@
 
 use super::record::Record;
 use crate::Result;
-use crate::analysis::dynamics::{Dynamics, Run, Work, is_before};
+use crate::analysis::dynamics::{Dynamics, Run, Work};
 use crate::analysis::sampling::interpolate;
 use crate::analysis::start::Projection;
 use crate::analysis::system::Linearization;
@@ -106,10 +106,7 @@ impl<'m> Source<'m> {
         settings: &Dynamics,
         times: &[f64],
     ) -> Self {
-        let last = times.last().copied().unwrap_or(settings.start);
-        let end = recording.ends().take_while(|&end| is_before(settings.start, end, last)).count();
-        let is_there = !is_before(settings.start, recording.start.t, last);
-        let end = if is_there { 0 } else { (end + 1).min(recording.steps()) };
+        let end = times.last().map_or(0, |&last| recording.log.steps_to(last));
         let (system, start) = (recording.system.clone(), recording.start.clone());
         let (rows, projection) = (vec![[0.0]; system.size()], recording.projection.clone());
         let steps = Steps::Recorded { recording, next: 0, end };

@@ -2,6 +2,7 @@
 
 use super::march::March;
 use super::mechanism::{MechanismFlow, SAMPLE, Tape};
+use super::recording::ExplicitRecording;
 use super::settings::Explicit;
 use super::stepper::Flow;
 use crate::Result;
@@ -31,7 +32,29 @@ pub fn simulate_with_steps(
     settings: &Explicit,
     times: &[f64],
 ) -> Result<(History, Vec<f64>)> {
-    let (mut march, _) = start(mechanism, settings, times, false)?;
+    let (march, _) = start(mechanism, settings, times, false)?;
+    record(mechanism, march, times, None)
+}
+
+/// [`simulate_explicitly`], with the steps in at most `memory` bytes.
+pub(crate) fn simulate_with_recording(
+    mechanism: &Mechanism<f64>,
+    settings: &Explicit,
+    times: &[f64],
+    memory: usize,
+) -> Result<(History, ExplicitRecording)> {
+    let (march, start) = start(mechanism, settings, times, false)?;
+    let mut recording = ExplicitRecording::of(&march, start, memory);
+    let (history, _) = record(mechanism, march, times, Some(&mut recording))?;
+    Ok((history, recording))
+}
+
+fn record(
+    mechanism: &Mechanism<f64>,
+    mut march: March<MechanismFlow<'_>>,
+    times: &[f64],
+    mut recording: Option<&mut ExplicitRecording>,
+) -> Result<(History, Vec<f64>)> {
     let mut sampler = Sampler::new(mechanism);
     let mut y = march.stepper.old.clone();
     let mut outputs = Vec::new();
@@ -39,7 +62,9 @@ pub fn simulate_with_steps(
     for &t in times {
         while march.lags(t) {
             march.advance()?;
+            recording.iter_mut().for_each(|recording| recording.log.keep(&march));
         }
+        recording.iter_mut().for_each(|recording| recording.log.reach(t));
         sample(&mut march, &mut y, t)?;
         sampler.outputs(mechanism, &march.stepper.flow.state, &mut outputs);
         blame::check(mechanism, &march.stepper.flow.state, &outputs)?;
