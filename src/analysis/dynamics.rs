@@ -7,6 +7,7 @@ use super::recording::Recording;
 use super::sampling::{Sampler, interpolate};
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
+use super::statics::{Statics, balance};
 use super::system::System;
 use crate::multibody::Mechanism;
 use crate::{Error, Result};
@@ -18,6 +19,16 @@ pub enum InitialAcceleration {
     Consistent,
     /// Zero, with zero multipliers: a mechanism at rest and unloaded.
     Zero,
+}
+
+/// Positions at the start of the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    /// Those that the mechanism was built in, assembled.
+    Built,
+    /// Those of the static equilibrium at the start, which is sought from there. Velocities are still those that it was built
+    /// with, made consistent.
+    Equilibrium(Statics),
 }
 
 /// Lengths of the time steps.
@@ -49,6 +60,8 @@ pub struct Dynamics {
     pub newton: Newton,
     /// Assembly of the initial positions.
     pub assembly: Assembly,
+    /// Positions at the start.
+    pub origin: Origin,
     /// Accelerations at the start.
     pub initial: InitialAcceleration,
     /// Velocity and acceleration of prescribed coordinates.
@@ -64,6 +77,7 @@ impl Dynamics {
             step: StepSize::Fixed(h),
             newton: Newton::default(),
             assembly: Assembly::default(),
+            origin: Origin::Built,
             initial: InitialAcceleration::Consistent,
             prescribed: Prescribed::Exact,
         }
@@ -209,6 +223,20 @@ pub(crate) fn is_before(start: f64, end: f64, t: f64) -> bool {
     t - end > 1e-9 * (t - start).abs().max(1e-300)
 }
 
+/// Moves `state` to the equilibrium at its time, with the velocities that it has. Returns the reactions there.
+fn settle(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    statics: &Statics,
+) -> Result<Vec<f64>> {
+    let velocities = state.v.clone();
+    balance(system, mechanism, state, statics)?;
+    state.v = velocities;
+    state.prescribe(mechanism);
+    Ok(std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]))
+}
+
 /// A running simulation: advanced time by time, by one step after the other.
 pub struct Run<'m> {
     /// The integrator with the current step.
@@ -246,6 +274,9 @@ impl<'m> Run<'m> {
         let mut system = System::at(mechanism, settings.start)?;
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
+        if let Origin::Equilibrium(statics) = &settings.origin {
+            projection.position = settle(&mut system, mechanism, &mut state, statics)?;
+        }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
         if settings.initial == InitialAcceleration::Consistent {
             AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;

@@ -49,7 +49,7 @@ where
         times: &'m [f64],
     ) -> Result<Self> {
         let Source { mechanism: plain, system, start: values, projection, .. } = source;
-        let state = StartSolver::new(plain, mechanism, system).start(values, projection, settings.initial)?;
+        let state = StartSolver::new(plain, mechanism, system).start(values, projection, settings)?;
         let (rows, changes) = (vec![T::from(0.0); system.size()], vec![[0.0; L]; system.size()]);
         let mut companion = Self {
             plain,

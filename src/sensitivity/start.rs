@@ -1,13 +1,23 @@
 //! Derivatives of assembled positions, consistent velocities and accelerations.
 
+use super::instant::equilibrium;
 use super::seeded::{set_values, take_values};
 use crate::Result;
 use crate::analysis::State;
-use crate::analysis::dynamics::InitialAcceleration;
+use crate::analysis::dynamics::{Dynamics, InitialAcceleration, Origin};
 use crate::analysis::start::{Projection, acceleration_rows};
 use crate::analysis::system::{Linearization, System, Unknown};
 use crate::multibody::element::Room;
 use crate::multibody::{Carrier, Jet, Mechanism, Number};
+
+/// The equilibrium that a motion with the initial state `values` starts from.
+pub(super) fn at_rest(values: &State<f64>, projection: &Projection) -> State<f64> {
+    let mut rest = values.clone();
+    rest.v.fill(0.0);
+    rest.a.fill(0.0);
+    rest.l.copy_from_slice(&projection.position);
+    rest
+}
 
 /// Differentiates the initial state: each of its three problems has a matrix and a residual.
 pub(super) struct StartSolver<'s, 'm, T, const L: usize> {
@@ -32,21 +42,28 @@ where
     }
 
     /// The state `values` at the start of a motion with its derivatives.
-    pub fn start(
-        mut self,
-        values: &State<f64>,
-        projection: &Projection,
-        initial: InitialAcceleration,
-    ) -> Result<State<T>> {
+    pub fn start(mut self, values: &State<f64>, projection: &Projection, settings: &Dynamics) -> Result<State<T>> {
         let mut state = State::built(self.mechanism, values.t);
-        if self.mechanism.multipliers > 0 {
-            self.positions(values, projection, &mut state)?;
+        let is_jointed = self.mechanism.multipliers > 0;
+        match settings.origin {
+            Origin::Equilibrium(_) => state.q = self.equilibrium(values, projection)?,
+            Origin::Built if is_jointed => self.positions(values, projection, &mut state)?,
+            Origin::Built => {}
+        }
+        if is_jointed {
             self.velocities(values, projection, &mut state)?;
         }
-        if initial == InitialAcceleration::Consistent {
+        if settings.initial == InitialAcceleration::Consistent {
             self.accelerations(values, &mut state)?;
         }
         Ok(state)
+    }
+
+    /// The positions of the equilibrium at rest whose reactions are those of the projection.
+    fn equilibrium(&mut self, values: &State<f64>, projection: &Projection) -> Result<Vec<T>> {
+        let rest = at_rest(values, projection);
+        self.factorize(&rest, Linearization::statics())?;
+        Ok(equilibrium(self.mechanism, &rest, self.system).q)
     }
 
     /// q − q_guess + Φ_qᵀ μ = 0, Φ = 0.

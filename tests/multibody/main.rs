@@ -12,6 +12,7 @@ mod hessian;
 mod impacts;
 mod modes;
 mod order;
+mod origin;
 mod outputs;
 mod reference;
 mod rejected;

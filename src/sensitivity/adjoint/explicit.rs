@@ -8,6 +8,7 @@ use super::spent::Spent;
 use super::stages::{Stages, Way};
 use super::{Functional, check, contract};
 use crate::Result;
+use crate::analysis::dynamics::Origin;
 use crate::analysis::explicit::mechanism::{MechanismFlow, SAMPLE};
 use crate::analysis::explicit::simulation::{sample, start};
 use crate::analysis::explicit::{Explicit, ExplicitRecording, Flow, March, simulate_with_recording};
@@ -77,6 +78,7 @@ pub(in crate::sensitivity) fn differentiate_explicit_recording_backwards<M: Mode
         &begin.state,
         &begin.projection,
         false,
+        Origin::Built,
         &mut all,
     )?;
     Ok((contract(&lanes, &sensitive, responses.len(), b.len()), spent))

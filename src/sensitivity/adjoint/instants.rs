@@ -6,6 +6,7 @@ use super::lane::{Lane, Products};
 use super::settle::Settling;
 use super::{Functional, check, contract};
 use crate::Result;
+use crate::analysis::dynamics::Origin;
 use crate::analysis::generalized_alpha::Prescribed;
 use crate::analysis::kinematics::Walk;
 use crate::analysis::start::{Assembly, assemble};
@@ -94,7 +95,7 @@ pub fn differentiate_kinematics_backwards<M: Model>(
         }
         let mut lanes = whole.sample(k, &walk.state, &mut lanes, &mut products);
         if !lanes.is_empty() {
-            settling.back(&mut walk.system, &walk.state, &walk.projection, true, &mut lanes)?;
+            settling.back(&mut walk.system, &walk.state, &walk.projection, true, Origin::Built, &mut lanes)?;
         }
         lanes.into_iter().for_each(|lane| lane.now.clear()); // nor does a driven mechanism
     }

@@ -147,7 +147,7 @@ pub(super) fn differentiate_recording_backwards<M: Model>(
     let consistent = settings.initial == InitialAcceleration::Consistent;
     let mut all: Vec<&mut Lane> = lanes.iter_mut().collect();
     all.iter_mut().for_each(|lane| lane.now.join());
-    settling.back(&mut system, &recording.start, &recording.projection, consistent, &mut all)?;
+    settling.back(&mut system, &recording.start, &recording.projection, consistent, settings.origin, &mut all)?;
     Ok((contract(&lanes, &sensitive, responses.len(), b.len()), spent))
 }
 

@@ -1,14 +1,16 @@
 //! The transposes of what puts a mechanism in a consistent state: positions, velocities, accelerations.
 
 use super::bars::{Bars, LANES, Lanes};
-use super::lane::Lane;
+use super::lane::{Lane, Products};
 use crate::Result;
+use crate::analysis::dynamics::Origin;
 use crate::analysis::start::Projection;
 use crate::analysis::system::{Linearization, Unknown};
 use crate::analysis::{State, System};
 use crate::multibody::Mechanism;
 use crate::sensitivity::dependence::Dependence;
 use crate::sensitivity::explicit::{Closure, Entries, Linearizer, Rooms};
+use crate::sensitivity::start::at_rest;
 
 /// From the derivatives by a consistent state back to those by what it was made from.
 ///
@@ -50,13 +52,15 @@ impl<'m> Settling<'m> {
     }
 
     /// All the way back from the consistent state `values`; accelerations are left out unless they were `solved`. What the
-    /// lanes then have are derivatives by the positions and velocities that free coordinates were built with.
+    /// lanes then have are derivatives by the positions (if they were assembled from these) and velocities
+    /// that free coordinates were built with.
     pub fn back(
         &mut self,
         system: &mut System,
         values: &State<f64>,
         projection: &Projection,
         solved: bool,
+        origin: Origin,
         lanes: &mut [&mut Lane],
     ) -> Result<()> {
         if solved {
@@ -64,7 +68,11 @@ impl<'m> Settling<'m> {
         }
         if self.mechanism.multipliers > 0 {
             self.velocities(system, values, projection, lanes)?;
-            self.positions(system, values, projection, lanes)?;
+        }
+        match origin {
+            Origin::Equilibrium(_) => self.equilibrium(system, values, projection, lanes)?,
+            Origin::Built if self.mechanism.multipliers > 0 => self.positions(system, values, projection, lanes)?,
+            Origin::Built => {}
         }
         for lane in lanes {
             lane.take_motions(self.mechanism, self.dependence, values.t);
@@ -117,6 +125,35 @@ impl<'m> Settling<'m> {
         for lane in lanes {
             self.project(system, lane, |bars| &mut bars.q);
         }
+        Ok(())
+    }
+
+    /// From positions in equilibrium: what free coordinates were built with does not matter.
+    fn equilibrium(
+        &mut self,
+        system: &mut System,
+        values: &State<f64>,
+        projection: &Projection,
+        lanes: &mut [&mut Lane],
+    ) -> Result<()> {
+        self.at.copy_from(&at_rest(values, projection));
+        self.factorize(system, Linearization::statics())?;
+        for lane in lanes.iter_mut() {
+            let positions = lane.now.q.clone();
+            lane.solve_free(&self.unknowns, system.factor(), &positions);
+            for unknown in &self.unknowns {
+                if let Unknown::Coordinate(i) = *unknown {
+                    lane.now.q[i] = [0.0; LANES];
+                }
+            }
+        }
+        Products::at_rest(self.mechanism, self.dependence, lanes.len()).pull(
+            self.mechanism,
+            system,
+            &self.at,
+            1.0,
+            lanes,
+        );
         Ok(())
     }
 
