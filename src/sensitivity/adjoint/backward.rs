@@ -52,7 +52,7 @@ impl<'m> Backward<'m> {
             lanes: vec![Lane::new(mechanism, system.size()); count],
             before: vec![Bars::new(mechanism); count],
             wanted: by_time(functionals, times.len()),
-            products: Products::new(mechanism, dependence, count),
+            products: Products::new(mechanism, dependence, &system, count),
             rows: vec![[0.0]; system.size()],
             old: state(),
             new: state(),

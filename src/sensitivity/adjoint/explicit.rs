@@ -121,7 +121,7 @@ impl<'m> Backward<'m> {
             sources: vec![[0.0; LANES]; linearizer.sources()],
             linearizer,
             unknowns: system.unknowns().to_vec(),
-            products: Products::new(mechanism, dependence, lanes),
+            products: Products::new(mechanism, dependence, system, lanes),
             h: 0.0,
         };
         let wanted = by_time(responses, times.len());

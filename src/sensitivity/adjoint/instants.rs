@@ -43,7 +43,7 @@ pub fn differentiate_equilibria_backwards<M: Model>(
     let (mut system, mut state) = (System::at(mechanism, start)?, State::built(mechanism, start));
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
     let mut lanes = whole.lanes(&system);
-    let mut products = Products::at_rest(mechanism, dependence, lanes.len());
+    let mut products = Products::at_rest(mechanism, dependence, &system, lanes.len());
     for (k, &t) in whole.times.iter().enumerate() {
         state.t = t;
         balance(&mut system, mechanism, &mut state, settings)?;
@@ -87,7 +87,7 @@ pub fn differentiate_kinematics_backwards<M: Model>(
     let mut walk = Walk::new(mechanism, assembly, first)?;
     check_driven(&walk)?;
     let mut lanes = whole.lanes(&walk.system);
-    let mut products = Products::at_rest(mechanism, dependence, lanes.len());
+    let mut products = Products::at_rest(mechanism, dependence, &walk.system, lanes.len());
     let mut settling = Settling::new(mechanism, dependence, &walk.system);
     for (k, &t) in whole.times.iter().enumerate() {
         if t != walk.state.t {

@@ -106,10 +106,20 @@ impl Lane {
     }
 }
 
+/// Derivatives of an equation by position, velocity and acceleration of a coordinate that are the same in every state.
+struct Constant {
+    equation: usize,
+    is_closure: bool,
+    coordinate: usize,
+    slopes: [f64; 3],
+}
+
 /// Transposed products of a mechanism's elements.
 pub(super) struct Products {
     /// The variables of each element that a derivative has to be handed on to.
     slots: Vec<Vec<Slot>>,
+    /// Derivatives that are the same in every state; what they belong to is not in the slots.
+    constants: Vec<Constant>,
     /// For each lane ψ of one element's rows.
     weights: Vec<Vec<Lanes>>,
     /// Room for evaluating elements.
@@ -118,16 +128,21 @@ pub(super) struct Products {
 
 impl Products {
     /// For the derivatives by what `dependence` names and by free coordinates.
-    pub fn new(mechanism: &Mechanism<f64>, dependence: &Dependence, lanes: usize) -> Self {
+    pub fn new(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System, lanes: usize) -> Self {
         let size = |part: &PartData<f64>| part.coordinates.len() + part.closures;
         let most = mechanism.parts.iter().map(size).max().unwrap_or(0);
-        let (slots, weights) = (slots(mechanism, dependence), vec![vec![[0.0; LANES]; most]; lanes]);
-        Self { slots, weights, probe: Probe::default() }
+        Self {
+            slots: slots(mechanism, dependence),
+            constants: constants(mechanism, dependence, system),
+            weights: vec![vec![[0.0; LANES]; most]; lanes],
+            probe: Probe::default(),
+        }
     }
 
     /// Without derivatives by velocities and accelerations, nor by the positions of free coordinates: an equilibrium.
-    pub fn at_rest(mechanism: &Mechanism<f64>, dependence: &Dependence, lanes: usize) -> Self {
-        let mut products = Self::new(mechanism, dependence, lanes);
+    pub fn at_rest(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System, lanes: usize) -> Self {
+        let mut products = Self::new(mechanism, dependence, system, lanes);
+        products.constants.retain(|constant| dependence.motions[constant.coordinate]);
         for (part, slots) in mechanism.parts.iter().zip(&mut products.slots) {
             slots.retain(|slot| match *slot {
                 Slot::Position(i) => dependence.motions[part.coordinates[i]],
@@ -147,7 +162,16 @@ impl Products {
         closure: f64,
         lanes: &mut [&mut Lane],
     ) {
-        let Self { slots, weights, probe } = self;
+        let Self { slots, constants, weights, probe } = self;
+        for Constant { equation, is_closure, coordinate, slopes: [stiffness, damping, mass] } in constants {
+            let scale = if *is_closure { closure } else { 1.0 };
+            for Lane { now, multipliers, .. } in lanes.iter_mut().map(|lane| &mut **lane) {
+                let psi = &multipliers[*equation];
+                add(&mut now.q[*coordinate], scale * *stiffness, psi);
+                add(&mut now.v[*coordinate], scale * *damping, psi);
+                add(&mut now.a[*coordinate], scale * *mass, psi);
+            }
+        }
         for (k, (part, slots)) in mechanism.parts.iter().zip(slots).enumerate().filter(|(_, x)| !x.1.is_empty()) {
             let (rows, n) = (part.coordinates.len() + part.closures, part.coordinates.len());
             for (lane, weights) in lanes.iter().zip(weights.iter_mut()) {
@@ -174,16 +198,42 @@ fn slots(mechanism: &Mechanism<f64>, dependence: &Dependence) -> Vec<Vec<Slot>> 
     let parts = mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
     let mut slots = vec![Vec::new(); mechanism.parts.len()];
     for (k, part) in parts {
-        let counts = |i: &usize| dependence.motions[*i] || mechanism.coordinates[*i].motion.is_none();
-        let moving = || part.coordinates.iter().enumerate().filter(|(_, i)| counts(i)).map(|(local, _)| local);
-        let driven =
-            part.coordinates.iter().enumerate().filter(|(_, i)| dependence.motions[**i]).map(|(local, _)| local);
+        let linear = part.element.linear();
+        let counts =
+            |&local: &usize| is_wanted(mechanism, dependence, part.coordinates[local]) && !linear.contains(&local);
+        let moving: Vec<usize> = (0..part.coordinates.len()).filter(counts).collect();
         // What a constraint adds is λ Φ_q(q): velocities and accelerations are not in it.
         if part.closures == 0 {
-            slots[k].extend(driven.map(Slot::Acceleration).chain(moving().map(Slot::Velocity)));
+            let driven = moving.iter().filter(|&&local| dependence.motions[part.coordinates[local]]);
+            slots[k].extend(driven.map(|&local| Slot::Acceleration(local)));
+            slots[k].extend(moving.iter().map(|&local| Slot::Velocity(local)));
         }
-        slots[k].extend(moving().map(Slot::Position));
+        slots[k].extend(moving.iter().map(|&local| Slot::Position(local)));
         slots[k].extend(dependence.parameters[k].iter().map(|&p| Slot::Parameter(p)));
     }
     slots
+}
+
+fn constants(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System) -> Vec<Constant> {
+    let mut constants = Vec::new();
+    for (k, part) in mechanism.parts.iter().enumerate() {
+        for coefficient in system.coefficients(k) {
+            let coordinate = part.coordinates[coefficient.coordinate];
+            let row = system.rows_of(k).find(|(row, _)| *row == coefficient.row);
+            let Some((row, equation)) = row.filter(|_| is_wanted(mechanism, dependence, coordinate)) else { continue };
+            let [stiffness, damping, mass] = coefficient.values;
+            // A new acceleration is an unknown, unless it is prescribed.
+            let mass = if dependence.motions[coordinate] { mass } else { 0.0 };
+            let (is_closure, slopes) = (row >= part.coordinates.len(), [stiffness, damping, mass]);
+            if slopes != [0.0; 3] {
+                constants.push(Constant { equation, is_closure, coordinate, slopes });
+            }
+        }
+    }
+    constants
+}
+
+/// Whether derivatives by a coordinate lead on: to its past or to the design.
+fn is_wanted(mechanism: &Mechanism<f64>, dependence: &Dependence, coordinate: usize) -> bool {
+    dependence.motions[coordinate] || mechanism.coordinates[coordinate].motion.is_none()
 }

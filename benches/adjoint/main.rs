@@ -1,0 +1,93 @@
+//! What derivatives cost by the direct and the adjoint method: `cargo bench --bench adjoint`.
+//!
+//! N slender links, together 1 m and 1 kg, pinned in a row to the ground, fall from the horizontal; implicit steps of 0.25 ms to
+//! 0.1 s. Wanted: the tip's x and y at the end, or only x, with their derivatives by the 2N lengths and masses. Then, for
+//! four kinds of analysis, the cost over the number of design variables, as a table, `crossover.csv` and `crossover.svg` in
+//! the folder that `ADJOINT_FIGURE` names (`target/` unless it is set); and what check-points cost in a limited memory. CPU
+//! times of all threads; `-- gradient`, `-- crossover`, `-- memory` for one of the three.
+
+#[path = "../cpu/mod.rs"]
+mod cpu;
+mod crossover;
+mod models;
+
+use cpu::{in_turns, least};
+use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
+use linkwright::analysis::{Dynamics, simulate};
+use linkwright::multibody::Model;
+use linkwright::multibody::mechanisms::Chain;
+use linkwright::sensitivity::explicit::differentiate_explicitly;
+use linkwright::sensitivity::{
+    Functional, differentiate, differentiate_backwards, differentiate_backwards_within,
+    differentiate_explicitly_backwards,
+};
+
+fn main() {
+    let asked: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let is_asked = |word: &str| asked.is_empty() || asked.iter().any(|asked| asked == word);
+    if is_asked("gradient") {
+        gradients();
+    }
+    if is_asked("crossover") {
+        crossover::all();
+    }
+    if is_asked("memory") {
+        memory();
+    }
+}
+
+/// The tip at four times.
+const TIMES: [f64; 4] = [0.025, 0.05, 0.075, 0.1];
+
+/// A gradient by all lengths and masses, the analysis included, in analyses.
+fn gradients() {
+    println!(
+        "| steps | links | design variables | analysis ms | direct | adjoint, 1 response | adjoint, 8 responses |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for links in [4, 32, 256] {
+        let model = Chain { energies: false, ..Chain::horizontal(links) };
+        let b = model.equal_links();
+        let mechanism = model.build(&b).unwrap();
+        let all: Vec<_> = (0..8).map(|k| Functional::at(k % 2, k / 2)).collect();
+        let rounds = if links > 100 { 2 } else { 4 };
+
+        let settings = Dynamics::fixed(2.5e-4);
+        let mut analysis = || drop(simulate(&mechanism, &settings, &TIMES).unwrap());
+        let mut direct = || drop(differentiate(&model, &b, &settings, &TIMES).unwrap());
+        let mut one = || drop(differentiate_backwards(&model, &b, &settings, &TIMES, &all[7..]).unwrap());
+        let mut eight = || drop(differentiate_backwards(&model, &b, &settings, &TIMES, &all).unwrap());
+        let spent = in_turns(rounds, [&mut analysis, &mut direct, &mut one, &mut eight]);
+        print_gradients("implicit", links, spent);
+
+        let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(1e-3));
+        let mut analysis = || drop(simulate_explicitly(&mechanism, &settings, &TIMES).unwrap());
+        let mut direct = || drop(differentiate_explicitly(&model, &b, &settings, &TIMES).unwrap());
+        let mut one = || drop(differentiate_explicitly_backwards(&model, &b, &settings, &TIMES, &all[7..]).unwrap());
+        let mut eight = || drop(differentiate_explicitly_backwards(&model, &b, &settings, &TIMES, &all).unwrap());
+        let spent = in_turns(rounds, [&mut analysis, &mut direct, &mut one, &mut eight]);
+        print_gradients("explicit", links, spent);
+    }
+}
+
+fn print_gradients(steps: &str, links: usize, [unit, direct, one, eight]: [f64; 4]) {
+    let [direct, one, eight] = [direct, one, eight].map(|spent| spent / unit);
+    println!("| {steps} | {links} | {} | {:.2} | {direct:.2} | {one:.2} | {eight:.2} |", 2 * links, unit * 1e3);
+}
+
+/// What a limited memory costs: a chain of eight links over 20 000 implicit steps.
+fn memory() {
+    let model = Chain { energies: false, ..Chain::horizontal(8) };
+    let (b, settings, times) = (model.equal_links(), Dynamics::fixed(1e-4), [1.0]);
+    let run = |memory: usize| {
+        differentiate_backwards_within(memory, &model, &b, &settings, &times, &[Functional::at(0, 0)]).unwrap().1
+    };
+    let whole = least(2, || run(usize::MAX));
+    println!("| memory allowed, KiB | used, KiB | steps | integrated again | time, all steps kept = 1 |");
+    println!("|---|---|---|---|---|");
+    for memory in [1 << 26, 1 << 22, 1 << 20, 1 << 18, 1 << 16] {
+        let (spent, time) = (run(memory), least(2, || run(memory)));
+        let (used, allowed) = (spent.memory.div_ceil(1 << 10), memory >> 10);
+        println!("| {allowed} | {used} | {} | {} | {:.2} |", spent.steps, spent.repeated, time / whole);
+    }
+}
