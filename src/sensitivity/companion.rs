@@ -2,7 +2,7 @@
 
 use super::seeded::set_values;
 use super::start::StartSolver;
-use super::stretch::{Source, Stretch, Taken};
+use super::stretch::{Follow, Source, Stretch, Taken};
 use crate::Result;
 use crate::analysis::dynamics::{Dynamics, check_finite, is_before};
 use crate::analysis::generalized_alpha::Step;
@@ -70,14 +70,6 @@ where
         Ok(companion)
     }
 
-    /// Derivatives along a stretch of steps, and of the outputs there.
-    pub fn follow(&mut self, stretch: &Stretch) -> Result<()> {
-        stretch.taken().iter().try_for_each(|taken| {
-            self.take(taken);
-            self.sample()
-        })
-    }
-
     /// Derivatives of the outputs, by time, output and design variable.
     pub fn into_slopes(self) -> Vec<f64> {
         self.slopes
@@ -114,5 +106,18 @@ where
             self.passed += 1;
         }
         Ok(())
+    }
+}
+
+impl<const N: usize> Follow for Companion<'_, N>
+where
+    Tangent<N>: Real,
+    Jet<Tangent<N>>: Number,
+{
+    fn follow(&mut self, stretch: &Stretch) -> Result<()> {
+        stretch.taken().iter().try_for_each(|taken| {
+            self.take(taken);
+            self.sample()
+        })
     }
 }

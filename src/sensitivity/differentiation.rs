@@ -10,6 +10,8 @@ pub enum Differentiation {
     Direct,
     /// Against the motion, all design variables at once: the discrete adjoint. Implicit steps only.
     Adjoint,
+    /// Along with the motion by differenced residuals: semi-analytical, a witness against the others. Implicit steps only.
+    SemiAnalytical,
 }
 
 impl Differentiation {

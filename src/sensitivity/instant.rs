@@ -30,11 +30,7 @@ pub fn differentiate_kinematics<M: Model>(
     let mut record = Record::new(&mechanism, b.len(), times);
     let Some(&first) = times.first() else { return Ok(record.finish(Work::default())) };
     let mut walk = Walk::new(&mechanism, assembly, first)?;
-    let freedom = walk.system.size() as isize - 2 * mechanism.multipliers as isize;
-    if freedom != 0 {
-        let why = format!("{freedom} degrees of freedom are not driven");
-        return Err(Error::definition("kinematics", why, "drive them, or simulate the motion"));
-    }
+    check_driven(&walk)?;
     for (k, &t) in times.iter().enumerate() {
         if t != walk.state.t {
             walk.go(t)?;
@@ -51,6 +47,16 @@ pub fn differentiate_kinematics<M: Model>(
         }
     }
     Ok(record.finish(Work { steps: times.len(), ..Work::default() }))
+}
+
+/// **Errors.** [`Error::Definition`] unless every degree of freedom is driven.
+pub(super) fn check_driven(walk: &Walk<'_>) -> Result<()> {
+    let freedom = walk.system.size() as isize - 2 * walk.mechanism.multipliers as isize;
+    if freedom == 0 {
+        return Ok(());
+    }
+    let why = format!("{freedom} degrees of freedom are not driven");
+    Err(Error::definition("kinematics", why, "drive them, or simulate the motion"))
 }
 
 /// Static equilibria of `model` at `times` (a load path) with derivatives of all outputs.

@@ -12,6 +12,7 @@
 //! | `explicit` | derivatives along with explicit steps: the same at every stage |
 //! | `instant` | derivatives of kinematics, inverse dynamics and statics, instant by instant |
 //! | `modes` | derivatives of natural frequencies |
+//! | `semi_analytical/` | the direct method with differenced residuals instead of dual numbers |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
 //! | `stretch` | converged implicit steps in a row, with their factorized matrices |
 //! | `trajectory` | the outputs of a differential equation as responses, also between time points |
@@ -29,6 +30,7 @@ pub mod instant;
 pub mod modes;
 mod record;
 mod seeded;
+pub mod semi_analytical;
 mod start;
 mod stretch;
 pub mod trajectory;
@@ -42,5 +44,6 @@ pub use direct::differentiate;
 pub use driven::Driven;
 pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
+pub use semi_analytical::differentiate_semi_analytically;
 pub use trajectory::{Evolution, Trajectory};
 pub use transient::{Integration, Transient};

@@ -6,6 +6,8 @@ use crate::analysis::blame;
 use crate::analysis::dynamics::Work;
 use crate::analysis::sampling::Sampler;
 use crate::multibody::Mechanism;
+use crate::problem::Instant;
+use nalgebra::DMatrix;
 
 /// Outputs over time with their derivatives.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +22,15 @@ pub struct SensitiveHistory {
     pub slopes: Vec<Vec<Vec<f64>>>,
     /// Work of the analysis; the derivatives add one back-substitution per step and chunk of design variables.
     pub work: Work,
+}
+
+impl SensitiveHistory {
+    /// The gradients at the wanted instants by the `n` design variables, one in each row; `time` is where the time of an
+    /// instant is among [`SensitiveHistory::times`].
+    pub(super) fn rows(&self, n: usize, wanted: &[Instant], time: impl Fn(&Instant) -> usize) -> DMatrix<f64> {
+        let row = |instant: &Instant| self.slopes[instant.response][time(instant)].iter().copied();
+        DMatrix::from_row_iterator(wanted.len(), n, wanted.iter().flat_map(row))
+    }
 }
 
 /// Collects values and slopes time by time.

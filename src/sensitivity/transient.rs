@@ -4,9 +4,10 @@ use super::adjoint::{Functional, differentiate_backwards, differentiate_recordin
 use super::differentiation::Differentiation;
 use super::direct::{differentiate, differentiate_recorded};
 use super::explicit::{differentiate_explicitly, simulate_explicitly};
+use super::semi_analytical::{self, differentiate_semi_analytically};
 use crate::analysis::{Dynamics, Explicit, Recording, simulate_recorded};
 use crate::multibody::Model;
-use crate::problem::{Analysis, Instant, Responses};
+use crate::problem::{Alternative, Analysis, Instant, Responses};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
 use std::sync::Arc;
@@ -44,6 +45,7 @@ pub struct Transient<M> {
     times: Vec<f64>,
     memory: usize,
     differentiation: Differentiation,
+    perturbation: f64,
 }
 
 /// What an analysis leaves behind.
@@ -68,6 +70,7 @@ impl<M: Model> Transient<M> {
             times: times.to_vec(),
             memory: 1 << 28,
             differentiation: Differentiation::Automatic,
+            perturbation: semi_analytical::STEP,
         })
     }
 
@@ -79,13 +82,23 @@ impl<M: Model> Transient<M> {
 
     /// With derivatives by this method.
     ///
-    /// **Errors.** [`Error::Definition`] for the adjoint of explicit steps.
+    /// **Errors.** [`Error::Definition`] for adjoint and semi-analytical derivatives of explicit steps.
     pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
-        if differentiation == Differentiation::Adjoint && matches!(self.settings, Integration::Explicit(_)) {
-            let why = "explicit steps are differentiated forward only";
+        use Differentiation::{Adjoint, SemiAnalytical};
+        if matches!(differentiation, Adjoint | SemiAnalytical) && matches!(self.settings, Integration::Explicit(_)) {
+            let why = "explicit steps are differentiated by the direct method only";
             return Err(Error::definition("differentiation", why, "take the direct method, or implicit steps"));
         }
         Ok(Self { differentiation, ..self })
+    }
+
+    /// With this relative step of the residual's differences for semi-analytical derivatives, in place of
+    /// [`semi_analytical::STEP`].
+    ///
+    /// **Errors.** [`Error::Option`] unless it is between 0 and 1.
+    pub fn with_perturbation(self, step: f64) -> Result<Self> {
+        semi_analytical::check_step(step)?;
+        Ok(Self { perturbation: step, ..self })
     }
 
     /// The model.
@@ -115,32 +128,94 @@ impl<M: Model> Analysis for Transient<M> {
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        self.sensitivities_by(self.differentiation, self.perturbation, b, responses, wanted)
+    }
+
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        let by = |differentiation, perturbation| Box::new(By { transient: self, differentiation, perturbation });
+        let direct = Alternative::exact("direct", by(Differentiation::Direct, self.perturbation));
+        if matches!(self.settings, Integration::Explicit(_)) {
+            return vec![direct];
+        }
+        let semi = |factor: f64| by(Differentiation::SemiAnalytical, (factor * self.perturbation).min(0.1));
+        vec![
+            direct,
+            Alternative::exact("adjoint", by(Differentiation::Adjoint, self.perturbation)),
+            Alternative::approximate("semi-analytical", semi(1.0), semi(4.0)),
+        ]
+    }
+}
+
+/// A transient analysis with another method of differentiation.
+struct By<'t, M> {
+    transient: &'t Transient<M>,
+    differentiation: Differentiation,
+    perturbation: f64,
+}
+
+impl<M: Model> Analysis for By<'_, M> {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        self.transient.analyze(b)
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        self.transient.sensitivities_by(self.differentiation, self.perturbation, b, responses, wanted)
+    }
+}
+
+impl<M: Model> Transient<M> {
+    fn sensitivities_by(
+        &self,
+        differentiation: Differentiation,
+        perturbation: f64,
+        b: &[f64],
+        responses: &Responses,
+        wanted: &[Instant],
+    ) -> Result<DMatrix<f64>> {
         let mut points: Vec<usize> = wanted.iter().map(|instant| instant.point).collect();
         points.sort_unstable();
         points.dedup();
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         let at = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
-        let method = self.differentiation.of(b.len(), wanted.len());
-        let history = match &self.settings {
-            Integration::Implicit(settings) if method == Differentiation::Adjoint => {
+        let settings = match &self.settings {
+            Integration::Implicit(settings) => settings,
+            Integration::Explicit(settings) => {
+                let history = differentiate_explicitly(&self.model, b, settings, &times)?;
+                return Ok(history.rows(b.len(), wanted, at));
+            }
+        };
+        let recorded = recording(responses, b);
+        match differentiation.of(b.len(), wanted.len()) {
+            Differentiation::Adjoint => {
                 let all: Vec<_> = wanted.iter().map(|i| Functional::at(i.response, at(i))).collect();
-                return match recording(responses, b) {
+                match recorded {
                     Some(steps) => differentiate_recording_backwards(&self.model, b, settings, &times, &all, steps),
                     None => differentiate_backwards(&self.model, b, settings, &times, &all),
-                };
-            }
-            Integration::Implicit(settings) => match recording(responses, b) {
-                Some(recording) => {
-                    let slopes = differentiate_recorded(&self.model, b, settings, &times, recording)?;
-                    let slope = |row: usize, i: usize| slopes.at(at(&wanted[row]), wanted[row].response, i);
-                    return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
                 }
-                None => differentiate(&self.model, b, settings, &times)?,
+            }
+            Differentiation::SemiAnalytical => match recorded {
+                Some(steps) => {
+                    let slopes =
+                        semi_analytical::differentiate_recorded(&self.model, b, settings, &times, steps, perturbation)?;
+                    let outputs = responses.values.len();
+                    let slope = |row: usize, i: usize| slopes[i][at(&wanted[row]) * outputs + wanted[row].response];
+                    Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
+                }
+                None => Ok(differentiate_semi_analytically(&self.model, b, settings, &times, perturbation)?.rows(
+                    b.len(),
+                    wanted,
+                    at,
+                )),
             },
-            Integration::Explicit(settings) => differentiate_explicitly(&self.model, b, settings, &times)?,
-        };
-        let row = |instant: &Instant| history.slopes[instant.response][at(instant)].iter().copied();
-        Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
+            Differentiation::Direct | Differentiation::Automatic => match recorded {
+                Some(steps) => {
+                    let slopes = differentiate_recorded(&self.model, b, settings, &times, steps)?;
+                    let slope = |row: usize, i: usize| slopes.at(at(&wanted[row]), wanted[row].response, i);
+                    Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
+                }
+                None => Ok(differentiate(&self.model, b, settings, &times)?.rows(b.len(), wanted, at)),
+            },
+        }
     }
 }
 

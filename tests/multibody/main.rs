@@ -14,5 +14,6 @@ mod outputs;
 mod reference;
 mod rejected;
 mod rigid_limit;
+mod semi_analytical;
 mod table;
 mod zoo;
