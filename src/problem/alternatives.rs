@@ -4,25 +4,68 @@ use super::{Analysis, ContinuousTime, Instant, Responses};
 use crate::error::{Error, Result};
 use nalgebra::DMatrix;
 
+/// ∂r/∂b of the wanted instants by a step at a design, as [`Analysis::sensitivities`].
+type Differentiate<'a> = Box<dyn Fn(f64, &[f64], &Responses, &[Instant]) -> Result<DMatrix<f64>> + Send + Sync + 'a>;
+
 /// One way of differentiating an analysis.
 pub struct Alternative<'a> {
-    /// Its name, for tables.
+    /// Its name, for tables and model files.
     pub name: &'static str,
-    /// The analysis with these sensitivities.
-    pub analysis: Box<dyn Analysis + 'a>,
-    /// The same with another step, if the sensitivities are approximate: they are off by about as much as both differ.
-    pub coarser: Option<Box<dyn Analysis + 'a>>,
+    /// The relative step of differences that it takes, if it does.
+    pub step: Option<f64>,
+    differentiate: Differentiate<'a>,
 }
 
 impl<'a> Alternative<'a> {
     /// A method that is exact but for rounding.
-    pub fn exact(name: &'static str, analysis: Box<dyn Analysis + 'a>) -> Self {
-        Self { name, analysis, coarser: None }
+    pub fn exact(
+        name: &'static str,
+        differentiate: impl Fn(&[f64], &Responses, &[Instant]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
+    ) -> Self {
+        let differentiate = move |_: f64, b: &[f64], r: &Responses, wanted: &[Instant]| differentiate(b, r, wanted);
+        Self { name, step: None, differentiate: Box::new(differentiate) }
     }
 
-    /// A method whose error shows in how it differs from `coarser`, the same with a longer step.
-    pub fn approximate(name: &'static str, analysis: Box<dyn Analysis + 'a>, coarser: Box<dyn Analysis + 'a>) -> Self {
-        Self { name, analysis, coarser: Some(coarser) }
+    /// A method that takes a relative step of differences, `step` unless told otherwise.
+    pub fn approximate(
+        name: &'static str,
+        step: f64,
+        differentiate: impl Fn(f64, &[f64], &Responses, &[Instant]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
+    ) -> Self {
+        Self { name, step: Some(step), differentiate: Box::new(differentiate) }
+    }
+
+    /// The sensitivities that an analysis gives by itself.
+    pub fn of(name: &'static str, analysis: &'a dyn Analysis) -> Self {
+        Self::exact(name, move |b, responses, wanted| analysis.sensitivities(b, responses, wanted))
+    }
+
+    /// With this step, if it takes one.
+    pub fn with_step(self, step: f64) -> Self {
+        Self { step: self.step.map(|_| step), ..self }
+    }
+
+    /// ∂r/∂b of the wanted instants at the design `b`; `responses` is what the analysis gave there.
+    pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        (self.differentiate)(self.step.unwrap_or_default(), b, responses, wanted)
+    }
+
+    /// How far these sensitivities may be off: nothing for an exact method; for one that takes a step what four times that
+    /// changes, at the worst of the wanted instants of a response, for each design variable.
+    pub fn uncertainty(
+        &self,
+        found: &DMatrix<f64>,
+        b: &[f64],
+        responses: &Responses,
+        wanted: &[Instant],
+    ) -> Result<DMatrix<f64>> {
+        let Some(step) = self.step else { return Ok(DMatrix::zeros(found.nrows(), found.ncols())) };
+        let change = ((self.differentiate)(4.0 * step, b, responses, wanted)? - found).abs();
+        let worst = |row: usize, i: usize| {
+            let same = (0..wanted.len()).filter(|&other| wanted[other].response == wanted[row].response);
+            same.map(|other| change[(other, i)]).fold(0.0, f64::max)
+        };
+        Ok(DMatrix::from_fn(found.nrows(), found.ncols(), worst))
     }
 }
 
@@ -30,19 +73,24 @@ impl<'a> Alternative<'a> {
 pub struct Differentiated<A> {
     analysis: A,
     method: String,
+    step: Option<f64>,
 }
 
 impl<A: Analysis> Differentiated<A> {
-    /// With the method of this name.
+    /// With the method of this name, and the relative step of its differences if it takes any (its own if none is given).
     ///
-    /// **Errors.** [`Error::Definition`] unless the analysis has it; the message has those that it has.
-    pub fn by(analysis: A, method: &str) -> Result<Self> {
-        let found = Self { analysis, method: method.to_owned() };
+    /// **Errors.** [`Error::Definition`] unless the analysis has it, which tells those that it has; [`Error::Option`] for a
+    /// step that is not between 0 and 1.
+    pub fn by(analysis: A, method: &str, step: Option<f64>) -> Result<Self> {
+        if let Some(step) = step {
+            Error::check_option("relative step of differences", "between 0 and 1", step, step > 0.0 && step < 1.0)?;
+        }
+        let found = Self { analysis, method: method.to_owned(), step };
         found.chosen().map(|_| ())?;
         Ok(found)
     }
 
-    fn chosen(&self) -> Result<Box<dyn Analysis + '_>> {
+    fn chosen(&self) -> Result<Alternative<'_>> {
         let all = self.analysis.alternatives();
         let names: Vec<&str> = all.iter().map(|alternative| alternative.name).collect();
         let (why, remedy) = match names.is_empty() {
@@ -52,7 +100,11 @@ impl<A: Analysis> Differentiated<A> {
             }
         };
         let chosen = all.into_iter().find(|alternative| alternative.name == self.method);
-        chosen.map(|alternative| alternative.analysis).ok_or_else(|| Error::definition("derivatives", why, remedy))
+        let chosen = chosen.ok_or_else(|| Error::definition("derivatives", why, remedy))?;
+        Ok(match self.step {
+            Some(step) => chosen.with_step(step),
+            None => chosen,
+        })
     }
 }
 

@@ -1,11 +1,12 @@
 //! Static equilibria as responses of an optimization problem.
 
 use super::instant::differentiate_equilibria;
+use super::semi_analytical::{self, difference_equilibria};
 use crate::Result;
 use crate::analysis::dynamics::check_times;
 use crate::analysis::statics::{Statics, equilibria};
 use crate::multibody::Model;
-use crate::problem::{Analysis, Instant, Responses};
+use crate::problem::{Alternative, Analysis, Instant, Responses};
 use nalgebra::DMatrix;
 
 /// The outputs of a mechanism in static equilibrium at given times: a load path where loads are functions of time.
@@ -38,5 +39,14 @@ impl<M: Model> Analysis for Balanced<M> {
         let history = differentiate_equilibria(&self.model, b, &self.settings, &self.times[..count])?;
         let row = |instant: &Instant| history.slopes[instant.response][instant.point].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
+    }
+
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        let semi = |step: f64, b: &[f64], _: &Responses, wanted: &[Instant]| {
+            let count = wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0);
+            let history = difference_equilibria(&self.model, b, &self.settings, &self.times[..count], step)?;
+            Ok(history.rows(b.len(), wanted, |instant| instant.point))
+        };
+        vec![Alternative::of("direct", self), Alternative::approximate("semi-analytical", semi_analytical::STEP, semi)]
     }
 }

@@ -1,12 +1,13 @@
 //! The outputs of a driven mechanism as responses of an optimization problem: no integration.
 
 use super::instant::differentiate_kinematics;
+use super::semi_analytical::{self, difference_kinematics};
 use crate::Result;
 use crate::analysis::dynamics::check_times;
 use crate::analysis::kinematics::kinematics;
 use crate::analysis::start::Assembly;
 use crate::multibody::Model;
-use crate::problem::{Analysis, Instant, Responses};
+use crate::problem::{Alternative, Analysis, Instant, Responses};
 use nalgebra::DMatrix;
 
 /// The outputs of a mechanism whose every degree of freedom is driven, at given times: positions, velocities,
@@ -40,6 +41,15 @@ impl<M: Model> Analysis for Driven<M> {
         let history = differentiate_kinematics(&self.model, b, self.assembly, &self.times[..count])?;
         let row = |instant: &Instant| history.slopes[instant.response][instant.point].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
+    }
+
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        let semi = |step: f64, b: &[f64], _: &Responses, wanted: &[Instant]| {
+            let count = wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0);
+            let history = difference_kinematics(&self.model, b, self.assembly, &self.times[..count], step)?;
+            Ok(history.rows(b.len(), wanted, |instant| instant.point))
+        };
+        vec![Alternative::of("direct", self), Alternative::approximate("semi-analytical", semi_analytical::STEP, semi)]
     }
 }
 

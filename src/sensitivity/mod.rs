@@ -38,7 +38,7 @@ pub mod transient;
 
 pub use adjoint::{Functional, differentiate_backwards};
 pub use balanced::Balanced;
-pub use check::check_model;
+pub use check::{Study, check_model};
 pub use differentiation::Differentiation;
 pub use direct::differentiate;
 pub use driven::Driven;

@@ -132,34 +132,18 @@ impl<M: Model> Analysis for Transient<M> {
     }
 
     fn alternatives(&self) -> Vec<Alternative<'_>> {
-        let by = |differentiation, perturbation| Box::new(By { transient: self, differentiation, perturbation });
+        let by = |method, step| {
+            move |b: &[f64], r: &Responses, wanted: &[Instant]| self.sensitivities_by(method, step, b, r, wanted)
+        };
         let direct = Alternative::exact("direct", by(Differentiation::Direct, self.perturbation));
         if matches!(self.settings, Integration::Explicit(_)) {
             return vec![direct];
         }
-        let semi = |factor: f64| by(Differentiation::SemiAnalytical, (factor * self.perturbation).min(0.1));
-        vec![
-            direct,
-            Alternative::exact("adjoint", by(Differentiation::Adjoint, self.perturbation)),
-            Alternative::approximate("semi-analytical", semi(1.0), semi(4.0)),
-        ]
-    }
-}
-
-/// A transient analysis with another method of differentiation.
-struct By<'t, M> {
-    transient: &'t Transient<M>,
-    differentiation: Differentiation,
-    perturbation: f64,
-}
-
-impl<M: Model> Analysis for By<'_, M> {
-    fn analyze(&self, b: &[f64]) -> Result<Responses> {
-        self.transient.analyze(b)
-    }
-
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
-        self.transient.sensitivities_by(self.differentiation, self.perturbation, b, responses, wanted)
+        let adjoint = Alternative::exact("adjoint", by(Differentiation::Adjoint, self.perturbation));
+        let semi = move |step: f64, b: &[f64], r: &Responses, wanted: &[Instant]| {
+            self.sensitivities_by(Differentiation::SemiAnalytical, step, b, r, wanted)
+        };
+        vec![direct, adjoint, Alternative::approximate("semi-analytical", self.perturbation, semi)]
     }
 }
 
