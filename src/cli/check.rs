@@ -25,7 +25,7 @@ semi-analytical, and its own differences if it takes any), and by differences of
 know their own error (the column ±). The column `apart` says by how much all of them disagree. Verdicts:
   right           all methods agree with the differences
   constant        the response does not depend on the variable, and the methods say so
-  WRONG           a method contradicts the differences or the other methods: the suspect is named
+  WRONG           a method contradicts the differences or the other methods: the suspect has a star
   kink            the response has a kink here: there is no derivative
   not repeatable  two analyses of one design differ
   unclear         the differences are too noisy to tell
@@ -116,7 +116,7 @@ fn describe(problem: &Problem, b: &[f64]) -> anyhow::Result<()> {
     ))?;
     let (unit, violation) = (&problem.objective_unit, here.max_violation_pct());
     say(&format!(
-        "At this design the objective is {} {unit} and the largest violation {violation:.2} %.",
+        "At this design the objective is {:.5e} {unit} and the largest violation {violation:.2} %.",
         here.objective
     ))
 }

@@ -3,6 +3,7 @@
 use super::{Analysis, ContinuousTime, Instant, Responses};
 use crate::error::{Error, Result};
 use nalgebra::DMatrix;
+use std::collections::BTreeMap;
 
 /// ∂r/∂b of the wanted instants by a step at a design, as [`Analysis::sensitivities`].
 type Differentiate<'a> = Box<dyn Fn(f64, &[f64], &Responses, &[Instant]) -> Result<DMatrix<f64>> + Send + Sync + 'a>;
@@ -51,7 +52,8 @@ impl<'a> Alternative<'a> {
     }
 
     /// How far these sensitivities may be off: nothing for an exact method; for one that takes a step what four times that
-    /// changes, at the worst of the wanted instants of a response, for each design variable.
+    /// changes at the worst, over all wanted instants of a response and all design variables by their size. One change alone may
+    /// be small by chance.
     pub fn uncertainty(
         &self,
         found: &DMatrix<f64>,
@@ -60,12 +62,15 @@ impl<'a> Alternative<'a> {
         wanted: &[Instant],
     ) -> Result<DMatrix<f64>> {
         let Some(step) = self.step else { return Ok(DMatrix::zeros(found.nrows(), found.ncols())) };
-        let change = ((self.differentiate)(4.0 * step, b, responses, wanted)? - found).abs();
-        let worst = |row: usize, i: usize| {
-            let same = (0..wanted.len()).filter(|&other| wanted[other].response == wanted[row].response);
-            same.map(|other| change[(other, i)]).fold(0.0, f64::max)
-        };
-        Ok(DMatrix::from_fn(found.nrows(), found.ncols(), worst))
+        let change = (self.differentiate)(4.0 * step, b, responses, wanted)? - found;
+        let size = |i: usize| if b[i] == 0.0 { 1.0 } else { b[i].abs() };
+        let of_row = |row: usize| (0..b.len()).map(|i| change[(row, i)].abs() * size(i)).fold(0.0, f64::max);
+        let mut worst = BTreeMap::new();
+        for (row, instant) in wanted.iter().enumerate() {
+            let worst = worst.entry(instant.response).or_insert(0.0f64);
+            *worst = worst.max(of_row(row));
+        }
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), |row, i| worst[&wanted[row].response] / size(i)))
     }
 }
 

@@ -35,7 +35,8 @@ fn suspects(proof: &Proof, d: &Checked) -> String {
     d.suspects.iter().map(|&k| proof.methods[k].as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// The same for a terminal: the derivatives of one response at one time under each other, numbers in four digits.
+/// The same for a terminal: the derivatives of one response at one time under each other, numbers in four digits, those of
+/// suspects with a star.
 ///
 /// Unless `all` are wanted, of those that are right or constant only the least certain of each response is shown, and the others
 /// are counted.
@@ -44,7 +45,7 @@ pub fn text(problem: &Problem, proof: &Proof, all: bool) -> String {
     let found = ["differences", "±", "apart", "verdict"].map(String::from);
     let methods = proof.methods.iter().map(|name| name.replace('-', " "));
     let headings: Vec<String> = std::iter::once("variable".to_owned()).chain(methods).chain(found).collect();
-    let rows: Vec<Vec<String>> = shown.iter().map(|d| cells(problem, proof, d)).collect();
+    let rows: Vec<Vec<String>> = shown.iter().map(|d| cells(problem, d)).collect();
     let aligned = aligned(&headings, &rows);
     let mut lines = aligned.lines();
     let mut text = String::new();
@@ -99,13 +100,12 @@ fn place(problem: &Problem, d: &Checked) -> String {
     }
 }
 
-fn cells(problem: &Problem, proof: &Proof, d: &Checked) -> Vec<String> {
+fn cells(problem: &Problem, d: &Checked) -> Vec<String> {
     let mut cells = vec![problem.variables[d.variable].name.clone()];
-    cells.extend(d.claimed.iter().map(|&claimed| four_digits(claimed)));
+    let star = |k: usize| if d.suspects.contains(&k) { "*" } else { "" };
+    cells.extend(d.claimed.iter().enumerate().map(|(k, &claimed)| four_digits(claimed) + star(k)));
     let [value, error] = d.difference.map_or(Default::default(), |s| [four_digits(s.value), size(s.error)]);
-    let suspects = suspects(proof, d);
-    let colon = if suspects.is_empty() { "" } else { ": " };
-    cells.extend([value, error, size(d.disagreement()), format!("{}{colon}{suspects}", d.finding.text())]);
+    cells.extend([value, error, size(d.disagreement()), d.finding.text().to_owned()]);
     cells
 }
 

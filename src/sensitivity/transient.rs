@@ -164,42 +164,54 @@ impl<M: Model> Transient<M> {
         let settings = match &self.settings {
             Integration::Implicit(settings) => settings,
             Integration::Explicit(settings) => {
-                let history = differentiate_explicitly(&self.model, b, settings, &times)?;
-                return Ok(history.rows(b.len(), wanted, at));
+                return Ok(differentiate_explicitly(&self.model, b, settings, &times)?.rows(b.len(), wanted, at));
             }
         };
-        let recorded = recording(responses, b);
+        let task = Task { model: &self.model, b, settings, times: &times, steps: recording(responses, b) };
         match differentiation.of(b.len(), wanted.len()) {
-            Differentiation::Adjoint => {
-                let all: Vec<_> = wanted.iter().map(|i| Functional::at(i.response, at(i))).collect();
-                match recorded {
-                    Some(steps) => differentiate_recording_backwards(&self.model, b, settings, &times, &all, steps),
-                    None => differentiate_backwards(&self.model, b, settings, &times, &all),
-                }
-            }
-            Differentiation::SemiAnalytical => match recorded {
-                Some(steps) => {
-                    let slopes =
-                        semi_analytical::differentiate_recorded(&self.model, b, settings, &times, steps, perturbation)?;
-                    let outputs = responses.values.len();
-                    let slope = |row: usize, i: usize| slopes[i][at(&wanted[row]) * outputs + wanted[row].response];
-                    Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
-                }
-                None => Ok(differentiate_semi_analytically(&self.model, b, settings, &times, perturbation)?.rows(
-                    b.len(),
-                    wanted,
-                    at,
-                )),
-            },
-            Differentiation::Direct | Differentiation::Automatic => match recorded {
-                Some(steps) => {
-                    let slopes = differentiate_recorded(&self.model, b, settings, &times, steps)?;
-                    let slope = |row: usize, i: usize| slopes.at(at(&wanted[row]), wanted[row].response, i);
-                    Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
-                }
-                None => Ok(differentiate(&self.model, b, settings, &times)?.rows(b.len(), wanted, at)),
-            },
+            Differentiation::Adjoint => task.adjoint(wanted, at),
+            Differentiation::SemiAnalytical => task.semi_analytical(perturbation, wanted, at),
+            Differentiation::Direct | Differentiation::Automatic => task.direct(wanted, at),
         }
+    }
+}
+
+/// Derivatives of one motion by implicit steps at some times, from its recorded steps if there are any.
+struct Task<'t, M> {
+    model: &'t M,
+    b: &'t [f64],
+    settings: &'t Dynamics,
+    times: &'t [f64],
+    steps: Option<&'t Recording>,
+}
+
+impl<M: Model> Task<'_, M> {
+    fn direct(&self, wanted: &[Instant], at: impl Fn(&Instant) -> usize) -> Result<DMatrix<f64>> {
+        let Self { model, b, settings, times, steps } = *self;
+        let Some(steps) = steps else { return Ok(differentiate(model, b, settings, times)?.rows(b.len(), wanted, at)) };
+        let slopes = differentiate_recorded(model, b, settings, times, steps)?;
+        let slope = |row: usize, i: usize| slopes.at(at(&wanted[row]), wanted[row].response, i);
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
+    }
+
+    fn adjoint(&self, wanted: &[Instant], at: impl Fn(&Instant) -> usize) -> Result<DMatrix<f64>> {
+        let Self { model, b, settings, times, steps } = *self;
+        let all: Vec<_> = wanted.iter().map(|i| Functional::at(i.response, at(i))).collect();
+        match steps {
+            Some(steps) => differentiate_recording_backwards(model, b, settings, times, &all, steps),
+            None => differentiate_backwards(model, b, settings, times, &all),
+        }
+    }
+
+    fn semi_analytical(&self, step: f64, wanted: &[Instant], at: impl Fn(&Instant) -> usize) -> Result<DMatrix<f64>> {
+        let Self { model, b, settings, times, steps } = *self;
+        let Some(steps) = steps else {
+            let history = differentiate_semi_analytically(model, b, settings, times, step)?;
+            return Ok(history.rows(b.len(), wanted, at));
+        };
+        let slopes = semi_analytical::differentiate_recorded(model, b, settings, times, steps, step)?;
+        let slope = |row: usize, i: usize| slopes.at(at(&wanted[row]), wanted[row].response, i);
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
     }
 }
 
@@ -235,6 +247,13 @@ mod tests {
         let backward = analysis.differentiating(Differentiation::Adjoint).unwrap();
         let difference = backward.sensitivities(&b, &responses, &wanted).unwrap() - &rows;
         assert!(difference.amax() < 1e-10 * rows.amax());
+        // Semi-analytical up to curvature, and the same from recorded steps.
+        let analysis = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap();
+        let semi = analysis.differentiating(Differentiation::SemiAnalytical).unwrap().with_perturbation(1e-6).unwrap();
+        let found = semi.sensitivities(&b, &responses, &wanted).unwrap();
+        assert!((&found - &rows).amax() < 1e-5 * rows.amax());
+        let recorded = semi.sensitivities(&b, &semi.analyze(&b).unwrap(), &wanted).unwrap();
+        assert_eq!(recorded, semi.sensitivities(&b, &Responses::new(responses.values.clone()), &wanted).unwrap());
         let forgetful = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap().with_memory(1000);
         assert_eq!(rows, wanted_anew(&forgetful.analyze(&b).unwrap()));
     }

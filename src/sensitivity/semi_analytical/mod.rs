@@ -62,14 +62,30 @@ pub fn differentiate_semi_analytically<M: Model>(
     let mut source = Source::running(run, record, settings, times)?;
     let slopes = follow(besides(model, b, &mechanism, step)?, settings, times, &mut source)?;
     let (mut record, work) = source.finish().expect("it was simulated");
-    let outputs = mechanism.outputs.len();
-    for (k, slopes) in slopes.iter().enumerate().filter(|_| outputs > 0) {
-        slopes.chunks(outputs).enumerate().for_each(|(time, slopes)| record.slopes(time, k, slopes.chunks(1)));
+    let outputs = slopes.outputs;
+    for (k, slopes) in slopes.by_variable.iter().enumerate() {
+        for time in 0..times.len() {
+            record.slopes(time, k, slopes[time * outputs..].chunks(1));
+        }
     }
     Ok(record.finish(work))
 }
 
-/// The same from a recording of `model` at `b`, which reaches the last of `times`: by variable, then time and output.
+/// Derivatives of all outputs at all times.
+pub(super) struct Slopes {
+    outputs: usize,
+    /// By design variable, then time and output.
+    by_variable: Vec<Vec<f64>>,
+}
+
+impl Slopes {
+    /// Of the output at time number `time` with respect to a design variable.
+    pub fn at(&self, time: usize, output: usize, variable: usize) -> f64 {
+        self.by_variable[variable][time * self.outputs + output]
+    }
+}
+
+/// The same from a recording of `model` at `b`, which reaches the last of `times`.
 pub(super) fn differentiate_recorded<M: Model>(
     model: &M,
     b: &[f64],
@@ -77,7 +93,7 @@ pub(super) fn differentiate_recorded<M: Model>(
     times: &[f64],
     recording: &Recording,
     step: f64,
-) -> Result<Vec<Vec<f64>>> {
+) -> Result<Slopes> {
     let mechanism = model.build(b)?;
     let besides = besides(model, b, &mechanism, step)?;
     follow(besides, settings, times, &mut Source::recorded(&mechanism, recording, settings, times))
@@ -99,12 +115,7 @@ pub(super) fn check_step(step: f64) -> Result<()> {
     )
 }
 
-fn follow(
-    mut besides: Vec<Beside>,
-    settings: &Dynamics,
-    times: &[f64],
-    source: &mut Source<'_>,
-) -> Result<Vec<Vec<f64>>> {
+fn follow(mut besides: Vec<Beside>, settings: &Dynamics, times: &[f64], source: &mut Source<'_>) -> Result<Slopes> {
     let (plain, start) = (source.mechanism, source.start.clone());
     let mut starter = Starter { plain, system: &mut source.system };
     let slopes = starter.start(&mut besides, &start, &source.projection, settings.initial)?;
@@ -113,5 +124,6 @@ fn follow(
         all.push(Along::new(pair, plain, &source.system, &start, settings, times)?);
     }
     rayon::scope(|_| go(&mut all, source))?; // once into the pool, not at every stretch
-    Ok(all.into_iter().map(Along::into_slopes).collect())
+    let by_variable = all.into_iter().map(Along::into_slopes).collect();
+    Ok(Slopes { outputs: plain.outputs.len(), by_variable })
 }
