@@ -156,6 +156,16 @@ fn equations_of_motion_by_hand_move_as_their_files() {
 }
 
 #[test]
+fn optima_of_mechanisms_are_those_of_the_catalogue() {
+    for (name, optimum) in [("ten-bar-truss", 1593.181), ("nonlinear-absorber", 0.499_807_79)] {
+        let model = model(name);
+        let end = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
+        assert!(end.status.is_success(), "{name}: {}", end.reason);
+        assert!((end.evaluation.objective / optimum - 1.0).abs() < 1e-5, "{name}: {}", end.evaluation.objective);
+    }
+}
+
+#[test]
 fn every_model_file_is_analysed() {
     for item in std::fs::read_dir(format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"))).unwrap() {
         let name = item.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned();
