@@ -103,7 +103,7 @@ impl Error {
     }
 
     /// An [`Error::Definition`] for a name that is not among the known ones: the remedy lists the nearest three.
-    pub fn unknown(kind: &str, asked: &str, known: impl IntoIterator<Item = &'static str>) -> Self {
+    pub fn unknown<'k>(kind: &str, asked: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
         let nearest: Vec<String> = nearest(asked, known).iter().take(3).map(|(n, _)| format!("`{n}`")).collect();
         let why = format!("there is no {kind} of that name");
         Self::definition(format!("{kind} `{asked}`"), why, format!("try {}", nearest.join(", ")))

@@ -51,3 +51,23 @@ fn a_comparison_prints_a_table_and_writes_it_with_a_figure() {
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(text(&linkwright(&["compare", "--list"]).stdout).contains("slider-crank"));
 }
+
+#[test]
+fn derivatives_are_checked_by_every_method_for_readers_and_machines() {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/models/chain.toml");
+    let output = linkwright(&["check", model, "--points", "2"]);
+    let shown = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{shown}{}", text(&output.stderr));
+    for word in ["direct", "adjoint", "semi", "differences", "±", "apart", "verdict", "more that agree"] {
+        assert!(shown.contains(word), "{word} in\n{shown}");
+    }
+    let table = shown.lines().skip(2);
+    assert!(table.clone().all(|line| line.chars().count() <= 80), "{shown}");
+    let lines = text(&linkwright(&["check", model, "--points", "2", "--json", "--response", "tip_y"]).stdout);
+    let objects: Vec<serde_json::Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(objects.len(), 2 * 10 + 1);
+    assert!(objects[0]["semi-analytical"].is_number() && objects[0]["finding"] == "right", "{}", objects[0]);
+    assert_eq!(objects[20]["wrong"], 0);
+    let output = linkwright(&["check", model, "--response", "tip_z"]);
+    assert!(text(&output.stderr).contains("`tip_y`") && output.status.code() == Some(1));
+}

@@ -139,6 +139,20 @@ impl<T: Real> Step<T> {
     {
         self.new.t = self.old.t + h;
         self.new.prescribe_positions(mechanism, prescribed);
+        self.march_prescribed(mechanism, scheme, prescribed, h);
+    }
+
+    /// The same once the prescribed coordinates of `self.new` are where they are wanted. It is linear in both ends of the
+    /// step: slopes march as values do.
+    pub(crate) fn march_prescribed<H: Scalar>(
+        &mut self,
+        mechanism: &Mechanism<T>,
+        scheme: &GeneralizedAlpha,
+        prescribed: Prescribed,
+        h: H,
+    ) where
+        T: Mul<H, Output = T>,
+    {
         let (ratio, [old, auxiliary]) = (scheme.ratio(), scheme.history());
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             let (q0, v0, w0) = (self.old.q[i], self.old.v[i], self.old_auxiliary[i]);
@@ -187,7 +201,7 @@ impl<T: Real> Step<T> {
 }
 
 impl<T: Real> State<T> {
-    fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, how: Prescribed) {
+    pub(crate) fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, how: Prescribed) {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if let Some((motion, parameters)) = &coordinate.motion {
                 match how {

@@ -53,7 +53,7 @@ fn object(name: &str, all: &[Table]) -> Value {
 
 fn property(table: &str, key: &Key, all: &[Table]) -> Value {
     let mut property = match key.accepts {
-        Accepts::Number | Accepts::Expression | Accepts::Quantity => number(),
+        Accepts::Number | Accepts::Expression | Accepts::Quantity | Accepts::Feedback => number(),
         Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
         Accepts::Numbers => json!({ "$ref": "#/$defs/numbers" }),
         Accepts::Count => json!({ "type": "integer", "minimum": 0 }),

@@ -1,21 +1,36 @@
-//! Sensitivities by finite differences, where an analysis gives no better ones.
+//! Sensitivities by finite differences of whole analyses, where an analysis gives no better ones.
 
-use super::{Analysis, Instant, Responses};
+use super::check::{Surroundings, ridders};
+use super::{Alternative, Analysis, Instant, Responses};
 use crate::error::{Error, Result};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-/// An analysis whose sensitivities are replaced by differences of itself:
+/// An analysis whose sensitivities are replaced by differences of itself, with the step h_i = ε |b_i| of each variable (ε itself
+/// where b_i = 0), or steps h_i that are given:
 ///
-/// $$ \frac{\partial r}{\partial b_i} \approx \frac{r(b + h_i e_i) - r(b)}{h_i}, \qquad h_i = \epsilon |b_i| $$
+/// | constructor | ∂r/∂b_i ≈ | error | analyses |
+/// |---|---|---|---|
+/// | [`forward`](Self::forward) | D₊(h) = (r(b + h e_i) − r(b)) / h | h | n |
+/// | [`central`](Self::central) | D(h) = (r(b + h e_i) − r(b − h e_i)) / 2h | h² | 2 n |
+/// | [`richardson`](Self::richardson) | (4 D(h/2) − D(h)) / 3 | h⁴ | 4 n |
+/// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, those that curvature and noise spoil least | as told | 22 n |
 ///
-/// (forward), or $(r(b + h_i e_i) - r(b - h_i e_i)) / 2 h_i$ (central). Every sensitivity analysis costs n or 2n
-/// analyses, done in parallel. With b_i = 0 the step is ε itself. Steps h_i may also be given.
+/// All analyses of a sensitivity analysis run in parallel; the result has the same bits for any number of threads. A derivative of
+/// the whole analysis by dual or complex numbers is no difference: that is the direct method.
 #[derive(Clone, Debug)]
 pub struct Differences<A> {
     analysis: A,
     step: Step,
-    central: bool,
+    formula: Formula,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Formula {
+    Forward,
+    Central,
+    Richardson,
+    NoiseAware,
 }
 
 #[derive(Clone, Debug)]
@@ -34,44 +49,123 @@ impl Step {
     }
 }
 
+impl Formula {
+    /// Name of the method, for tables and model files.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Forward => "forward",
+            Self::Central => "central",
+            Self::Richardson => "richardson",
+            Self::NoiseAware => "noise-aware",
+        }
+    }
+
+    /// Where analyses are made, in steps, and their weights in the difference times the step.
+    fn points(self) -> &'static [(f64, f64)] {
+        match self {
+            Self::Forward => &[(1.0, 1.0)],
+            Self::Central => &[(1.0, 0.5), (-1.0, -0.5)],
+            Self::Richardson => &[(0.5, 4.0 / 3.0), (-0.5, -4.0 / 3.0), (1.0, -1.0 / 6.0), (-1.0, 1.0 / 6.0)],
+            Self::NoiseAware => &[],
+        }
+    }
+}
+
 impl<A: Analysis> Differences<A> {
     /// Forward differences with the relative step ε.
     ///
     /// **Errors.** [`Error::Option`] unless ε is positive and finite.
     pub fn forward(analysis: A, relative_step: f64) -> Result<Self> {
-        let good = relative_step > 0.0 && relative_step.is_finite();
-        Error::check_option("relative step of differences", "positive and finite", relative_step, good)?;
-        Ok(Self { analysis, step: Step::Relative(relative_step), central: false })
+        Self::new(analysis, Step::Relative(relative_step), Formula::Forward)
     }
 
     /// Forward differences with the steps h, one for each design variable and in its unit.
     ///
     /// **Errors.** [`Error::Option`] unless every step is positive and finite.
     pub fn forward_by(analysis: A, steps: Vec<f64>) -> Result<Self> {
-        for &step in &steps {
-            Error::check_option("step of differences", "positive and finite", step, step > 0.0 && step.is_finite())?;
-        }
-        Ok(Self { analysis, step: Step::Absolute(steps), central: false })
+        Self::new(analysis, Step::Absolute(steps), Formula::Forward)
     }
 
     /// Central differences with the relative step ε.
     ///
     /// **Errors.** [`Error::Option`] unless ε is positive and finite.
     pub fn central(analysis: A, relative_step: f64) -> Result<Self> {
-        Ok(Self { central: true, ..Self::forward(analysis, relative_step)? })
+        Self::new(analysis, Step::Relative(relative_step), Formula::Central)
     }
 
-    fn column(&self, b: &[f64], here: &Responses, i: usize, wanted: &[Instant]) -> Result<Vec<f64>> {
-        let step = self.step.of(b, i);
-        let moved = |by: f64| {
-            let mut b = b.to_vec();
-            b[i] += by;
-            self.analysis.analyze(&b)
+    /// Central differences with the relative steps ε and ε/2, extrapolated to zero (Richardson).
+    ///
+    /// **Errors.** [`Error::Option`] unless ε is positive and finite.
+    pub fn richardson(analysis: A, relative_step: f64) -> Result<Self> {
+        Self::new(analysis, Step::Relative(relative_step), Formula::Richardson)
+    }
+
+    /// Central differences with steps that fall from 1 % of every variable, extrapolated in all ways that they allow: for each
+    /// response and variable the one that its neighbours and the noise of the analysis let trust most.
+    ///
+    /// **Source.** Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
+    pub fn noise_aware(analysis: A) -> Self {
+        Self { analysis, step: Step::Relative(1.0), formula: Formula::NoiseAware }
+    }
+
+    fn new(analysis: A, step: Step, formula: Formula) -> Result<Self> {
+        let (what, steps) = match &step {
+            Step::Relative(step) => ("relative step of differences", std::slice::from_ref(step)),
+            Step::Absolute(steps) => ("step of differences", &steps[..]),
         };
-        let ahead = moved(step)?;
-        let behind = if self.central { Some(moved(-step)?) } else { None };
-        let (from, width) = behind.as_ref().map_or((here, step), |behind| (behind, 2.0 * step));
-        Ok(wanted.iter().map(|&w| (ahead.at(w) - from.at(w)) / width).collect())
+        for &step in steps {
+            Error::check_option(what, "positive and finite", step, step > 0.0 && step.is_finite())?;
+        }
+        Ok(Self { analysis, step, formula })
+    }
+
+    /// With steps `factor` times as long.
+    fn by(&self, factor: f64, b: &[f64], here: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        if let Step::Absolute(steps) = &self.step {
+            Error::check_length("steps of differences", b.len(), steps.len())?;
+        }
+        if self.formula == Formula::NoiseAware {
+            return self.noise_aware_at(b, here, wanted);
+        }
+        let points = self.formula.points();
+        let read = |task: usize| -> Result<(f64, Vec<f64>)> {
+            let (i, (place, _)) = (task / points.len(), points[task % points.len()]);
+            let mut moved = b.to_vec();
+            moved[i] += place * factor * self.step.of(b, i);
+            let responses = self.analysis.analyze(&moved)?;
+            Ok((moved[i], wanted.iter().map(|&instant| responses.at(instant)).collect()))
+        };
+        let found: Vec<_> = (0..points.len() * b.len()).into_par_iter().map(read).collect::<Result<_>>()?;
+        let slope = |row: usize, i: usize| {
+            let here = here.at(wanted[row]);
+            // The distance that the sum could hold stands for the step.
+            let share = |(k, (place, weight)): (usize, &(f64, f64))| {
+                let (at, values) = &found[i * points.len() + k];
+                weight * (values[row] - here) * place / (at - b[i])
+            };
+            points.iter().enumerate().map(share).sum()
+        };
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
+    }
+
+    fn noise_aware_at(&self, b: &[f64], here: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        let scales: Vec<f64> = b.iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() }).collect();
+        let around = Surroundings::along_all(&self.analysis, b, &scales);
+        let mut rows = DMatrix::zeros(wanted.len(), b.len());
+        for (i, around) in around.iter().enumerate() {
+            for (row, &instant) in wanted.iter().enumerate() {
+                let slope = ridders(here.at(instant), &around.steps(instant)).ok_or_else(|| {
+                    let why = "the designs beside this one cannot be analysed";
+                    Error::analysis(
+                        format!("differences by design variable {i}"),
+                        why,
+                        "move the design away from there",
+                    )
+                })?;
+                rows[(row, i)] = slope.value;
+            }
+        }
+        Ok(rows)
     }
 }
 
@@ -81,12 +175,19 @@ impl<A: Analysis> Analysis for Differences<A> {
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
-        if let Step::Absolute(steps) = &self.step {
-            Error::check_length("steps of differences", b.len(), steps.len())?;
-        }
-        let columns: Vec<Vec<f64>> =
-            (0..b.len()).into_par_iter().map(|i| self.column(b, responses, i, wanted)).collect::<Result<_>>()?;
-        Ok(DMatrix::from_fn(wanted.len(), b.len(), |row, i| columns[i][row]))
+        self.by(1.0, b, responses, wanted)
+    }
+
+    /// The differences, and what the analysis itself can.
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        let own = match self.formula {
+            Formula::NoiseAware => Alternative::of(self.formula.name(), self),
+            _ => {
+                let by = |factor: f64, b: &[f64], r: &Responses, wanted: &[Instant]| self.by(factor, b, r, wanted);
+                Alternative::approximate(self.formula.name(), 1.0, by)
+            }
+        };
+        std::iter::once(own).chain(self.analysis.alternatives()).collect()
     }
 }
 
@@ -120,9 +221,40 @@ mod tests {
             (slope(&Differences::forward_by(analysis(), vec![0.02, 0.3]).unwrap()) - (24.0 + 0.24 + 0.0008)).abs()
                 < 1e-10
         );
+        // A cubic has no fourth derivative.
+        assert!((slope(&Differences::richardson(analysis(), 0.01).unwrap()) - 24.0).abs() < 1e-9);
+        assert!((slope(&Differences::noise_aware(analysis())) - 24.0).abs() < 1e-9);
         assert!(Differences::forward(analysis(), 0.0).is_err());
         assert!(Differences::forward_by(analysis(), vec![0.1, -0.1]).is_err());
         let short = Differences::forward_by(analysis(), vec![0.1]).unwrap();
         assert!(short.sensitivities(&b, &short.analyze(&b).unwrap(), &wanted).is_err());
+    }
+
+    /// The digits of sin b that a tolerance of 1e-7 leaves.
+    struct Noisy;
+    impl Analysis for Noisy {
+        fn analyze(&self, b: &[f64]) -> Result<Responses> {
+            Ok(Responses::new(vec![vec![b[0].sin() + 1e-7 * (1e9 * b[0]).sin()]]))
+        }
+        fn sensitivities(&self, _: &[f64], _: &Responses, _: &[Instant]) -> Result<DMatrix<f64>> {
+            Ok(DMatrix::zeros(1, 1))
+        }
+    }
+
+    #[test]
+    fn noise_makes_steps_long() {
+        let (b, wanted) = ([1.2], [Instant { response: 0, point: 0 }]);
+        let off = |d: &dyn Analysis| {
+            let found = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
+            (found[(0, 0)] - 1.2f64.cos()).abs()
+        };
+        assert!(off(&Differences::central(Noisy, 1e-6).unwrap()) > 1e-3);
+        assert!(off(&Differences::noise_aware(Noisy)) < 1e-4);
+    }
+
+    #[test]
+    fn the_differences_stand_beside_what_the_analysis_can() {
+        let differences = Differences::forward(Analytic::new(Cubic, &[None]), 1e-6).unwrap();
+        assert_eq!(differences.alternatives().iter().map(|a| a.name).collect::<Vec<_>>(), ["forward"]);
     }
 }

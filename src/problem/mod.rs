@@ -4,6 +4,7 @@
 //! g_j(r(b, t), b, t) ≤ c_j for all t, within bˡ ≤ b ≤ bᵘ. Responses r come from an expensive [`Analysis`]; objective
 //! and constraints are cheap explicit functions of (responses, design variables, time), written once over the scalar.
 
+mod alternatives;
 mod builder;
 pub mod check;
 mod closed_form;
@@ -26,6 +27,7 @@ mod sensitivities;
 pub mod separable;
 mod variable;
 
+pub use alternatives::{Alternative, Differentiated};
 pub use builder::ProblemBuilder;
 pub use closed_form::{Analytic, ClosedForm};
 pub(crate) use continuous::maxima;

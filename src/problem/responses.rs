@@ -1,6 +1,6 @@
 //! Responses of the analysed system and where they come from.
 
-use super::{ContinuousTime, Intermediates};
+use super::{Alternative, ContinuousTime, Intermediates};
 use crate::error::Result;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -75,8 +75,36 @@ pub trait Analysis: Send + Sync {
         Ok(None)
     }
 
+    /// All ways in which this analysis can be differentiated, to be compared with each other and with differences: itself
+    /// alone, unless it has several.
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        Vec::new()
+    }
+
     /// The responses between the time points, if the analysis can give them.
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         None
+    }
+}
+
+impl<A: Analysis + ?Sized> Analysis for &A {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        (**self).analyze(b)
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        (**self).sensitivities(b, responses, wanted)
+    }
+
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        (**self).curvatures(b, responses, wanted)
+    }
+
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        (**self).alternatives()
+    }
+
+    fn continuous(&self) -> Option<&dyn ContinuousTime> {
+        (**self).continuous()
     }
 }

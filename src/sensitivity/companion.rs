@@ -3,7 +3,7 @@
 use super::jump::strike;
 use super::seeded::{set_values, take_values};
 use super::start::StartSolver;
-use super::stretch::{Source, Stretch, Taken};
+use super::stretch::{Follow, Source, Stretch, Taken};
 use crate::analysis::dynamics::{Dynamics, check_finite, is_before};
 use crate::analysis::generalized_alpha::Step;
 use crate::analysis::sampling::{Sampler, interpolate};
@@ -72,14 +72,6 @@ where
         };
         companion.sample()?;
         Ok(companion)
-    }
-
-    /// Derivatives along a stretch of steps, and of the outputs there.
-    pub fn follow(&mut self, stretch: &Stretch) -> Result<()> {
-        stretch.taken().iter().try_for_each(|taken| {
-            self.take(taken)?;
-            self.sample()
-        })
     }
 
     /// Derivatives of the outputs, by time, output and design variable.
@@ -184,5 +176,17 @@ where
             self.passed += 1;
         }
         Ok(())
+    }
+}
+
+impl<T: Carrier<L>, const L: usize> Follow for Companion<'_, T, L>
+where
+    Jet<T>: Number,
+{
+    fn follow(&mut self, stretch: &Stretch) -> Result<()> {
+        stretch.taken().iter().try_for_each(|taken| {
+            self.take(taken)?;
+            self.sample()
+        })
     }
 }

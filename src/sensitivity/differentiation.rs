@@ -13,6 +13,8 @@ pub enum Differentiation {
     Direct,
     /// Against the motion, all design variables at once: the discrete adjoint.
     Adjoint,
+    /// Along with the motion by differenced residuals: semi-analytical, a witness against the others. Implicit steps only.
+    SemiAnalytical,
 }
 
 /// What both ways of differentiating an analysis cost, in any unit: measured by `cargo bench --bench adjoint`.
@@ -66,6 +68,7 @@ impl Differentiation {
             Self::Automatic => "automatic",
             Self::Direct => "direct",
             Self::Adjoint => "adjoint",
+            Self::SemiAnalytical => "semi-analytical",
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::companion::Companion;
 use super::record::{Record, SensitiveHistory};
 use super::seeded::build_sensitive;
-use super::stretch::{Source, Stretch};
+use super::stretch::{Follow, Source, Stretch};
 use crate::Result;
 use crate::analysis::Recording;
 use crate::analysis::dynamics::{Dynamics, Run};
@@ -112,10 +112,7 @@ where
 }
 
 /// To the end of the motion.
-fn go<T: Carrier<L>, const L: usize>(companions: &mut [Companion<'_, T, L>], source: &mut Source<'_>) -> Result<()>
-where
-    Jet<T>: Number,
-{
+pub(super) fn go<C: Follow>(companions: &mut [C], source: &mut Source<'_>) -> Result<()> {
     let mut stretches = [Stretch::new(source), Stretch::new(source)];
     stretches[0].fill(source)?;
     while !stretches[0].is_empty() {

@@ -5,13 +5,14 @@ use super::differentiation::{Cost, Differentiation};
 use super::instant::{differentiate_equilibria, differentiate_kinematics};
 use super::record::SensitiveHistory;
 use super::second::{Second, SecondHistory, differentiate_equilibria_twice, differentiate_kinematics_twice};
+use super::semi_analytical::{self, difference_equilibria, difference_kinematics};
 use crate::Result;
 use crate::analysis::dynamics::check_times;
 use crate::analysis::kinematics::kinematics;
 use crate::analysis::start::Assembly;
 use crate::analysis::statics::{Statics, equilibria};
 use crate::multibody::{Mechanism, Model};
-use crate::problem::{Analysis, Instant, Responses};
+use crate::problem::{Alternative, Analysis, Instant, Responses};
 use nalgebra::DMatrix;
 
 /// The outputs of a mechanism in static equilibrium at given times: a load path where loads are functions of time.
@@ -43,6 +44,9 @@ pub trait Procedure: Send + Sync {
     /// Outputs with derivatives by the direct method.
     fn direct<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory>;
 
+    /// Outputs with derivatives by the semi-analytical method, with this relative step.
+    fn semi_analytical<M: Model>(&self, model: &M, b: &[f64], times: &[f64], step: f64) -> Result<SensitiveHistory>;
+
     /// Outputs with their Hessians.
     fn second<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SecondHistory>;
 
@@ -59,6 +63,10 @@ impl Procedure for Statics {
 
     fn direct<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
         differentiate_equilibria(model, b, self, times)
+    }
+
+    fn semi_analytical<M: Model>(&self, model: &M, b: &[f64], times: &[f64], step: f64) -> Result<SensitiveHistory> {
+        difference_equilibria(model, b, self, times, step)
     }
 
     fn second<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SecondHistory> {
@@ -79,6 +87,10 @@ impl Procedure for Assembly {
 
     fn direct<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
         differentiate_kinematics(model, b, *self, times)
+    }
+
+    fn semi_analytical<M: Model>(&self, model: &M, b: &[f64], times: &[f64], step: f64) -> Result<SensitiveHistory> {
+        difference_kinematics(model, b, *self, times, step)
     }
 
     fn second<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SecondHistory> {
@@ -120,20 +132,50 @@ impl<M: Model, P: Procedure> Analysis for Instants<M, P> {
     }
 
     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
-        // From the first time on, as the analysis: each instant is sought from the one before.
-        let times = &self.times[..wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0)];
-        if self.differentiation_for(b.len(), wanted) == Differentiation::Adjoint {
-            return by_points(wanted, |responses| self.procedure.adjoint(&self.model, b, times, responses));
-        }
-        let history = self.procedure.direct(&self.model, b, times)?;
-        let row = |instant: &Instant| history.slopes[instant.response][instant.point].iter().copied();
-        Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
+        self.sensitivities_by(self.differentiation_for(b.len(), wanted), semi_analytical::STEP, b, wanted)
+    }
+
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        use Differentiation::{Adjoint, Direct, SemiAnalytical};
+        let by = |method, step| {
+            move |b: &[f64], _: &Responses, wanted: &[Instant]| self.sensitivities_by(method, step, b, wanted)
+        };
+        let semi = |step: f64, b: &[f64], _: &Responses, wanted: &[Instant]| {
+            self.sensitivities_by(SemiAnalytical, step, b, wanted)
+        };
+        let step = semi_analytical::STEP;
+        vec![
+            Alternative::exact("direct", by(Direct, step)),
+            Alternative::exact("adjoint", by(Adjoint, step)),
+            Alternative::approximate("semi-analytical", step, semi),
+        ]
     }
 
     fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let times = &self.times[..wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0)];
         let history = self.procedure.second(&self.model, b, times)?;
         Ok(wanted.iter().map(|instant| history.hessian(instant.response, instant.point)).collect())
+    }
+}
+
+impl<M: Model, P: Procedure> Instants<M, P> {
+    fn sensitivities_by(
+        &self,
+        method: Differentiation,
+        step: f64,
+        b: &[f64],
+        wanted: &[Instant],
+    ) -> Result<DMatrix<f64>> {
+        // From the first time on, as the analysis: each instant is sought from the one before.
+        let times = &self.times[..wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0)];
+        let history = match method {
+            Differentiation::Adjoint => {
+                return by_points(wanted, |responses| self.procedure.adjoint(&self.model, b, times, responses));
+            }
+            Differentiation::SemiAnalytical => self.procedure.semi_analytical(&self.model, b, times, step)?,
+            Differentiation::Direct | Differentiation::Automatic => self.procedure.direct(&self.model, b, times)?,
+        };
+        Ok(history.rows(b.len(), wanted, &wanted.iter().map(|instant| instant.point).collect::<Vec<_>>()))
     }
 }
 

@@ -14,6 +14,7 @@
 //! | `instants` | the same as responses of an optimization problem |
 //! | `modes` | derivatives of natural frequencies |
 //! | `second` | second derivatives: the same equations in hyper-dual numbers |
+//! | `semi_analytical/` | the direct method with differenced residuals instead of dual numbers |
 //! | `start` | derivatives of assembled positions, consistent velocities and accelerations |
 //! | `stretch` | converged implicit steps in a row, with their factorized matrices |
 //! | `trajectory` | the outputs of a differential equation as responses, also between time points |
@@ -33,6 +34,7 @@ pub mod modes;
 mod record;
 pub mod second;
 mod seeded;
+pub mod semi_analytical;
 mod start;
 mod stretch;
 pub mod trajectory;
@@ -42,12 +44,13 @@ pub use adjoint::{
     Functional, Spent, differentiate_backwards, differentiate_backwards_within, differentiate_equilibria_backwards,
     differentiate_explicitly_backwards, differentiate_explicitly_backwards_within, differentiate_kinematics_backwards,
 };
-pub use check::check_model;
+pub use check::{Study, check_model};
 pub use differentiation::{Cost, Differentiation};
 pub use direct::differentiate;
 pub use instants::{Balanced, Driven, Instants};
 pub use modes::{About, ModeSensitivities, differentiate_modes};
 pub use record::SensitiveHistory;
 pub use second::{Second, SecondHistory, differentiate_twice};
+pub use semi_analytical::differentiate_semi_analytically;
 pub use trajectory::{Evolution, Trajectory};
 pub use transient::{Integration, Transient};

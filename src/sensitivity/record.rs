@@ -6,6 +6,8 @@ use crate::analysis::blame;
 use crate::analysis::dynamics::Work;
 use crate::analysis::sampling::Sampler;
 use crate::multibody::Mechanism;
+use crate::problem::Instant;
+use nalgebra::DMatrix;
 
 /// Outputs over time with their derivatives.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +22,15 @@ pub struct SensitiveHistory {
     pub slopes: Vec<Vec<Vec<f64>>>,
     /// Work of the analysis; the derivatives add one back-substitution per step and chunk of design variables.
     pub work: Work,
+}
+
+impl SensitiveHistory {
+    /// The gradients at the wanted instants by the `n` design variables, one in each row; `places` are where the time of each
+    /// instant is among [`SensitiveHistory::times`].
+    pub(super) fn rows(&self, n: usize, wanted: &[Instant], places: &[usize]) -> DMatrix<f64> {
+        let row = |(instant, &place): (&Instant, &usize)| self.slopes[instant.response][place].iter().copied();
+        DMatrix::from_row_iterator(wanted.len(), n, wanted.iter().zip(places).flat_map(row))
+    }
 }
 
 /// Collects values and slopes time by time.

@@ -28,6 +28,12 @@ pub(super) struct Taken {
     pub is_on_grid: bool,
 }
 
+/// What goes along with converged steps.
+pub(super) trait Follow: Send {
+    /// Derivatives along a stretch of steps, and of the outputs there.
+    fn follow(&mut self, stretch: &Stretch) -> Result<()>;
+}
+
 /// Steps in a row.
 pub(super) struct Stretch {
     room: Vec<Taken>,

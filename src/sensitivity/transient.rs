@@ -8,11 +8,12 @@ use super::differentiation::{Cost, Differentiation};
 use super::direct::{differentiate, differentiate_recorded};
 use super::explicit::differentiate_explicitly;
 use super::second::{Second, differentiate_recorded_twice, differentiate_twice};
-use crate::Result;
+use super::semi_analytical::{self, differentiate_semi_analytically};
 use crate::analysis::explicit::{ExplicitRecording, simulate_with_recording};
 use crate::analysis::{Dynamics, Explicit, Recording, simulate, simulate_recorded};
 use crate::multibody::Model;
-use crate::problem::{Analysis, Instant, Responses};
+use crate::problem::{Alternative, Analysis, Instant, Responses};
+use crate::{Error, Result};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -48,6 +49,7 @@ pub struct Transient<M> {
     times: Vec<f64>,
     memory: usize,
     differentiation: Differentiation,
+    perturbation: f64,
 }
 
 /// What an analysis leaves behind.
@@ -59,6 +61,13 @@ struct Trace {
 enum Steps {
     Implicit(Recording),
     Explicit(ExplicitRecording),
+}
+
+impl Steps {
+    /// Whether all of them were kept, and implicit ones.
+    fn are_whole(&self) -> bool {
+        matches!(self, Self::Implicit(recording) if recording.is_whole())
+    }
 }
 
 impl<M: Model> Transient<M> {
@@ -77,6 +86,7 @@ impl<M: Model> Transient<M> {
             times: times.to_vec(),
             memory: 1 << 28,
             differentiation: Differentiation::Automatic,
+            perturbation: semi_analytical::STEP,
         })
     }
 
@@ -89,9 +99,22 @@ impl<M: Model> Transient<M> {
 
     /// With derivatives by this method.
     ///
-    /// **Errors.** If there is no such method for this integration; at present there are all.
+    /// **Errors.** [`Error::Definition`] for semi-analytical derivatives of explicit steps.
     pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
+        if differentiation == Differentiation::SemiAnalytical && matches!(self.settings, Integration::Explicit(_)) {
+            let why = "explicit steps have no semi-analytical derivatives";
+            return Err(Error::definition("differentiation", why, "take another method, or implicit steps"));
+        }
         Ok(Self { differentiation, ..self })
+    }
+
+    /// With this relative step of the residual's differences for semi-analytical derivatives, in place of
+    /// [`semi_analytical::STEP`].
+    ///
+    /// **Errors.** [`Error::Option`] unless it is between 0 and 1.
+    pub fn with_perturbation(self, step: f64) -> Result<Self> {
+        semi_analytical::check_step(step)?;
+        Ok(Self { perturbation: step, ..self })
     }
 
     /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
@@ -115,10 +138,71 @@ impl<M: Model> Transient<M> {
 }
 
 impl<M: Model> Transient<M> {
-    /// Whether derivatives are taken by the adjoint; where it is not demanded, not through impacts.
-    fn goes_backwards(&self, b: &[f64], wanted: &[Instant]) -> Result<bool> {
-        let adjoint = self.differentiation_for(b.len(), wanted) == Differentiation::Adjoint;
-        Ok(adjoint && (self.differentiation == Differentiation::Adjoint || !self.model.build(b)?.has_impacts()))
+    /// The method for these derivatives; where it is not demanded, the adjoint does not meet impacts.
+    fn chosen(&self, b: &[f64], wanted: &[Instant]) -> Result<Differentiation> {
+        let chosen = self.differentiation_for(b.len(), wanted);
+        let is_free = self.differentiation == Differentiation::Automatic && chosen == Differentiation::Adjoint;
+        Ok(if is_free && self.model.build(b)?.has_impacts() { Differentiation::Direct } else { chosen })
+    }
+
+    fn sensitivities_by(
+        &self,
+        method: Differentiation,
+        perturbation: f64,
+        (b, left): (&[f64], &Responses),
+        wanted: &[Instant],
+    ) -> Result<DMatrix<f64>> {
+        let (points, places) = points_of(wanted);
+        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        match method {
+            Differentiation::Adjoint => {
+                let all: Vec<_> = wanted.iter().zip(places).map(|(i, at)| Functional::at(i.response, at)).collect();
+                self.backwards(b, &times, left, &all)
+            }
+            Differentiation::SemiAnalytical => self.semi_analytically(perturbation, (b, left), &times, wanted, &places),
+            Differentiation::Direct | Differentiation::Automatic => self.directly((b, left), &times, wanted, &places),
+        }
+    }
+
+    fn directly(
+        &self,
+        (b, left): (&[f64], &Responses),
+        times: &[f64],
+        wanted: &[Instant],
+        places: &[usize],
+    ) -> Result<DMatrix<f64>> {
+        let model = &self.model;
+        let history = match (&self.settings, steps(left, b)) {
+            (Integration::Implicit(settings), Some(Steps::Implicit(recording))) if recording.is_whole() => {
+                let slopes = differentiate_recorded(model, b, settings, times, recording)?;
+                let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
+                return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
+            }
+            (Integration::Implicit(settings), _) => differentiate(model, b, settings, times)?,
+            (Integration::Explicit(settings), _) => differentiate_explicitly(model, b, settings, times)?,
+        };
+        Ok(history.rows(b.len(), wanted, places))
+    }
+
+    fn semi_analytically(
+        &self,
+        step: f64,
+        (b, left): (&[f64], &Responses),
+        times: &[f64],
+        wanted: &[Instant],
+        places: &[usize],
+    ) -> Result<DMatrix<f64>> {
+        let (model, Integration::Implicit(settings)) = (&self.model, &self.settings) else {
+            let why = "explicit steps have no semi-analytical derivatives";
+            return Err(Error::definition("differentiation", why, "take another method, or implicit steps"));
+        };
+        let Some(Steps::Implicit(recording)) = steps(left, b).filter(|steps| steps.are_whole()) else {
+            let history = differentiate_semi_analytically(model, b, settings, times, step)?;
+            return Ok(history.rows(b.len(), wanted, places));
+        };
+        let slopes = semi_analytical::differentiate_recorded(model, b, settings, times, recording, step)?;
+        let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
     }
 
     /// From the steps that the analysis left behind, or from those of another one.
@@ -164,23 +248,24 @@ impl<M: Model> Analysis for Transient<M> {
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
-        let (points, places) = points_of(wanted);
-        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
-        if self.goes_backwards(b, wanted)? {
-            let all: Vec<_> = wanted.iter().zip(places).map(|(i, at)| Functional::at(i.response, at)).collect();
-            return self.backwards(b, &times, responses, &all);
-        }
-        let history = match (&self.settings, steps(responses, b)) {
-            (Integration::Implicit(settings), Some(Steps::Implicit(recording))) if recording.is_whole() => {
-                let slopes = differentiate_recorded(&self.model, b, settings, &times, recording)?;
-                let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
-                return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
+        self.sensitivities_by(self.chosen(b, wanted)?, self.perturbation, (b, responses), wanted)
+    }
+
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        let by = |method, step| {
+            move |b: &[f64], left: &Responses, wanted: &[Instant]| {
+                self.sensitivities_by(method, step, (b, left), wanted)
             }
-            (Integration::Implicit(settings), _) => differentiate(&self.model, b, settings, &times)?,
-            (Integration::Explicit(settings), _) => differentiate_explicitly(&self.model, b, settings, &times)?,
         };
-        let row = |(instant, at): (&Instant, usize)| history.slopes[instant.response][at].iter().copied();
-        Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().zip(places).flat_map(row)))
+        let exact = |name, method| Alternative::exact(name, by(method, self.perturbation));
+        let mut all = vec![exact("direct", Differentiation::Direct), exact("adjoint", Differentiation::Adjoint)];
+        if matches!(self.settings, Integration::Implicit(_)) {
+            let semi = move |step: f64, b: &[f64], left: &Responses, wanted: &[Instant]| {
+                self.sensitivities_by(Differentiation::SemiAnalytical, step, (b, left), wanted)
+            };
+            all.push(Alternative::approximate("semi-analytical", self.perturbation, semi));
+        }
+        all
     }
 
     /// By implicit steps; explicit ones offer none.

@@ -1,6 +1,7 @@
 //! Model files: the same problems as in the library, mistakes and their messages, expressions.
 
 mod commands;
+mod derivatives;
 mod documentation;
 mod expressions;
 mod kinds;

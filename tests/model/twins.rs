@@ -1,11 +1,19 @@
 //! Every model file that has a twin in the library runs through the same cycles.
 
+use linkwright::analysis::Dynamics;
+use linkwright::analysis::start::Assembly;
+use linkwright::analysis::statics::Statics;
 use linkwright::library::{
-    cantilever, four_bar, four_bar::StressConstrained, impact_absorber, slider_crank, two_bar_truss,
+    cantilever, four_bar, four_bar::StressConstrained, impact_absorber, nonlinear_absorber, slider_crank,
+    ten_bar_truss, two_bar_truss, vehicle_suspension,
 };
 use linkwright::model::{Model, read};
-use linkwright::problem::Problem;
+use linkwright::multibody::mechanisms::{
+    Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam,
+};
+use linkwright::problem::{Analysis, Problem, TimeGrid};
 use linkwright::sao::{Method, State, preset};
+use linkwright::sensitivity::{Balanced, Driven, Transient};
 
 fn model(name: &str) -> Model {
     let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
@@ -75,4 +83,95 @@ fn the_chain_loses_energy_and_its_tip_stays_above_the_floor() {
     assert!(energy.windows(2).all(|e| e[1] < e[0]), "{energy:?}");
     let lowest = tip.iter().copied().fold(0.0, f64::min);
     assert!((lowest + 0.8).abs() < 1e-4, "the floor is touched: {lowest}");
+}
+
+/// Histories of a file at its start design and of its twin: to `tolerance` of the largest value of each response. What the twin
+/// has beyond the file is left out by `kept`.
+fn assert_histories(name: &str, twin: &dyn Analysis, design: &[f64], tolerance: f64, kept: impl Fn(usize) -> bool) {
+    let problem = model(name).problem().unwrap();
+    assert_eq!(problem.start()[..design.len()], *design, "{name}");
+    let ours = problem.analyze(&problem.start()).unwrap().values;
+    let theirs = twin.analyze(design).unwrap().values;
+    let theirs: Vec<_> = theirs.into_iter().enumerate().filter(|(h, _)| kept(*h)).map(|(_, series)| series).collect();
+    assert_eq!(ours.len(), theirs.len(), "{name}");
+    let mut worst = 0.0f64;
+    for (ours, theirs) in ours.iter().zip(&theirs) {
+        assert_eq!(ours.len(), theirs.len(), "{name}");
+        let largest = theirs.iter().fold(1e-300f64, |a, x| a.max(x.abs()));
+        worst = ours.iter().zip(theirs).fold(worst, |a, (x, y)| a.max((x - y).abs() / largest));
+    }
+    println!("{name}: {worst:.1e}");
+    assert!(worst <= tolerance, "{name}: {worst:.1e}");
+}
+
+fn all(_: usize) -> bool {
+    true
+}
+
+fn uniform(to: f64, points: usize) -> Vec<f64> {
+    TimeGrid::uniform(0.0, to, points).unwrap().points
+}
+
+#[test]
+fn mechanisms_move_as_their_twins() {
+    let andrews = Transient::new(Andrews, Dynamics::fixed(1e-4), &uniform(0.03, 31)).unwrap();
+    assert_histories("andrews", &andrews, &Andrews::DESIGN, 1e-9, all);
+    let chain = Chain::horizontal(5);
+    let hanging = Transient::new(chain, Dynamics::fixed(0.005), &uniform(0.5, 26)).unwrap();
+    assert_histories("chain", &hanging, &chain.equal_links(), 1e-9, all);
+    let beam = SpinningBeam::published(8);
+    let spinning = Transient::new(beam, Dynamics::fixed(0.05), &uniform(15.0, 31)).unwrap();
+    assert_histories("spinning-beam", &spinning, &SpinningBeam::DESIGN, 1e-8, all);
+    let rod = Crank { elements: 4, ..Crank::rigid() };
+    let bending = Transient::new(rod, Dynamics::fixed(1e-3), &uniform(0.4, 41)).unwrap();
+    assert_histories("slider-crank-flexible", &bending, &Crank::DESIGN, 1e-8, all);
+}
+
+#[test]
+fn driven_mechanisms_move_as_their_twins() {
+    let crank = Driven::new(Crank::rigid(), Assembly::default(), &uniform(0.4, 41)).unwrap();
+    assert_histories("slider-crank-torque", &crank, &Crank::DESIGN, 1e-10, all);
+    let times = TimeGrid::uniform(0.3, 0.5, 41).unwrap().points;
+    let four_bar = Driven::new(RigidFourBar(FourBar::physical()), Assembly::default(), &times).unwrap();
+    // Moments at pins are zero, and no output of the file.
+    let kept = |h: usize| h == 0 || !(h % 7 == 0 || h % 7 == 6);
+    assert_histories("rigid-four-bar", &four_bar, &[0.0385, 0.0252, 0.02], 1e-9, kept);
+}
+
+#[test]
+fn equilibria_are_those_of_their_twins() {
+    let governor = Balanced::new(Governor { angle: 0.8 }, Statics::default(), &[0.0]).unwrap();
+    assert_histories("governor", &governor, &Governor::DESIGN, 1e-10, all);
+    // Bars that stretch by a billionth: the linear truss up to their strain.
+    let truss = ten_bar_truss::equal_strengths().unwrap();
+    assert_histories("ten-bar-truss", truss.analysis.as_ref(), &[5.0; 10], 1e-6, all);
+}
+
+#[test]
+fn equations_of_motion_by_hand_move_as_their_files() {
+    let twin = nonlinear_absorber::peak_acceleration().unwrap();
+    assert_histories("nonlinear-absorber", twin.analysis.as_ref(), &[0.5, 0.1, 0.3, 0.1], 1e-9, all);
+    let twin = vehicle_suspension::peak_acceleration().unwrap();
+    assert_histories("vehicle-suspension", twin.analysis.as_ref(), &twin.start()[..6], 1e-7, all);
+}
+
+#[test]
+fn optima_of_mechanisms_are_those_of_the_catalogue() {
+    for (name, optimum) in [("ten-bar-truss", 1593.181), ("nonlinear-absorber", 0.499_807_79)] {
+        let model = model(name);
+        let end = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
+        assert!(end.status.is_success(), "{name}: {}", end.reason);
+        assert!((end.evaluation.objective / optimum - 1.0).abs() < 1e-5, "{name}: {}", end.evaluation.objective);
+    }
+}
+
+#[test]
+fn every_model_file_is_analysed() {
+    for item in std::fs::read_dir(format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"))).unwrap() {
+        let name = item.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned();
+        let problem = model(&name).problem().unwrap_or_else(|e| panic!("{name}: {e}"));
+        let start = problem.start();
+        let here = problem.analyze(&start).unwrap_or_else(|e| panic!("{name}: {e}"));
+        problem.evaluate(&start, &here).unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
 }

@@ -17,5 +17,6 @@ mod outputs;
 mod reference;
 mod rejected;
 mod rigid_limit;
+mod semi_analytical;
 mod table;
 mod zoo;

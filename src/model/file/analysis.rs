@@ -11,10 +11,32 @@ use crate::analysis::start::Assembly;
 use crate::analysis::statics::Statics;
 use crate::model::expression::Names;
 use crate::model::limits;
-use crate::problem::{Differences, Problem, ProblemBuilder, TimeGrid};
+use crate::problem::{Analysis, Differences, Differentiated, Problem, ProblemBuilder, TimeGrid};
 use crate::sensitivity::{Balanced, Driven, Integration, Transient};
 
-const KEYS: &[Key] = &[required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "what is computed")];
+const KEYS: &[Key] = &[
+    required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "what is computed"),
+    default(
+        "derivatives",
+        Accepts::Choice(&[
+            "automatic",
+            "direct",
+            "adjoint",
+            "semi-analytical",
+            "forward",
+            "central",
+            "richardson",
+            "noise-aware",
+        ]),
+        "automatic",
+        "automatic chooses among direct and adjoint, which are exact; the last four are differences of whole analyses",
+    ),
+    optional(
+        "difference",
+        Accepts::Number,
+        "relative step of differences; 1e-5 semi-analytical, 1e-6 forward and central, 1e-3 richardson if left out",
+    ),
+];
 const DYNAMICS: &[Key] = &[
     default("start", Accepts::Number, "0", "time at which the motion starts, s"),
     default(
@@ -39,13 +61,6 @@ const DYNAMICS: &[Key] = &[
         "exact",
         "velocity of prescribed coordinates: exact, or from the steps",
     ),
-    default(
-        "derivatives",
-        Accepts::Choice(&["direct", "forward", "central"]),
-        "direct",
-        "direct differentiation, or differences",
-    ),
-    default("difference", Accepts::Number, "1e-6", "relative step of differences"),
 ];
 
 /// Declarations for documentation and schema.
@@ -61,21 +76,29 @@ pub const TABLES: &[Table] = &[
     Table { name: "analysis", kind: Some("statics"), about: "static equilibria, one for every time point", keys: &[] },
 ];
 
-/// How derivatives of a motion are had.
+/// How derivatives are had.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Derivatives {
-    Direct,
+    /// What the analysis itself chooses.
+    Automatic,
+    /// One of the ways that the analysis has, with the step of its differences.
+    By(&'static str, Option<f64>),
     Forward(f64),
     Central(f64),
+    Richardson(f64),
+    NoiseAware,
 }
 
 /// The analysis of a mechanism.
 #[derive(Clone, Debug)]
-pub struct Settings(Kind);
+pub struct Settings {
+    kind: Kind,
+    derivatives: Derivatives,
+}
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Dynamics(Integration, Derivatives),
+    Dynamics(Integration),
     Kinematics,
     Statics,
 }
@@ -92,14 +115,47 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Settings
         None => (0, DYNAMICS),
     };
     let section = Section::open(value, "[analysis]", &[KEYS, kind.1], file.source())?;
-    match kind.0 {
-        0 => dynamics(&section, names, grid).map(Settings),
-        1 => Ok(Settings(Kind::Kinematics)),
-        _ => Ok(Settings(Kind::Statics)),
-    }
+    let kind = match kind.0 {
+        0 => Kind::Dynamics(dynamics(&section, names, grid)?),
+        1 => Kind::Kinematics,
+        _ => Kind::Statics,
+    };
+    let derivatives = derivatives(&section, names, &kind)?;
+    Ok(Settings { kind, derivatives })
 }
 
-fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Kind> {
+fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Derivatives> {
+    let step = section.number("difference", names)?;
+    if step.is_some_and(|step| step <= 0.0 || step >= 1.0) {
+        return Err(section.complain("difference", "`difference` must be between 0 and 1"));
+    }
+    let choices = [
+        ("automatic", Derivatives::Automatic),
+        ("direct", Derivatives::By("direct", None)),
+        ("adjoint", Derivatives::By("adjoint", None)),
+        ("semi-analytical", Derivatives::By("semi-analytical", step)),
+        ("forward", Derivatives::Forward(step.unwrap_or(1e-6))),
+        ("central", Derivatives::Central(step.unwrap_or(1e-6))),
+        ("richardson", Derivatives::Richardson(step.unwrap_or(1e-3))),
+        ("noise-aware", Derivatives::NoiseAware),
+    ];
+    let chosen = section.choice("derivatives", &choices)?;
+    let is_exact = matches!(chosen, Derivatives::Automatic | Derivatives::By("direct" | "adjoint", _));
+    if step.is_some() && (is_exact || chosen == Derivatives::NoiseAware) {
+        let message = "`difference` is the step of differences, and none is taken here";
+        return Err(section.complain("difference", message).help("leave it out, or choose other `derivatives`"));
+    }
+    let implicit_only = matches!(chosen, Derivatives::By("adjoint" | "semi-analytical", _));
+    if implicit_only && matches!(kind, Kind::Dynamics(Integration::Explicit(_))) {
+        let message = "explicit schemes are differentiated by the direct method, or by differences";
+        return Err(section
+            .complain("derivatives", message)
+            .help("take derivatives = \"direct\", or an implicit scheme"));
+    }
+    Ok(chosen)
+}
+
+fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Integration> {
     let number = |key| section.number(key, names);
     let start = number("start")?.unwrap_or(0.0);
     if grid.points[0] < start {
@@ -120,19 +176,12 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Kind>
     }
     let is_explicit =
         section.choice("scheme", &[("generalized-alpha", false), ("hht", false), ("rk5", true), ("rk8", true)])?;
-    let integration = match (step, tolerance) {
-        (Some(_), Some(_)) => return Err(section.complain("tolerance", "`step` and `tolerance` exclude each other")),
-        (None, None) => return Err(section.complain("step", "dynamics needs `step` or `tolerance`")),
-        _ if is_explicit => explicit(section, start, step, tolerance)?,
-        _ => implicit(section, names, start, step, tolerance)?,
-    };
-    let relative = number("difference")?.unwrap_or(1e-6);
-    let choices = [
-        ("direct", Derivatives::Direct),
-        ("forward", Derivatives::Forward(relative)),
-        ("central", Derivatives::Central(relative)),
-    ];
-    Ok(Kind::Dynamics(integration, section.choice("derivatives", &choices)?))
+    match (step, tolerance) {
+        (Some(_), Some(_)) => Err(section.complain("tolerance", "`step` and `tolerance` exclude each other")),
+        (None, None) => Err(section.complain("step", "dynamics needs `step` or `tolerance`")),
+        _ if is_explicit => explicit(section, start, step, tolerance),
+        _ => implicit(section, names, start, step, tolerance),
+    }
 }
 
 fn explicit(section: &Section<'_>, start: f64, step: Option<f64>, tolerance: Option<f64>) -> Read<Integration> {
@@ -179,17 +228,26 @@ fn implicit(
 impl Settings {
     /// The problem whose responses are the outputs of this mechanism.
     pub fn build(&self, parts: ProblemBuilder, model: Blueprint, times: &[f64]) -> Result<Problem> {
-        match &self.0 {
-            Kind::Kinematics => parts.build(Driven::new(model, Assembly::default(), times)?),
-            Kind::Statics => parts.build(Balanced::new(model, Statics::default(), times)?),
-            Kind::Dynamics(integration, derivatives) => {
-                let transient = Transient::new(model, integration.clone(), times)?;
-                match derivatives {
-                    Derivatives::Direct => parts.build(transient),
-                    Derivatives::Forward(step) => parts.build(Differences::forward(transient, *step)?),
-                    Derivatives::Central(step) => parts.build(Differences::central(transient, *step)?),
-                }
+        match &self.kind {
+            Kind::Kinematics => self.derivatives.build(parts, Driven::new(model, Assembly::default(), times)?),
+            Kind::Statics => self.derivatives.build(parts, Balanced::new(model, Statics::default(), times)?),
+            Kind::Dynamics(integration) => {
+                self.derivatives.build(parts, Transient::new(model, integration.clone(), times)?)
             }
+        }
+    }
+}
+
+impl Derivatives {
+    /// The problem of an analysis with these derivatives.
+    fn build(self, parts: ProblemBuilder, analysis: impl Analysis + 'static) -> Result<Problem> {
+        match self {
+            Self::Automatic => parts.build(analysis),
+            Self::By(method, step) => parts.build(Differentiated::by(analysis, method, step)?),
+            Self::Forward(step) => parts.build(Differences::forward(analysis, step)?),
+            Self::Central(step) => parts.build(Differences::central(analysis, step)?),
+            Self::Richardson(step) => parts.build(Differences::richardson(analysis, step)?),
+            Self::NoiseAware => parts.build(Differences::noise_aware(analysis)),
         }
     }
 }

@@ -16,6 +16,13 @@ const COMMON: &[Key] = &[
     optional("start", Accepts::Name, "body or node whose x and y the first end shares: a pin"),
     optional("end", Accepts::Name, "body or node whose x and y the last end shares: a pin"),
     default("elements", Accepts::Count, "6", "number of equal elements"),
+    optional(
+        "velocity_from",
+        Accepts::Pair,
+        "[vx, vy] of the first end at the start in m/s; a guess where joints decide",
+    ),
+    optional("velocity_to", Accepts::Pair, "[vx, vy] of the last end; linear between the ends"),
+    default("spin", Accepts::Expression, "0", "rotation of all nodes at the start, rad/s"),
     default("shear", Accepts::Choice(&["flexible", "rigid", "plain"]), "flexible", "shear stiffness of the elements"),
     EACH,
 ];
@@ -79,6 +86,8 @@ pub struct Beam {
     /// E, ν and ρ.
     material: Vec<Program>,
     inertia: Option<Program>,
+    /// Of the ends at the start, with the spin of all nodes, if any is given.
+    velocity: Option<([[Program; 2]; 2], Program)>,
 }
 
 /// Reads the beams and enters their names.
@@ -112,6 +121,8 @@ fn beam(
     }
     let shears = [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain)];
     let own_inertia = !material.is_empty() && section.has("inertia");
+    let moves = ["velocity_from", "velocity_to", "spin"].iter().any(|key| section.has(key));
+    let velocity = |key: &str| section.pair(key, names, &Wants::DESIGN);
     Ok(Beam {
         name: section.text("name")?,
         kind,
@@ -122,6 +133,13 @@ fn beam(
         shear: section.choice("shear", &shears)?,
         shape: shape.iter().map(program).collect::<Read<_>>()?,
         material: material.iter().take(3).map(program).collect::<Read<_>>()?,
+        velocity: match moves {
+            true => Some((
+                [velocity("velocity_from")?, velocity("velocity_to")?],
+                section.program("spin", names, &Wants::DESIGN)?,
+            )),
+            false => None,
+        },
         inertia: own_inertia.then(|| section.program("inertia", names, &Wants::DESIGN)).transpose()?,
     })
 }
@@ -133,6 +151,16 @@ impl Beam {
         let ends = self.ends.map(|end| end.map(|frame| world.frame(frame)));
         let span = [self.from.each_ref().map(value), self.to.each_ref().map(value)];
         let beam = world.mechanism.beam(&self.name, span, ends, self.elements, &self.section(value), self.shear);
+        if let Some((ends, spin)) = &self.velocity {
+            let ([from, to], spin) = (ends.each_ref().map(|end| end.each_ref().map(value)), value(spin));
+            for (k, node) in beam.0.iter().enumerate() {
+                let share = k as f64 / self.elements as f64;
+                let between = |c: usize| from[c] * (1.0 - share) + to[c] * share;
+                world.mechanism.set_velocity(node.x, between(0));
+                world.mechanism.set_velocity(node.y, between(1));
+                world.mechanism.set_velocity(node.theta, spin);
+            }
+        }
         world.beams.push(beam);
     }
 

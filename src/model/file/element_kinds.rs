@@ -43,7 +43,7 @@ const WHEELS: &[Key] = &[
     default("carrier", Accepts::Coordinate, "ground.theta", "rotation of the carrier"),
 ];
 const POINT: &[Key] = &[required("at", Accepts::Marker, "point that it acts on")];
-const COORDINATE: &[Key] = &[required("coordinate", Accepts::Coordinate, "coordinate that is prescribed")];
+const COORDINATE: &[Key] = &[required("coordinate", Accepts::Coordinate, "coordinate that it acts on")];
 
 /// A kind of joint, drive or force.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +78,8 @@ pub enum Element {
     Friction,
     Stop,
     Wall,
+    StateLoad,
+    Inertia,
 }
 
 pub const COMMON_JOINT: &[Key] = &[
@@ -109,6 +111,8 @@ pub const COMMON_FORCE: &[Key] = &[
             "friction",
             "stop",
             "wall",
+            "state-load",
+            "inertia",
         ]),
         "what it is",
     ),
@@ -323,6 +327,26 @@ pub const FORCES: &[Kind] = &[
         ],
         measures: &["push"],
         about: "keeps a point on the outer side of a wall",
+    },
+    Kind {
+        name: "state-load",
+        element: Element::StateLoad,
+        attach: Attach::Coordinate,
+        keys: &[required(
+            "effort",
+            Accepts::Feedback,
+            "as a function of time and motion, N or N·m: `-k*cart.x - c*cart.vx`",
+        )],
+        measures: &["effort", "power"],
+        about: "drives a coordinate by an effort that depends on the motion: a controller, a drag, a magnet",
+    },
+    Kind {
+        name: "inertia",
+        element: Element::Inertia,
+        attach: Attach::Coordinate,
+        keys: &[required("inertia", Accepts::Expression, "kg or kg·m²")],
+        measures: &[],
+        about: "adds mass to a coordinate",
     },
 ];
 

@@ -1,6 +1,7 @@
 //! `[[joint]]`, `[[driver]]` and `[[force]]`.
 
 use super::element_kinds::{Attach, COMMON_DRIVER, COMMON_FORCE, COMMON_JOINT, DRIVERS, Element, FORCES, JOINTS, Kind};
+use super::feedback::{self, Feedback};
 use super::key::{Accepts, Key};
 use super::motion::{self, Law, TimeFunction};
 use super::parts::{Named, Parts, Place, Spot, World};
@@ -18,6 +19,7 @@ pub struct Attached {
     places: Vec<Place>,
     numbers: Vec<Program>,
     function: Option<TimeFunction>,
+    feedback: Option<Feedback>,
 }
 
 /// Reads joints, drives and forces in this order and enters their names.
@@ -58,6 +60,7 @@ fn attached(kind: &Kind, section: &Section<'_>, names: &Names, parts: &Parts) ->
     };
     let numbers = kind.keys.iter().filter(|key| key.accepts == Accepts::Expression);
     let function = kind.keys.iter().find(|key| key.accepts == Accepts::Motion);
+    let feedback = kind.keys.iter().find(|key| key.accepts == Accepts::Feedback);
     Ok(Attached {
         name: section.text("name")?,
         element: kind.element,
@@ -65,6 +68,7 @@ fn attached(kind: &Kind, section: &Section<'_>, names: &Names, parts: &Parts) ->
         places: coordinates.iter().map(place).collect::<Read<_>>()?,
         numbers: numbers.map(|key| section.program(key.name, names, &Wants::DESIGN)).collect::<Read<_>>()?,
         function: function.map(|key| motion::read(section, key.name, names)).transpose()?,
+        feedback: feedback.map(|key| feedback::read(section, key.name, names, parts)).transpose()?,
     })
 }
 
@@ -82,6 +86,11 @@ impl Attached {
         if self.element == Element::Prescribed {
             world.mechanism.drive(coordinates[0], law, &parameters);
             return world.drives.push(coordinates[0]);
+        }
+        if let Some(feedback) = &self.feedback {
+            let (law, parameters, observed) = feedback.build(world, b);
+            let part = world.mechanism.state_load(&self.name, coordinates[0], &observed, law, &parameters);
+            return world.elements.push(part);
         }
         self.add(world, &markers, &coordinates, &numbers, (law, &parameters));
     }
@@ -108,7 +117,9 @@ impl Attached {
             Element::Friction => m.friction(name, c[0], c[1], [n[0], n[1], n[2]]),
             Element::Stop => m.stop(name, c[0], c[1], [n[0], n[1], n[2]]),
             Element::Wall => m.wall_contact(name, p[0], [n[0], n[1]], n[2], [n[3], n[4]]),
+            Element::Inertia => m.inertia(name, c[0], n[0]),
             Element::Prescribed => unreachable!("a prescribed coordinate is no element"),
+            Element::StateLoad => unreachable!("it is added with what it observes"),
         };
         world.elements.push(part);
     }

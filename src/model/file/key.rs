@@ -11,6 +11,8 @@ pub enum Accepts {
     Pair,
     /// An expression of time, or a table that names a kind of motion.
     Motion,
+    /// An expression of time, and of positions and velocities.
+    Feedback,
     /// A number or expression that may name outputs, too.
     Quantity,
     /// Several numbers or expressions of constants.
@@ -102,6 +104,7 @@ impl Accepts {
             Self::Expression => "expression",
             Self::Pair => "two expressions",
             Self::Motion => "expression of time, or motion",
+            Self::Feedback => "expression of time and motion",
             Self::Quantity => "expression of outputs",
             Self::Numbers => "list of numbers",
             Self::Count => "whole number",

@@ -6,7 +6,7 @@
 //! | `section` | a table while it is read: known keys, typed values, places |
 //! | `each` | one table that stands for several |
 //! | `naming` | design variables, constants, named expressions |
-//! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion` | the mechanism |
+//! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
 //! | `mechanism` | all of it as a pure function of the design |
 //! | `measures`, `outputs` | responses |
 //! | `time`, `analysis` | time points; how the mechanism is analysed |
@@ -20,6 +20,7 @@ mod constraints;
 mod each;
 mod element_kinds;
 mod elements;
+mod feedback;
 mod key;
 mod measures;
 mod mechanism;

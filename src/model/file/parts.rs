@@ -156,7 +156,8 @@ impl Parts {
         })
     }
 
-    fn find_place(&self, text: &str) -> Option<Place> {
+    /// The coordinate of that name.
+    pub fn find_place(&self, text: &str) -> Option<Place> {
         if let Some(Named::Slide(k)) = self.named.get(text) {
             return Some(Place::Slide(*k));
         }

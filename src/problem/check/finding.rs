@@ -10,7 +10,7 @@ pub enum Finding {
     Right,
     /// The response does not depend on the variable, and the methods say so.
     Constant,
-    /// A method contradicts the differences.
+    /// A method contradicts the differences, or exact methods each other.
     Wrong,
     /// The response has a kink here: there is no derivative.
     Kink,
@@ -43,6 +43,8 @@ pub struct Checked {
     pub variable: usize,
     /// What each method says.
     pub claimed: Vec<f64>,
+    /// How far each of them may be off: nothing for exact methods.
+    pub uncertainty: Vec<f64>,
     /// What differences say; none if the designs around could not be analysed.
     pub difference: Option<Slope>,
     /// Jump of the slope, if there is a kink.
@@ -53,8 +55,60 @@ pub struct Checked {
     pub is_constant: bool,
     /// The verdict.
     pub finding: Finding,
-    /// Numbers of the methods that contradict the differences.
+    /// Numbers of the methods that contradict the differences, or the other methods.
     pub suspects: Vec<usize>,
+}
+
+impl Checked {
+    /// Whether it is right, or constant and said to be.
+    pub fn is_fine(&self) -> bool {
+        matches!(self.finding, Finding::Right | Finding::Constant)
+    }
+
+    /// By how much the methods and the differences disagree at the most.
+    pub fn disagreement(&self) -> f64 {
+        let all = || self.claimed.iter().copied().chain(self.difference.map(|slope| slope.value));
+        all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min)
+    }
+
+    /// The verdict in a sentence; `methods` are the names of the methods.
+    pub fn explanation(&self, methods: &[String]) -> String {
+        let named = |which: &dyn Fn(usize) -> bool| {
+            let names: Vec<&str> = (0..methods.len()).filter(|&k| which(k)).map(|k| methods[k].as_str()).collect();
+            names.join(" and ")
+        };
+        match self.finding {
+            Finding::Right => "all methods agree with the differences".to_owned(),
+            Finding::Constant => "the response does not depend on the variable".to_owned(),
+            Finding::Kink => {
+                let jump = self.jump.unwrap_or(f64::NAN);
+                format!("the slope jumps by {jump:.3e} here: there is no derivative; move the design, or smooth the response")
+            }
+            Finding::NotRepeatable => {
+                let drift = self.drift;
+                format!("two analyses of this design differ by {drift:.1e}: make the analysis a pure function of the design")
+            }
+            Finding::Unclear if self.difference.is_none() => {
+                "the designs beside this one cannot be analysed: move the design away from there".to_owned()
+            }
+            Finding::Unclear => {
+                let error = self.difference.map_or(f64::NAN, |slope| slope.error);
+                format!("the differences are only good to ± {error:.0e}: tighten the tolerances of the analysis")
+            }
+            Finding::Wrong if self.suspects.len() == methods.len() => {
+                "no method agrees with the differences: what they share is wrong, or the analysis takes other steps for \
+                 another design"
+                    .to_owned()
+            }
+            Finding::Wrong => {
+                let (wrong, others) =
+                    (named(&|k| self.suspects.contains(&k)), named(&|k| !self.suspects.contains(&k)));
+                let agree = if self.suspects.len() + 1 == methods.len() { "agrees" } else { "agree" };
+                let verb = if self.suspects.len() == 1 { "is" } else { "are" };
+                format!("{wrong} {verb} wrong: {others} {agree} with the differences")
+            }
+        }
+    }
 }
 
 /// The verdicts on all derivatives that were asked for.
@@ -69,7 +123,7 @@ pub struct Proof {
 impl Proof {
     /// Whether no derivative is wrong and everything could be told.
     pub fn is_right(&self) -> bool {
-        self.derivatives.iter().all(|d| matches!(d.finding, Finding::Right | Finding::Constant))
+        self.derivatives.iter().all(Checked::is_fine)
     }
 
     /// Number of derivatives with this verdict.
@@ -83,16 +137,17 @@ impl Proof {
     ///
     /// Unless [`Proof::is_right`].
     pub fn expect_right(&self) {
-        let bad = self.derivatives.iter().filter(|d| !matches!(d.finding, Finding::Right | Finding::Constant));
+        let bad = self.derivatives.iter().filter(|d| !d.is_fine());
         let line = |d: &Checked| {
             let Instant { response, point } = d.instant;
             let difference = d.difference.map_or("none".to_owned(), |s| format!("{} ± {:.0e}", s.value, s.error));
             format!(
-                "\nresponse {response} at point {point} by variable {}: {}, {:?} say {:?}, differences {difference}",
+                "\nresponse {response} at point {point} by variable {}: {}, {:?} say {:?}, differences {difference}: {}",
                 d.variable,
                 d.finding.text(),
                 self.methods,
-                d.claimed
+                d.claimed,
+                d.explanation(&self.methods)
             )
         };
         let lines: String = bad.map(line).collect();
@@ -108,6 +163,9 @@ const NEGLIGIBLE: f64 = 1e-9;
 
 /// Part of a derivative that it may be off in any case.
 const ALLOWED: f64 = 1e-7;
+
+/// Part of a derivative by which exact methods contradict each other, where differences are too noisy to tell.
+const CONTRADICTION: f64 = 1e-4;
 
 /// Part of a derivative up to which differences can tell that it is right.
 const CLEAR: f64 = 0.03;
@@ -126,8 +184,14 @@ pub(super) fn judge(derivatives: &mut [Checked], scales: &[f64]) {
             d.finding = Finding::Unclear;
             continue;
         };
-        let off = |x: f64| !((x - value).abs() <= MARGIN * error + ALLOWED * size + floor);
-        d.suspects = (0..d.claimed.len()).filter(|&k| off(d.claimed[k])).collect();
+        let off = |k: usize| {
+            let allowed = MARGIN * (error + d.uncertainty[k]) + ALLOWED * size + floor;
+            !((d.claimed[k] - value).abs() <= allowed)
+        };
+        d.suspects = (0..d.claimed.len()).filter(|&k| off(k)).collect();
+        if d.suspects.is_empty() && d.difference.is_some_and(|slope| slope.error > CONTRADICTION * size) {
+            d.suspects = contradictions(d, CONTRADICTION * size + floor);
+        }
         let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest / scales[d.variable]);
         d.finding = match () {
             () if d.drift > 0.0 => Finding::NotRepeatable,
@@ -140,5 +204,20 @@ pub(super) fn judge(derivatives: &mut [Checked], scales: &[f64]) {
         if matches!(d.finding, Finding::NotRepeatable | Finding::Kink) {
             d.suspects.clear();
         }
+    }
+}
+
+/// The exact methods that do not agree with the others: those away from an approximate method if one is sure enough, else all
+/// of them.
+fn contradictions(d: &Checked, allowed: f64) -> Vec<usize> {
+    let exact: Vec<usize> = (0..d.claimed.len()).filter(|&k| d.uncertainty[k] == 0.0).collect();
+    let apart = |a: usize, b: usize| (d.claimed[a] - d.claimed[b]).abs() > allowed;
+    if !exact.iter().any(|&k| apart(exact[0], k)) {
+        return Vec::new();
+    }
+    let sure = |&k: &usize| d.uncertainty[k] > 0.0 && MARGIN * d.uncertainty[k] <= allowed;
+    match (0..d.claimed.len()).find(sure) {
+        Some(witness) => exact.into_iter().filter(|&k| apart(witness, k)).collect(),
+        None => exact,
     }
 }

@@ -135,7 +135,7 @@ fn significant(value: f64) -> String {
 }
 
 /// Columns aligned on the right under their names, which are broken at spaces and underscores, and a line.
-fn aligned(names: &[String], rows: &[Vec<String>]) -> String {
+pub(super) fn aligned(names: &[String], rows: &[Vec<String>]) -> String {
     let cells: Vec<usize> =
         (0..names.len()).map(|c| rows.iter().map(|row| width(&row[c])).max().unwrap_or(0)).collect();
     let broken: Vec<Vec<String>> = names.iter().zip(&cells).map(|(name, &w)| broken(name, w.max(10))).collect();

@@ -147,7 +147,7 @@ impl<'m> Settling<'m> {
                 }
             }
         }
-        Products::at_rest(self.mechanism, self.dependence, lanes.len()).pull(
+        Products::at_rest(self.mechanism, self.dependence, system, lanes.len()).pull(
             self.mechanism,
             system,
             &self.at,

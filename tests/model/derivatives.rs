@@ -1,0 +1,107 @@
+//! How derivatives are chosen in a model file.
+
+use linkwright::model::read;
+use linkwright::problem::{Instant, Problem};
+
+const MODEL: &str = r#"
+version = 1
+[design.k]
+start = 40.0
+[design.c]
+start = 0.7
+[objective]
+minimize = "k"
+[time]
+to = 0.5
+points = 6
+[[body]]
+name = "cart"
+kind = "slide"
+mass = 1.3
+position = 0.1
+[[force]]
+name = "spring"
+kind = "coordinate-spring"
+b = "cart"
+stiffness = "k"
+damping = "c"
+[[output]]
+name = "position"
+value = "cart.position"
+"#;
+const DYNAMICS: &str = "kind = \"dynamics\"\nstep = 0.01\n";
+const EXPLICIT: &str = "kind = \"dynamics\"\nscheme = \"rk8\"\ntolerance = 1e-10\n";
+
+fn text(analysis: &str, derivatives: &str) -> String {
+    format!("{MODEL}[analysis]\n{analysis}derivatives = \"{derivatives}\"\n")
+}
+
+fn problem(text: &str) -> linkwright::Result<Problem> {
+    read("m.toml", text).unwrap_or_else(|fault| panic!("{fault}")).problem()
+}
+
+fn slopes(text: &str) -> [f64; 2] {
+    let problem = problem(text).unwrap();
+    let b = problem.start();
+    let row = problem.sensitivities(&b, &problem.analyze(&b).unwrap(), &[Instant { response: 0, point: 4 }]).unwrap();
+    [row[(0, 0)], row[(0, 1)]]
+}
+
+#[test]
+fn every_choice_gives_the_same_derivatives() {
+    let exact = slopes(&text(DYNAMICS, "automatic"));
+    for (choice, tolerance) in [
+        ("direct", 1e-12),
+        ("adjoint", 1e-12),
+        ("semi-analytical", 1e-8),
+        ("forward", 1e-5),
+        ("central", 1e-7),
+        ("richardson", 1e-9),
+        ("noise-aware", 1e-9),
+    ] {
+        let found = slopes(&text(DYNAMICS, choice));
+        let off = (0..2).map(|k| (found[k] / exact[k] - 1.0).abs()).fold(0.0, f64::max);
+        assert!(off < tolerance, "{choice}: {off:.1e}");
+    }
+    let exact = slopes(&text(EXPLICIT, "automatic"));
+    assert_eq!(exact, slopes(&text(EXPLICIT, "direct")));
+    // A step of one's own: an error of first order.
+    let coarse = slopes(&(text(DYNAMICS, "forward") + "difference = 0.1\n"));
+    assert!((coarse[0] / exact[0] - 1.0).abs() > 1e-3);
+}
+
+#[test]
+fn kinematics_and_statics_have_a_choice_too() {
+    let driven = MODEL
+        .replace("[[force]]", "[[driver]]\nname = \"drive\"\ncoordinate = \"cart\"\nmotion = \"c*time^2\"\n[[force]]");
+    let driven = driven.replace("cart.position\"", "spring.effort\"");
+    let still = MODEL.replace(
+        "[[force]]",
+        "[[force]]\nname = \"pull\"\nkind = \"load\"\nb = \"cart\"\neffort = \"c*time\"\n[[force]]",
+    );
+    for (model, kind) in [(driven, "kinematics"), (still, "statics")] {
+        let of = |choice: &str| slopes(&format!("{model}[analysis]\nkind = \"{kind}\"\nderivatives = \"{choice}\"\n"));
+        let exact = of("direct");
+        assert!(exact.iter().all(|slope| *slope != 0.0), "{exact:?}");
+        for choice in ["automatic", "semi-analytical", "central", "richardson", "noise-aware"] {
+            let found = of(choice);
+            let off = (0..2).map(|k| (found[k] / exact[k] - 1.0).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-6, "{kind}, {choice}: {off:.1e}");
+        }
+    }
+}
+
+#[test]
+fn what_an_analysis_does_not_have_is_refused_with_what_it_has() {
+    let complaint = |text: &str| read("m.toml", text).map(|_| ()).unwrap_err().to_string();
+    for choice in ["adjoint", "semi-analytical"] {
+        let message = complaint(&text(EXPLICIT, choice));
+        assert!(message.contains("explicit schemes") && message.contains("derivatives = \"direct\""), "{message}");
+    }
+    let message = complaint(&(text(DYNAMICS, "direct") + "difference = 1e-4\n"));
+    assert!(message.contains("none is taken here"), "{message}");
+    let message = complaint(&(text(DYNAMICS, "central") + "difference = 2\n"));
+    assert!(message.contains("between 0 and 1"), "{message}");
+    let message = complaint(&text(DYNAMICS, "complex"));
+    assert!(message.contains("richardson"), "{message}");
+}

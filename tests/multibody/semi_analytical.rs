@@ -1,0 +1,108 @@
+//! Semi-analytical against direct derivatives: differenced residuals against dual numbers, on one discrete motion.
+
+use crate::zoo::{Arm, Drives, Forces, Joints};
+use linkwright::analysis::dynamics::InitialAcceleration;
+use linkwright::analysis::generalized_alpha::Prescribed;
+use linkwright::analysis::start::Assembly;
+use linkwright::analysis::statics::Statics;
+use linkwright::analysis::{Dynamics, Newton};
+use linkwright::multibody::Model;
+use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::sensitivity::semi_analytical::{STEP, difference_equilibria, difference_kinematics};
+use linkwright::sensitivity::{SensitiveHistory, differentiate, differentiate_semi_analytically};
+
+/// Largest deviation of a derivative by each variable, relative to the largest of the same output with respect to any, all by
+/// the size of the variables; outputs that are nearly zero are measured by `floor` of the largest of all.
+fn deviation(b: &[f64], floor: f64, exact: &SensitiveHistory, found: &SensitiveHistory) -> f64 {
+    let scaled = |slopes: &[f64]| slopes.iter().zip(b).map(|(s, b)| (s * b.abs().max(1e-3)).abs()).fold(0.0, f64::max);
+    let of = |series: &Vec<Vec<f64>>| series.iter().map(|slopes| scaled(slopes)).fold(0.0, f64::max);
+    let of_all = exact.slopes.iter().map(of).fold(0.0, f64::max);
+    let mut worst = 0.0f64;
+    for (exact, found) in exact.slopes.iter().zip(&found.slopes) {
+        let size = of(exact).max(floor * of_all);
+        for (exact, found) in exact.iter().zip(found) {
+            let off: Vec<f64> = exact.iter().zip(found).map(|(exact, found)| exact - found).collect();
+            worst = worst.max(scaled(&off) / size);
+        }
+    }
+    worst
+}
+
+/// The deviations for relative steps of 1e-4 down to 1e-7, that of the default second.
+const STEPS: [f64; 4] = [1e-4, STEP, 1e-6, 1e-7];
+
+fn row(name: &str, worst: [f64; 4], allowed: f64) {
+    println!("| {name} | {} |", worst.map(|x| format!("{x:.0e}")).join(" | "));
+    assert!(worst[1] < allowed, "{name}: {:.2e}", worst[1]);
+}
+
+/// Output times at the start, between steps and at their ends.
+fn check<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64, allowed: f64) {
+    let times = [0.0, 0.237, 0.5, 0.7312, 1.0].map(|part| part * end);
+    let exact = differentiate(model, b, &settings, &times).unwrap();
+    let worst = STEPS.map(|step| {
+        let found = differentiate_semi_analytically(model, b, &settings, &times, step).unwrap();
+        assert_eq!((&found.values, found.work), (&exact.values, exact.work));
+        deviation(b, 1e-4, &exact, &found)
+    });
+    row(name, worst, allowed);
+}
+
+fn fixed(h: f64) -> Dynamics {
+    Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
+}
+
+#[test]
+fn every_element_force_and_drive() {
+    check("all forces", &Forces, &Forces::DESIGN, fixed(0.02), 0.6, 1e-6);
+    check("all joints", &Joints { length_driver: false }, &Joints::DESIGN, fixed(0.04), 0.24, 1e-6);
+    check("a driven length", &Joints { length_driver: true }, &Joints::DESIGN, fixed(0.04), 0.24, 1e-6);
+    check("all drives", &Drives, &Drives::DESIGN, fixed(0.02), 0.6, 1e-6);
+    let newmark = Dynamics { prescribed: Prescribed::Newmark, initial: InitialAcceleration::Zero, ..fixed(0.02) };
+    check("all drives, from positions", &Drives, &Drives::DESIGN, newmark, 0.6, 1e-6);
+}
+
+#[test]
+fn the_reference_mechanisms() {
+    check("impact absorber", &Absorber, &[0.36, 0.48], fixed(0.01), 2.0, 1e-8);
+    check("impact absorber, adaptive steps", &Absorber, &[0.36, 0.48], Dynamics::adaptive(1e-6), 2.0, 1e-8);
+    check("Andrews' mechanism", &Andrews, &Andrews::DESIGN, fixed(1e-4), 0.03, 1e-5);
+    let chain = Chain::horizontal(6);
+    check("chain of six links", &chain, &chain.equal_links(), fixed(0.01), 0.5, 1e-6);
+    check("slider-crank", &SliderCrank::rigid(), &SliderCrank::DESIGN, fixed(0.005), 0.2, 1e-5);
+    let b = [0.0385, 0.0252, 0.02];
+    for (name, four_bar) in [("as published", FourBar::as_published()), ("physical", FourBar::physical())] {
+        let name = format!("flexible four-bar, {name}");
+        check(&name, &four_bar, &b, four_bar.dynamics().unwrap(), 0.5, 1e-5);
+    }
+    check("rigid four-bar", &RigidFourBar(FourBar::physical()), &b, fixed(0.005), 0.2, 1e-6);
+}
+
+#[test]
+fn beams_that_turn_far_lose_digits() {
+    check("clamped beam", &Arm { elements: 4 }, &Arm::DESIGN, fixed(0.02), 0.3, 1e-4);
+    for elements in [2, 4, 8, 16] {
+        let beam = SpinningBeam { elements, speed: 6.0, duration: 0.455 };
+        check(&format!("spinning beam, {elements} elements"), &beam, &SpinningBeam::DESIGN, fixed(0.02), 0.6, 1e-3);
+    }
+}
+
+#[test]
+fn kinematics_and_statics() {
+    let times: Vec<f64> = (0..20).map(|k| 0.02 * f64::from(k)).collect();
+    let (model, b) = (SliderCrank::rigid(), SliderCrank::DESIGN);
+    let exact = differentiate_kinematics(&model, &b, Assembly::default(), &times).unwrap();
+    let worst = STEPS.map(|step| {
+        let found = difference_kinematics(&model, &b, Assembly::default(), &times, step).unwrap();
+        deviation(&b, 1e-4, &exact, &found)
+    });
+    row("slider-crank, kinematics and inverse dynamics", worst, 1e-8);
+    let (model, b, settings) = (Arm { elements: 4 }, Arm::DESIGN, Statics { tolerance: 1e-12, ..Statics::default() });
+    let exact = differentiate_equilibria(&model, &b, &settings, &times[..3]).unwrap();
+    let worst = STEPS.map(|step| {
+        let found = difference_equilibria(&model, &b, &settings, &times[..3], step).unwrap();
+        deviation(&b, 1e-4, &exact, &found)
+    });
+    row("clamped beam, statics", worst, 1e-6);
+}
