@@ -2,6 +2,7 @@
 
 use super::blame;
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
+use super::limit::{MOST_STEPS, too_many_steps};
 use super::recording::Recording;
 use super::sampling::{Sampler, interpolate};
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
@@ -248,6 +249,9 @@ impl<'m> Run<'m> {
     pub fn advance(&mut self) -> Result<f64> {
         if self.steps > 0 {
             self.integrator.accept();
+        }
+        if self.steps >= MOST_STEPS {
+            return Err(too_many_steps(self.integrator.step.new.t));
         }
         self.steps += 1;
         let h = match self.settings.step {

@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `blame` | the element that cannot be evaluated or does not settle, for messages |
+//! | `limit` | how many time steps a run may take |
 //! | `state` | positions, velocities, accelerations, multipliers |
 //! | `system/` | the equations: numbering, residual, matrix |
 //! | `start` | assembly, consistent velocities and accelerations |
@@ -22,6 +23,7 @@ pub mod explicit;
 mod four_bar;
 pub mod generalized_alpha;
 pub mod kinematics;
+mod limit;
 pub mod modes;
 pub mod predictor;
 pub mod recording;

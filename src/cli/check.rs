@@ -1,8 +1,8 @@
 //! `linkwright check FILE` and `linkwright check PROBLEM`.
 
-use super::model::{design, load};
+use super::model::{design, is_file, load};
 use super::output::{folder, say, write};
-use crate::library::{catalogue, find};
+use crate::library::find;
 use crate::problem::Problem;
 use crate::problem::check::{Finding, Proof};
 use crate::report::proof::table;
@@ -23,7 +23,7 @@ extrapolated and know their own error:
   kink            the response has a kink here: there is no derivative
   not repeatable  two analyses of one design differ
   unclear         the differences are too noisy to tell
-The exit code is 1 if a derivative is wrong.")]
+A wrong derivative is an error.")]
 pub struct Check {
     /// A model file, or a problem of the library (see `linkwright compare --list`)
     what: String,
@@ -59,10 +59,8 @@ impl Check {
     }
 
     fn problem(&self) -> anyhow::Result<Problem> {
-        let is_known = catalogue().iter().any(|entry| entry.name == self.what);
-        let path = Path::new(&self.what);
-        if !is_known && (path.exists() || path.extension().is_some()) {
-            return Ok(load(path)?.0.problem()?);
+        if is_file(&self.what) {
+            return Ok(load(Path::new(&self.what))?.0.problem()?);
         }
         Ok((find(&self.what)?.build)()?)
     }

@@ -6,4 +6,7 @@ mod expressions;
 mod kinds;
 mod mistakes;
 mod places;
+mod robust;
+mod runs;
+mod shell;
 mod twins;

@@ -106,6 +106,21 @@ impl Table {
         &self.rows
     }
 
+    /// A JSON object for each row; nothing and numbers that are not finite are null.
+    pub fn json_lines(&self) -> Vec<String> {
+        use serde_json::{Map, Value};
+        let value = |cell: &Cell| match cell {
+            Cell::Number(v) => Value::from(*v),
+            Cell::Whole(v) => Value::from(*v),
+            Cell::Text(text) => Value::from(text.as_str()),
+            Cell::Empty => Value::Null,
+        };
+        let object = |row: &Vec<Cell>| -> Map<String, Value> {
+            self.columns.iter().cloned().zip(row.iter().map(value)).collect()
+        };
+        self.rows.iter().map(|row| Value::Object(object(row)).to_string()).collect()
+    }
+
     /// Title, names and rows in columns aligned on the right; numbers in five significant digits.
     pub fn text(&self) -> String {
         let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(readable).collect()).collect();
