@@ -1,10 +1,11 @@
 //! `linkwright check FILE` and `linkwright check PROBLEM`.
 
-use super::model::{design, is_file, load};
+use super::model::{design, is_file, load, located};
 use super::output::{folder, say, write};
 use crate::library::find;
-use crate::problem::Problem;
+use crate::model::Model;
 use crate::problem::check::{Finding, Proof};
+use crate::problem::{Evaluation, Problem};
 use crate::report::proof::table;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -40,10 +41,11 @@ pub struct Check {
 
 impl Check {
     pub fn run(&self) -> anyhow::Result<()> {
-        let problem = self.problem()?;
+        let (problem, model) = self.problem()?;
         let b = design(&problem, &self.at)?;
-        describe(&problem, &b)?;
-        let proof = problem.check_sensitivities(&b, self.points)?;
+        let here = problem.analyze(&b).and_then(|responses| problem.evaluate(&b, &responses));
+        describe(&problem, &located(model.as_ref(), here)?)?;
+        let proof = located(model.as_ref(), problem.check_sensitivities(&b, self.points))?;
         let table = table(&problem, &proof)?;
         say(&table.text())?;
         say(&summary(&proof))?;
@@ -58,16 +60,16 @@ impl Check {
         Ok(())
     }
 
-    fn problem(&self) -> anyhow::Result<Problem> {
+    fn problem(&self) -> anyhow::Result<(Problem, Option<Model>)> {
         if is_file(&self.what) {
-            return Ok(load(Path::new(&self.what))?.0.problem()?);
+            let model = load(Path::new(&self.what))?.0;
+            return Ok((located(Some(&model), model.problem())?, Some(model)));
         }
-        Ok((find(&self.what)?.build)()?)
+        Ok(((find(&self.what)?.build)()?, None))
     }
 }
 
-fn describe(problem: &Problem, b: &[f64]) -> anyhow::Result<()> {
-    let here = problem.evaluate(b, &problem.analyze(b)?)?;
+fn describe(problem: &Problem, here: &Evaluation) -> anyhow::Result<()> {
     say(&format!(
         "{}: {} design variables, {} responses, {} constraints, {} time points",
         problem.name,

@@ -11,7 +11,7 @@ use toml::de::{DeTable, DeValue};
 pub fn settings(file: &str, text: &str) -> Result<BTreeMap<String, String>, Box<Fault>> {
     let broken = |e: toml::de::Error| {
         let complaint = Complaint::new(e.span().unwrap_or(0..0), e.message());
-        Box::new(Fault { file: file.to_owned(), text: text.to_owned(), complaint })
+        Box::new(Fault { file: file.to_owned(), text: text.to_owned(), complaint, others: vec![] })
     };
     let table = DeTable::parse(text).map_err(broken)?.into_inner();
     let mut found = BTreeMap::new();

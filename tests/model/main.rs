@@ -2,10 +2,13 @@
 
 mod commands;
 mod documentation;
+mod edits;
 mod expressions;
+mod harmless;
 mod kinds;
 mod mistakes;
 mod places;
+mod refusals;
 mod robust;
 mod runs;
 mod shell;

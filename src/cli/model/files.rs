@@ -6,22 +6,22 @@ use std::io::{self, Write};
 use std::path::Path;
 
 /// Writes a file whole or not at all: beside its place, down to the disk, and then moved there.
-pub fn replace(path: &Path, text: &str) -> anyhow::Result<()> {
-    explained(path, written(path, text, true))
+pub fn replace(path: &Path, content: impl AsRef<[u8]>) -> anyhow::Result<()> {
+    explained(path, written(path, content.as_ref(), true))
 }
 
 /// The same for what can be computed again: not pressed down to the disk.
 pub fn replace_soon(path: &Path, text: &str) -> anyhow::Result<()> {
-    explained(path, written(path, text, false))
+    explained(path, written(path, text.as_bytes(), false))
 }
 
-fn written(path: &Path, text: &str, now: bool) -> io::Result<()> {
+fn written(path: &Path, content: &[u8], now: bool) -> io::Result<()> {
     let mut beside = path.as_os_str().to_owned();
     beside.push(".part");
     let beside = Path::new(&beside);
     let write = || {
         let mut file = File::create(beside)?;
-        file.write_all(text.as_bytes())?;
+        file.write_all(content)?;
         if now { file.sync_all() } else { Ok(()) }
     };
     let moved = write().and_then(|()| std::fs::rename(beside, path));

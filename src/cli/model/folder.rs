@@ -9,6 +9,7 @@
 //! | `cycles.csv` | the history as a table, written whole after every cycle |
 //! | `summary.json` | how far the run has come, written whole after every cycle; at the end the result |
 //! | `responses.csv`, `constraints.csv` | histories of the last accepted design, at the end |
+//! | `*.parquet` | the three tables again, at the end, with the feature `parquet` |
 //! | `run.lock` | locked while a process runs in the folder |
 //!
 //! A file appears whole or not at all: it is written beside its place and then moved there. What `resume` needs is on the disk
@@ -200,7 +201,7 @@ impl Folder {
 
     /// Writes the state, the history up to it, and the summary. Returns the summary.
     pub fn save(&mut self, model: &Model, problem: &Problem, state: &State) -> anyhow::Result<Summary> {
-        files::replace(&self.state(), &state.to_json())?;
+        files::replace(&self.state(), state.to_json())?;
         if let Some((_, history)) = &mut self.claim {
             history.follow(&self.run, state)?;
         }
@@ -212,14 +213,22 @@ impl Folder {
 
     /// Writes the results of a run that has ended.
     pub fn finish(&mut self, problem: &Problem, state: &State, summary: &Summary) -> anyhow::Result<()> {
-        files::replace(&self.path.join("responses.csv"), &tables::responses(problem, &state.responses)?.csv())?;
-        files::replace(&self.path.join("constraints.csv"), &tables::constraints(problem, &state.evaluation)?.csv())?;
-        files::replace(&self.path.join("summary.json"), &serde_json::to_string_pretty(summary)?)?;
+        let responses = tables::responses(problem, &state.responses)?;
+        let constraints = tables::constraints(problem, &state.evaluation)?;
+        files::replace(&self.path.join("responses.csv"), responses.csv())?;
+        files::replace(&self.path.join("constraints.csv"), constraints.csv())?;
+        #[cfg(feature = "parquet")]
+        for (name, table) in
+            [("cycles", tables::cycles(problem, state)?), ("responses", responses), ("constraints", constraints)]
+        {
+            files::replace(&self.path.join(format!("{name}.parquet")), table.parquet()?)?;
+        }
+        files::replace(&self.path.join("summary.json"), serde_json::to_string_pretty(summary)?)?;
         self.claim.as_mut().map_or(Ok(()), |(_, history)| history.end(summary))
     }
 
     fn write_run(&self) -> anyhow::Result<()> {
-        files::replace(&self.path.join("run.json"), &serde_json::to_string_pretty(&self.run)?)
+        files::replace(&self.path.join("run.json"), serde_json::to_string_pretty(&self.run)?)
     }
 }
 

@@ -44,6 +44,14 @@ pub(super) fn load(path: &Path) -> anyhow::Result<(Model, String)> {
     Ok((model, text))
 }
 
+/// A result, or an error that shows the part of the model file that is to blame.
+pub(super) fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: crate::Result<T>) -> anyhow::Result<T> {
+    result.map_err(|error| match model.into().and_then(|model| model.locate(&error)) {
+        Some(fault) => fault.into(),
+        None => error.into(),
+    })
+}
+
 /// Whether this is a model file rather than the name of a problem of the library.
 pub(super) fn is_file(what: &str) -> bool {
     let is_known = crate::library::catalogue().iter().any(|entry| entry.name == what);

@@ -1,8 +1,8 @@
 //! `linkwright optimize FILE` and `linkwright resume DIR`.
 
 use super::folder::Folder;
-use super::load;
 use super::progress::{Progress, Show};
+use super::{load, located};
 use crate::cli::output::{results, say};
 use crate::model::Model;
 use crate::problem::Problem;
@@ -57,9 +57,9 @@ impl Optimize {
         let (model, text) = load(&self.file)?;
         let name = self.file.file_stem().unwrap_or_default();
         let out = self.out.clone().unwrap_or_else(|| results().join(name));
-        let problem = model.problem()?;
+        let problem = located(&model, model.problem())?;
         let mut folder = Folder::create(&out, &model, &text, &self.file)?;
-        let begun = model.method().start(&problem)?;
+        let begun = located(&model, model.method().start(&problem))?;
         self.shown.run(&model, &problem, &mut folder, begun, &out)
     }
 }
@@ -67,11 +67,11 @@ impl Optimize {
 impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let (mut folder, model, text) = Folder::open(&self.folder)?;
-        let problem = model.problem()?;
+        let problem = located(&model, model.problem())?;
         folder.claim()?;
         let state = match folder.resume(&problem, &text)? {
             Some(state) => state,
-            None => model.method().start(&problem)?,
+            None => located(&model, model.method().start(&problem))?,
         };
         self.shown.run(&model, &problem, &mut folder, state, &self.folder)
     }

@@ -2,6 +2,8 @@
 
 mod comparison;
 mod csv;
+#[cfg(feature = "parquet")]
+mod parquet;
 
 pub use comparison::{Comparison, Printed};
 
