@@ -121,3 +121,27 @@ fn every_command_shows_examples_and_exit_codes_and_shells_complete_them() {
         assert_eq!(text(&output.stdout).trim(), "optimize", "{}", text(&output.stderr));
     }
 }
+
+/// A terminal has a line on the time below the table, which each row replaces; a pipe has plain lines.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_shows_the_time_that_is_left() {
+    let place = Place::new("terminal");
+    place.example("slider-crank");
+    let plain = place.run(&["optimize", "slider-crank.toml", "--out", "plain"], 0);
+    assert!(!plain.contains('\u{1b}') && !plain.contains("elapsed"), "{plain}");
+    let command = format!("{} optimize slider-crank.toml --out drawn", env!("CARGO_BIN_EXE_linkwright"));
+    let drawn =
+        std::process::Command::new("script").args(["-qec", &command, "/dev/null"]).current_dir(&place.0).output();
+    // Not every system can play a terminal.
+    let Ok(drawn) = drawn else { return };
+    let drawn = text(&drawn.stdout).replace("\r\n", "\n");
+    assert!(drawn.contains(" elapsed, about ") && drawn.contains(" left, at most "), "{drawn}");
+    // What stays on the screen: of each line what is written after it was last cleared.
+    let shown =
+        |line: &str| line.rsplit("\u{1b}[K").next().unwrap().replace("\u{1b}[?7l", "").replace("\u{1b}[?7h", "");
+    let screen: Vec<String> = drawn.lines().map(shown).collect();
+    let expected: Vec<&str> = plain.lines().collect();
+    let table = expected.iter().position(|line| line.is_empty()).unwrap();
+    assert_eq!(screen[..table], expected[..table]);
+}
