@@ -3,6 +3,7 @@
 use super::blame;
 use super::bounce::Impact;
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
+use super::limit::{MOST_STEPS, too_many_steps};
 use super::recording::Recording;
 use super::sampling::{Sampler, interpolate};
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
@@ -328,6 +329,9 @@ impl<'m> Run<'m> {
         self.bounce()?;
         if self.steps > 0 {
             self.integrator.accept();
+        }
+        if self.steps >= MOST_STEPS {
+            return Err(too_many_steps(self.integrator.step.new.t));
         }
         self.steps += 1;
         self.length = match self.settings.step {

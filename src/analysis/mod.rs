@@ -5,6 +5,7 @@
 //! | `blame` | the element that cannot be evaluated or does not settle, for messages |
 //! | `bounce` | where a run closes a rigid contact |
 //! | `impact` | what velocities do then |
+//! | `limit` | how many time steps a run may take |
 //! | `state` | positions, velocities, accelerations, multipliers |
 //! | `system/` | the equations: numbering, residual, matrix |
 //! | `start` | assembly, consistent velocities and accelerations |
@@ -28,6 +29,7 @@ mod four_bar;
 pub mod generalized_alpha;
 pub(crate) mod impact;
 pub mod kinematics;
+mod limit;
 mod log;
 pub mod modes;
 pub mod predictor;

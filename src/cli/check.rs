@@ -1,11 +1,12 @@
 //! `linkwright check FILE` and `linkwright check PROBLEM`.
 
-use super::model::{design, load};
+use super::model::{design, is_file, load, located};
 use super::output::{folder, say, write};
 use crate::Error;
-use crate::library::{catalogue, find};
-use crate::problem::Problem;
+use crate::library::find;
+use crate::model::Model;
 use crate::problem::check::{Finding, Proof};
+use crate::problem::{Evaluation, Problem};
 use crate::report::proof::{table, text};
 use crate::report::table::{Cell, Table};
 use clap::Args;
@@ -29,7 +30,7 @@ know their own error (the column ±). The column `apart` says by how much all of
   kink            the response has a kink here: there is no derivative
   not repeatable  two analyses of one design differ
   unclear         the differences are too noisy to tell
-The exit code is 1 if a derivative is wrong.")]
+A wrong derivative is an error.")]
 pub struct Check {
     /// A model file, or a problem of the library (see `linkwright compare --list`)
     what: String,
@@ -55,12 +56,14 @@ pub struct Check {
 
 impl Check {
     pub fn run(&self) -> anyhow::Result<()> {
-        let problem = self.problem()?;
+        let (problem, model) = self.problem()?;
         let b = design(&problem, &self.at)?;
         if !self.json {
-            describe(&problem, &b)?;
+            let here = problem.analyze(&b).and_then(|responses| problem.evaluate(&b, &responses));
+            describe(&problem, &located(model.as_ref(), here)?)?;
         }
-        let proof = problem.check_responses(&b, self.points, &self.numbers(&problem)?)?;
+        let numbers = self.numbers(&problem)?;
+        let proof = located(model.as_ref(), problem.check_responses(&b, self.points, &numbers))?;
         let table = table(&problem, &proof)?;
         if self.json {
             lines(&table)?.iter().try_for_each(|line| say(line))?;
@@ -94,18 +97,16 @@ impl Check {
         self.responses.iter().map(number).collect()
     }
 
-    fn problem(&self) -> anyhow::Result<Problem> {
-        let is_known = catalogue().iter().any(|entry| entry.name == self.what);
-        let path = Path::new(&self.what);
-        if !is_known && (path.exists() || path.extension().is_some()) {
-            return Ok(load(path)?.0.problem()?);
+    fn problem(&self) -> anyhow::Result<(Problem, Option<Model>)> {
+        if is_file(&self.what) {
+            let model = load(Path::new(&self.what))?.0;
+            return Ok((located(Some(&model), model.problem())?, Some(model)));
         }
-        Ok((find(&self.what)?.build)()?)
+        Ok(((find(&self.what)?.build)()?, None))
     }
 }
 
-fn describe(problem: &Problem, b: &[f64]) -> anyhow::Result<()> {
-    let here = problem.evaluate(b, &problem.analyze(b)?)?;
+fn describe(problem: &Problem, here: &Evaluation) -> anyhow::Result<()> {
     say(&format!(
         "{}: {} design variables, {} responses, {} constraints, {} time points",
         problem.name,

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A line on standard output; a closed pipe ends the program quietly.
 pub fn say(text: &str) -> anyhow::Result<()> {
@@ -20,4 +20,10 @@ pub fn folder(path: &Path) -> anyhow::Result<()> {
 /// Writes a file.
 pub fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The folder that results go to where no other one is given: `out`, or what `LINKWRIGHT_OUT` says.
+pub fn results() -> PathBuf {
+    let wanted = std::env::var_os("LINKWRIGHT_OUT").filter(|name| !name.is_empty());
+    wanted.map_or_else(|| PathBuf::from("out"), PathBuf::from)
 }

@@ -1,12 +1,12 @@
 //! `linkwright reproduce PAPER`.
 
-use super::output::{folder, say, write};
+use super::output::{folder, results, say, write};
 use crate::papers::etman_1998::{self, Regenerated, Run, Summary, TABLES};
 use crate::sao::State;
 use anyhow::bail;
 use clap::Args;
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -31,7 +31,7 @@ impl Reproduce {
         if let Some(unknown) = self.only.iter().find(|t| !TABLES.contains(&t.as_str())) {
             bail!("no table `{unknown}`; choose from {}", TABLES.join(", "));
         }
-        let out = self.out.clone().unwrap_or_else(|| Path::new("out").join(&self.paper));
+        let out = self.out.clone().unwrap_or_else(|| results().join(&self.paper));
         folder(&out)?;
         let mut tables = vec![];
         for name in TABLES.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {

@@ -15,12 +15,14 @@ pub struct Complaint {
     pub label: String,
     /// A remedy.
     pub help: Option<String>,
+    /// The name that is not known, if that is the mistake.
+    pub(super) asked: Option<String>,
 }
 
 impl Complaint {
     /// A complaint about these bytes.
     pub fn new(span: Range<usize>, message: impl Into<String>) -> Self {
-        Self { message: message.into(), span, label: String::new(), help: None }
+        Self { message: message.into(), span, label: String::new(), help: None, asked: None }
     }
 
     /// The same with words beside the underlined text.
@@ -41,6 +43,7 @@ impl Complaint {
         let known: Vec<&str> = known.into_iter().filter(|name| name.len() <= limits::NAME).collect();
         let shown: String = asked.chars().take(limits::NAME).collect();
         let complaint = Self::new(span, format!("there is no {kind} `{shown}`"));
+        let complaint = Self { asked: Some(asked.to_owned()), ..complaint };
         if shown.len() < asked.len() {
             return complaint.label("not known");
         }
@@ -58,7 +61,7 @@ impl Complaint {
     }
 }
 
-/// A [`Complaint`] with the file that it is about. Shown as a compiler shows it:
+/// [`Complaint`]s with the file that they are about. Shown as a compiler shows it:
 ///
 /// ```text
 /// there is no body `crnk`
@@ -75,8 +78,10 @@ pub struct Fault {
     pub file: String,
     /// Its text.
     pub text: String,
-    /// What is wrong.
+    /// What is wrong: the first mistake.
     pub complaint: Complaint,
+    /// Further mistakes, in the order of the file.
+    pub others: Vec<Complaint>,
 }
 
 impl std::error::Error for Fault {}
@@ -87,41 +92,49 @@ const SHOWN: usize = 160;
 impl Fault {
     /// Line and column of the first underlined character, counted from one; columns count characters.
     pub fn position(&self) -> (usize, usize) {
-        let (line, start) = self.line();
-        (line, self.text[start..self.at()].chars().count() + 1)
+        let (line, start) = self.line(self.boundary(self.complaint.span.start));
+        (line, self.text[start..self.boundary(self.complaint.span.start)].chars().count() + 1)
     }
 
-    /// The first underlined byte, moved to the boundary of a character.
-    fn at(&self) -> usize {
-        (0..=self.complaint.span.start.min(self.text.len())).rev().find(|&i| self.text.is_char_boundary(i)).unwrap_or(0)
+    /// A byte, moved back to the boundary of a character.
+    fn boundary(&self, byte: usize) -> usize {
+        (0..=byte.min(self.text.len())).rev().find(|&i| self.text.is_char_boundary(i)).unwrap_or(0)
     }
 
-    /// Number of the line that is shown, and its first byte.
-    fn line(&self) -> (usize, usize) {
-        let before = &self.text[..self.at()];
+    /// Number of the line in which this byte is, and its first byte.
+    fn line(&self, byte: usize) -> (usize, usize) {
+        let before = &self.text[..byte];
         (before.matches('\n').count() + 1, before.rfind('\n').map_or(0, |i| i + 1))
+    }
+
+    fn show(&self, complaint: &Complaint, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [at, end] = [complaint.span.start, complaint.span.end].map(|byte| self.boundary(byte));
+        let (line, start) = self.line(at);
+        let column = self.text[start..at].chars().count() + 1;
+        let shown: String = self.text[start..].lines().next().unwrap_or("").chars().take(SHOWN).collect();
+        let room = shown.chars().count() + 1 - (column - 1).min(shown.chars().count());
+        let width = self.text[at..end.max(at)].chars().count().clamp(1, room.max(1));
+        let margin = " ".repeat(line.to_string().len());
+        writeln!(f, "{}", complaint.message)?;
+        writeln!(f, "{margin}--> {}:{line}:{column}", self.file)?;
+        writeln!(f, "{margin} |")?;
+        writeln!(f, "{line} | {}", shown.replace('\t', " "))?;
+        let mark = format!("{margin} | {}{} {}", " ".repeat(column - 1), "^".repeat(width), complaint.label);
+        write!(f, "{}", mark.trim_end())?;
+        match &complaint.help {
+            Some(help) => write!(f, "\n{margin} |\n{margin} = help: {help}"),
+            None => Ok(()),
+        }
     }
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (line, column) = self.position();
-        let start = self.line().1;
-        let shown: String = self.text[start..].lines().next().unwrap_or("").chars().take(SHOWN).collect();
-        let room = shown.chars().count() + 1 - (column - 1).min(shown.chars().count());
-        let end =
-            (self.at()..=self.complaint.span.end.min(self.text.len())).rev().find(|&i| self.text.is_char_boundary(i));
-        let width = self.text[self.at()..end.unwrap_or(self.at())].chars().count().clamp(1, room.max(1));
-        let margin = " ".repeat(line.to_string().len());
-        writeln!(f, "{}", self.complaint.message)?;
-        writeln!(f, "{margin}--> {}:{line}:{column}", self.file)?;
-        writeln!(f, "{margin} |")?;
-        writeln!(f, "{line} | {}", shown.replace('\t', " "))?;
-        let mark = format!("{margin} | {}{} {}", " ".repeat(column - 1), "^".repeat(width), self.complaint.label);
-        write!(f, "{}", mark.trim_end())?;
-        match &self.complaint.help {
-            Some(help) => write!(f, "\n{margin} |\n{margin} = help: {help}"),
-            None => Ok(()),
+        self.show(&self.complaint, f)?;
+        for other in &self.others {
+            write!(f, "\n\nerror: ")?;
+            self.show(other, f)?;
         }
+        Ok(())
     }
 }

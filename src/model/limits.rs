@@ -16,11 +16,21 @@ pub const NAME: usize = 64;
 pub const NAMES: usize = 1000;
 /// Parts of one kind, copies by `each` included.
 pub const PARTS: usize = 10_000;
+/// Design variables.
+pub const VARIABLES: usize = 10_000;
+/// Outputs times design variables, and times time points: what a table of all values would have.
+pub const VALUES: usize = 10_000_000;
 /// Time points.
 pub const POINTS: usize = 100_000;
 /// Values of constraints at all their time points.
 pub const ROWS: usize = 10_000_000;
 /// Time steps of an analysis.
 pub const STEPS: f64 = 1e7;
+/// Time steps of fixed length times coordinates: what derivatives need to remember of a motion, in numbers.
+pub const MOTION: f64 = 3e7;
+/// Least tolerance of adaptive steps.
+pub const TOLERANCE: f64 = 1e-15;
 /// Elements of a beam.
 pub const ELEMENTS: usize = 1000;
+/// Elements of all beams together.
+pub const ALL_ELEMENTS: usize = 20_000;

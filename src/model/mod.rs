@@ -7,6 +7,7 @@
 //! | `complaint` | what is wrong with a file, and where |
 //! | `document` | the list of all keys |
 //! | `schema` | the same for editors, as JSON schema |
+//! | `settings` | all values of a file by their keys, for telling two files apart |
 //! | `limits` | sizes beyond which a file is refused |
 //!
 //! A file is read completely, every name resolved and every formula compiled, before anything is analysed. All keys are
@@ -18,8 +19,10 @@ pub mod expression;
 mod file;
 mod limits;
 mod schema;
+mod settings;
 
 pub use complaint::{Complaint, Fault};
 pub use document::document;
 pub use file::{Accepts, Key, Model, Need, Table, read, tables};
 pub use schema::schema;
+pub use settings::settings;

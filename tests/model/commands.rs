@@ -1,51 +1,7 @@
 //! The commands on model files, as a user types them.
 #![cfg(feature = "cli")]
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use std::time::Duration;
-
-fn linkwright(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_linkwright")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// A fresh folder that is removed at the end.
-struct Place(PathBuf);
-
-impl Place {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("linkwright-{name}-{}", std::process::id()));
-        drop(std::fs::remove_dir_all(&path));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn example(&self, name: &str) {
-        let from = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-        std::fs::copy(from, self.0.join(format!("{name}.toml"))).unwrap();
-    }
-
-    fn read(&self, name: &str) -> String {
-        std::fs::read_to_string(self.0.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-    }
-
-    fn run(&self, arguments: &[&str], code: i32) -> String {
-        let output = linkwright(arguments, &self.0);
-        let all = text(&output.stdout) + &text(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{all}");
-        all
-    }
-}
-
-impl Drop for Place {
-    fn drop(&mut self) {
-        drop(std::fs::remove_dir_all(&self.0));
-    }
-}
+use crate::shell::{Place, linkwright, text};
 
 #[test]
 fn from_nothing_to_an_optimized_mechanism() {
@@ -56,11 +12,20 @@ fn from_nothing_to_an_optimized_mechanism() {
     assert!(checked.starts_with("lift: 3 design variables, 3 responses, 5 constraints, 151 time points"), "{checked}");
     let shown = place.run(&["optimize", "lift.toml"], 0);
     assert!(shown.contains("Converged"), "{shown}");
-    for file in
-        ["model.toml", "run.json", "state.json", "cycles.csv", "responses.csv", "constraints.csv", "summary.json"]
-    {
+    for file in [
+        "model.toml",
+        "run.json",
+        "state.json",
+        "history.jsonl",
+        "cycles.csv",
+        "responses.csv",
+        "constraints.csv",
+        "summary.json",
+    ] {
         assert!(!place.read(&format!("out/lift/{file}")).is_empty());
     }
+    let run: serde_json::Value = serde_json::from_str(&place.read("out/lift/run.json")).unwrap();
+    assert!(run["input"].as_str().unwrap().starts_with("fnv1a64:") && run["begun"].as_str().unwrap().ends_with('Z'));
     assert!(place.run(&["optimize", "lift.toml"], 1).contains("resume"));
 }
 
@@ -130,8 +95,18 @@ fn settings_may_be_edited_between_two_parts_of_a_run_but_not_the_problem() {
     assert_eq!(summary("parts")["design"], summary("whole")["design"]);
     assert_eq!(
         summary("parts")["edits"],
-        serde_json::json!([{ "after_tries": 3, "lines": ["max_cycles = 90 # more"] }])
+        serde_json::json!([{
+            "after_tries": 3,
+            "lines": ["max_cycles = 90 # more"],
+            "changes": [{ "key": "method.max_cycles", "before": "3", "after": "90" }],
+        }])
     );
+    // The history says so, between the cycles before and after.
+    let history = place.read("parts/history.jsonl");
+    let events: Vec<serde_json::Value> = history.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let edit = events.iter().position(|event| event["event"] == "edit").unwrap();
+    assert_eq!((&events[edit - 1]["status"], &events[edit + 1]["cycle"]), (&"CycleLimit".into(), &4.into()));
+    assert_eq!(events[edit]["changes"][0]["after"], "90");
     // Tighter bounds: the last design is within them, the new optimum at one of them.
     let bounded = good
         .replace("x5 = { start = 5.0, lower = 1.0", "x5 = { start = 5.0, lower = 2.1")
@@ -147,48 +122,6 @@ fn settings_may_be_edited_between_two_parts_of_a_run_but_not_the_problem() {
     std::fs::write(place.0.join("parts/model.toml"), good.replace("61/x1", "62/x1")).unwrap();
     assert!(place.run(&["resume", "parts"], 1).contains("another problem"));
     assert!(place.run(&["resume", "nowhere"], 1).contains("no run"));
-}
-
-#[test]
-fn a_run_that_is_killed_at_any_moment_is_resumed_to_the_same_end() {
-    let place = Place::new("kill");
-    place.example("impact-absorber-comfort");
-    let file = "impact-absorber-comfort.toml";
-    let begun = std::time::Instant::now();
-    place.run(&["optimize", file, "--quiet", "--out", "whole"], 0);
-    let whole = begun.elapsed();
-    let mut interrupted = 0;
-    for k in 0..12u32 {
-        let out = format!("cut{k}");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_linkwright"))
-            .args(["optimize", file, "--quiet", "--out", &out])
-            .current_dir(&place.0)
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
-        std::thread::sleep(Duration::from_secs_f64(whole.as_secs_f64() * f64::from(k) / 12.0));
-        drop(child.kill());
-        child.wait().unwrap();
-        interrupted += usize::from(!place.0.join(&out).join("summary.json").exists());
-        if !place.0.join(&out).join("run.json").exists() {
-            // Killed before anything was written: there is nothing to resume.
-            continue;
-        }
-        place.run(&["resume", &out, "--quiet"], 0);
-        for name in ["cycles.csv", "summary.json", "responses.csv", "state.json"] {
-            assert_eq!(place.read(&format!("{out}/{name}")), place.read(&format!("whole/{name}")), "{name} of {out}");
-        }
-    }
-    assert!(interrupted > 0);
-}
-
-#[test]
-fn a_folder_that_cannot_be_written_is_named() {
-    let place = Place::new("full");
-    place.example("cantilever");
-    std::fs::write(place.0.join("file"), "").unwrap();
-    let shown = place.run(&["optimize", "cantilever.toml", "--out", "file/runs"], 1);
-    assert!(shown.contains("file/runs"), "{shown}");
 }
 
 /// Every `$ linkwright …` of the tutorial ends well and prints the lines that stand below it.
@@ -207,7 +140,7 @@ fn the_tutorial_does_what_it_says() {
             None => assert!(shown.contains(line), "`{line}` is not in\n{shown}"),
         }
     }
-    assert_eq!(commands, 7);
+    assert_eq!(commands, 11);
     // The misspelt name of the tutorial.
     let good = place.read("lift.toml");
     std::fs::write(

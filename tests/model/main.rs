@@ -3,8 +3,14 @@
 mod commands;
 mod derivatives;
 mod documentation;
+mod edits;
 mod expressions;
+mod harmless;
 mod kinds;
 mod mistakes;
 mod places;
+mod refusals;
+mod robust;
+mod runs;
+mod shell;
 mod twins;

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 fn fault(text: &str, span: Range<usize>) -> Fault {
     let complaint = Complaint::new(span, "wrong").label("here").help("do better");
-    Fault { file: "m.toml".into(), text: text.into(), complaint }
+    Fault { file: "m.toml".into(), text: text.into(), complaint, others: vec![] }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::settings::{Explicit, Pace};
 use super::stepper::{Flow, Stepper};
+use crate::analysis::limit::{MOST_STEPS, too_many_steps};
 use crate::{Error, Result};
 
 /// A running integration: advanced step by step to wanted times.
@@ -58,6 +59,9 @@ impl<F: Flow> March<F> {
             self.stepper.accept();
         }
         let old = self.stepper.t[0];
+        if self.steps.len() >= MOST_STEPS {
+            return Err(too_many_steps(old));
+        }
         match &self.pace {
             Pace::Fixed(h) => {
                 let target = self.start + h * (self.steps.len() + 1) as f64;

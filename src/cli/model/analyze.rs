@@ -1,6 +1,6 @@
 //! `linkwright analyze FILE` and `linkwright sensitivities FILE`.
 
-use super::{design, load, tables};
+use super::{design, load, located, tables};
 use crate::cli::output::{folder, say, write};
 use crate::problem::{Evaluation, Instant, Problem, Responses, Sensitivities as Derivatives};
 use clap::Args;
@@ -52,10 +52,10 @@ struct Analysed {
 impl Where {
     fn analyse(&self) -> anyhow::Result<Analysed> {
         let (model, _) = load(&self.file)?;
-        let problem = model.problem()?;
+        let problem = located(&model, model.problem())?;
         let design = design(&problem, &self.at)?;
-        let responses = problem.analyze(&design)?;
-        let evaluation = problem.evaluate(&design, &responses)?;
+        let responses = located(&model, problem.analyze(&design))?;
+        let evaluation = located(&model, problem.evaluate(&design, &responses))?;
         say(&format!("{} at {}", model.title(), problem.design_in_words(&design)))?;
         say(&format!("  {:<32} {:>16.9e} {}", problem.objective_name, evaluation.objective, problem.objective_unit))?;
         Ok(Analysed { problem, design, responses, evaluation })

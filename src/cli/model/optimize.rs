@@ -1,15 +1,14 @@
 //! `linkwright optimize FILE` and `linkwright resume DIR`.
 
-use super::folder::{Edit, Folder, VERSION};
+use super::folder::Folder;
 use super::progress::{Progress, Show};
-use super::{load, tables};
-use crate::cli::output::say;
+use super::{load, located};
+use crate::cli::output::{results, say};
 use crate::model::Model;
 use crate::problem::Problem;
 use crate::sao::{State, Status};
 use clap::Args;
-use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Args)]
@@ -18,7 +17,8 @@ use std::process::ExitCode;
   linkwright optimize four-bar.toml --out runs/four-bar --quiet
   linkwright optimize absorber.toml --json | jq .objective
 
-Exit codes: 0 converged, 1 an error, 2 wrong arguments, 3 ended without a solution (cycle limit, stalled, infeasible).")]
+The folder is out/NAME, or NAME in the folder that LINKWRIGHT_OUT names. Every cycle is in it before the next one begins; a run
+that was killed goes on with `linkwright resume`.")]
 pub struct Optimize {
     /// The model file
     file: PathBuf,
@@ -34,8 +34,7 @@ pub struct Optimize {
   linkwright resume out/four-bar
 
 Reads model.toml and state.json of the folder. [method] and bounds of model.toml may be edited in between, for instance
-max_cycles; summary.json says so.
-Exit codes: 0 converged, 1 an error, 2 wrong arguments, 3 ended without a solution.")]
+max_cycles; history.jsonl and summary.json say so.")]
 pub struct Resume {
     /// The folder of the run
     folder: PathBuf,
@@ -57,162 +56,54 @@ impl Optimize {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let (model, text) = load(&self.file)?;
         let name = self.file.file_stem().unwrap_or_default();
-        let out = self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
-        let problem = model.problem()?;
-        let folder = Folder::create(&out, &model, &text)?;
-        let begun = model.method().start(&problem)?;
-        let show = self.shown.show();
-        let progress = Progress::new(&problem, show);
-        progress.head()?;
-        folder.save(&problem, &begun)?;
-        progress.cycle(&begun)?;
-        run(&model, &problem, &folder, begun, &progress)?.exit(show, &out)
+        let out = self.out.clone().unwrap_or_else(|| results().join(name));
+        let problem = located(&model, model.problem())?;
+        let mut folder = Folder::create(&out, &model, &text, &self.file)?;
+        let begun = located(&model, model.method().start(&problem))?;
+        self.shown.run(&model, &problem, &mut folder, begun, &out)
     }
 }
 
 impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let (mut folder, model, text) = Folder::open(&self.folder)?;
-        let problem = model.problem()?;
+        let problem = located(&model, model.problem())?;
+        folder.claim()?;
         let state = match folder.resume(&problem, &text)? {
             Some(state) => state,
-            None => model.method().start(&problem)?,
+            None => located(&model, model.method().start(&problem))?,
         };
-        let show = self.shown.show();
-        let progress = Progress::new(&problem, show);
-        progress.head()?;
-        progress.cycle(&state)?;
-        run(&model, &problem, &folder, state, &progress)?.exit(show, &self.folder)
+        self.shown.run(&model, &problem, &mut folder, state, &self.folder)
     }
 }
 
 impl Shown {
-    fn show(&self) -> Show {
-        Show::of(self.json, self.quiet)
-    }
-}
-
-/// Goes on to the end; every cycle is written before the next one begins.
-fn run(
-    model: &Model,
-    problem: &Problem,
-    folder: &Folder,
-    mut state: State,
-    progress: &Progress<'_>,
-) -> anyhow::Result<Summary> {
-    (state.status, state.reason) = model.method().stop.test(problem, &state);
-    while state.status == Status::Running {
-        state = model.method().step(problem, state)?;
-        folder.save(problem, &state)?;
-        progress.cycle(&state)?;
-    }
-    let summary = Summary::of(model, problem, &state, folder.edits());
-    folder.save(problem, &state)?;
-    folder.finish(problem, &state, &serde_json::to_string_pretty(&summary)?)?;
-    progress.end(&summary)?;
-    Ok(summary)
-}
-
-/// The result of a run, as it is written.
-#[derive(Serialize)]
-pub struct Summary {
-    event: &'static str,
-    version: u32,
-    program: &'static str,
-    title: String,
-    fingerprint: String,
-    status: Status,
-    reason: String,
-    cycles: usize,
-    analyses: usize,
-    sensitivity_analyses: usize,
-    subproblem_iterations: usize,
-    objective: Named,
-    violation_pct: f64,
-    design: Vec<Named>,
-    constraints: Vec<Nearest>,
-    /// When the model was edited during the run.
-    edits: Vec<Edit>,
-}
-
-/// A number with its name and unit.
-#[derive(Serialize)]
-struct Named {
-    name: String,
-    unit: String,
-    value: f64,
-}
-
-/// A constraint where it is nearest to or farthest beyond its limit.
-#[derive(Serialize)]
-struct Nearest {
-    name: String,
-    /// Normalised value; feasible means at most one.
-    value: f64,
-    time: Option<f64>,
-}
-
-impl Summary {
-    fn of(model: &Model, problem: &Problem, state: &State, edits: &[Edit]) -> Self {
-        let named = |(v, b): (&crate::problem::DesignVariable, &f64)| Named {
-            name: v.name.clone(),
-            unit: v.unit.clone(),
-            value: *b,
-        };
-        let nearest = |row: crate::problem::RowId| {
-            let constraint = &problem.constraints[row.constraint];
-            let grid = constraint.quantity.grid().filter(|_| constraint.quantity.is_transient());
-            Nearest {
-                name: constraint.name.clone(),
-                value: state.evaluation.constraints[row.constraint][row.point],
-                time: grid.map(|g| problem.grids[g].points[row.point]),
-            }
-        };
-        let objective = Named {
-            name: problem.objective_name.clone(),
-            unit: problem.objective_unit.clone(),
-            value: state.evaluation.objective,
-        };
-        Self {
-            event: "end",
-            version: VERSION,
-            program: env!("CARGO_PKG_VERSION"),
-            title: model.title().to_owned(),
-            fingerprint: format!("{:016x}", model.fingerprint()),
-            status: state.status,
-            reason: state.reason.clone(),
-            cycles: state.cycles(),
-            analyses: state.counters.analyses,
-            sensitivity_analyses: state.counters.sensitivity_analyses,
-            subproblem_iterations: state.counters.subproblem_iterations,
-            objective,
-            violation_pct: state.evaluation.max_violation_pct(),
-            design: problem.variables.iter().zip(&state.design).map(named).collect(),
-            constraints: tables::worst(problem, &state.evaluation).into_iter().map(nearest).collect(),
-            edits: edits.to_vec(),
+    /// Goes on to the end; every cycle is written before the next one begins.
+    fn run(
+        &self,
+        model: &Model,
+        problem: &Problem,
+        folder: &mut Folder,
+        mut state: State,
+        out: &Path,
+    ) -> anyhow::Result<ExitCode> {
+        let show = Show::of(self.json, self.quiet);
+        let progress = Progress::new(problem, show, model.method().stop);
+        progress.head()?;
+        (state.status, state.reason) = model.method().stop.test(problem, &state);
+        let mut summary = folder.save(model, problem, &state)?;
+        progress.cycle(&state, 0)?;
+        let before = state.history.len();
+        while state.status == Status::Running {
+            state = model.method().step(problem, state)?;
+            summary = folder.save(model, problem, &state)?;
+            progress.cycle(&state, state.history.len() - before)?;
         }
-    }
-
-    /// The summary for a reader.
-    pub fn text(&self) -> String {
-        let mut lines = vec![format!("\n{:?}: {}.", self.status, self.reason)];
-        lines.push(format!(
-            "{} cycles, {} analyses, {} sensitivity analyses.",
-            self.cycles, self.analyses, self.sensitivity_analyses
-        ));
-        let row = |n: &Named| format!("  {:<24} {:>16.9e} {}", n.name, n.value, n.unit).trim_end().to_owned();
-        lines.push(row(&self.objective));
-        // The bound of a peak is the objective itself.
-        lines.extend(self.design.iter().filter(|b| b.name != self.objective.name).map(row));
-        lines.push(format!("  {:<24} {:>16.3e} %", "largest violation", self.violation_pct));
-        lines.join("\n")
-    }
-
-    /// The exit code, and a line on where the results are.
-    fn exit(&self, show: Show, out: &std::path::Path) -> anyhow::Result<ExitCode> {
+        folder.finish(problem, &state, &summary)?;
+        progress.end(&summary)?;
         if show == Show::Table {
             say(&format!("Results are in {}", out.display()))?;
         }
-        Ok(if self.status.is_success() { ExitCode::SUCCESS } else { ExitCode::from(3) })
+        Ok(if state.status.is_success() { ExitCode::SUCCESS } else { ExitCode::from(3) })
     }
 }

@@ -95,19 +95,28 @@ impl Code<'_> {
                 Some(value) => Some(-value),
                 None => self.apply(Operation::Negate, &tree.span)?,
             },
-            Node::Binary(operator, both) => self.binary(*operator, both, &tree.span)?,
+            Node::Binary(..) => return self.chain(tree),
             Node::Call(Function::Pow, both) => {
-                let [base, exponent] = [&both[0], &both[1]];
-                self.binary(Operator::Power, &[base.clone(), exponent.clone()], &tree.span)?
+                let base = self.tree(&both[0])?;
+                self.binary(Operator::Power, base, &both[1], &tree.span)?
             }
             Node::Call(function, arguments) => self.call(*function, arguments, &tree.span)?,
         };
-        match constant {
-            Some(value) if !value.is_finite() => {
-                Err(Complaint::new(tree.span.clone(), format!("this is {value}, not a finite number")))
-            }
-            constant => Ok(constant),
+        finite(constant, &tree.span)
+    }
+
+    /// Operands with signs between them, from the left to the right: a sum of a thousand terms is no thousand levels deep.
+    fn chain(&mut self, tree: &Tree) -> Result<Option<f64>, Complaint> {
+        let (mut links, mut first) = (vec![], tree);
+        while let Node::Binary(operator, both) = &first.node {
+            links.push((*operator, &both[1], &first.span));
+            first = &both[0];
         }
+        let mut left = self.tree(first)?;
+        for (operator, right, span) in links.into_iter().rev() {
+            left = finite(self.binary(operator, left, right, span)?, span)?;
+        }
+        Ok(left)
     }
 
     fn name(&mut self, name: &str, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
@@ -146,9 +155,15 @@ impl Code<'_> {
         Complaint::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)))
     }
 
-    fn binary(&mut self, operator: Operator, both: &[Tree; 2], span: &Range<usize>) -> Result<Option<f64>, Complaint> {
-        let left = self.tree(&both[0])?;
-        let right = self.tree(&both[1])?;
+    /// The left operand is a constant, or on the stack.
+    fn binary(
+        &mut self,
+        operator: Operator,
+        left: Option<f64>,
+        right: &Tree,
+        span: &Range<usize>,
+    ) -> Result<Option<f64>, Complaint> {
+        let right = self.tree(right)?;
         let operation = match (operator, left, right) {
             (_, Some(a), Some(b)) => return Ok(Some(fold(operator, a, b))),
             (Operator::Add, Some(c), None) | (Operator::Add, None, Some(c)) => Operation::AddConstant(c),
@@ -240,6 +255,16 @@ impl Wants<'_> {
             (false, true) => "numbers, constants and the time",
             (true, true) => "numbers, constants, design variables and the time",
         }
+    }
+}
+
+/// Refuses a constant that is not finite.
+fn finite(constant: Option<f64>, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+    match constant {
+        Some(value) if !value.is_finite() => {
+            Err(Complaint::new(span.clone(), format!("this is {value}, not a finite number")))
+        }
+        constant => Ok(constant),
     }
 }
 

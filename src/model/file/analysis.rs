@@ -104,7 +104,7 @@ enum Kind {
 }
 
 /// Reads the section.
-pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Settings> {
+pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usize) -> Read<Settings> {
     let Some(value) = file.get("analysis") else {
         let help = "for instance [analysis] with kind = \"dynamics\" and step = 1e-3";
         return Err(file.complain("analysis", "a mechanism needs [analysis]").help(help));
@@ -116,7 +116,7 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Settings
     };
     let section = Section::open(value, "[analysis]", &[KEYS, kind.1], file.source())?;
     let kind = match kind.0 {
-        0 => Kind::Dynamics(dynamics(&section, names, grid)?),
+        0 => Kind::Dynamics(dynamics(&section, names, grid, coordinates)?),
         1 => Kind::Kinematics,
         _ => Kind::Statics,
     };
@@ -145,9 +145,10 @@ fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Deriva
         let message = "`difference` is the step of differences, and none is taken here";
         return Err(section.complain("difference", message).help("leave it out, or choose other `derivatives`"));
     }
-    let implicit_only = matches!(chosen, Derivatives::By("adjoint" | "semi-analytical", _));
-    if implicit_only && matches!(kind, Kind::Dynamics(Integration::Explicit(_))) {
-        let message = "explicit schemes are differentiated by the direct method, or by differences";
+    if matches!(chosen, Derivatives::By("semi-analytical", _))
+        && matches!(kind, Kind::Dynamics(Integration::Explicit(_)))
+    {
+        let message = "explicit schemes have no semi-analytical derivatives";
         return Err(section
             .complain("derivatives", message)
             .help("take derivatives = \"direct\", or an implicit scheme"));
@@ -155,7 +156,7 @@ fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Deriva
     Ok(chosen)
 }
 
-fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Integration> {
+fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usize) -> Read<Integration> {
     let number = |key| section.number(key, names);
     let start = number("start")?.unwrap_or(0.0);
     if grid.points[0] < start {
@@ -163,16 +164,28 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Integ
         return Err(section.complain("start", message));
     }
     let (step, tolerance) = (number("step")?, number("tolerance")?);
+    if tolerance.is_some_and(|t| t > 0.0 && t < limits::TOLERANCE) {
+        let message = format!("rounding does not let a tolerance be below {:e}", limits::TOLERANCE);
+        return Err(section
+            .complain("tolerance", message)
+            .help("steps would become endlessly short: take a larger one"));
+    }
     for (key, value) in [("step", step), ("tolerance", tolerance)] {
         if value.is_some_and(|v| v <= 0.0) {
             return Err(section.complain(key, format!("`{key}` must be positive")));
         }
     }
-    if let Some(h) = step
-        && (grid.points[grid.len() - 1] - start) / h > limits::STEPS
-    {
-        let message = format!("a step of {h} makes more than {:e} time steps", limits::STEPS);
-        return Err(section.complain("step", message).help("take a longer step, or end sooner"));
+    if let Some(h) = step {
+        let steps = (grid.points[grid.len() - 1] - start) / h;
+        let (most, of) = if steps > limits::STEPS {
+            (limits::STEPS, "time steps".to_owned())
+        } else {
+            (limits::MOTION, format!("time steps times coordinates, of which there are {coordinates}"))
+        };
+        if steps > limits::STEPS || steps * coordinates as f64 > limits::MOTION {
+            let message = format!("a step of {h} makes more than {most:e} {of}");
+            return Err(section.complain("step", message).help("take a longer step, or end sooner"));
+        }
     }
     let is_explicit =
         section.choice("scheme", &[("generalized-alpha", false), ("hht", false), ("rk5", true), ("rk8", true)])?;

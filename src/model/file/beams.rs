@@ -79,7 +79,7 @@ pub struct Beam {
     from: [Program; 2],
     to: [Program; 2],
     ends: [Option<Frame>; 2],
-    elements: usize,
+    pub elements: usize,
     shear: Shear,
     /// Diameter; width and height; or the five numbers of a section.
     shape: Vec<Program>,
@@ -92,15 +92,21 @@ pub struct Beam {
 
 /// Reads the beams and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Beam>> {
-    let mut beams = vec![];
-    for (table, span) in file.tables("beam")? {
+    let (mut beams, mut all) = (vec![], 0);
+    file.each("beam", |table, span| {
         let (kind, shape, material) =
             Section::kind(&table, "beam", "circular", KINDS.iter().map(|(name, kind)| (*name, *kind)))?;
         let section = Section::of(table, span, "beam", &[COMMON, shape, material], file.source())?;
         let beam = beam(kind, (shape, material), &section, names, parts)?;
+        all += beam.elements;
+        if all > limits::ALL_ELEMENTS {
+            let message = format!("all beams together have more than {} elements", limits::ALL_ELEMENTS);
+            return Err(section.complain("elements", message));
+        }
         parts.add(&section.need_word("name")?, Named::Beam(beams.len(), beam.elements))?;
         beams.push(beam);
-    }
+        Ok(())
+    })?;
     Ok(beams)
 }
 

@@ -82,15 +82,20 @@ pub struct Body {
 /// Reads the bodies and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Body>> {
     let (mut frames, mut slides, mut bodies) = (0, 0, vec![]);
-    for (table, span) in file.tables("body")? {
+    file.each("body", |table, span| {
         let kinds = KINDS.iter().map(|(name, kind, keys)| (*name, (*kind, *keys)));
         let (kind, keys) = Section::kind(&table, "body", "rigid", kinds)?;
         let section = Section::of(table, span, "body", &[COMMON, keys], file.source())?;
         let named = if kind == Kind::Slide { Named::Slide(slides) } else { Named::Frame(Frame::Body(frames)) };
         parts.add(&section.need_word("name")?, named)?;
         bodies.push(body(kind, &section, names)?);
-        if kind == Kind::Slide { slides += 1 } else { frames += 1 }
-    }
+        if kind == Kind::Slide {
+            slides += 1
+        } else {
+            frames += 1
+        }
+        Ok(())
+    })?;
     Ok(bodies)
 }
 
@@ -148,7 +153,7 @@ impl Body {
 
 /// Reads `[[point]]`.
 pub fn read_points(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<()> {
-    for (table, span) in file.tables("point")? {
+    let one = |table, span| {
         let section = Section::of(table, span, "point", &[POINT, SPOT], file.source())?;
         let body = section.need_word("body")?;
         let spot = super::parts::Spot {
@@ -157,6 +162,7 @@ pub fn read_points(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read
         };
         parts.add(&section.need_word("name")?, Named::Point(parts.points.len()))?;
         parts.points.push(spot);
-    }
-    Ok(())
+        Ok(())
+    };
+    file.each("point", one).map(drop)
 }

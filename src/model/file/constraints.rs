@@ -33,7 +33,7 @@ pub fn read(
     variables: &[DesignVariable],
 ) -> Read<Vec<Constraint>> {
     let (mut all, mut rows): (Vec<Constraint>, usize) = (vec![], 0);
-    for (table, span) in file.tables("constraint")? {
+    file.each("constraint", |table, span| {
         let section = Section::of(table, span, "constraint", &[KEYS], file.source())?;
         for constraint in one(&section, known, grid, variables)? {
             if all.iter().any(|c| c.name == constraint.name) {
@@ -46,7 +46,8 @@ pub fn read(
             }
             all.push(constraint);
         }
-    }
+        Ok(())
+    })?;
     Ok(all)
 }
 

@@ -31,7 +31,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<At
     ];
     let (mut all, mut elements, mut drives) = (vec![], 0, 0);
     for (family, common, kinds, usual) in families {
-        for (table, span) in file.tables(family)? {
+        file.each(family, |table, span| {
             let kind = Section::kind(&table, family, usual, kinds.iter().map(|k| (k.name, k)))?;
             let section = Section::of(table, span, family, &[common, kind.attach.keys(), kind.keys], file.source())?;
             let named = if kind.element == Element::Prescribed {
@@ -42,8 +42,8 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<At
                 Named::Element(elements - 1, kind.measures)
             };
             all.push(attached(kind, &section, names, parts)?);
-            parts.add(&section.need_word("name")?, named)?;
-        }
+            parts.add(&section.need_word("name")?, named)
+        })?;
     }
     Ok(all)
 }

@@ -47,6 +47,14 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<Plan>> {
     }
 }
 
+impl Plan {
+    /// Coordinates of bodies and beam nodes, at most.
+    pub fn coordinates(&self) -> usize {
+        let nodes: usize = self.beams.iter().map(|beam| beam.elements + 1).sum();
+        3 * (self.bodies.len() + nodes)
+    }
+}
+
 impl Blueprint {
     pub fn new(plan: &Arc<Plan>, outputs: &Arc<Vec<Output>>) -> Self {
         Self { plan: plan.clone(), outputs: outputs.clone() }

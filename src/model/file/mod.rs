@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `key` | the keys that a section has: one declaration for reader, documentation and schema |
 //! | `section` | a table while it is read: known keys, typed values, places |
+//! | `log` | mistakes, of which several are shown at once, and where parts stand |
+//! | `origin` | the file, to say where what fails in an analysis stands |
 //! | `each` | one table that stands for several |
 //! | `naming` | design variables, constants, named expressions |
 //! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
@@ -22,12 +24,14 @@ mod element_kinds;
 mod elements;
 mod feedback;
 mod key;
+mod log;
 mod measures;
 mod mechanism;
 mod method;
 mod motion;
 mod naming;
 mod objective;
+mod origin;
 mod outputs;
 mod parts;
 mod quantity;
@@ -43,8 +47,10 @@ use crate::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBui
 use crate::sao::Method;
 use crate::scalar::Scalar;
 use key::{default, optional, required};
+use log::{Log, Source};
 use mechanism::{Blueprint, Plan};
 use objective::Objective;
+use origin::Origin;
 use outputs::Output;
 use section::{Read, Section};
 use std::sync::Arc;
@@ -98,49 +104,76 @@ pub struct Model {
     constraints: Vec<Constraint>,
     method: Method,
     fingerprint: u64,
+    origin: Origin,
 }
 
 /// Reads a model; `file` is its name in messages.
 ///
-/// **Errors.** The first mistake, with the place of it.
+/// **Errors.** The first mistakes, with their places; those that follow from others are left out.
 pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<Fault>> {
-    let fault = |complaint| Box::new(Fault { file: file.to_owned(), text: text.to_owned(), complaint });
-    model(file, text).map_err(fault)
+    let log = Log::default();
+    let model = log.keep(model(file, Source { text, log: &log }));
+    let (mut mistakes, places) = log.into_parts();
+    let origin = Origin { file: file.to_owned(), text: text.to_owned(), places };
+    match model {
+        Some(model) if mistakes.is_empty() => Ok(Model { origin, ..model }),
+        _ => {
+            let others = mistakes.split_off(1);
+            let complaint = mistakes.remove(0);
+            Err(Box::new(Fault { file: origin.file, text: origin.text, complaint, others }))
+        }
+    }
 }
 
-fn model(file: &str, text: &str) -> Read<Model> {
+fn model(file: &str, source: Source<'_>) -> Read<Model> {
+    let text = source.text;
     if text.len() > limits::FILE {
         let message = format!("a file of {} bytes is too long", text.len());
         return Err(Complaint::new(0..0, message).help(format!("at most {} are read", limits::FILE)));
     }
-    let broken = |e: toml::de::Error| Complaint::new(e.span().unwrap_or(0..0), first_line(e.message()));
+    let broken = |e: toml::de::Error| {
+        let complaint = |message: &str| Complaint::new(e.span().unwrap_or(0..0), message);
+        match first_line(e.message()) {
+            deep if deep.contains("recurs") => {
+                complaint("tables and lists are too deep inside each other").help("a model needs three levels")
+            }
+            message => complaint(&message),
+        }
+    };
     let table = DeTable::parse(text).map_err(broken)?.into_inner();
     check_version(&table)?;
-    let section = Section::of(table, 0..text.len(), "the file", &[KEYS], text)?;
+    let section = Section::of(table, 0..text.len(), "the file", &[KEYS], source)?;
+    // A section with a wrong name is as good as missing: whatever it has would be missed below.
+    source.log.stop()?;
     let (mut names, variables) = naming::read(&section)?;
     let plan = mechanism::read(&section, &names)?;
     let grid = time::read(&section, &names)?;
     let series = quantity::series(&section, &names, grid.as_ref())?;
-    let outputs = outputs::read(&section, &names, plan.as_ref().map(|plan| &plan.parts), &variables)?;
+    let outputs = outputs::read(&section, &names, plan.as_ref().map(|plan| &plan.parts), &variables, grid.as_ref())?;
     let bound = objective::read_bound(&section, &mut names)?;
     let all: Vec<DesignVariable> = variables.iter().chain(&bound).cloned().collect();
     naming::some(&all, &section)?;
     check_times(&section, &outputs, grid.as_ref())?;
     let outputs = extended(outputs, &variables, &bound);
     let known = quantity::Known { names: &names, outputs: &outputs, series: &series };
-    let objective = objective::read(&section, &known, grid.as_ref(), &all, bound)?;
+    let objective = source.log.keep(objective::read(&section, &known, grid.as_ref(), &all, bound));
     let constraints = constraints::read(&section, &known, grid.as_ref(), &all)?;
-    let method = method::read(&section, &names)?;
+    let method = source.log.keep(method::read(&section, &names));
     let plan = match (plan, &grid) {
         (None, _) => None,
-        (Some(plan), Some(grid)) => Some((Arc::new(plan), analysis::read(&section, &names, grid)?)),
+        (Some(plan), Some(grid)) => {
+            let settings = analysis::read(&section, &names, grid, plan.coordinates())?;
+            Some((Arc::new(plan), settings))
+        }
         (Some(_), None) => return Err(section.complain("time", "a mechanism needs time points").help("add [time]")),
     };
     let title = section.text("title")?;
     let title = if title.is_empty() { file.to_owned() } else { title };
     let fingerprint = fingerprint(&section.table);
-    let outputs = Arc::new(outputs);
-    Ok(Model { title, variables, plan, grid, outputs, objective, constraints, method, fingerprint })
+    let (outputs, origin) = (Arc::new(outputs), Origin::default());
+    source.log.stop()?;
+    let (objective, method) = (objective.expect("no mistake was noted"), method.expect("no mistake was noted"));
+    Ok(Model { title, variables, plan, grid, outputs, objective, constraints, method, fingerprint, origin })
 }
 
 /// Intermediate variables for one design variable more, if a peak has added it.
@@ -236,6 +269,12 @@ impl Model {
     /// A number that tells problems apart: of everything in the file but method, title, bounds of design variables and comments.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
+    }
+
+    /// An error of this model's problem as a fault of the file: the part that is to blame, underlined. None if the error names
+    /// no part of the file.
+    pub fn locate(&self, error: &crate::Error) -> Option<Fault> {
+        self.origin.locate(error)
     }
 
     /// The optimization problem.

@@ -2,8 +2,8 @@
 
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, constant, tree, wrong_type};
-use crate::model::Complaint;
 use crate::model::expression::{Names, Wants};
+use crate::model::{Complaint, limits};
 use crate::problem::DesignVariable;
 
 pub const DESIGN: &[Key] = &[
@@ -17,12 +17,20 @@ pub const DESIGN: &[Key] = &[
 pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
     let mut names = Names::default();
     let designs = designs(file)?;
+    let log = file.source().log;
     for (name, design) in &designs {
-        names.check(name, design.span.clone())?;
+        log.place(name, design.span.clone());
+        if log.keep(names.check(name, design.span.clone())).is_none() {
+            log.spoil_all();
+        }
         names.design(name);
     }
     constants(file, &mut names)?;
-    let variables = designs.iter().map(|(name, section)| variable(name, section, &names)).collect::<Read<_>>()?;
+    // A variable that cannot be read is one nevertheless, for those who name it.
+    let read = |(name, section): &(String, Section<'_>)| {
+        log.keep(variable(name, section, &names)).unwrap_or_else(|| DesignVariable::new(name, "", 0.0))
+    };
+    let variables = designs.iter().map(read).collect();
     expressions(file, &mut names)?;
     Ok((names, variables))
 }
@@ -33,12 +41,20 @@ fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
     let Some(table) = value.get_ref().as_table() else {
         return Err(wrong_type(value, "`design`", "tables [design.NAME]"));
     };
+    if table.len() > limits::VARIABLES {
+        let message = format!("{} design variables are too many, at most {} are read", table.len(), limits::VARIABLES);
+        return Err(file.complain("design", message));
+    }
     let mut found = vec![];
     for (word, value) in super::section::ordered(table) {
         let title = format!("design variable `{}`", word.text);
-        let mut section = Section::open(value, &title, &[DESIGN], file.source())?;
-        section.span = word.span;
-        found.push((word.text, section));
+        match file.source().log.keep(Section::open(value, &title, &[DESIGN], file.source())) {
+            Some(mut section) => {
+                section.span = word.span;
+                found.push((word.text, section));
+            }
+            None => file.source().log.spoil(&word.text),
+        }
     }
     Ok(found)
 }
@@ -66,17 +82,29 @@ pub fn extra(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVar
 fn constants(file: &Section<'_>, names: &mut Names) -> Read<()> {
     let trees = named(file, "constants", names)?;
     names.expressions(trees.clone())?;
+    let mut last = Ok(());
     for (name, tree) in &trees {
-        let value = constant(tree, name, names)?;
-        names.settle(name, value);
+        match constant(tree, name, names) {
+            Ok(value) => names.settle(name, value),
+            // Bounds and limits are made of constants: nothing can be said of them without these.
+            Err(mistake) => {
+                last = last.and(Err(mistake)).inspect_err(|m: &Complaint| file.source().log.note(m.clone()))
+            }
+        }
     }
-    Ok(())
+    last
 }
 
 fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {
     let trees = named(file, "expressions", names)?;
     names.expressions(trees.clone())?;
-    trees.iter().try_for_each(|(_, tree)| names.compile(tree, &Wants::MOTION).map(drop))
+    for (name, tree) in &trees {
+        if file.source().log.keep(names.compile(tree, &Wants::MOTION)).is_none() {
+            // The mistake is told once, and not again by those who name it.
+            names.settle(name, 1.0);
+        }
+    }
+    Ok(())
 }
 
 /// The entries of a table of expressions.
@@ -85,8 +113,11 @@ fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, crat
     let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, &format!("`{key}`"), "a table")) };
     let mut found = vec![];
     for (word, value) in super::section::ordered(table) {
-        names.check(&word.text, word.span)?;
-        found.push((word.text.clone(), tree(value, &word.text, file.source())?));
+        let read = names.check(&word.text, word.span).and_then(|()| tree(value, &word.text, file.source()));
+        match file.source().log.keep(read) {
+            Some(tree) => found.push((word.text, tree)),
+            None => file.source().log.spoil(&word.text),
+        }
     }
     Ok(found)
 }

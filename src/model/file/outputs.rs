@@ -5,10 +5,10 @@ use super::measures::{self, Measure, Sensors};
 use super::parts::{Parts, World};
 use super::section::{Read, Section, Word, find, ordered, tree};
 use crate::Result;
-use crate::model::Complaint;
 use crate::model::expression::{Inputs, Names, Program, Wants};
+use crate::model::{Complaint, limits};
 use crate::multibody::{Formula, Term};
-use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates};
+use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use crate::scalar::Scalar;
 use std::cell::RefCell;
 use toml::de::DeValue;
@@ -46,9 +46,11 @@ pub fn read(
     names: &Names,
     parts: Option<&Parts>,
     variables: &[DesignVariable],
+    grid: Option<&TimeGrid>,
 ) -> Read<Vec<Output>> {
     let mut outputs: Vec<Output> = vec![];
-    for (table, span) in file.tables("output")? {
+    let most = limits::VALUES / grid.map_or(1, TimeGrid::len).max(variables.len()).max(1);
+    file.each("output", |table, span| {
         let section = Section::of(table, span, "output", &[KEYS], file.source())?;
         let word = section.need_word("name")?;
         names.check(&word.text, word.span.clone())?;
@@ -57,8 +59,14 @@ pub fn read(
                 Complaint::new(word.span, format!("the name `{}` is taken twice", word.text)).label("second use")
             );
         }
+        if outputs.len() >= most {
+            let message =
+                format!("outputs and time points, or design variables, make more than {} values", limits::VALUES);
+            return Err(section.complain("name", message));
+        }
         outputs.push(output(word.text, &section, names, parts, variables)?);
-    }
+        Ok(())
+    })?;
     Ok(outputs)
 }
 

@@ -1,6 +1,7 @@
 //! Names of the parts of a mechanism, and what refers to them.
 
 use super::key::{Accepts, Key, required};
+use super::log::Source;
 use super::section::{Read, Section, Value, Word, pair, wrong_type};
 use crate::model::Complaint;
 use crate::model::expression::{Inputs, Names, Program, Wants};
@@ -72,12 +73,13 @@ impl Parts {
     /// Adds a name.
     pub fn add(&mut self, word: &Word, named: Named) -> Read<()> {
         crate::model::expression::check_name(&word.text, word.span.clone())?;
-        if self.named.insert(word.text.clone(), named).is_some() {
+        if self.named.contains_key(&word.text) {
             let message = format!("the name `{}` is taken twice", word.text);
             return Err(Complaint::new(word.span.clone(), message)
                 .label("second use")
                 .help("give every part its own name"));
         }
+        self.named.insert(word.text.clone(), named);
         self.order.push(word.text.clone());
         Ok(())
     }
@@ -122,7 +124,7 @@ impl Parts {
         self.spot_of(value, key, names, section.source())
     }
 
-    fn spot_of(&self, value: &Value<'_>, key: &str, names: &Names, source: &str) -> Read<Spot> {
+    fn spot_of(&self, value: &Value<'_>, key: &str, names: &Names, source: Source<'_>) -> Read<Spot> {
         match value.get_ref() {
             DeValue::String(name) => {
                 if let Some(Named::Point(k)) = self.named.get(&**name) {

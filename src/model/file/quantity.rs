@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub struct Series {
     name: String,
     times: Arc<Vec<f64>>,
-    values: Vec<f64>,
+    values: Arc<Vec<f64>>,
 }
 
 impl Series {
@@ -47,7 +47,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
                 format!("the series `{}` has {} values for {} time points", word.text, values.len(), times.len());
             return Err(Complaint::new(value.span(), message));
         }
-        all.push(Series { name: word.text, times: times.clone(), values });
+        all.push(Series { name: word.text, times: times.clone(), values: Arc::new(values) });
     }
     Ok(all)
 }

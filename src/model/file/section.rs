@@ -2,6 +2,7 @@
 
 use super::each::copies;
 use super::key::{Key, Need};
+use super::log::Source;
 use crate::model::expression::{Names, Place, Program, Tree, Wants};
 use crate::model::{Complaint, limits};
 use std::ops::Range;
@@ -30,14 +31,14 @@ pub struct Section<'a> {
     /// What it is, for messages: "joint `A`".
     pub title: String,
     keys: Vec<&'static Key>,
-    source: &'a str,
+    source: Source<'a>,
 }
 
 impl<'a> Section<'a> {
     /// The table `value` whose keys are in `keys`.
     ///
     /// **Errors.** Something that is no table; a key that is not known; a required key that is missing.
-    pub fn open(value: &Value<'a>, title: &str, keys: &[&'static [Key]], source: &'a str) -> Read<Self> {
+    pub fn open(value: &Value<'a>, title: &str, keys: &[&'static [Key]], source: Source<'a>) -> Read<Self> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(wrong_type(value, title, "a table"));
         };
@@ -49,27 +50,40 @@ impl<'a> Section<'a> {
         span: Range<usize>,
         title: &str,
         keys: &[&'static [Key]],
-        source: &'a str,
+        source: Source<'a>,
     ) -> Read<Self> {
         let keys: Vec<&Key> = keys.iter().flat_map(|keys| keys.iter()).collect();
         let title = match table.get("name").and_then(|n| n.get_ref().as_str()) {
             Some(name) if !title.contains('`') => format!("{title} `{name}`"),
             _ => title.to_owned(),
         };
-        for key in table.keys() {
-            if !keys.iter().any(|known| known.name == key.get_ref()) {
-                let known = keys.iter().map(|k| k.name);
-                let unknown = Complaint::unknown(key.span(), "key", key.get_ref(), known);
-                let message = unknown.message.replacen("there is", &format!("{title} has"), 1);
-                return Err(Complaint { message, ..unknown });
-            }
+        if let Some(name) = table.get("name")
+            && let Some(text) = name.get_ref().as_str()
+        {
+            source.log.place(text, name.span());
         }
-        if let Some(missing) = keys.iter().find(|k| k.need == Need::Required && !table.contains_key(k.name)) {
-            let message = format!("{title} lacks `{}`", missing.name);
-            let help = format!("`{}` takes: {} — {}", missing.name, missing.accepts.words(), missing.about);
-            return Err(Complaint::new(heading(&span, source), message).help(help));
+        let section = Self { table, span, title, keys, source };
+        section.check_keys()?;
+        Ok(section)
+    }
+
+    /// Refuses keys that are not known, and then tables in which a key is missing, which may be the one that is misspelt.
+    fn check_keys(&self) -> Read<()> {
+        let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
+        let mut unknown = Ok(());
+        for key in self.table.keys().filter(|key| !is_known(key.get_ref())) {
+            let complaint = Complaint::unknown(key.span(), "key", key.get_ref(), self.keys.iter().map(|k| k.name));
+            let message = complaint.message.replacen("there is", &format!("{} has", self.title), 1);
+            let complaint = Complaint { message, asked: None, ..complaint };
+            self.source.log.note(complaint.clone());
+            unknown = Err(complaint);
         }
-        Ok(Self { table, span, title, keys, source })
+        unknown?;
+        let lacks = |key: &&&Key| key.need == Need::Required && !self.table.contains_key(key.name);
+        let Some(missing) = self.keys.iter().find(lacks) else { return Ok(()) };
+        let message = format!("{} lacks `{}`", self.title, missing.name);
+        let help = format!("`{}` takes: {} — {}", missing.name, missing.accepts.words(), missing.about);
+        Err(Complaint::new(heading(&self.span, self.source), message).help(help))
     }
 
     /// The value of a key, if it is there.
@@ -209,7 +223,11 @@ impl<'a> Section<'a> {
         let mut all = vec![];
         for item in list.iter() {
             let table = item.get_ref().as_table().ok_or_else(|| wrong_type(item, &format!("`{key}`"), "a table"))?;
-            all.extend(copies(table, item.span())?.into_iter().map(|table| (table, item.span())));
+            let Some(tables) = self.source.log.keep(copies(table, item.span())) else {
+                self.source.log.spoil_all();
+                continue;
+            };
+            all.extend(tables.into_iter().map(|table| (table, item.span())));
             if all.len() > limits::PARTS {
                 return Err(Complaint::new(item.span(), format!("more than {} parts under [[{key}]]", limits::PARTS)));
             }
@@ -217,7 +235,28 @@ impl<'a> Section<'a> {
         Ok(all)
     }
 
-    pub fn source(&self) -> &'a str {
+    /// Reads each of the tables `[[key]]`; a mistake in one of them is noted, and the others are read.
+    pub fn each<T>(&self, key: &str, mut read: impl FnMut(DeTable<'a>, Range<usize>) -> Read<T>) -> Read<Vec<T>> {
+        let log = self.source.log;
+        let mut all = vec![];
+        for (table, span) in self.tables(key)? {
+            let name = table.get("name").map(|name| (name.get_ref().as_str().unwrap_or("").to_owned(), name.span()));
+            match (read(table, span), name) {
+                (Ok(item), _) => all.push(item),
+                (Err(mistake), name) => {
+                    match name {
+                        Some((name, span)) if span != mistake.span => log.spoil(&name),
+                        // What it should be called, nobody knows.
+                        _ => log.spoil_all(),
+                    }
+                    log.note(mistake);
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    pub fn source(&self) -> Source<'a> {
         self.source
     }
 
@@ -244,8 +283,8 @@ pub fn ordered<'t, 'a>(table: &'t DeTable<'a>) -> Vec<(Word, &'t Value<'a>)> {
 }
 
 /// The first line of a table.
-fn heading(span: &Range<usize>, source: &str) -> Range<usize> {
-    let line = source.get(span.clone()).and_then(|text| text.find('\n')).unwrap_or(span.len());
+fn heading(span: &Range<usize>, source: Source<'_>) -> Range<usize> {
+    let line = source.text.get(span.clone()).and_then(|text| text.find('\n')).unwrap_or(span.len());
     span.start..span.start + line
 }
 
@@ -258,7 +297,7 @@ pub fn find<T: Copy>(word: &Word, key: &str, choices: &[(&'static str, T)]) -> R
 }
 
 /// A number, or an expression in quotes.
-pub fn tree(value: &Value<'_>, key: &str, source: &str) -> Read<Tree> {
+pub fn tree(value: &Value<'_>, key: &str, source: Source<'_>) -> Read<Tree> {
     let number = match value.get_ref() {
         DeValue::String(text) => return Tree::parse(text, place(value, text, source)),
         DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
@@ -275,9 +314,9 @@ pub fn tree(value: &Value<'_>, key: &str, source: &str) -> Read<Tree> {
 }
 
 /// Where the letters of a text stand.
-pub fn place(value: &Value<'_>, text: &str, source: &str) -> Place {
+pub fn place(value: &Value<'_>, text: &str, source: Source<'_>) -> Place {
     let span = value.span();
-    let quoted = source.get(span.clone()).unwrap_or("");
+    let quoted = source.text.get(span.clone()).unwrap_or("");
     if quoted.len() == text.len() + 2 && &quoted[1..=text.len()] == text {
         Place::From(span.start + 1)
     } else {
@@ -292,7 +331,7 @@ pub fn constant(tree: &Tree, key: &str, names: &Names) -> Read<f64> {
 }
 
 /// A list of two expressions.
-pub fn pair(value: &Value<'_>, key: &str, names: &Names, wants: &Wants, source: &str) -> Read<[Program; 2]> {
+pub fn pair(value: &Value<'_>, key: &str, names: &Names, wants: &Wants, source: Source<'_>) -> Read<[Program; 2]> {
     let two = "two values [x, y]";
     let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), two))?;
     if list.len() != 2 {

@@ -2,6 +2,8 @@
 
 mod comparison;
 mod csv;
+#[cfg(feature = "parquet")]
+mod parquet;
 
 pub use comparison::{Comparison, Printed};
 
@@ -104,6 +106,21 @@ impl Table {
     /// The rows.
     pub fn rows(&self) -> &[Vec<Cell>] {
         &self.rows
+    }
+
+    /// A JSON object for each row; nothing and numbers that are not finite are null.
+    pub fn json_lines(&self) -> Vec<String> {
+        use serde_json::{Map, Value};
+        let value = |cell: &Cell| match cell {
+            Cell::Number(v) => Value::from(*v),
+            Cell::Whole(v) => Value::from(*v),
+            Cell::Text(text) => Value::from(text.as_str()),
+            Cell::Empty => Value::Null,
+        };
+        let object = |row: &Vec<Cell>| -> Map<String, Value> {
+            self.columns.iter().cloned().zip(row.iter().map(value)).collect()
+        };
+        self.rows.iter().map(|row| Value::Object(object(row)).to_string()).collect()
     }
 
     /// Title, names and rows in columns aligned on the right; numbers in five significant digits.

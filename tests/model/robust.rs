@@ -1,0 +1,134 @@
+//! Runs that are killed, folders that are full or cannot be written.
+#![cfg(feature = "cli")]
+
+use crate::shell::{Place, text};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// What a run that was killed must have in common with one that was not: everything but the date.
+const FILES: &[&str] =
+    &["state.json", "history.jsonl", "cycles.csv", "summary.json", "responses.csv", "constraints.csv"];
+
+fn assert_same(place: &Place, one: &str, other: &str) {
+    for name in FILES {
+        assert_eq!(place.read(&format!("{one}/{name}")), place.read(&format!("{other}/{name}")), "{name} of {one}");
+    }
+}
+
+/// A number from 0 to 1 that looks random: multiples of the golden ratio spread evenly.
+fn spread(k: u32) -> f64 {
+    (f64::from(k) * 0.618_033_988_749_895 + 0.37).fract()
+}
+
+#[test]
+fn a_run_that_is_killed_at_any_moment_is_resumed_to_the_same_end() {
+    let place = Place::new("kill");
+    place.example("impact-absorber-formula");
+    let file = "impact-absorber-formula.toml";
+    place.run(&["optimize", file, "--quiet", "--out", "whole"], 0);
+    let begun = Instant::now();
+    place.run(&["optimize", file, "--quiet", "--out", "again"], 0);
+    let whole = begun.elapsed().as_secs_f64();
+    assert_same(&place, "again", "whole");
+    let mut interrupted = 0;
+    for k in 0..50 {
+        let out = format!("cut{k}");
+        // The run itself, then what resumes it, until nobody kills it.
+        for (try_, command) in [["optimize", file, "--quiet", "--out", &out].as_slice(), &["resume", &out, "--quiet"]]
+            .into_iter()
+            .enumerate()
+        {
+            if try_ == 1 && !place.0.join(&out).join("run.json").exists() {
+                break;
+            }
+            let mut child = Command::new(env!("CARGO_BIN_EXE_linkwright"))
+                .args(command)
+                .current_dir(&place.0)
+                .stdout(Stdio::null())
+                .spawn()
+                .unwrap();
+            std::thread::sleep(Duration::from_secs_f64(whole * spread(2 * k + try_ as u32)));
+            drop(child.kill());
+            child.wait().unwrap();
+        }
+        let summary = std::fs::read_to_string(place.0.join(&out).join("summary.json")).unwrap_or_default();
+        interrupted += usize::from(!summary.contains("Converged"));
+        if !place.0.join(&out).join("run.json").exists() {
+            // Killed before anything was written: there is nothing to resume, and nothing in the way.
+            place.run(&["optimize", file, "--quiet", "--out", &out], 0);
+        } else {
+            place.run(&["resume", &out, "--quiet"], 0);
+        }
+        assert_same(&place, &out, "whole");
+    }
+    assert!(interrupted > 5, "only {interrupted} of 50 runs were interrupted");
+}
+
+#[test]
+fn a_history_that_was_cut_in_the_middle_of_a_line_is_mended() {
+    let place = Place::new("torn");
+    place.example("two-bar-truss");
+    place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "whole"], 0);
+    place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "torn"], 0);
+    let whole = place.read("whole/history.jsonl");
+    for keep in [0, 10, whole.len() / 2, whole.len() - 1] {
+        std::fs::write(place.0.join("torn/history.jsonl"), &whole[..keep]).unwrap();
+        place.run(&["resume", "torn", "--quiet"], 0);
+        assert_eq!(place.read("torn/history.jsonl"), whole);
+    }
+}
+
+/// A limit on the size of files is what a full disk is: some writes still fit, one does not any more.
+#[cfg(target_os = "linux")]
+#[test]
+fn on_a_full_disk_earlier_cycles_are_kept_and_the_message_says_what_to_do() {
+    let place = Place::new("full");
+    place.example("cantilever");
+    place.run(&["optimize", "cantilever.toml", "--quiet", "--out", "whole"], 0);
+    // Blocks of 512 or 1024 bytes, as the shell has it; the state grows with the history.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 40; exec {} optimize cantilever.toml --quiet --out cut",
+        env!("CARGO_BIN_EXE_linkwright")
+    );
+    let output = Command::new("sh").args(["-c", &script]).current_dir(&place.0).output().unwrap();
+    let shown = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{shown}");
+    assert!(shown.starts_with("error: cannot write cut/"), "{shown}");
+    assert!(shown.contains("earlier cycles are kept") && shown.contains("`linkwright resume cut`"), "{shown}");
+    assert!(shown.contains("File too large"), "{shown}");
+    let before: usize = place.read("cut/cycles.csv").lines().count();
+    assert!(before > 2, "{before} lines of cycles.csv");
+    assert!(
+        std::fs::read_dir(place.0.join("cut")).unwrap().all(|f| f.unwrap().path().extension() != Some("part".as_ref()))
+    );
+    assert!(place.run(&["runs", "cut"], 0).contains("Interrupted"));
+    place.run(&["resume", "cut", "--quiet"], 0);
+    assert_same(&place, "cut", "whole");
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_named() {
+    let place = Place::new("readonly");
+    place.example("two-bar-truss");
+    std::fs::write(place.0.join("file"), "").unwrap();
+    let shown = place.run(&["optimize", "two-bar-truss.toml", "--out", "file/runs"], 1);
+    assert!(shown.contains("cannot make the folder file/runs"), "{shown}");
+    // Nobody may write here, whoever it is.
+    if cfg!(target_os = "linux") {
+        let shown = place.run(&["optimize", "two-bar-truss.toml", "--out", "/proc/sys"], 1);
+        assert!(shown.contains("cannot write /proc/sys/") && shown.contains("give a folder"), "{shown}");
+    }
+}
+
+#[test]
+fn two_processes_do_not_run_in_one_folder() {
+    let place = Place::new("twice");
+    place.example("two-bar-truss");
+    place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "one"], 0);
+    let lock = std::fs::File::open(place.0.join("one/run.lock")).unwrap();
+    lock.lock().unwrap();
+    assert!(place.run(&["resume", "one"], 1).contains("another process runs in one"));
+    assert!(place.run(&["runs", "."], 0).contains("Running"));
+    lock.unlock().unwrap();
+    place.run(&["resume", "one", "--quiet"], 0);
+}

@@ -1,0 +1,147 @@
+//! Lists of runs, runs beside each other, methods beside each other.
+#![cfg(feature = "cli")]
+
+use crate::shell::{Place, linkwright, text};
+use serde_json::Value;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text.trim()).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+#[test]
+fn runs_are_found_wherever_their_folders_are() {
+    let place = Place::new("runs");
+    assert!(place.run(&["runs"], 1).contains("there is no folder out"));
+    place.example("two-bar-truss");
+    for out in ["out/a", "out/studies/b", "out/c"] {
+        place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", out], 0);
+    }
+    // Moved, deleted, damaged in three ways.
+    std::fs::rename(place.0.join("out/a"), place.0.join("out/moved")).unwrap();
+    std::fs::remove_dir_all(place.0.join("out/c")).unwrap();
+    for (name, file, content) in
+        [("x", "run.json", "{ \"version\""), ("y", "run.json", "\u{0}\u{1}"), ("z", "summary.json", "[1, 2")]
+    {
+        std::fs::create_dir_all(place.0.join("out").join(name)).unwrap();
+        std::fs::copy(place.0.join("out/moved/run.json"), place.0.join(format!("out/{name}/run.json"))).unwrap();
+        std::fs::write(place.0.join(format!("out/{name}/{file}")), content).unwrap();
+    }
+    let shown = place.run(&["runs"], 0);
+    assert!(shown.contains("out/moved") && shown.contains("out/studies/b") && !shown.contains("out/a"), "{shown}");
+    assert!(shown.contains("Note: out/x: out/x/run.json is not readable"), "{shown}");
+    let lines: Vec<Value> = place.run(&["runs", "--json"], 0).lines().map(json).collect();
+    let status = |folder: &str| {
+        lines.iter().find(|run| run["folder"] == format!("out/{folder}")).map(|run| run["status"].clone()).unwrap()
+    };
+    assert_eq!(
+        ["moved", "studies/b", "x", "y", "z"].map(status),
+        ["Converged", "Converged", "Damaged", "Damaged", "Damaged"]
+    );
+    let run = lines.iter().find(|run| run["folder"] == "out/moved").unwrap();
+    assert_eq!((&run["method"], &run["result"]["analyses"]), (&"gcmma".into(), &10.into()));
+    assert!(run["result"]["objective"]["value"].as_f64().unwrap() > 1.5);
+}
+
+#[test]
+fn results_go_where_the_environment_says() {
+    let place = Place::new("environment");
+    place.example("two-bar-truss");
+    let run = |arguments: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_linkwright"));
+        text(&command.args(arguments).env("LINKWRIGHT_OUT", "studies").current_dir(&place.0).output().unwrap().stdout)
+    };
+    run(&["optimize", "two-bar-truss.toml"]);
+    assert!(place.0.join("studies/two-bar-truss/summary.json").exists() && !place.0.join("out").exists());
+    assert!(run(&["runs"]).contains("studies/two-bar-truss"));
+    assert!(run(&["runs", "two-bar-truss", "two-bar-truss"]).contains("All settings are the same."));
+}
+
+#[test]
+fn two_runs_stand_beside_each_other() {
+    let place = Place::new("beside");
+    place.example("two-bar-truss");
+    let good = place.read("two-bar-truss.toml");
+    std::fs::write(place.0.join("mma.toml"), good.replace("preset = \"gcmma\"", "preset = \"mma\"")).unwrap();
+    place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "a"], 0);
+    place.run(&["optimize", "mma.toml", "--quiet", "--out", "b"], 0);
+    let shown = place.run(&["runs", "a", "b"], 0);
+    let row = |start: &str| -> Vec<String> {
+        let found = shown.lines().find(|line| line.trim_start().starts_with(start));
+        found.unwrap_or_else(|| panic!("{start}\n{shown}")).split_whitespace().map(str::to_owned).collect()
+    };
+    assert_eq!(row("method.preset"), ["method.preset", "\"gcmma\"", "\"mma\""]);
+    assert_eq!(row("analyses")[1], "10");
+    let comparison = json(&place.run(&["runs", "a", "b", "--json"], 0));
+    assert_eq!((&comparison["one_problem"], &comparison["version"]), (&true.into(), &1.into()));
+    let objective = comparison["quantities"].as_array().unwrap().iter().find(|q| q["name"] == "objective").unwrap();
+    let [a, b] = [0, 1].map(|k| objective["values"][k].as_f64().unwrap());
+    assert!((a - b).abs() < 1e-3 && a != b, "{a} {b}");
+    assert!(place.run(&["runs", "a", "nowhere"], 1).contains("nowhere has no run in it"));
+}
+
+#[test]
+fn methods_stand_beside_each_other_on_a_model_file() {
+    let place = Place::new("methods");
+    place.example("two-bar-truss");
+    let shown = place.run(&["compare", "two-bar-truss.toml", "--methods", "paper,mma,gcmma", "--out", "here"], 0);
+    assert!(shown.contains("(the file's)") && shown.matches("Converged").count() >= 3, "{shown}");
+    let table = place.read("here/two-bar-truss.csv");
+    let line = |name: &str| table.lines().find(|line| line.starts_with(name)).unwrap().split_once(',').unwrap().1;
+    assert_eq!((line("(the file's)"), table.lines().count()), (line("gcmma"), 5));
+    let shown = place.run(&["compare", "two-bar-truss.toml", "--methods", "gcmma", "--json", "--out", "here"], 0);
+    let rows: Vec<Value> = shown.lines().map(json).collect();
+    assert_eq!((rows.len(), &rows[1]["analyses"]), (2, &10.into()));
+    assert!((rows[0]["objective"].as_f64().unwrap() - 1.50865).abs() < 1e-4);
+}
+
+#[test]
+fn every_command_shows_examples_and_exit_codes_and_shells_complete_them() {
+    let place = Place::new("help");
+    let listed = place.run(&["--help"], 0);
+    let commands = listed.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
+    let names: Vec<&str> = commands.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(names.len() >= 12, "{names:?}");
+    for name in names.iter().filter(|name| **name != "help") {
+        let help = place.run(&[name, "--help"], 0);
+        assert!(help.contains(&format!("Examples:\n  linkwright {name}")) && help.contains("Exit codes: 0"), "{help}");
+    }
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = place.run(&["completion", shell], 0);
+        assert!(names.iter().all(|name| script.contains(name)) && script.contains("methods"), "{shell}");
+    }
+    assert_eq!(linkwright(&["completion", "cmd"], &place.0).status.code(), Some(2));
+    // A shell that is there is asked whether the script is sound.
+    if let Ok(bash) = std::process::Command::new("bash").arg("--version").output()
+        && bash.status.success()
+    {
+        std::fs::write(place.0.join("script"), place.run(&["completion", "bash"], 0)).unwrap();
+        let command = "source ./script; COMP_WORDS=(linkwright opt); COMP_CWORD=1; _linkwright linkwright opt linkwright; \
+                       echo \"${COMPREPLY[@]}\"";
+        let output = std::process::Command::new("bash").args(["-c", command]).current_dir(&place.0).output().unwrap();
+        assert_eq!(text(&output.stdout).trim(), "optimize", "{}", text(&output.stderr));
+    }
+}
+
+/// A terminal has a line on the time below the table, which each row replaces; a pipe has plain lines.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_shows_the_time_that_is_left() {
+    let place = Place::new("terminal");
+    place.example("slider-crank");
+    let plain = place.run(&["optimize", "slider-crank.toml", "--out", "plain"], 0);
+    assert!(!plain.contains('\u{1b}') && !plain.contains("elapsed"), "{plain}");
+    let command = format!("{} optimize slider-crank.toml --out drawn", env!("CARGO_BIN_EXE_linkwright"));
+    let drawn =
+        std::process::Command::new("script").args(["-qec", &command, "/dev/null"]).current_dir(&place.0).output();
+    // Not every system can play a terminal.
+    let Ok(drawn) = drawn else { return };
+    let drawn = text(&drawn.stdout).replace("\r\n", "\n");
+    assert!(drawn.contains(" elapsed, about ") && drawn.contains(" left, at most "), "{drawn}");
+    // What stays on the screen: of each line what is written after it was last cleared.
+    let shown =
+        |line: &str| line.rsplit("\u{1b}[K").next().unwrap().replace("\u{1b}[?7l", "").replace("\u{1b}[?7h", "");
+    let screen: Vec<String> = drawn.lines().map(shown).collect();
+    let expected: Vec<&str> = plain.lines().collect();
+    let table = expected.iter().position(|line| line.is_empty()).unwrap();
+    assert_eq!(screen[..table], expected[..table]);
+}
