@@ -21,6 +21,7 @@ use std::process::ExitCode;
     after_help = "Examples:
   linkwright new lift                 a commented model file
   linkwright optimize lift.toml       optimize it
+  linkwright report out/lift          look at it in a browser
   linkwright resume out/lift          go on where it was stopped
 
 Exit codes: 0 done, 1 an error, 2 wrong arguments, 3 an optimization that ended without a solution."
@@ -38,6 +39,8 @@ enum Command {
     Optimize(model::Optimize),
     /// Continue an optimization from its folder.
     Resume(model::Resume),
+    /// Write the report of a run: one page for a browser, and its figures.
+    Report(model::Report),
     /// Analyse one design of a model file.
     Analyze(model::Analyze),
     /// Differentiate one design of a model file.
@@ -61,6 +64,7 @@ pub fn main() -> ExitCode {
         Command::Check(command) => command.run().map(done),
         Command::Optimize(command) => command.run(),
         Command::Resume(command) => command.run(),
+        Command::Report(command) => command.run().map(done),
         Command::Analyze(command) => command.run().map(done),
         Command::Sensitivities(command) => command.run().map(done),
         Command::Schema(command) => command.run().map(done),

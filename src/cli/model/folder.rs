@@ -8,6 +8,7 @@
 //! | `cycles.csv` | the history, written whole after every cycle |
 //! | `responses.csv`, `constraints.csv` | histories of the last accepted design |
 //! | `summary.json` | the result, at the end |
+//! | `report.html`, `figures/` | what `report` makes of the others |
 //!
 //! Every file appears whole or not at all: it is written beside its place and then moved there. A kill at any moment
 //! leaves the cycle before.
@@ -91,8 +92,16 @@ impl Folder {
         Ok((Self { path: path.to_owned(), run }, model, text))
     }
 
-    /// The last state of the run, or none if not even the start design was analysed. Bounds may have changed since.
+    /// The last state of the run for going on with it, as [`Folder::stored`]; notes that the model was edited, if it was.
     pub fn resume(&mut self, problem: &Problem, text: &str) -> anyhow::Result<Option<State>> {
+        let Some(state) = self.stored(problem)? else { return Ok(None) };
+        problem.check_design(&state.design).context("the bounds exclude the last accepted design")?;
+        self.note(&state, text)?;
+        Ok(Some(state))
+    }
+
+    /// The last state of the run, or none if not even the start design was analysed. Bounds may have changed since.
+    pub fn stored(&self, problem: &Problem) -> anyhow::Result<Option<State>> {
         if !self.state().exists() {
             return Ok(None);
         }
@@ -103,10 +112,7 @@ impl Folder {
         // The model's own fingerprint has been compared; that of the problem has the bounds in it.
         stored["fingerprint"] = problem.fingerprint().into();
         stored["problem"] = problem.name.clone().into();
-        let state = State::from_json(&stored.to_string(), problem)?;
-        problem.check_design(&state.design).context("the bounds exclude the last accepted design")?;
-        self.note(&state, text)?;
-        Ok(Some(state))
+        Ok(Some(State::from_json(&stored.to_string(), problem)?))
     }
 
     /// Notes that the model was edited, if it was.
@@ -118,6 +124,11 @@ impl Folder {
         self.run.edits.push(Edit { after_tries: state.history.len() - 1, lines: new.collect() });
         self.run.model = text.to_owned();
         self.write("run.json", &serde_json::to_string_pretty(&self.run)?)
+    }
+
+    /// The version of the program that began the run.
+    pub fn program(&self) -> &str {
+        &self.run.program
     }
 
     /// When the model was edited.
@@ -144,7 +155,7 @@ impl Folder {
     }
 
     /// Writes a file whole or not at all.
-    fn write(&self, name: &str, text: &str) -> anyhow::Result<()> {
+    pub fn write(&self, name: &str, text: &str) -> anyhow::Result<()> {
         let (place, beside) = (self.path.join(name), self.path.join(format!("{name}.part")));
         let written = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, &place));
         written.with_context(|| format!("cannot write {}; earlier cycles are kept", place.display()))

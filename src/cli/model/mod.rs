@@ -7,17 +7,20 @@
 //! | `starter` | `new`, `schema` |
 //! | `folder` | the results of a run in a folder, safe against a kill at any moment |
 //! | `progress` | the table of cycles while it grows, as text or JSON lines |
+//! | `report` | `report`: a run as a page |
 //! | `tables` | cycles, histories and derivatives as tables |
 
 mod analyze;
 mod folder;
 mod optimize;
 mod progress;
+mod report;
 mod starter;
 mod tables;
 
 pub use analyze::{Analyze, Sensitivities};
 pub use optimize::{Optimize, Resume};
+pub use report::Report;
 pub use starter::{New, Schema};
 
 use crate::model::{Model, read};

@@ -25,6 +25,9 @@ pub struct Optimize {
     /// Folder for the results [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write the report at the end
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     shown: Shown,
 }
@@ -66,7 +69,12 @@ impl Optimize {
         progress.head()?;
         folder.save(&problem, &begun)?;
         progress.cycle(&begun)?;
-        run(&model, &problem, &folder, begun, &progress)?.exit(show, &out)
+        let code = run(&model, &problem, &folder, begun, &progress)?.exit(show, &out)?;
+        if self.report {
+            let page = super::report::write_report(&out, None, true)?;
+            return show.note(&format!("The report is {}", page.display())).map(|()| code);
+        }
+        show.note(&format!("Next: linkwright report {}", out.display())).map(|()| code)
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod comparison;
 mod csv;
+mod html;
 
 pub use comparison::{Comparison, Printed};
 
