@@ -14,26 +14,26 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// A fresh folder that is removed at the end.
-struct Place(PathBuf);
+pub struct Place(pub PathBuf);
 
 impl Place {
-    fn new(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("linkwright-{name}-{}", std::process::id()));
         drop(std::fs::remove_dir_all(&path));
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }
 
-    fn example(&self, name: &str) {
+    pub fn example(&self, name: &str) {
         let from = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         std::fs::copy(from, self.0.join(format!("{name}.toml"))).unwrap();
     }
 
-    fn read(&self, name: &str) -> String {
+    pub fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.0.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    fn run(&self, arguments: &[&str], code: i32) -> String {
+    pub fn run(&self, arguments: &[&str], code: i32) -> String {
         let output = linkwright(arguments, &self.0);
         let all = text(&output.stdout) + &text(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{all}");
@@ -207,7 +207,7 @@ fn the_tutorial_does_what_it_says() {
             None => assert!(shown.contains(line), "`{line}` is not in\n{shown}"),
         }
     }
-    assert_eq!(commands, 7);
+    assert_eq!(commands, 8);
     // The misspelt name of the tutorial.
     let good = place.read("lift.toml");
     std::fs::write(

@@ -100,18 +100,16 @@ fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<Section>, O
     if *first != state.design {
         designs.push(("last design", &state.design));
     }
-    let mut scenes = vec![];
-    for (title, design) in designs {
-        let frames = match model.drawings(design, &times) {
-            Ok(Some(frames)) => frames,
-            Ok(None) => return Ok((None, None)),
-            Err(error) => {
-                let text = format!("The motion of the {title} cannot be shown: {error}.");
-                return Ok((Some(Section::new("mechanism", "Mechanism").paragraph(text)), None));
-            }
-        };
-        scenes.push(Scene { title: title.to_owned(), frames, traces: vec![] });
-    }
+    let drawn = match model.drawings(&designs.iter().map(|(_, b)| b.as_slice()).collect::<Vec<_>>(), &times) {
+        Ok(Some(drawn)) => drawn,
+        Ok(None) => return Ok((None, None)),
+        Err(error) => {
+            let text = format!("The motion cannot be shown: {error}.");
+            return Ok((Some(Section::new("mechanism", "Mechanism").paragraph(text)), None));
+        }
+    };
+    let titles = designs.iter().map(|(title, _)| (*title).to_owned());
+    let scenes = titles.zip(drawn).map(|(title, frames)| Scene { title, frames, traces: vec![] }).collect();
     let real = times[times.len() - 1] - times[0];
     let shown = if grid.unit == "s" { real.clamp(3.0, 10.0) } else { 5.0 };
     let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];

@@ -39,18 +39,24 @@ impl Model {
         Some(points.iter().copied().step_by(points.len().div_ceil(MOST)).collect())
     }
 
-    /// The mechanism of a design at the given times; none without a mechanism.
+    /// The mechanism of each design at the given times; none without a mechanism.
     ///
     /// A body is drawn as a bar or a plate through its joints and points, a point mass as a disc, a body of one coordinate as
     /// a block on a guide, a beam as a line through its nodes.
     ///
     /// **Errors.** As the analysis.
-    pub fn drawings(&self, design: &[f64], times: &[f64]) -> Result<Option<Vec<Linkage>>> {
+    pub fn drawings(&self, designs: &[&[f64]], times: &[f64]) -> Result<Option<Vec<Vec<Linkage>>>> {
         let Some((plan, settings)) = &self.plan else { return Ok(None) };
-        let sketch = Sketch::new(plan, design);
-        let outputs = Arc::new(sketch.outputs());
-        let responses = settings.analyze(Blueprint::new(plan, &outputs), times, design)?;
-        Ok(Some(sketch.frames(&responses.values, times.len())))
+        let sketches: Vec<Sketch<'_>> = designs.iter().map(|design| Sketch::new(plan, design)).collect();
+        let mut motions = vec![];
+        for sketch in &sketches {
+            let outputs = Arc::new(sketch.outputs());
+            let responses = settings.analyze(Blueprint::new(plan, &outputs), times, sketch.design)?;
+            motions.push(sketch.instants(&responses.values, times.len()));
+        }
+        // Guides are the same in all pictures.
+        let track = Track::of(&motions);
+        Ok(Some(motions.iter().map(|motion| motion.iter().map(|instant| instant.draw(&track)).collect()).collect()))
     }
 }
 
@@ -88,16 +94,14 @@ impl<'p> Sketch<'p> {
         measures.enumerate().map(|(k, measure)| Output::of_measure(format!("place {k}"), measure)).collect()
     }
 
-    fn frames(&self, values: &[Vec<f64>], count: usize) -> Vec<Linkage> {
+    fn instants(&self, values: &[Vec<f64>], count: usize) -> Vec<Instant<'_>> {
         let n = self.frames.len();
         let instant = |p: usize| Instant {
             sketch: self,
             poses: (0..n).map(|k| [0, 1, 2].map(|i| values[3 * k + i][p])).collect(),
             slides: values[3 * n..].iter().map(|v| v[p]).collect(),
         };
-        let instants: Vec<Instant<'_>> = (0..count).map(instant).collect();
-        let track = Track::of(&instants);
-        instants.iter().map(|instant| instant.draw(&track)).collect()
+        (0..count).map(instant).collect()
     }
 
     fn local(&self, spot: &Spot) -> [f64; 2] {
@@ -127,7 +131,7 @@ impl<'p> Sketch<'p> {
     }
 }
 
-/// How far sliding points and slides go in the whole motion.
+/// How far sliding points and slides go in all motions.
 struct Track {
     guides: Vec<[f64; 2]>,
     slides: [f64; 2],
@@ -136,17 +140,17 @@ struct Track {
 }
 
 impl Track {
-    fn of(instants: &[Instant<'_>]) -> Self {
+    fn of(motions: &[Vec<Instant<'_>>]) -> Self {
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
         let widened = |[low, high]: [f64; 2], by: f64| {
             let margin = (by * (high - low)).max(0.02 * low.abs().max(high.abs())).max(1e-3);
             [low - margin, high + margin]
         };
         let grown = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
-        let count = instants.first().map_or(0, |i| i.sketch.sliding().count());
+        let count = motions.iter().flatten().next().map_or(0, |i| i.sketch.sliding().count());
         let mut guides = vec![NOTHING; count];
         let (mut slides, mut floor) = (NOTHING, 0.0f64);
-        for instant in instants {
+        for instant in motions.iter().flatten() {
             for (guide, place) in guides.iter_mut().zip(instant.along_guides()) {
                 *guide = grown(*guide, place);
             }

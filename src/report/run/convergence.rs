@@ -46,13 +46,12 @@ impl Run<'_> {
         let objective = of(|c| c.objective);
         let (e_f, e_g) = (of(|c| c.objective_error_pct), of(|c| c.constraint_error_pct));
         let (violation, step) = (of(|c| c.violation_pct.max(0.0)), of(|c| c.max_variable_change_pct));
-        let range = objective.iter().fold([f64::INFINITY, 0.0f64], |[l, h], v| [l.min(*v), h.max(*v)]);
         let figure = picture::convergence(&Convergence {
             cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
             accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
             objective: Quantity::new(literal(&self.problem.objective_name), literal(&self.problem.objective_unit)),
             objective_values: &objective,
-            objective_logarithmic: range[0] > 0.0 && range[1] > 30.0 * range[0],
+            objective_logarithmic: self.spans_decades(),
             measures: &[
                 Measure { name: "*E*_f", values: &e_f },
                 Measure { name: "*E*_g", values: &e_g },
@@ -62,6 +61,14 @@ impl Run<'_> {
             measure: Quantity::new("errors, violation, step", "%"),
         })?;
         Ok(figure.sized(100.0, 105.0))
+    }
+
+    /// Whether the objective is better seen on a logarithmic scale.
+    pub(super) fn spans_decades(&self) -> bool {
+        let values =
+            self.state.history.iter().flat_map(|c| [Some(c.objective), c.prediction.as_ref().map(|p| p.objective)]);
+        let [low, high] = values.flatten().fold([f64::INFINITY, 0.0f64], |[l, h], v| [l.min(v), h.max(v)]);
+        low > 0.0 && high > 30.0 * low
     }
 
     fn factors(&self) -> Figure {
@@ -106,7 +113,7 @@ impl Run<'_> {
         panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLUE, 1.0)));
         panel.add(Mark::points(of(true), Marker::Disc, Colour::BLUE, 3.4));
         panel.add(Mark::points(of(false), Marker::Cross, Colour::VERMILLION, 4.6));
-        Figure::new(format!("{} over the cycles", literal(&variable.name)), 85.0, 48.0).with(panel)
+        Figure::new(format!("{} over the cycles", literal(&variable.name)), 100.0, 54.0).with(panel)
     }
 
     pub(super) fn cycle_axis(&self) -> Axis {

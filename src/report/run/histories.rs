@@ -9,6 +9,7 @@ use crate::report::picture::{History, TimeHistory, time_history};
 
 /// Most constrained histories, and most others.
 const MOST: usize = 12;
+const OTHERS: usize = 6;
 
 impl Run<'_> {
     pub(super) fn histories(&self) -> Result<Section> {
@@ -23,7 +24,10 @@ impl Run<'_> {
             let grid = self.problem.responses[*h].grid;
             grid.is_some_and(|g| self.problem.grids[g].len() > 1) && !shown.contains(h)
         };
-        let others: Vec<usize> = (0..self.problem.responses.len()).filter(is_other).collect();
+        let enters = |h: &usize| self.problem.constraints.iter().any(|c| c.quantity.responses().contains(h));
+        let mut others: Vec<usize> = (0..self.problem.responses.len()).filter(is_other).collect();
+        // What enters no constraint is seen nowhere else.
+        others.sort_by_key(enters);
         let mut section = Section::new("histories", "Histories over time");
         if order.is_empty() && others.is_empty() {
             return Ok(section);
@@ -40,12 +44,13 @@ impl Run<'_> {
                 self.of_watched(&watched[k])?,
             );
         }
-        let behind = others.len().saturating_sub(MOST);
-        for h in others.into_iter().take(MOST) {
+        let behind = others.len().saturating_sub(OTHERS);
+        for h in others.into_iter().take(OTHERS) {
             let name = &self.problem.responses[h].name;
+            let role = if enters(&h) { "which enters constraints" } else { "not constrained" };
             section = section.figure(
                 format!("response-{}-{}", h + 1, stem(name)),
-                format!("{name}, not constrained itself."),
+                format!("{name}, {role}."),
                 self.of_response(h)?,
             );
         }
@@ -69,6 +74,7 @@ impl Run<'_> {
             kept: &w.kept,
             active: &w.active,
         })
+        .map(|figure| figure.sized(100.0, 70.0))
     }
 
     fn of_response(&self, h: usize) -> Result<crate::report::figure::Figure> {
@@ -83,6 +89,7 @@ impl Run<'_> {
             kept: &[],
             active: &[],
         })
+        .map(|figure| figure.sized(100.0, 70.0))
     }
 
     fn time(&self, grid: usize) -> Quantity {

@@ -7,11 +7,12 @@
 //! | `histories` | responses and constraints over time with their bounds, kept and active points |
 //! | `watched` | what is constrained, in its own unit, from normalised constraints |
 //! | `truth` | what approximate problems promised beside what analyses found |
-//! | `plane` | a slice of the design space with the path of the designs |
+//! | `plane`, `line` | a slice of the design space with the path of the designs |
 //! | `optimality` | residuals of the optimality conditions, multipliers |
 
 mod convergence;
 mod histories;
+mod line;
 mod optimality;
 mod overview;
 mod plane;

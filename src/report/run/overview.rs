@@ -66,19 +66,20 @@ impl Run<'_> {
 
     /// Design variables from first to last.
     pub(super) fn design(&self) -> Result<Section> {
-        let columns = ["variable", "unit", "lower bound", "first", "last", "upper bound", "change in %", "remark"];
+        let columns = ["variable", "unit", "first", "last", "change in %", "lower bound", "upper bound", "remark"];
         let mut table = Table::new("Design variables", columns);
         let bound = |b: f64| if b.is_finite() { Cell::from(b) } else { Cell::Empty };
+        let peak = super::plane::peak(self.problem).map(|(k, _)| &self.problem.variables[k].name);
         for ((variable, &from), &to) in self.problem.variables.iter().zip(self.start()).zip(&self.state.design) {
             table.push([
                 variable.name.as_str().into(),
                 variable.unit.as_str().into(),
-                bound(variable.lower),
                 from.into(),
                 to.into(),
-                bound(variable.upper),
                 change(from, to).map_or(Cell::Empty, Cell::from),
-                remark(variable, to, &self.problem.objective_name).into(),
+                bound(variable.lower),
+                bound(variable.upper),
+                remark(variable, to, peak == Some(&variable.name)).into(),
             ])?;
         }
         let (n, m) = (self.problem.n(), self.problem.constraints.len());
@@ -115,7 +116,7 @@ impl Run<'_> {
         for (j, constraint) in self.problem.constraints.iter().enumerate() {
             let (row, last) = self.worst(&self.state.evaluation, j);
             let (_, first) = self.worst(&self.first.1, j);
-            let violation = 100.0 * self.state.evaluation.violation(j, last);
+            let violation = settled(100.0 * self.state.evaluation.violation(j, last));
             let quantity = &constraint.quantity;
             let at = if quantity.is_transient() {
                 self.problem.time_in_words(quantity.grid(), row.point)
@@ -146,6 +147,11 @@ impl Run<'_> {
     }
 }
 
+/// Zero where rounding decides.
+fn settled(violation: f64) -> f64 {
+    if violation.abs() < 1e-9 { 0.0 } else { violation }
+}
+
 fn standing(violation: f64) -> &'static str {
     match violation {
         v if v > SATISFIED => "violated",
@@ -154,13 +160,13 @@ fn standing(violation: f64) -> &'static str {
     }
 }
 
-fn remark(variable: &DesignVariable, value: f64, objective: &str) -> &'static str {
+fn remark(variable: &DesignVariable, value: f64, is_peak: bool) -> &'static str {
     let near =
         |bound: f64| bound.is_finite() && (value - bound).abs() <= 1e-6 * value.abs().max(bound.abs()).max(1e-12);
     match () {
         () if near(variable.lower) => "at its lower bound",
         () if near(variable.upper) => "at its upper bound",
-        () if variable.name == objective => "bounds the peak",
+        () if is_peak => "bounds the peak",
         () => "",
     }
 }
@@ -170,5 +176,5 @@ fn plural(count: usize) -> &'static str {
 }
 
 fn percent(change: f64) -> String {
-    format!("{}{} %", if change > 0.0 { "+" } else { "" }, number((change * 100.0).round() / 100.0))
+    format!("{}{}\u{a0}%", if change > 0.0 { "+" } else { "" }, number((change * 100.0).round() / 100.0))
 }

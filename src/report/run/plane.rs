@@ -1,6 +1,7 @@
 //! A slice of the design space through the last design, with the path of the designs.
 
 use super::Run;
+use super::line::Line;
 use crate::Result;
 use crate::problem::{Evaluation, Problem};
 use crate::report::figure::{Grid, Quantity, literal};
@@ -12,8 +13,15 @@ use rayon::prelude::*;
 /// Most constraints with a line of their own.
 const MOST: usize = 3;
 
-/// Objective and constraints over the plane of two design variables, by analyses on a grid; the others as in the last design.
-pub struct Slice {
+/// Objective and constraints over two design variables, or along one, by analyses; the others are as in the last design.
+pub struct Slice(Kind);
+
+enum Kind {
+    Plane(Plane),
+    Line(Line),
+}
+
+struct Plane {
     variables: [usize; 2],
     count: usize,
     failed: usize,
@@ -25,7 +33,7 @@ pub struct Slice {
 }
 
 /// The variable that bounds a peak, and the constraint below which it does.
-fn peak(problem: &Problem) -> Option<(usize, usize)> {
+pub(super) fn peak(problem: &Problem) -> Option<(usize, usize)> {
     let name = &problem.objective_name;
     let variable = problem.variables.iter().position(|v| v.name == *name)?;
     let upper = problem.constraints.iter().position(|c| c.name == format!("{name} upper"))?;
@@ -51,21 +59,31 @@ fn range(state: &State, k: usize) -> [f64; 2] {
 }
 
 impl Slice {
-    /// Analyses `count` × `count` designs in the plane of the two variables that change most; none where there are no two
-    /// variables, or `count` is less than 2. Designs that cannot be analysed are left out.
+    /// Analyses `count` × `count` designs in the plane of the two variables that change most, or as many along the only one;
+    /// none where `count` is less than 2. Designs that cannot be analysed are left out.
     ///
     /// **Errors.** Not one of the designs can be analysed.
     pub fn sample(problem: &Problem, state: &State, count: usize) -> Result<Option<Self>> {
         let peak = peak(problem);
-        let order = changes(problem, state).into_iter().filter(|k| peak.is_none_or(|(bound, _)| bound != *k));
-        let [Some(i), Some(j)] = first_two(order) else { return Ok(None) };
-        if count < 2 {
-            return Ok(None);
+        let bound = peak.map(|(bound, _)| bound);
+        let is_free = |k: &usize| problem.variables[*k].lower < problem.variables[*k].upper;
+        let mut order = changes(problem, state).into_iter().filter(is_free).filter(|k| bound != Some(*k));
+        match (order.next(), order.next()) {
+            _ if count < 2 => Ok(None),
+            (Some(i), Some(j)) => Ok(Some(Self(Kind::Plane(Plane::sample(problem, state, [i, j], count)?)))),
+            (Some(k), None) => Ok(Some(Self(Kind::Line(Line::sample(problem, state, k, count * count))))),
+            (None, _) => Ok(None),
         }
+    }
+}
+
+impl Plane {
+    fn sample(problem: &Problem, state: &State, [i, j]: [usize; 2], count: usize) -> Result<Self> {
+        let peak = peak(problem);
         let [x, y] = [i, j].map(|k| axis(window(problem, state, k), count));
         let places: Vec<[f64; 2]> = y.iter().flat_map(|y| x.iter().map(|x| [*x, *y])).collect();
         let evaluated: Vec<Option<Evaluation>> =
-            places.par_iter().map(|at| evaluate(problem, state, [i, j], *at)).collect();
+            places.par_iter().map(|at| evaluate(problem, state, &[i, j], at)).collect();
         let failed = evaluated.iter().filter(|e| e.is_none()).count();
         let grid = |of: &dyn Fn(&Evaluation) -> f64| {
             let values: Vec<f64> = evaluated.iter().map(|e| e.as_ref().map_or(f64::NAN, of)).collect();
@@ -85,35 +103,32 @@ impl Slice {
             }
         }
         let bounds = named(problem, state, kept)?;
-        Ok(Some(Self { variables: [i, j], count, failed, objective, is_peak: peak.is_some(), bounds }))
+        Ok(Self { variables: [i, j], count, failed, objective, is_peak: peak.is_some(), bounds })
     }
 }
 
-fn first_two(mut order: impl Iterator<Item = usize>) -> [Option<usize>; 2] {
-    [order.next(), order.next()]
-}
-
 /// Where the path of a variable was, with room around it, within its bounds.
-fn window(problem: &Problem, state: &State, k: usize) -> [f64; 2] {
+pub(super) fn window(problem: &Problem, state: &State, k: usize) -> [f64; 2] {
     let ([low, high], variable) = (range(state, k), &problem.variables[k]);
     let margin = (0.25 * (high - low)).max(0.02 * problem.scales()[k]);
     let [from, to] = [(low - margin).max(variable.lower), (high + margin).min(variable.upper)];
     if from < to { [from, to] } else { [low - margin, high + margin] }
 }
 
-fn axis([from, to]: [f64; 2], count: usize) -> Vec<f64> {
+pub(super) fn axis([from, to]: [f64; 2], count: usize) -> Vec<f64> {
     (0..count).map(|k| from + (to - from) * k as f64 / (count - 1) as f64).collect()
 }
 
-fn evaluate(problem: &Problem, state: &State, [i, j]: [usize; 2], [x, y]: [f64; 2]) -> Option<Evaluation> {
+/// The last design with other values of some variables; none where it cannot be analysed.
+pub(super) fn evaluate(problem: &Problem, state: &State, variables: &[usize], values: &[f64]) -> Option<Evaluation> {
     let mut design = state.design.clone();
-    (design[i], design[j]) = (x, y);
+    variables.iter().zip(values).for_each(|(k, value)| design[*k] = *value);
     let responses = problem.analyze(&design).ok()?;
     problem.evaluate(&design, &responses).ok()
 }
 
 /// The least value of the bound variable that its two constraints allow: β + s·max(ĝ − 1).
-fn least_peak(problem: &Problem, evaluation: &Evaluation, bound: f64, upper: usize) -> f64 {
+pub(super) fn least_peak(problem: &Problem, evaluation: &Evaluation, bound: f64, upper: usize) -> f64 {
     let largest = evaluation.constraints[upper..upper + 2].concat().into_iter().fold(f64::NEG_INFINITY, f64::max);
     bound + problem.constraints[upper].scale * (largest - 1.0)
 }
@@ -137,7 +152,11 @@ fn named(problem: &Problem, state: &State, mut kept: Vec<(usize, Grid)>) -> Resu
 impl Run<'_> {
     pub(super) fn plane(&self, slice: Option<&Slice>) -> Result<Section> {
         let section = Section::new("design-space", "Design space");
-        let Some(slice) = slice else { return Ok(section) };
+        let slice = match slice.map(|slice| &slice.0) {
+            None => return Ok(section),
+            Some(Kind::Line(line)) => return Ok(self.line(section, line)),
+            Some(Kind::Plane(plane)) => plane,
+        };
         let [i, j] = slice.variables.map(|k| &self.problem.variables[k]);
         let what = if slice.is_peak { "the peak that it bounds" } else { "the objective" };
         let failed = match slice.failed {
@@ -156,7 +175,7 @@ impl Run<'_> {
         Ok(section.paragraph(text).figure("design-plane", caption, self.plane_figure(slice)?))
     }
 
-    fn plane_figure(&self, slice: &Slice) -> Result<crate::report::figure::Figure> {
+    fn plane_figure(&self, slice: &Plane) -> Result<crate::report::figure::Figure> {
         let [i, j] = slice.variables;
         let quantity = |k: usize| {
             let variable = &self.problem.variables[k];

@@ -43,6 +43,7 @@ impl Run<'_> {
     fn objectives(&self, known: &[(&Cycle, &Prediction)]) -> Figure {
         let problem = self.problem;
         let objective = Axis::new(literal(&problem.objective_name), literal(&problem.objective_unit));
+        let objective = if self.spans_decades() { objective.logarithmic() } else { objective };
         let mut panel = Panel::new(self.cycle_axis(), objective).legend(Legend::Below);
         let of = |accepted: bool| -> Vec<[f64; 2]> {
             self.tries().filter(|c| c.accepted == accepted).map(|c| [c.cycle as f64, c.objective]).collect()

@@ -4,7 +4,7 @@ use super::{Cell, Table, readable};
 use crate::report::figure::markup::escape;
 
 impl Table {
-    /// A `<table>` with its title as caption, a heading for every column and, in the first column, for every row; numbers
+    /// A `<table>` with its title as caption, which stands above it in a line of its own so that it does not scroll; a heading for every column and, in the first column, for every row; numbers
     /// stand on the right. All text is escaped.
     pub fn html(&self) -> String {
         let numeric: Vec<bool> = (0..self.columns.len()).map(|c| self.is_numeric(c)).collect();
@@ -13,8 +13,9 @@ impl Table {
         let headings: String = self.headings().iter().zip(&numeric).map(heading).collect();
         let rows: String = self.rows.iter().map(|row| html_row(row, &numeric)).collect();
         format!(
-            "<div class=\"table\" tabindex=\"0\" role=\"group\" aria-label=\"{0}\"><table>\n<caption>{0}</caption>\n\
-             <thead><tr>{headings}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
+            "<div class=\"table\"><p aria-hidden=\"true\">{0}</p><div tabindex=\"0\" role=\"group\" aria-label=\"{0}\">\
+             <table>\n<caption>{0}</caption>\n\
+             <thead><tr>{headings}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div></div>\n",
             escape(&self.title)
         )
     }
