@@ -54,6 +54,30 @@ pub fn check(page: &str) {
     assert!(open.is_empty(), "{open:?} are not closed");
 }
 
+/// Panics if the page loads anything: it has no elements that do, and its links lead to itself or to files beside it.
+pub fn asks_nobody(page: &str) {
+    for tag in tags(page) {
+        let Tag { name, attributes, text, .. } = &tag;
+        assert!(
+            !["link", "img", "iframe", "object", "embed", "use", "image", "base"].contains(&name.as_str()),
+            "<{name}>"
+        );
+        for attribute in [" src", " srcset", "xlink", " on", " style=", " data="] {
+            assert!(!attributes.contains(attribute), "<{name}{attributes}>");
+        }
+        let links = attributes.split("href=\"").skip(1).chain(attributes.split("url(").skip(1));
+        for link in links {
+            let elsewhere = ["http", "//", "/", "data:", "javascript:"].iter().any(|begin| link.starts_with(begin));
+            assert!(!elsewhere, "<{name}{attributes}>");
+        }
+        if name == "style" || name == "script" {
+            for word in ["@import", "url(", "http:", "https:", "fetch(", "XMLHttpRequest", "import("] {
+                assert!(!text.contains(word), "{word} in a {name}");
+            }
+        }
+    }
+}
+
 /// Headings, captions of tables and figures, and headings of columns, a line each.
 pub fn outline(page: &str) -> String {
     let mut lines: Vec<String> = vec![];

@@ -1,7 +1,7 @@
 //! The report of a run: one page that is well formed, complete and asks nobody.
 
 use super::commands::Place;
-use super::page::{check, outline};
+use super::page::{asks_nobody, check, outline};
 
 /// Optimizes an example and writes its report.
 fn reported(name: &str, example: &str, code: i32) -> (Place, String) {
@@ -16,9 +16,7 @@ fn report(place: &Place) -> String {
     assert!(place.run(&["report", "run", "--slice", "5", "--page-only"], 0).contains("Wrote run/report.html"));
     let page = place.read("run/report.html");
     check(&page);
-    for address in ["http:", "https:", " src=", "@import", "url(\"", "url('", "//cdn", "<link", "<iframe"] {
-        assert!(!page.contains(address), "the page asks for {address}");
-    }
+    asks_nobody(&page);
     page
 }
 

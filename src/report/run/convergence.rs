@@ -124,7 +124,7 @@ impl Run<'_> {
     fn cycles(&self) -> Result<Table> {
         let fixed = [
             "cycle",
-            "",
+            "try",
             "objective",
             "E_f in %",
             "E_g in %",
@@ -137,14 +137,9 @@ impl Run<'_> {
         let names = self.problem.variables.iter().map(|v| v.name.as_str());
         let mut table = Table::new("Cycles", fixed.into_iter().chain(names));
         for c in &self.state.history {
-            let word = match (&c.failure, c.accepted) {
-                (Some(_), _) => "analysis failed",
-                (None, true) => "",
-                (None, false) => "rejected",
-            };
             let fixed: [Cell; 10] = [
                 c.cycle.into(),
-                word.into(),
+                super::verdict(c).into(),
                 c.objective.into(),
                 c.objective_error_pct.into(),
                 c.constraint_error_pct.into(),

@@ -87,6 +87,16 @@ impl<'a> Run<'a> {
     }
 }
 
+/// What became of a try.
+fn verdict(cycle: &Cycle) -> &'static str {
+    match (&cycle.failure, cycle.accepted) {
+        (Some(_), _) => "analysis failed",
+        (None, false) => "rejected",
+        (None, true) if cycle.cycle == 0 => "start",
+        (None, true) => "accepted",
+    }
+}
+
 /// A number for sentences: at most five significant digits.
 fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {

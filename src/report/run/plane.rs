@@ -204,3 +204,31 @@ impl Run<'_> {
         Ok(design_plane(&plane)?.sized(110.0, 105.0))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::impact_absorber;
+    use crate::sao::Method;
+
+    /// Away from the last design the objective of a peak problem is the peak itself.
+    #[test]
+    fn the_least_bound_is_the_peak() {
+        let problem = impact_absorber::peak_acceleration().unwrap();
+        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let (bound, upper) = peak(&problem).unwrap();
+        let acceleration = problem.responses.iter().position(|r| r.name == "acceleration").unwrap();
+        for at in [[0.9, 0.2], [0.4, 0.5], [state.design[0], state.design[1]]] {
+            let evaluation = evaluate(&problem, &state, &[0, 1], &at).unwrap();
+            let found = least_peak(&problem, &evaluation, state.design[bound], upper);
+            let responses = problem.analyze(&[at[0], at[1], 0.0]).unwrap();
+            let expected = responses.values[acceleration].iter().fold(0.0f64, |a, v| a.max(v.abs()));
+            assert!((found - expected).abs() < 1e-9, "{found} and {expected}");
+        }
+        let Some(Slice(Kind::Plane(plane))) = Slice::sample(&problem, &state, 5).unwrap() else {
+            panic!("two variables")
+        };
+        assert_eq!((plane.variables.len(), plane.failed, plane.bounds.len()), (2, 0, 1));
+        assert!(Slice::sample(&problem, &state, 1).unwrap().is_none());
+    }
+}

@@ -64,7 +64,7 @@ impl Run<'_> {
     fn promises(&self, known: &[(&Cycle, &Prediction)]) -> Result<Table> {
         let columns = [
             "cycle",
-            "",
+            "try",
             "objective promised",
             "objective analysed",
             "E_f in %",
@@ -78,19 +78,12 @@ impl Run<'_> {
             let misses = p.rows.iter().zip(&p.analysed).map(|(a, b)| (a - b).abs());
             let most = misses.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
             let failed = cycle.failure.is_some();
-            let word = if failed {
-                "analysis failed"
-            } else if cycle.accepted {
-                ""
-            } else {
-                "rejected"
-            };
             let value = |v: f64| if failed { Cell::Empty } else { Cell::from(v) };
             let row =
                 most.and_then(|k| cycle.kept.get(k)).map_or_else(String::new, |row| self.problem.row_in_words(*row));
             table.push([
                 cycle.cycle.into(),
-                word.into(),
+                super::verdict(cycle).into(),
                 p.objective.into(),
                 value(cycle.objective),
                 value(cycle.objective_error_pct),

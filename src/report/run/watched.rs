@@ -136,3 +136,30 @@ fn turned(bound: TimeBound) -> TimeBound {
     };
     TimeBound { value: -bound.value, side }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::impact_absorber;
+    use crate::sao::Method;
+
+    /// The absorber's acceleration is bounded by the objective from both sides, its displacement by one metre.
+    #[test]
+    fn normalised_constraints_become_what_they_constrain() {
+        let problem = impact_absorber::peak_acceleration().unwrap();
+        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let run = Run::new("absorber", &problem, &state).unwrap();
+        let watched = run.watched();
+        let of = |name: &str| watched.iter().find(|w| w.name == name).unwrap_or_else(|| panic!("no {name}"));
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        for (name, limit) in [("acceleration", state.evaluation.objective), ("displacement", 1.0)] {
+            let (w, h) = (of(name), problem.responses.iter().position(|r| r.name == name).unwrap());
+            assert_eq!((w.response, &w.unit), (Some(h), &problem.responses[h].unit));
+            assert!(w.last.iter().zip(&state.responses.values[h]).all(|(a, b)| close(*a, *b)), "{name}");
+            assert!(w.first.iter().zip(&run.first.0.values[h]).all(|(a, b)| close(*a, *b)), "{name}");
+            assert!(close(w.bounds[0].value, limit) && w.bounds[0].side == Side::Below, "{:?}", w.bounds);
+            assert!(close(w.bounds[1].value, -limit) && w.bounds[1].side == Side::Above, "{:?}", w.bounds);
+            assert!(!w.active.is_empty() && w.active.iter().all(|p| close(w.last[*p].abs(), limit)), "{name}");
+        }
+    }
+}
