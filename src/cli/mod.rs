@@ -24,6 +24,7 @@ use std::process::ExitCode;
     after_help = "Examples:
   linkwright new lift                 a commented model file
   linkwright optimize lift.toml       optimize it
+  linkwright report out/lift          look at it in a browser
   linkwright resume out/lift          go on where it was stopped
   linkwright runs                     what has been run
 
@@ -44,6 +45,8 @@ enum Command {
     Resume(model::Resume),
     /// List past runs, or put two of them beside each other.
     Runs(runs::Runs),
+    /// Write the report of a run: one page for a browser, and its figures.
+    Report(model::Report),
     /// Analyse one design of a model file.
     Analyze(model::Analyze),
     /// Differentiate one design of a model file.
@@ -85,6 +88,7 @@ pub fn main() -> ExitCode {
         Command::Optimize(command) => command.run(),
         Command::Resume(command) => command.run(),
         Command::Runs(command) => command.run().map(done),
+        Command::Report(command) => command.run().map(done),
         Command::Analyze(command) => command.run().map(done),
         Command::Sensitivities(command) => command.run().map(done),
         Command::Schema(command) => command.run().map(done),

@@ -1,8 +1,9 @@
 //! The history of a run, row by row.
 
+use super::trial::tracked;
 use super::{Knowledge, Region, State, Trial, Verdict};
 use crate::error::Result;
-use crate::problem::{Evaluation, Responses, RowId};
+use crate::problem::{Evaluation, Problem, Responses, RowId};
 use crate::subproblem::{self, Solution};
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,29 @@ pub struct ActiveRow {
     pub row: RowId,
     /// Its multiplier ∂F/∂ĝ, in the unit of the objective.
     pub multiplier: f64,
+}
+
+/// What the approximate problem promised for the proposed design, beside what its analysis found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Prediction {
+    /// F̃, conservatism included.
+    pub objective: f64,
+    /// ĝ of each kept row in the approximate problem, in the order of [`Cycle::kept`].
+    pub rows: Vec<f64>,
+    /// ĝ of the same rows as analysed; empty if the analysis failed.
+    pub analysed: Vec<f64>,
+}
+
+impl Prediction {
+    /// Holds a proposal against its analysis, if that succeeded.
+    pub(super) fn new(problem: &Problem, kept: &[RowId], proposal: &Solution, analysed: Option<&Evaluation>) -> Self {
+        let found = |evaluation| kept.iter().map(|row| tracked(problem, row, evaluation)).collect();
+        Self {
+            objective: proposal.objective,
+            rows: proposal.rows.iter().map(|row| row + 1.0).collect(),
+            analysed: analysed.map_or_else(Vec::new, found),
+        }
+    }
 }
 
 /// One row of the history: a cycle, or a rejected try of it. Cycle 0 is the start design.
@@ -58,6 +82,9 @@ pub struct Cycle {
     /// computed where the objective has settled and nothing is violated.
     #[serde(default)]
     pub residual: Option<f64>,
+    /// What was promised for the proposed design; none for the start, and in histories that were written before it was kept.
+    #[serde(default)]
+    pub prediction: Option<Prediction>,
     /// Why the analysis of the proposed design failed, if it did.
     pub failure: Option<String>,
 }
@@ -85,6 +112,7 @@ impl Cycle {
             kkt: 0.0,
             relaxation: 0.0,
             residual: None,
+            prediction: None,
             failure: None,
         }
     }
@@ -122,6 +150,7 @@ impl Cycle {
             kkt: proposal.kkt.largest(),
             relaxation: proposal.relaxation.unwrap_or(0.0),
             residual: None,
+            prediction: None,
             failure: analysed.as_ref().err().map(ToString::to_string),
         }
     }

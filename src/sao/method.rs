@@ -1,8 +1,8 @@
 //! The sequence of cycles (Section 4 of the paper).
 
 use super::{
-    Counters, Cycle, ErrorBased, Globalization, Knowledge, MoveLimits, Outcome, Region, RelativeLimits, STATE_VERSION,
-    Screening, State, Status, Stop, Trial, Verdict, optimality, trial,
+    Counters, Cycle, ErrorBased, Globalization, Knowledge, MoveLimits, Outcome, Prediction, Region, RelativeLimits,
+    STATE_VERSION, Screening, State, Status, Stop, Trial, Verdict, optimality, trial,
 };
 use crate::approximation::{
     ApproximateProblem, Approximation, Known, LagrangianCurvature, Linear, Manner, Surroundings,
@@ -127,6 +127,8 @@ impl Method {
             self.move_limits.update(&mut factors, &trial, verdict);
         }
         let mut cycle = Cycle::new(&state, &trial, verdict, &knowledge, region, &proposal, &analysed);
+        let found = analysed.as_ref().ok().map(|(_, evaluation)| evaluation);
+        cycle.prediction = Some(Prediction::new(problem, &knowledge.kept, &proposal, found));
         if self.stop.has_settled(&cycle, state.evaluation.objective) {
             cycle.residual = Some(optimality::residual(problem, &approximate, &state.design, &proposal.multipliers)?);
         }

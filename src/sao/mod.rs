@@ -19,7 +19,7 @@ mod trial;
 mod trust_region;
 
 pub use conservatism::Conservatism;
-pub use cycle::{ActiveRow, Cycle};
+pub use cycle::{ActiveRow, Cycle, Prediction};
 pub use filter::{Filter, FilteredConservatism};
 pub use globalization::{AcceptAlways, ErrorBased, Globalization, StayFeasible, Verdict};
 pub use method::Method;

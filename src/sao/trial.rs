@@ -118,7 +118,7 @@ pub(super) fn falls_of_lagrangian(
 }
 
 /// ĝ of a kept row at the new design. A peak in continuous time is followed to the nearest one, if there is one.
-fn tracked(problem: &Problem, row: &RowId, analysed: &Evaluation) -> f64 {
+pub(super) fn tracked(problem: &Problem, row: &RowId, analysed: &Evaluation) -> f64 {
     let history = &analysed.constraints[row.constraint];
     if !problem.constraints[row.constraint].is_continuous {
         return history[row.point];

@@ -10,6 +10,7 @@
 //! | `summary.json` | how far the run has come, written whole after every cycle; at the end the result |
 //! | `responses.csv`, `constraints.csv` | histories of the last accepted design, at the end |
 //! | `*.parquet` | the three tables again, at the end, with the feature `parquet` |
+//! | `report.html`, `figures/` | what `report` makes of the others |
 //! | `run.lock` | locked while a process runs in the folder |
 //!
 //! A file appears whole or not at all: it is written beside its place and then moved there. What `resume` needs is on the disk
@@ -192,6 +193,16 @@ impl Folder {
         self.run.edits.push(edit);
         self.run.model = text.to_owned();
         self.write_run()
+    }
+
+    /// The version of the program that began the run.
+    pub fn program(&self) -> &str {
+        &self.run.versions.program
+    }
+
+    /// When the model was edited.
+    pub fn edits(&self) -> &[Edit] {
+        &self.run.edits
     }
 
     /// The state file.

@@ -11,6 +11,7 @@
 //! | `files` | files that outlive a kill, a full disk and a power cut; one process at a time |
 //! | `progress` | the table of cycles while it grows, as text or JSON lines |
 //! | `forecast` | how long a run may still take |
+//! | `report` | `report`: a run as a page |
 //! | `tables` | cycles, histories and derivatives as tables |
 
 mod analyze;
@@ -21,6 +22,7 @@ mod forecast;
 mod history;
 mod optimize;
 mod progress;
+mod report;
 mod starter;
 mod summary;
 mod tables;
@@ -29,6 +31,7 @@ pub use analyze::{Analyze, Sensitivities};
 pub(super) use files::Claim;
 pub(super) use folder::{Change, Run, changes};
 pub use optimize::{Optimize, Resume};
+pub use report::Report;
 pub use starter::{New, Schema};
 pub(super) use summary::{Named, Nearest, Summary};
 

@@ -3,7 +3,7 @@
 use super::folder::Folder;
 use super::progress::{Progress, Show};
 use super::{load, located};
-use crate::cli::output::{results, say};
+use crate::cli::output::results;
 use crate::model::Model;
 use crate::problem::Problem;
 use crate::sao::{State, Status};
@@ -25,6 +25,9 @@ pub struct Optimize {
     /// Folder for the results [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write the report at the end
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     shown: Shown,
 }
@@ -60,7 +63,13 @@ impl Optimize {
         let problem = located(&model, model.problem())?;
         let mut folder = Folder::create(&out, &model, &text, &self.file)?;
         let begun = located(&model, model.method().start(&problem))?;
-        self.shown.run(&model, &problem, &mut folder, begun, &out)
+        let code = self.shown.run(&model, &problem, &mut folder, begun, &out)?;
+        let next = if self.report {
+            format!("The report is {}", super::report::write_report(&out, None, true)?.display())
+        } else {
+            format!("Next: linkwright report {}", out.display())
+        };
+        self.shown.note(&next).map(|()| code)
     }
 }
 
@@ -78,6 +87,11 @@ impl Resume {
 }
 
 impl Shown {
+    /// Says what is for people only.
+    fn note(&self, text: &str) -> anyhow::Result<()> {
+        Show::of(self.json, self.quiet).note(text)
+    }
+
     /// Goes on to the end; every cycle is written before the next one begins.
     fn run(
         &self,
@@ -101,9 +115,7 @@ impl Shown {
         }
         folder.finish(problem, &state, &summary)?;
         progress.end(&summary)?;
-        if show == Show::Table {
-            say(&format!("Results are in {}", out.display()))?;
-        }
+        self.note(&format!("Results are in {}", out.display()))?;
         Ok(if state.status.is_success() { ExitCode::SUCCESS } else { ExitCode::from(3) })
     }
 }

@@ -27,6 +27,11 @@ impl Show {
             _ => Self::Table,
         }
     }
+
+    /// A line for people.
+    pub fn note(self, text: &str) -> anyhow::Result<()> {
+        if self == Self::Table { say(text) } else { Ok(()) }
+    }
 }
 
 /// Most design variables that the table shows.

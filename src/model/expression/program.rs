@@ -73,6 +73,11 @@ impl Program {
         Self { operations: vec![Design(i)], height: 1 }
     }
 
+    /// Quantity number `i` from outside.
+    pub fn other(i: usize) -> Self {
+        Self { operations: vec![Other(i)], height: 1 }
+    }
+
     /// The value for these inputs.
     pub fn value<S: Scalar>(&self, inputs: &Inputs<S>) -> S {
         if self.height <= LOW {

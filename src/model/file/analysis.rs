@@ -11,6 +11,8 @@ use crate::analysis::start::Assembly;
 use crate::analysis::statics::Statics;
 use crate::model::expression::Names;
 use crate::model::limits;
+#[cfg(feature = "report")]
+use crate::problem::Responses;
 use crate::problem::{Analysis, Differences, Differentiated, Problem, ProblemBuilder, TimeGrid};
 use crate::sensitivity::{Balanced, Driven, Integration, Transient};
 
@@ -239,6 +241,22 @@ fn implicit(
 }
 
 impl Settings {
+    /// Whether the motion follows from forces, so that its times are seconds.
+    #[cfg(feature = "report")]
+    pub fn is_motion(&self) -> bool {
+        !matches!(self.kind, Kind::Statics)
+    }
+
+    /// The outputs of a mechanism at design `b`.
+    #[cfg(feature = "report")]
+    pub fn analyze(&self, model: Blueprint, times: &[f64], b: &[f64]) -> Result<Responses> {
+        match &self.kind {
+            Kind::Kinematics => Driven::new(model, Assembly::default(), times)?.analyze(b),
+            Kind::Statics => Balanced::new(model, Statics::default(), times)?.analyze(b),
+            Kind::Dynamics(integration) => Transient::new(model, integration.clone(), times)?.analyze(b),
+        }
+    }
+
     /// The problem whose responses are the outputs of this mechanism.
     pub fn build(&self, parts: ProblemBuilder, model: Blueprint, times: &[f64]) -> Result<Problem> {
         match &self.kind {

@@ -78,7 +78,7 @@ pub struct Beam {
     kind: Kind,
     from: [Program; 2],
     to: [Program; 2],
-    ends: [Option<Frame>; 2],
+    pub ends: [Option<Frame>; 2],
     pub elements: usize,
     shear: Shear,
     /// Diameter; width and height; or the five numbers of a section.

@@ -50,7 +50,7 @@ pub const TABLES: &[Table] = &[
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub enum Kind {
     Rigid,
     Point,
     Pivot,
@@ -70,7 +70,7 @@ const KINDS: &[(&str, Kind, &[Key])] = &[
 #[derive(Clone, Debug)]
 pub struct Body {
     name: String,
-    kind: Kind,
+    pub kind: Kind,
     /// Mass, moment of inertia, as far as the kind has them.
     inertia: [Program; 2],
     /// x, y, angle.

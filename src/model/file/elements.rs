@@ -14,10 +14,10 @@ use crate::scalar::Scalar;
 #[derive(Clone, Debug)]
 pub struct Attached {
     name: String,
-    element: Element,
-    spots: Vec<Spot>,
-    places: Vec<Place>,
-    numbers: Vec<Program>,
+    pub element: Element,
+    pub spots: Vec<Spot>,
+    pub places: Vec<Place>,
+    pub numbers: Vec<Program>,
     function: Option<TimeFunction>,
     feedback: Option<Feedback>,
 }

@@ -24,9 +24,9 @@ pub struct Blueprint {
 #[derive(Debug)]
 pub struct Plan {
     gravity: [Program; 2],
-    bodies: Vec<Body>,
-    beams: Vec<Beam>,
-    attached: Vec<Attached>,
+    pub bodies: Vec<Body>,
+    pub beams: Vec<Beam>,
+    pub attached: Vec<Attached>,
     pub parts: Parts,
 }
 

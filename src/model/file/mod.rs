@@ -14,11 +14,14 @@
 //! | `time`, `analysis` | time points; how the mechanism is analysed |
 //! | `quantity`, `objective`, `constraints` | formulas of responses |
 //! | `method` | how the problem is solved |
+//! | `drawing` | the mechanism in motion, as pictures |
 
 mod analysis;
 mod beams;
 mod bodies;
 mod constraints;
+#[cfg(feature = "report")]
+mod drawing;
 mod each;
 mod element_kinds;
 mod elements;

@@ -162,6 +162,18 @@ impl IntermediateMap for Map {
 }
 
 impl Output {
+    /// A history of one measure, for drawings.
+    pub fn of_measure(name: String, measure: Measure) -> Self {
+        Self {
+            name,
+            unit: String::new(),
+            program: Program::other(0),
+            measures: vec![measure],
+            is_transient: true,
+            intermediates: Intermediates::Identity,
+        }
+    }
+
     /// Adds the output to a mechanism.
     pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, world: &mut World<S>, b: &[S]) -> Result<()> {
         let mut terms: Vec<Term<S>> = vec![];

@@ -142,6 +142,7 @@ pub fn slider_crank_at(b: &[f64], rotation: f64) -> ([f64; 2], Linkage) {
         sliders: vec![(slider, 0.0)],
         guides: vec![[[slider[0] - 9.0, b[2]], [slider[0] + 9.0, b[2]]]],
         notes: vec![("*P*".to_owned(), point)],
+        ..Linkage::default()
     };
     (point, linkage)
 }

@@ -2,6 +2,7 @@
 
 mod gif;
 mod page;
+mod scene;
 
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Panel, Quantity, Stroke, check, literal, short};
 use crate::report::picture::{Linkage, window};
@@ -45,6 +46,8 @@ pub struct Animation {
     times: Vec<f64>,
     scenes: Vec<Scene>,
     seconds: f64,
+    time: Quantity,
+    compared: bool,
 }
 
 impl Animation {
@@ -65,7 +68,8 @@ impl Animation {
             scene.traces.iter().try_for_each(|trace| check::finite_points("trace of the animation", trace))?;
         }
         let seconds = (times[times.len() - 1] - times[0]).clamp(0.1, 3600.0);
-        Ok(Self { description: description.into(), axes, times, scenes, seconds })
+        let (time, description) = (Quantity::new("*t*", "s"), description.into());
+        Ok(Self { description, axes, times, scenes, seconds, time, compared: false })
     }
 
     /// The same animation played in another number of seconds, as for a vibration too fast for the eye.
@@ -79,6 +83,21 @@ impl Animation {
             (0.1..=3600.0).contains(&seconds),
         )?;
         Ok(Self { seconds, ..self })
+    }
+
+    /// The same animation over another parameter than the time in seconds, such as the number of a load case.
+    pub fn over(self, time: Quantity) -> Self {
+        Self { time, ..self }
+    }
+
+    /// The same animation whose page shows the first scene faintly behind the others, if that is wanted.
+    pub fn compared(self) -> Self {
+        Self { compared: true, ..self }
+    }
+
+    /// How many frames there are.
+    pub fn frames(&self) -> usize {
+        self.times.len()
     }
 
     /// The limits along both axes that hold every scene at every time.
@@ -106,7 +125,8 @@ impl Animation {
         for scene in &self.scenes {
             let axes = [Axis::of(&self.axes[0]).limits(x[0], x[1]), Axis::of(&self.axes[1]).limits(y[0], y[1])];
             let [x_axis, y_axis] = axes;
-            let title = format!("{} (*t* = {time} s)", literal(&scene.title));
+            let (name, unit) = (&self.time.name, &self.time.unit);
+            let title = format!("{} ({name} = {time} {unit})", literal(&scene.title)).replace(" )", ")");
             let mut panel = Panel::new(x_axis, y_axis).equal().titled(title).legend(Legend::Absent);
             panel.add(Mark::curves(scene.traces.clone(), Stroke::solid(Colour::BLUE, 0.6)));
             // Notes seek their own places and would jump from frame to frame.

@@ -2,115 +2,66 @@
   "use strict";
   const figure = document.currentScript.closest("figure");
   const data = JSON.parse(figure.querySelector("script[type='application/json']").textContent);
-  const [button, slider, readout, speed] = ["button", "input", "output", "select"].map((name) => figure.querySelector(name));
+  const [button, slider, readout, speed] = ["button", "input[type=range]", "output", "select"].map((name) => figure.querySelector(name));
+  const overlay = figure.querySelector("input[type=checkbox]");
+  const stage = figure.querySelector(".scenes");
   const [first, last] = [data.times[0], data.times[data.times.length - 1]];
-  const dark = "#464646";
+  const drawings = [...figure.querySelectorAll(".scenes svg")];
 
-  const canvases = data.scenes.map((scene) => {
-    const [section, title, canvas] = ["section", "h3", "canvas"].map((name) => document.createElement(name));
-    title.textContent = scene.title;
-    const [width, height] = data.window.map(([low, high]) => high - low);
-    canvas.style.aspectRatio = Math.min(Math.max(width / height, 0.6), 2.5);
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", scene.title);
-    section.append(title, canvas);
-    figure.querySelector(".scenes").append(section);
-    return canvas;
-  });
-
-  // One unit is as long on both axes, and the window stands in the middle of the canvas.
-  function transform(canvas) {
-    const [[x0, x1], [y0, y1]] = data.window;
-    const ratio = window.devicePixelRatio || 1;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
-    if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
-    const unit = Math.min((width - 24) / (x1 - x0), (height - 24) / (y1 - y0));
-    const pen = canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, width, height);
-    const place = ([x, y]) => [width / 2 + unit * (x - (x0 + x1) / 2), height / 2 - unit * (y - (y0 + y1) / 2)];
-    return { pen, place, unit, width, height };
+  function path(at, closed) {
+    let d = "M";
+    for (let k = 0; k < at.length; k += 2) d += (k ? "L" : "") + at[k] + " " + at[k + 1];
+    return closed ? d + "Z" : d;
   }
 
-  function polyline({ pen, place }, points, width, colour, dash = [], closed = false) {
-    pen.beginPath();
-    points.map(place).forEach(([x, y]) => pen.lineTo(x, y));
-    if (closed) pen.closePath();
-    [pen.lineWidth, pen.strokeStyle, pen.lineJoin, pen.lineCap] = [width, colour, "round", dash.length ? "butt" : "round"];
-    pen.setLineDash(dash);
-    if (closed) { pen.fillStyle = "rgba(205, 205, 205, 0.6)"; pen.fill(); }
-    pen.stroke();
+  // Six strokes across between straight ends.
+  function spring([x, y, u, v]) {
+    const [dx, dy] = [u - x, v - y];
+    const length = Math.hypot(dx, dy) || 1;
+    const [nx, ny] = [(-dy / length) * 7, (dx / length) * 7];
+    const at = [x, y, x + 0.2 * dx, y + 0.2 * dy];
+    for (let k = 0; k < 6; k++) {
+      const [part, side] = [0.25 + 0.1 * k, k % 2 ? -1 : 1];
+      at.push(x + part * dx + side * nx, y + part * dy + side * ny);
+    }
+    at.push(x + 0.8 * dx, y + 0.8 * dy, u, v);
+    return path(at.map((c) => Math.round(10 * c) / 10), false);
   }
 
-  function ring({ pen, place }, point) {
-    const [x, y] = place(point);
-    pen.beginPath();
-    pen.arc(x, y, 4, 0, 2 * Math.PI);
-    [pen.fillStyle, pen.strokeStyle, pen.lineWidth] = ["#fff", "#000", 1.4];
-    pen.setLineDash([]);
-    pen.fill();
-    pen.stroke();
-  }
+  const move = (node, [x, y, turn]) =>
+    node.setAttribute("transform", `translate(${x} ${y})` + (turn === undefined ? "" : ` rotate(${turn})`));
+  const curve = (node, at) => node.setAttribute("d", path(at, false));
+  // The order is that of the frames.
+  const parts = [
+    ["guides", curve],
+    ["plates", (node, at) => node.setAttribute("d", path(at, true))],
+    ["bars", curve],
+    ["springs", (node, at) => node.setAttribute("d", spring(at))],
+    ["masses", move],
+    ["sliders", move],
+    ["ground", move],
+    ["joints", move],
+  ];
 
-  function ground(view, point) {
-    const [x, y] = view.place(point);
-    const pen = view.pen;
-    pen.setLineDash([]);
-    [pen.lineWidth, pen.strokeStyle, pen.fillStyle] = [1.4, "#000", "#fff"];
-    pen.beginPath();
-    [[x, y], [x - 9, y + 15], [x + 9, y + 15]].forEach(([u, v]) => pen.lineTo(u, v));
-    pen.closePath();
-    pen.fill();
-    pen.moveTo(x - 14, y + 15);
-    pen.lineTo(x + 14, y + 15);
-    for (let k = -10; k <= 14; k += 5) { pen.moveTo(x + k, y + 15); pen.lineTo(x + k - 4, y + 20); }
-    pen.stroke();
-    ring(view, point);
-  }
-
-  function block(view, [x, y, angle]) {
-    const [u, v] = view.place([x, y]);
-    const pen = view.pen;
-    pen.save();
-    pen.translate(u, v);
-    pen.rotate(-angle);
-    pen.setLineDash([]);
-    [pen.lineWidth, pen.strokeStyle, pen.fillStyle] = [1.4, "#000", "#ebebeb"];
-    pen.fillRect(-13, -8, 26, 16);
-    pen.strokeRect(-13, -8, 26, 16);
-    pen.restore();
-    ring(view, [x, y]);
-  }
-
-  // A bar of round length in the lower left corner.
-  function scale({ pen, unit, height }) {
-    const power = 10 ** Math.floor(Math.log10(80 / unit));
-    const length = [5, 2, 1].map((factor) => factor * power).find((l) => l * unit <= 90);
-    pen.setLineDash([]);
-    [pen.lineWidth, pen.strokeStyle, pen.fillStyle, pen.font] = [1.2, "#000", "#000", "12px sans-serif"];
-    pen.beginPath();
-    [[12, -16], [12, -12], [12 + length * unit, -12], [12 + length * unit, -16]].forEach(([x, y]) => pen.lineTo(x, height + y));
-    pen.stroke();
-    const name = (data.labels[0].match(/\[(.*)\]/) || ["", ""])[1];
-    pen.fillText(`${Number(length.toPrecision(1))} ${name}`, 14, height - 20);
+  function arrange(group, frame) {
+    parts.forEach(([name, set], p) => {
+      const nodes = group.querySelector(`:scope > .${name}`).children;
+      for (let k = 0; k < nodes.length; k++) {
+        nodes[k].style.display = k < frame[p].length ? "" : "none";
+        if (k < frame[p].length) set(nodes[k], frame[p][k]);
+      }
+    });
   }
 
   function draw(k) {
-    data.scenes.forEach((scene, s) => {
-      const view = transform(canvases[s]);
-      const frame = scene.frames[k];
-      scene.traces.forEach((trace) => polyline(view, trace, 1.2, "#0072b2"));
-      frame.guides.forEach((guide) => polyline(view, guide, 1.2, "#808080", [10, 4, 2, 4]));
-      frame.plates.forEach((plate) => polyline(view, plate, 1.6, dark, [], true));
-      frame.bars.forEach((bar) => polyline(view, bar, 4, dark));
-      frame.sliders.forEach((slider) => block(view, slider));
-      frame.ground.forEach((joint) => ground(view, joint));
-      frame.joints.forEach((joint) => ring(view, joint));
-      scale(view);
+    drawings.forEach((svg, s) => {
+      const behind = svg.querySelector(".behind");
+      arrange(svg.querySelector(".linkage"), data.scenes[s][k]);
+      if (behind) arrange(behind, data.scenes[0][k]);
     });
     slider.value = k;
-    readout.textContent = `t = ${data.times[k].toPrecision(4)} s`;
+    readout.textContent = `${data.time[0]} = ${data.times[k].toPrecision(4)} ${data.time[1]}`;
+    slider.setAttribute("aria-valuetext", readout.textContent);
     figure.dataset.frame = k;
   }
 
@@ -131,6 +82,8 @@
   let playing = !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
 
   function show() { button.textContent = playing ? "Pause" : "Play"; draw(frameAt(time)); }
+  function stop(at) { playing = false; time = Math.min(Math.max(at, first), last); show(); }
+  function toggle() { playing = !playing; show(); }
   function step(now) {
     if (before !== null && playing) {
       time += ((now - before) / 1000) * Number(speed.value) * ((last - first) / data.seconds);
@@ -140,9 +93,27 @@
     before = now;
     window.requestAnimationFrame(step);
   }
-  button.addEventListener("click", () => { playing = !playing; show(); });
-  slider.addEventListener("input", () => { playing = false; time = data.times[Number(slider.value)]; show(); });
-  window.addEventListener("resize", show);
+  // An address that ends with #t=0.3 shows that time.
+  function follow() {
+    const wanted = /[#&]t=([-+.\deE]+)/.exec(window.location.hash);
+    if (wanted && Number.isFinite(Number(wanted[1]))) stop(Number(wanted[1]));
+  }
+  button.addEventListener("click", toggle);
+  slider.addEventListener("input", () => stop(data.times[Number(slider.value)]));
+  stage.addEventListener("keydown", (event) => {
+    const by = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10 }[event.key];
+    const frame = Number(slider.value);
+    if (by) stop(data.times[Math.min(Math.max(frame + by, 0), data.times.length - 1)]);
+    else if (event.key === "Home") stop(first);
+    else if (event.key === "End") stop(last);
+    else if (event.key === " ") toggle();
+    else return;
+    event.preventDefault();
+  });
+  if (overlay) overlay.addEventListener("change", () => figure.classList.toggle("alone", !overlay.checked));
+  window.addEventListener("hashchange", follow);
+  figure.querySelector(".controls").hidden = false;
   show();
+  follow();
   window.requestAnimationFrame(step);
 })();

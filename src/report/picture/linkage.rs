@@ -1,7 +1,7 @@
 //! A planar mechanism in one position.
 
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Panel, Quantity, Stroke, Symbol, check};
+use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, Symbol, check};
 
 /// A planar mechanism in one position; coordinates in the unit of the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,17 +18,22 @@ pub struct Linkage {
     pub sliders: Vec<([f64; 2], f64)>,
     /// Guides of sliders, from end to end.
     pub guides: Vec<[[f64; 2]; 2]>,
+    /// Springs and dampers, from end to end.
+    pub springs: Vec<[[f64; 2]; 2]>,
+    /// Point masses.
+    pub masses: Vec<[f64; 2]>,
     /// Texts beside points, such as names of links.
     pub notes: Vec<(String, [f64; 2])>,
 }
 
 impl Linkage {
     pub(crate) fn check(&self) -> Result<()> {
-        check::not_empty("bodies of the mechanism", self.bars.len() + self.plates.len() + self.sliders.len())?;
+        let bodies = self.bars.len() + self.plates.len() + self.sliders.len() + self.masses.len();
+        check::not_empty("bodies of the mechanism", bodies)?;
         for body in self.bars.iter().chain(&self.plates) {
             check::finite_points("body of the mechanism", body)?;
         }
-        let places = self.joints.iter().chain(&self.ground_joints).chain(self.guides.as_flattened());
+        let places = self.places();
         for place in places.chain(self.sliders.iter().map(|s| &s.0)).chain(self.notes.iter().map(|n| &n.1)) {
             check::finite("joint of the mechanism", place)?;
         }
@@ -46,8 +51,15 @@ impl Linkage {
             panel.add(Mark::region(plate.clone(), Colour::LIGHT_GREY, 0.6));
             panel.add(Mark::curve(closed, outline));
         }
+        let width = self.spring_width();
+        for spring in &self.springs {
+            panel.add(Mark::curve(zigzag(*spring, width), Stroke::solid(Colour::GREEN, 0.9)));
+        }
         for bar in &self.bars {
             panel.add(Mark::curve(bar.clone(), Stroke::solid(Colour(70, 70, 70), 2.0)));
+        }
+        if !self.masses.is_empty() {
+            panel.add(Mark::points(self.masses.clone(), Marker::Disc, Colour(70, 70, 70), 7.0));
         }
         panel.extend(self.sliders.iter().map(|&(at, angle)| Mark::symbol(at, Symbol::Slider(angle))));
         panel.extend(self.ground_joints.iter().map(|&at| Mark::symbol(at, Symbol::GroundJoint)));
@@ -55,11 +67,39 @@ impl Linkage {
         panel.extend(self.notes.iter().map(|(text, at)| Mark::note(*at, text)));
     }
 
+    /// Points that joints, masses and springs stand at.
+    fn places(&self) -> impl Iterator<Item = &[f64; 2]> {
+        let joints = self.joints.iter().chain(&self.ground_joints).chain(&self.masses);
+        joints.chain(self.guides.as_flattened()).chain(self.springs.as_flattened())
+    }
+
+    /// Width of a spring that suits the size of the mechanism.
+    fn spring_width(&self) -> f64 {
+        let places = self.extent();
+        let along = |k: usize| {
+            let [low, high] =
+                places.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| [l.min(p[k]), h.max(p[k])]);
+            high - low
+        };
+        0.05 * along(0).max(along(1))
+    }
+
     pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
         let bodies = self.bars.iter().chain(&self.plates).flatten();
-        let places = self.joints.iter().chain(&self.ground_joints).chain(self.guides.as_flattened());
-        bodies.chain(places).copied().chain(self.sliders.iter().map(|slider| slider.0)).collect()
+        bodies.chain(self.places()).copied().chain(self.sliders.iter().map(|slider| slider.0)).collect()
     }
+}
+
+/// A spring from end to end: six strokes across, between straight ends of a fifth of the length.
+fn zigzag([from, to]: [[f64; 2]; 2], width: f64) -> Vec<[f64; 2]> {
+    const STROKES: usize = 6;
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let length = along[0].hypot(along[1]).max(f64::MIN_POSITIVE);
+    let across = [-along[1] / length * width / 2.0, along[0] / length * width / 2.0];
+    let at = |part: f64, side: f64| [0, 1].map(|k| from[k] + part * along[k] + side * across[k]);
+    let stroke =
+        |k: usize| at(0.2 + 0.6 * (k as f64 + 0.5) / STROKES as f64, if k.is_multiple_of(2) { 1.0 } else { -1.0 });
+    [from, at(0.2, 0.0)].into_iter().chain((0..STROKES).map(stroke)).chain([at(0.8, 0.0), to]).collect()
 }
 
 /// Draws mechanisms beside each other in one scale: positions of one design, or designs.

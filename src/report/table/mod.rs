@@ -2,6 +2,7 @@
 
 mod comparison;
 mod csv;
+mod html;
 #[cfg(feature = "parquet")]
 mod parquet;
 

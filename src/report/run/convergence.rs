@@ -1,0 +1,156 @@
+//! Objective, errors, violation, design variables and move limits over the cycles.
+
+use super::{Run, stem};
+use crate::Result;
+use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, literal};
+use crate::report::page::Section;
+use crate::report::picture::{self, Convergence, Measure};
+use crate::report::table::{Cell, Table};
+use crate::sao::Cycle;
+
+/// Most design variables that have a figure of their own.
+const MOST: usize = 12;
+
+impl Run<'_> {
+    pub(super) fn convergence(&self) -> Result<Section> {
+        let history = &self.state.history;
+        let section = Section::new("convergence", "Convergence");
+        if history.len() < 2 {
+            let text = "Not even the first cycle is done: only the first design has been analysed.";
+            return Ok(section.paragraph(text));
+        }
+        let mut section = section
+            .paragraph(
+                "A cycle solves an approximate problem inside move limits and analyses its solution. E_f and E_g are the errors \
+                 of the approximate objective and constraints there, V is the largest violation, step the largest change of a \
+                 design variable. A cross is a rejected try, after which the move limits shrink.",
+            )
+            .figure("convergence", "Objective, approximation errors, violation and step over the cycles.", self.measures()?)
+            .figure("move-limits", "Move-limit factors: half widths of the search region relative to the design.", self.factors());
+        let changes = super::plane::changes(self.problem, self.state);
+        for &k in changes.iter().take(MOST) {
+            let name = &self.problem.variables[k].name;
+            let caption = format!("{name}: designs, and the search region of each cycle as a grey bar.");
+            section = section.figure(format!("variable-{}-{}", k + 1, stem(name)), caption, self.variable(k));
+        }
+        if changes.len() > MOST {
+            let text = format!("The {MOST} design variables that change most are shown; all are in cycles.csv.");
+            section = section.paragraph(text);
+        }
+        Ok(section.table(self.cycles()?))
+    }
+
+    fn measures(&self) -> Result<Figure> {
+        let history = &self.state.history;
+        let of = |value: fn(&Cycle) -> f64| -> Vec<f64> { history.iter().map(value).collect() };
+        let objective = of(|c| c.objective);
+        let (e_f, e_g) = (of(|c| c.objective_error_pct), of(|c| c.constraint_error_pct));
+        let (violation, step) = (of(|c| c.violation_pct.max(0.0)), of(|c| c.max_variable_change_pct));
+        let figure = picture::convergence(&Convergence {
+            cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
+            accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
+            objective: Quantity::new(literal(&self.problem.objective_name), literal(&self.problem.objective_unit)),
+            objective_values: &objective,
+            objective_logarithmic: self.spans_decades(),
+            measures: &[
+                Measure { name: "*E*_f", values: &e_f },
+                Measure { name: "*E*_g", values: &e_g },
+                Measure { name: "*V*", values: &violation },
+                Measure { name: "step", values: &step },
+            ],
+            measure: Quantity::new("errors, violation, step", "%"),
+        })?;
+        Ok(figure.sized(100.0, 105.0))
+    }
+
+    /// Whether the objective is better seen on a logarithmic scale.
+    pub(super) fn spans_decades(&self) -> bool {
+        let values =
+            self.state.history.iter().flat_map(|c| [Some(c.objective), c.prediction.as_ref().map(|p| p.objective)]);
+        let [low, high] = values.flatten().fold([f64::INFINITY, 0.0f64], |[l, h], v| [l.min(v), h.max(v)]);
+        low > 0.0 && high > 30.0 * low
+    }
+
+    fn factors(&self) -> Figure {
+        let tries = || self.state.history.iter().filter(|c| c.region.is_some());
+        let mut panel =
+            Panel::new(self.cycle_axis(), Axis::new("move-limit factor", "").logarithmic()).legend(Legend::Below);
+        for (k, variable) in self.problem.variables.iter().enumerate().take(MOST) {
+            let at: Vec<[f64; 2]> = tries().map(|c| [c.cycle as f64, c.factors[k]]).collect();
+            let dash = [Dash::Solid, Dash::Dashed][k / 7 % 2];
+            let stroke = Stroke::solid(Colour::of_series(k), 0.9).dash(dash);
+            panel.add(Mark::curve(at.clone(), stroke).named(literal(&variable.name)));
+            panel.add(Mark::points(at, Marker::Disc, Colour::of_series(k), 2.6));
+        }
+        Figure::new("Move-limit factors over the cycles", 100.0, 80.0).with(panel)
+    }
+
+    fn variable(&self, k: usize) -> Figure {
+        let (history, variable) = (&self.state.history, &self.problem.variables[k]);
+        let regions = history.iter().filter_map(|c| {
+            let region = c.region.as_ref()?;
+            let x = c.cycle as f64;
+            Some(vec![[x, region.lower[k]], [x, region.upper[k]]])
+        });
+        let regions: Vec<Vec<[f64; 2]>> = regions.collect();
+        let shown = regions.concat().into_iter().map(|p| p[1]).chain(history.iter().map(|c| c.design[k]));
+        let [low, high] = shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+        let mut panel = Panel::new(self.cycle_axis(), Axis::new(literal(&variable.name), literal(&variable.unit)));
+        panel = panel.legend(Legend::Absent);
+        panel.add(Mark::curves(regions, Stroke::solid(Colour::LIGHT_GREY, 3.0)));
+        let last = history.last().map_or(1.0, |c| c.cycle as f64);
+        for (bound, ends) in [(variable.upper, [-0.3, last + 0.3]), (variable.lower, [last + 0.3, -0.3])] {
+            // Bounds far away would hide everything else.
+            if bound.is_finite() && bound >= low - 0.3 * (high - low) && bound <= high + 0.3 * (high - low) {
+                let line = vec![[ends[0], bound], [ends[1], bound]];
+                panel.add(Mark::hatching(vec![line.clone()], Stroke::solid(Colour::BLACK, 0.4), 3.6));
+                panel.add(Mark::curve(line, Stroke::solid(Colour::BLACK, 0.8)));
+            }
+        }
+        let of = |accepted: bool| -> Vec<[f64; 2]> {
+            history.iter().filter(|c| c.accepted == accepted).map(|c| [c.cycle as f64, c.design[k]]).collect()
+        };
+        panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLUE, 1.0)));
+        panel.add(Mark::points(of(true), Marker::Disc, Colour::BLUE, 3.4));
+        panel.add(Mark::points(of(false), Marker::Cross, Colour::VERMILLION, 4.6));
+        Figure::new(format!("{} over the cycles", literal(&variable.name)), 100.0, 54.0).with(panel)
+    }
+
+    pub(super) fn cycle_axis(&self) -> Axis {
+        let last = self.state.history.last().map_or(1, |c| c.cycle).max(1) as f64;
+        Axis::new("cycle", "").limits(-0.3, last + 0.3).whole()
+    }
+
+    fn cycles(&self) -> Result<Table> {
+        let fixed = [
+            "cycle",
+            "try",
+            "objective",
+            "E_f in %",
+            "E_g in %",
+            "V in %",
+            "step in %",
+            "at move limits",
+            "kept rows",
+            "active rows",
+        ];
+        let names = self.problem.variables.iter().map(|v| v.name.as_str());
+        let mut table = Table::new("Cycles", fixed.into_iter().chain(names));
+        for c in &self.state.history {
+            let fixed: [Cell; 10] = [
+                c.cycle.into(),
+                super::verdict(c).into(),
+                c.objective.into(),
+                c.objective_error_pct.into(),
+                c.constraint_error_pct.into(),
+                c.violation_pct.into(),
+                c.max_variable_change_pct.into(),
+                c.active_limits.into(),
+                c.kept.len().into(),
+                c.active.len().into(),
+            ];
+            table.push(fixed.into_iter().chain(c.design.iter().map(|b| Cell::from(*b))))?;
+        }
+        Ok(table)
+    }
+}

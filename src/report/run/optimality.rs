@@ -1,0 +1,76 @@
+//! Residuals of the optimality conditions, and multipliers.
+
+use super::{Run, number};
+use crate::Result;
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Stroke};
+use crate::report::page::Section;
+use crate::report::table::Table;
+use crate::sao::Cycle;
+
+/// Most multipliers in the table.
+const MOST: usize = 40;
+
+impl Run<'_> {
+    pub(super) fn optimality(&self) -> Result<Section> {
+        let mut section = Section::new("optimality", "Optimality conditions");
+        let Some(last) = self.last() else { return Ok(section) };
+        section = section.paragraph(
+            "The residual of the problem says how far the start of a cycle was from the first-order conditions, relative to the \
+             objective; it is computed where the objective has settled. That of the subproblem says how well the approximate \
+             problem was solved, computed independently of its solver.",
+        );
+        if let Some(residual) = last.residual {
+            section = section.paragraph(format!("At the end the conditions hold to {}.", number(residual)));
+        }
+        if let Some(figure) = self.residuals() {
+            section = section.figure("residuals", "Residuals of the optimality conditions.", figure);
+        }
+        if last.active.is_empty() {
+            let text = "No constraint holds the last design: only bounds and move limits, or nothing at all.";
+            return Ok(section.paragraph(text));
+        }
+        section = section.paragraph(
+            "A multiplier is what the objective gains where a limit gives way: a limit wider by one percent of its scale lowers \
+             the objective by about a hundredth of the multiplier.",
+        );
+        Ok(section.table(self.multipliers(last)?))
+    }
+
+    fn residuals(&self) -> Option<Figure> {
+        let of = |value: fn(&Cycle) -> Option<f64>| -> Vec<[f64; 2]> {
+            let tries = self.state.history.iter().filter(|c| c.region.is_some());
+            tries.filter_map(|c| Some([c.cycle as f64, value(c)?])).filter(|p| p[1] > 0.0).collect()
+        };
+        let (problem, subproblem) = (of(|c| c.residual), of(|c| Some(c.kkt)));
+        if problem.is_empty() && subproblem.is_empty() {
+            return None;
+        }
+        let mut panel = Panel::new(self.cycle_axis(), Axis::new("residual", "").logarithmic()).legend(Legend::Below);
+        for (points, name, marker, colour) in [
+            (problem, "problem", Marker::Disc, Colour::VERMILLION),
+            (subproblem, "subproblem", Marker::Square, Colour::BLUE),
+        ] {
+            if !points.is_empty() {
+                panel.add(Mark::curve(points.clone(), Stroke::solid(colour, 0.9)).named(name));
+                panel.add(Mark::points(points, marker, colour, 3.6).named(name));
+            }
+        }
+        Some(Figure::new("Residuals of the optimality conditions over the cycles", 100.0, 70.0).with(panel))
+    }
+
+    fn multipliers(&self, last: &Cycle) -> Result<Table> {
+        let unit = match self.problem.objective_unit.as_str() {
+            "" => "multiplier".to_owned(),
+            unit => format!("multiplier in {unit}"),
+        };
+        let title = format!("Multipliers of cycle {}: the {} that hold its solution", last.cycle, last.active.len());
+        let mut table = Table::new(title, ["constraint".to_owned(), unit, "value at the last design".to_owned()]);
+        let mut active = last.active.clone();
+        active.sort_by(|a, b| b.multiplier.abs().total_cmp(&a.multiplier.abs()).then(a.row.cmp(&b.row)));
+        for a in active.iter().take(MOST) {
+            let value = self.state.evaluation.constraints[a.row.constraint][a.row.point];
+            table.push([self.problem.row_in_words(a.row).as_str().into(), a.multiplier.into(), value.into()])?;
+        }
+        Ok(table)
+    }
+}

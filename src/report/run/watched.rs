@@ -1,0 +1,165 @@
+//! What is constrained over time, in its own unit.
+//!
+//! A problem knows normalised constraints ĝ ≤ 1. For reading, the two sides of one quantity are put together, the sign is
+//! turned back where the quantity is a response, and the bound of a peak is added again.
+
+use super::Run;
+use crate::problem::{Constraint, RowId};
+use crate::report::picture::{Side, TimeBound};
+
+/// A constrained quantity over time.
+pub(super) struct Watched {
+    pub name: String,
+    pub unit: String,
+    pub grid: usize,
+    /// The time points at which it is constrained.
+    pub points: std::ops::Range<usize>,
+    /// Its values there, at the first and at the last design.
+    pub first: Vec<f64>,
+    pub last: Vec<f64>,
+    pub bounds: Vec<TimeBound>,
+    /// Kept and active time points of the last cycle.
+    pub kept: Vec<usize>,
+    pub active: Vec<usize>,
+    /// Largest ĝ at the last design.
+    pub worst: f64,
+    /// The response that it is, if it is one.
+    pub response: Option<usize>,
+    pub remark: &'static str,
+}
+
+impl Run<'_> {
+    /// All constrained histories, in the order of the constraints.
+    pub(super) fn watched(&self) -> Vec<Watched> {
+        let constraints = &self.problem.constraints;
+        let (mut all, mut j) = (vec![], 0);
+        while j < constraints.len() {
+            let pair = constraints.get(j + 1).filter(|next| is_pair(&constraints[j], next)).is_some();
+            if constraints[j].quantity.is_transient() {
+                all.push(self.watch(j, pair));
+            }
+            j += if pair { 2 } else { 1 };
+        }
+        all
+    }
+
+    fn watch(&self, j: usize, pair: bool) -> Watched {
+        let (constraint, grid) =
+            (&self.problem.constraints[j], self.problem.constraints[j].quantity.grid().unwrap_or(0));
+        let stem = constraint.name.strip_suffix(" upper").filter(|_| pair).unwrap_or(&constraint.name);
+        let peak =
+            self.problem.variables.iter().position(|v| pair && v.name == stem && stem == self.problem.objective_name);
+        let points = self.window(j);
+        let beta = |design: &[f64]| peak.map_or(0.0, |k| design[k]);
+        let of = |ĝ: &[f64], design: &[f64]| -> Vec<f64> {
+            ĝ[points.clone()].iter().map(|g| constraint.limit + constraint.scale * (g - 1.0) + beta(design)).collect()
+        };
+        let mut first = of(&self.first.1.constraints[j], self.start());
+        let mut last = of(&self.state.evaluation.constraints[j], &self.state.design);
+        let mut bounds =
+            bounds(constraint, pair.then(|| &self.problem.constraints[j + 1]), peak.map(|k| self.state.design[k]));
+        let response = self.response_like(constraint.quantity.responses(), &points, &last);
+        if let Some((_, true)) = response {
+            [&mut first, &mut last].into_iter().flatten().for_each(|v| *v = -*v);
+            bounds.iter_mut().for_each(|bound| *bound = turned(*bound));
+        }
+        let both = j..j + 1 + usize::from(pair);
+        let (kept, active) = self.marked(both.clone(), &points);
+        let worst = both.map(|j| self.worst(&self.state.evaluation, j).1).fold(f64::NEG_INFINITY, f64::max);
+        let response = response.map(|(h, _)| h);
+        let unit = match (response, peak) {
+            (Some(h), _) => self.problem.responses[h].unit.clone(),
+            (None, Some(k)) => self.problem.variables[k].unit.clone(),
+            _ => String::new(),
+        };
+        let remark = if peak.is_some() { ", bounded by the objective" } else { "" };
+        let name = match (response, peak) {
+            (Some(h), Some(_)) => self.problem.responses[h].name.clone(),
+            _ => stem.to_owned(),
+        };
+        Watched { name, unit, grid, points, first, last, bounds, kept, active, worst, response, remark }
+    }
+
+    /// Time points without those before and behind the interval on which the constraint holds, where ĝ is zero.
+    fn window(&self, j: usize) -> std::ops::Range<usize> {
+        const LEAST: usize = 3;
+        let (first, last) = (&self.first.1.constraints[j], &self.state.evaluation.constraints[j]);
+        let outside = |p: &usize| first[*p].abs() < 1e-9 && last[*p].abs() < 1e-9;
+        let n = last.len();
+        let (before, behind) = ((0..n).take_while(outside).count(), (0..n).rev().take_while(outside).count());
+        let begin = if before >= LEAST && before < n { before } else { 0 };
+        let end = if behind >= LEAST && behind < n { n - behind } else { n };
+        begin..end
+    }
+
+    /// The response that has the values of a history, or their negatives.
+    fn response_like(&self, among: &[usize], points: &std::ops::Range<usize>, values: &[f64]) -> Option<(usize, bool)> {
+        let same = |h: usize, sign: f64| {
+            let response = self.state.responses.values.get(h).filter(|r| r.len() >= points.end);
+            let size = values.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+            response
+                .is_some_and(|r| r[points.clone()].iter().zip(values).all(|(r, v)| (sign * r - v).abs() <= 1e-7 * size))
+        };
+        among.iter().find_map(|&h| [1.0, -1.0].into_iter().find(|sign| same(h, *sign)).map(|sign| (h, sign < 0.0)))
+    }
+
+    fn marked(&self, constraints: std::ops::Range<usize>, points: &std::ops::Range<usize>) -> (Vec<usize>, Vec<usize>) {
+        let Some(cycle) = self.last() else { return (vec![], vec![]) };
+        let inside = |row: &RowId| constraints.contains(&row.constraint) && points.contains(&row.point);
+        let place = |row: &RowId| row.point - points.start;
+        let kept = cycle.kept.iter().filter(|row| inside(row)).map(place).collect();
+        (kept, cycle.active.iter().map(|a| &a.row).filter(|row| inside(row)).map(place).collect())
+    }
+}
+
+/// Whether two constraints are the upper and lower side of one quantity.
+fn is_pair(upper: &Constraint, lower: &Constraint) -> bool {
+    let stems = (upper.name.strip_suffix(" upper"), lower.name.strip_suffix(" lower"));
+    matches!(stems, (Some(a), Some(b)) if a == b) && upper.quantity.responses() == lower.quantity.responses()
+}
+
+fn bounds(constraint: &Constraint, lower: Option<&Constraint>, peak: Option<f64>) -> Vec<TimeBound> {
+    let below = |value: f64| TimeBound { value, side: Side::Below };
+    let above = |value: f64| TimeBound { value, side: Side::Above };
+    match (peak, lower) {
+        (Some(peak), _) => vec![below(peak), above(-peak)],
+        (None, Some(lower)) => vec![below(constraint.limit), above(-lower.limit)],
+        (None, None) if constraint.is_equality => vec![below(constraint.limit), above(constraint.limit)],
+        (None, None) => vec![below(constraint.limit)],
+    }
+}
+
+fn turned(bound: TimeBound) -> TimeBound {
+    let side = match bound.side {
+        Side::Below => Side::Above,
+        Side::Above => Side::Below,
+    };
+    TimeBound { value: -bound.value, side }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::impact_absorber;
+    use crate::sao::Method;
+
+    /// The absorber's acceleration is bounded by the objective from both sides, its displacement by one metre.
+    #[test]
+    fn normalised_constraints_become_what_they_constrain() {
+        let problem = impact_absorber::peak_acceleration().unwrap();
+        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let run = Run::new("absorber", &problem, &state).unwrap();
+        let watched = run.watched();
+        let of = |name: &str| watched.iter().find(|w| w.name == name).unwrap_or_else(|| panic!("no {name}"));
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        for (name, limit) in [("acceleration", state.evaluation.objective), ("displacement", 1.0)] {
+            let (w, h) = (of(name), problem.responses.iter().position(|r| r.name == name).unwrap());
+            assert_eq!((w.response, &w.unit), (Some(h), &problem.responses[h].unit));
+            assert!(w.last.iter().zip(&state.responses.values[h]).all(|(a, b)| close(*a, *b)), "{name}");
+            assert!(w.first.iter().zip(&run.first.0.values[h]).all(|(a, b)| close(*a, *b)), "{name}");
+            assert!(close(w.bounds[0].value, limit) && w.bounds[0].side == Side::Below, "{:?}", w.bounds);
+            assert!(close(w.bounds[1].value, -limit) && w.bounds[1].side == Side::Above, "{:?}", w.bounds);
+            assert!(!w.active.is_empty() && w.active.iter().all(|p| close(w.last[*p].abs(), limit)), "{name}");
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The report in a real browser: it renders, its scripts run without an error, the mechanism moves.
+//!
+//! Needs Chromium: without one the tests say so and pass, unless `REQUIRE_BROWSER=1` is set. `.ci/browser` installs it.
+
+use crate::shell::Place;
+use resvg::tiny_skia::Pixmap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The browser, if there is one: `$CHROMIUM`, or one of its usual names.
+fn browser() -> Option<PathBuf> {
+    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let in_path = std::env::split_paths(&folders).flat_map(|folder| names.map(|name| folder.join(name)));
+    let found = std::env::var_os("CHROMIUM").map(PathBuf::from).or_else(|| in_path.into_iter().find(|p| p.is_file()));
+    if found.is_none() {
+        assert!(std::env::var_os("REQUIRE_BROWSER").is_none_or(|v| v != "1"), "no Chromium; .ci/browser installs it");
+        eprintln!("skipped: no Chromium in PATH; .ci/browser installs it");
+    }
+    found
+}
+
+struct Browser<'p> {
+    program: PathBuf,
+    place: &'p Place,
+}
+
+impl Browser<'_> {
+    /// Shows an address for two virtual seconds. What is printed.
+    fn show(&self, address: &str, size: [u32; 2], wanted: &str) -> String {
+        let profile = self.place.0.join(format!("profile-{}", address.len() + wanted.len() + size[0] as usize));
+        let output = Command::new(&self.program)
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"])
+            .args(["--disable-component-update", "--disable-dev-shm-usage", "--hide-scrollbars", "--mute-audio"])
+            .args([
+                "--host-resolver-rules=MAP * ~NOTFOUND",
+                "--virtual-time-budget=2000",
+                "--force-device-scale-factor=1",
+            ])
+            .arg(format!("--user-data-dir={}", profile.display()))
+            .arg(format!("--window-size={},{}", size[0], size[1]))
+            .args([wanted, address])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+
+    fn screenshot(&self, address: &str, size: [u32; 2], name: &str) -> Pixmap {
+        let file = self.place.0.join(name);
+        self.show(address, size, &format!("--screenshot={}", file.display()));
+        Pixmap::decode_png(&std::fs::read(file).unwrap()).unwrap()
+    }
+}
+
+fn address(path: &Path) -> String {
+    format!("file://{}", path.display())
+}
+
+/// The value of an attribute of the page as it is after its scripts have run.
+fn attribute<'d>(dom: &'d str, name: &str) -> &'d str {
+    let (_, rest) = dom.split_once(&format!("{name}=\"")).unwrap_or_else(|| panic!("the page has no {name}"));
+    rest.split('"').next().unwrap()
+}
+
+/// Pixels that differ by more than the smoothing of round corners, with the rows of the first and last of them.
+fn differences(a: &Pixmap, b: &Pixmap) -> (usize, u32, u32) {
+    assert_eq!((a.width(), a.height()), (b.width(), b.height()));
+    let far = |a: u8, b: u8| a.abs_diff(b) > 48;
+    let differ = a
+        .pixels()
+        .iter()
+        .zip(b.pixels())
+        .enumerate()
+        .filter(|(_, (a, b))| far(a.red(), b.red()) || far(a.green(), b.green()) || far(a.blue(), b.blue()));
+    let rows: Vec<u32> = differ.map(|(k, _)| k as u32 / a.width()).collect();
+    (rows.len(), rows.first().copied().unwrap_or(0), rows.last().copied().unwrap_or(0))
+}
+
+#[test]
+fn from_nothing_to_a_page_whose_mechanism_moves() {
+    let Some(program) = browser() else { return };
+    let place = Place::new("browser");
+    place.run(&["new", "lift"], 0);
+    place.run(&["optimize", "lift.toml", "--quiet"], 0);
+    place.run(&["report", "out/lift", "--slice", "5", "--page-only"], 0);
+    let page = place.0.join("out/lift/report.html");
+    let browser = Browser { program, place: &place };
+
+    // It renders: many shades, not one colour.
+    let size = [1200, 1400];
+    let [early, late] =
+        ["#t=0.0", "#t=0.5"].map(|t| browser.screenshot(&(address(&page) + t), size, &format!("{}.png", &t[3..])));
+    let mut shades: Vec<[u8; 3]> = early.pixels().iter().map(|p| [p.red(), p.green(), p.blue()]).collect();
+    shades.sort_unstable();
+    shades.dedup();
+    assert!(shades.len() > 50, "{} shades", shades.len());
+
+    // The mechanism is at another place, and all else stands still.
+    let (count, first, last) = differences(&early, &late);
+    assert!(count > 2000 && first > 500 && last < 1300, "{count} pixels differ in rows {first} to {last}");
+
+    // It moves by itself, and no script has failed.
+    let dom = browser.show(&address(&page), size, "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "ready");
+    assert!(attribute(&dom, "data-frame").parse::<usize>().unwrap() > 0);
+
+    // Keys, slider, button and the size of the page on a phone.
+    let probe = "<script>
+      const stage = document.querySelector('.scenes'), figure = stage.closest('figure');
+      const slider = figure.querySelector('input[type=range]'), button = figure.querySelector('button');
+      const seen = [];
+      const press = (key) => { stage.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true })); seen.push(figure.dataset.frame); };
+      ['Home', 'ArrowRight', 'PageDown', 'ArrowLeft', 'End'].forEach(press);
+      slider.value = 42; slider.dispatchEvent(new Event('input')); seen.push(figure.dataset.frame);
+      seen.push(button.textContent); button.click(); seen.push(button.textContent); button.click();
+      const wide = [...document.querySelectorAll('main *')].filter((e) => !e.closest('.table, pre') && e.getBoundingClientRect().right > innerWidth + 1);
+      document.documentElement.dataset.seen = seen.join(' ');
+      document.documentElement.dataset.wide = wide.length + ' of ' + (document.documentElement.scrollWidth > innerWidth);
+    </script></body>";
+    let probed = place.0.join("probed.html");
+    std::fs::write(&probed, place.read("out/lift/report.html").replace("</body>", probe)).unwrap();
+    let dom = browser.show(&address(&probed), [390, 800], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "ready");
+    assert_eq!(attribute(&dom, "data-seen"), "0 1 11 10 150 42 Play Pause");
+    assert_eq!(attribute(&dom, "data-wide"), "0 of false");
+}

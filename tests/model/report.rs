@@ -1,0 +1,149 @@
+//! The report of a run: one page that is well formed, complete and asks nobody.
+
+use super::page::{asks_nobody, check, outline};
+use crate::shell::Place;
+
+/// Optimizes an example and writes its report.
+fn reported(name: &str, example: &str, code: i32) -> (Place, String) {
+    let place = Place::new(name);
+    place.example(example);
+    place.run(&["optimize", &format!("{example}.toml"), "--quiet", "--out", "run"], code);
+    let page = report(&place);
+    (place, page)
+}
+
+fn report(place: &Place) -> String {
+    assert!(place.run(&["report", "run", "--slice", "5", "--page-only"], 0).contains("Wrote run/report.html"));
+    let page = place.read("run/report.html");
+    check(&page);
+    asks_nobody(&page);
+    page
+}
+
+#[test]
+fn the_page_of_a_mechanism_has_everything() {
+    let (_place, page) = reported("report", "impact-absorber", 0);
+    insta::assert_snapshot!(outline(&page));
+    assert!(page.contains(">converged</span>") && page.contains("<g class=\"springs\"><path"));
+    assert!(page.contains("analyses of 5 × 5 designs"));
+}
+
+#[test]
+fn a_closed_form_without_time_has_no_mechanism_and_no_histories() {
+    let (_place, page) = reported("report-static", "cantilever", 0);
+    insta::assert_snapshot!(outline(&page));
+}
+
+#[test]
+fn every_figure_is_a_file_and_the_mechanism_moves_in_one() {
+    let place = Place::new("report-figures");
+    place.example("impact-absorber");
+    place.run(&["optimize", "impact-absorber.toml", "--quiet", "--report", "--out", "run"], 0);
+    let mut names: Vec<String> = std::fs::read_dir(place.0.join("run/figures"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    insta::assert_snapshot!(names.join("\n"));
+    for name in &names {
+        let bytes = std::fs::read(place.0.join("run/figures").join(name)).unwrap();
+        let begins = |with: &[u8]| assert!(bytes.starts_with(with), "{name}");
+        match name.rsplit_once('.').unwrap().1 {
+            "svg" => begins(b"<svg"),
+            "png" => begins(b"\x89PNG"),
+            _ => begins(b"GIF89a"),
+        }
+    }
+    // Every link of the page leads to a file beside it.
+    let page = place.read("run/report.html");
+    let links = page.split("<a href=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
+    for link in links.filter(|link| !link.starts_with('#')) {
+        assert!(place.0.join("run").join(link).exists(), "{link}");
+    }
+}
+
+#[test]
+fn hostile_names_are_shown_as_they_are() {
+    let place = Place::new("report-hostile");
+    place.example("impact-absorber");
+    let bad = "</title><script>alert(1)</script><img src=x onerror=alert(2)>";
+    let model = place
+        .read("impact-absorber.toml")
+        .replace("title = \"impact absorber, peak acceleration\"", &format!("title = \"{bad}\""))
+        .replace(
+            "name = \"displacement\"\nvalue = \"displacement\"",
+            &format!("name = \"{bad}\"\nvalue = \"displacement\""),
+        )
+        .replace("unit = \"N/m\"", "unit = \"<b onclick='x'>&amp;\"")
+        .replace("to = 12.0", "to = 12.0\nname = \"</script><svg onload=alert(3)>\"");
+    assert_eq!(model.matches("alert").count(), 5);
+    std::fs::write(place.0.join("bad.toml"), model).unwrap();
+    place.run(&["optimize", "bad.toml", "--quiet", "--out", "run"], 0);
+    let page = report(&place);
+    for element in ["<script>alert", "<img", "<b ", "<svg onload", "</script><svg"] {
+        assert!(!page.contains(element), "{element}");
+    }
+    assert!(page.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
+    // Two scripts of the page, the data and the script of the animation.
+    assert_eq!(page.matches("<script").count(), 4);
+}
+
+#[test]
+fn a_run_that_was_stopped_gives_a_report_too() {
+    let place = Place::new("report-stopped");
+    place.example("impact-absorber");
+    let model = place.read("impact-absorber.toml") + "\n[method]\nmax_cycles = 3\n";
+    std::fs::write(place.0.join("short.toml"), model).unwrap();
+    place.run(&["optimize", "short.toml", "--quiet", "--out", "run"], 3);
+    assert!(report(&place).contains(">cycle limit</span>"));
+    // What a kill leaves behind: the state of a run that goes on, and no results.
+    let state = place.read("run/state.json").replace("\"status\": \"CycleLimit\"", "\"status\": \"Running\"");
+    assert!(state.contains("Running"));
+    std::fs::write(place.0.join("run/state.json"), state).unwrap();
+    for name in ["summary.json", "responses.csv", "constraints.csv"] {
+        std::fs::remove_file(place.0.join("run").join(name)).unwrap();
+    }
+    let page = report(&place);
+    assert!(page.contains(">unfinished</span>") && page.contains("the 3 tries so far"));
+    assert!(!page.contains("href=\"summary.json\"") && page.contains("href=\"cycles.csv\""));
+    // Killed before the first design was analysed.
+    std::fs::remove_file(place.0.join("run/state.json")).unwrap();
+    let page = report(&place);
+    assert!(page.contains("stopped before its first design") && page.contains("Design variables"));
+    assert!(place.run(&["report", "nowhere"], 1).contains("no run"));
+}
+
+/// What a cycle stores of its promises gives the errors that it reports (14) to (16).
+#[test]
+fn promises_and_errors_agree() {
+    let problem = linkwright::library::impact_absorber::peak_acceleration().unwrap();
+    let end = linkwright::sao::Method::default().solve(&problem, |_| ()).unwrap();
+    for cycle in &end.history[1..] {
+        let promised = cycle.prediction.as_ref().unwrap();
+        let error = 100.0 * (promised.objective - cycle.objective).abs() / cycle.objective;
+        assert!((error - cycle.objective_error_pct).abs() < 1e-9);
+        assert_eq!((promised.rows.len(), promised.analysed.len()), (cycle.kept.len(), cycle.kept.len()));
+        let pairs = promised.rows.iter().zip(&promised.analysed).filter(|(_, g)| **g >= 0.7);
+        let error = pairs.map(|(p, g)| 100.0 * (p - g).abs() / g.abs()).fold(0.0, f64::max);
+        assert!((error - cycle.constraint_error_pct).abs() < 1e-6 || error <= cycle.constraint_error_pct, "{cycle:?}");
+    }
+}
+
+/// The drawing of a chain is the motion that its outputs tell of.
+#[test]
+fn drawings_move_as_the_analysis_says() {
+    let text =
+        std::fs::read_to_string(format!("{}/examples/models/pendulum-chain.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let model = linkwright::model::read("pendulum-chain.toml", &text).unwrap();
+    let (problem, times) = (model.problem().unwrap(), model.drawing_times().unwrap());
+    assert_eq!(times, model.grid().unwrap().points);
+    let heights = &problem.analyze(&[2.0]).unwrap().values[0];
+    let frames = model.drawings(&[&[2.0]], &times).unwrap().unwrap().remove(0);
+    for (frame, height) in frames.iter().zip(heights) {
+        assert_eq!((frame.bars.len(), frame.joints.len(), frame.ground_joints.len()), (5, 4, 1));
+        let length = |bar: &Vec<[f64; 2]>| (bar[1][0] - bar[0][0]).hypot(bar[1][1] - bar[0][1]);
+        assert!(frame.bars.iter().all(|bar| (length(bar) - 0.2).abs() < 1e-9));
+        let tip = frame.bars[4][1][1];
+        assert!((tip - height).abs() < 1e-7, "{tip} and {height}");
+    }
+}
