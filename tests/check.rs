@@ -2,7 +2,7 @@
 
 use linkwright::Result;
 use linkwright::problem::check::{Finding, Proof, check};
-use linkwright::problem::{Alternative, Analysis, Instant, Responses};
+use linkwright::problem::{Alternative, Analysis, Differences, Instant, Responses};
 use nalgebra::DMatrix;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -136,6 +136,21 @@ fn where_differences_cannot_tell_a_sure_witness_can() {
     // Without the witness it is not known which of the two is wrong, and of one alone nothing.
     assert_eq!(finding(&examine(&methods()[..2]), 0, 0), (Finding::Wrong, vec![0, 1]));
     assert_eq!(finding(&examine(&methods()[..1]), 0, 0).0, Finding::Unclear);
+}
+
+#[test]
+fn differences_with_steps_too_long_are_named() {
+    let healthy = Patient::default();
+    let examine = |step: f64| {
+        let differences = Differences::forward(&healthy, step).unwrap();
+        let wanted = [0, 2].map(|response| Instant { response, point: 0 });
+        let methods = [Alternative::of("exact", &healthy)].into_iter().chain(differences.alternatives());
+        check(&healthy, &methods.collect::<Vec<_>>(), &[1.5, 0.7], &[1.0, 1.0], &wanted).unwrap()
+    };
+    assert!(examine(1e-6).is_right());
+    let proof = examine(0.02);
+    assert_eq!(finding(&proof, 0, 0), (Finding::Wrong, vec![1]));
+    assert_eq!(words(&proof, 0, 0), "forward is wrong: exact agrees with the differences");
 }
 
 #[cfg(feature = "multibody")]

@@ -5,12 +5,15 @@ use linkwright::analysis::dynamics::InitialAcceleration;
 use linkwright::analysis::generalized_alpha::Prescribed;
 use linkwright::analysis::start::Assembly;
 use linkwright::analysis::statics::Statics;
-use linkwright::analysis::{Dynamics, Newton};
-use linkwright::multibody::Model;
+use linkwright::analysis::{Dynamics, Explicit, Newton};
 use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::multibody::{Mechanism, Model};
+use linkwright::scalar::Scalar;
 use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
 use linkwright::sensitivity::semi_analytical::{STEP, difference_equilibria, difference_kinematics};
-use linkwright::sensitivity::{SensitiveHistory, differentiate, differentiate_semi_analytically};
+use linkwright::sensitivity::{
+    Differentiation, SensitiveHistory, Transient, differentiate, differentiate_semi_analytically,
+};
 
 /// Largest deviation of a derivative by each variable, relative to the largest of the same output with respect to any, all by
 /// the size of the variables; outputs that are nearly zero are measured by `floor` of the largest of all.
@@ -39,12 +42,16 @@ fn row(name: &str, worst: [f64; 4], allowed: f64) {
 
 /// Output times at the start, between steps and at their ends.
 fn check<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64, allowed: f64) {
+    check_down_to(1e-4, name, model, b, settings, end, allowed);
+}
+
+fn check_down_to<M: Model>(floor: f64, name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64, allowed: f64) {
     let times = [0.0, 0.237, 0.5, 0.7312, 1.0].map(|part| part * end);
     let exact = differentiate(model, b, &settings, &times).unwrap();
     let worst = STEPS.map(|step| {
         let found = differentiate_semi_analytically(model, b, &settings, &times, step).unwrap();
         assert_eq!((&found.values, found.work), (&exact.values, exact.work));
-        deviation(b, 1e-4, &exact, &found)
+        deviation(b, floor, &exact, &found)
     });
     row(name, worst, allowed);
 }
@@ -74,7 +81,8 @@ fn the_reference_mechanisms() {
     let b = [0.0385, 0.0252, 0.02];
     for (name, four_bar) in [("as published", FourBar::as_published()), ("physical", FourBar::physical())] {
         let name = format!("flexible four-bar, {name}");
-        check(&name, &four_bar, &b, four_bar.dynamics().unwrap(), 0.5, 1e-5);
+        // All outputs are moments; those at pins are a hundred-thousandth of the others, and lost in their rounding.
+        check_down_to(1e-2, &name, &four_bar, &b, four_bar.dynamics().unwrap(), 0.5, 1e-4);
     }
     check("rigid four-bar", &RigidFourBar(FourBar::physical()), &b, fixed(0.005), 0.2, 1e-6);
 }
@@ -105,4 +113,33 @@ fn kinematics_and_statics() {
         deviation(&b, 1e-4, &exact, &found)
     });
     row("clamped beam, statics", worst, 1e-6);
+}
+
+#[test]
+fn what_cannot_be_differenced_is_refused() {
+    let settings = fixed(0.01);
+    for step in [0.0, -1e-6, 1.0, f64::NAN] {
+        let error = differentiate_semi_analytically(&Absorber, &[0.36, 0.48], &settings, &[0.1], step).unwrap_err();
+        assert!(error.to_string().contains("relative step"), "{error}");
+        assert!(Transient::new(Absorber, settings, &[0.1]).unwrap().with_perturbation(step).is_err());
+    }
+    let explicit = Transient::new(Absorber, Explicit::adaptive(1e-9), &[0.1]).unwrap();
+    let error = explicit.differentiating(Differentiation::SemiAnalytical).err().unwrap();
+    assert!(error.to_string().contains("direct method"), "{error}");
+    let error = differentiate_semi_analytically(&Growing, &[1.0], &settings, &[0.1], 1e-3).map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("different elements"), "{error}");
+}
+
+/// A model whose design decides how many parts it has.
+struct Growing;
+
+impl Model for Growing {
+    fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
+        let mut m = Mechanism::new();
+        for k in 0..if b[0].re() > 1.0 { 2 } else { 1 } {
+            let cart = m.coordinate("cart", S::from(0.0), S::from(1.0));
+            m.inertia(&format!("mass {k}"), cart, b[0]);
+        }
+        Ok(m)
+    }
 }

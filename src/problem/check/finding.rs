@@ -164,6 +164,9 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// Part of a derivative that it may be off in any case.
 const ALLOWED: f64 = 1e-7;
 
+/// Part of the largest scaled derivative of a response that a method may be off because it takes steps, whatever it knows of it.
+const INEXACT: f64 = 1e-3;
+
 /// Part of a derivative by which exact methods contradict each other, where differences are too noisy to tell.
 const CONTRADICTION: f64 = 1e-4;
 
@@ -185,7 +188,8 @@ pub(super) fn judge(derivatives: &mut [Checked], scales: &[f64]) {
             continue;
         };
         let off = |k: usize| {
-            let allowed = MARGIN * (error + d.uncertainty[k]) + ALLOWED * size + floor;
+            let inexact = (MARGIN * d.uncertainty[k]).min(INEXACT * largest / scales[d.variable]);
+            let allowed = MARGIN * error + inexact + ALLOWED * size + floor;
             !((d.claimed[k] - value).abs() <= allowed)
         };
         d.suspects = (0..d.claimed.len()).filter(|&k| off(k)).collect();

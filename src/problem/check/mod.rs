@@ -46,7 +46,15 @@ impl Problem {
             (0..taken).map(move |k| Instant { response, point: (2 * k + 1) * count / (2 * taken) })
         });
         let analysis = self.analysis.as_ref();
-        check(analysis, &methods(analysis), b, &self.scales(), &wanted.collect::<Vec<_>>())
+        check(analysis, &methods(analysis), b, &self.sizes(b), &wanted.collect::<Vec<_>>())
+    }
+
+    /// Sizes of the design variables at `b`, from which differences start: their values, but no more than the range between
+    /// their bounds and no less than a thousandth of it.
+    fn sizes(&self, b: &[f64]) -> Vec<f64> {
+        let size =
+            |(range, value): (f64, &f64)| if *value == 0.0 { range } else { value.abs().clamp(1e-3 * range, range) };
+        self.scales().into_iter().zip(b).map(size).collect()
     }
 }
 
