@@ -41,22 +41,33 @@ impl<S: Scalar> Mechanism<S> {
             let why = format!("its gap has {closures} closures");
             return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
         }
-        let coordinates = coordinates.iter().map(|c| c.0).collect();
-        let (element, parameters) = (Arc::new(gap), parameters.to_vec());
-        let part = PartData { name, element, coordinates, first_multiplier: 0, closures, parameters };
-        self.impacts.push(ImpactData { part, restitution });
+        self.add_impact(name, gap, coordinates, parameters, restitution);
         Ok(())
     }
 
+    fn add_impact(
+        &mut self,
+        name: String,
+        gap: impl Element,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+        restitution: S,
+    ) {
+        let (closures, coordinates) = (Element::closures(&gap), coordinates.iter().map(|c| c.0).collect());
+        let (element, parameters) = (Arc::new(gap), parameters.to_vec());
+        let part = PartData { name, element, coordinates, first_multiplier: 0, closures, parameters };
+        self.impacts.push(ImpactData { part, restitution });
+    }
+
     /// A rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
-    pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) -> Result<()> {
-        self.impact(name, Driver(Fixed), &[a, b], &[clearance], restitution)
+    pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
+        self.add_impact(name.into(), Driver(Fixed), &[a, b], &[clearance], restitution);
     }
 
     /// A rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays to the left of
     /// it, as seen along the line.
-    pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) -> Result<()> {
+    pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.impact(name, PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y], restitution)
+        self.add_impact(name.into(), PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y], restitution);
     }
 }

@@ -135,8 +135,9 @@ fn every_joint_drive_and_force_measures_and_differentiates() {
 fn no_kind_is_forgotten_here() {
     let tested: BTreeSet<(&str, &str)> = PARTS.iter().map(|(section, kind, ..)| (*section, *kind)).collect();
     for table in tables().iter().filter(|t| ["joint", "driver", "force"].contains(&t.name)) {
-        // An inertia measures nothing; it has a test of its own.
-        if let Some(kind) = table.kind.filter(|kind| *kind != "inertia") {
+        // These measure nothing; they have tests of their own.
+        let silent = ["inertia", "rigid-stop", "rigid-wall"];
+        if let Some(kind) = table.kind.filter(|kind| !silent.contains(kind)) {
             assert!(tested.contains(&(table.name, kind)), "{} of kind {kind}", table.name);
         }
     }
@@ -203,4 +204,42 @@ fn a_weight_hangs_lower_on_a_softer_spring() {
     assert!((responses.values[0][0] + 0.4).abs() < 1e-12);
     let slope = problem.sensitivities(&[50.0], &responses, &[Instant { response: 0, point: 0 }]).unwrap();
     assert!((slope[(0, 0)] - 0.008).abs() < 1e-12);
+}
+
+#[test]
+fn a_ball_bounces_off_a_stop_and_off_a_wall() {
+    let contacts = [
+        "kind = \"rigid-stop\"\na = \"ground.y\"\nb = \"ball.y\"\nclearance = 0\nrestitution = \"p\"\n",
+        "kind = \"rigid-wall\"\na = { body = \"ground\", at = [0, 0] }\nb = \"ball\"\nrestitution = \"p\"\n",
+    ];
+    for contact in contacts {
+        let text = format!(
+            "version = 1\ngravity = [0, -10]\n[design.p]\nstart = 0.8\n[objective]\nminimize = \"p\"\n[time]\nat = [0.6]\n\
+             [[body]]\nname = \"ball\"\nkind = \"point\"\nmass = 2\nposition = [0, 0.8]\n\
+             [[force]]\nname = \"floor\"\n{contact}{}\n[[output]]\nname = \"y\"\nvalue = \"ball.y\"\n",
+            "[analysis]\nkind = \"dynamics\"\nstep = 0.01"
+        );
+        let problem = problem(&text);
+        let responses = problem.analyze(&[0.8]).unwrap();
+        // It falls for 0.4 s to 4 m/s, and rises with 4 p for 0.2 s.
+        assert!((responses.values[0][0] - (0.8 * 0.8 - 0.2)).abs() < 1e-9, "{:?}", responses.values);
+        let slope = problem.sensitivities(&[0.8], &responses, &[Instant { response: 0, point: 0 }]).unwrap();
+        assert!((slope[(0, 0)] - 0.8).abs() < 1e-9, "{slope}");
+    }
+}
+
+#[test]
+fn a_motion_from_an_equilibrium_stays_there() {
+    let text = "version = 1\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0, 0.5]\n\
+                [[body]]\nname = \"weight\"\nkind = \"point\"\nmass = 2\nposition = [0, 0]\n\
+                [[force]]\nname = \"spring\"\nkind = \"coordinate-spring\"\na = \"ground.y\"\nb = \"weight.y\"\nstiffness = \"p\"\n\
+                [[force]]\nname = \"guide\"\nkind = \"coordinate-spring\"\na = \"ground.x\"\nb = \"weight.x\"\nstiffness = 10\n\
+                [analysis]\nkind = \"dynamics\"\nstep = 0.01\norigin = \"equilibrium\"\n\
+                [[output]]\nname = \"y\"\nvalue = \"weight.y\"\n";
+    let problem = problem(text);
+    let responses = problem.analyze(&[50.0]).unwrap();
+    assert!(responses.values[0].iter().all(|y| (y + 0.4).abs() < 1e-9), "{:?}", responses.values);
+    let wanted = [0, 1].map(|point| Instant { response: 0, point });
+    let slopes = problem.sensitivities(&[50.0], &responses, &wanted).unwrap();
+    assert!(slopes.iter().all(|slope| (slope - 0.008).abs() < 1e-9), "{slopes}");
 }

@@ -52,6 +52,12 @@ const DYNAMICS: &[Key] = &[
     default("spectral_radius", Accepts::Number, "0.9", "of generalized-alpha at infinite frequency, 0 to 1"),
     default("damping", Accepts::Number, "0.05", "numerical damping of hht, 0 to 1/3"),
     default(
+        "origin",
+        Accepts::Choice(&["built", "equilibrium"]),
+        "built",
+        "positions at the start: as given, or those of the static equilibrium there; implicit schemes only",
+    ),
+    default(
         "initial_acceleration",
         Accepts::Choice(&["consistent", "zero"]),
         "consistent",
@@ -228,9 +234,10 @@ fn implicit(
         Some(tolerance) => Dynamics::adaptive(tolerance).step,
         None => StepSize::Fixed(step.unwrap_or(1e-3)),
     };
+    let origins = [("built", Origin::Built), ("equilibrium", Origin::Equilibrium(Statics::default()))];
     let initials = [("consistent", InitialAcceleration::Consistent), ("zero", InitialAcceleration::Zero)];
     Ok(Integration::Implicit(Dynamics {
-        origin: Origin::Built,
+        origin: section.choice("origin", &origins)?,
         start,
         scheme,
         step,

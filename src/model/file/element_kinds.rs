@@ -78,6 +78,8 @@ pub enum Element {
     Friction,
     Stop,
     Wall,
+    RigidStop,
+    RigidWall,
     StateLoad,
     Inertia,
 }
@@ -111,6 +113,8 @@ pub const COMMON_FORCE: &[Key] = &[
             "friction",
             "stop",
             "wall",
+            "rigid-stop",
+            "rigid-wall",
             "state-load",
             "inertia",
         ]),
@@ -327,6 +331,25 @@ pub const FORCES: &[Kind] = &[
         ],
         measures: &["push"],
         about: "keeps a point on the outer side of a wall",
+    },
+    Kind {
+        name: "rigid-stop",
+        element: Element::RigidStop,
+        attach: Attach::Coordinates,
+        keys: &[
+            required("clearance", Accepts::Expression, "of b − a, m or rad"),
+            default("restitution", Accepts::Expression, "0.5", "part of the speed that is left, 0 to 1"),
+        ],
+        measures: &[],
+        about: "lets b − a bounce off a limit that it does not fall below; implicit schemes only",
+    },
+    Kind {
+        name: "rigid-wall",
+        element: Element::RigidWall,
+        attach: Attach::Points,
+        keys: &[LINE, default("restitution", Accepts::Expression, "0.5", "part of the speed that is left, 0 to 1")],
+        measures: &[],
+        about: "lets b bounce off the line through a; it stays to the left, seen along the line; implicit schemes only",
     },
     Kind {
         name: "state-load",

@@ -34,12 +34,16 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<At
         file.each(family, |table, span| {
             let kind = Section::kind(&table, family, usual, kinds.iter().map(|k| (k.name, k)))?;
             let section = Section::of(table, span, family, &[common, kind.attach.keys(), kind.keys], file.source())?;
-            let named = if kind.element == Element::Prescribed {
-                drives += 1;
-                Named::Drive(drives - 1)
-            } else {
-                elements += 1;
-                Named::Element(elements - 1, kind.measures)
+            let named = match kind.element {
+                Element::Prescribed => {
+                    drives += 1;
+                    Named::Drive(drives - 1)
+                }
+                Element::RigidStop | Element::RigidWall => Named::Contact,
+                _ => {
+                    elements += 1;
+                    Named::Element(elements - 1, kind.measures)
+                }
             };
             all.push(attached(kind, &section, names, parts)?);
             parts.add(&section.need_word("name")?, named)
@@ -117,6 +121,8 @@ impl Attached {
             Element::Friction => m.friction(name, c[0], c[1], [n[0], n[1], n[2]]),
             Element::Stop => m.stop(name, c[0], c[1], [n[0], n[1], n[2]]),
             Element::Wall => m.wall_contact(name, p[0], [n[0], n[1]], n[2], [n[3], n[4]]),
+            Element::RigidStop => return m.rigid_stop(name, c[0], c[1], n[0], n[1]),
+            Element::RigidWall => return m.rigid_wall(name, p[0], n[0], p[1], n[1]),
             Element::Inertia => m.inertia(name, c[0], n[0]),
             Element::Prescribed => unreachable!("a prescribed coordinate is no element"),
             Element::StateLoad => unreachable!("it is added with what it observes"),

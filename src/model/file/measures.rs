@@ -70,7 +70,7 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
                 };
                 [node("first"), node("last")].concat()
             }
-            None => vec![],
+            Some(Named::Contact) | None => vec![],
         }
     };
     parts.order.iter().flat_map(of).chain(["kinetic_energy".into(), "potential_energy".into()]).collect()

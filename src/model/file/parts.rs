@@ -33,6 +33,8 @@ pub enum Named {
     Element(usize, &'static [&'static str]),
     /// A coordinate on a prescribed motion.
     Drive(usize),
+    /// A rigid contact, of which nothing is measured.
+    Contact,
 }
 
 /// A point of a frame.
