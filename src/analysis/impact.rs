@@ -132,7 +132,9 @@ impl Border {
         before: &State<f64>,
     ) -> Result<Self> {
         let mut answer = vec![[0.0]; system.size()];
-        system.assemble(mechanism, before, Linearization::accelerations(), &mut answer);
+        let mut free = before.clone();
+        free.l.fill(0.0); // M and Φ_q alone
+        system.assemble(mechanism, &free, Linearization::accelerations(), &mut answer);
         system.factorize(mechanism, before.t)?;
         let mut direction = vec![0.0; system.size()];
         impact.push(system, before, 1.0, &mut direction);

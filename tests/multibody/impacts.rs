@@ -163,7 +163,6 @@ fn an_elastic_impact_keeps_the_energy() {
     let history = simulate(&DoublePendulum.build(&b).unwrap(), &fixed(0.001), &times).unwrap();
     let energy = history.series("energy").unwrap();
     assert!(!history.impacts.is_empty());
-    println!("{:?} {energy:?}", history.impacts);
     let drift = energy.iter().fold(0.0f64, |a, e| a.max((e - energy[0]).abs()));
     assert!(drift < 1e-3 * b[0] * b[8] * b[2], "{drift:.1e}");
 }
