@@ -13,7 +13,6 @@ pub(crate) fn too_many_steps(t: f64) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::analysis::explicit::{Explicit, Ode, Pace, integrate};
     use crate::scalar::Scalar;
 
