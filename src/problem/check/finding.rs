@@ -164,7 +164,8 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// Part of a derivative that it may be off in any case.
 const ALLOWED: f64 = 1e-7;
 
-/// Part of the largest scaled derivative of a response that a method may be off because it takes steps, whatever it knows of it.
+/// Part of the largest scaled derivative of a response that the analysis' own method, the first, may be off because it takes
+/// steps, whatever it knows of it; the others are witnesses and only as good as they know.
 const INEXACT: f64 = 1e-3;
 
 /// Part of a derivative by which exact methods contradict each other, where differences are too noisy to tell.
@@ -188,7 +189,8 @@ pub(super) fn judge(derivatives: &mut [Checked], scales: &[f64]) {
             continue;
         };
         let off = |k: usize| {
-            let inexact = (MARGIN * d.uncertainty[k]).min(INEXACT * largest / scales[d.variable]);
+            let known = MARGIN * d.uncertainty[k];
+            let inexact = if k == 0 { known.min(INEXACT * largest / scales[d.variable]) } else { known };
             let allowed = MARGIN * error + inexact + ALLOWED * size + floor;
             !((d.claimed[k] - value).abs() <= allowed)
         };

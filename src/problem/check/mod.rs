@@ -70,7 +70,7 @@ pub fn methods(analysis: &dyn Analysis) -> Vec<Alternative<'_>> {
 /// Checks the sensitivities that several methods give at the design `b` against differences of `analysis`, and against each
 /// other.
 ///
-/// `methods` are those of the analysis ([`methods`]) or any others of the same responses; `scales` are the sizes of the design
+/// `methods` are those of the analysis ([`methods`]) or any others of the same responses, its own first; `scales` are the sizes of the design
 /// variables in their units. For each variable 22 analyses are made, in parallel.
 ///
 /// A method that refuses the mechanism ([`Error::Definition`]) is left out, as the adjoint where there are impacts.
