@@ -1,11 +1,13 @@
 //! The motion of a mechanism over time.
 
 use super::blame;
+use super::bounce::Impact;
 use super::generalized_alpha::{GeneralizedAlpha, Integrator, Newton, Prescribed};
 use super::recording::Recording;
 use super::sampling::{Sampler, interpolate};
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
+use super::statics::{Statics, balance};
 use super::system::System;
 use crate::multibody::Mechanism;
 use crate::{Error, Result};
@@ -17,6 +19,16 @@ pub enum InitialAcceleration {
     Consistent,
     /// Zero, with zero multipliers: a mechanism at rest and unloaded.
     Zero,
+}
+
+/// Positions at the start of the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    /// Those that the mechanism was built in, assembled.
+    Built,
+    /// Those of the static equilibrium at the start, which is sought from there. Velocities are still those that it was built
+    /// with, made consistent.
+    Equilibrium(Statics),
 }
 
 /// Lengths of the time steps.
@@ -48,6 +60,8 @@ pub struct Dynamics {
     pub newton: Newton,
     /// Assembly of the initial positions.
     pub assembly: Assembly,
+    /// Positions at the start.
+    pub origin: Origin,
     /// Accelerations at the start.
     pub initial: InitialAcceleration,
     /// Velocity and acceleration of prescribed coordinates.
@@ -63,6 +77,7 @@ impl Dynamics {
             step: StepSize::Fixed(h),
             newton: Newton::default(),
             assembly: Assembly::default(),
+            origin: Origin::Built,
             initial: InitialAcceleration::Consistent,
             prescribed: Prescribed::Exact,
         }
@@ -126,6 +141,8 @@ pub struct History {
     pub values: Vec<Vec<f64>>,
     /// The state at the last time.
     pub last: State<f64>,
+    /// Impacts, in their order.
+    pub impacts: Vec<Impact>,
     /// Work done.
     pub work: Work,
 }
@@ -141,12 +158,12 @@ impl History {
 ///
 /// **Errors.** [`Error::Analysis`] naming element and time if the mechanism cannot be built, assembled or moved on.
 pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<History> {
-    record(mechanism, Run::new(mechanism, settings, times)?, times).map(|(history, _)| history)
+    record(mechanism, Run::new(mechanism, settings, times)?, times, None)
 }
 
 /// As [`simulate`], and keeps the steps in at most `memory` bytes.
 ///
-/// A motion with more steps than that is simulated all the same; its recording is not whole.
+/// A motion with more steps than that is simulated all the same; its recording then has check-points.
 ///
 /// **Errors.** As [`simulate`].
 pub fn simulate_recorded(
@@ -155,27 +172,43 @@ pub fn simulate_recorded(
     times: &[f64],
     memory: usize,
 ) -> Result<(History, Recording)> {
-    let mut run = Run::new(mechanism, settings, times)?;
-    run.recording = Some(Recording::of(&run, memory));
-    let (history, recording) = record(mechanism, run, times)?;
-    Ok((history, recording.expect("the run had one")))
+    let run = Run::new(mechanism, settings, times)?;
+    let mut recording = Recording::of(&run, memory);
+    let history = record(mechanism, run, times, Some(&mut recording))?;
+    Ok((history, recording))
 }
 
-fn record(mechanism: &Mechanism<f64>, mut run: Run<'_>, times: &[f64]) -> Result<(History, Option<Recording>)> {
+fn record(
+    mechanism: &Mechanism<f64>,
+    mut run: Run<'_>,
+    times: &[f64],
+    mut recording: Option<&mut Recording>,
+) -> Result<History> {
     let mut sampler = Sampler::new(mechanism);
     let mut outputs = Vec::new();
     let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
     let mut at = run.integrator.step.old.clone();
     for &t in times {
-        run.reach(t)?;
+        while run.lags(t) {
+            run.advance()?;
+            recording.iter_mut().for_each(|recording| recording.log.keep(&run));
+        }
+        recording.iter_mut().for_each(|recording| recording.log.reach(t));
         interpolate(&run.integrator.step.old, &run.integrator.step.new, t, &mut at);
         sampler.outputs(mechanism, &at, &mut outputs);
         blame::check(mechanism, &at, &outputs)?;
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let work = run.work();
-    let history = History { names: mechanism.output_names(), times: times.to_vec(), values, last: at, work };
-    Ok((history, run.recording))
+    let history = History {
+        names: mechanism.output_names(),
+        times: times.to_vec(),
+        values,
+        last: at,
+        impacts: run.impacts,
+        work,
+    };
+    Ok(history)
 }
 
 pub(crate) fn check_finite<T: crate::multibody::Real>(mechanism: &Mechanism<T>, outputs: &[T], t: f64) -> Result<()> {
@@ -190,20 +223,46 @@ pub(crate) fn is_before(start: f64, end: f64, t: f64) -> bool {
     t - end > 1e-9 * (t - start).abs().max(1e-300)
 }
 
+/// Moves `state` to the equilibrium at its time, with the velocities that it has. Returns the reactions there.
+fn settle(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    statics: &Statics,
+) -> Result<Vec<f64>> {
+    let velocities = state.v.clone();
+    balance(system, mechanism, state, statics)?;
+    state.v = velocities;
+    state.prescribe(mechanism);
+    Ok(std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]))
+}
+
 /// A running simulation: advanced time by time, by one step after the other.
 pub struct Run<'m> {
     /// The integrator with the current step.
     pub integrator: Integrator<'m>,
     /// Multipliers of the initial projections.
     pub projection: Projection,
-    settings: Dynamics,
+    /// Impacts so far.
+    pub impacts: Vec<Impact>,
+    /// The contact that the current step has closed.
+    pub(crate) closed: Option<usize>,
+    /// The contact that the current step comes from.
+    pub(super) bounced: Option<usize>,
+    /// Whether the current step ends at a time of the grid.
+    pub(crate) is_on_grid: bool,
+    pub(super) settings: Dynamics,
     end: f64,
-    next: f64,
-    steps: usize,
-    grid_steps: usize,
-    failed_steps: usize,
-    recording: Option<Recording>,
+    pub(super) next: f64,
+    /// Length of the current step in s.
+    pub(super) length: f64,
+    pub(super) steps: usize,
+    pub(super) grid_steps: usize,
+    pub(super) failed_steps: usize,
 }
+
+/// What is left of a grid step after an impact is not gone by itself if it is less than this part of the step.
+const TINY: f64 = 1e-4;
 
 /// Smallest step in parts of the wanted one.
 const SMALLEST: f64 = 1.0 / 1024.0;
@@ -215,6 +274,9 @@ impl<'m> Run<'m> {
         let mut system = System::at(mechanism, settings.start)?;
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
+        if let Origin::Equilibrium(statics) = &settings.origin {
+            projection.position = settle(&mut system, mechanism, &mut state, statics)?;
+        }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
         if settings.initial == InitialAcceleration::Consistent {
             AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;
@@ -227,8 +289,25 @@ impl<'m> Run<'m> {
         };
         let end = times.last().copied().unwrap_or(settings.start);
         let (steps, grid_steps, failed_steps) = (0, 0, 0);
-        let (settings, recording) = (*settings, None);
-        Ok(Self { integrator, projection, settings, end, next, steps, grid_steps, failed_steps, recording })
+        let (settings, length) = (*settings, 0.0);
+        let (impacts, closed, bounced, is_on_grid) = (Vec::new(), None, None, false);
+        let run = Self {
+            integrator,
+            projection,
+            impacts,
+            closed,
+            bounced,
+            is_on_grid,
+            settings,
+            end,
+            next,
+            length,
+            steps,
+            grid_steps,
+            failed_steps,
+        };
+        run.check_contacts()?;
+        Ok(run)
     }
 
     /// Takes steps until the current one ends at or after `t`.
@@ -246,23 +325,25 @@ impl<'m> Run<'m> {
 
     /// Takes one step. Returns its length in s.
     pub fn advance(&mut self) -> Result<f64> {
+        self.bounce()?;
         if self.steps > 0 {
             self.integrator.accept();
         }
         self.steps += 1;
-        let h = match self.settings.step {
+        self.length = match self.settings.step {
             StepSize::Fixed(h) => self.advance_fixed(h)?,
             StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest)?,
         };
-        if let Some(recording) = &mut self.recording {
-            recording.keep(&self.integrator.step, h);
-        }
-        Ok(h)
+        Ok(self.length)
     }
 
     /// Goes to, or half-way, quarter-way … to, the next time of the grid.
     fn advance_fixed(&mut self, h: f64) -> Result<f64> {
-        let target = self.settings.start + h * (self.grid_steps + 1) as f64;
+        let grid = |k: usize| self.settings.start + h * k as f64;
+        if grid(self.grid_steps + 1) - self.integrator.step.old.t < TINY * h {
+            self.grid_steps += 1; // the last impact was there
+        }
+        let target = grid(self.grid_steps + 1);
         let rest = target - self.integrator.step.old.t;
         let mut tried = self.next.min(rest);
         if rest - tried < 1e-6 * h {
@@ -278,12 +359,14 @@ impl<'m> Run<'m> {
                 }
             }
         }
-        if tried == rest {
+        let taken = self.stop_at_contact(tried)?;
+        self.is_on_grid = taken == rest;
+        if self.is_on_grid {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;
         }
         self.next = (2.0 * tried).min(h);
-        Ok(tried)
+        Ok(taken)
     }
 
     fn advance_adaptive(&mut self, tolerance: f64, longest: f64) -> Result<f64> {
@@ -302,7 +385,7 @@ impl<'m> Run<'m> {
             let growth = (0.9 * error.powf(-1.0 / 3.0)).clamp(0.25, 2.0);
             if error <= 1.0 {
                 self.next = (tried * growth).min(longest);
-                return Ok(tried);
+                return self.stop_at_contact(tried);
             }
             self.failed_steps += 1;
             tried *= growth.min(0.9);

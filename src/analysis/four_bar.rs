@@ -1,6 +1,6 @@
 //! How the four-bar mechanism is analysed.
 
-use super::dynamics::{Dynamics, InitialAcceleration, StepSize};
+use super::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
 use super::generalized_alpha::{GeneralizedAlpha, Prescribed};
 use crate::multibody::mechanisms::FourBar;
 use crate::{Error, Result};
@@ -12,6 +12,7 @@ impl FourBar {
         Ok(Dynamics {
             scheme: GeneralizedAlpha::hht(self.damping)?,
             step: StepSize::Fixed(self.step),
+            origin: Origin::Built,
             initial: InitialAcceleration::Zero,
             prescribed: Prescribed::Newmark,
             ..Dynamics::fixed(self.step)

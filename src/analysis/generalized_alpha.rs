@@ -6,7 +6,9 @@ use super::state::State;
 use super::system::{Linearization, System, Unknown};
 use crate::multibody::element::Room;
 use crate::multibody::{Mechanism, Real};
+use crate::scalar::Scalar;
 use crate::{Error, Result};
+use std::ops::{Add, Mul};
 
 /// Coefficients of a generalized-α method.
 ///
@@ -117,8 +119,24 @@ impl<T: Real> Step<T> {
         std::mem::swap(&mut self.old_auxiliary, &mut self.new_auxiliary);
     }
 
+    /// Puts the motion on its way anew from `state`, as after an impact: it takes the place of the step's end.
+    pub fn restart(&mut self, state: &State<T>) {
+        self.new.copy_from(state);
+        self.new_auxiliary.copy_from_slice(&state.a);
+    }
+
     /// The end of a step `h` whose free accelerations are `self.new.a` and multipliers `self.new.l`.
-    pub fn march(&mut self, mechanism: &Mechanism<T>, scheme: &GeneralizedAlpha, prescribed: Prescribed, h: f64) {
+    ///
+    /// The length of the step is a plain number, or one that carries derivatives where the design decides it.
+    pub fn march<H: Scalar>(
+        &mut self,
+        mechanism: &Mechanism<T>,
+        scheme: &GeneralizedAlpha,
+        prescribed: Prescribed,
+        h: H,
+    ) where
+        T: Add<H, Output = T> + Mul<H, Output = T>,
+    {
         self.new.t = self.old.t + h;
         self.new.prescribe_positions(mechanism, prescribed);
         let (ratio, [old, auxiliary]) = (scheme.ratio(), scheme.history());
@@ -127,7 +145,7 @@ impl<T: Real> Step<T> {
             let history = self.old.a[i] * old + w0 * auxiliary;
             let coast = q0 + v0 * h + w0 * (h * h * (0.5 - scheme.beta));
             let w1 = match coordinate.motion {
-                Some(_) if prescribed == Prescribed::Newmark => (self.new.q[i] - coast) * (1.0 / (h * h * scheme.beta)),
+                Some(_) if prescribed == Prescribed::Newmark => (self.new.q[i] - coast) * (h * h * scheme.beta).recip(),
                 _ => self.new.a[i] * ratio + history,
             };
             self.new_auxiliary[i] = w1;
@@ -137,6 +155,16 @@ impl<T: Real> Step<T> {
                 None => self.new.q[i] = coast + w1 * (h * h * scheme.beta),
             }
             self.new.v[i] = v0 + (w0 * (1.0 - scheme.gamma) + w1 * scheme.gamma) * h;
+        }
+    }
+
+    /// Adds `change(equation)` to accelerations and multipliers alone: [`Step::march`] has to follow.
+    pub fn improve(&mut self, system: &System, change: impl Fn(usize) -> T) {
+        for (equation, unknown) in system.unknowns().iter().enumerate() {
+            match *unknown {
+                Unknown::Multiplier(m) => self.new.l[m] += change(equation),
+                Unknown::Coordinate(i) => self.new.a[i] += change(equation),
+            }
         }
     }
 
@@ -163,7 +191,7 @@ impl<T: Real> State<T> {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if let Some((motion, parameters)) = &coordinate.motion {
                 match how {
-                    Prescribed::Newmark => self.q[i] = T::position(motion.as_ref(), parameters, T::from(self.t)),
+                    Prescribed::Newmark => self.q[i] = T::position(motion.as_ref(), parameters, self.t),
                     Prescribed::Exact => {
                         [self.q[i], self.v[i], self.a[i]] = T::motion(motion.as_ref(), parameters, self.t);
                     }
@@ -212,9 +240,9 @@ pub struct Integrator<'m> {
     pub iterations: usize,
     rows: Vec<[f64; 1]>,
     room: Room<f64>,
-    predictor: Predictor,
+    pub(super) predictor: Predictor,
     /// A correction over the square of the one before, in 1/m or 1/rad: the last one seen.
-    curvature: f64,
+    pub(super) curvature: f64,
 }
 
 impl<'m> Integrator<'m> {

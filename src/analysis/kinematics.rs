@@ -1,6 +1,7 @@
 //! Positions, velocities, accelerations and reactions of driven mechanisms.
 
 use super::blame;
+use super::impact;
 use super::sampling::Sampler;
 use super::start::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use super::state::State;
@@ -34,6 +35,7 @@ pub struct Walk<'m> {
 impl<'m> Walk<'m> {
     /// Assembled at time `t` from the positions that the mechanism was built in.
     pub fn new(mechanism: &'m Mechanism<f64>, assembly: Assembly, t: f64) -> Result<Self> {
+        impact::refuse(mechanism, "kinematics")?;
         let (system, state) = (System::at(mechanism, t)?, State::built(mechanism, t));
         let (projection, solver) = (Projection::default(), AccelerationSolver::default());
         let mut walk = Self { mechanism, system, state, projection, assembly, solver };

@@ -33,6 +33,11 @@ impl Predictor {
         Self { past: vec![instant; DEGREE + 2], known: 1, degree: 0 }
     }
 
+    /// Numbers that it holds.
+    pub fn numbers(&self) -> usize {
+        self.past.iter().map(|instant| 1 + instant.a.len() + instant.l.len()).sum()
+    }
+
     /// Takes note of the state at the end of a step.
     pub fn learn(&mut self, state: &State<f64>) {
         self.past.rotate_right(1);

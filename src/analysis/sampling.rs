@@ -5,6 +5,8 @@ use super::system::{evaluate, gather};
 use crate::multibody::element::Room;
 use crate::multibody::mechanism::Source;
 use crate::multibody::{Local, Mechanism, Real};
+use crate::scalar::Scalar;
+use std::ops::Mul;
 
 /// The state at time `t` between `old` and `new`, written to `at`.
 ///
@@ -12,15 +14,23 @@ use crate::multibody::{Local, Mechanism, Real};
 /// accelerations, accelerations and multipliers linearly: of the order of the integrator. At the ends the states
 /// themselves, bit for bit.
 pub fn interpolate<T: Real>(old: &State<T>, new: &State<T>, t: f64, at: &mut State<T>) {
-    let h = new.t - old.t;
-    if (new.t - t).abs() <= 1e-9 * h {
-        return at.copy_from(new);
+    let ends = [old.t, new.t];
+    if ends.iter().all(T::is_constant) {
+        match Place::of(ends.map(|end| end.value()), t) {
+            Place::Old => at.copy_from(old),
+            Place::New => at.copy_from(new),
+            Place::Inside(weights) => blend(old, new, &weights, at),
+        }
+    } else {
+        // At a fixed time between ends that the design moves.
+        blend(old, new, &Weights::inside(ends, t), at);
     }
-    if (t - old.t).abs() <= 1e-9 * h {
-        return at.copy_from(old);
-    }
-    at.t = t;
-    let Weights { value, slope, linear } = Weights::inside([old.t, new.t], t);
+    at.t = T::from(t);
+}
+
+/// The weighted mean of two states.
+fn blend<T: Real + Mul<W, Output = T>, W: Scalar>(old: &State<T>, new: &State<T>, by: &Weights<W>, at: &mut State<T>) {
+    let Weights { value, slope, linear } = *by;
     let cubic = |y0: &[T], d0: &[T], y1: &[T], d1: &[T], out: &mut [T]| {
         for (i, out) in out.iter_mut().enumerate() {
             *out = y0[i] * value[0] + y1[i] * value[1] + d0[i] * slope[0] + d1[i] * slope[1];
@@ -35,35 +45,54 @@ pub fn interpolate<T: Real>(old: &State<T>, new: &State<T>, t: f64, at: &mut Sta
     }
 }
 
+/// Where in a step a time is.
+enum Place {
+    Old,
+    New,
+    Inside(Weights),
+}
+
+impl Place {
+    fn of([old, new]: [f64; 2], t: f64) -> Self {
+        let h = new - old;
+        match () {
+            () if (new - t).abs() <= 1e-9 * h => Self::New,
+            () if (t - old).abs() <= 1e-9 * h => Self::Old,
+            () => Self::Inside(Weights::inside([old, new], t)),
+        }
+    }
+}
+
 /// Weights of the two ends of a step in a state between them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Weights {
+pub(crate) struct Weights<T = f64> {
     /// Of the values in Hermite's cubic.
-    pub value: [f64; 2],
+    pub value: [T; 2],
     /// Of their rates in it, in s.
-    pub slope: [f64; 2],
+    pub slope: [T; 2],
     /// Of accelerations and multipliers.
-    pub linear: [f64; 2],
+    pub linear: [T; 2],
 }
 
 impl Weights {
     /// As [`interpolate`] weighs them: at an end that end alone.
-    pub fn of([old, new]: [f64; 2], t: f64) -> Self {
-        let h = new - old;
+    pub fn of(ends: [f64; 2], t: f64) -> Self {
         let alone = |end: [f64; 2]| Self { value: end, slope: [0.0; 2], linear: end };
-        match () {
-            () if (new - t).abs() <= 1e-9 * h => alone([0.0, 1.0]),
-            () if (t - old).abs() <= 1e-9 * h => alone([1.0, 0.0]),
-            () => Self::inside([old, new], t),
+        match Place::of(ends, t) {
+            Place::Old => alone([1.0, 0.0]),
+            Place::New => alone([0.0, 1.0]),
+            Place::Inside(weights) => weights,
         }
     }
+}
 
-    fn inside([old, new]: [f64; 2], t: f64) -> Self {
-        let h = new - old;
-        let x = (t - old) / h;
-        let b = x * x * (3.0 - 2.0 * x);
-        let slope = [x * (1.0 - x) * (1.0 - x) * h, x * x * (x - 1.0) * h];
-        Self { value: [1.0 - b, b], slope, linear: [1.0 - x, x] }
+impl<T: Scalar> Weights<T> {
+    fn inside([old, new]: [T; 2], t: f64) -> Self {
+        let (h, one) = (new - old, T::from(1.0));
+        let x = (T::from(t) - old) / h;
+        let b = x * x * (-(x * 2.0) + 3.0);
+        let slope = [x * (one - x) * (one - x) * h, x * x * (x - 1.0) * h];
+        Self { value: [one - b, b], slope, linear: [one - x, x] }
     }
 }
 
@@ -123,7 +152,7 @@ impl<T: Real> Sampler<T> {
                 self.terms.push(quantity * term.weight);
             }
             out.push(match &output.formula {
-                Some(formula) => T::formula(formula.as_ref(), T::from(state.t), &self.terms),
+                Some(formula) => T::formula(formula.as_ref(), state.t, &self.terms),
                 None => self.terms.iter().copied().sum(),
             });
         }
@@ -134,7 +163,7 @@ impl<T: Real> Sampler<T> {
         for &(index, first) in &self.asked {
             let part = &mechanism.parts[index];
             gather(part, state, &mut self.room);
-            let local = Local { p: &part.parameters, ..self.room.local(T::from(state.t)) };
+            let local = Local { p: &part.parameters, ..self.room.local(state.t) };
             let count = part.element.measures().len();
             T::measure(part.element.as_ref(), &local, &mut self.measured[first..first + count]);
         }
@@ -163,7 +192,7 @@ pub fn energy<T: Real>(mechanism: &Mechanism<T>, state: &State<T>) -> [T; 2] {
     let mut total = [T::from(0.0); 2];
     for part in &mechanism.parts {
         gather(part, state, &mut room);
-        let local = Local { p: &part.parameters, ..room.local(T::from(state.t)) };
+        let local = Local { p: &part.parameters, ..room.local(state.t) };
         let energy = T::energy(part.element.as_ref(), &local);
         total[0] += energy.kinetic;
         total[1] += energy.potential;

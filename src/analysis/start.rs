@@ -25,7 +25,7 @@ impl Default for Assembly {
 /// Multipliers of the two projections, needed for their derivatives.
 #[derive(Clone, Debug, Default)]
 pub struct Projection {
-    /// Of the positions.
+    /// Of the positions; where the motion starts in equilibrium, the reactions there.
     pub position: Vec<f64>,
     /// Of the velocities.
     pub velocity: Vec<f64>,

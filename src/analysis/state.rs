@@ -5,8 +5,8 @@ use crate::multibody::{Mechanism, Real};
 /// Positions, velocities and accelerations of all coordinates, and all multipliers, at time `t` (s).
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<T> {
-    /// Time in s.
-    pub t: f64,
+    /// Time in s. It carries derivatives where the design decides when something happens.
+    pub t: T,
     /// Positions, one per coordinate.
     pub q: Vec<T>,
     /// Velocities.
@@ -22,7 +22,7 @@ impl<T: Real> State<T> {
     pub fn built(mechanism: &Mechanism<T>, t: f64) -> Self {
         let zero = T::from(0.0);
         let mut state = Self {
-            t,
+            t: T::from(t),
             q: mechanism.coordinates.iter().map(|c| c.position).collect(),
             v: mechanism.coordinates.iter().map(|c| c.velocity).collect(),
             a: vec![zero; mechanism.coordinates.len()],

@@ -1,6 +1,7 @@
 //! Static equilibrium.
 
 use super::blame;
+use super::impact;
 use super::sampling::Sampler;
 use super::start::{Assembly, assemble};
 use super::state::State;
@@ -101,6 +102,7 @@ fn guess_reactions(
 ///
 /// Returns one series per output.
 pub fn equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Result<Vec<Vec<f64>>> {
+    impact::refuse(mechanism, "equilibria")?;
     let mut system = System::at(mechanism, times.first().copied().unwrap_or(0.0))?;
     let mut state = State::built(mechanism, times.first().copied().unwrap_or(0.0));
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;

@@ -1,6 +1,6 @@
 //! LU factorization of a band matrix with row interchanges.
 
-use super::wide::{Kernel, widely};
+use super::wide::{Substitute, substitute, subtract};
 
 /// A square band matrix, its rows stored one after another, and after [`Banded::factorize`] its factors L and U.
 ///
@@ -114,33 +114,7 @@ impl Banded {
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&self, b: &mut [[f64; W]]) {
-        if W < 4 { self.substitute(b) } else { widely(Substitution { matrix: self, b }) }
-    }
-
-    #[inline(always)]
-    fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
-        let n = self.pivots.len();
-        for k in 0..n {
-            b.swap(k, self.pivots[k]);
-            let row = b[k];
-            for i in k + 1..=(k + self.lower).min(n - 1) {
-                let factor = self.entries[self.at(i, k)];
-                if factor != 0.0 {
-                    subtract(&mut b[i], factor, &row);
-                }
-            }
-        }
-        for k in (0..n).rev() {
-            let start = self.at(k, k);
-            let mut row = b[k];
-            for (y, &u) in b[k + 1..=self.filled[k]].iter().zip(&self.entries[start + 1..]) {
-                if W == 1 || u != 0.0 {
-                    subtract(&mut row, u, y);
-                }
-            }
-            let inverse = 1.0 / self.entries[start];
-            b[k] = row.map(|x| x * inverse);
-        }
+        substitute(self, b);
     }
 
     /// Solves Aᵀ X = B in place for `W` right-hand sides.
@@ -166,22 +140,31 @@ impl Banded {
     }
 }
 
-struct Substitution<'a, const W: usize> {
-    matrix: &'a Banded,
-    b: &'a mut [[f64; W]],
-}
-
-impl<const W: usize> Kernel for Substitution<'_, W> {
+impl Substitute for Banded {
     #[inline(always)]
-    fn run(self) {
-        self.matrix.substitute(self.b);
-    }
-}
-
-#[inline(always)]
-fn subtract<const W: usize>(x: &mut [f64; W], factor: f64, y: &[f64; W]) {
-    for (x, y) in x.iter_mut().zip(y) {
-        *x -= factor * y;
+    fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
+        let n = self.pivots.len();
+        for k in 0..n {
+            b.swap(k, self.pivots[k]);
+            let row = b[k];
+            for i in k + 1..=(k + self.lower).min(n - 1) {
+                let factor = self.entries[self.at(i, k)];
+                if factor != 0.0 {
+                    subtract(&mut b[i], factor, &row);
+                }
+            }
+        }
+        for k in (0..n).rev() {
+            let start = self.at(k, k);
+            let mut row = b[k];
+            for (y, &u) in b[k + 1..=self.filled[k]].iter().zip(&self.entries[start + 1..]) {
+                if W == 1 || u != 0.0 {
+                    subtract(&mut row, u, y);
+                }
+            }
+            let inverse = 1.0 / self.entries[start];
+            b[k] = row.map(|x| x * inverse);
+        }
     }
 }
 

@@ -18,4 +18,4 @@ pub use factor::{Factor, Singular, SolveRoom};
 pub use ordered::Ordered;
 pub use ordering::bandwidth_order;
 pub use sparse::Sparse;
-pub(crate) use wide::{Kernel, widely};
+pub(crate) use wide::{Kernel, subtract, widely};

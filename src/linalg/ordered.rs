@@ -1,7 +1,7 @@
 //! Sparse LU without interchanges, its order and its operations laid down once.
 
 use super::elimination::least_fill_order;
-use super::wide::{Kernel, widely};
+use super::wide::{Substitute, substitute, subtract};
 use std::sync::Arc;
 
 /// A square sparse matrix of fixed pattern, factorized in an order that depends on the pattern alone.
@@ -118,26 +118,7 @@ impl Ordered {
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&self, b: &mut [[f64; W]]) {
-        if W < 4 { self.substitute(b) } else { widely(Substitution { matrix: self, b }) }
-    }
-
-    #[inline(always)]
-    fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
-        let plan = &*self.plan;
-        for row in &plan.rows {
-            let mut x = b[row.unknown];
-            for entry in row.first..row.diagonal {
-                subtract(&mut x, self.factors[entry], &b[plan.unknowns[entry] as usize]);
-            }
-            b[row.unknown] = x;
-        }
-        for (row, inverse) in plan.rows.iter().zip(&self.inverses).rev() {
-            let mut x = b[row.unknown];
-            for entry in row.diagonal + 1..row.end {
-                subtract(&mut x, self.factors[entry], &b[plan.unknowns[entry] as usize]);
-            }
-            b[row.unknown] = x.map(|x| x * inverse);
-        }
+        substitute(self, b);
     }
 
     /// Solves Aᵀ X = B in place for `W` right-hand sides.
@@ -155,6 +136,27 @@ impl Ordered {
             for entry in row.first..row.diagonal {
                 subtract(&mut b[plan.unknowns[entry] as usize], self.factors[entry], &x);
             }
+        }
+    }
+}
+
+impl Substitute for Ordered {
+    #[inline(always)]
+    fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
+        let plan = &*self.plan;
+        for row in &plan.rows {
+            let mut x = b[row.unknown];
+            for entry in row.first..row.diagonal {
+                subtract(&mut x, self.factors[entry], &b[plan.unknowns[entry] as usize]);
+            }
+            b[row.unknown] = x;
+        }
+        for (row, inverse) in plan.rows.iter().zip(&self.inverses).rev() {
+            let mut x = b[row.unknown];
+            for entry in row.diagonal + 1..row.end {
+                subtract(&mut x, self.factors[entry], &b[plan.unknowns[entry] as usize]);
+            }
+            b[row.unknown] = x.map(|x| x * inverse);
         }
     }
 }
@@ -200,25 +202,6 @@ impl Plan {
         let places = (0..n).flat_map(all).map(|(i, j)| place(turn[i], turn[j])).collect();
         let unknowns = turns.iter().map(|&k| eliminated[k as usize].0 as u32).collect();
         Self { columns: matrix.concat(), starts, places, rows, unknowns, turns, targets }
-    }
-}
-
-struct Substitution<'a, const W: usize> {
-    matrix: &'a Ordered,
-    b: &'a mut [[f64; W]],
-}
-
-impl<const W: usize> Kernel for Substitution<'_, W> {
-    #[inline(always)]
-    fn run(self) {
-        self.matrix.substitute(self.b);
-    }
-}
-
-#[inline(always)]
-fn subtract<const W: usize>(x: &mut [f64; W], factor: f64, y: &[f64; W]) {
-    for (x, y) in x.iter_mut().zip(y) {
-        *x -= factor * y;
     }
 }
 

@@ -26,6 +26,37 @@ impl<K: Kernel> WithSimd for Dispatched<K> {
     }
 }
 
+/// A factorized matrix.
+pub(crate) trait Substitute {
+    /// Solves A X = B in place, row i of B being `b[i]`. To be inlined always.
+    fn substitute<const W: usize>(&self, b: &mut [[f64; W]]);
+}
+
+/// Solves A X = B in place: with wide registers where there are columns enough to fill them.
+pub(crate) fn substitute<M: Substitute, const W: usize>(matrix: &M, b: &mut [[f64; W]]) {
+    if W < 4 { matrix.substitute(b) } else { widely(Substitution { matrix, b }) }
+}
+
+struct Substitution<'a, M, const W: usize> {
+    matrix: &'a M,
+    b: &'a mut [[f64; W]],
+}
+
+impl<M: Substitute, const W: usize> Kernel for Substitution<'_, M, W> {
+    #[inline(always)]
+    fn run(self) {
+        self.matrix.substitute(self.b);
+    }
+}
+
+/// x −= factor · y.
+#[inline(always)]
+pub(crate) fn subtract<const W: usize>(x: &mut [f64; W], factor: f64, y: &[f64; W]) {
+    for (x, y) in x.iter_mut().zip(y) {
+        *x -= factor * y;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,6 @@
 //! What a mechanism is made of: elements that write one residual over the scalar type.
 
-use super::{Jet, Narrow, Sensitive};
+use super::{Curved, Jet, Narrow, Sensitive};
 use crate::scalar::{Scalar, Tangent};
 
 /// What an element sees of the mechanism: its own few coordinates, parameters and multipliers.
@@ -144,9 +144,11 @@ pub trait AnyElement:
     Evaluate<f64>
     + Evaluate<Narrow>
     + Evaluate<Sensitive>
+    + Evaluate<Curved>
     + Evaluate<Jet<f64>>
     + Evaluate<Jet<Narrow>>
     + Evaluate<Jet<Sensitive>>
+    + Evaluate<Jet<Curved>>
 {
     /// See [`Element::closures`].
     fn closures(&self) -> usize;

@@ -1,6 +1,6 @@
 //! Outputs as formulas of measured quantities.
 
-use super::number::{Narrow, Sensitive};
+use super::number::{Curved, Narrow, Sensitive};
 use crate::scalar::Scalar;
 
 /// An output as a function of time and measured quantities, written once over the scalar type.
@@ -22,5 +22,5 @@ impl<F: Formula, T: Scalar> FormulaIn<T> for F {
 }
 
 /// [`Formula`] as an object. Implemented for every formula.
-pub trait AnyFormula: FormulaIn<f64> + FormulaIn<Narrow> + FormulaIn<Sensitive> {}
+pub trait AnyFormula: FormulaIn<f64> + FormulaIn<Narrow> + FormulaIn<Sensitive> + FormulaIn<Curved> {}
 impl<F: Formula> AnyFormula for F {}

@@ -2,6 +2,7 @@
 
 use super::element::{AnyElement, Element};
 use super::formula::{AnyFormula, Formula};
+use super::impact::ImpactData;
 use super::motion::{AnyMotion, Fixed, Motion};
 use crate::scalar::Scalar;
 use std::sync::Arc;
@@ -127,6 +128,7 @@ pub struct Mechanism<S> {
     pub(crate) parts: Vec<PartData<S>>,
     pub(crate) multipliers: usize,
     pub(crate) outputs: Vec<OutputData<S>>,
+    pub(crate) impacts: Vec<ImpactData<S>>,
     pub(crate) gravity: [S; 2],
     ground: Body,
 }
@@ -148,6 +150,7 @@ impl<S: Scalar> Mechanism<S> {
             parts: Vec::new(),
             multipliers: 0,
             outputs: Vec::new(),
+            impacts: Vec::new(),
             gravity: [zero; 2],
             ground,
         };
@@ -284,8 +287,14 @@ impl<S: Scalar> Mechanism<S> {
         self.coordinates.len() == other.coordinates.len()
             && self.parts.len() == other.parts.len()
             && self.outputs.len() == other.outputs.len()
+            && self.impacts.len() == other.impacts.len()
             && self.parts.iter().zip(&other.parts).all(part)
             && self.coordinates.iter().zip(&other.coordinates).all(|(a, b)| a.motion.is_some() == b.motion.is_some())
+    }
+
+    /// Whether it has rigid contacts to bounce off.
+    pub fn has_impacts(&self) -> bool {
+        !self.impacts.is_empty()
     }
 
     /// Names of the outputs, in the order in which they were added.

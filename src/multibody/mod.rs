@@ -6,6 +6,7 @@
 //! | `elements/` | bodies, beams, joints, forces, sensors: one file each |
 //! | `motion/` | prescribed motions: constant speed, start-ups, ramps, harmonics, tables |
 //! | `formula` | outputs as formulas of measured quantities |
+//! | `impact` | rigid contacts that a mechanism bounces off |
 //! | `mechanism` | coordinates + elements + outputs, as a pure function of the design ([`Model`]) |
 //! | `mechanisms/` | reference mechanisms |
 //! | `number` | the closed set of numbers in which mechanisms are evaluated |
@@ -16,6 +17,7 @@ pub mod element;
 pub mod elements;
 pub mod formula;
 pub mod frame;
+pub(crate) mod impact;
 pub mod mechanism;
 pub mod mechanisms;
 pub mod motion;
@@ -25,4 +27,4 @@ pub use element::{Element, Energy, Local};
 pub use formula::Formula;
 pub use mechanism::{Body, Coordinate, Marker, Mechanism, Model, Part, Pose, Term};
 pub use motion::Motion;
-pub use number::{Jet, Narrow, Number, Real, Sensitive};
+pub use number::{Carrier, Curved, Jet, Narrow, Number, Real, Sensitive};

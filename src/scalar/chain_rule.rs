@@ -1,10 +1,13 @@
-//! The arithmetic that a number type owes num-dual's `DualNum`, from five rules.
+//! The arithmetic that a number type owes num-dual's `DualNum`, from a few rules.
 
 /// Implements `DualNum` and the operators it asks for, from inherent functions of the type:
 ///
 /// * `constant(f64) -> Self` and the field `re: f64`;
 /// * `plus(self, Self)`, `times(self, Self)` and `divided_by(self, Self)`;
-/// * `chain(self, f: f64, df: f64)`: the value `f` and slope `df` of a smooth function at `self.re`;
+/// * `chain(self, f: f64, df: f64, ddf: impl FnOnce() -> f64)`: the value `f`, slope `df` and second derivative `ddf` of
+///   a smooth function at `self.re`;
+/// * `angle(self, x: Self)`: the angle of the point (x, self);
+/// * `power(self, i32)` and `kinked(self, f64)`: whole powers and ±self;
 /// * `scaled(self, f64)`: multiplication by a constant.
 macro_rules! impl_scalar {
     ([$($gen:tt)*] $t:ty, order = $order:expr) => {
@@ -146,42 +149,83 @@ macro_rules! impl_scalar {
             #[inline] fn powi(&self, n: i32) -> Self { self.power(n) }
             #[inline] fn powf(&self, p: f64) -> Self {
                 if p == p.trunc() && p.abs() < 64.0 { return self.power(p as i32); }
-                self.chain(self.re.powf(p), p * self.re.powf(p - 1.0))
+                let x = self.re;
+                self.chain(x.powf(p), p * x.powf(p - 1.0), || p * (p - 1.0) * x.powf(p - 2.0))
             }
-            #[inline] fn sqrt(&self) -> Self { let f = self.re.sqrt(); self.chain(f, 0.5 / f) }
-            #[inline] fn cbrt(&self) -> Self { let f = self.re.cbrt(); self.chain(f, 1.0 / (3.0 * f * f)) }
-            #[inline] fn exp(&self) -> Self { let f = self.re.exp(); self.chain(f, f) }
-            #[inline] fn exp2(&self) -> Self { let f = self.re.exp2(); self.chain(f, f * std::f64::consts::LN_2) }
-            #[inline] fn exp_m1(&self) -> Self { self.chain(self.re.exp_m1(), self.re.exp()) }
-            #[inline] fn ln(&self) -> Self { self.chain(self.re.ln(), 1.0 / self.re) }
-            #[inline] fn log(&self, base: f64) -> Self { self.chain(self.re.log(base), 1.0 / (self.re * base.ln())) }
+            #[inline] fn sqrt(&self) -> Self { let f = self.re.sqrt(); self.chain(f, 0.5 / f, || -0.25 / (f * self.re)) }
+            #[inline] fn cbrt(&self) -> Self {
+                let f = self.re.cbrt();
+                self.chain(f, 1.0 / (3.0 * f * f), || -2.0 / (9.0 * f * f * self.re))
+            }
+            #[inline] fn exp(&self) -> Self { let f = self.re.exp(); self.chain(f, f, || f) }
+            #[inline] fn exp2(&self) -> Self {
+                let (f, ln) = (self.re.exp2(), std::f64::consts::LN_2);
+                self.chain(f, f * ln, || f * ln * ln)
+            }
+            #[inline] fn exp_m1(&self) -> Self { let f = self.re.exp(); self.chain(self.re.exp_m1(), f, || f) }
+            #[inline] fn ln(&self) -> Self { let x = self.re; self.chain(x.ln(), 1.0 / x, || -1.0 / (x * x)) }
+            #[inline] fn log(&self, base: f64) -> Self {
+                let (x, ln) = (self.re, base.ln());
+                self.chain(x.log(base), 1.0 / (x * ln), || -1.0 / (x * x * ln))
+            }
             #[inline] fn log2(&self) -> Self { self.log(2.0) }
             #[inline] fn log10(&self) -> Self { self.log(10.0) }
-            #[inline] fn ln_1p(&self) -> Self { self.chain(self.re.ln_1p(), 1.0 / (1.0 + self.re)) }
-            #[inline] fn sin(&self) -> Self { let (s, c) = self.re.sin_cos(); self.chain(s, c) }
-            #[inline] fn cos(&self) -> Self { let (s, c) = self.re.sin_cos(); self.chain(c, -s) }
-            #[inline] fn tan(&self) -> Self { let f = self.re.tan(); self.chain(f, 1.0 + f * f) }
+            #[inline] fn ln_1p(&self) -> Self {
+                let df = 1.0 / (1.0 + self.re);
+                self.chain(self.re.ln_1p(), df, || -df * df)
+            }
+            #[inline] fn sin(&self) -> Self { let (s, c) = self.re.sin_cos(); self.chain(s, c, || -s) }
+            #[inline] fn cos(&self) -> Self { let (s, c) = self.re.sin_cos(); self.chain(c, -s, || -c) }
+            #[inline] fn tan(&self) -> Self {
+                let f = self.re.tan();
+                self.chain(f, 1.0 + f * f, || 2.0 * f * (1.0 + f * f))
+            }
             #[inline] fn sin_cos(&self) -> (Self, Self) {
                 let (s, c) = self.re.sin_cos();
-                (self.chain(s, c), self.chain(c, -s))
+                (self.chain(s, c, || -s), self.chain(c, -s, || -c))
             }
-            #[inline] fn asin(&self) -> Self { self.chain(self.re.asin(), 1.0 / (1.0 - self.re * self.re).sqrt()) }
-            #[inline] fn acos(&self) -> Self { self.chain(self.re.acos(), -1.0 / (1.0 - self.re * self.re).sqrt()) }
-            #[inline] fn atan(&self) -> Self { self.chain(self.re.atan(), 1.0 / (1.0 + self.re * self.re)) }
-            #[inline] fn atan2(&self, x: Self) -> Self {
-                let square = self.re * self.re + x.re * x.re;
-                let turn = self.scaled(x.re / square) - x.scaled(self.re / square);
-                turn.chain(self.re.atan2(x.re), 1.0)
+            #[inline] fn asin(&self) -> Self {
+                let (x, df) = (self.re, 1.0 / (1.0 - self.re * self.re).sqrt());
+                self.chain(x.asin(), df, || x * df * df * df)
             }
-            #[inline] fn sinh(&self) -> Self { self.chain(self.re.sinh(), self.re.cosh()) }
-            #[inline] fn cosh(&self) -> Self { self.chain(self.re.cosh(), self.re.sinh()) }
-            #[inline] fn tanh(&self) -> Self { let f = self.re.tanh(); self.chain(f, 1.0 - f * f) }
-            #[inline] fn asinh(&self) -> Self { self.chain(self.re.asinh(), 1.0 / (1.0 + self.re * self.re).sqrt()) }
-            #[inline] fn acosh(&self) -> Self { self.chain(self.re.acosh(), 1.0 / (self.re * self.re - 1.0).sqrt()) }
-            #[inline] fn atanh(&self) -> Self { self.chain(self.re.atanh(), 1.0 / (1.0 - self.re * self.re)) }
-            fn sph_j0(&self) -> Self { let d = num_dual::Dual64::new(self.re, 1.0).sph_j0(); self.chain(d.re, d.eps) }
-            fn sph_j1(&self) -> Self { let d = num_dual::Dual64::new(self.re, 1.0).sph_j1(); self.chain(d.re, d.eps) }
-            fn sph_j2(&self) -> Self { let d = num_dual::Dual64::new(self.re, 1.0).sph_j2(); self.chain(d.re, d.eps) }
+            #[inline] fn acos(&self) -> Self {
+                let (x, df) = (self.re, 1.0 / (1.0 - self.re * self.re).sqrt());
+                self.chain(x.acos(), -df, || -x * df * df * df)
+            }
+            #[inline] fn atan(&self) -> Self {
+                let (x, df) = (self.re, 1.0 / (1.0 + self.re * self.re));
+                self.chain(x.atan(), df, || -2.0 * x * df * df)
+            }
+            #[inline] fn atan2(&self, x: Self) -> Self { self.angle(x) }
+            #[inline] fn sinh(&self) -> Self { let f = self.re.sinh(); self.chain(f, self.re.cosh(), || f) }
+            #[inline] fn cosh(&self) -> Self { let f = self.re.cosh(); self.chain(f, self.re.sinh(), || f) }
+            #[inline] fn tanh(&self) -> Self {
+                let f = self.re.tanh();
+                self.chain(f, 1.0 - f * f, || -2.0 * f * (1.0 - f * f))
+            }
+            #[inline] fn asinh(&self) -> Self {
+                let (x, df) = (self.re, 1.0 / (1.0 + self.re * self.re).sqrt());
+                self.chain(x.asinh(), df, || -x * df * df * df)
+            }
+            #[inline] fn acosh(&self) -> Self {
+                let (x, df) = (self.re, 1.0 / (self.re * self.re - 1.0).sqrt());
+                self.chain(x.acosh(), df, || -x * df * df * df)
+            }
+            #[inline] fn atanh(&self) -> Self {
+                let (x, df) = (self.re, 1.0 / (1.0 - self.re * self.re));
+                self.chain(x.atanh(), df, || 2.0 * x * df * df)
+            }
+            fn sph_j0(&self) -> Self { self.lent(|d| d.sph_j0()) }
+            fn sph_j1(&self) -> Self { self.lent(|d| d.sph_j1()) }
+            fn sph_j2(&self) -> Self { self.lent(|d| d.sph_j2()) }
+        }
+
+        impl<$($gen)*> $t {
+            /// A function that num-dual knows.
+            fn lent(self, f: impl Fn(num_dual::Dual2_64) -> num_dual::Dual2_64) -> Self {
+                let d = f(num_dual::Dual2_64::new(self.re, 1.0, 0.0));
+                self.chain(d.re, d.v1, || d.v2)
+            }
         }
     };
     (@binary [$($gen:tt)*] $t:ty, $op:ident, $f:ident, $assign:ident, $g:ident,

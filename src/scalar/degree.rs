@@ -68,13 +68,18 @@ impl Degree {
         Self { re: self.re.powi(n), degree }
     }
 
-    fn chain(self, f: f64, _df: f64) -> Self {
+    fn chain(self, f: f64, _df: f64, _ddf: impl FnOnce() -> f64) -> Self {
         Self { re: f, degree: if self.degree == 0 { 0 } else { Self::NONLINEAR } }
+    }
+
+    fn angle(self, x: Self) -> Self {
+        let degree = if self.degree == 0 && x.degree == 0 { 0 } else { Self::NONLINEAR };
+        Self { re: self.re.atan2(x.re), degree }
     }
 
     /// |x|: a kink is not a polynomial.
     fn kinked(self, sign: f64) -> Self {
-        self.chain(self.re * sign, sign)
+        self.chain(self.re * sign, sign, || 0.0)
     }
 }
 

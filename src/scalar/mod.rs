@@ -9,6 +9,7 @@
 //! | [`Dual`] | the value and [`WIDTH`] first derivatives |
 //! | [`HyperDual`] | value, first and a [`BLOCK`] × [`BLOCK`] block of second derivatives |
 //! | [`Tangent<N>`](Tangent) | as a dual number, laid out flat for inner loops |
+//! | [`Hyper<N>`](Hyper) | value, first and mixed second derivatives along `N` pairs of directions, laid out flat |
 //! | [`Jet<T>`](Jet) | value, first and second derivative along a motion |
 //! | [`Degree`] | the value and the polynomial degree in the seeded variables |
 //!
@@ -27,12 +28,14 @@
 mod chain_rule;
 mod degree;
 mod derivative;
+mod hyper;
 mod jet;
 mod tangent;
 
 pub use degree::{Degree, degree};
 pub use derivative::{gradient, hessian, jacobian};
 pub(crate) use derivative::{seed, slopes};
+pub use hyper::Hyper;
 pub use jet::Jet;
 pub use num_dual::DualNum;
 pub use tangent::Tangent;

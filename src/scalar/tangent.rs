@@ -74,8 +74,14 @@ impl<const N: usize> Tangent<N> {
     }
 
     #[inline]
-    fn chain(self, f: f64, df: f64) -> Self {
+    fn chain(self, f: f64, df: f64, _ddf: impl FnOnce() -> f64) -> Self {
         self.map(f, |a| a * df)
+    }
+
+    #[inline]
+    fn angle(self, x: Self) -> Self {
+        let square = self.re * self.re + x.re * x.re;
+        self.zip(x, self.re.atan2(x.re), |dy, dx| dy * (x.re / square) - dx * (self.re / square))
     }
 
     #[inline]
@@ -83,7 +89,7 @@ impl<const N: usize> Tangent<N> {
         match n {
             0 => Self::constant(1.0),
             1 => self,
-            _ => self.chain(self.re.powi(n), f64::from(n) * self.re.powi(n - 1)),
+            _ => self.map(self.re.powi(n), |a| a * (f64::from(n) * self.re.powi(n - 1))),
         }
     }
 
@@ -102,13 +108,13 @@ impl<const N: usize> fmt::Display for Tangent<N> {
 impl_scalar!([const N: usize] Tangent<N>, order = 1);
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::scalar::Scalar;
     use num_dual::Dual64;
 
     /// Every function of the trait, at a point where all of them are defined.
-    fn all_functions<S: Scalar>(x: S) -> Vec<S> {
+    pub(in crate::scalar) fn all_functions<S: Scalar>(x: S) -> Vec<S> {
         let y = x * 0.5 + 0.2;
         vec![
             x.recip(),

@@ -1,5 +1,8 @@
 //! Which method differentiates an analysis.
 
+use crate::problem::Instant;
+use std::collections::BTreeMap;
+
 /// How derivatives of an analysis are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Differentiation {
@@ -8,21 +11,61 @@ pub enum Differentiation {
     Automatic,
     /// Along with the motion, all responses at once: the direct method.
     Direct,
-    /// Against the motion, all design variables at once: the discrete adjoint. Implicit steps only.
+    /// Against the motion, all design variables at once: the discrete adjoint.
     Adjoint,
 }
 
+/// What both ways of differentiating an analysis cost, in any unit: measured by `cargo bench --bench adjoint`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// Of the direct method whatever the number of design variables is, and for each eight of them.
+    pub direct: [f64; 2],
+    /// Of the adjoint method whatever the number of responses is, and for each four of them.
+    pub adjoint: [f64; 2],
+}
+
+impl Cost {
+    /// Implicit steps that were kept, in analyses.
+    pub const IMPLICIT: Self = Self { direct: [0.5, 0.4], adjoint: [0.9, 0.8] };
+    /// Explicit steps, in analyses.
+    pub const EXPLICIT: Self = Self { direct: [1.4, 0.2], adjoint: [2.2, 0.3] };
+    /// Static equilibria.
+    pub const EQUILIBRIUM: Self = Self { direct: [0.0, 1.0], adjoint: [0.0, 1.5] };
+    /// Kinematics with inverse dynamics.
+    pub const KINEMATICS: Self = Self { direct: [0.0, 1.0], adjoint: [0.0, 1.0] };
+}
+
 impl Differentiation {
-    /// What is chosen for this many design variables and responses at time points.
+    /// What is chosen for this many design variables and responses where every response goes all the way back.
     ///
-    /// By count: a pass forward carries eight design variables, one backward four responses and costs about as much as
-    /// three forward (`cargo bench --bench adjoint`); both ways the steps are linearized once.
-    pub fn of(self, variables: usize, responses: usize) -> Self {
-        let adjoint = 3 * responses.div_ceil(4) < variables.div_ceil(8);
+    /// A pass forward carries eight design variables, one backward four responses.
+    pub fn of(self, variables: usize, responses: usize, cost: Cost) -> Self {
+        self.cheaper(variables.div_ceil(8), responses.div_ceil(4), cost)
+    }
+
+    /// What is chosen where every time point is solved by itself.
+    pub fn at_points(self, variables: usize, wanted: &[Instant], cost: Cost) -> Self {
+        let mut responses = BTreeMap::<usize, usize>::new();
+        wanted.iter().for_each(|instant| *responses.entry(instant.point).or_default() += 1);
+        let backward = responses.values().map(|count| count.div_ceil(4)).sum();
+        self.cheaper(responses.len() * variables.div_ceil(8), backward, cost)
+    }
+
+    fn cheaper(self, forward: usize, backward: usize, cost: Cost) -> Self {
+        let spent = |[fixed, each]: [f64; 2], count: usize| fixed + each * count as f64;
         match self {
-            Self::Automatic if adjoint => Self::Adjoint,
+            Self::Automatic if spent(cost.adjoint, backward) < spent(cost.direct, forward) => Self::Adjoint,
             Self::Automatic => Self::Direct,
             chosen => chosen,
+        }
+    }
+
+    /// Its name in the field.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Automatic => "automatic",
+            Self::Direct => "direct",
+            Self::Adjoint => "adjoint",
         }
     }
 }
@@ -30,11 +73,22 @@ impl Differentiation {
 #[cfg(test)]
 mod tests {
     use super::Differentiation::*;
+    use super::*;
 
     #[test]
     fn few_variables_go_forward_and_few_responses_backward() {
-        assert_eq!(Automatic.of(3, 3), Direct);
-        assert_eq!(Automatic.of(512, 4), Adjoint);
-        assert_eq!(Direct.of(512, 4), Direct);
+        assert_eq!(Automatic.of(3, 3, Cost::IMPLICIT), Direct);
+        assert_eq!(Automatic.of(512, 4, Cost::IMPLICIT), Adjoint);
+        assert_eq!(Direct.of(512, 4, Cost::IMPLICIT), Direct);
+    }
+
+    #[test]
+    fn instants_are_counted_one_by_one() {
+        let wanted: Vec<_> = (0..40).map(|k| Instant { response: k % 4, point: k / 4 }).collect();
+        assert_eq!(Automatic.at_points(8, &wanted, Cost::EQUILIBRIUM), Direct);
+        assert_eq!(Automatic.at_points(24, &wanted, Cost::EQUILIBRIUM), Adjoint);
+        // Each response at a time point of its own.
+        let spread: Vec<_> = (0..40).map(|k| Instant { response: 0, point: k }).collect();
+        assert_eq!(Automatic.at_points(24, &spread, Cost::EQUILIBRIUM), Adjoint);
     }
 }

@@ -7,8 +7,8 @@ use super::stretch::{Source, Stretch};
 use crate::Result;
 use crate::analysis::Recording;
 use crate::analysis::dynamics::{Dynamics, Run};
-use crate::multibody::{Jet, Model, Number, Real};
-use crate::scalar::{Tangent, WIDTH};
+use crate::multibody::{Carrier, Jet, Mechanism, Model, Number};
+use crate::scalar::WIDTH;
 use rayon::prelude::*;
 
 /// Simulates `model` at the design `b` and differentiates its outputs at `times` with respect to `b`.
@@ -51,10 +51,12 @@ pub(super) fn differentiate_recorded<M: Model>(
 
 /// Derivatives of all outputs at all times.
 pub(super) struct Slopes {
-    outputs: usize,
-    width: usize,
+    /// Number of outputs.
+    pub outputs: usize,
+    /// Design variables in a chunk.
+    pub width: usize,
     /// By chunk of `width` design variables, then time, output and variable.
-    chunks: Vec<Vec<f64>>,
+    pub chunks: Vec<Vec<f64>>,
 }
 
 impl Slopes {
@@ -64,7 +66,8 @@ impl Slopes {
         self.chunks[chunk][(time * self.outputs + output) * self.width + k]
     }
 
-    fn enter(&self, record: &mut Record, times: usize) {
+    /// Writes them to `record`, as far as there are design variables.
+    pub fn enter(&self, record: &mut Record, times: usize) {
         for (chunk, slopes) in self.chunks.iter().enumerate() {
             for (time, slopes) in slopes.chunks(self.outputs * self.width).enumerate().take(times) {
                 record.slopes(time, chunk * self.width, slopes.chunks(self.width));
@@ -81,39 +84,37 @@ fn follow<M: Model>(
     times: &[f64],
     source: &mut Source<'_>,
 ) -> Result<Slopes> {
-    match b.len() {
-        0..=4 => follow_in_chunks::<M, 4>(model, b, settings, times, source),
-        _ => follow_in_chunks::<M, WIDTH>(model, b, settings, times, source),
-    }
+    let (mechanism, narrow) = (source.mechanism, b.len() <= 4);
+    let chunks = match narrow {
+        true => follow_all(&build_sensitive::<M, 4>(model, b, mechanism)?, settings, times, source)?,
+        false => follow_all(&build_sensitive::<M, WIDTH>(model, b, mechanism)?, settings, times, source)?,
+    };
+    Ok(Slopes { outputs: mechanism.outputs.len(), width: if narrow { 4 } else { WIDTH }, chunks })
 }
 
-fn follow_in_chunks<M: Model, const N: usize>(
-    model: &M,
-    b: &[f64],
+/// To the end of the motion with mechanisms that carry `L` derivatives each. For each of them the derivatives of the
+/// outputs, by time, output and number.
+pub(super) fn follow_all<T: Carrier<L>, const L: usize>(
+    carriers: &[Mechanism<T>],
     settings: &Dynamics,
     times: &[f64],
     source: &mut Source<'_>,
-) -> Result<Slopes>
+) -> Result<Vec<Vec<f64>>>
 where
-    Tangent<N>: Real,
-    Jet<Tangent<N>>: Number,
+    Jet<T>: Number,
 {
-    let mechanism = source.mechanism;
-    let sensitive = build_sensitive::<M, N>(model, b, mechanism)?;
-    let mut companions = Vec::with_capacity(sensitive.len());
-    for chunk in &sensitive {
-        companions.push(Companion::start(chunk, source, settings, times)?);
+    let mut companions = Vec::with_capacity(carriers.len());
+    for carrier in carriers {
+        companions.push(Companion::start(carrier, source, settings, times)?);
     }
     rayon::scope(|_| go(&mut companions, source))?; // once into the pool, not at every stretch
-    let chunks = companions.into_iter().map(Companion::into_slopes).collect();
-    Ok(Slopes { outputs: mechanism.outputs.len(), width: N, chunks })
+    Ok(companions.into_iter().map(Companion::into_slopes).collect())
 }
 
 /// To the end of the motion.
-fn go<const N: usize>(companions: &mut [Companion<'_, N>], source: &mut Source<'_>) -> Result<()>
+fn go<T: Carrier<L>, const L: usize>(companions: &mut [Companion<'_, T, L>], source: &mut Source<'_>) -> Result<()>
 where
-    Tangent<N>: Real,
-    Jet<Tangent<N>>: Number,
+    Jet<T>: Number,
 {
     let mut stretches = [Stretch::new(source), Stretch::new(source)];
     stretches[0].fill(source)?;

@@ -151,7 +151,7 @@ fn moved(
         room.l.clear();
         let multipliers = part.first_multiplier..part.first_multiplier + part.closures;
         room.l.extend(multipliers.map(|m| along(state.l[m], 0.0)));
-        Jet::<Sensitive>::residual(part.element.as_ref(), along(Sensitive::constant(state.t), 0.0), &mut room);
+        Jet::<Sensitive>::residual(part.element.as_ref(), along(state.t, 0.0), &mut room);
         let n = part.coordinates.len();
         for (local, equation) in system.rows_of(index) {
             rows[equation] += if local < n { room.balance[local].v1 } else { room.closure[local - n].v1 };

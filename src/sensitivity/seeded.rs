@@ -1,7 +1,7 @@
 //! Mechanisms and states that carry derivatives.
 
 use crate::analysis::State;
-use crate::multibody::{Mechanism, Model, Real};
+use crate::multibody::{Carrier, Mechanism, Model, Real};
 use crate::scalar::Tangent;
 use crate::{Error, Result};
 
@@ -16,23 +16,19 @@ pub(super) fn build_sensitive<M: Model, const N: usize>(
 where
     Tangent<N>: Real,
 {
-    (0..b.len()).step_by(N).map(|first| build_chunk(model, b, first, like)).collect()
-}
-
-fn build_chunk<M: Model, const N: usize>(
-    model: &M,
-    b: &[f64],
-    first: usize,
-    like: &Mechanism<f64>,
-) -> Result<Mechanism<Tangent<N>>>
-where
-    Tangent<N>: Real,
-{
-    let seed = |(i, &value): (usize, &f64)| match i.checked_sub(first) {
+    let seed = |first: usize, (i, &value): (usize, &f64)| match i.checked_sub(first) {
         Some(k) if k < N => Tangent::seeded(value, k),
         _ => Tangent::constant(value),
     };
-    let mechanism = model.build(&b.iter().enumerate().map(seed).collect::<Vec<_>>())?;
+    let design = |first| b.iter().enumerate().map(|variable| seed(first, variable)).collect::<Vec<_>>();
+    (0..b.len()).step_by(N).map(|first| build_seeded(model, &design(first), like)).collect()
+}
+
+/// The mechanism for a design that carries derivatives.
+///
+/// **Errors.** [`Error::Definition`] if the model makes another mechanism than `like`.
+pub(super) fn build_seeded<M: Model, T: Real>(model: &M, design: &[T], like: &Mechanism<f64>) -> Result<Mechanism<T>> {
+    let mechanism = model.build(design)?;
     if mechanism.same_topology(like) {
         return Ok(mechanism);
     }
@@ -41,18 +37,15 @@ where
 }
 
 /// Values with no derivatives.
-pub(super) fn set_values<const N: usize>(to: &mut [Tangent<N>], from: &[f64]) {
-    to.iter_mut().zip(from).for_each(|(to, &from)| *to = Tangent::constant(from));
+pub(super) fn set_values<T: Real>(to: &mut [T], from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(to, &from)| *to = T::from(from));
 }
 
-impl<const N: usize> State<Tangent<N>> {
-    /// Takes over the values and keeps the derivatives.
-    pub(super) fn take_values(&mut self, values: &State<f64>) {
-        self.t = values.t;
-        for (to, from) in
-            [(&mut self.q, &values.q), (&mut self.v, &values.v), (&mut self.a, &values.a), (&mut self.l, &values.l)]
-        {
-            to.iter_mut().zip(from).for_each(|(to, &from)| to.re = from);
-        }
+/// Takes over the values and keeps the derivatives.
+pub(super) fn take_values<T: Carrier<L>, const L: usize>(state: &mut State<T>, values: &State<f64>) {
+    state.t = T::with(values.t, state.t.derivatives());
+    let State { q, v, a, l, .. } = state;
+    for (to, from) in [(q, &values.q), (v, &values.v), (a, &values.a), (l, &values.l)] {
+        to.iter_mut().zip(from).for_each(|(to, &from)| *to = T::with(from, to.derivatives()));
     }
 }

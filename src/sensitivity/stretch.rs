@@ -2,7 +2,7 @@
 
 use super::record::Record;
 use crate::Result;
-use crate::analysis::dynamics::{Dynamics, Run, Work, is_before};
+use crate::analysis::dynamics::{Dynamics, Run, Work};
 use crate::analysis::sampling::interpolate;
 use crate::analysis::start::Projection;
 use crate::analysis::system::Linearization;
@@ -22,6 +22,10 @@ pub(super) struct Taken {
     pub end: State<f64>,
     /// Factorized matrix there.
     pub factor: Factor,
+    /// The contact that closes there.
+    pub closed: Option<usize>,
+    /// Whether the end is at a given time.
+    pub is_on_grid: bool,
 }
 
 /// Steps in a row.
@@ -33,7 +37,8 @@ pub(super) struct Stretch {
 impl Stretch {
     /// Room for steps of `source`.
     pub fn new(source: &mut Source<'_>) -> Self {
-        let taken = Taken { h: 0.0, end: source.start.clone(), factor: source.system.factor().clone() };
+        let (end, factor) = (source.start.clone(), source.system.factor().clone());
+        let taken = Taken { h: 0.0, end, factor, closed: None, is_on_grid: true };
         Self { room: vec![taken; LENGTH], count: 0 }
     }
 
@@ -101,10 +106,7 @@ impl<'m> Source<'m> {
         settings: &Dynamics,
         times: &[f64],
     ) -> Self {
-        let last = times.last().copied().unwrap_or(settings.start);
-        let end = recording.ends().take_while(|&end| is_before(settings.start, end, last)).count();
-        let is_there = !is_before(settings.start, recording.start.t, last);
-        let end = if is_there { 0 } else { (end + 1).min(recording.steps()) };
+        let end = times.last().map_or(0, |&last| recording.log.steps_to(last));
         let (system, start) = (recording.system.clone(), recording.start.clone());
         let (rows, projection) = (vec![[0.0]; system.size()], recording.projection.clone());
         let steps = Steps::Recorded { recording, next: 0, end };
@@ -118,6 +120,7 @@ impl<'m> Source<'m> {
                 let Some(h) = running.advance()? else { return Ok(false) };
                 taken.h = h;
                 taken.end.copy_from(&running.run.integrator.step.new);
+                (taken.closed, taken.is_on_grid) = (running.run.closed, running.run.is_on_grid);
             }
             Steps::Recorded { next, end, .. } if next == end => return Ok(false),
             Steps::Recorded { recording, next, .. } => {

@@ -1,13 +1,18 @@
 //! The seam to the optimization wing: a mechanism's outputs as responses.
 
-use super::adjoint::{Functional, differentiate_backwards, differentiate_recording_backwards};
-use super::differentiation::Differentiation;
+use super::adjoint::{
+    Functional, differentiate_backwards_within, differentiate_explicit_recording_backwards,
+    differentiate_explicitly_backwards_within, differentiate_recording_backwards,
+};
+use super::differentiation::{Cost, Differentiation};
 use super::direct::{differentiate, differentiate_recorded};
-use super::explicit::{differentiate_explicitly, simulate_explicitly};
-use crate::analysis::{Dynamics, Explicit, Recording, simulate_recorded};
+use super::explicit::differentiate_explicitly;
+use super::second::{Second, differentiate_recorded_twice, differentiate_twice};
+use crate::Result;
+use crate::analysis::explicit::{ExplicitRecording, simulate_with_recording};
+use crate::analysis::{Dynamics, Explicit, Recording, simulate, simulate_recorded};
 use crate::multibody::Model;
 use crate::problem::{Analysis, Instant, Responses};
-use crate::{Error, Result};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -35,9 +40,8 @@ impl From<Explicit> for Integration {
 /// The outputs of a mechanism over one time grid, as responses of an optimization problem.
 ///
 /// Response h is the mechanism's output h, time-dependent, on the grid `times`. Nothing is differentiated beyond the last
-/// wanted time. An analysis by implicit steps leaves them in [`Responses::trace`], and
-/// sensitivities at the same design are had from there without another iteration; without them, as after a restart, the
-/// motion is integrated again.
+/// wanted time. An analysis leaves its steps in [`Responses::trace`], and sensitivities at the same design are had from there
+/// without another iteration; without them, as after a restart, the motion is integrated again.
 pub struct Transient<M> {
     model: M,
     settings: Integration,
@@ -49,7 +53,12 @@ pub struct Transient<M> {
 /// What an analysis leaves behind.
 struct Trace {
     design: Vec<f64>,
-    recording: Recording,
+    steps: Steps,
+}
+
+enum Steps {
+    Implicit(Recording),
+    Explicit(ExplicitRecording),
 }
 
 impl<M: Model> Transient<M> {
@@ -71,21 +80,27 @@ impl<M: Model> Transient<M> {
         })
     }
 
-    /// With at most `bytes` of memory for the steps of an analysis (a quarter of a gigabyte unless told). A longer
-    /// motion is integrated again when sensitivities are asked for.
+    /// With at most `bytes` of memory for the steps of an analysis (a quarter of a gigabyte unless told). Of a longer
+    /// motion check-points are kept: when sensitivities are asked for it is integrated again, for the adjoint stretch by
+    /// stretch.
     pub fn with_memory(self, bytes: usize) -> Self {
         Self { memory: bytes, ..self }
     }
 
     /// With derivatives by this method.
     ///
-    /// **Errors.** [`Error::Definition`] for the adjoint of explicit steps.
+    /// **Errors.** If there is no such method for this integration; at present there are all.
     pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
-        if differentiation == Differentiation::Adjoint && matches!(self.settings, Integration::Explicit(_)) {
-            let why = "explicit steps are differentiated forward only";
-            return Err(Error::definition("differentiation", why, "take the direct method, or implicit steps"));
-        }
         Ok(Self { differentiation, ..self })
+    }
+
+    /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
+    pub fn differentiation_for(&self, variables: usize, wanted: &[Instant]) -> Differentiation {
+        let cost = match self.settings {
+            Integration::Implicit(_) => Cost::IMPLICIT,
+            Integration::Explicit(_) => Cost::EXPLICIT,
+        };
+        self.differentiation.of(variables, wanted.len(), cost)
     }
 
     /// The model.
@@ -99,55 +114,104 @@ impl<M: Model> Transient<M> {
     }
 }
 
-impl<M: Model> Analysis for Transient<M> {
-    fn analyze(&self, b: &[f64]) -> Result<Responses> {
-        let mechanism = self.model.build(b)?;
-        match &self.settings {
-            Integration::Implicit(settings) => {
-                let (history, recording) = simulate_recorded(&mechanism, settings, &self.times, self.memory)?;
-                let trace = Trace { design: b.to_vec(), recording };
-                Ok(Responses { values: history.values, trace: Some(Arc::new(trace)) })
-            }
-            Integration::Explicit(settings) => {
-                Ok(Responses::new(simulate_explicitly(&mechanism, settings, &self.times)?.values))
-            }
-        }
+impl<M: Model> Transient<M> {
+    /// Whether derivatives are taken by the adjoint; where it is not demanded, not through impacts.
+    fn goes_backwards(&self, b: &[f64], wanted: &[Instant]) -> Result<bool> {
+        let adjoint = self.differentiation_for(b.len(), wanted) == Differentiation::Adjoint;
+        Ok(adjoint && (self.differentiation == Differentiation::Adjoint || !self.model.build(b)?.has_impacts()))
     }
 
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
-        let mut points: Vec<usize> = wanted.iter().map(|instant| instant.point).collect();
-        points.sort_unstable();
-        points.dedup();
-        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
-        let at = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
-        let method = self.differentiation.of(b.len(), wanted.len());
-        let history = match &self.settings {
-            Integration::Implicit(settings) if method == Differentiation::Adjoint => {
-                let all: Vec<_> = wanted.iter().map(|i| Functional::at(i.response, at(i))).collect();
-                return match recording(responses, b) {
-                    Some(steps) => differentiate_recording_backwards(&self.model, b, settings, &times, &all, steps),
-                    None => differentiate_backwards(&self.model, b, settings, &times, &all),
-                };
+    /// From the steps that the analysis left behind, or from those of another one.
+    fn backwards(&self, b: &[f64], times: &[f64], left: &Responses, wanted: &[Functional]) -> Result<DMatrix<f64>> {
+        let model = &self.model;
+        let (rows, _) = match (&self.settings, steps(left, b)) {
+            (Integration::Implicit(settings), Some(Steps::Implicit(steps))) => {
+                differentiate_recording_backwards(model, b, settings, times, wanted, steps)?
             }
-            Integration::Implicit(settings) => match recording(responses, b) {
-                Some(recording) => {
-                    let slopes = differentiate_recorded(&self.model, b, settings, &times, recording)?;
-                    let slope = |row: usize, i: usize| slopes.at(at(&wanted[row]), wanted[row].response, i);
-                    return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
-                }
-                None => differentiate(&self.model, b, settings, &times)?,
-            },
-            Integration::Explicit(settings) => differentiate_explicitly(&self.model, b, settings, &times)?,
+            (Integration::Implicit(settings), _) => {
+                differentiate_backwards_within(self.memory, model, b, settings, times, wanted)?
+            }
+            (Integration::Explicit(settings), Some(Steps::Explicit(steps))) => {
+                differentiate_explicit_recording_backwards(model, b, settings, times, wanted, steps)?
+            }
+            (Integration::Explicit(settings), _) => {
+                differentiate_explicitly_backwards_within(self.memory, model, b, settings, times, wanted)?
+            }
         };
-        let row = |instant: &Instant| history.slopes[instant.response][at(instant)].iter().copied();
-        Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
+        Ok(rows)
     }
 }
 
+impl<M: Model> Analysis for Transient<M> {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        let mechanism = self.model.build(b)?;
+        let (history, steps) = match &self.settings {
+            // What happens between the steps is not recorded.
+            Integration::Implicit(settings) if mechanism.has_impacts() => {
+                return Ok(Responses::new(simulate(&mechanism, settings, &self.times)?.values));
+            }
+            Integration::Implicit(settings) => {
+                let (history, steps) = simulate_recorded(&mechanism, settings, &self.times, self.memory)?;
+                (history, Steps::Implicit(steps))
+            }
+            Integration::Explicit(settings) => {
+                let (history, steps) = simulate_with_recording(&mechanism, settings, &self.times, self.memory)?;
+                (history, Steps::Explicit(steps))
+            }
+        };
+        let trace = Trace { design: b.to_vec(), steps };
+        Ok(Responses { values: history.values, trace: Some(Arc::new(trace)) })
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        let (points, places) = points_of(wanted);
+        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        if self.goes_backwards(b, wanted)? {
+            let all: Vec<_> = wanted.iter().zip(places).map(|(i, at)| Functional::at(i.response, at)).collect();
+            return self.backwards(b, &times, responses, &all);
+        }
+        let history = match (&self.settings, steps(responses, b)) {
+            (Integration::Implicit(settings), Some(Steps::Implicit(recording))) if recording.is_whole() => {
+                let slopes = differentiate_recorded(&self.model, b, settings, &times, recording)?;
+                let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
+                return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
+            }
+            (Integration::Implicit(settings), _) => differentiate(&self.model, b, settings, &times)?,
+            (Integration::Explicit(settings), _) => differentiate_explicitly(&self.model, b, settings, &times)?,
+        };
+        let row = |(instant, at): (&Instant, usize)| history.slopes[instant.response][at].iter().copied();
+        Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().zip(places).flat_map(row)))
+    }
+
+    /// By implicit steps; explicit ones offer none.
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let Integration::Implicit(settings) = &self.settings else { return Ok(None) };
+        let (points, at) = points_of(wanted);
+        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        let history = match steps(responses, b) {
+            Some(Steps::Implicit(steps)) if steps.is_whole() => {
+                differentiate_recorded_twice(&self.model, b, settings, &times, Second::Full, steps)?
+            }
+            _ => differentiate_twice(&self.model, b, settings, &times, Second::Full)?,
+        };
+        Ok(wanted.iter().zip(at).map(|(instant, at)| history.hessian(instant.response, at)).collect())
+    }
+}
+
+/// The time points that are wanted, in order, and for each instant the place of its own among them.
+fn points_of(wanted: &[Instant]) -> (Vec<usize>, Vec<usize>) {
+    let mut points: Vec<usize> = wanted.iter().map(|instant| instant.point).collect();
+    points.sort_unstable();
+    points.dedup();
+    let place = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
+    let places = wanted.iter().map(place).collect();
+    (points, places)
+}
+
 /// The steps that the analysis of `b` left behind, if it did.
-fn recording<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Recording> {
+fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
     let trace = responses.trace.as_ref()?.downcast_ref::<Trace>()?;
-    (trace.design == b && trace.recording.is_whole()).then_some(&trace.recording)
+    (trace.design == b).then_some(&trace.steps)
 }
 
 #[cfg(test)]
@@ -178,5 +242,11 @@ mod tests {
         assert!(difference.amax() < 1e-10 * rows.amax());
         let forgetful = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap().with_memory(1000);
         assert_eq!(rows, wanted_anew(&forgetful.analyze(&b).unwrap()));
+        // From check-points the same bits as from all steps.
+        let settings = model.dynamics().unwrap();
+        let short = Transient::new(model, settings, &FourBar::window()).unwrap().with_memory(1 << 18);
+        let short = short.differentiating(Differentiation::Adjoint).unwrap();
+        let again = short.sensitivities(&b, &short.analyze(&b).unwrap(), &wanted).unwrap();
+        assert_eq!(again, backward.sensitivities(&b, &responses, &wanted).unwrap());
     }
 }

@@ -1,20 +1,36 @@
 //! Backward against forward differentiation: the same derivatives of the same discrete motion.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
+use linkwright::Result;
 use linkwright::analysis::dynamics::InitialAcceleration;
+use linkwright::analysis::explicit::{DOPRI5, Explicit, Pace};
 use linkwright::analysis::generalized_alpha::Prescribed;
+use linkwright::analysis::start::Assembly;
+use linkwright::analysis::statics::Statics;
 use linkwright::analysis::{Dynamics, Newton};
 use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
-use linkwright::sensitivity::{Functional, differentiate, differentiate_backwards};
+use linkwright::multibody::mechanisms::{
+    Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam,
+};
+use linkwright::sensitivity::explicit::differentiate_explicitly;
+use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::sensitivity::{
+    Functional, SensitiveHistory, differentiate, differentiate_backwards, differentiate_backwards_within,
+    differentiate_equilibria_backwards, differentiate_explicitly_backwards, differentiate_explicitly_backwards_within,
+    differentiate_kinematics_backwards,
+};
+use nalgebra::DMatrix;
+
+/// Derivatives of responses, a row each.
+type Rows = Result<DMatrix<f64>>;
 
 /// Largest deviation of a derivative, relative to the largest of the same output with respect to the same variable at any
 /// time, or to a hundredth of the largest with respect to any; all by the size of the variables. Outputs that are zero but for
 /// rounding or nearly so (the bending moment at a pin) are measured by `floor` of the largest of all.
-fn deviation<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times: &[f64], floor: f64) -> f64 {
-    let forward = differentiate(model, b, settings, times).unwrap();
-    let all = (0..forward.names.len()).flat_map(|output| (0..times.len()).map(move |p| Functional::at(output, p)));
-    let backward = differentiate_backwards(model, b, settings, times, &all.collect::<Vec<_>>()).unwrap();
+fn deviation(forward: &SensitiveHistory, backward: impl FnOnce(&[Functional]) -> Rows, b: &[f64], floor: f64) -> f64 {
+    let points = forward.times.len();
+    let all = (0..forward.names.len()).flat_map(|output| (0..points).map(move |p| Functional::at(output, p)));
+    let backward = backward(&all.collect::<Vec<_>>()).unwrap();
     let scale = |k: usize| b[k].abs().max(1e-3);
     let sizes = forward.slopes.iter().flatten().flat_map(|slopes| slopes.iter().enumerate());
     let of_all = sizes.map(|(k, slope)| (slope * scale(k)).abs()).fold(0.0, f64::max);
@@ -24,7 +40,7 @@ fn deviation<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times: &[f64],
         let of_any = (0..b.len()).map(largest).fold(0.0, f64::max);
         for (p, slopes) in series.iter().enumerate() {
             for k in 0..b.len() {
-                let difference = (slopes[k] - backward[(output * times.len() + p, k)]) * scale(k);
+                let difference = (slopes[k] - backward[(output * points + p, k)]) * scale(k);
                 worst = worst.max(difference.abs() / largest(k).max(1e-2 * of_any).max(floor * of_all));
             }
         }
@@ -42,7 +58,25 @@ fn check<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f6
 }
 
 fn check_down_to<M: Model>(floor: f64, name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
-    let worst = deviation(model, b, &settings, &times(end), floor);
+    let times = times(end);
+    let forward = differentiate(model, b, &settings, &times).unwrap();
+    let worst = deviation(&forward, |all| differentiate_backwards(model, b, &settings, &times, all), b, floor);
+    report(name, worst);
+}
+
+/// Explicit steps of both orders, fixed and adaptive, with outputs between their ends.
+fn check_explicit<M: Model>(name: &str, model: &M, b: &[f64], h: f64, end: f64) {
+    let times = times(end);
+    let adaptive = Explicit { method: &DOPRI5, ..Explicit::eighth_order(1e-8) };
+    let fixed = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+    for settings in [adaptive, fixed.clone(), Explicit { method: &DOPRI5, ..fixed }] {
+        let forward = differentiate_explicitly(model, b, &settings, &times).unwrap();
+        let backward = |all: &[Functional]| differentiate_explicitly_backwards(model, b, &settings, &times, all);
+        report(&format!("{name}, {}", settings.method.name), deviation(&forward, backward, b, 1e-9));
+    }
+}
+
+fn report(name: &str, worst: f64) {
     println!("{name}: {worst:.1e}");
     assert!(worst < 1e-10, "{name}: {worst:.2e}");
 }
@@ -84,6 +118,78 @@ fn the_reference_mechanisms() {
         check_down_to(1e-4, "flexible four-bar", &four_bar, &b, four_bar.dynamics().unwrap(), 0.5);
     }
     check("rigid four-bar", &RigidFourBar(FourBar::physical()), &b, fixed(0.005), 0.2);
+}
+
+#[test]
+fn explicit_steps() {
+    let chain = Chain::horizontal(6);
+    check_explicit("chain", &chain, &chain.equal_links(), 0.01, 0.3);
+    check_explicit("forces", &Forces, &Forces::DESIGN, 0.01, 0.3);
+    check_explicit("joints", &Joints { length_driver: false }, &Joints::DESIGN, 0.01, 0.1);
+    check_explicit("a length that is driven", &Joints { length_driver: true }, &Joints::DESIGN, 0.01, 0.1);
+    check_explicit("drives", &Drives, &Drives::DESIGN, 0.01, 0.3);
+    check_explicit("slider-crank", &SliderCrank::rigid(), &SliderCrank::DESIGN, 0.005, 0.1);
+    check_explicit("absorber", &Absorber, &[0.36, 0.48], 0.02, 1.0);
+    check_explicit("Andrews' mechanism", &Andrews, &Andrews::DESIGN, 1e-4, 0.005);
+    check_explicit("rigid four-bar", &RigidFourBar(FourBar::physical()), &[0.0385, 0.0252, 0.02], 0.005, 0.1);
+}
+
+#[test]
+fn equilibria_and_kinematics() {
+    let (settings, times) = (Statics { tolerance: 1e-12, ..Statics::default() }, [0.0, 1.0, 2.0]);
+    // Rounding grows with what a beam resists to shear over what it resists to bending: with the elements, too.
+    for (elements, bound) in [(2, 1e-10), (4, 1e-9)] {
+        let (arm, b) = (Arm { elements }, Arm::DESIGN);
+        let forward = differentiate_equilibria(&arm, &b, &settings, &times).unwrap();
+        let backward = |all: &[Functional]| differentiate_equilibria_backwards(&arm, &b, &settings, &times, all);
+        let worst = deviation(&forward, backward, &b, 1e-9);
+        println!("statics of the clamped beam, {elements} elements: {worst:.1e}");
+        assert!(worst < bound, "{elements}: {worst:.2e}");
+    }
+
+    let governor = Governor { angle: 1.0 };
+    let forward = differentiate_equilibria(&governor, &Governor::DESIGN, &settings, &[0.0]).unwrap();
+    let backward =
+        |all: &[Functional]| differentiate_equilibria_backwards(&governor, &Governor::DESIGN, &settings, &[0.0], all);
+    report("statics of the governor", deviation(&forward, backward, &Governor::DESIGN, 1e-9));
+
+    let (model, b) = (SliderCrank::rigid(), SliderCrank::DESIGN);
+    let times: Vec<f64> = (0..20).map(|k| 0.02 * f64::from(k)).collect();
+    let forward = differentiate_kinematics(&model, &b, Assembly::default(), &times).unwrap();
+    let backward =
+        |all: &[Functional]| differentiate_kinematics_backwards(&model, &b, Assembly::default(), &times, all);
+    report("kinematics of the slider-crank", deviation(&forward, backward, &b, 1e-9));
+}
+
+/// Back in `memory` bytes: the same bits as with all steps, within the memory, and not too much work.
+fn check_memory<M: Model>(model: &M, b: &[f64], settings: Dynamics, times: &[f64], memory: usize) {
+    let wanted = [Functional::at(0, times.len() - 1), Functional::integral(0, times)];
+    let whole = differentiate_backwards(model, b, &settings, times, &wanted).unwrap();
+    let (rows, spent) = differentiate_backwards_within(memory, model, b, &settings, times, &wanted).unwrap();
+    assert_eq!(rows, whole);
+    println!("{memory} bytes: {spent:?}");
+    assert!(spent.memory <= memory && spent.repeated > 0 && spent.repeated < 8 * spent.steps, "{spent:?}");
+}
+
+#[test]
+fn check_points_in_place_of_steps() {
+    let (chain, times) = (Chain::horizontal(4), times(0.4));
+    let b = chain.equal_links();
+    for memory in [20_000, 40_000, 80_000] {
+        check_memory(&chain, &b, Dynamics::fixed(0.001), &times, memory);
+        check_memory(&chain, &b, Dynamics::adaptive(1e-7), &times, memory);
+    }
+    let error = differentiate_backwards_within(1000, &chain, &b, &Dynamics::fixed(0.001), &times, &[]).unwrap_err();
+    assert!(error.to_string().contains("1000 bytes"), "{error}");
+    let wanted = [Functional::at(0, 3), Functional::at(1, 4)];
+    for settings in [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_pace(Pace::Fixed(0.002))] {
+        let whole = differentiate_explicitly_backwards(&chain, &b, &settings, &times, &wanted).unwrap();
+        let (rows, spent) =
+            differentiate_explicitly_backwards_within(8_000, &chain, &b, &settings, &times, &wanted).unwrap();
+        println!("{spent:?}");
+        assert_eq!(rows, whole);
+        assert!(spent.memory <= 8_000 && spent.repeated > 0, "{spent:?}");
+    }
 }
 
 #[test]

@@ -18,7 +18,7 @@ pub struct March<F> {
     start: f64,
     pace: Pace,
     end: f64,
-    next: f64,
+    pub(super) next: f64,
 }
 
 /// Room for step lengths that is made at the start, so that steps allocate nothing.

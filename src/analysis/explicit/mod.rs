@@ -9,12 +9,14 @@
 //! | `march` | the choice of steps |
 //! | `ode` | systems of ordinary differential equations |
 //! | `mechanism` | constrained mechanisms: accelerations and projections |
+//! | `recording` | steps kept for derivatives, and check-points |
 //! | `simulation` | the outputs of a mechanism over time |
 
 mod dop853;
 pub mod march;
 pub mod mechanism;
 pub mod ode;
+mod recording;
 pub mod settings;
 pub(crate) mod simulation;
 pub mod stepper;
@@ -24,7 +26,9 @@ pub use dop853::DOP853;
 pub use march::March;
 pub use mechanism::MechanismFlow;
 pub use ode::{Ode, OdeHistory, integrate};
+pub(crate) use recording::ExplicitRecording;
 pub use settings::{Explicit, Pace, Tolerance};
+pub(crate) use simulation::simulate_with_recording;
 pub use simulation::{simulate_explicitly, simulate_with_steps};
 pub use stepper::{Flow, Stepper};
 pub use tableau::{DOPRI5, Tableau};

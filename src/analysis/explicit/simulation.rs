@@ -2,11 +2,13 @@
 
 use super::march::March;
 use super::mechanism::{MechanismFlow, SAMPLE, Tape};
+use super::recording::ExplicitRecording;
 use super::settings::Explicit;
 use super::stepper::Flow;
 use crate::Result;
 use crate::analysis::blame;
 use crate::analysis::dynamics::History;
+use crate::analysis::impact;
 use crate::analysis::sampling::Sampler;
 use crate::analysis::start::{Projection, assemble, make_velocities_consistent};
 use crate::analysis::state::State;
@@ -30,7 +32,29 @@ pub fn simulate_with_steps(
     settings: &Explicit,
     times: &[f64],
 ) -> Result<(History, Vec<f64>)> {
-    let (mut march, _) = start(mechanism, settings, times, false)?;
+    let (march, _) = start(mechanism, settings, times, false)?;
+    record(mechanism, march, times, None)
+}
+
+/// [`simulate_explicitly`], with the steps in at most `memory` bytes.
+pub(crate) fn simulate_with_recording(
+    mechanism: &Mechanism<f64>,
+    settings: &Explicit,
+    times: &[f64],
+    memory: usize,
+) -> Result<(History, ExplicitRecording)> {
+    let (march, start) = start(mechanism, settings, times, false)?;
+    let mut recording = ExplicitRecording::of(&march, start, memory);
+    let (history, _) = record(mechanism, march, times, Some(&mut recording))?;
+    Ok((history, recording))
+}
+
+fn record(
+    mechanism: &Mechanism<f64>,
+    mut march: March<MechanismFlow<'_>>,
+    times: &[f64],
+    mut recording: Option<&mut ExplicitRecording>,
+) -> Result<(History, Vec<f64>)> {
     let mut sampler = Sampler::new(mechanism);
     let mut y = march.stepper.old.clone();
     let mut outputs = Vec::new();
@@ -38,14 +62,19 @@ pub fn simulate_with_steps(
     for &t in times {
         while march.lags(t) {
             march.advance()?;
+            recording.iter_mut().for_each(|recording| recording.log.keep(&march));
         }
+        recording.iter_mut().for_each(|recording| recording.log.reach(t));
         sample(&mut march, &mut y, t)?;
         sampler.outputs(mechanism, &march.stepper.flow.state, &mut outputs);
         blame::check(mechanism, &march.stepper.flow.state, &outputs)?;
         values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
     }
     let (work, last) = (march.work(), march.stepper.flow.state.clone());
-    Ok((History { names: mechanism.output_names(), times: times.to_vec(), values, last, work }, march.steps))
+    Ok((
+        History { names: mechanism.output_names(), times: times.to_vec(), values, last, impacts: Vec::new(), work },
+        march.steps,
+    ))
 }
 
 /// Assembles the mechanism and stands at the start of its motion, with a tape if it is to be differentiated.
@@ -56,6 +85,7 @@ pub(crate) fn start<'m>(
     recorded: bool,
 ) -> Result<(March<MechanismFlow<'m>>, Start)> {
     settings.check(times)?;
+    impact::refuse(mechanism, "explicit steps")?;
     let mut system = System::at(mechanism, settings.start)?;
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;

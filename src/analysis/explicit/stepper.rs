@@ -92,6 +92,21 @@ impl<F: Flow> Stepper<F> {
         (self.has_end, self.is_dense) = (false, false);
     }
 
+    /// The rates where a step ends, or where the first one begins.
+    pub(crate) fn rates_at_end(&self, is_step: bool) -> &[f64] {
+        &self.slots[if is_step { self.method.end } else { 0 }]
+    }
+
+    /// Stands where `row` says, time, state and rates: where a step ends, or where one begins.
+    pub(crate) fn put(&mut self, row: &[f64], is_end: bool) {
+        let (state, rates) = row[1..].split_at(self.old.len());
+        self.t = [row[0]; 2];
+        self.new.copy_from_slice(state);
+        self.old.copy_from_slice(state);
+        self.slots[if is_end { self.method.end } else { 0 }].copy_from_slice(rates);
+        (self.has_end, self.is_dense) = (is_end, false);
+    }
+
     /// Evaluates what dense output needs beyond the step itself, once per step. Returns whether it had to.
     pub fn make_dense(&mut self) -> Result<bool> {
         if self.is_dense {

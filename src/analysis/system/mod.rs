@@ -210,7 +210,7 @@ fn couplings(
 
 fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
     let when = format!("before the motion starts at t = {t:.6e} s");
-    for part in &mechanism.parts {
+    for part in mechanism.parts.iter().chain(mechanism.impacts.iter().map(|impact| &impact.part)) {
         let complaint = part.element.complaint(&part.parameters).or_else(|| {
             let bad = part.parameters.iter().find(|p| !p.is_finite());
             bad.map(|p| format!("a parameter is {p}"))
@@ -222,6 +222,10 @@ fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
                 "change the design so that it can be built",
             ));
         }
+    }
+    if let Some(impact) = mechanism.impacts.iter().find(|impact| !(0.0..=1.0).contains(&impact.restitution)) {
+        let why = format!("its coefficient of restitution is {}, {when}", impact.restitution);
+        return Err(Error::analysis(&impact.part.name, why, "keep it from 0 to 1"));
     }
     let bad = mechanism.coordinates.iter().find(|c| !(c.position.is_finite() && c.velocity.is_finite()));
     bad.map_or(Ok(()), |c| {

@@ -67,7 +67,7 @@ impl System {
             }
             room.l.clear();
             room.l.resize(part.closures, constant(&zero));
-            Jet::<T>::residual(part.element.as_ref(), Jet::new(T::from(state.t), one, zero), room);
+            Jet::<T>::residual(part.element.as_ref(), Jet::new(state.t, one, zero), room);
             for (k, closure) in room.closure.iter().enumerate() {
                 let rate = if order == 1 { closure.v1 } else { closure.v2 };
                 rows[self.multiplier_equation[part.first_multiplier + k]] = rate;
@@ -89,7 +89,7 @@ pub(crate) fn gather<T: Real>(part: &PartData<T>, state: &State<T>, room: &mut R
 /// Evaluates an element's residual into `room`.
 pub(crate) fn evaluate<T: Real>(part: &PartData<T>, state: &State<T>, room: &mut Room<T>) {
     gather(part, state, room);
-    T::residual_of(part.element.as_ref(), &part.parameters, T::from(state.t), room);
+    T::residual_of(part.element.as_ref(), &part.parameters, state.t, room);
 }
 
 fn scatter<T: Real>(part: &PartData<T>, place: &Place, room: &Room<T>, closure: f64, rows: &mut [T]) {

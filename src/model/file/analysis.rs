@@ -4,7 +4,7 @@ use super::key::{Accepts, Key, Table, default, optional, required};
 use super::mechanism::Blueprint;
 use super::section::{Read, Section};
 use crate::Result;
-use crate::analysis::dynamics::{Dynamics, InitialAcceleration, StepSize};
+use crate::analysis::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
 use crate::analysis::explicit::{Explicit, Pace};
 use crate::analysis::generalized_alpha::{GeneralizedAlpha, Prescribed};
 use crate::analysis::start::Assembly;
@@ -168,6 +168,7 @@ fn implicit(
     };
     let initials = [("consistent", InitialAcceleration::Consistent), ("zero", InitialAcceleration::Zero)];
     Ok(Integration::Implicit(Dynamics {
+        origin: Origin::Built,
         start,
         scheme,
         step,

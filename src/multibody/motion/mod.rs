@@ -8,7 +8,7 @@ pub use ramp::Ramp;
 pub use start_up::StartUp;
 pub use table::Table;
 
-use super::number::{Jet, Narrow, Sensitive};
+use super::number::{Curved, Jet, Narrow, Sensitive};
 use crate::scalar::Scalar;
 
 /// A position as a function of time, written once over the scalar type.
@@ -37,9 +37,11 @@ pub trait AnyMotion:
     Position<f64>
     + Position<Narrow>
     + Position<Sensitive>
+    + Position<Curved>
     + Position<Jet<f64>>
     + Position<Jet<Narrow>>
     + Position<Jet<Sensitive>>
+    + Position<Jet<Curved>>
 {
 }
 impl<M: Motion> AnyMotion for M {}

@@ -46,6 +46,11 @@ impl Bars {
             .for_each(|x| x.fill([0.0; LANES]));
     }
 
+    /// At the start auxiliary accelerations are accelerations.
+    pub fn join(&mut self) {
+        self.a.iter_mut().zip(&mut self.w).for_each(|(a, w)| add(a, 1.0, &std::mem::take(w)));
+    }
+
     /// Hands those of a state between two ends on to the ends: the transpose of
     /// [`interpolate`](crate::analysis::sampling::interpolate).
     pub fn spread(&self, weights: Weights, ends: [&mut Self; 2]) {

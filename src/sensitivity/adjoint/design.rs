@@ -1,55 +1,10 @@
 //! Derivatives with respect to what the design enters through, and from there with respect to the design.
 
 use super::bars::{Bars, LANES, Lanes, add};
-use super::local::Slot;
-use crate::analysis::State;
 use crate::analysis::generalized_alpha::Prescribed;
 use crate::multibody::{Mechanism, Real, Sensitive};
 use crate::scalar::WIDTH;
 use nalgebra::DMatrix;
-
-/// Which parameters of elements and motions depend on the design at all.
-pub(super) struct Dependence {
-    /// Of each element, the local numbers.
-    pub parameters: Vec<Vec<usize>>,
-    /// Whether a coordinate is prescribed by a motion that depends on the design.
-    pub motions: Vec<bool>,
-}
-
-impl Dependence {
-    /// Of mechanisms whose design variables are seeded, a chunk each.
-    pub fn of(chunks: &[Mechanism<Sensitive>], mechanism: &Mechanism<f64>) -> Self {
-        let depends = |x: &Sensitive| x.eps.iter().any(|slope| *slope != 0.0);
-        let parameter = |part: usize, k: usize| chunks.iter().any(|c| depends(&c.parts[part].parameters[k]));
-        let parameters =
-            |part: usize| (0..mechanism.parts[part].parameters.len()).filter(|&k| parameter(part, k)).collect();
-        let moves = |c: &Mechanism<Sensitive>, i: usize| {
-            c.coordinates[i].motion.as_ref().is_some_and(|(_, parameters)| parameters.iter().any(depends))
-        };
-        Self {
-            parameters: (0..mechanism.parts.len()).map(parameters).collect(),
-            motions: (0..mechanism.coordinates.len()).map(|i| chunks.iter().any(|c| moves(c, i))).collect(),
-        }
-    }
-
-    /// The variables of each element that a derivative has to be handed on to.
-    pub fn slots(&self, mechanism: &Mechanism<f64>) -> Vec<Vec<Slot>> {
-        let parts = mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
-        let mut slots = vec![Vec::new(); mechanism.parts.len()];
-        for (k, part) in parts {
-            let counts = |i: &usize| self.motions[*i] || mechanism.coordinates[*i].motion.is_none();
-            let moving = || part.coordinates.iter().enumerate().filter(|(_, i)| counts(i)).map(|(local, _)| local);
-            let driven = part.coordinates.iter().enumerate().filter(|(_, i)| self.motions[**i]).map(|(local, _)| local);
-            // What a constraint adds is λ Φ_q(q): velocities and accelerations are not in it.
-            if part.closures == 0 {
-                slots[k].extend(driven.map(Slot::Acceleration).chain(moving().map(Slot::Velocity)));
-            }
-            slots[k].extend(moving().map(Slot::Position));
-            slots[k].extend(self.parameters[k].iter().map(|&p| Slot::Parameter(p)));
-        }
-        slots
-    }
-}
 
 /// The derivatives of responses with respect to parameters, summed up over a motion.
 #[derive(Clone, Debug)]
@@ -81,7 +36,7 @@ impl DesignBars {
         let Some((motion, parameters)) = &mechanism.coordinates[i].motion else { return };
         let seeded: Vec<_> = parameters.iter().enumerate().map(|(k, &p)| Sensitive::seeded(p, k)).collect();
         let moves = match how {
-            Prescribed::Exact => Sensitive::motion(motion.as_ref(), &seeded, t),
+            Prescribed::Exact => Sensitive::motion(motion.as_ref(), &seeded, Sensitive::constant(t)),
             Prescribed::Newmark => {
                 let position = crate::multibody::Number::position(motion.as_ref(), &seeded, Sensitive::constant(t));
                 [position, Sensitive::constant(0.0), Sensitive::constant(0.0)]
@@ -92,30 +47,26 @@ impl DesignBars {
         }
     }
 
-    /// Rows of the responses' derivatives with respect to the design variables from `first` on, of which `chunk` is seeded
-    /// and `start` is the initial state.
+    /// Rows of the responses' derivatives with respect to the design variables from `first` on, of which `chunk` is seeded;
+    /// `bars` are the derivatives by the positions and velocities that free coordinates were built with.
     pub fn contract(
         &self,
         chunk: &Mechanism<Sensitive>,
-        start: &State<Sensitive>,
         bars: &Bars,
         rows: &mut DMatrix<f64>,
         [row, first]: [usize; 2],
     ) {
         let parameters =
             chunk.parts.iter().zip(&self.parameters).flat_map(|(part, bars)| part.parameters.iter().zip(bars));
-        let motion = |c: &'_ crate::multibody::mechanism::CoordinateData<Sensitive>| {
-            c.motion.as_ref().map_or(Vec::new(), |(_, parameters)| parameters.clone())
-        };
-        let motions: Vec<_> = chunk.coordinates.iter().map(motion).collect();
-        let motions = motions.iter().zip(&self.motions).flat_map(|(parameters, bars)| parameters.iter().zip(bars));
+        let coordinates = || chunk.coordinates.iter().enumerate();
+        let driven = coordinates().filter_map(|(i, c)| c.motion.as_ref().map(|(_, parameters)| (i, parameters)));
+        let motions = driven.flat_map(|(i, parameters)| parameters.iter().zip(&self.motions[i]));
         let weights = chunk.outputs.iter().zip(&self.weights);
         let weights = weights.flat_map(|(output, bars)| output.terms.iter().map(|term| &term.weight).zip(bars));
-        let state =
-            [(&start.q, &bars.q), (&start.v, &bars.v), (&start.a, &bars.a), (&start.a, &bars.w), (&start.l, &bars.l)];
-        let state = state.into_iter().flat_map(|(values, bars)| values.iter().zip(bars));
+        let free = coordinates().filter(|(_, c)| c.motion.is_none());
+        let built = free.flat_map(|(i, c)| [(&c.position, &bars.q[i]), (&c.velocity, &bars.v[i])]);
         let mut sums = [[0.0; LANES]; WIDTH];
-        for (value, bar) in parameters.chain(motions).chain(weights).chain(state) {
+        for (value, bar) in parameters.chain(motions).chain(weights).chain(built) {
             sums.iter_mut().zip(value.eps).for_each(|(sum, slope)| add(sum, slope, bar));
         }
         for lane in 0..LANES.min(rows.nrows() - row) {

@@ -1,4 +1,4 @@
-//! The discrete adjoint of a dynamic analysis by implicit steps.
+//! The discrete adjoint: few responses by many design variables.
 //!
 //! Where the direct method carries one derivative of the state per design variable forward, the adjoint carries one per
 //! response backward. With the converged steps F(x₁, x₀, p) = 0 of the analysis and a response J, from the last step to
@@ -17,25 +17,43 @@
 //! | `backward` | the recursion over the recorded steps |
 //! | `bars` | x̄ and the transpose of a step's own formulas |
 //! | `design` | p̄, and from there to the design variables |
+//! | `explicit` | the motion of a mechanism by explicit steps |
+//! | `instants` | equilibria, and kinematics with inverse dynamics |
+//! | `lane` | the responses on their way, and ψᵀ ∂F for all elements |
 //! | `local` | weighted rows of one element, differentiated by its variables |
 //! | `outputs` | outputs differentiated by the state |
+//! | `settle` | the transposes of assembly, consistent velocities and accelerations |
+//! | `spent` | memory, and steps integrated again for want of it |
+//! | `stages` | an explicit step backwards: its stages, its projection, states inside it |
 
 mod backward;
 mod bars;
 mod design;
+mod explicit;
+mod instants;
+mod lane;
 mod local;
 mod outputs;
+mod settle;
+mod spent;
+mod stages;
 
+use super::dependence::Dependence;
 use super::seeded::build_sensitive;
-use super::start::StartSolver;
-use crate::analysis::{Dynamics, Recording, simulate_recorded};
-use crate::multibody::Model;
+use crate::analysis::dynamics::InitialAcceleration;
+use crate::analysis::{Dynamics, Recording, impact, simulate_recorded};
+use crate::multibody::{Mechanism, Model, Sensitive};
 use crate::scalar::WIDTH;
 use crate::{Error, Result};
 use backward::Backward;
 use bars::LANES;
-use design::Dependence;
+pub(super) use explicit::differentiate_explicit_recording_backwards;
+pub use explicit::{differentiate_explicitly_backwards, differentiate_explicitly_backwards_within};
+pub use instants::{differentiate_equilibria_backwards, differentiate_kinematics_backwards};
+use lane::Lane;
 use nalgebra::DMatrix;
+use settle::Settling;
+pub use spent::Spent;
 
 /// One output at one time point, with a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +92,8 @@ impl Functional {
 /// to `b`, backwards in time.
 ///
 /// The result is that of [`differentiate`](super::differentiate) up to rounding. Up to four responses cost two to
-/// three analyses, however many design variables there are (`cargo bench --bench adjoint`). The states of all steps are kept.
+/// three analyses, however many design variables there are (`cargo bench --bench adjoint`).
+/// The states of all steps are kept.
 ///
 /// **Errors.** As [`differentiate`](super::differentiate), and [`Error::Definition`] if a response has a term that there
 /// is not.
@@ -85,7 +104,24 @@ pub fn differentiate_backwards<M: Model>(
     times: &[f64],
     responses: &[Functional],
 ) -> Result<DMatrix<f64>> {
-    let (_, recording) = simulate_recorded(&model.build(b)?, settings, times, usize::MAX)?;
+    differentiate_backwards_within(usize::MAX, model, b, settings, times, responses).map(|(rows, _)| rows)
+}
+
+/// The same in at most `memory` bytes for the states of steps, and what of them it took.
+///
+/// Where they do not suffice there are check-points, from which the steps are integrated again on the way back, with the
+/// same bits. A memory for the square root of all steps costs one more analysis.
+///
+/// **Errors.** As [`differentiate_backwards`], and [`Error::Definition`] if the memory does not hold four check-points.
+pub fn differentiate_backwards_within<M: Model>(
+    memory: usize,
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    responses: &[Functional],
+) -> Result<(DMatrix<f64>, Spent)> {
+    let (_, recording) = simulate_recorded(&model.build(b)?, settings, times, memory)?;
     differentiate_recording_backwards(model, b, settings, times, responses, &recording)
 }
 
@@ -97,23 +133,33 @@ pub(super) fn differentiate_recording_backwards<M: Model>(
     times: &[f64],
     responses: &[Functional],
     recording: &Recording,
-) -> Result<DMatrix<f64>> {
+) -> Result<(DMatrix<f64>, Spent)> {
     let mechanism = model.build(b)?;
+    impact::refuse(&mechanism, "adjoint derivatives")?;
     check(responses, mechanism.outputs.len(), times.len())?;
     let sensitive = build_sensitive::<M, WIDTH>(model, b, &mechanism)?;
     let dependence = Dependence::of(&sensitive, &mechanism);
-    let mut backward = Backward::new(&mechanism, recording, settings, times, responses, &dependence);
+    let mut backward = Backward::new(&mechanism, recording, settings, times, responses, &dependence)?;
     backward.run()?;
-    let mut rows = DMatrix::zeros(responses.len(), b.len());
-    let mut system = recording.system.clone();
-    for (chunk, sensitive) in sensitive.iter().enumerate() {
-        let solver = StartSolver::new(&mechanism, sensitive, &mut system);
-        let start = solver.start(&recording.start, &recording.projection, settings.initial)?;
-        for (k, lane) in backward.lanes.iter().enumerate() {
-            lane.design.contract(sensitive, &start, &lane.now, &mut rows, [k * LANES, chunk * WIDTH]);
+    let spent = backward.spent();
+    let Backward { mut lanes, mut system, .. } = backward;
+    let mut settling = Settling::new(&mechanism, &dependence, &system);
+    let consistent = settings.initial == InitialAcceleration::Consistent;
+    let mut all: Vec<&mut Lane> = lanes.iter_mut().collect();
+    all.iter_mut().for_each(|lane| lane.now.join());
+    settling.back(&mut system, &recording.start, &recording.projection, consistent, settings.origin, &mut all)?;
+    Ok((contract(&lanes, &sensitive, responses.len(), b.len()), spent))
+}
+
+/// The responses' derivatives with respect to the design, from those with respect to what depends on it.
+fn contract(lanes: &[Lane], chunks: &[Mechanism<Sensitive>], responses: usize, variables: usize) -> DMatrix<f64> {
+    let mut rows = DMatrix::zeros(responses, variables);
+    for (c, chunk) in chunks.iter().enumerate() {
+        for (k, lane) in lanes.iter().enumerate() {
+            lane.design.contract(chunk, &lane.now, &mut rows, [k * LANES, c * WIDTH]);
         }
     }
-    Ok(rows)
+    rows
 }
 
 fn check(responses: &[Functional], outputs: usize, points: usize) -> Result<()> {

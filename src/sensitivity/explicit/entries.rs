@@ -1,13 +1,13 @@
 //! Sparse derivatives of rows, and their products with the derivatives of states.
 
 use super::Block;
-use crate::linalg::{Kernel, widely};
+use crate::linalg::{Kernel, subtract, widely};
 
 /// A derivative of one row of the equations with respect to one source.
 ///
 /// Sources are numbered: positions of all n coordinates, velocities, accelerations, and then parameters.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
+pub(in crate::sensitivity) struct Entry {
     pub row: u32,
     pub source: u32,
     pub value: f64,
@@ -15,7 +15,7 @@ pub(super) struct Entry {
 
 /// Derivatives of rows with respect to the state, and to parameters: few design variables move one of these.
 #[derive(Clone, Debug)]
-pub(super) struct Entries {
+pub(in crate::sensitivity) struct Entries {
     pub states: Vec<Entry>,
     pub parameters: Vec<Entry>,
     first_parameter: usize,
@@ -52,6 +52,13 @@ impl Entries {
     pub fn subtract<const W: usize>(&self, sources: &[Block<W>], active: &[bool], rows: &mut [Block<W>]) {
         widely(Product { entries: self, sources, active, rows });
     }
+
+    /// sources += entriesᵀ · rows.
+    pub fn pull<const W: usize>(&self, rows: &[Block<W>], sources: &mut [Block<W>]) {
+        for entry in self.states.iter().chain(&self.parameters) {
+            subtract(&mut sources[entry.source as usize], -entry.value, &rows[entry.row as usize]);
+        }
+    }
 }
 
 /// rows −= entries · sources.
@@ -81,13 +88,5 @@ impl<const W: usize> Kernel for Product<'_, W> {
                 rows[entry.row as usize] = row;
             }
         }
-    }
-}
-
-/// x −= factor · y.
-#[inline(always)]
-fn subtract<const W: usize>(x: &mut Block<W>, factor: f64, y: &Block<W>) {
-    for (x, y) in x.iter_mut().zip(y) {
-        *x -= factor * y;
     }
 }

@@ -9,6 +9,7 @@ use crate::multibody::element::{Room, Variable};
 use crate::multibody::mechanism::PartData;
 use crate::multibody::{Mechanism, Narrow, Number, Sensitive};
 use crate::scalar::{Tangent, WIDTH};
+use crate::sensitivity::dependence::Dependence;
 use std::collections::BTreeSet;
 
 /// What a local variable of an element is.
@@ -30,13 +31,15 @@ struct Source {
 
 /// Which time derivative of Φ stands in the closure rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Closure {
+pub(in crate::sensitivity) enum Closure {
     /// Φ̈ with the accelerations of the state.
     Accelerations,
     /// Φ + Φ_q δ, where δ are the accelerations of the state.
     Positions,
-    /// Φ̇.
+    /// Φ̇, without the rows of forces.
     Velocities,
+    /// Φ̇.
+    Rates,
     /// Φ_q ε, where ε are the accelerations of the state.
     Corrections,
 }
@@ -44,14 +47,14 @@ pub(super) enum Closure {
 impl Closure {
     /// Whether positions move with the velocities of the state, and time goes on.
     pub fn follows_motion(self) -> bool {
-        matches!(self, Self::Accelerations | Self::Velocities)
+        matches!(self, Self::Accelerations | Self::Velocities | Self::Rates)
     }
 
     /// Derivative of the closure row from those of Φ, Φ̇ and Φ̈.
     fn of(self, slopes: [f64; 3]) -> f64 {
         match self {
             Self::Accelerations => slopes[2],
-            Self::Velocities | Self::Corrections => slopes[1],
+            Self::Velocities | Self::Rates | Self::Corrections => slopes[1],
             Self::Positions => slopes[0] + slopes[1],
         }
     }
@@ -62,7 +65,7 @@ impl Closure {
 /// An element's local derivatives serve all design variables: with few nonzero entries per row they are cheaper than
 /// one dual evaluation for each chunk. Coordinates that an element is linear in are left out; what they contribute is the
 /// same at every stage.
-pub(super) struct Linearizer {
+pub(in crate::sensitivity) struct Linearizer {
     /// Variables and rows of each element.
     elements: Vec<(Vec<Source>, Rows)>,
     /// The variables of each constraint once more, as it sees them.
@@ -92,22 +95,17 @@ struct Row {
 
 /// Room for one linearization.
 #[derive(Clone, Default)]
-pub(super) struct Rooms {
+pub(in crate::sensitivity) struct Rooms {
     narrow: Room<Narrow>,
     wide: Room<Sensitive>,
     constraint: ConstraintSlopes,
 }
 
 impl Linearizer {
-    /// For the design variables that are seeded in the `chunks` of `mechanism`.
-    pub fn new(mechanism: &Mechanism<f64>, chunks: &[Mechanism<Sensitive>], system: &System) -> Self {
+    /// For the derivatives by what `dependence` names.
+    pub fn new(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System) -> Self {
         let n = mechanism.coordinates.len();
-        let depends = |x: &Sensitive| x.eps.iter().any(|slope| *slope != 0.0);
-        let moves = |i: usize| {
-            let parameters = |m: &Mechanism<Sensitive>| m.coordinates[i].motion.as_ref().map(|(_, p)| p.clone());
-            chunks.iter().filter_map(parameters).flatten().any(|p| depends(&p))
-        };
-        let moving: Vec<usize> = (0..n).filter(|&i| moves(i)).collect();
+        let moving: Vec<usize> = dependence.moving().collect();
         let mut parameters = Vec::new();
         let elements = (0..mechanism.parts.len()).map(|k| {
             let part = &mechanism.parts[k];
@@ -117,7 +115,7 @@ impl Linearizer {
             let mut variables = Vec::new();
             for (local, &i) in part.coordinates.iter().enumerate() {
                 let prescribed = mechanism.coordinates[i].motion.is_some();
-                let moves = moving.contains(&i);
+                let moves = dependence.motions[i];
                 if (prescribed && !moves) || part.element.linear().contains(&local) {
                     continue;
                 }
@@ -129,11 +127,9 @@ impl Linearizer {
                     }
                 }
             }
-            for local in 0..part.parameters.len() {
-                if chunks.iter().any(|m| depends(&m.parts[k].parameters[local])) {
-                    variables.push(Source { kind: Kind::Parameter, local, number: 3 * n + parameters.len() });
-                    parameters.push((k, local));
-                }
+            for &local in &dependence.parameters[k] {
+                variables.push(Source { kind: Kind::Parameter, local, number: 3 * n + parameters.len() });
+                parameters.push((k, local));
             }
             let first_parameter = variables.iter().take_while(|source| source.kind != Kind::Parameter).count();
             let still = |local| part.closures > 0 && part.element.linear().contains(&local);
@@ -209,18 +205,34 @@ impl Linearizer {
         rooms: &mut Rooms,
         out: &mut [Entries; 3],
     ) {
-        let [_, positions, velocities] = &self.constants;
         let cases = [
-            (&projected.before, Closure::Positions, Some(positions)),
-            (&projected.after, Closure::Velocities, Some(velocities)),
-            (corrections, Closure::Corrections, None),
+            (&projected.before, Closure::Positions),
+            (&projected.after, Closure::Velocities),
+            (corrections, Closure::Corrections),
         ];
-        for (out, (state, closure, constants)) in out.iter_mut().zip(cases) {
+        for (out, (state, closure)) in out.iter_mut().zip(cases) {
             out.clear();
-            constants.into_iter().for_each(|constants| out.copy_from(constants));
-            for (k, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| part.closures > 0) {
-                self.constraint(part, k, state, closure, &mut rooms.constraint, out);
-            }
+            self.closures(mechanism, state, closure, rooms, out);
+        }
+    }
+
+    /// Derivatives of all constraints.
+    pub fn closures(
+        &self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        closure: Closure,
+        rooms: &mut Rooms,
+        out: &mut Entries,
+    ) {
+        let [_, positions, velocities] = &self.constants;
+        match closure {
+            Closure::Positions => out.copy_from(positions),
+            Closure::Velocities | Closure::Rates => out.copy_from(velocities),
+            Closure::Accelerations | Closure::Corrections => {}
+        }
+        for (k, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| part.closures > 0) {
+            self.constraint(part, k, state, closure, &mut rooms.constraint, out);
         }
     }
 
@@ -270,7 +282,9 @@ impl Linearizer {
                         out.push(row, source.number + 2 * n, slopes[0]);
                     }
                 }
-                Closure::Velocities if source.kind == Kind::Position => out.push(row, source.number + n, slopes[0]),
+                Closure::Velocities | Closure::Rates if source.kind == Kind::Position => {
+                    out.push(row, source.number + n, slopes[0])
+                }
                 _ => {}
             }
         }

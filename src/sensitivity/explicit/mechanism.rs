@@ -12,6 +12,7 @@ use crate::analysis::explicit::{Explicit, March};
 use crate::analysis::{State, System};
 use crate::multibody::{Mechanism, Model, Sensitive};
 use crate::scalar::WIDTH;
+use crate::sensitivity::dependence::Dependence;
 use crate::sensitivity::record::{Record, SensitiveHistory};
 use crate::sensitivity::seeded::build_sensitive;
 use crate::sensitivity::start::StartSolver;
@@ -84,7 +85,7 @@ impl<'m, const W: usize> Team<'m, W> {
         begin: &Start,
     ) -> Result<Self> {
         let (method, system) = (march.stepper.method, &mut march.stepper.flow.system);
-        let linearizer = Linearizer::new(mechanism, chunks, system);
+        let linearizer = Linearizer::new(mechanism, &Dependence::of(chunks, mechanism), system);
         let mut tiles = Vec::new();
         for chunks in chunks.chunks(W / WIDTH) {
             let starts = chunks.iter().map(|chunk| initial_derivatives(mechanism, chunk, system, begin));

@@ -28,8 +28,11 @@ mod tile;
 mod visits;
 
 pub use crate::analysis::explicit::simulate_explicitly;
+pub(super) use entries::Entries;
+pub(super) use linearize::{Closure, Linearizer, Rooms};
 pub use mechanism::differentiate_explicitly;
 pub use ode::{OdeSensitivity, differentiate_ode};
+pub(super) use visits::Visits;
 
 /// Derivatives of one quantity with respect to a few design variables.
 pub(crate) type Block<const W: usize> = [f64; W];

@@ -147,7 +147,8 @@ impl<'m, const W: usize> Tile<'m, W> {
         for (c, probe) in self.probes.iter().enumerate() {
             for &i in &plan.moving {
                 let (motion, parameters) = probe.mechanism.coordinates[i].motion.as_ref().expect("it is prescribed");
-                for (k, x) in Sensitive::motion(motion.as_ref(), parameters, t).iter().enumerate() {
+                for (k, x) in Sensitive::motion(motion.as_ref(), parameters, Sensitive::constant(t)).iter().enumerate()
+                {
                     columns(&mut self.sources[k * n + i], c).copy_from_slice(&x.eps);
                 }
             }
@@ -196,8 +197,8 @@ fn columns<const W: usize>(block: &mut Block<W>, c: usize) -> &mut [f64] {
 impl<'m> Probe<'m> {
     fn new(mechanism: &'m Mechanism<Sensitive>, values: &State<f64>) -> Self {
         let zeros = |x: &[f64]| vec![ZERO; x.len()];
-        let state =
-            State { t: values.t, q: zeros(&values.q), v: zeros(&values.v), a: zeros(&values.a), l: zeros(&values.l) };
+        let [q, v, a, l] = [&values.q, &values.v, &values.a, &values.l].map(|x| zeros(x));
+        let state = State { t: Sensitive::constant(values.t), q, v, a, l };
         Self { mechanism, state, sampler: Sampler::new(mechanism), outputs: Vec::new() }
     }
 
@@ -216,7 +217,7 @@ impl<'m> Probe<'m> {
             eps.copy_from_slice(&block[c * WIDTH..(c + 1) * WIDTH]);
             Sensitive { re, eps }
         };
-        state.t = values.t;
+        state.t = Sensitive::constant(values.t);
         for i in 0..n {
             state.q[i] = dual(values.q[i], &sources[i]);
             state.v[i] = dual(values.v[i], &sources[n + i]);

@@ -8,7 +8,7 @@ use crate::multibody::Mechanism;
 use rayon::prelude::*;
 
 /// What a step leaves behind for its derivatives, linearized once for all design variables.
-pub(super) struct Visits {
+pub(in crate::sensitivity) struct Visits {
     /// What was done; it is lent by the flow while derivatives follow.
     pub tape: Option<Tape>,
     /// Derivatives of the rows at each visit.

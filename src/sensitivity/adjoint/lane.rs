@@ -1,0 +1,189 @@
+//! Responses on their way back, and the transposed products of elements that they take.
+
+use super::bars::{Bars, LANES, Lanes, add};
+use super::design::DesignBars;
+use super::local::{Probe, Rows, Slot};
+use super::outputs::Sink;
+use crate::analysis::generalized_alpha::Prescribed;
+use crate::analysis::system::Unknown;
+use crate::analysis::{State, System};
+use crate::linalg::Factor;
+use crate::multibody::Mechanism;
+use crate::multibody::mechanism::PartData;
+use crate::sensitivity::dependence::Dependence;
+use crate::sensitivity::explicit::{Entries, Linearizer};
+
+/// Up to [`LANES`] responses on their way back.
+#[derive(Clone)]
+pub(super) struct Lane {
+    /// Derivatives by the state that has been reached.
+    pub now: Bars,
+    /// Derivatives by parameters so far.
+    pub design: DesignBars,
+    /// ψ by equation.
+    pub multipliers: Vec<Lanes>,
+}
+
+impl Lane {
+    /// Zeros for the responses of `mechanism`, which has `size` equations.
+    pub fn new(mechanism: &Mechanism<f64>, size: usize) -> Self {
+        let (now, design) = (Bars::new(mechanism), DesignBars::new(mechanism));
+        Self { now, design, multipliers: vec![[0.0; LANES]; size] }
+    }
+
+    /// Aᵀ ψ = −x̄ with the factorization of `system`, where x̄ of an unknown is `bar`.
+    pub fn solve(&mut self, system: &mut System, bar: impl Fn(&Bars, Unknown) -> Lanes) {
+        for (psi, unknown) in self.multipliers.iter_mut().zip(system.unknowns()) {
+            *psi = bar(&self.now, *unknown).map(|x| -x);
+        }
+        system.factor().solve_transposed(&mut self.multipliers);
+    }
+
+    /// The same with another factorization, x̄ being the derivatives by accelerations and multipliers; these are then done
+    /// with.
+    pub fn solve_accelerations(&mut self, unknowns: &[Unknown], factor: &mut Factor) {
+        for (psi, unknown) in self.multipliers.iter_mut().zip(unknowns) {
+            let bar = match *unknown {
+                Unknown::Coordinate(i) => &mut self.now.a[i],
+                Unknown::Multiplier(m) => &mut self.now.l[m],
+            };
+            *psi = std::mem::take(bar).map(|x| -x);
+        }
+        factor.solve_transposed(&mut self.multipliers);
+    }
+
+    /// The same where x̄ is `bars` for coordinates and nothing for multipliers.
+    pub fn solve_free(&mut self, unknowns: &[Unknown], factor: &mut Factor, bars: &[Lanes]) {
+        for (psi, unknown) in self.multipliers.iter_mut().zip(unknowns) {
+            *psi = match *unknown {
+                Unknown::Coordinate(i) => bars[i].map(|x| -x),
+                Unknown::Multiplier(_) => [0.0; LANES],
+            };
+        }
+        factor.solve_transposed(&mut self.multipliers);
+    }
+
+    /// Adds ψᵀ times the `entries` to the derivatives.
+    pub fn pull(&mut self, entries: &Entries, linearizer: &Linearizer, sources: &mut [Lanes]) {
+        sources.fill([0.0; LANES]);
+        entries.pull(&self.multipliers, sources);
+        let Bars { q, v, a, .. } = &mut self.now;
+        let (by_state, by_parameter) = sources.split_at(3 * q.len());
+        let parameters = linearizer.parameters.iter();
+        q.iter_mut().chain(v).chain(a).zip(by_state).for_each(|(to, bar)| add(to, 1.0, bar));
+        parameters.zip(by_parameter).for_each(|(&(k, i), bar)| add(&mut self.design.parameters[k][i], 1.0, bar));
+    }
+
+    /// Hands what prescribed coordinates have at time `t` on to the parameters of their motions, and clears it.
+    pub fn take_motions(&mut self, mechanism: &Mechanism<f64>, dependence: &Dependence, t: f64) {
+        for i in dependence.moving() {
+            let Bars { q, v, a, .. } = &mut self.now;
+            let bars = [&mut q[i], &mut v[i], &mut a[i]].map(std::mem::take);
+            self.design.take_motion(mechanism, i, t, Prescribed::Exact, bars.each_ref());
+        }
+    }
+
+    /// Adds the derivatives of output number `output` at `state`, times `weight`.
+    pub fn output(
+        &mut self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        output: usize,
+        weight: &Lanes,
+        probe: &mut Probe,
+    ) {
+        let mut sink = Sink { bars: &mut self.now, design: &mut self.design };
+        sink.output(mechanism, state, output, weight, probe);
+    }
+
+    /// Looks up ψ of the rows of element number `part`, the first `coordinates` of which are not scaled.
+    fn weigh(&self, system: &System, part: usize, coordinates: usize, closure: f64, weights: &mut [Lanes]) {
+        weights.fill([0.0; LANES]);
+        for (row, equation) in system.rows_of(part) {
+            let scale = if row < coordinates { 1.0 } else { closure };
+            add(&mut weights[row], scale, &self.multipliers[equation]);
+        }
+    }
+}
+
+/// Transposed products of a mechanism's elements.
+pub(super) struct Products {
+    /// The variables of each element that a derivative has to be handed on to.
+    slots: Vec<Vec<Slot>>,
+    /// For each lane ψ of one element's rows.
+    weights: Vec<Vec<Lanes>>,
+    /// Room for evaluating elements.
+    pub probe: Probe,
+}
+
+impl Products {
+    /// For the derivatives by what `dependence` names and by free coordinates.
+    pub fn new(mechanism: &Mechanism<f64>, dependence: &Dependence, lanes: usize) -> Self {
+        let size = |part: &PartData<f64>| part.coordinates.len() + part.closures;
+        let most = mechanism.parts.iter().map(size).max().unwrap_or(0);
+        let (slots, weights) = (slots(mechanism, dependence), vec![vec![[0.0; LANES]; most]; lanes]);
+        Self { slots, weights, probe: Probe::default() }
+    }
+
+    /// Without derivatives by velocities and accelerations, nor by the positions of free coordinates: an equilibrium.
+    pub fn at_rest(mechanism: &Mechanism<f64>, dependence: &Dependence, lanes: usize) -> Self {
+        let mut products = Self::new(mechanism, dependence, lanes);
+        for (part, slots) in mechanism.parts.iter().zip(&mut products.slots) {
+            slots.retain(|slot| match *slot {
+                Slot::Position(i) => dependence.motions[part.coordinates[i]],
+                Slot::Parameter(_) => true,
+                _ => false,
+            });
+        }
+        products
+    }
+
+    /// Adds ψᵀ ∂F/∂x for every variable x of every element to the `lanes`, closure rows times `closure`.
+    pub fn pull(
+        &mut self,
+        mechanism: &Mechanism<f64>,
+        system: &System,
+        state: &State<f64>,
+        closure: f64,
+        lanes: &mut [&mut Lane],
+    ) {
+        let Self { slots, weights, probe } = self;
+        for (k, (part, slots)) in mechanism.parts.iter().zip(slots).enumerate().filter(|(_, x)| !x.1.is_empty()) {
+            let (rows, n) = (part.coordinates.len() + part.closures, part.coordinates.len());
+            for (lane, weights) in lanes.iter().zip(weights.iter_mut()) {
+                lane.weigh(system, k, n, closure, weights);
+            }
+            let sets = weights[..lanes.len()].iter().map(|weights| &weights[..rows]);
+            probe.pull(part, state, slots, Rows::Residual, sets, |set, slot, bar| {
+                let Lane { now, design, .. } = &mut *lanes[set];
+                let to = match slot {
+                    Slot::Position(i) => &mut now.q[part.coordinates[i]],
+                    Slot::Velocity(i) => &mut now.v[part.coordinates[i]],
+                    Slot::Acceleration(i) => &mut now.a[part.coordinates[i]],
+                    Slot::Multiplier(i) => &mut now.l[part.first_multiplier + i],
+                    Slot::Parameter(i) => &mut design.parameters[k][i],
+                };
+                add(to, 1.0, &bar);
+            });
+        }
+    }
+}
+
+/// The variables of each element that a derivative has to be handed on to.
+fn slots(mechanism: &Mechanism<f64>, dependence: &Dependence) -> Vec<Vec<Slot>> {
+    let parts = mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
+    let mut slots = vec![Vec::new(); mechanism.parts.len()];
+    for (k, part) in parts {
+        let counts = |i: &usize| dependence.motions[*i] || mechanism.coordinates[*i].motion.is_none();
+        let moving = || part.coordinates.iter().enumerate().filter(|(_, i)| counts(i)).map(|(local, _)| local);
+        let driven =
+            part.coordinates.iter().enumerate().filter(|(_, i)| dependence.motions[**i]).map(|(local, _)| local);
+        // What a constraint adds is λ Φ_q(q): velocities and accelerations are not in it.
+        if part.closures == 0 {
+            slots[k].extend(driven.map(Slot::Acceleration).chain(moving().map(Slot::Velocity)));
+        }
+        slots[k].extend(moving().map(Slot::Position));
+        slots[k].extend(dependence.parameters[k].iter().map(|&p| Slot::Parameter(p)));
+    }
+    slots
+}

@@ -1,0 +1,148 @@
+//! Second derivatives: against differences of exact gradients, against each other, and where they are known.
+
+use crate::zoo::{Arm, Drives, Forces, Joints};
+use linkwright::analysis::{Dynamics, Newton, start::Assembly, statics::Statics};
+use linkwright::multibody::Model;
+use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::problem::{Analysis, Instant};
+use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::sensitivity::second::{differentiate_equilibria_twice, differentiate_kinematics_twice};
+use linkwright::sensitivity::{Second, SecondHistory, SensitiveHistory, Transient, differentiate, differentiate_twice};
+
+/// Largest deviation of a Hessian's entry from extrapolated central differences of `gradients`, relative to the largest entry
+/// of the same output at any time, all by the size of the variables.
+fn deviation(b: &[f64], step: f64, hessians: &SecondHistory, gradients: impl Fn(&[f64]) -> SensitiveHistory) -> f64 {
+    let (n, points) = (b.len(), hessians.times.len());
+    let scale: Vec<f64> = b.iter().map(|x| x.abs().max(1e-3)).collect();
+    let at = |j: usize, by: f64| {
+        let mut moved = b.to_vec();
+        moved[j] += by * scale[j];
+        gradients(&moved).slopes
+    };
+    let around: Vec<_> = (0..n).map(|j| [1.0, -1.0, 0.5, -0.5].map(|part| at(j, part * step))).collect();
+    let (mut worst, mut absolute) = (0.0f64, vec![(0.0f64, 0.0f64); hessians.names.len()]);
+    for (output, (error, largest)) in absolute.iter_mut().enumerate() {
+        for p in 0..points {
+            let hessian = hessians.hessian(output, p).unwrap();
+            for (j, [far, fear, near, rear]) in around.iter().enumerate() {
+                for i in 0..n {
+                    let of = |slopes: &[Vec<Vec<f64>>]| slopes[output][p][i] * scale[i];
+                    let (coarse, fine) = ((of(far) - of(fear)) / (2.0 * step), (of(near) - of(rear)) / step);
+                    let exact = hessian[(i, j)] * scale[i] * scale[j];
+                    *error = error.max((exact - (4.0 * fine - coarse) / 3.0).abs());
+                    *largest = largest.max(exact.abs());
+                }
+            }
+        }
+    }
+    let of_all = absolute.iter().fold(0.0f64, |a, (_, largest)| a.max(*largest));
+    for (error, largest) in absolute {
+        worst = worst.max(error / largest.max(1e-5 * of_all));
+    }
+    worst
+}
+
+fn times(end: f64) -> Vec<f64> {
+    [0.0, 0.237, 0.7312, 1.0].map(|part| part * end).to_vec()
+}
+
+fn fixed(h: f64) -> Dynamics {
+    Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
+}
+
+fn check<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
+    let times = times(end);
+    let hessians = differentiate_twice(model, b, &settings, &times, Second::Full).unwrap();
+    let worst = deviation(b, 2e-4, &hessians, |b| differentiate(model, b, &settings, &times).unwrap());
+    println!("{name}: {worst:.1e}");
+    assert!(worst < 1e-6, "{name}: {worst:.2e}");
+}
+
+#[test]
+fn every_element_force_and_drive() {
+    check("forces", &Forces, &Forces::DESIGN, fixed(0.02), 0.2);
+    check("joints", &Joints { length_driver: false }, &Joints::DESIGN, fixed(0.04), 0.16);
+    check("drives", &Drives, &Drives::DESIGN, fixed(0.02), 0.2);
+    check("clamped beam", &Arm { elements: 2 }, &Arm::DESIGN, fixed(0.02), 0.2);
+}
+
+#[test]
+fn the_reference_mechanisms() {
+    check("absorber", &Absorber, &[0.36, 0.48], fixed(0.01), 2.0);
+    check("Andrews' mechanism", &Andrews, &Andrews::DESIGN, fixed(1e-4), 0.01);
+    let chain = Chain::horizontal(4);
+    check("chain", &chain, &chain.equal_links(), fixed(0.01), 0.4);
+    check("slider-crank", &SliderCrank::rigid(), &SliderCrank::DESIGN, fixed(0.005), 0.2);
+    let beam = SpinningBeam { elements: 4, speed: 6.0, duration: 0.455 };
+    check("spinning beam", &beam, &SpinningBeam::DESIGN, fixed(0.02), 0.4);
+    let b = [0.0385, 0.0252, 0.02];
+    let four_bar = FourBar::as_published();
+    check("flexible four-bar", &four_bar, &b, four_bar.dynamics().unwrap(), 0.1);
+    check("rigid four-bar", &RigidFourBar(FourBar::physical()), &b, fixed(0.005), 0.2);
+}
+
+#[test]
+fn kinematics_and_statics() {
+    let (model, b, times) = (SliderCrank::rigid(), SliderCrank::DESIGN, times(0.2));
+    let assembly = Assembly::default();
+    let hessians = differentiate_kinematics_twice(&model, &b, assembly, &times, Second::Full).unwrap();
+    let worst = deviation(&b, 2e-4, &hessians, |b| differentiate_kinematics(&model, b, assembly, &times).unwrap());
+    println!("slider-crank, driven: {worst:.1e}");
+    assert!(worst < 1e-6, "{worst:.2e}");
+    let (model, b, settings) = (Arm { elements: 2 }, Arm::DESIGN, Statics::default());
+    let hessians = differentiate_equilibria_twice(&model, &b, &settings, &[0.0], Second::Full).unwrap();
+    let worst = deviation(&b, 2e-4, &hessians, |b| differentiate_equilibria(&model, b, &settings, &[0.0]).unwrap());
+    println!("arm in equilibrium: {worst:.1e}");
+    assert!(worst < 1e-6, "{worst:.2e}");
+}
+
+/// m ẍ + b₂ ẋ + b₁ x = 0 with x(0) = 0, ẋ(0) = 1: undamped, x = sin(ω t)/ω with ω = √b₁.
+#[test]
+fn the_absorber_in_closed_form() {
+    let (k, t) = (0.36, 1.7);
+    let history = differentiate_twice(&Absorber, &[k, 0.0], &fixed(1e-3), &[t], Second::Diagonal).unwrap();
+    let output = history.names.iter().position(|name| name.contains("displacement") || name == "x").unwrap_or(0);
+    let x = |k: f64| (k.sqrt() * t).sin() / k.sqrt();
+    let (h, second) = (1e-3, history.second(output, 0)[0]);
+    let exact = (x(k + h) - 2.0 * x(k) + x(k - h)) / (h * h);
+    assert!((second.abs() - exact.abs()).abs() < 1e-4 * exact.abs(), "{second} {exact} {:?}", history.names);
+}
+
+#[test]
+fn parts_of_a_hessian_are_those_of_the_whole() {
+    let (model, b, times) = (SliderCrank::rigid(), SliderCrank::DESIGN, times(0.2));
+    let of = |what| differentiate_twice(&model, &b, &fixed(0.005), &times, what).unwrap();
+    let v: Vec<f64> = (0..b.len()).map(|i| 0.3 + 0.2 * i as f64).collect();
+    let (full, diagonal, product) = (of(Second::Full), of(Second::Diagonal), of(Second::Times(&v)));
+    let gradients = differentiate(&model, &b, &fixed(0.005), &times).unwrap();
+    for (output, p) in [(0, 3), (1, 2)] {
+        let hessian = full.hessian(output, p).unwrap();
+        let size = hessian.amax();
+        for i in 0..b.len() {
+            assert!((diagonal.second(output, p)[i] - hessian[(i, i)]).abs() < 1e-12 * size);
+            let row: f64 = (0..b.len()).map(|j| hessian[(i, j)] * v[j]).sum();
+            assert!((product.second(output, p)[i] - row).abs() < 1e-12 * size);
+            let gradient = &gradients.slopes[output][p];
+            let largest = gradient.iter().fold(0.0f64, |a, slope| a.max(slope.abs()));
+            for history in [&full, &diagonal, &product] {
+                assert!((history.gradient(output, p)[i] - gradient[i]).abs() <= 1e-9 * largest, "{output} {p} {i}");
+            }
+        }
+    }
+    assert!(diagonal.hessian(0, 0).is_none());
+    let short = differentiate_twice(&model, &b, &fixed(0.005), &times, Second::Times(&[1.0])).unwrap_err();
+    assert!(short.to_string().contains("vector to multiply the Hessian with"), "{short}");
+}
+
+#[test]
+fn an_optimization_is_offered_the_same() {
+    let analysis = Transient::new(Absorber, fixed(0.01), &[0.5, 1.0, 2.0]).unwrap();
+    let b = [0.36, 0.48];
+    let responses = analysis.analyze(&b).unwrap();
+    let wanted = [(0, 2), (0, 0)].map(|(response, point)| Instant { response, point });
+    let offered = analysis.curvatures(&b, &responses, &wanted).unwrap().unwrap();
+    let history = differentiate_twice(&Absorber, &b, &fixed(0.01), &[0.5, 1.0, 2.0], Second::Full).unwrap();
+    for (instant, hessian) in wanted.iter().zip(offered) {
+        assert_eq!(hessian, history.hessian(instant.response, instant.point).unwrap());
+    }
+}

@@ -1,0 +1,191 @@
+//! Impacts: closed forms, conservation, derivatives through them, and what is refused.
+
+use linkwright::Result;
+use linkwright::analysis::{Dynamics, Explicit, Newton, simulate};
+use linkwright::multibody::elements::Revolute;
+use linkwright::multibody::mechanism::Pose;
+use linkwright::multibody::motion::Harmonic;
+use linkwright::multibody::{Mechanism, Model};
+use linkwright::scalar::{Scalar, gradient, hessian};
+use linkwright::sensitivity::explicit::simulate_explicitly;
+use linkwright::sensitivity::{Functional, Second, differentiate, differentiate_backwards, differentiate_twice};
+
+/// A ball that falls from the height b₀ under the gravity b₁ and rebounds with the restitution b₂ of its speed.
+struct Ball;
+
+impl Model for Ball {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let mut m = Mechanism::with_gravity(S::from(0.0), -b[1]);
+        let ball = m.point_mass("ball", S::from(0.3), S::from(0.0), b[0]);
+        let floor = m.ground().y;
+        m.rigid_stop("floor", floor, ball.y, S::from(0.0), b[2])?;
+        let height = m.coordinate_sensor("height", floor, ball.y);
+        for what in ["position", "velocity"] {
+            let term = m.measure(height, what)?;
+            m.output(what, &[term]);
+        }
+        Ok(m)
+    }
+}
+
+/// Height and velocity of the ball at time `t` after `bounces` impacts.
+fn flight<S: Scalar>(b: &[S], t: f64, bounces: i32) -> [S; 2] {
+    let (fall, mut speed) = ((b[0] * 2.0 / b[1]).sqrt(), (b[0] * b[1] * 2.0).sqrt());
+    if bounces == 0 {
+        return [b[0] - b[1] * (0.5 * t * t), -b[1] * t];
+    }
+    let mut since = -fall + t;
+    for k in 1..=bounces {
+        speed *= b[2];
+        if k < bounces {
+            since -= speed * 2.0 / b[1];
+        }
+    }
+    [speed * since - b[1] * since * since * 0.5, speed - b[1] * since]
+}
+
+const BALL: [f64; 3] = [1.0, 9.81, 0.7];
+
+fn fixed(h: f64) -> Dynamics {
+    Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
+}
+
+#[test]
+fn a_bouncing_ball_and_its_derivatives_in_closed_form() {
+    // Before the first impact, after one, two and three; never at one.
+    let times = [0.3, 0.6, 1.3, 1.7];
+    for settings in [fixed(0.01), fixed(0.037), Dynamics::adaptive(1e-4)] {
+        let first = differentiate(&Ball, &BALL, &settings, &times).unwrap();
+        let second = differentiate_twice(&Ball, &BALL, &settings, &times, Second::Full).unwrap();
+        for (p, (&t, bounces)) in times.iter().zip(0..).enumerate() {
+            for output in 0..2 {
+                let (value, slopes) = gradient(|b| flight(b, t, bounces)[output], &BALL);
+                let curvature = hessian(|b| flight(b, t, bounces)[output], &BALL).2;
+                let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs().max(1.0);
+                assert!(close(first.values[output][p], value), "{t}: {} {value}", first.values[output][p]);
+                for i in 0..3 {
+                    let ours = first.slopes[output][p][i];
+                    assert!(close(ours, slopes[i]), "{t} {output} by {i}: {ours} {}", slopes[i]);
+                    for j in 0..3 {
+                        let ours = second.hessian(output, p).unwrap()[(i, j)];
+                        assert!(close(ours, curvature[(i, j)]), "{t} {output} {i} {j}: {ours} {}", curvature[(i, j)]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_history_says_when_what_was_struck() {
+    let history = simulate(&Ball.build(&BALL).unwrap(), &fixed(0.01), &[1.4]).unwrap();
+    let fall = (2.0f64 / 9.81).sqrt();
+    assert_eq!(history.impacts.len(), 2);
+    for (impact, t) in history.impacts.iter().zip([fall, fall * (1.0 + 2.0 * 0.7)]) {
+        assert!(impact.contact == "floor" && (impact.t - t).abs() < 1e-12, "{impact:?} {t}");
+    }
+}
+
+/// Two hinged bars that hang from a shaken pivot, the lower one beside a wall that is turned in the vertical plane.
+///
+/// Design: mass, inertia and half length of both bars, place and angle of the wall, restitution, amplitude and frequency of
+/// the pivot.
+struct DoublePendulum;
+
+const BARS: [f64; 9] = [1.2, 0.05, 0.35, -0.9, 1.45, 0.6, 0.06, 3.0, 9.81];
+
+impl Model for DoublePendulum {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[8]);
+        let pivot = m.frame("pivot", Pose { x: zero, y: zero, theta: zero });
+        m.drive(pivot.x, Harmonic, &[zero, b[6], b[7], zero]);
+        m.fix(pivot.y);
+        m.fix(pivot.theta);
+        let angle = S::from(-0.3);
+        let (sin, cos) = angle.sin_cos();
+        let upper = m.body("upper", b[0], b[1], Pose { x: b[2] * cos, y: b[2] * sin, theta: angle });
+        let lower = m.body("lower", b[0], b[1], Pose { x: b[2] * cos * 3.0, y: b[2] * sin * 3.0, theta: angle });
+        m.add("hinge", Revolute, &[pivot.coordinates(), upper.coordinates()].concat(), &[zero, zero, -b[2], zero]);
+        m.revolute("knee", upper.at(b[2], zero), lower.at(-b[2], zero));
+        let ground = m.ground();
+        m.rigid_wall("wall", ground.at(b[3], zero), -b[4], lower.at(b[2], zero), b[5])?;
+        let sensor = m.coordinate_sensor("angle", ground.theta, lower.theta);
+        let position = m.measure(sensor, "position")?;
+        m.output("angle", &[position]);
+        let (kinetic, potential) = (m.kinetic_energy(), m.potential_energy());
+        m.output("energy", &[kinetic, potential]);
+        Ok(m)
+    }
+}
+
+#[test]
+fn derivatives_through_impacts_of_a_double_pendulum_are_those_of_differences() {
+    let (times, settings) = ([0.4, 0.8, 1.1], fixed(0.005));
+    let history = differentiate(&DoublePendulum, &BARS, &settings, &times).unwrap();
+    let plain = simulate(&DoublePendulum.build(&BARS).unwrap(), &settings, &times).unwrap();
+    assert_eq!(history.values, plain.values);
+    assert!(plain.impacts.len() >= 2, "{:?}", plain.impacts);
+    let second = differentiate_twice(&DoublePendulum, &BARS, &settings, &times, Second::Times(&BARS)).unwrap();
+    let mut worst = [0.0f64; 2];
+    for k in 0..BARS.len() {
+        let step = 1e-4 * BARS[k];
+        let at = |by: f64| {
+            let mut moved = BARS;
+            moved[k] += by;
+            differentiate(&DoublePendulum, &moved, &settings, &times).unwrap()
+        };
+        let [far, fear, near, rear] = [step, -step, 0.5 * step, -0.5 * step].map(at);
+        for output in 0..2 {
+            for p in 0..times.len() {
+                let of = |x: [f64; 4]| (4.0 * (x[2] - x[3]) / step - (x[0] - x[1]) / (2.0 * step)) / 3.0;
+                let values = [&far, &fear, &near, &rear].map(|h| h.values[output][p]);
+                let size: f64 = history.slopes[output][p].iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
+                worst[0] = worst[0].max((of(values) - history.slopes[output][p][k]).abs() * BARS[k].abs() / size);
+                let along = [&far, &fear, &near, &rear]
+                    .map(|h| h.slopes[output][p].iter().zip(&BARS).map(|(slope, b)| slope * b).sum::<f64>());
+                let products = second.second(output, p);
+                let size: f64 = products.iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
+                worst[1] = worst[1].max((of(along) - products[k]).abs() * BARS[k].abs() / size);
+            }
+        }
+    }
+    println!("through impacts: first {:.1e}, second {:.1e}", worst[0], worst[1]);
+    assert!(worst[0] < 1e-7 && worst[1] < 1e-6, "{worst:?}");
+}
+
+#[test]
+fn an_elastic_impact_keeps_the_energy() {
+    let mut b = BARS;
+    (b[5], b[6]) = (1.0, 0.0);
+    let times: Vec<f64> = (1..=100).map(|k| 0.01 * f64::from(k)).collect();
+    let history = simulate(&DoublePendulum.build(&b).unwrap(), &fixed(0.001), &times).unwrap();
+    let energy = history.series("energy").unwrap();
+    assert!(!history.impacts.is_empty());
+    let drift = energy.iter().fold(0.0f64, |a, e| a.max((e - energy[0]).abs()));
+    assert!(drift < 1e-3 * b[0] * b[8] * b[2], "{drift:.1e}");
+}
+
+#[test]
+fn what_cannot_bounce_is_refused() {
+    let message = |b: &[f64], settings: Dynamics, end: f64| {
+        Ball.build(b).and_then(|m| simulate(&m, &settings, &[end])).unwrap_err().to_string()
+    };
+    let lasting = message(&[1.0, 9.81, 0.0], fixed(0.01), 2.0);
+    assert!(lasting.contains("floor") && lasting.contains("rebounds have died out"), "{lasting}");
+    let lasting = message(&[1.0, 9.81, 0.5], fixed(0.01), 3.0);
+    assert!(lasting.contains("rebounds have died out"), "{lasting}");
+    let closed = message(&[-1.0, 9.81, 0.5], fixed(0.01), 2.0);
+    assert!(closed.contains("starts") && closed.contains("open"), "{closed}");
+    let lively = message(&[1.0, 9.81, 1.5], fixed(0.01), 2.0);
+    assert!(lively.contains("restitution is 1.5"), "{lively}");
+    let mechanism = Ball.build(&BALL).unwrap();
+    let explicit = simulate_explicitly(&mechanism, &Explicit::adaptive(1e-6), &[1.0]).unwrap_err().to_string();
+    assert!(explicit.contains("know no impacts"), "{explicit}");
+    let adjoint = differentiate_backwards(&Ball, &BALL, &fixed(0.01), &[1.0], &[Functional::at(0, 0)]).unwrap_err();
+    assert!(adjoint.to_string().contains("know no impacts"), "{adjoint}");
+    let mut m = Mechanism::<f64>::new();
+    let ground = m.ground().coordinates();
+    let twice = m.impact("pin", Revolute, &[ground, ground].concat(), &[0.0; 4], 0.5).unwrap_err().to_string();
+    assert!(twice.contains("2 closures"), "{twice}");
+}
