@@ -81,7 +81,7 @@ impl Run<'_> {
         let mut tried = h;
         for _ in 0..TRIALS {
             let wished = (low[0] * high[1] - high[0] * low[1]) / (high[1] - low[1]);
-            if !(begin > 0.0) || !(low[0] < wished && wished < high[0]) {
+            if !(begin > 0.0 && low[0] < wished && wished < high[0]) {
                 break;
             }
             tried = wished;

@@ -28,8 +28,8 @@ impl Animation {
     /// of the first frame.
     pub fn fragment(&self) -> String {
         let caption = markup::escape(&markup::plain(&self.description));
-        // A closing tag inside a text must not end the script that holds it.
-        let data = self.data().to_string().replace("</", "<\\/");
+        // No tag inside a text may end the script that holds it, or begin another one.
+        let data = self.data().to_string().replace('<', "\\u003c");
         let overlay = match self.compared {
             true => "<label><input type=\"checkbox\" checked> first design behind the other</label>",
             false => "",
