@@ -88,6 +88,10 @@ impl<A: Analysis> Analysis for Differences<A> {
             (0..b.len()).into_par_iter().map(|i| self.column(b, responses, i, wanted)).collect::<Result<_>>()?;
         Ok(DMatrix::from_fn(wanted.len(), b.len(), |row, i| columns[i][row]))
     }
+
+    fn differentiation(&self, _variables: usize, _wanted: &[Instant]) -> Option<&'static str> {
+        Some(if self.central { "central differences" } else { "forward differences" })
+    }
 }
 
 #[cfg(test)]

@@ -75,6 +75,12 @@ pub trait Analysis: Send + Sync {
         Ok(None)
     }
 
+    /// The name of the method that takes derivatives at the `wanted` instants by this many design variables, where there is
+    /// a choice.
+    fn differentiation(&self, _variables: usize, _wanted: &[Instant]) -> Option<&'static str> {
+        None
+    }
+
     /// The responses between the time points, if the analysis can give them.
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         None

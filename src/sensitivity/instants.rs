@@ -117,6 +117,10 @@ impl<M: Model, P: Procedure> Analysis for Instants<M, P> {
         let row = |instant: &Instant| history.slopes[instant.response][instant.point].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
     }
+
+    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+        Some(self.differentiation_for(variables, wanted).name())
+    }
 }
 
 /// Rows for the wanted instants from `adjoint`, to which those of one time point are given in a row: they share what is

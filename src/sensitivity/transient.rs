@@ -174,6 +174,10 @@ impl<M: Model> Analysis for Transient<M> {
         let row = |instant: &Instant| history.slopes[instant.response][at(instant)].iter().copied();
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), wanted.iter().flat_map(row)))
     }
+
+    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+        Some(self.differentiation_for(variables, wanted).name())
+    }
 }
 
 /// The steps that the analysis of `b` left behind, if it did.

@@ -126,6 +126,9 @@ pub struct Summary {
     cycles: usize,
     analyses: usize,
     sensitivity_analyses: usize,
+    /// By which method the last of them would be taken, where there is a choice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    differentiation: Option<&'static str>,
     subproblem_iterations: usize,
     objective: Named,
     violation_pct: f64,
@@ -184,6 +187,7 @@ impl Summary {
             cycles: state.cycles(),
             analyses: state.counters.analyses,
             sensitivity_analyses: state.counters.sensitivity_analyses,
+            differentiation: model.method().differentiation(problem, state),
             subproblem_iterations: state.counters.subproblem_iterations,
             objective,
             violation_pct: state.evaluation.max_violation_pct(),
@@ -196,8 +200,9 @@ impl Summary {
     /// The summary for a reader.
     pub fn text(&self) -> String {
         let mut lines = vec![format!("\n{:?}: {}.", self.status, self.reason)];
+        let method = self.differentiation.map_or_else(String::new, |name| format!(" ({name})"));
         lines.push(format!(
-            "{} cycles, {} analyses, {} sensitivity analyses.",
+            "{} cycles, {} analyses, {} sensitivity analyses{method}.",
             self.cycles, self.analyses, self.sensitivity_analyses
         ));
         let row = |n: &Named| format!("  {:<24} {:>16.9e} {}", n.name, n.value, n.unit).trim_end().to_owned();

@@ -12,7 +12,7 @@ use crate::analysis::statics::Statics;
 use crate::model::expression::Names;
 use crate::model::limits;
 use crate::problem::{Differences, Problem, ProblemBuilder, TimeGrid};
-use crate::sensitivity::{Balanced, Driven, Integration, Transient};
+use crate::sensitivity::{Balanced, Differentiation, Driven, Integration, Transient};
 
 const KEYS: &[Key] = &[required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "what is computed")];
 const DYNAMICS: &[Key] = &[
@@ -41,9 +41,9 @@ const DYNAMICS: &[Key] = &[
     ),
     default(
         "derivatives",
-        Accepts::Choice(&["direct", "forward", "central"]),
-        "direct",
-        "direct differentiation, or differences",
+        Accepts::Choice(&["automatic", "direct", "adjoint", "forward", "central"]),
+        "automatic",
+        "direct or adjoint differentiation, whichever costs less, or differences",
     ),
     default("difference", Accepts::Number, "1e-6", "relative step of differences"),
 ];
@@ -64,7 +64,7 @@ pub const TABLES: &[Table] = &[
 /// How derivatives of a motion are had.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Derivatives {
-    Direct,
+    Exact(Differentiation),
     Forward(f64),
     Central(f64),
 }
@@ -128,7 +128,9 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid) -> Read<Kind>
     };
     let relative = number("difference")?.unwrap_or(1e-6);
     let choices = [
-        ("direct", Derivatives::Direct),
+        ("automatic", Derivatives::Exact(Differentiation::Automatic)),
+        ("direct", Derivatives::Exact(Differentiation::Direct)),
+        ("adjoint", Derivatives::Exact(Differentiation::Adjoint)),
         ("forward", Derivatives::Forward(relative)),
         ("central", Derivatives::Central(relative)),
     ];
@@ -184,7 +186,7 @@ impl Settings {
             Kind::Dynamics(integration, derivatives) => {
                 let transient = Transient::new(model, integration.clone(), times)?;
                 match derivatives {
-                    Derivatives::Direct => parts.build(transient),
+                    Derivatives::Exact(method) => parts.build(transient.differentiating(*method)?),
                     Derivatives::Forward(step) => parts.build(Differences::forward(transient, *step)?),
                     Derivatives::Central(step) => parts.build(Differences::central(transient, *step)?),
                 }
