@@ -130,6 +130,10 @@ impl<A: Analysis> Analysis for Differentiated<A> {
         self.analysis.alternatives()
     }
 
+    fn differentiation(&self, _variables: usize, _wanted: &[Instant]) -> Option<&'static str> {
+        self.chosen().ok().map(|method| method.name)
+    }
+
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         self.analysis.continuous()
     }

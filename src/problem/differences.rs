@@ -189,6 +189,10 @@ impl<A: Analysis> Analysis for Differences<A> {
         };
         std::iter::once(own).chain(self.analysis.alternatives()).collect()
     }
+
+    fn differentiation(&self, _variables: usize, _wanted: &[Instant]) -> Option<&'static str> {
+        Some(self.formula.name())
+    }
 }
 
 #[cfg(test)]

@@ -81,6 +81,12 @@ pub trait Analysis: Send + Sync {
         Vec::new()
     }
 
+    /// The name of the method that takes derivatives at the `wanted` instants by this many design variables, where there is
+    /// a choice.
+    fn differentiation(&self, _variables: usize, _wanted: &[Instant]) -> Option<&'static str> {
+        None
+    }
+
     /// The responses between the time points, if the analysis can give them.
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         None
@@ -102,6 +108,10 @@ impl<A: Analysis + ?Sized> Analysis for &A {
 
     fn alternatives(&self) -> Vec<Alternative<'_>> {
         (**self).alternatives()
+    }
+
+    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+        (**self).differentiation(variables, wanted)
     }
 
     fn continuous(&self) -> Option<&dyn ContinuousTime> {

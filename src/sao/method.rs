@@ -159,6 +159,12 @@ impl Method {
         self.approximation.memory().max(self.curvature.map_or(0, |c| c.steps))
     }
 
+    /// The name of the method by which the analysis differentiates what is kept at this design, where there is a choice.
+    pub fn differentiation(&self, problem: &Problem, state: &State) -> Option<&'static str> {
+        let kept = self.screening.keep(problem, &state.evaluation);
+        problem.analysis.differentiation(problem.n(), &ApproximateProblem::instants(problem, &kept))
+    }
+
     /// Constraint screening, then sensitivities of what is kept.
     fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<Knowledge> {
         let kept = self.screening.keep(problem, &state.evaluation);

@@ -28,13 +28,13 @@ pub struct Cost {
 
 impl Cost {
     /// Implicit steps that were kept, in analyses.
-    pub const IMPLICIT: Self = Self { direct: [0.5, 0.4], adjoint: [0.9, 0.8] };
+    pub const IMPLICIT: Self = Self { direct: [0.7, 1.0], adjoint: [1.3, 0.4] };
     /// Explicit steps, in analyses.
-    pub const EXPLICIT: Self = Self { direct: [1.4, 0.2], adjoint: [2.2, 0.3] };
+    pub const EXPLICIT: Self = Self { direct: [1.3, 0.25], adjoint: [1.6, 0.3] };
     /// Static equilibria.
-    pub const EQUILIBRIUM: Self = Self { direct: [0.0, 1.0], adjoint: [0.0, 1.5] };
+    pub const EQUILIBRIUM: Self = Self { direct: [0.0, 1.0], adjoint: [0.0, 2.0] };
     /// Kinematics with inverse dynamics.
-    pub const KINEMATICS: Self = Self { direct: [0.0, 1.0], adjoint: [0.0, 1.0] };
+    pub const KINEMATICS: Self = Self { direct: [0.0, 1.6], adjoint: [0.0, 1.2] };
 }
 
 impl Differentiation {

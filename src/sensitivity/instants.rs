@@ -177,6 +177,10 @@ impl<M: Model, P: Procedure> Instants<M, P> {
         };
         Ok(history.rows(b.len(), wanted, &wanted.iter().map(|instant| instant.point).collect::<Vec<_>>()))
     }
+
+    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+        Some(self.differentiation_for(variables, wanted).name())
+    }
 }
 
 /// Rows for the wanted instants from `adjoint`, to which those of one time point are given in a row: they share what is

@@ -251,6 +251,10 @@ impl<M: Model> Analysis for Transient<M> {
         self.sensitivities_by(self.chosen(b, wanted)?, self.perturbation, (b, responses), wanted)
     }
 
+    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+        Some(self.differentiation_for(variables, wanted).name())
+    }
+
     fn alternatives(&self) -> Vec<Alternative<'_>> {
         let by = |method, step| {
             move |b: &[f64], left: &Responses, wanted: &[Instant]| {

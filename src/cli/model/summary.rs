@@ -27,6 +27,9 @@ pub struct Summary {
     pub tries: usize,
     pub analyses: usize,
     pub sensitivity_analyses: usize,
+    /// By which method the last of them would be taken, where there is a choice.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    differentiation: Option<String>,
     pub subproblem_iterations: usize,
     pub objective: Named,
     pub violation_pct: f64,
@@ -74,6 +77,7 @@ impl Summary {
             tries: state.history.len() - 1,
             analyses: state.counters.analyses,
             sensitivity_analyses: state.counters.sensitivity_analyses,
+            differentiation: model.method().differentiation(problem, state).map(str::to_owned),
             subproblem_iterations: state.counters.subproblem_iterations,
             objective,
             violation_pct: state.evaluation.max_violation_pct(),
@@ -97,8 +101,9 @@ impl Summary {
     /// The summary for a reader.
     pub fn text(&self) -> String {
         let mut lines = vec![format!("\n{:?}: {}.", self.status, self.reason)];
+        let method = self.differentiation.as_ref().map_or_else(String::new, |name| format!(" ({name})"));
         lines.push(format!(
-            "{} cycles, {} analyses, {} sensitivity analyses.",
+            "{} cycles, {} analyses, {} sensitivity analyses{method}.",
             self.cycles, self.analyses, self.sensitivity_analyses
         ));
         let row = |n: &Named| format!("  {:<24} {:>16.9e} {}", n.name, n.value, n.unit).trim_end().to_owned();
