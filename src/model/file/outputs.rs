@@ -163,6 +163,7 @@ impl IntermediateMap for Map {
 
 impl Output {
     /// A history of one measure, for drawings.
+    #[cfg(feature = "report")]
     pub fn of_measure(name: String, measure: Measure) -> Self {
         Self {
             name,
