@@ -42,12 +42,11 @@ impl Law for Measured {
 
 /// The effort at `key` of a part.
 pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> Read<Feedback> {
-    let found: RefCell<(Vec<Place>, Vec<(usize, bool)>)> = RefCell::default();
+    let (observed, read) = (RefCell::<Vec<Place>>::default(), RefCell::<Vec<(usize, bool)>>::default());
     let others = |text: &str| {
         let (place, is_rate) = find(text, parts)?;
-        let (observed, read) = &mut *found.borrow_mut();
-        let k = position_or_push(observed, place);
-        Some(position_or_push(read, (k, is_rate)))
+        let k = position_or_push(&mut observed.borrow_mut(), place);
+        Some(position_or_push(&mut read.borrow_mut(), (k, is_rate)))
     };
     let suggestions = || suggestions(parts);
     let place = "an effort";
@@ -55,8 +54,8 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
     let program = section.program(key, names, &wants)?;
     let used = program.uses();
     let parameters = used.iter().map(|&i| Program::variable(i)).collect();
-    let (observed, read) = found.into_inner();
-    Ok(Feedback { law: Measured { program: program.with_design(&used), read }, observed, parameters })
+    let law = Measured { program: program.with_design(&used), read: read.into_inner() };
+    Ok(Feedback { law, observed: observed.into_inner(), parameters })
 }
 
 impl Feedback {
