@@ -137,14 +137,14 @@ fn explicit_steps() {
 #[test]
 fn equilibria_and_kinematics() {
     let (settings, times) = (Statics { tolerance: 1e-12, ..Statics::default() }, [0.0, 1.0, 2.0]);
-    // Rounding grows with what a beam resists to shear over what it resists to bending: with the elements, too.
-    for (elements, bound) in [(2, 1e-10), (4, 1e-9)] {
+    // Rounding grows with what a beam resists to shear over what it resists to bending.
+    for elements in [2, 4] {
         let (arm, b) = (Arm { elements }, Arm::DESIGN);
         let forward = differentiate_equilibria(&arm, &b, &settings, &times).unwrap();
         let backward = |all: &[Functional]| differentiate_equilibria_backwards(&arm, &b, &settings, &times, all);
         let worst = deviation(&forward, backward, &b, 1e-9);
         println!("statics of the clamped beam, {elements} elements: {worst:.1e}");
-        assert!(worst < bound, "{elements}: {worst:.2e}");
+        assert!(worst < 1e-9, "{elements}: {worst:.2e}");
     }
 
     let governor = Governor { angle: 1.0 };

@@ -91,8 +91,8 @@ impl Functional {
 /// Simulates `model` at the design `b` and differentiates `responses` of its outputs at `times`, a row each, with respect
 /// to `b`, backwards in time.
 ///
-/// The result is that of [`differentiate`](super::differentiate) up to rounding. Up to four responses cost two to
-/// three analyses, however many design variables there are (`cargo bench --bench adjoint`).
+/// The result is that of [`differentiate`](super::differentiate) up to rounding. Up to four responses cost less than
+/// three analyses, this one included, however many design variables there are (`cargo bench --bench adjoint`).
 /// The states of all steps are kept.
 ///
 /// **Errors.** As [`differentiate`](super::differentiate), and [`Error::Definition`] if a response has a term that there
