@@ -135,6 +135,10 @@ impl<M: Model, P: Procedure> Analysis for Instants<M, P> {
         self.sensitivities_by(self.differentiation_for(b.len(), wanted), semi_analytical::STEP, b, wanted)
     }
 
+    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+        Some(self.differentiation_for(variables, wanted).name())
+    }
+
     fn alternatives(&self) -> Vec<Alternative<'_>> {
         use Differentiation::{Adjoint, Direct, SemiAnalytical};
         let by = |method, step| {
@@ -176,10 +180,6 @@ impl<M: Model, P: Procedure> Instants<M, P> {
             Differentiation::Direct | Differentiation::Automatic => self.procedure.direct(&self.model, b, times)?,
         };
         Ok(history.rows(b.len(), wanted, &wanted.iter().map(|instant| instant.point).collect::<Vec<_>>()))
-    }
-
-    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
-        Some(self.differentiation_for(variables, wanted).name())
     }
 }
 

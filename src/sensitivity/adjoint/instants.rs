@@ -11,8 +11,8 @@ use crate::analysis::generalized_alpha::Prescribed;
 use crate::analysis::kinematics::Walk;
 use crate::analysis::start::{Assembly, assemble};
 use crate::analysis::statics::{Statics, balance};
-use crate::analysis::system::Unknown;
-use crate::analysis::{State, System};
+use crate::analysis::system::{Linearization, Unknown};
+use crate::analysis::{State, System, blame, impact};
 use crate::multibody::{Mechanism, Model, Sensitive};
 use crate::sensitivity::dependence::Dependence;
 use crate::sensitivity::instant::check_driven;
@@ -26,7 +26,7 @@ use nalgebra::DMatrix;
 /// $$ \left(\frac{\partial F}{\partial x}\right)^{\!T}\psi = -\left(\frac{\partial J}{\partial x}\right)^{\!T},\qquad
 ///    \frac{dJ}{dp} = \frac{\partial J}{\partial p} + \psi^T\frac{\partial F}{\partial p} $$
 ///
-/// with the factorization that found it: one transposed back-substitution for up to four responses at a time point. The
+/// with the factorization there: one transposed back-substitution for up to four responses at a time point. The
 /// result is that of [`differentiate_equilibria`](crate::sensitivity::instant::differentiate_equilibria) up to rounding.
 ///
 /// **Errors.** As there, and [`crate::Error::Definition`] if a response has a term that there is not.
@@ -39,14 +39,17 @@ pub fn differentiate_equilibria_backwards<M: Model>(
 ) -> Result<DMatrix<f64>> {
     let whole = Whole::build(model, b, times, responses)?;
     let Whole { mechanism, dependence, .. } = &whole;
+    impact::refuse(mechanism, "equilibria")?;
     let start = times.first().copied().unwrap_or(0.0);
     let (mut system, mut state) = (System::at(mechanism, start)?, State::built(mechanism, start));
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
-    let mut lanes = whole.lanes(&system);
+    let (mut lanes, mut rows) = (whole.lanes(&system), vec![[0.0]; system.size()]);
     let mut products = Products::at_rest(mechanism, dependence, &system, lanes.len());
     for (k, &t) in whole.times.iter().enumerate() {
         state.t = t;
         balance(&mut system, mechanism, &mut state, settings)?;
+        system.assemble(mechanism, &state, Linearization::statics(), &mut rows);
+        blame::factorize(&mut system, mechanism, &state)?;
         let mut lanes = whole.sample(k, &state, &mut lanes, &mut products);
         for lane in &mut lanes {
             lane.solve(&mut system, |bars, unknown| match unknown {
