@@ -369,7 +369,9 @@ impl<'m> Run<'m> {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;
         }
-        self.next = (2.0 * tried).min(h);
+        // An impact decides the length of this step, but not that of the next.
+        let length = if self.bounced.is_some() { self.next } else { tried };
+        self.next = (2.0 * length).min(h);
         Ok(taken)
     }
 

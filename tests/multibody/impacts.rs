@@ -125,7 +125,6 @@ fn derivatives_through_impacts_of_a_double_pendulum_are_those_of_differences() {
     let history = differentiate(&DoublePendulum, &BARS, &settings, &times).unwrap();
     let plain = simulate(&DoublePendulum.build(&BARS).unwrap(), &settings, &times).unwrap();
     assert_eq!(history.values, plain.values);
-    println!("{:?}", plain.impacts);
     assert!(!plain.impacts.is_empty());
     let second = differentiate_twice(&DoublePendulum, &BARS, &settings, &times, Second::Times(&BARS)).unwrap();
     let mut worst = [0.0f64; 2];
@@ -142,7 +141,6 @@ fn derivatives_through_impacts_of_a_double_pendulum_are_those_of_differences() {
                 let of = |x: [f64; 4]| (4.0 * (x[2] - x[3]) / step - (x[0] - x[1]) / (2.0 * step)) / 3.0;
                 let values = [&far, &fear, &near, &rear].map(|h| h.values[output][p]);
                 let size: f64 = history.slopes[output][p].iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
-                println!("{k} {output} {p}: {:.3e} {:.3e}", of(values), history.slopes[output][p][k]);
                 worst[0] = worst[0].max((of(values) - history.slopes[output][p][k]).abs() * BARS[k].abs() / size);
                 let along = [&far, &fear, &near, &rear]
                     .map(|h| h.slopes[output][p].iter().zip(&BARS).map(|(slope, b)| slope * b).sum::<f64>());
