@@ -140,7 +140,7 @@ fn the_tutorial_does_what_it_says() {
             None => assert!(shown.contains(line), "`{line}` is not in\n{shown}"),
         }
     }
-    assert_eq!(commands, 11);
+    assert_eq!(commands, 12);
     // The misspelt name of the tutorial.
     let good = place.read("lift.toml");
     std::fs::write(
