@@ -10,7 +10,7 @@ fn every_key_is_documented() {
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, format!("{before}## All keys\n{}", document())).unwrap();
     } else {
-        assert_eq!(listed, document(), "run this test with UPDATE_DOCS=1 to bring the page up to date");
+        assert!(listed == document(), "run this test with UPDATE_DOCS=1 to bring the page up to date");
     }
 }
 
