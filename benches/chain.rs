@@ -10,7 +10,7 @@
 mod cpu;
 
 use cpu::least;
-use linkwright::analysis::dynamics::Run;
+use linkwright::analysis::run::Run;
 use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
 use linkwright::analysis::{Dynamics, History, simulate};
 use linkwright::multibody::Model;

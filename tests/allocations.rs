@@ -1,6 +1,6 @@
 //! Time steps allocate nothing after the first one.
 
-use linkwright::analysis::dynamics::Run;
+use linkwright::analysis::run::Run;
 use linkwright::multibody::Model;
 use linkwright::multibody::mechanisms::{Andrews, Chain, FourBar};
 

@@ -1,7 +1,8 @@
 //! A run over time that bounces off rigid contacts: where a step closes one it is shortened to end there.
 
-use super::dynamics::{Run, StepSize};
+use super::dynamics::StepSize;
 use super::impact::strike;
+use super::run::Run;
 use crate::{Error, Result};
 
 /// An impact during a motion.

@@ -12,7 +12,8 @@
 //! | `generalized_alpha` | implicit time steps on the index-3 equations |
 //! | `predictor` | a first guess for the next implicit step |
 //! | `sampling` | dense output, named outputs at requested times |
-//! | `dynamics` | the run over time by implicit steps |
+//! | `dynamics` | the motion over time by implicit steps: settings and histories |
+//! | `run` | a running simulation, step by step |
 //! | `log` | the steps of any motion in a limited memory, or check-points |
 //! | `recording` | the converged steps of a run, kept for derivatives |
 //! | `rewind` | steps from the last to the first, integrated again where they were not kept |
@@ -35,6 +36,7 @@ pub mod modes;
 pub mod predictor;
 pub mod recording;
 mod rewind;
+pub mod run;
 pub mod sampling;
 pub mod start;
 pub mod state;

@@ -1,9 +1,9 @@
 //! The converged steps of a motion, kept for derivatives.
 
-use super::dynamics::Run;
 use super::generalized_alpha::Step;
 use super::log::{Course, Log};
 use super::predictor::Predictor;
+use super::run::Run;
 use super::start::Projection;
 use super::state::State;
 use super::system::System;

@@ -12,7 +12,7 @@ use super::instant::{follow_equilibria, follow_kinematics};
 use super::record::Record;
 use super::seeded::build_seeded;
 use super::stretch::Source;
-use crate::analysis::dynamics::Run;
+use crate::analysis::run::Run;
 use crate::analysis::start::Assembly;
 use crate::analysis::statics::Statics;
 use crate::analysis::{Dynamics, Recording};

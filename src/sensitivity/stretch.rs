@@ -2,7 +2,8 @@
 
 use super::record::Record;
 use crate::Result;
-use crate::analysis::dynamics::{Dynamics, Run, Work};
+use crate::analysis::dynamics::{Dynamics, Work};
+use crate::analysis::run::Run;
 use crate::analysis::sampling::interpolate;
 use crate::analysis::start::Projection;
 use crate::analysis::system::Linearization;

@@ -1,7 +1,7 @@
 //! Pictures of the flexible four-bar: stresses over time and along the links, the mechanism, its motion.
 
 use super::runs::Run;
-use crate::analysis::dynamics::Run as Motion;
+use crate::analysis::run::Run as Motion;
 use crate::analysis::sampling::interpolate;
 use crate::error::Result;
 use crate::library::four_bar::LINKS;
