@@ -10,8 +10,8 @@
 mod cpu;
 
 use cpu::least;
-use linkwright::analysis::run::Run;
 use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
+use linkwright::analysis::run::Run;
 use linkwright::analysis::{Dynamics, History, simulate};
 use linkwright::multibody::Model;
 use linkwright::multibody::mechanisms::Chain;

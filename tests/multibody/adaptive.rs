@@ -1,7 +1,8 @@
 //! Adaptive implicit steps: their error follows the tolerance, they adapt, and what they reject is reported.
 
-use linkwright::analysis::dynamics::{Run, StepSize};
+use linkwright::analysis::dynamics::StepSize;
 use linkwright::analysis::explicit::Explicit;
+use linkwright::analysis::run::Run;
 use linkwright::analysis::{Dynamics, simulate};
 use linkwright::multibody::mechanisms::{Absorber, Chain};
 use linkwright::multibody::{Mechanism, Model};
