@@ -107,7 +107,8 @@ where
         let mut after = before.clone();
         after.v.iter_mut().zip(&jump.velocity).for_each(|(v, &change)| *v += change);
         system.closure_rates(mechanism, &after, 1, &mut Room::default(), rows);
-        self.rate(before, &after.v) + self.rate(before, &before.v) * self.restitution
+        let restitution = self.restitution.unwrap_or(zero);
+        self.rate(before, &after.v) + self.rate(before, &before.v) * restitution
     }
 }
 
@@ -161,6 +162,28 @@ impl Border {
         }
         impulse
     }
+}
+
+/// The state `state` a moment `ahead` (s) later, on the other side of a switch.
+pub(crate) fn beyond<T: Real>(state: &State<T>, ahead: f64) -> State<T> {
+    let mut beyond = state.clone();
+    beyond.t += ahead;
+    beyond.q.iter_mut().zip(&state.v).for_each(|(q, &v)| *q += v * ahead);
+    beyond
+}
+
+/// Passes a switch: accelerations and reactions are those beyond it, velocities stay.
+pub(crate) fn pass(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    ahead: f64,
+    state: &mut State<f64>,
+) -> Result<State<f64>> {
+    let mut beyond = beyond(state, ahead);
+    AccelerationSolver::default().solve(system, mechanism, &mut beyond)?;
+    state.a.copy_from_slice(&beyond.a);
+    state.l.copy_from_slice(&beyond.l);
+    Ok(beyond)
 }
 
 /// Lets the mechanism bounce off contact number `contact`: velocities jump, accelerations and reactions follow.

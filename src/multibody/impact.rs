@@ -1,6 +1,6 @@
-//! Rigid contacts that a mechanism bounces off.
+//! Rigid contacts that a mechanism bounces off, and switches that it passes.
 
-use super::element::Element;
+use super::element::{Element, Local};
 use super::elements::{Driver, PointOnLine};
 use super::mechanism::{Coordinate, Marker, Mechanism, PartData};
 use super::motion::Fixed;
@@ -8,12 +8,12 @@ use crate::scalar::Scalar;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// A contact that is open as long as its gap is positive.
+/// A contact that is open as long as its gap is positive, or a switch.
 pub(crate) struct ImpactData<S> {
     /// The constraint whose one closure is the gap; its multiplier is the impulse.
     pub part: PartData<S>,
-    /// Coefficient of restitution.
-    pub restitution: S,
+    /// Coefficient of restitution; none of a switch.
+    pub restitution: Option<S>,
 }
 
 /// # Impacts
@@ -41,7 +41,7 @@ impl<S: Scalar> Mechanism<S> {
             let why = format!("its gap has {closures} closures");
             return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
         }
-        self.add_impact(name, gap, coordinates, parameters, restitution);
+        self.add_impact(name, gap, coordinates, parameters, Some(restitution));
         Ok(())
     }
 
@@ -51,7 +51,7 @@ impl<S: Scalar> Mechanism<S> {
         gap: impl Element,
         coordinates: &[Coordinate],
         parameters: &[S],
-        restitution: S,
+        restitution: Option<S>,
     ) {
         let (closures, coordinates) = (Element::closures(&gap), coordinates.iter().map(|c| c.0).collect());
         let (element, parameters) = (Arc::new(gap), parameters.to_vec());
@@ -61,13 +61,54 @@ impl<S: Scalar> Mechanism<S> {
 
     /// A rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
     pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
-        self.add_impact(name.into(), Driver(Fixed), &[a, b], &[clearance], restitution);
+        self.add_impact(name.into(), Driver(Fixed), &[a, b], &[clearance], Some(restitution));
     }
 
     /// A rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays to the left of
     /// it, as seen along the line.
     pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add_impact(name.into(), PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y], restitution);
+        self.add_impact(name.into(), PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y], Some(restitution));
+    }
+
+    /// A switch: where the closure of the constraint `of` passes zero, either way, a time step ends and the next one begins.
+    ///
+    /// What jumps there, a force that an element or a law switches by the same condition, is then integrated on either side
+    /// of the jump, and derivatives know that the instant moves with the design. Without a switch they would not: a step
+    /// across a jump has no derivative that tells.
+    ///
+    /// **Errors.** [`Error::Definition`] if the constraint has not just one closure.
+    pub fn switch(
+        &mut self,
+        name: impl Into<String>,
+        of: impl Element,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+    ) -> Result<()> {
+        let (name, closures) = (name.into(), Element::closures(&of));
+        if closures != 1 {
+            let why = format!("what it looks at has {closures} closures");
+            return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
+        }
+        self.add_impact(name, of, coordinates, parameters, None);
+        Ok(())
+    }
+
+    /// A switch at the time `t` (s).
+    pub fn switch_at(&mut self, name: &str, t: S) {
+        self.add_impact(name.into(), Clock, &[], &[t], None);
+    }
+}
+
+/// Φ = t − t₀; parameter t₀ in s.
+struct Clock;
+
+impl Element for Clock {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, _balance: &mut [T], closure: &mut [T]) {
+        closure[0] = x.t - x.p[0];
+    }
+
+    fn closures(&self) -> usize {
+        1
     }
 }

@@ -1,6 +1,6 @@
 //! Derivatives that go along with implicit steps, one chunk of design variables at a time.
 
-use super::jump::strike;
+use super::jump::{pass, strike};
 use super::seeded::{set_values, take_values};
 use super::start::StartSolver;
 use super::stretch::{Follow, Source, Stretch, Taken};
@@ -158,7 +158,11 @@ where
     fn bounce(&mut self) -> Result<()> {
         let Some((contact, values)) = self.closed.take() else { return Ok(()) };
         let mut state = self.step.new.clone();
-        strike(self.plain, self.mechanism, &mut self.system, contact, &values, &mut state)?;
+        let (plain, mechanism, system) = (self.plain, self.mechanism, &mut self.system);
+        match plain.impacts[contact].restitution {
+            Some(_) => strike(plain, mechanism, system, contact, &values, &mut state)?,
+            None => pass(plain, mechanism, system, self.settings.step.ahead(), &values, &mut state)?,
+        }
         self.step.restart(&state);
         Ok(())
     }

@@ -46,3 +46,23 @@ where
     take_values(state, &after);
     StartSolver::new(plain, mechanism, system).accelerations(&after, state)
 }
+
+/// Passes a switch at the state `values`, in `state` with derivatives.
+pub(super) fn pass<T: Carrier<L>, const L: usize>(
+    plain: &Mechanism<f64>,
+    mechanism: &Mechanism<T>,
+    system: &mut System,
+    ahead: f64,
+    values: &State<f64>,
+    state: &mut State<T>,
+) -> Result<()>
+where
+    Jet<T>: Number,
+{
+    let beyond = impact::pass(system, plain, ahead, &mut values.clone())?;
+    let mut moved = impact::beyond(state, ahead);
+    take_values(&mut moved, &beyond);
+    StartSolver::new(plain, mechanism, system).accelerations(&beyond, &mut moved)?;
+    (state.a, state.l) = (moved.a, moved.l);
+    Ok(())
+}

@@ -2,10 +2,10 @@
 
 use linkwright::Result;
 use linkwright::analysis::{Dynamics, Explicit, Newton, simulate};
-use linkwright::multibody::elements::Revolute;
+use linkwright::multibody::elements::{Driver, Revolute};
 use linkwright::multibody::mechanism::Pose;
-use linkwright::multibody::motion::Harmonic;
-use linkwright::multibody::{Mechanism, Model};
+use linkwright::multibody::motion::{Fixed, Harmonic};
+use linkwright::multibody::{Element, Local, Mechanism, Model};
 use linkwright::scalar::{Scalar, gradient, hessian};
 use linkwright::sensitivity::explicit::simulate_explicitly;
 use linkwright::sensitivity::{Functional, Second, differentiate, differentiate_backwards, differentiate_twice};
@@ -188,4 +188,73 @@ fn what_cannot_bounce_is_refused() {
     let ground = m.ground().coordinates();
     let twice = m.impact("pin", Revolute, &[ground, ground].concat(), &[0.0; 4], 0.5).unwrap_err().to_string();
     assert!(twice.contains("2 closures"), "{twice}");
+}
+
+/// A force p₀ along a coordinate after the time p₁, or beyond the place p₁.
+struct Push {
+    by_time: bool,
+}
+
+impl Element for Push {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _: &mut [T]) {
+        if if self.by_time { x.t } else { x.q[0] } > x.p[1] {
+            balance[0] = -x.p[0];
+        }
+    }
+}
+
+/// A mass b₀ with the velocity b₁, pushed by the force b₂ after the time or beyond the place b₃.
+struct Pushed {
+    by_time: bool,
+}
+
+impl Model for Pushed {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let mass = m.point_mass("mass", b[0], zero, zero);
+        m.set_velocity(mass.x, b[1]);
+        m.add("push", Push { by_time: self.by_time }, &[mass.x], &[b[2], b[3]]);
+        let ground = m.ground().x;
+        match self.by_time {
+            true => m.switch_at("begin", b[3]),
+            false => m.switch("edge", Driver(Fixed), &[ground, mass.x], &[b[3]])?,
+        }
+        let place = m.coordinate_sensor("place", ground, mass.x);
+        let position = m.measure(place, "position")?;
+        m.output("position", &[position]);
+        Ok(m)
+    }
+}
+
+#[test]
+fn what_is_switched_by_time_or_place_in_closed_form() {
+    // The instant of the switch on a time of the grid, and between two of them.
+    for (by_time, at) in [(true, 0.5), (true, 0.503), (false, 1.0), (false, 1.017)] {
+        let (b, t) = ([1.3, 2.0, -1.7, at], 0.9);
+        fn place<S: Scalar>(b: &[S], t: f64, by_time: bool) -> S {
+            let since = -if by_time { b[3] } else { b[3] / b[1] } + t;
+            b[1] * t + b[2] / b[0] * since * since * 0.5
+        }
+        let (value, slopes) = gradient(|b| place(b, t, by_time), &b);
+        let curvature = hessian(|b| place(b, t, by_time), &b).2;
+        for settings in [fixed(0.01), Dynamics::adaptive(1e-4)] {
+            let model = Pushed { by_time };
+            let first = differentiate(&model, &b, &settings, &[t]).unwrap();
+            let second = differentiate_twice(&model, &b, &settings, &[t], Second::Full).unwrap();
+            // What is switched is looked at a millionth of a step beyond: that much of a step's error is left.
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-7;
+            assert!(close(first.values[0][0], value), "{by_time} {at}: {} {value}", first.values[0][0]);
+            for i in 0..4 {
+                let ours = first.slopes[0][0][i];
+                assert!(close(ours, slopes[i]), "{by_time} {at} by {i}: {ours} {}", slopes[i]);
+                for j in 0..4 {
+                    let ours = second.hessian(0, 0).unwrap()[(i, j)];
+                    assert!(close(ours, curvature[(i, j)]), "{by_time} {at} {i} {j}: {ours} {}", curvature[(i, j)]);
+                }
+            }
+            let history = simulate(&model.build(&b).unwrap(), &settings, &[t]).unwrap();
+            assert_eq!(history.impacts.len(), 1, "{:?}", history.impacts);
+        }
+    }
 }

@@ -223,8 +223,9 @@ fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
             ));
         }
     }
-    if let Some(impact) = mechanism.impacts.iter().find(|impact| !(0.0..=1.0).contains(&impact.restitution)) {
-        let why = format!("its coefficient of restitution is {}, {when}", impact.restitution);
+    let bounces = mechanism.impacts.iter().filter_map(|impact| Some((impact, impact.restitution?)));
+    if let Some((impact, e)) = bounces.into_iter().find(|(_, e)| !(0.0..=1.0).contains(e)) {
+        let why = format!("its coefficient of restitution is {e}, {when}");
         return Err(Error::analysis(&impact.part.name, why, "keep it from 0 to 1"));
     }
     let bad = mechanism.coordinates.iter().find(|c| !(c.position.is_finite() && c.velocity.is_finite()));
