@@ -6,7 +6,7 @@
 //! | `elements/` | bodies, beams, joints, forces, sensors: one file each |
 //! | `motion/` | prescribed motions: constant speed, start-ups, ramps, harmonics, tables |
 //! | `formula` | outputs as formulas of measured quantities |
-//! | `impact` | rigid contacts that a mechanism bounces off |
+//! | `impact` | rigid contacts that a mechanism bounces off, and switches that it passes |
 //! | `mechanism` | coordinates + elements + outputs, as a pure function of the design ([`Model`]) |
 //! | `mechanisms/` | reference mechanisms |
 //! | `number` | the closed set of numbers in which mechanisms are evaluated |

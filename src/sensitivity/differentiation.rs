@@ -13,7 +13,8 @@ pub enum Differentiation {
     Direct,
     /// Against the motion, all design variables at once: the discrete adjoint.
     Adjoint,
-    /// Along with the motion by differenced residuals: semi-analytical, a witness against the others. Implicit steps only.
+    /// Along with the motion by differenced residuals: semi-analytical, a witness against the others.
+    /// Not for explicit steps.
     SemiAnalytical,
 }
 

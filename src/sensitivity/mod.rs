@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `adjoint/` | derivatives of few responses by many design variables, backwards along implicit steps |
+//! | `adjoint/` | derivatives of few responses by many design variables, backwards along implicit and explicit steps, and of single instants |
 //! | `check` | the derivatives of a model, proved |
 //! | `companion` | one chunk of derivatives that goes along with implicit steps |
 //! | `dependence` | what of a mechanism depends on the design |

@@ -6,7 +6,7 @@ use crate::{Error, Result};
 
 /// A mass of 1 kg that hits a spring and damper at 1 m/s: ÿ + c ẏ + k y = 0, y(0) = 0, ẏ(0) = 1 m/s.
 ///
-/// Design variables: k (N/m) and c (N·s/m). Outputs: displacement (m) and acceleration (m/s²).
+/// Design variables: k (N/m) and c (N·s/m). Outputs: position (m) and acceleration (m/s²).
 ///
 /// **Source.** Afimiwala & Mayne, *J. Eng. Ind.* 96 (1974) 124–130; Etman, van Campen & Schoofs (1998), Section 6.1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
