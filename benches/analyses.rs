@@ -4,7 +4,7 @@
 //! Beside the least that other programs need, as far as they were measured. Times do not matter here: the work counts.
 
 use linkwright::Result;
-use linkwright::library::{Attempt, Conclusion, attempt_with, compare, find, quadratic_forms, slider_crank};
+use linkwright::cases::{Attempt, Conclusion, attempt_with, compare, find, quadratic_forms, slider_crank};
 use linkwright::sao::{Cycle, Method, Preset, Stop, preset, presets};
 
 /// Problem, what others need at least, and what is wanted of us.

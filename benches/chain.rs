@@ -10,12 +10,12 @@
 mod cpu;
 
 use cpu::least;
-use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
-use linkwright::analysis::run::Run;
-use linkwright::analysis::{Dynamics, History, simulate};
-use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::Chain;
-use linkwright::sensitivity::explicit::differentiate_explicitly;
+use linkwright::cases::mechanisms::Chain;
+use linkwright::mechanics::analysis::explicit::{Explicit, Pace, simulate_explicitly};
+use linkwright::mechanics::analysis::run::Run;
+use linkwright::mechanics::analysis::{Dynamics, History, simulate};
+use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::sensitivity::explicit::differentiate_explicitly;
 
 fn times() -> Vec<f64> {
     (0..=100).map(|k| 0.01 * f64::from(k)).collect()

@@ -6,10 +6,11 @@
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use linkwright::Result;
-use linkwright::library::{impact_absorber, slider_crank};
-use linkwright::problem::{Analysis, Instant, Problem, Program, Responses};
+use linkwright::cases::{impact_absorber, slider_crank};
+use linkwright::nlp::Program;
+use linkwright::nlp::{Automatic, Solution, SubproblemSolver};
+use linkwright::problem::{Analysis, Instant, Problem, Responses};
 use linkwright::sao::Method;
-use linkwright::subproblem::{Automatic, Solution, SubproblemSolver};
 use nalgebra::DMatrix;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};

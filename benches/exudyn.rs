@@ -8,12 +8,12 @@ mod cpu;
 
 use cpu::least;
 use linkwright::Result;
-use linkwright::analysis::{Dynamics, History, simulate};
-use linkwright::multibody::elements::{BeamSection, Shear};
-use linkwright::multibody::mechanism::Body;
-use linkwright::multibody::motion::StartUp;
-use linkwright::multibody::{Mechanism, Model, Pose};
-use linkwright::scalar::Scalar;
+use linkwright::autodiff::Scalar;
+use linkwright::mechanics::analysis::{Dynamics, History, simulate};
+use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
+use linkwright::mechanics::multibody::mechanism::Body;
+use linkwright::mechanics::multibody::motion::StartUp;
+use linkwright::mechanics::multibody::{Mechanism, Model, Pose};
 use std::f64::consts::PI;
 
 const LENGTHS: [f64; 3] = [0.3048, 0.9144, 0.762];

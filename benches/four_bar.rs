@@ -7,7 +7,7 @@ mod cpu;
 
 use cpu::in_turns;
 use linkwright::Result;
-use linkwright::library::four_bar::{Derivatives, StressConstrained, method, robust_method};
+use linkwright::cases::four_bar::{Derivatives, StressConstrained, method, robust_method};
 use linkwright::problem::{Instant, Problem};
 use linkwright::sao::Method;
 

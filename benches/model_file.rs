@@ -3,8 +3,8 @@
 //! One analysis with the derivatives of all its responses, and the reading of the file.
 
 use divan::Bencher;
-use linkwright::library::{four_bar::StressConstrained, impact_absorber, slider_crank};
-use linkwright::model::read;
+use linkwright::cases::{four_bar::StressConstrained, impact_absorber, slider_crank};
+use linkwright::model_file::read;
 use linkwright::problem::{Instant, Problem};
 
 fn main() {

@@ -2,12 +2,12 @@
 //!
 //! Ratios first: they are what the machine's load leaves alone. Every figure is the shortest of several runs.
 
-use linkwright::analysis::explicit::Explicit;
-use linkwright::analysis::{Dynamics, simulate};
-use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::{Chain, FourBar};
-use linkwright::sensitivity::differentiate;
-use linkwright::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
+use linkwright::cases::mechanisms::{Chain, FourBar};
+use linkwright::mechanics::analysis::explicit::Explicit;
+use linkwright::mechanics::analysis::{Dynamics, simulate};
+use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::sensitivity::differentiate;
+use linkwright::mechanics::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
 use std::time::{Duration, Instant};
 
 fn best<T>(runs: usize, mut run: impl FnMut() -> T) -> Duration {

@@ -2,10 +2,10 @@
 
 use divan::{Bencher, black_box};
 use linkwright::approximation::{ApproximateProblem, Known, Linear, Manner, Surroundings};
-use linkwright::library::impact_absorber::Absorber;
-use linkwright::problem::separable::MovingAsymptotes;
+use linkwright::cases::impact_absorber::Absorber;
+use linkwright::nlp::separable::MovingAsymptotes;
+use linkwright::nlp::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use linkwright::problem::{DesignVariable, Evaluation, Problem, ProblemBuilder, Responses, Sensitivities, TimeGrid};
-use linkwright::subproblem::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use linkwright::{Result, function};
 use nalgebra::DMatrix;
 

@@ -2,7 +2,7 @@
 //! `linkwright compare impact-absorber-comfort --methods paper,mma,gcmma,hessian-errors`.
 
 use linkwright::Result;
-use linkwright::library::{Conclusion, compare, find};
+use linkwright::cases::{Conclusion, compare, find};
 use linkwright::report::methods::table;
 use linkwright::sao::preset;
 

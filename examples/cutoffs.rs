@@ -4,7 +4,7 @@
 //! the four-bar mechanism. A high cut-off keeps less, until something that was left out becomes critical within one step.
 
 use linkwright::Result;
-use linkwright::library::impact_absorber;
+use linkwright::cases::impact_absorber;
 use linkwright::problem::{Problem, Selection};
 use linkwright::sao::{Method, Screening, State};
 

@@ -6,10 +6,11 @@
 //! sequential approximation; with the eight of the slider-crank, where structure can be kept, it needs several times more.
 
 use linkwright::Result;
-use linkwright::library::{impact_absorber, slider_crank};
-use linkwright::problem::{DirectCoupling, Program};
+use linkwright::cases::{impact_absorber, slider_crank};
+use linkwright::nlp::Program;
+use linkwright::nlp::{Sqp, SubproblemSolver};
+use linkwright::problem::DirectCoupling;
 use linkwright::sao::Method;
-use linkwright::subproblem::{Sqp, SubproblemSolver};
 
 fn main() -> Result<()> {
     let path = slider_crank::path_generation(slider_crank::STAND_IN_START)?;

@@ -2,8 +2,8 @@
 //! keep their times, and peaks that drift with the design. V is what the final design violates at all times.
 
 use linkwright::Result;
-use linkwright::library::four_bar::StressConstrained;
-use linkwright::library::{impact_absorber, nonlinear_absorber, vehicle_suspension};
+use linkwright::cases::four_bar::StressConstrained;
+use linkwright::cases::{impact_absorber, nonlinear_absorber, vehicle_suspension};
 use linkwright::problem::{Problem, Selection};
 use linkwright::report::table::Table;
 use linkwright::sao::{Method, Screening, State, Stop};

@@ -6,8 +6,8 @@
 //! says nothing until the limit is exceeded, and too little then.
 
 use linkwright::Result;
+use linkwright::cases::impact_absorber::{DISPLACEMENT, comfort, comfort_optimum};
 use linkwright::function;
-use linkwright::library::impact_absorber::{DISPLACEMENT, comfort, comfort_optimum};
 use linkwright::problem::{Constraint, Envelope, Intermediates, MeanExcess, Problem, Quantity, Selection};
 use linkwright::sao::{Method, Screening, State};
 

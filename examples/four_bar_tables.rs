@@ -1,7 +1,7 @@
 //! Tables V and VI of Etman, van Campen & Schoofs (1998) with their pictures, into a folder:
 //! `cargo run --release --example four_bar_tables -- FOLDER`.
 
-use linkwright::library::four_bar::StressConstrained;
+use linkwright::cases::four_bar::StressConstrained;
 use linkwright::papers::etman_1998::four_bar::{
     Regenerated, as_printed, check_rows, table5, table6, table6_from_cycle_4, table6_rows, violation_rms,
 };

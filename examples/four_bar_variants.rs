@@ -2,10 +2,11 @@
 //! `cargo run --release --example four_bar_variants`.
 
 use linkwright::Result;
-use linkwright::library::four_bar::{Derivatives, Linearized, StressConstrained, method, robust_method};
-use linkwright::problem::{Program, Selection};
+use linkwright::cases::four_bar::{Derivatives, Linearized, StressConstrained, method, robust_method};
+use linkwright::nlp::Program;
+use linkwright::nlp::{Automatic, MultiStart, Solution, Status, SubproblemSolver};
+use linkwright::problem::Selection;
 use linkwright::sao::{Method, RelativeLimits, Screening, State};
-use linkwright::subproblem::{Automatic, MultiStart, Solution, Status, SubproblemSolver};
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
 

@@ -6,12 +6,12 @@
 use std::path::Path;
 
 use linkwright::Result;
-use linkwright::library::impact_absorber::motion;
-use linkwright::library::slider_crank::{DESIRED, STAND_IN_START};
+use linkwright::cases::impact_absorber::motion;
+use linkwright::cases::slider_crank::{DESIRED, STAND_IN_START};
 use linkwright::papers::etman_1998::slider_crank_at;
 use linkwright::report::animation::{Animation, Scene};
 use linkwright::report::figure::{Figure, Grid, Quantity};
-use linkwright::report::picture::*;
+use linkwright::report::plots::*;
 
 fn times(count: usize) -> Vec<f64> {
     (0..count).map(|p| 12.0 * p as f64 / (count - 1) as f64).collect()

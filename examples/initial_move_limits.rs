@@ -4,7 +4,7 @@
 //! takes eight, with a much smaller error in the first cycle. Our start is a stand-in for the one it does not print.
 
 use linkwright::Result;
-use linkwright::library::slider_crank;
+use linkwright::cases::slider_crank;
 use linkwright::sao::{Method, RelativeLimits, State};
 
 fn main() -> Result<()> {

@@ -5,7 +5,7 @@
 //! problem is quadratic or nonlinear. *Directly*, the objective itself is linearized: a linear program, blind to curvature.
 
 use linkwright::Result;
-use linkwright::library::{Optimum, impact_absorber, slider_crank};
+use linkwright::cases::{Optimum, impact_absorber, slider_crank};
 use linkwright::problem::{Intermediates, Problem};
 use linkwright::sao::{Method, State};
 

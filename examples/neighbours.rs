@@ -4,7 +4,7 @@
 //! points that take turns as the highest; more only make the subproblem larger.
 
 use linkwright::Result;
-use linkwright::library::impact_absorber;
+use linkwright::cases::impact_absorber;
 use linkwright::problem::Selection;
 use linkwright::sao::{Method, Screening, State};
 

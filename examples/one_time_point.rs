@@ -6,7 +6,7 @@
 //! but only one of them is kept, so each cycle lets the other one grow. Only smaller and smaller limits end that.
 
 use linkwright::Result;
-use linkwright::library::impact_absorber;
+use linkwright::cases::impact_absorber;
 use linkwright::problem::Selection;
 use linkwright::sao::{Cycle, Method, Screening, State, Stop};
 

@@ -5,10 +5,10 @@
 //! cantilever of five segments (1987), minimum weight with a limit on the tip deflection Σ aₖ/bₖ³.
 
 use linkwright::approximation::{AnyModel, Approximation, Expansion, Linear, Model};
+use linkwright::autodiff::Scalar;
 use linkwright::problem::{ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates};
 use linkwright::problem::{Number, Problem, ProblemBuilder, Quantity};
 use linkwright::sao::Method;
-use linkwright::scalar::Scalar;
 use linkwright::{Error, Result, function};
 use std::sync::Arc;
 

@@ -2,10 +2,10 @@
 //!
 //! `cargo run --example your_own_element`
 
-use linkwright::analysis::{Dynamics, simulate};
-use linkwright::multibody::{Element, Local, Mechanism, Model};
-use linkwright::scalar::Scalar;
-use linkwright::sensitivity::differentiate;
+use linkwright::autodiff::Scalar;
+use linkwright::mechanics::analysis::{Dynamics, simulate};
+use linkwright::mechanics::multibody::{Element, Local, Mechanism, Model};
+use linkwright::mechanics::sensitivity::differentiate;
 
 /// F = k (1 + r t) u, on one coordinate; parameters k (N/m) and r (1/s).
 struct HardeningSpring;

@@ -8,10 +8,10 @@
 //! Height is far from linear in distance, speed and angle, but exactly linear in the coefficients of the parabola. Told so
 //! by intermediate variables, the method has nothing left to approximate.
 
+use linkwright::autodiff::Scalar;
 use linkwright::problem::{ClosedForm, Constraint, DesignVariable, IntermediateMap, Intermediates};
 use linkwright::problem::{Problem, ProblemBuilder, Quantity, TimeGrid};
 use linkwright::sao::{Method, State};
-use linkwright::scalar::Scalar;
 use linkwright::{Result, function};
 
 /// Height of the roof and width of the house, m; gravity, m/s².

@@ -46,29 +46,25 @@
 //! # Ok::<(), linkwright::Error>(())
 //! ```
 
-#[cfg(feature = "multibody")]
-pub mod analysis;
 pub mod approximation;
+pub mod cases;
 #[cfg(feature = "cli")]
-pub mod cli;
-pub mod error;
-pub mod library;
-#[cfg(feature = "multibody")]
-pub mod linalg;
+pub mod command;
 #[cfg(feature = "model")]
-pub mod model;
-#[cfg(feature = "multibody")]
-pub mod multibody;
-#[cfg(all(feature = "report", feature = "multibody"))]
+pub mod model_file;
+#[cfg(all(feature = "report", feature = "mechanics"))]
 pub mod papers;
 pub mod problem;
 #[cfg(feature = "report")]
 pub mod report;
+pub mod responses;
 pub mod sao;
-pub mod scalar;
-#[cfg(feature = "multibody")]
-pub mod sensitivity;
-pub mod subproblem;
+
+pub use autodiff;
+pub use error;
+#[cfg(feature = "mechanics")]
+pub use mechanics;
+pub use nlp;
 
 pub use error::{Error, Result};
 

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    linkwright::cli::main()
+    linkwright::command::main()
 }

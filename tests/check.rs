@@ -153,19 +153,19 @@ fn differences_with_steps_too_long_are_named() {
     assert_eq!(words(&proof, 0, 0), "forward is wrong: exact agrees with the differences");
 }
 
-#[cfg(feature = "multibody")]
+#[cfg(feature = "mechanics")]
 mod mechanisms {
     use super::finding;
     use linkwright::Result;
-    use linkwright::analysis::explicit::Explicit;
-    use linkwright::analysis::start::Assembly;
-    use linkwright::analysis::statics::Statics;
-    use linkwright::analysis::{Dynamics, Newton};
-    use linkwright::multibody::mechanisms::{Chain, FourBar, Governor, SliderCrank};
-    use linkwright::multibody::{Mechanism, Model};
+    use linkwright::autodiff::Scalar;
+    use linkwright::cases::mechanisms::{Chain, FourBar, Governor, SliderCrank};
+    use linkwright::mechanics::analysis::explicit::Explicit;
+    use linkwright::mechanics::analysis::start::Assembly;
+    use linkwright::mechanics::analysis::statics::Statics;
+    use linkwright::mechanics::analysis::{Dynamics, Newton};
+    use linkwright::mechanics::multibody::{Mechanism, Model};
     use linkwright::problem::check::Finding;
-    use linkwright::scalar::Scalar;
-    use linkwright::sensitivity::check_model;
+    use linkwright::responses::mechanism::check_model;
 
     #[test]
     fn mechanisms_are_proved_in_one_line_by_every_method() {

@@ -1,8 +1,8 @@
 //! Linear and quadratic programs with known answers, and random ones judged by their optimality conditions.
 
 use linkwright::Error;
-use linkwright::problem::{Gradients, Program, Structure, Values};
-use linkwright::subproblem::{ActiveSet, Conic, QuadraticProgram, Solution, Status, SubproblemSolver};
+use linkwright::nlp::{ActiveSet, Conic, QuadraticProgram, Solution, Status, SubproblemSolver};
+use linkwright::nlp::{Gradients, Program, Structure, Values};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;

@@ -1,8 +1,9 @@
 //! Exact derivatives against differences of values, for every problem of the library.
 
 use linkwright::approximation::{ApproximateProblem, Known, Linear, Manner, Surroundings};
-use linkwright::library::{impact_absorber, slider_crank};
-use linkwright::problem::{Instant, Problem, Program, Sensitivities};
+use linkwright::cases::{impact_absorber, slider_crank};
+use linkwright::nlp::Program;
+use linkwright::problem::{Instant, Problem, Sensitivities};
 use linkwright::sao::{MoveLimits, RelativeLimits, Screening};
 use nalgebra::DMatrix;
 

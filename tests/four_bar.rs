@@ -1,11 +1,11 @@
 //! The flexible four-bar mechanism of Tables V and VI.
-#![cfg(all(feature = "multibody", feature = "report"))]
+#![cfg(all(feature = "mechanics", feature = "report"))]
 
 use linkwright::Error;
-use linkwright::library::four_bar::{
+use linkwright::cases::four_bar::{
     Derivatives, Linearized, StressConstrained, method, published_optima, published_stiff_optimum,
 };
-use linkwright::multibody::mechanisms::FourBar;
+use linkwright::cases::mechanisms::FourBar;
 use linkwright::papers::etman_1998::four_bar::{PAPER_STEP, as_printed, check_rows, violation_rms};
 use linkwright::problem::{Instant, Problem};
 use linkwright::sao::Status;

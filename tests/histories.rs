@@ -2,7 +2,7 @@
 //!
 //! Six digits of what converges, four of errors, and none below 1e-6 %, where rounding decides; no times.
 
-use linkwright::library::{impact_absorber, slider_crank};
+use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::problem::{Intermediates, Problem, Selection};
 use linkwright::sao::{Cycle, Method, RelativeLimits, Screening, State, Stop};
 use std::fmt::Write;

@@ -1,13 +1,13 @@
 //! Every bad input and what it gets: a clear error with numbers and a remedy, never a panic.
 
+use linkwright::autodiff::Scalar;
+use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::function;
-use linkwright::library::{impact_absorber, slider_crank};
 use linkwright::problem::{
     Analysis, ClosedForm, Constraint, DesignVariable, Instant, Intermediate, Intermediates, Problem, ProblemBuilder,
     Quantity, Responses, TimeGrid,
 };
 use linkwright::sao::{ErrorBased, Method, RelativeLimits, STATE_VERSION, Screening, State, Status, Stop};
-use linkwright::scalar::Scalar;
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -248,7 +248,7 @@ fn a_problem_without_a_feasible_design_is_relaxed_reported_and_ends_as_infeasibl
     let problem = parts.build_analytic(Ramp).unwrap();
     let state = Method::default().solve(&problem, |_| ()).unwrap();
     let last = state.history.last().unwrap();
-    assert_eq!(last.subproblem, Some(linkwright::subproblem::Status::Relaxed));
+    assert_eq!(last.subproblem, Some(linkwright::nlp::Status::Relaxed));
     assert!(last.relaxation > 0.1, "{last:?}");
     assert_eq!(state.status, Status::Infeasible, "{}", state.reason);
     assert!(state.reason.contains("no design within the move limits is feasible"), "{}", state.reason);

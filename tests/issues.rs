@@ -1,12 +1,12 @@
 //! What once was wrong, one test each, saying what it was.
 
+use linkwright::autodiff::{Degree, Scalar, degree};
+use linkwright::cases::impact_absorber;
 use linkwright::function;
-use linkwright::library::impact_absorber;
 use linkwright::problem::{
     ClosedForm, Constraint, DesignVariable, Functional, MeanExcess, Point, ProblemBuilder, Quantity, Selection,
 };
 use linkwright::sao::{Method, Screening, Status};
-use linkwright::scalar::{Degree, Scalar, degree};
 
 /// The relative error (16) of constraints near ĝ = 0 decided when nothing was cut off: limits shrank until the objective
 /// stood still, seven percent from the optimum, and the run called itself converged.

@@ -4,8 +4,8 @@
 use linkwright::approximation::{
     Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, Mma, TwoPointExponential,
 };
-use linkwright::library::{Optimum, cantilever, eight_bar_truss, quadratic_forms, segmented_cantilever, ten_bar_truss};
-use linkwright::library::{two_bar_truss, two_spheres};
+use linkwright::cases::{Optimum, cantilever, eight_bar_truss, quadratic_forms, segmented_cantilever, ten_bar_truss};
+use linkwright::cases::{two_bar_truss, two_spheres};
 use linkwright::problem::Problem;
 use linkwright::sao::{AcceptAlways, FilteredConservatism, FixedLimits, Globalization, Method, Status, Stop};
 

@@ -3,9 +3,9 @@
 //! A cell is the work, analyses + sensitivity analyses, up to the first design within 1e-5 of a known optimum that violates
 //! nothing by more than a millionth, where the run converges there; else how the run ended: `other` optimum, cycle `limit`,
 //! `stalled`, `refused`. Optima of the field are mostly reached; that no cell says FALSE is the point.
-#![cfg(feature = "multibody")]
+#![cfg(feature = "mechanics")]
 
-use linkwright::library::{Attempt, Conclusion, Entry, catalogue, compare, impact_absorber};
+use linkwright::cases::{Attempt, Conclusion, Entry, catalogue, compare, impact_absorber};
 use linkwright::sao::{FixedLimits, Method, PostOptimal, Preset, Status, presets};
 use std::fmt::Write;
 
@@ -69,7 +69,7 @@ fn an_optimum_at_bounds_in_all_variables_has_no_multipliers_to_look_for() {
     use linkwright::problem::{Constraint, DesignVariable, ProblemBuilder, Quantity};
     struct Nothing;
     impl linkwright::problem::ClosedForm for Nothing {
-        fn response<S: linkwright::scalar::Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        fn response<S: linkwright::autodiff::Scalar>(&self, _: usize, b: &[S], _: S) -> S {
             b[0] * 2.0
         }
     }

@@ -1,9 +1,9 @@
 //! Every problem of the library reaches the optimum that is known from elsewhere.
 
-use linkwright::library::{Conclusion, Optimum, attempt_with, find, impact_absorber, slider_crank};
+use linkwright::cases::{Conclusion, Optimum, attempt_with, find, impact_absorber, slider_crank};
+use linkwright::nlp::{Sqp, SubproblemSolver};
 use linkwright::problem::{DirectCoupling, Problem};
 use linkwright::sao::{Method, State, Status, preset};
-use linkwright::subproblem::{Sqp, SubproblemSolver};
 use std::f64::consts::TAU;
 
 /// Digits to which the objective agrees: the accuracy of the stop test.

@@ -1,7 +1,7 @@
 //! The tables of the paper, cell by cell: what is printed must come out, and every exception is named here with its reason.
-#![cfg(all(feature = "report", feature = "multibody"))]
+#![cfg(all(feature = "report", feature = "mechanics"))]
 
-use linkwright::library::{impact_absorber, slider_crank};
+use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::papers::etman_1998::{Regenerated, Run, regenerate, table1};
 use linkwright::problem::Problem;
 use linkwright::report::table::Comparison;

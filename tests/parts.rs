@@ -4,19 +4,19 @@ use linkwright::approximation::{
     Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, Linear, Mma, Reciprocal, Tana,
     TwoPointExponential,
 };
+use linkwright::autodiff::Scalar;
+use linkwright::cases::{self,  impact_absorber::Absorber};
 use linkwright::function;
-use linkwright::library::{self, impact_absorber::Absorber};
 use linkwright::problem::*;
 use linkwright::sao::*;
-use linkwright::scalar::Scalar;
 
 fn cantilever() -> Problem {
-    library::cantilever::problem().unwrap()
+    cases::cantilever::problem().unwrap()
 }
 
 /// The two-bar truss whose weight is approximated, too.
 fn two_bar() -> Problem {
-    let mut problem = library::two_bar_truss::problem().unwrap();
+    let mut problem = cases::two_bar_truss::problem().unwrap();
     problem.objective = problem.objective.directly(Intermediates::Identity);
     problem
 }

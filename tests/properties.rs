@@ -4,15 +4,15 @@ use linkwright::approximation::{
     ApproximateProblem, Approximation, Bend, Conlin, DiagonalQuadratic, Expansion, FullQuadratic, Hessian, Known,
     Linear, Manner, Mma, Reciprocal, Sample, Surroundings, Tana, TwoPointExponential,
 };
+use linkwright::autodiff::{Scalar, gradient};
+use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::function;
-use linkwright::library::{impact_absorber, slider_crank};
+use linkwright::nlp::{Automatic, KktResidual, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use linkwright::problem::{
     ClosedForm, Constraint, DesignVariable, Evaluation, Intermediate, IntermediateMap, Intermediates, Problem,
     ProblemBuilder, Quantity, Selection, Sensitivities, TimeGrid,
 };
 use linkwright::sao::{MoveLimits, RelativeLimits, Screening};
-use linkwright::scalar::{Scalar, gradient};
-use linkwright::subproblem::{Automatic, KktResidual, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use nalgebra::DMatrix;
 use proptest::collection::vec;
 use proptest::prelude::*;

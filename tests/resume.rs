@@ -1,6 +1,6 @@
 //! A run that is stored after any cycle and continued from the file ends with the same bits.
 
-use linkwright::library::{impact_absorber, slider_crank};
+use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::problem::Problem;
 use linkwright::sao::{Method, State, Status};
 

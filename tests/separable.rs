@@ -2,13 +2,14 @@
 
 use linkwright::Error;
 use linkwright::approximation::{ApproximateProblem, Approximation, Conlin, Known, Manner, Mma, Surroundings};
-use linkwright::library::{cantilever, ten_bar_truss, two_bar_truss};
-use linkwright::problem::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal, Term};
-use linkwright::problem::{Gradients, Intermediates, LowRank, Program, Sensitivities, Separable, Values};
-use linkwright::subproblem::{
+use linkwright::cases::{cantilever, ten_bar_truss, two_bar_truss};
+use linkwright::nlp::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal, Term};
+use linkwright::nlp::{
     Automatic, Conic, Curvature, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status,
     SubproblemSolver,
 };
+use linkwright::nlp::{Gradients, LowRank, Program, Separable, Values};
+use linkwright::problem::{Intermediates, Sensitivities};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;

@@ -1,12 +1,12 @@
 //! Nonlinear programs of Hock & Schittkowski (*Test Examples for Nonlinear Programming Codes*, 1981), others with
 //! known answers, and failures.
 
-use linkwright::problem::{Gradients, Program, Structure, Values};
-use linkwright::scalar::{Scalar, hessian, jacobian};
-use linkwright::subproblem::{
+use linkwright::autodiff::{Scalar, hessian, jacobian};
+use linkwright::nlp::{
     Automatic, Conic, Curvature, MultiStart, QuadraticProgram, Race, SecondOrder, Solution, Sqp, Status,
     SubproblemSolver,
 };
+use linkwright::nlp::{Gradients, Program, Structure, Values};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
@@ -64,7 +64,7 @@ impl<M: Model> Program for Smooth<M> {
         Ok(Values { objective, rows })
     }
     fn gradients(&self, x: &[f64]) -> Result<Gradients> {
-        let all = |x: &[linkwright::scalar::Dual]| {
+        let all = |x: &[linkwright::autodiff::Dual]| {
             let (f, mut g) = self.model.functions(x);
             g.push(f);
             g
@@ -82,7 +82,7 @@ impl<M: Model> Program for Smooth<M> {
         if !self.exact {
             return Ok(None);
         }
-        let lagrangian = |x: &[linkwright::scalar::HyperDual]| {
+        let lagrangian = |x: &[linkwright::autodiff::HyperDual]| {
             let (f, g) = self.model.functions(x);
             g.into_iter().zip(λ).fold(f, |sum, (g, λ)| sum + g * *λ)
         };

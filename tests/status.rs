@@ -1,8 +1,8 @@
 //! The status is honest: random programs whose answer is known by construction, in scales of 1e±8.
 
 use linkwright::Result;
-use linkwright::problem::{Gradients, Program, Values};
-use linkwright::subproblem::{Automatic, KktResidual, QuadraticProgram, Solution, Status, SubproblemSolver};
+use linkwright::nlp::{Automatic, KktResidual, QuadraticProgram, Solution, Status, SubproblemSolver};
+use linkwright::nlp::{Gradients, Program, Values};
 use nalgebra::{DMatrix, DVector};
 
 /// SplitMix64: a stream of numbers that no library version changes.

@@ -6,7 +6,7 @@
 
 use linkwright::Result;
 use linkwright::approximation::{Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, Linear, Mma};
-use linkwright::library::{cantilever, eight_bar_truss, two_bar_truss};
+use linkwright::cases::{cantilever, eight_bar_truss, two_bar_truss};
 use linkwright::problem::{Intermediates, Problem};
 use linkwright::sao::{AcceptAlways, FixedLimits, Method, MoveLimits, Region, Screening, State, Stop, Trial, Verdict};
 

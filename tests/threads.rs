@@ -1,6 +1,6 @@
 //! A run has the same bits for any number of threads.
 
-use linkwright::library::{impact_absorber, slider_crank};
+use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::problem::{Problem, Selection};
 use linkwright::sao::{Method, Screening};
 

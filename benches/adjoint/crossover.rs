@@ -2,14 +2,15 @@
 
 use crate::cpu::in_turns;
 use crate::models::{Cantilever, First, Manipulator};
-use linkwright::analysis::Dynamics;
-use linkwright::analysis::explicit::{Explicit, Pace};
-use linkwright::analysis::start::Assembly;
-use linkwright::analysis::statics::Statics;
-use linkwright::multibody::mechanisms::Chain;
+use linkwright::cases::mechanisms::Chain;
+use linkwright::mechanics::analysis::Dynamics;
+use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
+use linkwright::mechanics::analysis::start::Assembly;
+use linkwright::mechanics::analysis::statics::Statics;
+use linkwright::mechanics::sensitivity::Differentiation;
 use linkwright::problem::{Analysis, Instant};
 use linkwright::report::figure::{Axis, Colour, Figure, Mark, Panel, Stroke};
-use linkwright::sensitivity::{Balanced, Differentiation, Driven, Integration, Transient};
+use linkwright::responses::mechanism::{Balanced, Driven, Integration, Transient};
 use std::path::PathBuf;
 
 /// Numbers of design variables, out of 64.

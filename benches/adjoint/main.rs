@@ -12,12 +12,12 @@ mod crossover;
 mod models;
 
 use cpu::{in_turns, least};
-use linkwright::analysis::explicit::{Explicit, Pace, simulate_explicitly};
-use linkwright::analysis::{Dynamics, simulate};
-use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::Chain;
-use linkwright::sensitivity::explicit::differentiate_explicitly;
-use linkwright::sensitivity::{
+use linkwright::cases::mechanisms::Chain;
+use linkwright::mechanics::analysis::explicit::{Explicit, Pace, simulate_explicitly};
+use linkwright::mechanics::analysis::{Dynamics, simulate};
+use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::sensitivity::explicit::differentiate_explicitly;
+use linkwright::mechanics::sensitivity::{
     Functional, differentiate, differentiate_backwards, differentiate_backwards_within,
     differentiate_explicitly_backwards,
 };

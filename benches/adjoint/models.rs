@@ -1,11 +1,11 @@
 //! Mechanisms with as many design variables as are wanted.
 
 use linkwright::Result;
-use linkwright::multibody::elements::{BeamSection, Shear};
-use linkwright::multibody::mechanism::Pose;
-use linkwright::multibody::motion::ConstantSpeed;
-use linkwright::multibody::{Mechanism, Model};
-use linkwright::scalar::Scalar;
+use linkwright::autodiff::Scalar;
+use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
+use linkwright::mechanics::multibody::mechanism::Pose;
+use linkwright::mechanics::multibody::motion::ConstantSpeed;
+use linkwright::mechanics::multibody::{Mechanism, Model};
 
 /// A model of which only the first variables are design variables.
 pub struct First<M> {

@@ -1,7 +1,7 @@
 //! Where the asymptotes of a cycle are.
 
 use super::Surroundings;
-use crate::error::{Error, Result};
+use error::{Error, Result};
 
 /// A rule for the asymptotes l < b < u.
 #[derive(Clone, Copy, Debug, PartialEq)]

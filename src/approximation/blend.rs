@@ -2,9 +2,10 @@
 
 use super::AnyModel;
 use super::problem::ApproximateProblem;
-use crate::problem::separable::Term;
-use crate::problem::{Instant, Number, Problem, Program, Quantity};
-use crate::scalar::{Degree, Dual, gradient};
+use crate::problem::{Instant, Number, Problem, Quantity};
+use autodiff::{Degree, Dual, gradient};
+use nlp::Program;
+use nlp::separable::Term;
 use std::sync::Arc;
 
 /// Variables up to which slopes of explicit functions of the design are worth their cost, which grows with n².

@@ -1,9 +1,9 @@
 //! What every approximation is tested for.
 
 use super::{AnyModel, Approximation, Expansion, Sample, Surroundings};
-use crate::error::Result;
 use crate::problem::Intermediates;
-use crate::scalar::{HyperDual, Scalar, gradient, hessian};
+use autodiff::{HyperDual, Scalar, gradient, hessian};
+use error::Result;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 

@@ -2,7 +2,7 @@
 
 use super::separated::{Form, Separated};
 use super::{AnyModel, Approximation, Expansion};
-use crate::error::Result;
+use error::Result;
 use std::sync::Arc;
 
 /// Convex linearization: of the linear and the reciprocal expansion, for each variable the convex one.

@@ -2,8 +2,8 @@
 
 use super::separated::{Form, Separated};
 use super::{AnyModel, Approximation, Asymptotes, Expansion};
-use crate::error::{Error, Result};
 use crate::problem::Problem;
+use error::{Error, Result};
 use std::sync::Arc;
 
 /// A quadratic with a diagonal Hessian:
@@ -112,8 +112,8 @@ impl Approximation for DiagonalQuadratic {
 mod tests {
     use super::*;
     use crate::approximation::checks::{Case, check};
-    use crate::scalar::DualNum as _;
-    use crate::scalar::hessian;
+    use autodiff::DualNum as _;
+    use autodiff::hessian;
 
     #[test]
     fn every_bend_is_exact_to_first_order_and_convex() {
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn spherical_value_meets_the_design_before() {
-        let f = |b: &[crate::scalar::HyperDual]| b[0].powi(4) + b[1].recip();
+        let f = |b: &[autodiff::HyperDual]| b[0].powi(4) + b[1].recip();
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.1, 2.1]).after(&[2.0, 1.0]);
         let model = case.fit(&DiagonalQuadratic { bend: Bend::SphericalValue }).unwrap();
         assert!((model.real(&[2.0, 1.0]) - 17.0).abs() < 1e-12);
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn curvatures_are_those_of_what_is_imitated() {
-        let f = |b: &[crate::scalar::HyperDual]| b[0].powi(3) + b[1].recip() * 2.0;
+        let f = |b: &[autodiff::HyperDual]| b[0].powi(3) + b[1].recip() * 2.0;
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.1, 2.1]).after(&[2.0, 1.0]);
         let curvature = |bend| {
             let model = case.fit(&DiagonalQuadratic { bend }).unwrap();

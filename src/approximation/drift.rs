@@ -86,7 +86,7 @@ impl Drift {
 mod tests {
     use super::*;
     use crate::problem::RowId;
-    use crate::scalar::gradient;
+    use autodiff::gradient;
     use nalgebra::DMatrix;
 
     fn drift(slope: f64, bend: f64, reach: [f64; 2]) -> Drift {

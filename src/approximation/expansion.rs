@@ -1,9 +1,9 @@
 //! What is known of one number at a design, and the chain rule to its intermediate variables.
 
 use super::Surroundings;
-use crate::error::{Error, Result};
 use crate::problem::Intermediates;
-use crate::scalar::jacobian;
+use autodiff::jacobian;
+use error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
 /// Value and gradient of one number at one design.

@@ -3,8 +3,8 @@
 use super::drift::Drift;
 use super::problem::{DirectModel, Known};
 use super::{AnyModel, Approximation, Expansion, Past, Sample, Surroundings};
-use crate::error::Result;
 use crate::problem::{Instant, Problem, Quantity, RowId};
+use error::Result;
 use std::sync::Arc;
 
 /// All that the models of a cycle are fitted from.

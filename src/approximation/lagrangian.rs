@@ -1,8 +1,9 @@
 //! Curvature of the Lagrangian, learnt from gradients.
 
 use super::Known;
-use crate::error::{Error, Result};
-use crate::problem::{LowRank, Problem, Quantity, Responses, RowId, Sensitivities};
+use crate::problem::{Problem, Quantity, Responses, RowId, Sensitivities};
+use error::{Error, Result};
+use nlp::LowRank;
 
 /// Share of the expected curvature below which a step is damped.
 const DAMPING: f64 = 0.2;

@@ -1,9 +1,9 @@
 //! The linear approximation in intermediate design variables: the paper's own.
 
 use super::{AnyModel, Approximation, Expansion, Model};
-use crate::error::Result;
-use crate::problem::separable::Term;
 use crate::problem::{Intermediates, Number};
+use error::Result;
+use nlp::separable::Term;
 use std::sync::Arc;
 
 /// First-order Taylor expansion in intermediate design variables (equation 13):
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
     use crate::approximation::{Sample, Surroundings};
     use crate::problem::{Intermediate, IntermediateMap};
-    use crate::scalar::{Scalar, gradient};
+    use autodiff::{Scalar, gradient};
 
     fn nowhere(n: usize) -> Surroundings {
         let (lower, upper) = (vec![-9.0; n], vec![9.0; n]);
@@ -66,10 +66,7 @@ mod tests {
         crate::approximation::checks::check(&Linear, true);
     }
 
-    fn fit(
-        intermediates: &Intermediates,
-        f: impl Fn(&[crate::scalar::Dual]) -> crate::scalar::Dual + Sync,
-    ) -> Arc<dyn AnyModel> {
+    fn fit(intermediates: &Intermediates, f: impl Fn(&[autodiff::Dual]) -> autodiff::Dual + Sync) -> Arc<dyn AnyModel> {
         let design = [2.0, 0.5];
         let (value, slope) = gradient(f, &design);
         let here = Sample { design: &design, value, gradient: &slope };

@@ -2,8 +2,8 @@
 
 use super::separated::{Form, Separated};
 use super::{AnyModel, Approximation, Asymptotes, Expansion};
-use crate::error::{Error, Result};
 use crate::problem::Problem;
+use error::{Error, Result};
 use std::sync::Arc;
 
 /// Method of moving asymptotes: a convex separable model between a lower and an upper asymptote for each variable.

@@ -40,10 +40,10 @@ pub use surroundings::{Past, Surroundings};
 pub use tana::Tana;
 pub use two_point::TwoPointExponential;
 
-use crate::error::Result;
-use crate::problem::separable::Term;
 use crate::problem::{Number, Problem};
-use crate::scalar::{Degree, Dual, HyperDual, Scalar};
+use autodiff::{Degree, Dual, HyperDual, Scalar};
+use error::Result;
+use nlp::separable::Term;
 use std::sync::Arc;
 
 /// A way to approximate one number around a design. Values hold settings only.

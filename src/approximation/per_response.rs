@@ -1,8 +1,8 @@
 //! A choice of approximation for each response.
 
 use super::{AnyModel, Approximation, Expansion};
-use crate::error::{Error, Result};
 use crate::problem::Problem;
+use error::{Error, Result};
 use std::sync::Arc;
 
 /// One approximation for all numbers, and others for some of them by name.
@@ -70,8 +70,8 @@ mod tests {
     use super::*;
     use crate::approximation::checks::Case;
     use crate::approximation::{Linear, Reciprocal};
-    use crate::library::impact_absorber;
-    use crate::scalar::DualNum as _;
+    use crate::cases::impact_absorber;
+    use autodiff::DualNum as _;
 
     #[test]
     fn each_number_has_its_own_and_unknown_names_are_refused() {

@@ -4,14 +4,12 @@ use super::blend::Blend;
 use super::drift::Drift;
 use super::fitting::Fitting;
 use super::{AnyModel, Approximation, Evaluates, Past, Surroundings};
-use crate::error::Result;
-use crate::problem::separable::{self, Separable, Term};
-use crate::problem::{
-    Evaluation, Gradients, Instant, LowRank, Number, Peak, Problem, Program, Quantity, Responses, RowId, Sensitivities,
-    Structure, Values,
-};
-use crate::scalar::{Degree, Dual, HyperDual, hessian, jacobian};
+use crate::problem::{Evaluation, Instant, Number, Peak, Problem, Quantity, Responses, RowId, Sensitivities};
+use autodiff::{Degree, Dual, HyperDual, hessian, jacobian};
+use error::Result;
 use nalgebra::{DMatrix, SymmetricEigen};
+use nlp::separable::{self, Separable, Term};
+use nlp::{Gradients, LowRank, Program, Structure, Values};
 use std::borrow::Cow;
 use std::sync::Arc;
 

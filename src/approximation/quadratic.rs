@@ -2,8 +2,8 @@
 
 use super::diagonal_quadratic::exact;
 use super::{AnyModel, Approximation, Expansion, Model, Sample};
-use crate::error::{Error, Result};
 use crate::problem::{Number, Problem};
+use error::{Error, Result};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::sync::Arc;
 
@@ -134,7 +134,7 @@ impl Model for Quadratic {
 mod tests {
     use super::*;
     use crate::approximation::checks::{Case, check};
-    use crate::scalar::{HyperDual, gradient, hessian};
+    use autodiff::{HyperDual, gradient, hessian};
 
     fn bowl(b: &[HyperDual]) -> HyperDual {
         b[0] * b[0] * 3.0 + b[0] * b[1] * 2.0 + b[1] * b[1] - b[0]

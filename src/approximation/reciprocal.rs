@@ -2,7 +2,7 @@
 
 use super::separated::{Form, Separated};
 use super::{AnyModel, Approximation, Expansion};
-use crate::error::Result;
+use error::Result;
 use std::sync::Arc;
 
 /// First-order expansion in 1/b:
@@ -32,7 +32,7 @@ impl Approximation for Reciprocal {
 mod tests {
     use super::*;
     use crate::approximation::checks::{Case, check};
-    use crate::scalar::DualNum as _;
+    use autodiff::DualNum as _;
 
     #[test]
     fn a_truss_displacement_is_exact() {

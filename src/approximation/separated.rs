@@ -2,7 +2,7 @@
 
 use super::Model;
 use crate::problem::Number;
-use crate::problem::separable::Term;
+use nlp::separable::Term;
 
 /// r(b₀) + Σₖ fₖ(bₖ) with fₖ(b₀ₖ) = 0.
 pub(super) struct Separated {
@@ -104,7 +104,7 @@ impl Model for Separated {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scalar::hessian;
+    use autodiff::hessian;
 
     #[test]
     fn terms_are_what_the_duals_say() {

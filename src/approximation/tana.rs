@@ -1,8 +1,8 @@
 //! The two-point adaptive nonlinear approximation TANA-3.
 
 use super::{AnyModel, Approximation, Expansion, Model, TwoPointExponential};
-use crate::error::Result;
 use crate::problem::{Number, Problem};
+use error::Result;
 use std::sync::Arc;
 
 /// TANA-3: powers that fit the gradient at the design before, and a correction that fits the value there.
@@ -111,8 +111,8 @@ impl Model for Adapted {
 mod tests {
     use super::*;
     use crate::approximation::checks::{Case, check};
-    use crate::scalar::DualNum as _;
-    use crate::scalar::{HyperDual, gradient};
+    use autodiff::DualNum as _;
+    use autodiff::{HyperDual, gradient};
 
     #[test]
     fn meets_value_and_gradient_here_and_the_value_before() {

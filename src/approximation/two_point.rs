@@ -2,8 +2,8 @@
 
 use super::separated::{Form, Separated};
 use super::{AnyModel, Approximation, Expansion};
-use crate::error::{Error, Result};
 use crate::problem::Problem;
+use error::{Error, Result};
 use std::sync::Arc;
 
 /// Expansion in powers bₖ^pₖ whose exponents fit the gradient at the design before:
@@ -76,12 +76,12 @@ impl Approximation for TwoPointExponential {
 mod tests {
     use super::*;
     use crate::approximation::checks::{Case, check};
-    use crate::scalar::DualNum as _;
+    use autodiff::DualNum as _;
 
     #[test]
     fn powers_within_the_limits_are_exact() {
         check(&TwoPointExponential::default(), false);
-        let f = |b: &[crate::scalar::HyperDual]| b[0].powf(0.5) * 2.0 - b[1].powf(-0.7);
+        let f = |b: &[autodiff::HyperDual]| b[0].powf(0.5) * 2.0 - b[1].powf(-0.7);
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.0, 4.0]).after(&[2.0, 1.0]);
         let model = case.fit(&TwoPointExponential::default()).unwrap();
         assert!((model.real(&[3.0, 0.5]) - (2.0 * 3f64.sqrt() - 0.5f64.powf(-0.7))).abs() < 1e-12);
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn a_first_cycle_and_a_turning_slope_are_linear() {
-        let f = |b: &[crate::scalar::HyperDual]| (b[0] - 1.5) * (b[0] - 1.5);
+        let f = |b: &[autodiff::HyperDual]| (b[0] - 1.5) * (b[0] - 1.5);
         for case in [Case::of(f, &[1.0], &[0.1], &[4.0]), Case::of(f, &[1.0], &[0.1], &[4.0]).after(&[2.0])] {
             let model = case.fit(&TwoPointExponential::default()).unwrap();
             assert!((model.real(&[2.0]) - (0.25 - 1.0)).abs() < 1e-14);

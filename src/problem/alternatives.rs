@@ -1,7 +1,7 @@
 //! Several ways of differentiating one analysis.
 
 use super::{Analysis, ContinuousTime, Instant, Responses};
-use crate::error::{Error, Result};
+use error::{Error, Result};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 

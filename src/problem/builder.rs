@@ -4,8 +4,8 @@ use super::{
     Analysis, Analytic, ClosedForm, Constraint, DesignVariable, Function, Intermediates, Point, Problem, Quantity,
     Response, TimeGrid,
 };
-use crate::error::{Error, Result};
-use crate::scalar::Scalar;
+use autodiff::Scalar;
+use error::{Error, Result};
 
 /// Collects the parts of a [`Problem`]; each part is referred to by the index that its method returns.
 ///

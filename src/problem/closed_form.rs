@@ -1,8 +1,8 @@
 //! Analyses in closed form: responses as explicit functions, differentiated by dual numbers.
 
 use super::{Analysis, ContinuousTime, Instant, Responses, TimeGrid};
-use crate::error::Result;
-use crate::scalar::{BLOCK, Dual, HyperDual, Scalar, WIDTH, hessian, seed, slopes};
+use autodiff::{BLOCK, Dual, HyperDual, Scalar, WIDTH, hessian, seed, slopes};
+use error::Result;
 use nalgebra::{Const, DMatrix, U1};
 use rayon::prelude::*;
 

@@ -1,8 +1,8 @@
 //! Responses between time points, and the local maxima of constraints in continuous time.
 
 use super::{Instant, Problem, Quantity, Responses, RowId};
-use crate::error::Result;
-use crate::scalar::{BLOCK, Dual, HyperDual, WIDTH, seed, slopes};
+use autodiff::{BLOCK, Dual, HyperDual, WIDTH, seed, slopes};
+use error::Result;
 use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
 use num_dual::Derivative;
 use serde::{Deserialize, Serialize};

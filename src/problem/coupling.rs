@@ -1,8 +1,9 @@
 //! The direct coupling: the program whose every evaluation is an analysis.
 
-use super::{Evaluation, Gradients, Instant, Problem, Program, Responses, RowId, Sensitivities, Values};
-use crate::error::Result;
+use super::{Evaluation, Instant, Problem, Responses, RowId, Sensitivities};
+use error::Result;
 use nalgebra::DMatrix;
+use nlp::{Gradients, Program, Values};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 

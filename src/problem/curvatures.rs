@@ -1,8 +1,8 @@
 //! Second derivatives of responses, and of quantities made from them.
 
 use super::{Instant, Problem, Quantity, Responses, Sensitivities};
-use crate::error::{Error, Result};
-use crate::scalar::{BLOCK, HyperDual};
+use autodiff::{BLOCK, HyperDual};
+use error::{Error, Result};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use num_dual::Derivative;
 
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
     use crate::function;
     use crate::problem::{ClosedForm, DesignVariable, ProblemBuilder};
-    use crate::scalar::{DualNum as _, Scalar, hessian};
+    use autodiff::{DualNum as _, Scalar, hessian};
 
     struct Product;
     impl ClosedForm for Product {

@@ -3,7 +3,7 @@
 use super::continuous::{PeakTime, maxima};
 use super::quantity::Form;
 use super::{Analysis, Constraint, DesignVariable, Intermediates, Quantity, Response, Responses, TimeGrid};
-use crate::error::{Error, Result};
+use error::{Error, Result};
 use std::collections::HashSet;
 
 /// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.

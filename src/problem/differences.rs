@@ -2,7 +2,7 @@
 
 use super::check::{Surroundings, ridders};
 use super::{Alternative, Analysis, Instant, Responses};
-use crate::error::{Error, Result};
+use error::{Error, Result};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -199,7 +199,7 @@ impl<A: Analysis> Analysis for Differences<A> {
 mod tests {
     use super::*;
     use crate::problem::{Analytic, ClosedForm, TimeGrid};
-    use crate::scalar::Scalar;
+    use autodiff::Scalar;
 
     struct Cubic;
     impl ClosedForm for Cubic {

@@ -1,7 +1,7 @@
 //! Equivalent constraints: one number instead of a time history (equations 6 and 7).
 
 use super::{Function, Functional, Point};
-use crate::scalar::Scalar;
+use autodiff::Scalar;
 
 /// The integral equivalent (6) of g(b, t) ≤ c:
 ///

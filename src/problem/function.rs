@@ -1,6 +1,6 @@
 //! Explicit functions of (responses, design variables, time), written once over the scalar.
 
-use crate::scalar::Scalar;
+use autodiff::Scalar;
 
 /// What a function sees at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -52,9 +52,9 @@ macro_rules! function {
         #[derive(Clone)]
         struct Inline { $($name: $kind),* }
         impl $crate::problem::Function for Inline {
-            fn at<S: $crate::scalar::Scalar>(&self, $point: &$crate::problem::Point<S>) -> S {
+            fn at<S: $crate::autodiff::Scalar>(&self, $point: &$crate::problem::Point<S>) -> S {
                 #[allow(unused_imports)]
-                use $crate::scalar::DualNum as _;
+                use $crate::autodiff::DualNum as _;
                 $(#[allow(unused_variables)] let $name = self.$name.clone();)*
                 $body
             }

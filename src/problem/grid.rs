@@ -1,6 +1,6 @@
 //! Time grids and the quadrature over them.
 
-use crate::error::{Error, Result};
+use error::{Error, Result};
 
 /// The time points t₁ < … < t_nt at which transient responses are evaluated (equation 5).
 ///

@@ -2,7 +2,7 @@
 
 use super::IntermediateMap;
 use super::number::{AnyMap, Number};
-use crate::scalar::Scalar;
+use autodiff::Scalar;
 use std::sync::Arc;
 
 /// One intermediate variable of one design variable.
@@ -81,7 +81,7 @@ impl std::fmt::Debug for Intermediates {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scalar::gradient;
+    use autodiff::gradient;
 
     #[test]
     fn values_and_slopes_of_the_ready_made_choices() {

@@ -4,7 +4,7 @@
 //! closed set; each stored function has one method for each of them, and [`Number`] finds the right one.
 
 use super::function::{Function, Functional, IntermediateMap, Point};
-use crate::scalar::{Degree, Dual, HyperDual, Scalar};
+use autodiff::{Degree, Dual, HyperDual, Scalar};
 
 /// Number types that stored functions can be called with: a scalar of the closed set.
 ///

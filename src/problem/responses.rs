@@ -1,7 +1,7 @@
 //! Responses of the analysed system and where they come from.
 
 use super::{Alternative, ContinuousTime, Intermediates};
-use crate::error::Result;
+use error::Result;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::any::Any;

@@ -1,8 +1,8 @@
 //! Derivatives of responses, and of quantities made from them.
 
 use super::{Instant, Problem, Quantity, Responses};
-use crate::error::{Error, Result};
-use crate::scalar::{Degree, Dual, WIDTH, gradient, seed, slopes};
+use autodiff::{Degree, Dual, WIDTH, gradient, seed, slopes};
+use error::{Error, Result};
 use nalgebra::{DMatrix, SVector};
 use num_dual::Derivative;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! Design variables and their bounds.
 
-use crate::error::{Error, Result};
+use error::{Error, Result};
 
 /// A design variable b with bounds bˡ ≤ b ≤ bᵘ (equation 3) and a start value.
 ///

@@ -1,10 +1,10 @@
 //! Methods beside each other, on one problem and on many.
 
 use super::figure::Figure;
-use super::picture::{Approach, Solver, approach, performance_profile};
+use super::plots::{Approach, Solver, approach, performance_profile};
 use super::table::{Cell, Table};
-use crate::error::Result;
-use crate::library::{Attempt, Conclusion, Entry, Work};
+use crate::cases::{Attempt, Conclusion, Entry, Work};
+use error::Result;
 
 /// What is counted in the pictures.
 const WORK: &str = "analyses + sensitivity analyses";

@@ -7,7 +7,7 @@ pub mod animation;
 pub mod figure;
 pub mod methods;
 pub mod page;
-pub mod picture;
+pub mod plots;
 pub mod proof;
 pub mod run;
 pub mod table;

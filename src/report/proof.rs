@@ -1,9 +1,9 @@
 //! Checked derivatives as a table.
 
 use super::table::{Cell, Table, aligned};
-use crate::error::Result;
 use crate::problem::Problem;
 use crate::problem::check::{Checked, Finding, Proof};
+use error::Result;
 use std::fmt::Write;
 
 /// One row for each derivative: what the methods say, what differences say and how sure they are, by how much all of them

@@ -1,8 +1,8 @@
 //! Conservative approximations: the inner loop of GCMMA.
 
 use super::{Globalization, Guard, Trial, Verdict};
-use crate::error::{Error, Result};
 use crate::problem::{Evaluation, Problem};
+use error::{Error, Result};
 
 /// A design is accepted where the approximations of objective and all kept rows are not below the analysed values there.
 ///

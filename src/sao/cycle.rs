@@ -2,9 +2,9 @@
 
 use super::trial::tracked;
 use super::{Knowledge, Region, State, Trial, Verdict};
-use crate::error::Result;
 use crate::problem::{Evaluation, Problem, Responses, RowId};
-use crate::subproblem::{self, Solution};
+use error::Result;
+use nlp::{self, Solution};
 use serde::{Deserialize, Serialize};
 
 /// A constraint that holds the proposed design.
@@ -71,7 +71,7 @@ pub struct Cycle {
     /// Rows that are active in its solution.
     pub active: Vec<ActiveRow>,
     /// What the subproblem solver concluded; none for the start.
-    pub subproblem: Option<subproblem::Status>,
+    pub subproblem: Option<nlp::Status>,
     /// Iterations of the subproblem solver.
     pub iterations: usize,
     /// Largest scaled KKT residual of the subproblem's solution, computed independently of the solver.

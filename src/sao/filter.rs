@@ -1,8 +1,8 @@
 //! Filters: a design is accepted if it is better than every one before in the objective or in the violation.
 
 use super::{Conservatism, Globalization, Guard, Trial, Verdict};
-use crate::error::{Error, Result};
 use crate::problem::{Evaluation, Problem};
+use error::{Error, Result};
 
 /// A trust-region filter.
 ///

@@ -1,8 +1,8 @@
 //! Accepting or rejecting a proposed design.
 
 use super::{Guard, Trial};
-use crate::error::{Error, Result};
 use crate::problem::{Evaluation, Problem};
+use error::{Error, Result};
 
 /// What becomes of a proposed design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -7,10 +7,11 @@ use super::{
 use crate::approximation::{
     ApproximateProblem, Approximation, Known, LagrangianCurvature, Linear, Manner, Surroundings,
 };
-use crate::error::Result;
-use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities, Values};
-use crate::subproblem::{Automatic, Solution, SubproblemSolver};
+use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities};
+use error::Result;
 use nalgebra::DMatrix;
+use nlp::Values;
+use nlp::{Automatic, Solution, SubproblemSolver};
 
 /// A method: a filling of interchangeable parts. It holds settings only; what changes is in the [`State`].
 pub struct Method {

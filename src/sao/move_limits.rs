@@ -1,8 +1,8 @@
 //! Move limits: the search subregion of a cycle.
 
 use super::{Trial, Verdict};
-use crate::error::{Error, Result};
 use crate::problem::Problem;
+use error::{Error, Result};
 
 /// The box sˡ ≤ b ≤ sᵘ (12) in which an approximate problem is solved.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -1,8 +1,9 @@
 //! How far the start of a cycle was from the first-order conditions of the problem itself.
 
 use crate::approximation::ApproximateProblem;
-use crate::error::Result;
-use crate::problem::{Problem, Program};
+use crate::problem::Problem;
+use error::Result;
+use nlp::Program;
 
 /// A variable's length: its size, between a tenth of its scale and its scale.
 fn lengths(problem: &Problem, b: &[f64]) -> Vec<f64> {

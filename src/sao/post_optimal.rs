@@ -2,8 +2,8 @@
 
 use super::{ActiveRow, State};
 use crate::approximation::ApproximateProblem;
-use crate::error::{Error, Result};
 use crate::problem::{Problem, RowId, Sensitivities};
+use error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
 /// Step of the central differences of the Lagrangian's gradient, in scales of the variables.

@@ -8,7 +8,7 @@ use crate::approximation::{
     Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, LagrangianCurvature, Linear,
     Mma, Reciprocal, Tana, TwoPointExponential,
 };
-use crate::error::{Error, Result};
+use error::{Error, Result};
 
 /// A method with a name.
 #[derive(Clone, Copy, Debug)]

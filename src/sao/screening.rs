@@ -1,7 +1,7 @@
 //! Constraint screening: only critical and potentially critical constraints enter the approximate problem.
 
-use crate::error::{Error, Result};
 use crate::problem::{Evaluation, Problem, RowId, Selection, maxima};
+use error::{Error, Result};
 use std::collections::BTreeSet;
 
 /// Which constraints, at which time points, are kept (Section 4 of the paper).

@@ -2,8 +2,8 @@
 
 use super::{Cycle, Status};
 use crate::approximation::Past;
-use crate::error::{Error, Result};
 use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities};
+use error::{Error, Result};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::path::Path;

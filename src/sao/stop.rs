@@ -1,8 +1,8 @@
 //! When a run ends, and why, in words.
 
 use super::{Cycle, State};
-use crate::error::{Error, Result};
 use crate::problem::Problem;
+use error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// What the mathematics concluded.

@@ -1,7 +1,8 @@
 //! What is learnt from analysing a proposed design: approximation errors and violation (14)–(18).
 
 use super::Screening;
-use crate::problem::{Evaluation, Problem, RowId, Values};
+use crate::problem::{Evaluation, Problem, RowId};
+use nlp::Values;
 
 /// The value of ĝ below which its error is taken relative to this value. Without a cut-off the relative error (16) of a
 /// constraint that is nowhere near its limit would decide, and it is infinite at ĝ = 0. The paper cuts off at 0.5 or 0.7.

@@ -1,8 +1,8 @@
 //! Fixed move limits and the classical trust region.
 
 use super::{MoveLimits, Region, Trial, Verdict};
-use crate::error::{Error, Result};
 use crate::problem::Problem;
+use error::{Error, Result};
 
 /// The part of the design space within `fraction` × scale of the design, where the scale of a variable is its range if it is
 /// bounded, else |its start|, else 1.

@@ -1,6 +1,6 @@
 //! How derivatives are chosen in a model file.
 
-use linkwright::model::read;
+use linkwright::model_file::read;
 use linkwright::problem::{Instant, Problem};
 
 const MODEL: &str = r#"

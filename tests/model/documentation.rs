@@ -1,6 +1,6 @@
 //! The documentation lists the keys that the reader knows, no more and no less.
 
-use linkwright::model::document;
+use linkwright::model_file::document;
 
 #[test]
 fn every_key_is_documented() {
@@ -19,14 +19,14 @@ fn the_listing_of_the_documentation_is_a_model() {
     let page = std::fs::read_to_string(format!("{}/docs/model-file.md", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let listings: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     let whole = listings.iter().find(|text| text.starts_with("version")).expect("one listing is a whole file");
-    let model = linkwright::model::read("docs/model-file.md", whole).unwrap_or_else(|fault| panic!("{fault}"));
+    let model = linkwright::model_file::read("docs/model-file.md", whole).unwrap_or_else(|fault| panic!("{fault}"));
     assert!(model.method().solve(&model.problem().unwrap(), |_| ()).unwrap().status.is_success());
 }
 
 #[test]
 fn the_schema_knows_every_key_of_the_examples() {
-    let schema = linkwright::model::schema();
-    for table in linkwright::model::tables() {
+    let schema = linkwright::model_file::schema();
+    for table in linkwright::model_file::tables() {
         let place = if table.name.is_empty() { &schema } else { &schema["$defs"][table.name] };
         for key in table.keys {
             assert!(place["properties"][key.name].is_object(), "{} of {}", key.name, table.name);

@@ -1,8 +1,8 @@
 //! Expressions: precedence, derivatives, refusals, and anything that one can type.
 
-use linkwright::model::Complaint;
-use linkwright::model::expression::{Inputs, Names, Place, Program, Tree, Wants};
-use linkwright::scalar::{Degree, Dual, gradient, hessian};
+use linkwright::autodiff::{Degree, Dual, gradient, hessian};
+use linkwright::model_file::Complaint;
+use linkwright::model_file::expression::{Inputs, Names, Place, Program, Tree, Wants};
 use proptest::prelude::*;
 
 fn names() -> Names {

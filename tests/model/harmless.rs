@@ -1,8 +1,8 @@
 //! What every text must do to the reader, whatever it is: it is read, or refused with a place in it. Random edits and the fuzz
 //! targets share this.
 
-use linkwright::model::expression::{Inputs, Names, Place, Tree, Wants};
-use linkwright::model::read;
+use linkwright::model_file::expression::{Inputs, Names, Place, Tree, Wants};
+use linkwright::model_file::read;
 
 /// Reads a text as a model file and builds its problem. Returns whether that is possible.
 pub fn model(text: &str) -> bool {

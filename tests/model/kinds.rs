@@ -1,6 +1,6 @@
 //! Every kind of part: it is built, measures what it says, and has exact derivatives.
 
-use linkwright::model::{read, tables};
+use linkwright::model_file::{read, tables};
 use linkwright::problem::{Instant, Problem};
 use std::collections::BTreeSet;
 

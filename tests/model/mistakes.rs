@@ -1,6 +1,6 @@
 //! Wrong model files, each by one change of a good one, and what is said about them.
 
-use linkwright::model::read;
+use linkwright::model_file::read;
 use proptest::prelude::*;
 
 const GOOD: &str = include_str!("good.toml");

@@ -1,6 +1,6 @@
 //! How a mistake is shown.
 
-use linkwright::model::{Complaint, Fault};
+use linkwright::model_file::{Complaint, Fault};
 use std::ops::Range;
 
 fn fault(text: &str, span: Range<usize>) -> Fault {

@@ -1,6 +1,6 @@
 //! What would take forever, or all memory, is refused with a reason before any work is done.
 
-use linkwright::model::read;
+use linkwright::model_file::read;
 
 const GOOD: &str = include_str!("good.toml");
 

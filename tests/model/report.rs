@@ -116,7 +116,7 @@ fn a_run_that_was_stopped_gives_a_report_too() {
 /// What a cycle stores of its promises gives the errors that it reports (14) to (16).
 #[test]
 fn promises_and_errors_agree() {
-    let problem = linkwright::library::impact_absorber::peak_acceleration().unwrap();
+    let problem = linkwright::cases::impact_absorber::peak_acceleration().unwrap();
     let end = linkwright::sao::Method::default().solve(&problem, |_| ()).unwrap();
     for cycle in &end.history[1..] {
         let promised = cycle.prediction.as_ref().unwrap();
@@ -134,7 +134,7 @@ fn promises_and_errors_agree() {
 fn drawings_move_as_the_analysis_says() {
     let text =
         std::fs::read_to_string(format!("{}/examples/models/pendulum-chain.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
-    let model = linkwright::model::read("pendulum-chain.toml", &text).unwrap();
+    let model = linkwright::model_file::read("pendulum-chain.toml", &text).unwrap();
     let (problem, times) = (model.problem().unwrap(), model.drawing_times().unwrap());
     assert_eq!(times, model.grid().unwrap().points);
     let heights = &problem.analyze(&[2.0]).unwrap().values[0];

@@ -1,19 +1,19 @@
 //! Every model file that has a twin in the library runs through the same cycles.
 
-use linkwright::analysis::Dynamics;
-use linkwright::analysis::start::Assembly;
-use linkwright::analysis::statics::Statics;
-use linkwright::library::{
+use linkwright::cases::mechanisms::{
+    Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam,
+};
+use linkwright::cases::{
     cantilever, four_bar, four_bar::StressConstrained, impact_absorber, nonlinear_absorber, slider_crank,
     ten_bar_truss, two_bar_truss, vehicle_suspension,
 };
-use linkwright::model::{Model, read};
-use linkwright::multibody::mechanisms::{
-    Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam,
-};
+use linkwright::mechanics::analysis::Dynamics;
+use linkwright::mechanics::analysis::start::Assembly;
+use linkwright::mechanics::analysis::statics::Statics;
+use linkwright::model_file::{Model, read};
 use linkwright::problem::{Analysis, Problem, TimeGrid};
+use linkwright::responses::mechanism::{Balanced, Driven, Transient};
 use linkwright::sao::{Method, State, preset};
-use linkwright::sensitivity::{Balanced, Driven, Transient};
 
 fn model(name: &str) -> Model {
     let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));

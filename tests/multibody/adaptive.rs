@@ -1,13 +1,13 @@
 //! Adaptive implicit steps: their error follows the tolerance, they adapt, and what they reject is reported.
 
-use linkwright::analysis::dynamics::StepSize;
-use linkwright::analysis::explicit::Explicit;
-use linkwright::analysis::run::Run;
-use linkwright::analysis::{Dynamics, simulate};
-use linkwright::multibody::mechanisms::{Absorber, Chain};
-use linkwright::multibody::{Mechanism, Model};
-use linkwright::sensitivity::differentiate;
-use linkwright::sensitivity::explicit::simulate_explicitly;
+use linkwright::cases::mechanisms::{Absorber, Chain};
+use linkwright::mechanics::analysis::dynamics::StepSize;
+use linkwright::mechanics::analysis::explicit::Explicit;
+use linkwright::mechanics::analysis::run::Run;
+use linkwright::mechanics::analysis::{Dynamics, simulate};
+use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::sensitivity::differentiate;
+use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
 
 /// A local error of h³ per step: ten times the tolerance is 10^{1/3} times the step and 10^{2/3} times the error.
 #[test]
@@ -64,7 +64,7 @@ fn steps_become_short_in_a_contact_and_long_after_it() {
 }
 
 /// ÿ + c ẏ + k y = 0 with y(0) = 0, ẏ(0) = 1, over the scalar.
-fn closed<S: linkwright::scalar::Scalar>(b: &[S], t: f64) -> S {
+fn closed<S: linkwright::autodiff::Scalar>(b: &[S], t: f64) -> S {
     let w = (b[0] - b[1] * b[1] * 0.25).sqrt();
     (b[1] * (-0.5 * t)).exp() * (w * t).sin() / w
 }
@@ -74,7 +74,7 @@ fn derivatives_go_along_with_adaptive_steps_and_dense_output() {
     let (b, times) = ([0.3628, 0.4823], (1..=23).map(|k| 0.4713 * f64::from(k)).collect::<Vec<_>>());
     let run = differentiate(&Absorber, &b, &Dynamics::adaptive(1e-8), &times).unwrap();
     for (k, &t) in times.iter().enumerate() {
-        let (value, slopes) = linkwright::scalar::gradient(|b| closed(b, t), &b);
+        let (value, slopes) = linkwright::autodiff::gradient(|b| closed(b, t), &b);
         assert!((run.values[0][k] - value).abs() < 2e-5, "{t}");
         assert!(run.slopes[0][k].iter().zip(slopes).all(|(a, b)| (a - b).abs() < 1e-4), "{t}");
     }

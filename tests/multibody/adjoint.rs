@@ -2,19 +2,19 @@
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::Result;
-use linkwright::analysis::dynamics::InitialAcceleration;
-use linkwright::analysis::explicit::{DOPRI5, Explicit, Pace};
-use linkwright::analysis::generalized_alpha::Prescribed;
-use linkwright::analysis::start::Assembly;
-use linkwright::analysis::statics::Statics;
-use linkwright::analysis::{Dynamics, Newton};
-use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::{
+use linkwright::cases::mechanisms::{
     Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam,
 };
-use linkwright::sensitivity::explicit::differentiate_explicitly;
-use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use linkwright::sensitivity::{
+use linkwright::mechanics::analysis::dynamics::InitialAcceleration;
+use linkwright::mechanics::analysis::explicit::{DOPRI5, Explicit, Pace};
+use linkwright::mechanics::analysis::generalized_alpha::Prescribed;
+use linkwright::mechanics::analysis::start::Assembly;
+use linkwright::mechanics::analysis::statics::Statics;
+use linkwright::mechanics::analysis::{Dynamics, Newton};
+use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::sensitivity::explicit::differentiate_explicitly;
+use linkwright::mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::mechanics::sensitivity::{
     Functional, SensitiveHistory, differentiate, differentiate_backwards, differentiate_backwards_within,
     differentiate_equilibria_backwards, differentiate_explicitly_backwards, differentiate_explicitly_backwards_within,
     differentiate_kinematics_backwards,

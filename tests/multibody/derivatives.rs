@@ -1,16 +1,16 @@
 //! Exact derivatives against Richardson differences of the same discrete solution.
 
 use crate::zoo::Arm;
-use linkwright::analysis::explicit::{Explicit, Pace};
-use linkwright::analysis::kinematics::kinematics;
-use linkwright::analysis::start::Assembly;
-use linkwright::analysis::statics::{Statics, equilibria};
-use linkwright::analysis::{Dynamics, Newton, simulate};
-use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::{Andrews, Chain, SliderCrank};
-use linkwright::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
-use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use linkwright::sensitivity::{SensitiveHistory, differentiate};
+use linkwright::cases::mechanisms::{Andrews, Chain, SliderCrank};
+use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
+use linkwright::mechanics::analysis::kinematics::kinematics;
+use linkwright::mechanics::analysis::start::Assembly;
+use linkwright::mechanics::analysis::statics::{Statics, equilibria};
+use linkwright::mechanics::analysis::{Dynamics, Newton, simulate};
+use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
+use linkwright::mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::mechanics::sensitivity::{SensitiveHistory, differentiate};
 
 /// Largest deviation of a derivative from differences, relative to the largest derivative of the same output.
 ///

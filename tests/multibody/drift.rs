@@ -1,10 +1,10 @@
 //! What every integrator must keep: energy, momentum, closed joints.
 
-use linkwright::analysis::explicit::Explicit;
-use linkwright::analysis::{Dynamics, GeneralizedAlpha, History, Newton, simulate};
-use linkwright::multibody::{Formula, Mechanism, Pose};
-use linkwright::scalar::Scalar;
-use linkwright::sensitivity::explicit::simulate_explicitly;
+use linkwright::autodiff::Scalar;
+use linkwright::mechanics::analysis::explicit::Explicit;
+use linkwright::mechanics::analysis::{Dynamics, GeneralizedAlpha, History, Newton, simulate};
+use linkwright::mechanics::multibody::{Formula, Mechanism, Pose};
+use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
 
 /// J ω + m (x v_y − y v_x) of one body: x, y, v_x, v_y, ω.
 struct AngularMomentum {

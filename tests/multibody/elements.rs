@@ -1,10 +1,10 @@
 //! Identities that every element must satisfy.
 
 use crate::zoo::{Arm, Forces, Joints};
-use linkwright::analysis::sampling::energy;
-use linkwright::analysis::system::{Linearization, Unknown};
-use linkwright::analysis::{State, System};
-use linkwright::multibody::{Mechanism, Model};
+use linkwright::mechanics::analysis::sampling::energy;
+use linkwright::mechanics::analysis::system::{Linearization, Unknown};
+use linkwright::mechanics::analysis::{State, System};
+use linkwright::mechanics::multibody::{Mechanism, Model};
 
 /// A state away from every symmetry.
 fn disturbed(mechanism: &Mechanism<f64>, system: &System) -> State<f64> {

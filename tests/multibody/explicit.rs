@@ -1,11 +1,11 @@
 //! Explicit steps and their derivatives, on differential equations and on constrained mechanisms.
 
-use linkwright::analysis::explicit::{Explicit, Ode, Pace, Tolerance, integrate, simulate_with_steps};
-use linkwright::multibody::element::{Element, Local};
-use linkwright::multibody::mechanisms::Chain;
-use linkwright::multibody::{Mechanism, Model, Pose};
-use linkwright::scalar::Scalar;
-use linkwright::sensitivity::explicit::{differentiate_explicitly, differentiate_ode, simulate_explicitly};
+use linkwright::autodiff::Scalar;
+use linkwright::cases::mechanisms::Chain;
+use linkwright::mechanics::analysis::explicit::{Explicit, Ode, Pace, Tolerance, integrate, simulate_with_steps};
+use linkwright::mechanics::multibody::element::{Element, Local};
+use linkwright::mechanics::multibody::{Mechanism, Model, Pose};
+use linkwright::mechanics::sensitivity::explicit::{differentiate_explicitly, differentiate_ode, simulate_explicitly};
 use linkwright::{Error, Result};
 
 /// ÿ + 2 d ẏ + k y = 0 with y(0) = k / 2, ẏ(0) = −d: the initial state depends on the design (k, d).
@@ -43,7 +43,7 @@ fn oscillator_errors(settings: &Explicit, times: &[f64]) -> [f64; 2] {
     let run = differentiate_ode(&Oscillator, &DESIGN, settings, times).unwrap();
     let mut worst = [0.0f64; 2];
     for (i, &t) in times.iter().enumerate() {
-        let (value, slope) = linkwright::scalar::gradient(|b| oscillation(b, t), &DESIGN);
+        let (value, slope) = linkwright::autodiff::gradient(|b| oscillation(b, t), &DESIGN);
         worst[0] = worst[0].max((run.history.values[0][i] - value).abs());
         for (ours, exact) in run.slopes[0][i].iter().zip(slope) {
             worst[1] = worst[1].max((ours - exact).abs());

@@ -1,24 +1,24 @@
 //! What cannot be analysed is refused by name, with a reason and a remedy.
 
 use linkwright::Result;
-use linkwright::analysis::explicit::Explicit;
-use linkwright::analysis::kinematics::kinematics;
-use linkwright::analysis::start::{Assembly, redundant_closures};
-use linkwright::analysis::statics::{Statics, equilibria};
-use linkwright::analysis::{Dynamics, State, System, simulate};
-use linkwright::multibody::element::{Element, Local};
-use linkwright::multibody::elements::{BeamSection, Law, Shear};
-use linkwright::multibody::mechanisms::{Chain, FourBar};
-use linkwright::multibody::motion::{ConstantSpeed, Motion};
-use linkwright::multibody::{Coordinate, Formula, Marker, Mechanism, Model, Pose};
-use linkwright::scalar::Scalar;
-use linkwright::sensitivity::explicit::simulate_explicitly;
+use linkwright::autodiff::Scalar;
+use linkwright::cases::mechanisms::{Chain, FourBar};
+use linkwright::mechanics::analysis::explicit::Explicit;
+use linkwright::mechanics::analysis::kinematics::kinematics;
+use linkwright::mechanics::analysis::start::{Assembly, redundant_closures};
+use linkwright::mechanics::analysis::statics::{Statics, equilibria};
+use linkwright::mechanics::analysis::{Dynamics, State, System, simulate};
+use linkwright::mechanics::multibody::element::{Element, Local};
+use linkwright::mechanics::multibody::elements::{BeamSection, Law, Shear};
+use linkwright::mechanics::multibody::motion::{ConstantSpeed, Motion};
+use linkwright::mechanics::multibody::{Coordinate, Formula, Marker, Mechanism, Model, Pose};
+use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
 
 fn message(mechanism: &Mechanism<f64>) -> String {
     simulate(mechanism, &Dynamics::fixed(1e-2), &[0.1]).expect_err("it must fail").to_string()
 }
 
-fn link(m: &mut Mechanism<f64>, name: &str, x: f64) -> linkwright::multibody::Body {
+fn link(m: &mut Mechanism<f64>, name: &str, x: f64) -> linkwright::mechanics::multibody::Body {
     m.body(name, 1.0, 0.1, Pose { x, y: 0.0, theta: 0.0 })
 }
 

@@ -1,14 +1,15 @@
 //! Second derivatives: against differences of exact gradients, against each other, and where they are known.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
-use linkwright::analysis::{Dynamics, Newton, start::Assembly, statics::Statics};
-use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::autodiff::{Scalar, hessian};
+use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::mechanics::analysis::{Dynamics, Newton, start::Assembly, statics::Statics};
+use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::mechanics::sensitivity::second::{differentiate_equilibria_twice, differentiate_kinematics_twice};
+use linkwright::mechanics::sensitivity::{Second, SecondHistory, SensitiveHistory, differentiate, differentiate_twice};
 use linkwright::problem::{Analysis, Instant};
-use linkwright::scalar::{Scalar, hessian};
-use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use linkwright::sensitivity::second::{differentiate_equilibria_twice, differentiate_kinematics_twice};
-use linkwright::sensitivity::{Second, SecondHistory, SensitiveHistory, Transient, differentiate, differentiate_twice};
+use linkwright::responses::mechanism::Transient;
 
 /// Largest deviation of a Hessian's entry from extrapolated central differences of `gradients`, relative to the largest entry
 /// of the same output at any time, all by the size of the variables.

@@ -1,14 +1,16 @@
 //! Impacts: closed forms, conservation, derivatives through them, and what is refused.
 
 use linkwright::Result;
-use linkwright::analysis::{Dynamics, Explicit, Newton, simulate};
-use linkwright::multibody::elements::{Driver, Revolute};
-use linkwright::multibody::mechanism::Pose;
-use linkwright::multibody::motion::{Fixed, Harmonic};
-use linkwright::multibody::{Element, Local, Mechanism, Model};
-use linkwright::scalar::{Scalar, gradient, hessian};
-use linkwright::sensitivity::explicit::simulate_explicitly;
-use linkwright::sensitivity::{Functional, Second, differentiate, differentiate_backwards, differentiate_twice};
+use linkwright::autodiff::{Scalar, gradient, hessian};
+use linkwright::mechanics::analysis::{Dynamics, Explicit, Newton, simulate};
+use linkwright::mechanics::multibody::elements::{Driver, Revolute};
+use linkwright::mechanics::multibody::mechanism::Pose;
+use linkwright::mechanics::multibody::motion::{Fixed, Harmonic};
+use linkwright::mechanics::multibody::{Element, Local, Mechanism, Model};
+use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
+use linkwright::mechanics::sensitivity::{
+    Functional, Second, differentiate, differentiate_backwards, differentiate_twice,
+};
 
 /// A ball that falls from the height b₀ under the gravity b₁ and rebounds with the restitution b₂ of its speed.
 struct Ball;

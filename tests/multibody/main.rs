@@ -8,6 +8,7 @@ mod drift;
 mod elements;
 mod explicit;
 mod failures;
+mod four_bar_moments;
 mod hessian;
 mod impacts;
 mod modes;

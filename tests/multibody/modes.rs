@@ -1,14 +1,14 @@
 //! Natural frequencies, their convergence and their derivatives.
 
 use crate::zoo::Arm;
-use linkwright::analysis::modes::modes;
-use linkwright::analysis::statics::{Statics, balance};
-use linkwright::analysis::{State, System};
-use linkwright::multibody::elements::{BeamSection, Shear};
-use linkwright::multibody::mechanisms::{Absorber, Chain, Governor};
-use linkwright::multibody::{Mechanism, Model};
-use linkwright::scalar::Scalar;
-use linkwright::sensitivity::{About, ModeSensitivities, differentiate_modes};
+use linkwright::autodiff::Scalar;
+use linkwright::cases::mechanisms::{Absorber, Chain, Governor};
+use linkwright::mechanics::analysis::modes::modes;
+use linkwright::mechanics::analysis::statics::{Statics, balance};
+use linkwright::mechanics::analysis::{State, System};
+use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
+use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::sensitivity::{About, ModeSensitivities, differentiate_modes};
 
 fn close(found: &[f64], expected: &[f64], tolerance: f64) {
     assert_eq!(found.len(), expected.len());

@@ -1,13 +1,13 @@
 //! Measured orders of the integrators and of the beam element.
 
-use linkwright::analysis::explicit::{Explicit, Pace};
-use linkwright::analysis::modes::modes;
-use linkwright::analysis::{Dynamics, GeneralizedAlpha, Newton, State, System, simulate};
-use linkwright::multibody::elements::{BeamSection, Shear};
-use linkwright::multibody::mechanisms::{Absorber, Chain};
-use linkwright::multibody::{Mechanism, Model};
-use linkwright::sensitivity::differentiate;
-use linkwright::sensitivity::explicit::simulate_explicitly;
+use linkwright::cases::mechanisms::{Absorber, Chain};
+use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
+use linkwright::mechanics::analysis::modes::modes;
+use linkwright::mechanics::analysis::{Dynamics, GeneralizedAlpha, Newton, State, System, simulate};
+use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
+use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::sensitivity::differentiate;
+use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
 
 fn order(coarse: f64, fine: f64) -> f64 {
     (coarse / fine).log2()

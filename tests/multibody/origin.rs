@@ -2,14 +2,16 @@
 
 use crate::zoo::Arm;
 use linkwright::Result;
-use linkwright::analysis::dynamics::Origin;
-use linkwright::analysis::statics::Statics;
-use linkwright::analysis::{Dynamics, Newton, simulate};
-use linkwright::multibody::mechanism::Pose;
-use linkwright::multibody::motion::Harmonic;
-use linkwright::multibody::{Mechanism, Model};
-use linkwright::scalar::Scalar;
-use linkwright::sensitivity::{Functional, Second, differentiate, differentiate_backwards, differentiate_twice};
+use linkwright::autodiff::Scalar;
+use linkwright::mechanics::analysis::dynamics::Origin;
+use linkwright::mechanics::analysis::statics::Statics;
+use linkwright::mechanics::analysis::{Dynamics, Newton, simulate};
+use linkwright::mechanics::multibody::mechanism::Pose;
+use linkwright::mechanics::multibody::motion::Harmonic;
+use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::sensitivity::{
+    Functional, Second, differentiate, differentiate_backwards, differentiate_twice,
+};
 
 fn from_rest(h: f64) -> Dynamics {
     let statics = Statics { tolerance: 1e-13, ..Statics::default() };

@@ -1,17 +1,17 @@
 //! Every kind of output, held to a number, in every kind of analysis; and at any time.
 
-use linkwright::analysis::explicit::{Explicit, Pace};
-use linkwright::analysis::kinematics::kinematics;
-use linkwright::analysis::start::Assembly;
-use linkwright::analysis::statics::{Statics, equilibria};
-use linkwright::analysis::{Dynamics, simulate};
-use linkwright::multibody::mechanisms::{Absorber, Governor};
-use linkwright::multibody::motion::{ConstantSpeed, Ramp, Table};
-use linkwright::multibody::{Formula, Mechanism, Model, Motion, Pose};
-use linkwright::scalar::{DualNum, Scalar};
-use linkwright::sensitivity::explicit::simulate_explicitly;
-use linkwright::sensitivity::instant::differentiate_equilibria;
-use linkwright::sensitivity::{SensitiveHistory, differentiate};
+use linkwright::autodiff::{DualNum, Scalar};
+use linkwright::cases::mechanisms::{Absorber, Governor};
+use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
+use linkwright::mechanics::analysis::kinematics::kinematics;
+use linkwright::mechanics::analysis::start::Assembly;
+use linkwright::mechanics::analysis::statics::{Statics, equilibria};
+use linkwright::mechanics::analysis::{Dynamics, simulate};
+use linkwright::mechanics::multibody::motion::{ConstantSpeed, Ramp, Table};
+use linkwright::mechanics::multibody::{Formula, Mechanism, Model, Motion, Pose};
+use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
+use linkwright::mechanics::sensitivity::instant::differentiate_equilibria;
+use linkwright::mechanics::sensitivity::{SensitiveHistory, differentiate};
 
 fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance * (1.0 + expected.abs()), "{found} instead of {expected}");
@@ -132,7 +132,7 @@ fn a_governor_stands_at_its_angle_with_its_derivatives() {
     }
     let found: SensitiveHistory = differentiate_equilibria(&model, &b, &Statics::default(), &[0.0]).unwrap();
     for output in 0..3 {
-        let (value, slopes) = linkwright::scalar::gradient(|b| exact(b)[output], &b);
+        let (value, slopes) = linkwright::autodiff::gradient(|b| exact(b)[output], &b);
         close(found.values[output][0], value, 1e-9);
         for k in 0..b.len() {
             close(found.slopes[output][0][k] * b[k], slopes[k] * b[k], 1e-8);
@@ -165,10 +165,11 @@ impl Model for Bob {
 fn a_spring_of_zero_length_is_a_plane_oscillator_with_derivatives() {
     let (b, times) = ([2.0, 18.0, 1.5], [0.0, 0.2, 0.9]);
     let explicit = Explicit::eighth_order(1e-11);
-    let run = linkwright::sensitivity::explicit::differentiate_explicitly(&Bob, &b, &explicit, &times).unwrap();
+    let run =
+        linkwright::mechanics::sensitivity::explicit::differentiate_explicitly(&Bob, &b, &explicit, &times).unwrap();
     let implicit = differentiate(&Bob, &b, &Dynamics::fixed(2e-4), &times).unwrap();
     for (k, &t) in times.iter().enumerate() {
-        let (value, slopes) = linkwright::scalar::gradient(
+        let (value, slopes) = linkwright::autodiff::gradient(
             |b| {
                 let w = (b[1] / b[0]).sqrt();
                 b[2] * 0.8 * (w * t).sin() / w
@@ -201,7 +202,7 @@ fn drives_of_every_kind_need_the_force_of_their_acceleration() {
     let knots: Vec<f64> = (0..=40).map(|k| 0.05 * f64::from(k)).collect();
     let table = Table::new(&knots, &knots.iter().map(|t| t.sin()).collect::<Vec<_>>()).unwrap();
     let t = 0.8;
-    let force = |drive: &dyn Fn(&mut Mechanism<f64>, linkwright::multibody::Coordinate)| {
+    let force = |drive: &dyn Fn(&mut Mechanism<f64>, linkwright::mechanics::multibody::Coordinate)| {
         let mut m = Mechanism::<f64>::new();
         let x = m.coordinate("cart", 0.0, 0.0);
         m.inertia("mass", x, 2.0);

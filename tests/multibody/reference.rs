@@ -1,16 +1,16 @@
 //! Published solutions and closed forms.
 
-use linkwright::analysis::explicit::Explicit;
-use linkwright::analysis::kinematics::kinematics;
-use linkwright::analysis::start::Assembly;
-use linkwright::analysis::statics::{Statics, equilibria};
-use linkwright::analysis::{Dynamics, simulate};
-use linkwright::multibody::elements::{BeamSection, Shear};
-use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, SliderCrank};
-use linkwright::multibody::motion::ConstantSpeed;
-use linkwright::multibody::{Mechanism, Model};
-use linkwright::sensitivity::Transient;
-use linkwright::sensitivity::explicit::simulate_explicitly;
+use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, SliderCrank};
+use linkwright::mechanics::analysis::explicit::Explicit;
+use linkwright::mechanics::analysis::kinematics::kinematics;
+use linkwright::mechanics::analysis::start::Assembly;
+use linkwright::mechanics::analysis::statics::{Statics, equilibria};
+use linkwright::mechanics::analysis::{Dynamics, simulate};
+use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
+use linkwright::mechanics::multibody::motion::ConstantSpeed;
+use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
+use linkwright::responses::mechanism::Transient;
 
 #[test]
 fn squeezer_reaches_its_published_angles() {

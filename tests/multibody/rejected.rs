@@ -1,14 +1,14 @@
 //! In an optimization a design that cannot be analysed is a rejected try, whatever is wrong with it.
 
-use linkwright::analysis::Dynamics;
+use linkwright::autodiff::Scalar;
 use linkwright::function;
-use linkwright::multibody::elements::{BeamSection, Law, Shear};
-use linkwright::multibody::motion::{ConstantSpeed, Motion};
-use linkwright::multibody::{Formula, Mechanism, Model, Pose};
+use linkwright::mechanics::analysis::Dynamics;
+use linkwright::mechanics::multibody::elements::{BeamSection, Law, Shear};
+use linkwright::mechanics::multibody::motion::{ConstantSpeed, Motion};
+use linkwright::mechanics::multibody::{Formula, Mechanism, Model, Pose};
 use linkwright::problem::{DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
+use linkwright::responses::mechanism::Transient;
 use linkwright::sao::{Method, State, Stop};
-use linkwright::scalar::Scalar;
-use linkwright::sensitivity::Transient;
 
 /// What goes wrong once the design variable is above one half.
 #[derive(Clone, Copy, Debug)]

@@ -1,19 +1,20 @@
 //! Semi-analytical against direct derivatives: differenced residuals against dual numbers, on one discrete motion.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
-use linkwright::analysis::dynamics::InitialAcceleration;
-use linkwright::analysis::generalized_alpha::Prescribed;
-use linkwright::analysis::start::Assembly;
-use linkwright::analysis::statics::Statics;
-use linkwright::analysis::{Dynamics, Explicit, Newton};
-use linkwright::multibody::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
-use linkwright::multibody::{Mechanism, Model};
-use linkwright::scalar::Scalar;
-use linkwright::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use linkwright::sensitivity::semi_analytical::{STEP, difference_equilibria, difference_kinematics};
-use linkwright::sensitivity::{
-    Differentiation, SensitiveHistory, Transient, differentiate, differentiate_semi_analytically,
+use linkwright::autodiff::Scalar;
+use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::mechanics::analysis::dynamics::InitialAcceleration;
+use linkwright::mechanics::analysis::generalized_alpha::Prescribed;
+use linkwright::mechanics::analysis::start::Assembly;
+use linkwright::mechanics::analysis::statics::Statics;
+use linkwright::mechanics::analysis::{Dynamics, Explicit, Newton};
+use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::mechanics::sensitivity::semi_analytical::{STEP, difference_equilibria, difference_kinematics};
+use linkwright::mechanics::sensitivity::{
+    Differentiation, SensitiveHistory, differentiate, differentiate_semi_analytically,
 };
+use linkwright::responses::mechanism::Transient;
 
 /// Largest deviation of a derivative by each variable, relative to the largest of the same output with respect to any, all by
 /// the size of the variables; outputs that are nearly zero are measured by `floor` of the largest of all.

@@ -3,12 +3,12 @@
 //! `WRITE_DOCS=1 cargo test --test multibody table` writes it anew.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
-use linkwright::analysis::explicit::{Explicit, Pace};
-use linkwright::analysis::{Dynamics, Newton, simulate};
-use linkwright::multibody::Model;
-use linkwright::multibody::mechanisms::SpinningBeam;
-use linkwright::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
-use linkwright::sensitivity::{SensitiveHistory, differentiate};
+use linkwright::cases::mechanisms::SpinningBeam;
+use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
+use linkwright::mechanics::analysis::{Dynamics, Newton, simulate};
+use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
+use linkwright::mechanics::sensitivity::{SensitiveHistory, differentiate};
 use std::fmt::Write;
 
 /// Name of an element, its parameters in words, and which design variables of its mechanism these are.

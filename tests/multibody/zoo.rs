@@ -2,11 +2,11 @@
 
 use crate::table::Label;
 use linkwright::Result;
-use linkwright::multibody::elements::{BeamSection, Law, Shear};
-use linkwright::multibody::mechanism::Pose;
-use linkwright::multibody::motion::{ConstantSpeed, Fixed, Harmonic, Ramp, StartUp, Table};
-use linkwright::multibody::{Coordinate, Mechanism, Model, Motion};
-use linkwright::scalar::Scalar;
+use linkwright::autodiff::Scalar;
+use linkwright::mechanics::multibody::elements::{BeamSection, Law, Shear};
+use linkwright::mechanics::multibody::mechanism::Pose;
+use linkwright::mechanics::multibody::motion::{ConstantSpeed, Fixed, Harmonic, Ramp, StartUp, Table};
+use linkwright::mechanics::multibody::{Coordinate, Mechanism, Model, Motion};
 
 /// A pendulum hung with every force element.
 pub struct Forces;

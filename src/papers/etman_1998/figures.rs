@@ -2,18 +2,18 @@
 
 use super::four_bar_figures::{four_bar_animation, four_bar_figures};
 use super::{Regenerated, Run};
-use crate::error::Result;
-use crate::library::four_bar::StressConstrained;
-use crate::library::impact_absorber::{self, ACCELERATION, DISPLACEMENT, motion};
-use crate::library::slider_crank::{self, coupler_point};
+use crate::cases::four_bar::StressConstrained;
+use crate::cases::impact_absorber::{self, ACCELERATION, DISPLACEMENT, motion};
+use crate::cases::slider_crank::{self, coupler_point};
 use crate::problem::{ClosedForm, TimeGrid};
 use crate::report::figure::{Figure, Grid, Quantity, literal};
-use crate::report::picture::{
+use crate::report::plots::{
     Bound, Convergence, CouplerCurve, DesignPlane, Family, History, Iterate, Linkage, Measure, Objective, Side,
     TimeBound, TimeHistory, TimePointConstraints, convergence, coupler_curve, design_plane, time_history,
     time_point_constraints,
 };
 use crate::sao::Cycle;
+use error::Result;
 
 /// Every figure that belongs to a regenerated table, by file stem.
 pub fn figures(table: &Regenerated) -> Result<Vec<(String, Figure)>> {

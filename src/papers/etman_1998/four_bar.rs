@@ -3,12 +3,13 @@
 use super::printed_rows::{PrintedRow, printed_rows};
 pub use super::runs::{Observer, Regenerated, Run};
 use crate::approximation::{ApproximateProblem, Known, Manner, Surroundings};
-use crate::error::Result;
-use crate::library::four_bar::{Derivatives, StressConstrained, method};
-use crate::multibody::mechanisms::FourBar;
-use crate::problem::{Evaluation, Problem, Program, Responses, Sensitivities};
+use crate::cases::four_bar::{Derivatives, StressConstrained, method};
+use crate::cases::mechanisms::FourBar;
+use crate::problem::{Evaluation, Problem, Responses, Sensitivities};
 use crate::report::table::{Cell, Printed, Table};
 use crate::sao::{Cycle, Method, Outcome, RelativeLimits};
+use error::Result;
+use nlp::Program;
 
 const TABLE5: &str = include_str!("../../../papers/etman-1998/table5.csv");
 const TABLE6: &str = include_str!("../../../papers/etman-1998/table6.csv");

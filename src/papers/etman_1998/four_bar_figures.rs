@@ -1,18 +1,18 @@
 //! Pictures of the flexible four-bar: stresses over time and along the links, the mechanism, its motion.
 
 use super::runs::Run;
-use crate::analysis::run::Run as Motion;
-use crate::analysis::sampling::interpolate;
-use crate::error::Result;
-use crate::library::four_bar::LINKS;
-use crate::multibody::mechanisms::FourBar;
-use crate::multibody::{Mechanism, Model};
+use crate::cases::four_bar::LINKS;
+use crate::cases::mechanisms::FourBar;
 use crate::problem::Problem;
 use crate::report::animation::{Animation, Scene};
 use crate::report::figure::{Figure, Grid, Quantity};
-use crate::report::picture::{
+use crate::report::plots::{
     History, Linkage, Side, StressField, TimeBound, TimeHistory, mechanism, stress_field, time_history,
 };
+use error::Result;
+use mechanics::analysis::run::Run as Motion;
+use mechanics::analysis::sampling::interpolate;
+use mechanics::multibody::{Mechanism, Model};
 
 /// How many times the bending of the links is enlarged in pictures of the motion.
 const ENLARGED: f64 = 10.0;
@@ -125,7 +125,7 @@ fn field(model: &FourBar, run: &Run, stresses: &[Vec<f64>]) -> Result<Figure> {
 /// The mechanism as in the paper's Figure 7: undeformed, at the crank angle of the start.
 fn figure7(model: &FourBar) -> Result<Figure> {
     let built = model.build(&[0.03; 3])?;
-    let places: Vec<f64> = built.coordinates.iter().map(|c| c.position).collect();
+    let places: Vec<f64> = built.coordinates().map(|(_, position)| position).collect();
     let links = nodes_of(model, &built).map(|link| link.iter().map(|&[x, y]| [places[x], places[y]]).collect());
     let mut drawing = linkage(&links, 1.0);
     let middle = |link: &Vec<[f64; 2]>| link[link.len() / 2];
@@ -136,7 +136,7 @@ fn figure7(model: &FourBar) -> Result<Figure> {
 
 /// Numbers of the x and y coordinates of the nodes of each link, from end to end.
 fn nodes_of(model: &FourBar, built: &Mechanism<f64>) -> [Vec<[usize; 2]>; 3] {
-    let number = |name: String| built.coordinates.iter().position(|c| c.name == name).expect("the mechanism has it");
+    let number = |name: String| built.coordinates().position(|(own, _)| own == name).expect("the mechanism has it");
     let node = |name: &str| [number(format!("{name}.x")), number(format!("{name}.y"))];
     let inner = |link: usize, last: usize| (2..=last).map(move |k| format!("link {link}.{k}"));
     let last = model.elements + 1;

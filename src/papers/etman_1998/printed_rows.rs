@@ -1,7 +1,7 @@
 //! The printed rows of Table VI, un-rounded as far as their own move limits allow.
 
-use crate::error::{Error, Result};
 use crate::sao::{MoveLimits, Outcome, RelativeLimits, Trial, Verdict};
+use error::{Error, Result};
 
 /// A row of Table VI and what follows from it.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,11 +1,11 @@
 //! The runs behind the tables.
 
 use super::four_bar;
-use crate::error::{Error, Result};
-use crate::library::{impact_absorber, slider_crank};
+use crate::cases::{impact_absorber, slider_crank};
 use crate::problem::Problem;
 use crate::report::table::{Cell, Comparison, Printed, Table};
 use crate::sao::{Cycle, Method, State};
+use error::{Error, Result};
 
 /// A table of the paper, regenerated.
 pub struct Regenerated {

@@ -1,9 +1,9 @@
 //! The machine-readable account of a reproduction.
 
 use super::{Regenerated, Run};
-use crate::error::Result;
 use crate::problem::DesignVariable;
 use crate::sao::{ActiveRow, Counters, Status};
+use error::Result;
 use serde::Serialize;
 
 /// Name and version of the schema of [`Summary`].

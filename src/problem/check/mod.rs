@@ -14,7 +14,7 @@ pub use finding::{Checked, Finding, Proof};
 pub use ridders::Slope;
 
 use super::{Alternative, Analysis, Instant, Problem};
-use crate::error::{Error, Result};
+use error::{Error, Result};
 use finding::judge;
 use ridders::jump;
 pub(super) use ridders::ridders;

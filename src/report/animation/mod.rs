@@ -5,7 +5,7 @@ mod page;
 mod scene;
 
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Panel, Quantity, Stroke, check, literal, short};
-use crate::report::picture::{Linkage, window};
+use crate::report::plots::{Linkage, window};
 use crate::{Error, Result};
 
 /// One design in motion.
@@ -23,7 +23,7 @@ pub struct Scene {
 ///
 /// ```
 /// use linkwright::report::animation::{Animation, Scene};
-/// use linkwright::report::{figure::Quantity, picture::Linkage};
+/// use linkwright::report::{figure::Quantity, plots::Linkage};
 ///
 /// let crank = |angle: f64| Linkage {
 ///     bars: vec![vec![[0.0, 0.0], [angle.cos(), angle.sin()]]],

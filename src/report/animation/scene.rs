@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 
 use crate::report::figure::{markup, short};
-use crate::report::picture::Linkage;
+use crate::report::plots::Linkage;
 
 /// Width of a scene in the units of its view box.
 const WIDTH: f64 = 480.0;

@@ -4,7 +4,7 @@ use super::{Run, stem};
 use crate::Result;
 use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, literal};
 use crate::report::page::Section;
-use crate::report::picture::{self, Convergence, Measure};
+use crate::report::plots::{self, Convergence, Measure};
 use crate::report::table::{Cell, Table};
 use crate::sao::Cycle;
 
@@ -46,7 +46,7 @@ impl Run<'_> {
         let objective = of(|c| c.objective);
         let (e_f, e_g) = (of(|c| c.objective_error_pct), of(|c| c.constraint_error_pct));
         let (violation, step) = (of(|c| c.violation_pct.max(0.0)), of(|c| c.max_variable_change_pct));
-        let figure = picture::convergence(&Convergence {
+        let figure = plots::convergence(&Convergence {
             cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
             accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
             objective: Quantity::new(literal(&self.problem.objective_name), literal(&self.problem.objective_unit)),

@@ -5,7 +5,7 @@ use super::{Run, stem};
 use crate::Result;
 use crate::report::figure::{Quantity, literal};
 use crate::report::page::Section;
-use crate::report::picture::{History, TimeHistory, time_history};
+use crate::report::plots::{History, TimeHistory, time_history};
 
 /// Most constrained histories, and most others.
 const MOST: usize = 12;

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::problem::{Evaluation, Problem};
 use crate::report::figure::{Grid, Quantity, literal};
 use crate::report::page::Section;
-use crate::report::picture::{Bound, DesignPlane, Iterate, Objective, design_plane};
+use crate::report::plots::{Bound, DesignPlane, Iterate, Objective, design_plane};
 use crate::sao::State;
 use rayon::prelude::*;
 
@@ -208,7 +208,7 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::library::impact_absorber;
+    use crate::cases::impact_absorber;
     use crate::sao::Method;
 
     /// Away from the last design the objective of a peak problem is the peak itself.

@@ -5,7 +5,7 @@
 
 use super::Run;
 use crate::problem::{Constraint, RowId};
-use crate::report::picture::{Side, TimeBound};
+use crate::report::plots::{Side, TimeBound};
 
 /// A constrained quantity over time.
 pub(super) struct Watched {
@@ -140,7 +140,7 @@ fn turned(bound: TimeBound) -> TimeBound {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::library::impact_absorber;
+    use crate::cases::impact_absorber;
     use crate::sao::Method;
 
     /// The absorber's acceleration is bounded by the objective from both sides, its displacement by one metre.

@@ -1,0 +1,152 @@
+//! What can go wrong, with numbers and a remedy.
+//!
+//! Three kinds of bad news are never mixed: an [`Error`] is misuse or breakdown, a `Status` is what the mathematics
+//! concluded, and `expect("why it holds")` marks a bug of ours.
+
+/// A [`std::result::Result`] with linkwright's [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Misuse or breakdown.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A vector has the wrong length.
+    #[error("{what}: expected length {expected}, got {got}")]
+    Length {
+        /// What was measured.
+        what: String,
+        /// The length that fits.
+        expected: usize,
+        /// The length that came.
+        got: usize,
+    },
+    /// A setting is outside its range.
+    #[error("{option} must be {must}, got {got}")]
+    Option {
+        /// Name of the setting.
+        option: String,
+        /// Its range in words.
+        must: &'static str,
+        /// The value that came.
+        got: f64,
+    },
+    /// A number that must be finite is not.
+    #[error("{what} is {value} at {place}; {remedy}")]
+    NotFinite {
+        /// Name of the quantity.
+        what: String,
+        /// The offending value: NaN or infinite.
+        value: f64,
+        /// Where: time and design in words and numbers.
+        place: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The parts of a problem do not fit together.
+    #[error("{what}: {why}; {remedy}")]
+    Definition {
+        /// The part, by name.
+        what: String,
+        /// What is wrong with it.
+        why: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// An analysis could not be done at this design: a fact about the design, normal during an optimization.
+    #[error("analysis failed in {what}: {why}; {remedy}")]
+    Analysis {
+        /// The element, response or stage, by name.
+        what: String,
+        /// What happened, with numbers.
+        why: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// A subproblem solver broke down.
+    #[error("{solver} stopped with {status} after {iterations} iterations; {remedy}")]
+    Subproblem {
+        /// Name of the solver.
+        solver: &'static str,
+        /// Its own last word.
+        status: String,
+        /// Iterations done.
+        iterations: usize,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A file does not hold what it should.
+    #[error("{file}: {why}; {remedy}")]
+    File {
+        /// The file, as it was named.
+        file: String,
+        /// What is wrong.
+        why: String,
+        /// What to do.
+        remedy: String,
+    },
+}
+
+impl Error {
+    /// An [`Error::Length`] unless the lengths agree.
+    pub fn check_length(what: &str, expected: usize, got: usize) -> Result<()> {
+        if expected == got { Ok(()) } else { Err(Self::Length { what: what.to_owned(), expected, got }) }
+    }
+
+    /// An [`Error::Option`] unless `good`.
+    pub fn check_option(option: &str, must: &'static str, got: f64, good: bool) -> Result<()> {
+        if good { Ok(()) } else { Err(Self::Option { option: option.to_owned(), must, got }) }
+    }
+
+    /// An [`Error::Definition`].
+    pub fn definition(what: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Definition { what: what.into(), why: why.into(), remedy: remedy.into() }
+    }
+
+    /// An [`Error::Definition`] for a name that is not among the known ones: the remedy lists the nearest three.
+    pub fn unknown<'k>(kind: &str, asked: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
+        let nearest: Vec<String> = nearest(asked, known).iter().take(3).map(|(n, _)| format!("`{n}`")).collect();
+        let why = format!("there is no {kind} of that name");
+        Self::definition(format!("{kind} `{asked}`"), why, format!("try {}", nearest.join(", ")))
+    }
+
+    /// An [`Error::Analysis`].
+    pub fn analysis(what: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Analysis { what: what.into(), why: why.into(), remedy: remedy.into() }
+    }
+}
+
+/// The known names, the nearest to `asked` first, with the steps from one to the other.
+pub fn nearest<'k>(asked: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<(&'k str, usize)> {
+    let mut names: Vec<(&str, usize)> = known.into_iter().map(|known| (known, distance(known, asked))).collect();
+    names.sort_by_key(|(_, steps)| *steps);
+    names
+}
+
+/// Steps from one name to another by adding, removing and changing letters (Levenshtein); none if one is a part of the other.
+fn distance(known: &str, asked: &str) -> usize {
+    if !asked.is_empty() && known.contains(asked) {
+        return 0;
+    }
+    let mut row: Vec<usize> = (0..=asked.chars().count()).collect();
+    for (i, a) in known.chars().enumerate() {
+        let mut corner = std::mem::replace(&mut row[0], i + 1);
+        for (j, b) in asked.chars().enumerate() {
+            let change = corner + usize::from(a != b);
+            corner = row[j + 1];
+            row[j + 1] = change.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row[row.len() - 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_names_are_suggested() {
+        assert_eq!([distance("abc", "abd"), distance("abc", "xyz"), distance("kitten", "sitting")], [1, 3, 3]);
+        let message = Error::unknown("animal", "kat", ["dog", "cat", "horse", "ant"]).to_string();
+        assert_eq!(message, "animal `kat`: there is no animal of that name; try `cat`, `ant`, `dog`");
+    }
+}

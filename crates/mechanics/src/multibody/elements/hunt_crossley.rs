@@ -1,0 +1,31 @@
+//! The push of a contact, from the depth of penetration and its rate.
+
+use autodiff::Scalar;
+
+/// k δ^{3/2} (1 + 1.5 c δ̇) for δ > 0, and never a pull.
+///
+/// * `stiffness` k in N/m^{3/2}, `damping` c in s/m, `depth` δ in m, `rate` δ̇ in m/s.
+///
+/// With c small, the coefficient of restitution is 1 − c v for the impact velocity v. The push and its first
+/// derivatives are continuous where contact begins.
+///
+/// **Source.** Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
+pub fn push<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T) -> T {
+    if depth.re() <= 0.0 {
+        return T::zero();
+    }
+    let push = stiffness * depth * depth.sqrt() * (damping * rate * 1.5 + 1.0);
+    if push.re() > 0.0 { push } else { T::zero() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pushes_in_contact_only_and_never_pulls() {
+        assert_eq!(push(1000.0, 0.2, 0.04, 0.5), 1000.0 * 0.008 * 1.15);
+        assert_eq!(push(1000.0, 0.2, -0.04, 5.0), 0.0);
+        assert_eq!(push(1000.0, 0.2, 0.04, -5.0), 0.0);
+    }
+}

@@ -1,0 +1,65 @@
+//! A flyball governor in the plane that turns with it.
+
+use crate::{Error, Result};
+use autodiff::Scalar;
+use mechanics::multibody::elements::Law;
+use mechanics::multibody::{Mechanism, Model};
+
+/// Porter's governor: two balls on rods from a pivot on the spindle, and two rods from the balls to a heavy sleeve.
+///
+/// In the plane that turns with the spindle the balls feel their centrifugal force, a load that depends on the state.
+/// With all rods of length L, in equilibrium cos α = (m + M) g / (m L Ω²) for the angle α of the rods from the spindle.
+///
+/// Design variables: mass of a ball m (kg), mass of the sleeve M (kg), rod length L (m), speed Ω (rad/s), gravity g
+/// (m/s²). Outputs: height of the sleeve (negative, m), radius of a ball (m), tension of an upper rod (N).
+///
+/// **Source.** Rattan, *Theory of Machines* (2009), chapter on governors; cos α is the Porter governor's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Governor {
+    /// Angle of the rods at the start in rad.
+    pub angle: f64,
+}
+
+/// m Ω² x.
+struct Centrifugal;
+
+impl Law for Centrifugal {
+    fn effort<T: Scalar>(&self, p: &[T], _t: T, q: &[T], _v: &[T]) -> T {
+        p[0] * p[1] * p[1] * q[0]
+    }
+}
+
+impl Governor {
+    /// A typical design.
+    pub const DESIGN: [f64; 5] = [1.2, 6.0, 0.25, 20.0, 9.81];
+}
+
+impl Model for Governor {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        Error::check_length("ball, sleeve, rod, speed, gravity", 5, b.len())?;
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[4]);
+        let (sin, cos) = self.angle.sin_cos();
+        let pivot = m.ground().origin();
+        let sleeve = m.point_mass("sleeve", b[1], zero, b[2] * (-2.0 * cos));
+        m.point_on_line("spindle", pivot, S::from(std::f64::consts::FRAC_PI_2), sleeve.origin());
+        let side = |m: &mut Mechanism<S>, name: &str, side: f64| {
+            let ball = m.point_mass(&format!("{name} ball"), b[0], b[2] * (side * sin), b[2] * -cos);
+            let upper = m.rod(&format!("{name} upper rod"), pivot, ball.origin(), b[2]);
+            m.rod(&format!("{name} lower rod"), ball.origin(), sleeve.origin(), b[2]);
+            m.state_load(&format!("{name} centrifugal force"), ball.x, &[ball.x], Centrifugal, &[b[0], b[3]]);
+            (ball, upper)
+        };
+        side(&mut m, "left", -1.0);
+        let (ball, upper) = side(&mut m, "right", 1.0);
+        let height = m.coordinate_sensor("height", m.ground().y, sleeve.y);
+        let radius = m.coordinate_sensor("radius", m.ground().x, ball.x);
+        for (name, part, measure) in
+            [("height", height, "position"), ("radius", radius, "position"), ("tension", upper, "tension")]
+        {
+            let term = m.measure(part, measure)?;
+            m.output(name, &[term]);
+        }
+        Ok(m)
+    }
+}

@@ -1,0 +1,186 @@
+//! `linkwright report DIR`: a run as one page for a browser, and its figures as files.
+
+use super::files;
+use super::folder::Folder;
+use crate::command::output::{folder as make_folder, say, write};
+use crate::model_file::Model;
+use crate::problem::Problem;
+use crate::report::animation::{Animation, Scene};
+use crate::report::figure::Quantity;
+use crate::report::figure::literal;
+use crate::report::page::{Page, Section, Tone};
+use crate::report::run::{Run, Slice};
+use crate::report::table::{Cell, Table};
+use crate::sao::State;
+use anyhow::Context;
+use clap::Args;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The page.
+const PAGE: &str = "report.html";
+/// Points along each side of the design-space slice that are tried, and the time that it may take.
+const SLICES: [usize; 4] = [21, 15, 11, 7];
+const SLICE_TIME: Duration = Duration::from_secs(5);
+/// Pixels per inch of PNG files and of the animated file.
+const PRINT: f64 = 300.0;
+const SCREEN: f64 = 96.0;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  linkwright report out/lift
+  linkwright report out/four-bar --slice 9
+
+Writes DIR/report.html, a page that needs nothing but a browser, and every figure as SVG and PNG in DIR/figures, with the
+mechanism in motion as mechanism.gif. An unfinished run gives a report, too.")]
+pub struct Report {
+    /// The folder of the run
+    folder: PathBuf,
+    /// Points along each side of the design-space slice, each an analysis; 0 for none [default: what 5 seconds allow]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(0..=101))]
+    slice: Option<u16>,
+    /// The page alone, without files of figures
+    #[arg(long)]
+    page_only: bool,
+}
+
+impl Report {
+    pub fn run(&self) -> anyhow::Result<()> {
+        let place = write_report(&self.folder, self.slice, !self.page_only)?;
+        say(&format!("Wrote {}", place.display()))
+    }
+}
+
+/// Writes the page of a run, and the files of its figures if they are wanted.
+pub fn write_report(path: &Path, slice: Option<u16>, with_figures: bool) -> anyhow::Result<PathBuf> {
+    let (folder, model, text) = Folder::open(path)?;
+    let problem = model.problem()?;
+    let (page, motion) = match folder.last(&problem)? {
+        Some(state) => of_run(&model, &problem, &state, slice)?,
+        None => (not_begun(&model, &problem)?, None),
+    };
+    if with_figures {
+        write_figures(&path.join("figures"), &page, motion.as_ref())?;
+    }
+    let page = page.with(listed(path, &model, &folder, &text)).foot(format!(
+        "Written by linkwright {}. The page loads nothing: it can be sent and kept as one file.",
+        env!("CARGO_PKG_VERSION")
+    ));
+    let place = path.join(PAGE);
+    files::replace(&place, page.html()?)?;
+    Ok(place)
+}
+
+fn of_run(
+    model: &Model,
+    problem: &Problem,
+    state: &State,
+    slice: Option<u16>,
+) -> anyhow::Result<(Page, Option<Animation>)> {
+    let begun = Instant::now();
+    let run = Run::new(model.title(), problem, state)?;
+    let slice = sampled(problem, state, slice.map(usize::from), begun.elapsed());
+    let (section, motion) = mechanism(model, state)?;
+    Ok((run.page(slice.as_ref(), section.into_iter().collect())?, motion))
+}
+
+/// The slice with the wanted number of points, or with as many as the time allows where an analysis takes as long as `one`.
+fn sampled(problem: &Problem, state: &State, wanted: Option<usize>, one: Duration) -> Option<Slice> {
+    let time = |n: &usize| one.as_secs_f64() * (n * n) as f64 / rayon::current_num_threads() as f64;
+    let fits = || SLICES.into_iter().find(|n| time(n) <= SLICE_TIME.as_secs_f64());
+    let count = wanted.or_else(fits)?;
+    // A plane in which nothing can be analysed is no reason to have no report.
+    Slice::sample(problem, state, count).ok().flatten()
+}
+
+/// The mechanism of the first and of the last design in motion, if there is a mechanism.
+fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<Section>, Option<Animation>)> {
+    let (Some(times), Some(grid)) = (model.drawing_times(), model.grid()) else { return Ok((None, None)) };
+    let first = &state.history[0].design;
+    let mut designs = vec![("first design", first)];
+    if *first != state.design {
+        designs.push(("last design", &state.design));
+    }
+    let drawn = match model.drawings(&designs.iter().map(|(_, b)| b.as_slice()).collect::<Vec<_>>(), &times) {
+        Ok(Some(drawn)) => drawn,
+        Ok(None) => return Ok((None, None)),
+        Err(error) => {
+            let text = format!("The motion cannot be shown: {error}.");
+            return Ok((Some(Section::new("mechanism", "Mechanism").paragraph(text)), None));
+        }
+    };
+    let titles = designs.iter().map(|(title, _)| (*title).to_owned());
+    let scenes = titles.zip(drawn).map(|(title, frames)| Scene { title, frames, traces: vec![] }).collect();
+    let real = times[times.len() - 1] - times[0];
+    let shown = if grid.unit == "s" { real.clamp(3.0, 10.0) } else { 5.0 };
+    let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+    let description = match shown / real {
+        _ if grid.unit != "s" => format!("The mechanism over the {}.", grid.name),
+        r if r > 1.05 => format!("The mechanism in motion, {r:.1} times slower than in reality."),
+        r if r < 0.95 => format!("The mechanism in motion, {:.1} times faster than in reality.", 1.0 / r),
+        _ => "The mechanism in motion, as fast as in reality.".to_owned(),
+    };
+    let time = Quantity::new(literal(&grid.name), literal(&grid.unit));
+    // What has no body to be drawn has no picture.
+    let Ok(motion) = Animation::new(literal(&description), axes, times, scenes) else { return Ok((None, None)) };
+    let motion = motion.lasting(shown)?.over(time).compared();
+    Ok((Some(Section::new("mechanism", "Mechanism").html(motion.fragment())), Some(motion)))
+}
+
+/// The page of a run that was stopped before its first design was analysed.
+fn not_begun(model: &Model, problem: &Problem) -> anyhow::Result<Page> {
+    let mut table = Table::new("Design variables", ["variable", "unit", "lower bound", "start", "upper bound"]);
+    let bound = |b: f64| if b.is_finite() { Cell::from(b) } else { Cell::Empty };
+    for v in &problem.variables {
+        let (lower, upper) = (bound(v.lower), bound(v.upper));
+        table.push([v.name.as_str().into(), v.unit.as_str().into(), lower, v.start.into(), upper])?;
+    }
+    let lead = "The run was stopped before its first design was analysed; `linkwright resume` begins it.";
+    let section = Section::new("design", "Design").table(table);
+    Ok(Page::new(model.title()).status("unfinished", Tone::Fair).lead(lead).with(section))
+}
+
+/// Files of the folder, and what they are.
+const FILES: [(&str, &str); 9] = [
+    ("cycles.csv", "the history, a row for each try"),
+    ("responses.csv", "responses of the last design over time"),
+    ("constraints.csv", "constraints of the last design over time, normalised so that 1 is the limit"),
+    ("summary.json", "the result, for programs"),
+    ("model.toml", "the model file"),
+    ("state.json", "everything that resume needs"),
+    ("run.json", "versions, fingerprint, edits"),
+    ("figures", "every figure of this page as SVG and PNG"),
+    ("figures/mechanism.gif", "the mechanism in motion"),
+];
+
+fn listed(path: &Path, model: &Model, folder: &Folder, text: &str) -> Section {
+    let there = FILES.into_iter().filter(|(name, _)| path.join(name).exists());
+    let mut section = Section::new("data", "Data and settings")
+        .links(there.map(|(name, what)| (name.to_owned(), what.to_owned())))
+        .paragraph(format!(
+            "Begun with linkwright {}. Fingerprint of the problem: {:016x}; two runs with the same one differ at most in method, \
+             bounds and title.",
+            folder.program(),
+            model.fingerprint()
+        ));
+    for edit in folder.edits() {
+        let lines = edit.lines.join("\n");
+        section = section.listing(format!("The model was edited after {} tries; new lines", edit.after_tries), lines);
+    }
+    section.listing("The model file of this run", text)
+}
+
+/// Every figure as SVG and PNG, and the mechanism as a picture and as an animated file.
+fn write_figures(place: &Path, page: &Page, motion: Option<&Animation>) -> anyhow::Result<()> {
+    make_folder(place)?;
+    let figures: Vec<_> = page.figures().collect();
+    let save = |name: &str, figure: &crate::report::figure::Figure| -> anyhow::Result<()> {
+        write(&place.join(format!("{name}.svg")), figure.svg()?.as_bytes())?;
+        write(&place.join(format!("{name}.png")), &figure.png(PRINT)?)
+    };
+    figures.par_iter().try_for_each(|(name, figure)| save(name, figure)).context("a figure of the report")?;
+    let Some(motion) = motion else { return Ok(()) };
+    save("mechanism", &motion.still(0)?)?;
+    write(&place.join("mechanism.gif"), &motion.gif(SCREEN)?)
+}

@@ -1,0 +1,279 @@
+//! From trees to programs.
+
+use super::names::{Meaning, Order};
+use super::program::{Operation, Program};
+use super::tree::{Node, Operator, Tree};
+use super::{Function, Names};
+use crate::model_file::{Complaint, limits};
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// What an expression may name at its place, besides constants.
+pub struct Wants<'a> {
+    /// What the place is, for messages: "a mass".
+    pub place: &'a str,
+    /// Whether design variables may enter.
+    pub design: bool,
+    /// Whether the time may enter.
+    pub time: bool,
+    /// What else may, by index.
+    pub others: &'a dyn Fn(&str) -> Option<usize>,
+    /// Names of these, for suggestions.
+    pub suggestions: &'a dyn Fn() -> Vec<String>,
+}
+
+impl Wants<'_> {
+    /// Constants alone.
+    pub const NUMBER: Self = Self { design: false, ..Self::DESIGN };
+    /// Design variables.
+    pub const DESIGN: Self =
+        Self { place: "this number", design: true, time: false, others: &|_| None, suggestions: &Vec::new };
+    /// Design variables and the time.
+    pub const MOTION: Self = Self { time: true, ..Self::DESIGN };
+}
+
+impl Names {
+    /// The program of an expression.
+    ///
+    /// **Errors.** A name that is unknown or may not enter here; a constant part that is not finite; too many operations.
+    pub fn compile(&self, tree: &Tree, wants: &Wants) -> Result<Program, Complaint> {
+        let mut order = Order::default();
+        for k in self.used(tree) {
+            self.visit(k, &mut vec![], &mut order)?;
+        }
+        let mut code = Code { names: self, wants, known: HashMap::new(), operations: vec![], top: 0, height: 0 };
+        for k in order.list {
+            let value = match code.tree(&self.expressions[k]) {
+                // The mistake is where a name enters that may not enter here.
+                Err(complaint) if complaint.message.contains(CANNOT) => {
+                    return Err(Complaint { span: tree.span.clone(), ..complaint });
+                }
+                result => result?,
+            };
+            let named = value.map_or(Named::Place(code.top.saturating_sub(1)), Named::Constant);
+            code.known.insert(k, named);
+        }
+        if let Some(value) = code.tree(tree)? {
+            code.push(Operation::Constant(value), &tree.span)?;
+        }
+        let all = self.compiled.get() + code.operations.len();
+        self.compiled.set(all);
+        if all > limits::ALL_OPERATIONS {
+            let message = format!("all expressions together take more than {} operations", limits::ALL_OPERATIONS);
+            return Err(Complaint::new(tree.span.clone(), message));
+        }
+        Ok(Program { operations: code.operations, height: code.height })
+    }
+}
+
+const CANNOT: &str = "cannot enter here";
+
+/// A named expression that has been compiled.
+#[derive(Clone, Copy)]
+enum Named {
+    Constant(f64),
+    /// Its value is at this place of the stack.
+    Place(usize),
+}
+
+struct Code<'a> {
+    names: &'a Names,
+    wants: &'a Wants<'a>,
+    known: HashMap<usize, Named>,
+    operations: Vec<Operation>,
+    top: usize,
+    height: usize,
+}
+
+impl Code<'_> {
+    /// Emits operations that leave the value on the stack, or none if it is a constant, which is returned.
+    fn tree(&mut self, tree: &Tree) -> Result<Option<f64>, Complaint> {
+        let constant = match &tree.node {
+            Node::Number(value) => Some(*value),
+            Node::Name(name) => self.name(name, &tree.span)?,
+            Node::Negative(inner) => match self.tree(inner)? {
+                Some(value) => Some(-value),
+                None => self.apply(Operation::Negate, &tree.span)?,
+            },
+            Node::Binary(..) => return self.chain(tree),
+            Node::Call(Function::Pow, both) => {
+                let base = self.tree(&both[0])?;
+                self.binary(Operator::Power, base, &both[1], &tree.span)?
+            }
+            Node::Call(function, arguments) => self.call(*function, arguments, &tree.span)?,
+        };
+        finite(constant, &tree.span)
+    }
+
+    /// Operands with signs between them, from the left to the right: a sum of a thousand terms is no thousand levels deep.
+    fn chain(&mut self, tree: &Tree) -> Result<Option<f64>, Complaint> {
+        let (mut links, mut first) = (vec![], tree);
+        while let Node::Binary(operator, both) = &first.node {
+            links.push((*operator, &both[1], &first.span));
+            first = &both[0];
+        }
+        let mut left = self.tree(first)?;
+        for (operator, right, span) in links.into_iter().rev() {
+            left = finite(self.binary(operator, left, right, span)?, span)?;
+        }
+        Ok(left)
+    }
+
+    fn name(&mut self, name: &str, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+        let Wants { place, design, time, others, .. } = self.wants;
+        let cannot = |what: &str| {
+            let message = format!("{what}`{name}` {CANNOT}");
+            Err(Complaint::new(span.clone(), message).help(format!("{place} may be made of {}", self.wants.words())))
+        };
+        if name == "time" {
+            return if *time { self.push(Operation::Time, span) } else { cannot("") };
+        }
+        match self.names.meanings.get(name) {
+            Some(Meaning::Constant(value)) => Ok(Some(*value)),
+            Some(Meaning::Design(_)) if !design => cannot("the design variable "),
+            Some(Meaning::Design(i)) => self.push(Operation::Design(*i), span),
+            Some(Meaning::Expression(k)) => match self.known[k] {
+                Named::Constant(value) => Ok(Some(value)),
+                Named::Place(place) => self.push(Operation::Copy(place), span),
+            },
+            None => match others(name) {
+                Some(i) => self.push(Operation::Other(i), span),
+                None => Err(self.unknown(name, span)),
+            },
+        }
+    }
+
+    fn unknown(&self, name: &str, span: &Range<usize>) -> Complaint {
+        if Function::named(name).is_some() {
+            return Complaint::new(span.clone(), format!("the function `{name}` has no arguments"))
+                .label("expected `(`");
+        }
+        let time = self.wants.time.then_some("time");
+        let design = |n: &&str| self.wants.design || !matches!(self.names.meanings.get(*n), Some(Meaning::Design(_)));
+        let known = self.names.order.iter().map(String::as_str).filter(design).chain(["pi"]).chain(time);
+        let more = (self.wants.suggestions)();
+        Complaint::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)))
+    }
+
+    /// The left operand is a constant, or on the stack.
+    fn binary(
+        &mut self,
+        operator: Operator,
+        left: Option<f64>,
+        right: &Tree,
+        span: &Range<usize>,
+    ) -> Result<Option<f64>, Complaint> {
+        let right = self.tree(right)?;
+        let operation = match (operator, left, right) {
+            (_, Some(a), Some(b)) => return Ok(Some(fold(operator, a, b))),
+            (Operator::Add, Some(c), None) | (Operator::Add, None, Some(c)) => Operation::AddConstant(c),
+            (Operator::Multiply, Some(c), None) | (Operator::Multiply, None, Some(c)) => Operation::Scale(c),
+            (Operator::Subtract, None, Some(c)) => Operation::AddConstant(-c),
+            (Operator::Divide, None, Some(c)) => Operation::DivideBy(c),
+            (Operator::Power, None, Some(c)) if c.fract() == 0.0 && c.abs() <= 64.0 => Operation::WholePower(c as i32),
+            (Operator::Power, None, Some(c)) => Operation::Power(c),
+            (Operator::Subtract, Some(c), None) => {
+                self.apply(Operation::Negate, span)?;
+                Operation::AddConstant(c)
+            }
+            (Operator::Divide, Some(c), None) => {
+                self.apply(Operation::Reciprocal, span)?;
+                Operation::Scale(c)
+            }
+            (Operator::Power, Some(c), None) if c <= 0.0 => {
+                let message = format!("a power of {c} is no number for most exponents");
+                return Err(Complaint::new(span.clone(), message).help("the base must be positive"));
+            }
+            (Operator::Power, Some(c), None) => {
+                self.apply(Operation::Scale(c.ln()), span)?;
+                Operation::Of(Function::Exp)
+            }
+            (Operator::Add, None, None) => Operation::Add,
+            (Operator::Subtract, None, None) => Operation::Subtract,
+            (Operator::Multiply, None, None) => Operation::Multiply,
+            (Operator::Divide, None, None) => Operation::Divide,
+            (Operator::Power, None, None) => Operation::OfTwo(Function::Pow),
+        };
+        self.apply(operation, span)
+    }
+
+    fn call(&mut self, function: Function, arguments: &[Tree], span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+        let [first, rest @ ..] = arguments else { return Ok(None) };
+        let x = self.tree(first)?;
+        let Some(second) = rest.first() else {
+            return match x {
+                Some(x) => Ok(Some(function.of(x))),
+                None => self.apply(Operation::Of(function), span),
+            };
+        };
+        // A constant first operand must be below the second.
+        let before = self.operations.len();
+        if let Some(x) = x {
+            self.push(Operation::Constant(x), span)?;
+        }
+        match (x, self.tree(second)?) {
+            (Some(x), Some(y)) => {
+                self.operations.truncate(before);
+                self.top -= 1;
+                Ok(Some(function.of_two(x, y)))
+            }
+            (None, Some(y)) => {
+                self.push(Operation::Constant(y), span)?;
+                self.apply(Operation::OfTwo(function), span)
+            }
+            _ => self.apply(Operation::OfTwo(function), span),
+        }
+    }
+
+    fn push(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+        self.top += 1;
+        self.height = self.height.max(self.top);
+        self.emit(operation, span)
+    }
+
+    fn apply(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+        use Operation::{Add, Divide, Multiply, OfTwo, Subtract};
+        self.top -= usize::from(matches!(operation, Add | Subtract | Multiply | Divide | OfTwo(_)));
+        self.emit(operation, span)
+    }
+
+    fn emit(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+        if self.operations.len() >= limits::OPERATIONS {
+            let message = format!("this takes more than {} operations", limits::OPERATIONS);
+            return Err(Complaint::new(span.clone(), message));
+        }
+        self.operations.push(operation);
+        Ok(None)
+    }
+}
+
+impl Wants<'_> {
+    fn words(&self) -> &'static str {
+        match (self.design, self.time) {
+            (false, false) => "numbers and constants",
+            (true, false) => "numbers, constants and design variables",
+            (false, true) => "numbers, constants and the time",
+            (true, true) => "numbers, constants, design variables and the time",
+        }
+    }
+}
+
+/// Refuses a constant that is not finite.
+fn finite(constant: Option<f64>, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+    match constant {
+        Some(value) if !value.is_finite() => {
+            Err(Complaint::new(span.clone(), format!("this is {value}, not a finite number")))
+        }
+        constant => Ok(constant),
+    }
+}
+
+fn fold(operator: Operator, a: f64, b: f64) -> f64 {
+    match operator {
+        Operator::Add => a + b,
+        Operator::Subtract => a - b,
+        Operator::Multiply => a * b,
+        Operator::Divide => a / b,
+        Operator::Power => a.powf(b),
+    }
+}

@@ -1,0 +1,108 @@
+//! Functions that expressions may call.
+
+use autodiff::Scalar;
+
+/// A function by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Function {
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Atan2,
+    Sinh,
+    Cosh,
+    Tanh,
+    Sqrt,
+    Exp,
+    Ln,
+    Abs,
+    Min,
+    Max,
+    Pow,
+    Hypot,
+    Deg,
+}
+
+use Function::*;
+
+/// Every function with its name and what it is.
+pub const FUNCTIONS: &[(&str, Function, &str)] = &[
+    ("sin", Sin, "sine of an angle in rad"),
+    ("cos", Cos, "cosine of an angle in rad"),
+    ("tan", Tan, "tangent of an angle in rad"),
+    ("asin", Asin, "angle in rad from −π/2 to π/2"),
+    ("acos", Acos, "angle in rad from 0 to π"),
+    ("atan", Atan, "angle in rad from −π/2 to π/2"),
+    ("atan2", Atan2, "angle in rad of the direction (x, y), as atan2(y, x)"),
+    ("sinh", Sinh, "hyperbolic sine"),
+    ("cosh", Cosh, "hyperbolic cosine"),
+    ("tanh", Tanh, "hyperbolic tangent"),
+    ("sqrt", Sqrt, "square root"),
+    ("exp", Exp, "exponential"),
+    ("ln", Ln, "natural logarithm"),
+    ("abs", Abs, "absolute value, with a kink at zero"),
+    ("min", Min, "the smaller of two numbers, with a kink where they are equal"),
+    ("max", Max, "the larger of two numbers, with a kink where they are equal"),
+    ("pow", Pow, "pow(x, y) is x^y"),
+    ("hypot", Hypot, "√(x² + y²)"),
+    ("deg", Deg, "an angle in degrees: deg(90) is π/2"),
+];
+
+impl Function {
+    /// The function of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        FUNCTIONS.iter().find(|(known, ..)| *known == name).map(|(_, function, _)| *function)
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        FUNCTIONS.iter().find(|(_, f, _)| *f == self).map_or("", |(name, ..)| name)
+    }
+
+    /// Number of arguments.
+    pub fn arguments(self) -> usize {
+        if matches!(self, Atan2 | Min | Max | Pow | Hypot) { 2 } else { 1 }
+    }
+
+    /// The function of one argument; that of two is [`Function::of_two`].
+    pub fn of<S: Scalar>(self, x: S) -> S {
+        match self {
+            Sin => x.sin(),
+            Cos => x.cos(),
+            Tan => x.tan(),
+            Asin => x.asin(),
+            Acos => x.acos(),
+            Atan => x.atan(),
+            Sinh => x.sinh(),
+            Cosh => x.cosh(),
+            Tanh => x.tanh(),
+            Sqrt => x.sqrt(),
+            Exp => x.exp(),
+            Ln => x.ln(),
+            Abs => x.abs(),
+            Deg => x * (std::f64::consts::PI / 180.0),
+            Atan2 | Min | Max | Pow | Hypot => x,
+        }
+    }
+
+    /// The function of two arguments.
+    pub fn of_two<S: Scalar>(self, x: S, y: S) -> S {
+        match self {
+            Atan2 => x.atan2(y),
+            Min => kinked(if y.re() < x.re() { y } else { x }, x - y),
+            Max => kinked(if y.re() > x.re() { y } else { x }, x - y),
+            Pow => x.powd(y),
+            Hypot => (x * x + y * y).sqrt(),
+            _ => self.of(x),
+        }
+    }
+}
+
+/// The chosen operand. Nothing is added but the mark of a kink, so that no line or parabola is seen where there is none.
+fn kinked<S: Scalar>(chosen: S, difference: S) -> S {
+    chosen + difference.abs() * 0.0
+}

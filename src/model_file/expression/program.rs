@@ -1,0 +1,197 @@
+//! Compiled expressions: operations on a stack, over any scalar.
+
+use super::function::Function;
+use autodiff::Scalar;
+
+/// What a program reads.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a, S> {
+    /// Design variables.
+    pub design: &'a [S],
+    /// The time.
+    pub time: S,
+    /// What else the expression may name, such as outputs, in the order in which it was compiled.
+    pub others: &'a [S],
+}
+
+impl<'a, S: Scalar> Inputs<'a, S> {
+    /// Design variables alone.
+    pub fn design(design: &'a [S]) -> Self {
+        Self { design, time: S::from(f64::NAN), others: &[] }
+    }
+
+    /// Design variables and the time.
+    pub fn at(design: &'a [S], time: S) -> Self {
+        Self { design, time, others: &[] }
+    }
+}
+
+/// One operation: takes its operands from the stack and leaves its result there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Operation {
+    Constant(f64),
+    Design(usize),
+    Time,
+    Other(usize),
+    /// The value of a named expression, which stays at this place of the stack.
+    Copy(usize),
+    Negate,
+    Reciprocal,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    AddConstant(f64),
+    Scale(f64),
+    DivideBy(f64),
+    WholePower(i32),
+    Power(f64),
+    Of(Function),
+    OfTwo(Function),
+}
+
+use Operation::*;
+
+/// A compiled expression. Derivatives come from the numbers that are put in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Program {
+    pub(super) operations: Vec<Operation>,
+    pub(super) height: usize,
+}
+
+/// Stacks up to this height need no allocation.
+const LOW: usize = 16;
+
+impl Program {
+    /// A number.
+    pub fn constant(value: f64) -> Self {
+        Self { operations: vec![Constant(value)], height: 1 }
+    }
+
+    /// Design variable number `i`.
+    pub fn variable(i: usize) -> Self {
+        Self { operations: vec![Design(i)], height: 1 }
+    }
+
+    /// Quantity number `i` from outside.
+    pub fn other(i: usize) -> Self {
+        Self { operations: vec![Other(i)], height: 1 }
+    }
+
+    /// The value for these inputs.
+    pub fn value<S: Scalar>(&self, inputs: &Inputs<S>) -> S {
+        if self.height <= LOW {
+            self.run(inputs, &mut [S::from(0.0); LOW])
+        } else {
+            self.run(inputs, &mut vec![S::from(0.0); self.height])
+        }
+    }
+
+    fn run<S: Scalar>(&self, inputs: &Inputs<S>, stack: &mut [S]) -> S {
+        let mut top = 0;
+        for operation in &self.operations {
+            let pushed = match *operation {
+                Constant(value) => S::from(value),
+                Design(i) => inputs.design[i],
+                Time => inputs.time,
+                Other(i) => inputs.others[i],
+                Copy(place) => stack[place],
+                Add | Subtract | Multiply | Divide | OfTwo(_) => {
+                    top -= 1;
+                    stack[top - 1] = two(*operation, stack[top - 1], stack[top]);
+                    continue;
+                }
+                _ => {
+                    stack[top - 1] = one(*operation, stack[top - 1]);
+                    continue;
+                }
+            };
+            stack[top] = pushed;
+            top += 1;
+        }
+        stack[top - 1]
+    }
+
+    /// The number that it always is, if it reads nothing.
+    pub fn as_constant(&self) -> Option<f64> {
+        match self.operations[..] {
+            [Constant(value)] => Some(value),
+            _ => None,
+        }
+    }
+
+    /// True if it is input number `i` of the others and nothing else.
+    pub fn is_other(&self, i: usize) -> bool {
+        self.operations == [Other(i)]
+    }
+
+    /// Whether the time enters.
+    pub fn uses_time(&self) -> bool {
+        self.operations.contains(&Time)
+    }
+
+    /// Design variables that enter, by index, increasing.
+    pub fn uses(&self) -> Vec<usize> {
+        let design = |operation: &Operation| if let Design(i) = operation { Some(*i) } else { None };
+        let mut found: Vec<usize> = self.operations.iter().filter_map(design).collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// Others that enter, by index, increasing.
+    pub fn others(&self) -> Vec<usize> {
+        let other = |operation: &Operation| if let Other(i) = operation { Some(*i) } else { None };
+        let mut found: Vec<usize> = self.operations.iter().filter_map(other).collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// The same program that finds other number `kept[k]` at place k.
+    #[must_use]
+    pub fn with_others(mut self, kept: &[usize]) -> Self {
+        for operation in &mut self.operations {
+            if let Other(i) = operation {
+                *i = kept.iter().position(|k| k == i).expect("every other that enters is kept");
+            }
+        }
+        self
+    }
+
+    /// The same program that finds design variable `kept[k]` at place k.
+    #[must_use]
+    pub fn with_design(mut self, kept: &[usize]) -> Self {
+        for operation in &mut self.operations {
+            if let Design(i) = operation {
+                *i = kept.iter().position(|k| k == i).expect("every design variable that enters is kept");
+            }
+        }
+        self
+    }
+}
+
+fn one<S: Scalar>(operation: Operation, x: S) -> S {
+    match operation {
+        Negate => -x,
+        Reciprocal => x.recip(),
+        AddConstant(c) => x + c,
+        Scale(c) => x * c,
+        DivideBy(c) => x / c,
+        WholePower(n) => x.powi(n),
+        Power(p) => x.powf(p),
+        Of(function) => function.of(x),
+        _ => unreachable!("an operation of one operand"),
+    }
+}
+
+fn two<S: Scalar>(operation: Operation, x: S, y: S) -> S {
+    match operation {
+        Add => x + y,
+        Subtract => x - y,
+        Multiply => x * y,
+        Divide => x / y,
+        OfTwo(function) => function.of_two(x, y),
+        _ => unreachable!("an operation of two operands"),
+    }
+}

@@ -1,0 +1,291 @@
+//! `[analysis]`: how the mechanism is analysed.
+
+use super::key::{Accepts, Key, Table, default, optional, required};
+use super::mechanism::Blueprint;
+use super::section::{Read, Section};
+use crate::Result;
+use crate::model_file::expression::Names;
+use crate::model_file::limits;
+#[cfg(feature = "report")]
+use crate::problem::Responses;
+use crate::problem::{Analysis, Differences, Differentiated, Problem, ProblemBuilder, TimeGrid};
+use crate::responses::mechanism::{Balanced, Driven, Integration, Transient};
+use mechanics::analysis::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
+use mechanics::analysis::explicit::{Explicit, Pace};
+use mechanics::analysis::generalized_alpha::{GeneralizedAlpha, Prescribed};
+use mechanics::analysis::start::Assembly;
+use mechanics::analysis::statics::Statics;
+
+const KEYS: &[Key] = &[
+    required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "what is computed"),
+    default(
+        "derivatives",
+        Accepts::Choice(&[
+            "automatic",
+            "direct",
+            "adjoint",
+            "semi-analytical",
+            "forward",
+            "central",
+            "richardson",
+            "noise-aware",
+        ]),
+        "automatic",
+        "automatic chooses among direct and adjoint, which are exact; the last four are differences of whole analyses",
+    ),
+    optional(
+        "difference",
+        Accepts::Number,
+        "relative step of differences; 1e-5 semi-analytical, 1e-6 forward and central, 1e-3 richardson if left out",
+    ),
+];
+const DYNAMICS: &[Key] = &[
+    default("start", Accepts::Number, "0", "time at which the motion starts, s"),
+    default(
+        "scheme",
+        Accepts::Choice(&["generalized-alpha", "hht", "rk5", "rk8"]),
+        "generalized-alpha",
+        "integration method",
+    ),
+    optional("step", Accepts::Number, "fixed time step, s"),
+    optional("tolerance", Accepts::Number, "tolerated local error, in place of a fixed step"),
+    default("spectral_radius", Accepts::Number, "0.9", "of generalized-alpha at infinite frequency, 0 to 1"),
+    default("damping", Accepts::Number, "0.05", "numerical damping of hht, 0 to 1/3"),
+    default(
+        "origin",
+        Accepts::Choice(&["built", "equilibrium"]),
+        "built",
+        "positions at the start: as given, or those of the static equilibrium there; implicit schemes only",
+    ),
+    default(
+        "initial_acceleration",
+        Accepts::Choice(&["consistent", "zero"]),
+        "consistent",
+        "accelerations at the start",
+    ),
+    default(
+        "prescribed",
+        Accepts::Choice(&["exact", "steps"]),
+        "exact",
+        "velocity of prescribed coordinates: exact, or from the steps",
+    ),
+];
+
+/// Declarations for documentation and schema.
+pub const TABLES: &[Table] = &[
+    Table { name: "analysis", kind: None, about: "how the mechanism is analysed", keys: KEYS },
+    Table { name: "analysis", kind: Some("dynamics"), about: "the motion over time", keys: DYNAMICS },
+    Table {
+        name: "analysis",
+        kind: Some("kinematics"),
+        about: "a mechanism whose every motion is prescribed, with its inverse dynamics",
+        keys: &[],
+    },
+    Table { name: "analysis", kind: Some("statics"), about: "static equilibria, one for every time point", keys: &[] },
+];
+
+/// How derivatives are had.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Derivatives {
+    /// What the analysis itself chooses.
+    Automatic,
+    /// One of the ways that the analysis has, with the step of its differences.
+    By(&'static str, Option<f64>),
+    Forward(f64),
+    Central(f64),
+    Richardson(f64),
+    NoiseAware,
+}
+
+/// The analysis of a mechanism.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    kind: Kind,
+    derivatives: Derivatives,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Dynamics(Integration),
+    Kinematics,
+    Statics,
+}
+
+/// Reads the section.
+pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usize) -> Read<Settings> {
+    let Some(value) = file.get("analysis") else {
+        let help = "for instance [analysis] with kind = \"dynamics\" and step = 1e-3";
+        return Err(file.complain("analysis", "a mechanism needs [analysis]").help(help));
+    };
+    let kinds = [("dynamics", (0, DYNAMICS)), ("kinematics", (1, &[][..])), ("statics", (2, &[][..]))];
+    let kind = match value.get_ref().as_table() {
+        Some(table) => Section::kind(table, "analysis", "", kinds.into_iter())?,
+        None => (0, DYNAMICS),
+    };
+    let section = Section::open(value, "[analysis]", &[KEYS, kind.1], file.source())?;
+    let kind = match kind.0 {
+        0 => Kind::Dynamics(dynamics(&section, names, grid, coordinates)?),
+        1 => Kind::Kinematics,
+        _ => Kind::Statics,
+    };
+    let derivatives = derivatives(&section, names, &kind)?;
+    Ok(Settings { kind, derivatives })
+}
+
+fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Derivatives> {
+    let step = section.number("difference", names)?;
+    if step.is_some_and(|step| step <= 0.0 || step >= 1.0) {
+        return Err(section.complain("difference", "`difference` must be between 0 and 1"));
+    }
+    let choices = [
+        ("automatic", Derivatives::Automatic),
+        ("direct", Derivatives::By("direct", None)),
+        ("adjoint", Derivatives::By("adjoint", None)),
+        ("semi-analytical", Derivatives::By("semi-analytical", step)),
+        ("forward", Derivatives::Forward(step.unwrap_or(1e-6))),
+        ("central", Derivatives::Central(step.unwrap_or(1e-6))),
+        ("richardson", Derivatives::Richardson(step.unwrap_or(1e-3))),
+        ("noise-aware", Derivatives::NoiseAware),
+    ];
+    let chosen = section.choice("derivatives", &choices)?;
+    let is_exact = matches!(chosen, Derivatives::Automatic | Derivatives::By("direct" | "adjoint", _));
+    if step.is_some() && (is_exact || chosen == Derivatives::NoiseAware) {
+        let message = "`difference` is the step of differences, and none is taken here";
+        return Err(section.complain("difference", message).help("leave it out, or choose other `derivatives`"));
+    }
+    if matches!(chosen, Derivatives::By("semi-analytical", _))
+        && matches!(kind, Kind::Dynamics(Integration::Explicit(_)))
+    {
+        let message = "explicit schemes have no semi-analytical derivatives";
+        return Err(section
+            .complain("derivatives", message)
+            .help("take derivatives = \"direct\", or an implicit scheme"));
+    }
+    Ok(chosen)
+}
+
+fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usize) -> Read<Integration> {
+    let number = |key| section.number(key, names);
+    let start = number("start")?.unwrap_or(0.0);
+    if grid.points[0] < start {
+        let message = format!("the motion starts at {start}, after the first time point {}", grid.points[0]);
+        return Err(section.complain("start", message));
+    }
+    let (step, tolerance) = (number("step")?, number("tolerance")?);
+    if tolerance.is_some_and(|t| t > 0.0 && t < limits::TOLERANCE) {
+        let message = format!("rounding does not let a tolerance be below {:e}", limits::TOLERANCE);
+        return Err(section
+            .complain("tolerance", message)
+            .help("steps would become endlessly short: take a larger one"));
+    }
+    for (key, value) in [("step", step), ("tolerance", tolerance)] {
+        if value.is_some_and(|v| v <= 0.0) {
+            return Err(section.complain(key, format!("`{key}` must be positive")));
+        }
+    }
+    if let Some(h) = step {
+        let steps = (grid.points[grid.len() - 1] - start) / h;
+        let (most, of) = if steps > limits::STEPS {
+            (limits::STEPS, "time steps".to_owned())
+        } else {
+            (limits::MOTION, format!("time steps times coordinates, of which there are {coordinates}"))
+        };
+        if steps > limits::STEPS || steps * coordinates as f64 > limits::MOTION {
+            let message = format!("a step of {h} makes more than {most:e} {of}");
+            return Err(section.complain("step", message).help("take a longer step, or end sooner"));
+        }
+    }
+    let is_explicit =
+        section.choice("scheme", &[("generalized-alpha", false), ("hht", false), ("rk5", true), ("rk8", true)])?;
+    match (step, tolerance) {
+        (Some(_), Some(_)) => Err(section.complain("tolerance", "`step` and `tolerance` exclude each other")),
+        (None, None) => Err(section.complain("step", "dynamics needs `step` or `tolerance`")),
+        _ if is_explicit => explicit(section, start, step, tolerance),
+        _ => implicit(section, names, start, step, tolerance),
+    }
+}
+
+fn explicit(section: &Section<'_>, start: f64, step: Option<f64>, tolerance: Option<f64>) -> Read<Integration> {
+    let make: fn(f64) -> Explicit =
+        section.choice("scheme", &[("rk5", Explicit::adaptive as fn(f64) -> _), ("rk8", Explicit::eighth_order)])?;
+    let settings = Explicit { start, ..make(tolerance.unwrap_or(1e-9)) };
+    Ok(Integration::Explicit(match step {
+        Some(h) => settings.with_pace(Pace::Fixed(h)),
+        None => settings,
+    }))
+}
+
+fn implicit(
+    section: &Section<'_>,
+    names: &Names,
+    start: f64,
+    step: Option<f64>,
+    tolerance: Option<f64>,
+) -> Read<Integration> {
+    let number = |key| Ok(section.number(key, names)?.unwrap_or(0.0));
+    let is_hht = section.choice("scheme", &[("generalized-alpha", false), ("hht", true)])?;
+    let (key, made) = if is_hht {
+        ("damping", GeneralizedAlpha::hht(number("damping")?))
+    } else {
+        ("spectral_radius", GeneralizedAlpha::chung_hulbert(number("spectral_radius")?))
+    };
+    let scheme = made.map_err(|e| section.complain(key, e.to_string()))?;
+    let step = match tolerance {
+        Some(tolerance) => Dynamics::adaptive(tolerance).step,
+        None => StepSize::Fixed(step.unwrap_or(1e-3)),
+    };
+    let origins = [("built", Origin::Built), ("equilibrium", Origin::Equilibrium(Statics::default()))];
+    let initials = [("consistent", InitialAcceleration::Consistent), ("zero", InitialAcceleration::Zero)];
+    Ok(Integration::Implicit(Dynamics {
+        origin: section.choice("origin", &origins)?,
+        start,
+        scheme,
+        step,
+        initial: section.choice("initial_acceleration", &initials)?,
+        prescribed: section.choice("prescribed", &[("exact", Prescribed::Exact), ("steps", Prescribed::Newmark)])?,
+        ..Dynamics::fixed(1e-3)
+    }))
+}
+
+impl Settings {
+    /// Whether the motion follows from forces, so that its times are seconds.
+    #[cfg(feature = "report")]
+    pub fn is_motion(&self) -> bool {
+        !matches!(self.kind, Kind::Statics)
+    }
+
+    /// The outputs of a mechanism at design `b`.
+    #[cfg(feature = "report")]
+    pub fn analyze(&self, model: Blueprint, times: &[f64], b: &[f64]) -> Result<Responses> {
+        match &self.kind {
+            Kind::Kinematics => Driven::new(model, Assembly::default(), times)?.analyze(b),
+            Kind::Statics => Balanced::new(model, Statics::default(), times)?.analyze(b),
+            Kind::Dynamics(integration) => Transient::new(model, integration.clone(), times)?.analyze(b),
+        }
+    }
+
+    /// The problem whose responses are the outputs of this mechanism.
+    pub fn build(&self, parts: ProblemBuilder, model: Blueprint, times: &[f64]) -> Result<Problem> {
+        match &self.kind {
+            Kind::Kinematics => self.derivatives.build(parts, Driven::new(model, Assembly::default(), times)?),
+            Kind::Statics => self.derivatives.build(parts, Balanced::new(model, Statics::default(), times)?),
+            Kind::Dynamics(integration) => {
+                self.derivatives.build(parts, Transient::new(model, integration.clone(), times)?)
+            }
+        }
+    }
+}
+
+impl Derivatives {
+    /// The problem of an analysis with these derivatives.
+    fn build(self, parts: ProblemBuilder, analysis: impl Analysis + 'static) -> Result<Problem> {
+        match self {
+            Self::Automatic => parts.build(analysis),
+            Self::By(method, step) => parts.build(Differentiated::by(analysis, method, step)?),
+            Self::Forward(step) => parts.build(Differences::forward(analysis, step)?),
+            Self::Central(step) => parts.build(Differences::central(analysis, step)?),
+            Self::Richardson(step) => parts.build(Differences::richardson(analysis, step)?),
+            Self::NoiseAware => parts.build(Differences::noise_aware(analysis)),
+        }
+    }
+}

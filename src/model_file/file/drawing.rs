@@ -1,0 +1,326 @@
+//! The mechanism of a file in motion, as drawings of its bodies, joints and springs.
+
+use super::Model;
+use super::bodies::Kind;
+use super::element_kinds::Element;
+use super::measures::Measure;
+use super::mechanism::{Blueprint, Plan};
+use super::outputs::Output;
+use super::parts::{Frame, Place, Spot};
+use crate::Result;
+use crate::model_file::expression::Inputs;
+use crate::problem::TimeGrid;
+use crate::report::plots::Linkage;
+use std::sync::Arc;
+
+/// Fewest frames of a motion; a coarser time grid is refined for the drawing.
+const FEWEST: usize = 40;
+/// Most frames.
+const MOST: usize = 240;
+
+impl Model {
+    /// The time points of the model, if it has any.
+    pub fn grid(&self) -> Option<&TimeGrid> {
+        self.grid.as_ref()
+    }
+
+    /// Times that suit a drawing of the motion, if there is a mechanism: at most 240 of the model's own, or 121 equally
+    /// spaced ones where it has fewer than 40.
+    pub fn drawing_times(&self) -> Option<Vec<f64>> {
+        let (plan, grid) = (self.plan.as_ref()?, self.grid.as_ref()?);
+        let points = &grid.points;
+        if points.len() < 2 {
+            return None;
+        }
+        if points.len() < FEWEST && plan.1.is_motion() {
+            let (first, span) = (points[0], grid.span());
+            return Some((0..=120).map(|k| first + span * f64::from(k) / 120.0).collect());
+        }
+        Some(points.iter().copied().step_by(points.len().div_ceil(MOST)).collect())
+    }
+
+    /// The mechanism of each design at the given times; none without a mechanism.
+    ///
+    /// A body is drawn as a bar or a plate through its joints and points, a point mass as a disc, a body of one coordinate as
+    /// a block on a guide, a beam as a line through its nodes.
+    ///
+    /// **Errors.** As the analysis.
+    pub fn drawings(&self, designs: &[&[f64]], times: &[f64]) -> Result<Option<Vec<Vec<Linkage>>>> {
+        let Some((plan, settings)) = &self.plan else { return Ok(None) };
+        let sketches: Vec<Sketch<'_>> = designs.iter().map(|design| Sketch::new(plan, design)).collect();
+        let mut motions = vec![];
+        for sketch in &sketches {
+            let outputs = Arc::new(sketch.outputs());
+            let responses = settings.analyze(Blueprint::new(plan, &outputs), times, sketch.design)?;
+            motions.push(sketch.instants(&responses.values, times.len()));
+        }
+        // Guides are the same in all pictures.
+        let track = Track::of(&motions);
+        Ok(Some(motions.iter().map(|motion| motion.iter().map(|instant| instant.draw(&track)).collect()).collect()))
+    }
+}
+
+/// A plan with the numbers of one design.
+struct Sketch<'p> {
+    plan: &'p Plan,
+    design: &'p [f64],
+    /// All frames that move, in the order of the outputs.
+    frames: Vec<Frame>,
+    /// Kinds of the bodies that are frames.
+    kinds: Vec<Kind>,
+    slides: usize,
+}
+
+/// Everything at one time.
+struct Instant<'s> {
+    sketch: &'s Sketch<'s>,
+    poses: Vec<[f64; 3]>,
+    slides: Vec<f64>,
+}
+
+impl<'p> Sketch<'p> {
+    fn new(plan: &'p Plan, design: &'p [f64]) -> Self {
+        let kinds: Vec<Kind> = plan.bodies.iter().map(|b| b.kind).filter(|k| *k != Kind::Slide).collect();
+        let nodes = |(beam, b): (usize, &super::beams::Beam)| (0..=b.elements).map(move |k| Frame::Node(beam, k));
+        let frames = (0..kinds.len()).map(Frame::Body).chain(plan.beams.iter().enumerate().flat_map(nodes)).collect();
+        Self { plan, design, frames, slides: plan.bodies.len() - kinds.len(), kinds }
+    }
+
+    /// x, y and rotation of every frame, then the slides.
+    fn outputs(&self) -> Vec<Output> {
+        let of_frame = |frame: &Frame| ["x", "y", "theta"].map(|what| Measure::Frame(*frame, what));
+        let slides = (0..self.slides).map(|k| Measure::Slide(k, "position"));
+        let measures = self.frames.iter().flat_map(of_frame).chain(slides);
+        measures.enumerate().map(|(k, measure)| Output::of_measure(format!("place {k}"), measure)).collect()
+    }
+
+    fn instants(&self, values: &[Vec<f64>], count: usize) -> Vec<Instant<'_>> {
+        let n = self.frames.len();
+        let instant = |p: usize| Instant {
+            sketch: self,
+            poses: (0..n).map(|k| [0, 1, 2].map(|i| values[3 * k + i][p])).collect(),
+            slides: values[3 * n..].iter().map(|v| v[p]).collect(),
+        };
+        (0..count).map(instant).collect()
+    }
+
+    fn local(&self, spot: &Spot) -> [f64; 2] {
+        spot.at.each_ref().map(|program| program.value(&Inputs::design(self.design)))
+    }
+
+    /// Joints that let a point slide along a line of another body: the two points and the angle of the line.
+    fn sliding(&self) -> impl Iterator<Item = (&Spot, &Spot, f64)> {
+        let is_sliding = |element| matches!(element, Element::Prismatic | Element::PointOnLine);
+        let one = |part: &'p super::elements::Attached| {
+            (&part.spots[0], &part.spots[1], part.numbers[0].value(&Inputs::design(self.design)))
+        };
+        self.plan.attached.iter().filter(move |part| is_sliding(part.element)).map(one)
+    }
+
+    /// Points of a body that something is attached to, each once.
+    fn points_of(&self, body: usize) -> Vec<[f64; 2]> {
+        let spots = self.plan.attached.iter().flat_map(|part| &part.spots).chain(&self.plan.parts.points);
+        let mut points: Vec<[f64; 2]> = vec![];
+        for spot in spots.filter(|spot| spot.frame == Frame::Body(body)) {
+            let at = self.local(spot);
+            if points.iter().all(|p| (p[0] - at[0]).hypot(p[1] - at[1]) > 1e-9) {
+                points.push(at);
+            }
+        }
+        points
+    }
+}
+
+/// How far sliding points and slides go in all motions.
+struct Track {
+    guides: Vec<[f64; 2]>,
+    slides: [f64; 2],
+    /// Below everything else.
+    floor: f64,
+}
+
+impl Track {
+    fn of(motions: &[Vec<Instant<'_>>]) -> Self {
+        const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+        let widened = |[low, high]: [f64; 2], by: f64| {
+            let margin = (by * (high - low)).max(0.02 * low.abs().max(high.abs())).max(1e-3);
+            [low - margin, high + margin]
+        };
+        let grown = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
+        let count = motions.iter().flatten().next().map_or(0, |i| i.sketch.sliding().count());
+        let mut guides = vec![NOTHING; count];
+        let (mut slides, mut floor) = (NOTHING, 0.0f64);
+        for instant in motions.iter().flatten() {
+            for (guide, place) in guides.iter_mut().zip(instant.along_guides()) {
+                *guide = grown(*guide, place);
+            }
+            slides = instant.slides.iter().fold(slides, |range, v| grown(range, *v));
+            floor = instant.poses.iter().fold(floor, |low, pose| low.min(pose[1]));
+        }
+        Self { guides: guides.into_iter().map(|g| widened(g, 0.25)).collect(), slides: widened(slides, 0.2), floor }
+    }
+}
+
+impl Instant<'_> {
+    fn pose(&self, frame: Frame) -> [f64; 3] {
+        let known = self.sketch.frames.iter().position(|f| *f == frame);
+        known.map_or([0.0; 3], |k| self.poses[k])
+    }
+
+    fn place(&self, frame: Frame, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [x0, y0, theta] = self.pose(frame);
+        let (s, c) = theta.sin_cos();
+        [x0 + c * x - s * y, y0 + s * x + c * y]
+    }
+
+    fn spot(&self, spot: &Spot) -> [f64; 2] {
+        self.place(spot.frame, self.sketch.local(spot))
+    }
+
+    /// Where each sliding point is on its line.
+    fn along_guides(&self) -> Vec<f64> {
+        let one = |(a, b, line): (&Spot, &Spot, f64)| {
+            let ([x0, y0], [x, y]) = (self.spot(a), self.spot(b));
+            let (s, c) = (self.pose(a.frame)[2] + line).sin_cos();
+            (x - x0) * c + (y - y0) * s
+        };
+        self.sketch.sliding().map(one).collect()
+    }
+
+    fn draw(&self, track: &Track) -> Linkage {
+        let mut linkage = Linkage::default();
+        (0..self.sketch.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
+        self.draw_beams(&mut linkage);
+        self.sketch.plan.attached.iter().for_each(|part| self.draw_attached(part, &mut linkage));
+        for ((a, b, line), [from, to]) in self.sketch.sliding().zip(&track.guides) {
+            let ([x, y], angle) = (self.spot(a), self.pose(a.frame)[2] + line);
+            let (s, c) = angle.sin_cos();
+            linkage.guides.push([from, to].map(|along| [x + along * c, y + along * s]));
+            linkage.sliders.push((self.spot(b), angle));
+        }
+        self.draw_slides(track, &mut linkage);
+        linkage
+    }
+
+    fn draw_body(&self, body: usize, linkage: &mut Linkage) {
+        let kind = self.sketch.kinds[body];
+        let points = self.sketch.points_of(body);
+        let outline = hull(&points);
+        let at = |points: &[[f64; 2]]| points.iter().map(|p| self.place(Frame::Body(body), *p)).collect::<Vec<_>>();
+        let slides = self.sketch.sliding().any(|(_, b, _)| b.frame == Frame::Body(body));
+        match outline.len() {
+            _ if kind == Kind::Pivot => {}
+            0 | 1 if kind == Kind::Frame => {}
+            0 | 1 => {
+                if let Some(point) = outline.first().filter(|p| p[0].hypot(p[1]) > 1e-9) {
+                    linkage.bars.push(at(&[*point, [0.0, 0.0]]));
+                }
+                if !slides {
+                    linkage.masses.extend(at(&[[0.0, 0.0]]));
+                }
+            }
+            2 => linkage.bars.push(at(&outline)),
+            _ => linkage.plates.push(at(&outline)),
+        }
+    }
+
+    fn draw_beams(&self, linkage: &mut Linkage) {
+        for (k, beam) in self.sketch.plan.beams.iter().enumerate() {
+            let node = |node: usize| self.place(Frame::Node(k, node), [0.0; 2]);
+            linkage.bars.push((0..=beam.elements).map(node).collect());
+            for (frame, end) in beam.ends.iter().zip([0, beam.elements]) {
+                if let Some(frame) = frame {
+                    self.draw_pin(node(end), [*frame, *frame], linkage);
+                }
+            }
+        }
+    }
+
+    /// A revolute joint, on the ground if one of its frames is at rest.
+    fn draw_pin(&self, at: [f64; 2], frames: [Frame; 2], linkage: &mut Linkage) {
+        let rests = |frame: Frame| match frame {
+            Frame::Ground => true,
+            Frame::Body(k) => self.sketch.kinds[k] == Kind::Pivot,
+            Frame::Node(..) => false,
+        };
+        if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
+    }
+
+    fn draw_attached(&self, part: &super::elements::Attached, linkage: &mut Linkage) {
+        let [Some(a), Some(b)] = [part.spots.first(), part.spots.get(1)] else { return };
+        let ends = [self.spot(a), self.spot(b)];
+        match part.element {
+            Element::Revolute => self.draw_pin(ends[0], [a.frame, b.frame], linkage),
+            Element::Rod => linkage.bars.push(ends.to_vec()),
+            Element::Spring | Element::Actuator | Element::Length => linkage.springs.push(ends),
+            _ => return,
+        }
+        if part.element != Element::Revolute {
+            let grounded = [a, b].into_iter().zip(ends).filter(|(spot, _)| spot.frame == Frame::Ground);
+            linkage.ground_joints.extend(grounded.map(|(_, end)| end));
+        }
+    }
+
+    /// Bodies of one coordinate stand below each other, each on its guide; a spring to the ground hangs on its left end.
+    fn draw_slides(&self, track: &Track, linkage: &mut Linkage) {
+        let [low, high] = track.slides;
+        let row =
+            |k: usize| track.floor - 0.35 * (high - low) * (k as f64 + f64::from(u8::from(!self.poses.is_empty())));
+        let anchor = |k: usize| [low - 0.3 * (high - low), row(k)];
+        for (k, place) in self.slides.iter().enumerate() {
+            linkage.guides.push([[low, row(k)], [high, row(k)]]);
+            linkage.sliders.push(([*place, row(k)], 0.0));
+        }
+        for part in self.sketch.plan.attached.iter().filter(|p| p.element == Element::CoordinateSpring) {
+            match (part.places[0], part.places[1]) {
+                (Place::Slide(k), Place::Of(Frame::Ground, _)) | (Place::Of(Frame::Ground, _), Place::Slide(k)) => {
+                    linkage.springs.push([anchor(k), [self.slides[k], row(k)]]);
+                    linkage.ground_joints.push(anchor(k));
+                }
+                (Place::Slide(a), Place::Slide(b)) => {
+                    linkage.springs.push([[self.slides[a], row(a)], [self.slides[b], row(b)]]);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The convex hull, counter-clockwise; the two ends where all points are on one line.
+fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let (Some(first), Some(last)) = (sorted.first().copied(), sorted.last().copied()) else { return vec![] };
+    let size = points.iter().map(|p| (p[0] - first[0]).hypot(p[1] - first[1])).fold(0.0, f64::max);
+    let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    if sorted.iter().all(|p| turn(first, last, *p).abs() <= 1e-6 * size * size) {
+        return if sorted.len() > 1 { vec![first, last] } else { vec![first] };
+    }
+    let half = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
+        let mut chain: Vec<[f64; 2]> = vec![];
+        for point in points {
+            while chain.len() > 1 && turn(chain[chain.len() - 2], chain[chain.len() - 1], *point) <= 0.0 {
+                chain.pop();
+            }
+            chain.push(*point);
+        }
+        chain.pop();
+        chain
+    };
+    let lower = half(&mut sorted.iter());
+    lower.into_iter().chain(half(&mut sorted.iter().rev())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::hull;
+
+    #[test]
+    fn a_hull_leaves_inner_points_out_and_a_line_keeps_its_ends() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.4]];
+        assert_eq!(hull(&square), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        assert_eq!(hull(&[[0.0, 0.0], [2.0, 2.0], [1.0, 1.0]]), [[0.0, 0.0], [2.0, 2.0]]);
+        assert_eq!(hull(&[[3.0, 1.0]]), [[3.0, 1.0]]);
+        assert!(hull(&[]).is_empty());
+    }
+}

@@ -1,0 +1,129 @@
+//! One table that stands for several: `each = { i = "1..10" }`.
+
+use super::section::{Read, Value, ordered, wrong_type};
+use crate::model_file::{Complaint, limits};
+use std::borrow::Cow;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The values of one letter.
+struct Row {
+    letter: String,
+    values: Vec<String>,
+}
+
+/// The copies that a table stands for: itself, or one for every combination of the values in `each`, the last letter
+/// fastest. In all texts `{i}` stands for the value, and `{i+1}`, `{i-1}`, … for its neighbours if it is a whole number.
+pub fn copies<'a>(table: &DeTable<'a>, span: Range<usize>) -> Read<Vec<DeTable<'a>>> {
+    let Some(each) = table.get("each") else { return Ok(vec![table.clone()]) };
+    let Some(letters) = each.get_ref().as_table() else { return Err(wrong_type(each, "`each`", "a table")) };
+    let rows = ordered(letters).into_iter().map(|(letter, value)| row(letter.text, value)).collect::<Read<Vec<_>>>()?;
+    let count = rows.iter().try_fold(1usize, |n, row| n.checked_mul(row.values.len()));
+    let size: usize = table.values().map(letters_in).sum();
+    if count.is_none_or(|count| count > limits::PARTS || count * size > 16 * limits::FILE) {
+        let message = format!("`each` makes more copies than can be used, at most {}", limits::PARTS);
+        return Err(Complaint::new(each.span(), message));
+    }
+    let mut plain = table.clone();
+    plain.remove("each");
+    let mut all = vec![plain];
+    for row in &rows {
+        let copy = |table: &DeTable<'a>, value: &String| -> Read<DeTable<'a>> {
+            let table = Spanned::new(span.clone(), DeValue::Table(table.clone()));
+            match substituted(&table, &row.letter, value)?.into_inner() {
+                DeValue::Table(table) => Ok(table),
+                _ => unreachable!("a table stays a table"),
+            }
+        };
+        all = all
+            .iter()
+            .flat_map(|t| row.values.iter().map(move |v| (t, v)))
+            .map(|(t, v)| copy(t, v))
+            .collect::<Read<_>>()?;
+    }
+    Ok(all)
+}
+
+/// A list of words and numbers, or a range "first..last".
+fn row(letter: String, value: &Value<'_>) -> Read<Row> {
+    let wanted = "a list, or a range such as \"1..10\"";
+    let values = match value.get_ref() {
+        DeValue::String(range) => {
+            let ends = range.split_once("..").and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+            let Some((first, last)): Option<(i64, i64)> = ends else {
+                return Err(
+                    Complaint::new(value.span(), format!("`{range}` is no range")).help(format!("give {wanted}"))
+                );
+            };
+            let count = last.checked_sub(first).and_then(|n| usize::try_from(n.checked_add(1)?).ok()).unwrap_or(0);
+            if count > limits::PARTS || count == 0 {
+                let message = format!("a range of {count} values cannot be used");
+                return Err(Complaint::new(value.span(), message).help(format!("1 to {} are possible", limits::PARTS)));
+            }
+            (first..=last).map(|i| i.to_string()).collect()
+        }
+        DeValue::Array(list) => {
+            let one = |item: &Value<'_>| match item.get_ref() {
+                DeValue::String(text) => Ok(text.to_string()),
+                DeValue::Integer(i) => Ok(i.as_str().to_owned()),
+                _ => Err(wrong_type(item, "a value of `each`", "text or a whole number")),
+            };
+            list.iter().map(one).collect::<Read<_>>()?
+        }
+        _ => return Err(wrong_type(value, &format!("`{letter}`"), wanted)),
+    };
+    Ok(Row { letter, values })
+}
+
+/// Number of letters of all texts.
+fn letters_in(value: &Value<'_>) -> usize {
+    match value.get_ref() {
+        DeValue::String(text) => text.len(),
+        DeValue::Array(list) => list.iter().map(|item| 8 + letters_in(item)).sum(),
+        DeValue::Table(table) => table.iter().map(|(key, value)| 8 + key.get_ref().len() + letters_in(value)).sum(),
+        _ => 8,
+    }
+}
+
+/// A copy in which all texts have the value in place of the letter.
+fn substituted<'a>(value: &Value<'a>, letter: &str, to: &str) -> Read<Value<'a>> {
+    let new = match value.get_ref() {
+        DeValue::String(text) => DeValue::String(Cow::Owned(filled(text, letter, to, value.span())?)),
+        DeValue::Array(list) => DeValue::Array(
+            list.iter().map(|item| substituted(item, letter, to)).collect::<Read<Vec<_>>>()?.into_iter().collect(),
+        ),
+        DeValue::Table(table) => {
+            let entry =
+                |(key, value): (&Spanned<Cow<'a, str>>, &Value<'a>)| Ok((key.clone(), substituted(value, letter, to)?));
+            DeValue::Table(table.iter().map(entry).collect::<Read<_>>()?)
+        }
+        other => other.clone(),
+    };
+    Ok(Spanned::new(value.span(), new))
+}
+
+/// The text with `{letter}` and `{letter±k}` replaced.
+fn filled(text: &str, letter: &str, to: &str, span: Range<usize>) -> Read<String> {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    let open = format!("{{{letter}");
+    while let Some(at) = rest.find(&open) {
+        let inside = &rest[at + open.len()..];
+        let Some(close) = inside.find('}') else { break };
+        let shift = &inside[..close];
+        let shifted = || to.parse::<i64>().ok()?.checked_add(shift.parse::<i64>().ok()?).map(|i| i.to_string());
+        let value = match shift.chars().next() {
+            None => to.to_owned(),
+            Some('+' | '-') => shifted().ok_or_else(|| {
+                Complaint::new(span.clone(), format!("`{{{letter}{shift}}}` needs whole numbers, `{letter}` is `{to}`"))
+            })?,
+            // Another, longer letter.
+            Some(_) => rest[at..at + open.len() + close + 1].to_owned(),
+        };
+        out += &rest[..at];
+        out += &value;
+        rest = &inside[close + 1..];
+    }
+    Ok(out + rest)
+}

@@ -1,0 +1,85 @@
+//! The mechanism of a file, as a pure function of the design.
+
+use super::beams::{self, Beam};
+use super::bodies::{self, Body};
+use super::elements::{self, Attached};
+use super::measures::Sensors;
+use super::outputs::Output;
+use super::parts::{Parts, World};
+use super::section::{Read, Section};
+use crate::Result;
+use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use autodiff::Scalar;
+use mechanics::multibody::{Mechanism, Model};
+use std::sync::Arc;
+
+/// Bodies, beams, joints, drives, forces and outputs.
+#[derive(Clone, Debug)]
+pub struct Blueprint {
+    plan: Arc<Plan>,
+    outputs: Arc<Vec<Output>>,
+}
+
+/// A mechanism without its outputs.
+#[derive(Debug)]
+pub struct Plan {
+    gravity: [Program; 2],
+    pub bodies: Vec<Body>,
+    pub beams: Vec<Beam>,
+    pub attached: Vec<Attached>,
+    pub parts: Parts,
+}
+
+/// Reads the mechanism, if there is one.
+pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<Plan>> {
+    let mut parts = Parts::default();
+    let bodies = bodies::read(file, names, &mut parts)?;
+    let beams = beams::read(file, names, &mut parts)?;
+    bodies::read_points(file, names, &mut parts)?;
+    let attached = elements::read(file, names, &mut parts)?;
+    let gravity = file.pair("gravity", names, &Wants::DESIGN)?;
+    if !(bodies.is_empty() && beams.is_empty()) {
+        return Ok(Some(Plan { gravity, bodies, beams, attached, parts }));
+    }
+    match ["joint", "driver", "force", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
+        Some(key) => Err(file.complain(key, format!("`{key}` without any body or beam")).help("add a [[body]] first")),
+        None => Ok(None),
+    }
+}
+
+impl Plan {
+    /// Coordinates of bodies and beam nodes, at most.
+    pub fn coordinates(&self) -> usize {
+        let nodes: usize = self.beams.iter().map(|beam| beam.elements + 1).sum();
+        3 * (self.bodies.len() + nodes)
+    }
+}
+
+impl Blueprint {
+    pub fn new(plan: &Arc<Plan>, outputs: &Arc<Vec<Output>>) -> Self {
+        Self { plan: plan.clone(), outputs: outputs.clone() }
+    }
+}
+
+impl Model for Blueprint {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let plan = &self.plan;
+        let [gx, gy] = plan.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));
+        let mut world = World {
+            mechanism: Mechanism::with_gravity(gx, gy),
+            bodies: vec![],
+            slides: vec![],
+            beams: vec![],
+            elements: vec![],
+            drives: vec![],
+        };
+        plan.bodies.iter().for_each(|body| body.build(&mut world, b));
+        plan.beams.iter().for_each(|beam| beam.build(&mut world, b));
+        plan.attached.iter().for_each(|part| part.build(&mut world, b));
+        let mut sensors = Sensors::new(&plan.parts.points);
+        for output in self.outputs.iter() {
+            output.build(&mut sensors, &mut world, b)?;
+        }
+        Ok(world.mechanism)
+    }
+}

@@ -1,0 +1,146 @@
+//! Functions of time: prescribed positions and efforts.
+
+use super::key::{Accepts, Key, Table as Declared, default, required};
+use super::section::{Read, Section, tree, wrong_type};
+use crate::model_file::Complaint;
+use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use autodiff::Scalar;
+use mechanics::multibody::Motion;
+use mechanics::multibody::motion::{ConstantSpeed, Harmonic, Ramp, StartUp, Table};
+use mechanics::multibody::number::MOST_MOTION_PARAMETERS;
+use toml::de::DeValue;
+
+const KIND: Key = required("kind", Accepts::Choice(KINDS), "kind of motion");
+const KINDS: &[&str] = &["constant-speed", "start-up", "harmonic", "ramp", "table"];
+const CONSTANT_SPEED: &[Key] = &[
+    default("position", Accepts::Expression, "0", "position at time 0, m or rad"),
+    required("speed", Accepts::Expression, "m/s or rad/s"),
+];
+const START_UP: &[Key] = &[
+    default("position", Accepts::Expression, "0", "position at time 0, m or rad"),
+    required("speed", Accepts::Expression, "speed that is reached, m/s or rad/s"),
+    required("duration", Accepts::Expression, "how long it takes, s"),
+    default("profile", Accepts::Choice(PROFILES), "half-cosine", "how the speed rises from zero"),
+];
+const PROFILES: &[&str] = &["sudden", "linear", "cubic", "half-cosine", "cycloid", "polynomial"];
+const HARMONIC: &[Key] = &[
+    default("mean", Accepts::Expression, "0", "m or rad, N or N·m"),
+    required("amplitude", Accepts::Expression, "m or rad, N or N·m"),
+    required("frequency", Accepts::Expression, "angular frequency, rad/s"),
+    default("phase", Accepts::Expression, "0", "rad"),
+];
+const RAMP: &[Key] = &[
+    required("from", Accepts::Expression, "value before"),
+    required("to", Accepts::Expression, "value after"),
+    default("begin", Accepts::Expression, "0", "s"),
+    required("duration", Accepts::Expression, "s"),
+    default("profile", Accepts::Choice(&["smooth", "linear"]), "smooth", "smooth: the 3-4-5 polynomial"),
+];
+const TABLE: &[Key] = &[
+    required("times", Accepts::Numbers, "increasing times, s"),
+    required("values", Accepts::Numbers, "values there, joined by a natural cubic spline"),
+    default("scale", Accepts::Expression, "1", "factor of all values"),
+];
+
+/// Declarations for documentation and schema.
+pub const TABLES: &[Declared] = &[
+    Declared {
+        name: "motion",
+        kind: None,
+        about: "a function of time as a table; an expression of `time` does as well",
+        keys: &[KIND],
+    },
+    Declared { name: "motion", kind: Some("constant-speed"), about: "position + speed·time", keys: CONSTANT_SPEED },
+    Declared { name: "motion", kind: Some("start-up"), about: "from rest to a constant speed", keys: START_UP },
+    Declared {
+        name: "motion",
+        kind: Some("harmonic"),
+        about: "mean + amplitude·sin(frequency·time + phase)",
+        keys: HARMONIC,
+    },
+    Declared { name: "motion", kind: Some("ramp"), about: "from one value to another", keys: RAMP },
+    Declared { name: "motion", kind: Some("table"), about: "a spline through points", keys: TABLE },
+];
+
+/// The form of a function of time; its parameters are given from outside.
+#[derive(Clone, Debug)]
+pub enum Law {
+    /// A formula of time whose design variables are the parameters.
+    Formula(Program),
+    ConstantSpeed,
+    StartUp(StartUp),
+    Harmonic,
+    Ramp(Ramp),
+    Table(Table),
+}
+
+impl Motion for Law {
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
+        match self {
+            Self::Formula(program) => program.value(&Inputs::at(p, t)),
+            Self::ConstantSpeed => ConstantSpeed.position(p, t),
+            Self::StartUp(profile) => profile.position(p, t),
+            Self::Harmonic => Harmonic.position(p, t),
+            Self::Ramp(ramp) => ramp.position(p, t),
+            Self::Table(table) => table.position(p, t),
+        }
+    }
+}
+
+/// A function of time with its parameters as programs of the design.
+#[derive(Clone, Debug)]
+pub struct TimeFunction {
+    pub law: Law,
+    pub parameters: Vec<Program>,
+}
+
+/// The function of time at `key` of a part.
+pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunction> {
+    let value = section.get(key).expect("the key is required");
+    if let DeValue::Table(table) = value.get_ref() {
+        let kind = Section::kind(table, "motion", "", KINDS.iter().map(|k| (*k, *k)))?;
+        let keys = TABLES.iter().find(|t| t.kind == Some(kind)).expect("every kind is declared").keys;
+        let inner = Section::open(value, &format!("`{key}`"), &[&[KIND], keys], section.source())?;
+        return of_kind(kind, keys, &inner, names);
+    }
+    if matches!(value.get_ref(), DeValue::Array(_) | DeValue::Boolean(_) | DeValue::Datetime(_)) {
+        return Err(wrong_type(value, &format!("`{key}`"), "an expression of time, or a motion"));
+    }
+    let tree = tree(value, key, section.source())?;
+    let program = names.compile(&tree, &Wants { place: &format!("`{key}`"), ..Wants::MOTION })?;
+    let used = program.uses();
+    if used.len() > MOST_MOTION_PARAMETERS {
+        let message = format!("a motion of {} design variables; {MOST_MOTION_PARAMETERS} are possible", used.len());
+        return Err(Complaint::new(tree.span, message));
+    }
+    let parameters = used.iter().map(|&i| Program::variable(i)).collect();
+    Ok(TimeFunction { law: Law::Formula(program.with_design(&used)), parameters })
+}
+
+fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Read<TimeFunction> {
+    let numbers = keys.iter().filter(|key| key.accepts == Accepts::Expression);
+    let parameters = numbers.map(|key| section.program(key.name, names, &Wants::DESIGN)).collect::<Read<_>>()?;
+    let law = match kind {
+        "constant-speed" => Law::ConstantSpeed,
+        "harmonic" => Law::Harmonic,
+        "ramp" => Law::Ramp(section.choice("profile", &[("smooth", Ramp::Smooth), ("linear", Ramp::Linear)])?),
+        "start-up" => {
+            let profiles = [
+                StartUp::Sudden,
+                StartUp::Linear,
+                StartUp::Cubic,
+                StartUp::HalfCosine,
+                StartUp::Cycloid,
+                StartUp::Polynomial,
+            ];
+            let choices: Vec<_> = PROFILES.iter().copied().zip(profiles).collect();
+            Law::StartUp(section.choice("profile", &choices)?)
+        }
+        _ => {
+            let list = |key| Ok(section.numbers(key, names)?.unwrap_or_default());
+            let table = Table::new(&list("times")?, &list("values")?);
+            Law::Table(table.map_err(|e| section.complain("times", e.to_string()))?)
+        }
+    };
+    Ok(TimeFunction { law, parameters })
+}

@@ -1,0 +1,132 @@
+//! Design variables, constants and named expressions.
+
+use super::key::{Accepts, Key, default, optional, required};
+use super::section::{Read, Section, constant, tree, wrong_type};
+use crate::model_file::expression::{Names, Wants};
+use crate::model_file::{Complaint, limits};
+use crate::problem::DesignVariable;
+
+pub const DESIGN: &[Key] = &[
+    required("start", Accepts::Number, "start value, in the unit"),
+    optional("lower", Accepts::Number, "lower bound; none if left out"),
+    optional("upper", Accepts::Number, "upper bound; none if left out"),
+    default("unit", Accepts::Text, "", "unit, for tables and axes"),
+];
+
+/// Reads `[constants]`, `[design]` and `[expressions]`.
+pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
+    let mut names = Names::default();
+    let designs = designs(file)?;
+    let log = file.source().log;
+    for (name, design) in &designs {
+        log.place(name, design.span.clone());
+        if log.keep(names.check(name, design.span.clone())).is_none() {
+            log.spoil_all();
+        }
+        names.design(name);
+    }
+    constants(file, &mut names)?;
+    // A variable that cannot be read is one nevertheless, for those who name it.
+    let read = |(name, section): &(String, Section<'_>)| {
+        log.keep(variable(name, section, &names)).unwrap_or_else(|| DesignVariable::new(name, "", 0.0))
+    };
+    let variables = designs.iter().map(read).collect();
+    expressions(file, &mut names)?;
+    Ok((names, variables))
+}
+
+/// The sections `[design.NAME]` in the order of the file.
+fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
+    let Some(value) = file.get("design") else { return Ok(vec![]) };
+    let Some(table) = value.get_ref().as_table() else {
+        return Err(wrong_type(value, "`design`", "tables [design.NAME]"));
+    };
+    if table.len() > limits::VARIABLES {
+        let message = format!("{} design variables are too many, at most {} are read", table.len(), limits::VARIABLES);
+        return Err(file.complain("design", message));
+    }
+    let mut found = vec![];
+    for (word, value) in super::section::ordered(table) {
+        let title = format!("design variable `{}`", word.text);
+        match file.source().log.keep(Section::open(value, &title, &[DESIGN], file.source())) {
+            Some(mut section) => {
+                section.span = word.span;
+                found.push((word.text, section));
+            }
+            None => file.source().log.spoil(&word.text),
+        }
+    }
+    Ok(found)
+}
+
+fn variable(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
+    let bound = |key, none| Ok(section.number(key, names)?.unwrap_or(none));
+    let (lower, upper) = (bound("lower", f64::NEG_INFINITY)?, bound("upper", f64::INFINITY)?);
+    let start = section.number("start", names)?.unwrap_or(f64::NAN);
+    if lower > upper {
+        let message = format!("the lower bound {lower} of `{name}` is above the upper bound {upper}");
+        return Err(section.complain("lower", message).help("leave room between the bounds"));
+    }
+    if !(lower..=upper).contains(&start) {
+        let message = format!("the start {start} of `{name}` is outside its bounds {lower} to {upper}");
+        return Err(section.complain("start", message).help("move the start inside or widen the bounds"));
+    }
+    Ok(DesignVariable::new(name, section.text("unit")?, start).within(lower, upper))
+}
+
+/// A design variable from a table that is written elsewhere, such as the bound of a peak.
+pub fn extra(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
+    variable(name, section, names)
+}
+
+fn constants(file: &Section<'_>, names: &mut Names) -> Read<()> {
+    let trees = named(file, "constants", names)?;
+    names.expressions(trees.clone())?;
+    let mut last = Ok(());
+    for (name, tree) in &trees {
+        match constant(tree, name, names) {
+            Ok(value) => names.settle(name, value),
+            // Bounds and limits are made of constants: nothing can be said of them without these.
+            Err(mistake) => {
+                last = last.and(Err(mistake)).inspect_err(|m: &Complaint| file.source().log.note(m.clone()))
+            }
+        }
+    }
+    last
+}
+
+fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {
+    let trees = named(file, "expressions", names)?;
+    names.expressions(trees.clone())?;
+    for (name, tree) in &trees {
+        if file.source().log.keep(names.compile(tree, &Wants::MOTION)).is_none() {
+            // The mistake is told once, and not again by those who name it.
+            names.settle(name, 1.0);
+        }
+    }
+    Ok(())
+}
+
+/// The entries of a table of expressions.
+fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, crate::model_file::expression::Tree)>> {
+    let Some(value) = file.get(key) else { return Ok(vec![]) };
+    let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, &format!("`{key}`"), "a table")) };
+    let mut found = vec![];
+    for (word, value) in super::section::ordered(table) {
+        let read = names.check(&word.text, word.span).and_then(|()| tree(value, &word.text, file.source()));
+        match file.source().log.keep(read) {
+            Some(tree) => found.push((word.text, tree)),
+            None => file.source().log.spoil(&word.text),
+        }
+    }
+    Ok(found)
+}
+
+/// Refuses a file without design variables.
+pub fn some(variables: &[DesignVariable], file: &Section<'_>) -> Read<()> {
+    if !variables.is_empty() {
+        return Ok(());
+    }
+    let help = "add a table such as\n    [design.length]\n    start = 1.0";
+    Err(Complaint::new(file.span.start..file.span.start, "there is no design variable").help(help))
+}

@@ -1,0 +1,149 @@
+//! `[objective]`: what is minimized.
+
+use super::key::{Accepts, Key, Table, default, optional};
+use super::naming;
+use super::outputs::intermediates;
+use super::quantity::{Explicit, Known, Quantified, Times};
+use super::section::{Read, Section};
+use crate::model_file::Complaint;
+use crate::model_file::expression::Names;
+use crate::problem::{DesignVariable, ProblemBuilder, Quantity, TimeGrid};
+
+const KEYS: &[Key] = &[
+    default("name", Accepts::Text, "objective", "name, for tables and axes"),
+    default("unit", Accepts::Text, "", "unit, for tables and axes"),
+    optional("minimize", Accepts::Quantity, "what is to be small"),
+    optional("maximize", Accepts::Quantity, "what is to be large, in place of `minimize`"),
+    optional("over", Accepts::Choice(OVER), "how a history becomes a number"),
+    default("rule", Accepts::Choice(&["simpson", "trapezoid"]), "trapezoid", "quadrature of integral and mean"),
+    optional("bound", Accepts::Table, "with over = \"peak\": the variable that bounds |value| and is minimized"),
+    default(
+        "scale",
+        Accepts::Number,
+        "1",
+        "with over = \"peak\": normalisation of the two constraints, in the unit of the value",
+    ),
+    optional("directly_in", Accepts::Intermediate, "approximates the objective itself, linearized in these variables"),
+];
+const OVER: &[&str] = &["peak", "sum", "integral", "mean"];
+const BOUND: &[Key] = &[default("name", Accepts::Name, "peak", "name of the variable")];
+
+/// Declarations for documentation and schema.
+pub const TABLES: &[Table] = &[
+    Table { name: "objective", kind: None, about: "what is minimized", keys: KEYS },
+    Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: BOUND },
+    Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: naming::DESIGN },
+];
+
+/// The objective.
+pub enum Objective {
+    /// A number.
+    Number { name: String, unit: String, quantity: Quantity },
+    /// The peak of a history, bounded by a variable.
+    Peak { bound: DesignVariable, function: Explicit, uses: Vec<usize>, scale: f64 },
+}
+
+/// The bound variable of a peak, which is a design variable like others from here on.
+pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<DesignVariable>> {
+    let Some(section) = file.inner("objective", &[KEYS])? else { return Ok(None) };
+    let Some(bound) = section.inner("bound", &[BOUND, naming::DESIGN])? else { return Ok(None) };
+    let word = bound.need_word("name")?;
+    names.check(&word.text, word.span)?;
+    let variable = naming::extra(&word.text, &bound, names)?;
+    names.design(&word.text);
+    Ok(Some(variable))
+}
+
+/// Reads the section.
+pub fn read(
+    file: &Section<'_>,
+    known: &Known<'_>,
+    grid: Option<&TimeGrid>,
+    variables: &[DesignVariable],
+    bound: Option<DesignVariable>,
+) -> Read<Objective> {
+    let Some(section) = file.inner("objective", &[KEYS])? else {
+        let help = "add [objective] with minimize = \"…\"";
+        return Err(Complaint::new(file.span.start..file.span.start, "there is no objective").help(help));
+    };
+    let (key, sign) = match (section.has("minimize"), section.has("maximize")) {
+        (true, false) => ("minimize", 1.0),
+        (false, true) => ("maximize", -1.0),
+        (true, true) => return Err(section.complain("maximize", "`minimize` and `maximize` exclude each other")),
+        (false, false) => return Err(section.complain("minimize", "[objective] lacks `minimize` or `maximize`")),
+    };
+    let tree = section.tree(key)?.expect("the key is there");
+    let value = known.compile(&tree, key)?;
+    let over = match section.word("over")? {
+        Some(_) => Some(section.choice("over", &[("peak", 0), ("sum", 1), ("integral", 2), ("mean", 3)])?),
+        None => None,
+    };
+    match (over, bound) {
+        (None, _) if value.is_transient => {
+            let help = "say how it becomes a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
+            Err(section.complain(key, "the objective is a history, not a number").help(help))
+        }
+        (Some(_), _) if !value.is_transient => Err(section.complain("over", "the objective is a number already")),
+        (Some(0), Some(bound)) if sign > 0.0 => peak(&section, known, value, bound),
+        (Some(0), None) => {
+            let help = "for instance bound = { name = \"peak\", start = 1.0, lower = 0.0 }";
+            Err(section.complain("over", "the least peak needs a variable that bounds it").help(help))
+        }
+        (Some(0), _) => Err(section.complain("maximize", "a peak can be minimized only")),
+        (_, Some(_)) => Err(section.complain("bound", "`bound` belongs to over = \"peak\"")),
+        (over, None) => number(&section, known.names, value, sign, over, grid, variables),
+    }
+}
+
+fn peak(section: &Section<'_>, known: &Known<'_>, value: Quantified, bound: DesignVariable) -> Read<Objective> {
+    let scale = section.number("scale", known.names)?.unwrap_or(1.0);
+    if scale <= 0.0 {
+        return Err(section.complain("scale", "`scale` must be positive"));
+    }
+    Ok(Objective::Peak { bound, function: value.function, uses: value.uses, scale })
+}
+
+fn number(
+    section: &Section<'_>,
+    names: &Names,
+    value: Quantified,
+    sign: f64,
+    over: Option<usize>,
+    grid: Option<&TimeGrid>,
+    variables: &[DesignVariable],
+) -> Read<Objective> {
+    let function = Times(value.function, sign);
+    let quantity = match (over, grid) {
+        (Some(over), Some(grid)) => Quantity::sum(0, weights(section, over, grid)?, function),
+        _ => Quantity::plain(function),
+    };
+    let mut quantity = quantity.of(&value.uses);
+    if section.has("directly_in") {
+        quantity = quantity.directly(intermediates(section, "directly_in", names, variables)?);
+    }
+    Ok(Objective::Number { name: section.text("name")?, unit: section.text("unit")?, quantity })
+}
+
+/// Weights of a sum, an integral or a mean.
+fn weights(section: &Section<'_>, over: usize, grid: &TimeGrid) -> Read<Vec<f64>> {
+    if over == 1 {
+        return Ok(vec![1.0; grid.len()]);
+    }
+    let is_simpson = section.choice("rule", &[("simpson", true), ("trapezoid", false)])?;
+    let simpson = || grid.simpson().map_err(|e| section.complain("rule", e.to_string()));
+    let weights = if is_simpson { simpson()? } else { grid.trapezoid() };
+    let whole = if over == 3 { grid.span() } else { 1.0 };
+    Ok(weights.into_iter().map(|w| w / whole).collect())
+}
+
+impl Objective {
+    /// Adds the objective to a problem.
+    pub fn build(&self, parts: &mut ProblemBuilder) {
+        match self {
+            Self::Number { name, unit, quantity } => parts.minimize(name, unit, quantity.clone()),
+            Self::Peak { bound, function, uses, scale } => {
+                parts.minimize_peak(bound.clone(), 0, function.clone(), uses, *scale);
+            }
+        }
+    }
+}

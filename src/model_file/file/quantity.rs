@@ -1,0 +1,145 @@
+//! Formulas of outputs: what objective and constraints are made of.
+
+use super::outputs::Output;
+use super::section::{Read, Section, wrong_type};
+use crate::model_file::Complaint;
+use crate::model_file::expression::{Inputs, Names, Program, Tree, Wants};
+use crate::problem::{Function, Point, TimeGrid};
+use autodiff::Scalar;
+use std::sync::Arc;
+
+/// A row of numbers, one for each time point.
+#[derive(Clone, Debug)]
+pub struct Series {
+    name: String,
+    times: Arc<Vec<f64>>,
+    values: Arc<Vec<f64>>,
+}
+
+impl Series {
+    /// The number of the time point nearest to `t`.
+    fn at(&self, t: f64) -> f64 {
+        let after = self.times.partition_point(|&time| time < t).min(self.times.len() - 1);
+        let before = after.saturating_sub(1);
+        let nearest = if t - self.times[before] < self.times[after] - t { before } else { after };
+        self.values[nearest]
+    }
+}
+
+/// Reads `[series]`.
+pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Read<Vec<Series>> {
+    let Some(value) = file.get("series") else { return Ok(vec![]) };
+    let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, "`series`", "a table of lists")) };
+    let Some(grid) = grid else {
+        return Err(file.complain("series", "a series needs time points").help("add [time]"));
+    };
+    let times = Arc::new(grid.points.clone());
+    let mut all: Vec<Series> = vec![];
+    for (word, value) in super::section::ordered(table) {
+        names.check(&word.text, word.span.clone())?;
+        let list =
+            value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{}`", word.text), "a list"))?;
+        let number =
+            |item| super::section::constant(&super::section::tree(item, &word.text, file.source())?, &word.text, names);
+        let values = list.iter().map(number).collect::<Read<Vec<f64>>>()?;
+        if values.len() != times.len() {
+            let message =
+                format!("the series `{}` has {} values for {} time points", word.text, values.len(), times.len());
+            return Err(Complaint::new(value.span(), message));
+        }
+        all.push(Series { name: word.text, times: times.clone(), values: Arc::new(values) });
+    }
+    Ok(all)
+}
+
+/// What formulas of outputs may name.
+pub struct Known<'a> {
+    pub names: &'a Names,
+    pub outputs: &'a [Output],
+    pub series: &'a [Series],
+}
+
+/// A formula of outputs, series, design variables and time.
+#[derive(Clone, Debug)]
+pub struct Explicit {
+    program: Program,
+    series: Vec<Series>,
+    /// Where it counts, and its value elsewhere.
+    window: Option<([f64; 2], f64)>,
+}
+
+/// A formula with the outputs that it uses, in its own order.
+#[derive(Clone, Debug)]
+pub struct Quantified {
+    pub function: Explicit,
+    pub uses: Vec<usize>,
+    /// Whether it has a value at each time point.
+    pub is_transient: bool,
+}
+
+impl Known<'_> {
+    /// The formula that a tree is.
+    pub fn compile(&self, tree: &Tree, key: &str) -> Read<Quantified> {
+        let output = |name: &str| self.outputs.iter().position(|o| o.name == name);
+        let series = |name: &str| self.series.iter().position(|s| s.name == name).map(|k| self.outputs.len() + k);
+        let others = |name: &str| output(name).or_else(|| series(name));
+        let suggestions = || {
+            let outputs = self.outputs.iter().map(|o| o.name.clone());
+            outputs.chain(self.series.iter().map(|s| s.name.clone())).collect()
+        };
+        let place = format!("`{key}`");
+        let wants = Wants { place: &place, others: &others, suggestions: &suggestions, ..Wants::MOTION };
+        let program = self.names.compile(tree, &wants)?;
+        let used = program.others();
+        let split = used.partition_point(|&k| k < self.outputs.len());
+        let (uses, rows) = (used[..split].to_vec(), &used[split..]);
+        let series: Vec<Series> = rows.iter().map(|k| self.series[k - self.outputs.len()].clone()).collect();
+        let is_transient =
+            program.uses_time() || !series.is_empty() || uses.iter().any(|&h| self.outputs[h].is_transient);
+        Ok(Quantified {
+            function: Explicit { program: program.with_others(&used), series, window: None },
+            uses,
+            is_transient,
+        })
+    }
+}
+
+impl Explicit {
+    /// The same formula with this value outside of an interval.
+    #[must_use]
+    pub fn within(self, interval: [f64; 2], otherwise: f64) -> Self {
+        Self { window: Some((interval, otherwise)), ..self }
+    }
+
+    /// Whether a row of numbers enters.
+    pub fn uses_series(&self) -> bool {
+        !self.series.is_empty()
+    }
+}
+
+impl Function for Explicit {
+    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
+        let (design, time, t) = (point.design, point.time, point.time.re());
+        if let Some(([from, to], otherwise)) = self.window
+            && !(from..=to).contains(&t)
+        {
+            return S::from(otherwise);
+        }
+        if self.series.is_empty() {
+            return self.program.value(&Inputs { design, time, others: point.response });
+        }
+        let rows = self.series.iter().map(|series| S::from(series.at(t)));
+        let others: Vec<S> = point.response.iter().copied().chain(rows).collect();
+        self.program.value(&Inputs { design, time, others: &others })
+    }
+}
+
+/// A formula with a factor.
+#[derive(Clone, Debug)]
+pub struct Times(pub Explicit, pub f64);
+
+impl Function for Times {
+    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
+        self.0.at(point) * self.1
+    }
+}

@@ -1,0 +1,287 @@
+//! The outputs of an ordinary differential equation as responses, at time points and between them.
+
+use crate::Result;
+use crate::problem::{Analysis, ContinuousTime, Instant, Responses};
+use autodiff::{BLOCK, HyperDual, Scalar};
+use mechanics::analysis::explicit::{Explicit, Ode, integrate};
+use mechanics::sensitivity::explicit::differentiate_ode;
+use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
+use num_dual::Derivative;
+use std::sync::{Arc, OnceLock};
+
+/// dy/dt = f(b, t, y) with y(t₀) = y₀(b), and outputs r_h(b, t, y), written once over the scalar, time included.
+pub trait Evolution: Send + Sync {
+    /// The state at the start.
+    fn start<S: Scalar>(&self, b: &[S]) -> Vec<S>;
+    /// Writes dy/dt at time `t` (s) to `out`. Branch on real parts only.
+    fn rates<S: Scalar>(&self, b: &[S], t: S, y: &[S], out: &mut [S]);
+    /// Output `h`, in its unit.
+    fn output<S: Scalar>(&self, h: usize, b: &[S], t: S, y: &[S]) -> S;
+    /// Number of outputs.
+    fn outputs(&self) -> usize;
+}
+
+/// The outputs of an [`Evolution`] over one time grid, as responses of an optimization problem in continuous time.
+///
+/// The state is integrated by explicit steps and differentiated along with them; between time points the integration goes on
+/// from the last one. Derivatives of outputs by design and time are those of dual numbers on state and rates.
+pub struct Trajectory<E> {
+    evolution: E,
+    settings: Explicit,
+    times: Vec<f64>,
+}
+
+/// States and, once they are wanted, their derivatives at the time points.
+struct Trace {
+    design: Vec<f64>,
+    /// `states[p][component]`.
+    states: Vec<Vec<f64>>,
+    /// `slopes[component][p]`.
+    slopes: OnceLock<Vec<Vec<Vec<f64>>>>,
+}
+
+/// The differential equation from any state on, which may depend on the design.
+struct From<'e, E> {
+    evolution: &'e E,
+    /// None for the start of the evolution.
+    state: Option<Known<'e>>,
+}
+
+/// A state on the way.
+struct Known<'e> {
+    values: &'e [f64],
+    /// Its slopes, component by component; empty where they do not matter.
+    slopes: Vec<&'e [f64]>,
+    /// The design to which they belong.
+    design: &'e [f64],
+}
+
+impl<E: Evolution> Ode for From<'_, E> {
+    fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
+        let Some(Known { values, slopes, design }) = &self.state else { return self.evolution.start(b) };
+        let component = |(i, &y): (usize, &f64)| {
+            let slope = slopes.get(i).copied().unwrap_or(&[]);
+            let steps = b.iter().zip(*design).zip(slope).map(|((b, d), s)| (*b - *d) * *s);
+            steps.fold(S::from(y), |sum, step| sum + step)
+        };
+        values.iter().enumerate().map(component).collect()
+    }
+
+    fn rates<S: Scalar>(&self, b: &[S], t: f64, y: &[S], out: &mut [S]) {
+        self.evolution.rates(b, S::from(t), y, out);
+    }
+}
+
+impl<E: Evolution> Trajectory<E> {
+    /// For the outputs of `evolution` at `times` (s, increasing).
+    ///
+    /// **Errors.** [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
+    pub fn new(evolution: E, settings: Explicit, times: &[f64]) -> Result<Self> {
+        settings.check(times)?;
+        Ok(Self { evolution, settings, times: times.to_vec() })
+    }
+
+    fn whole(&self) -> From<'_, E> {
+        From { evolution: &self.evolution, state: None }
+    }
+
+    fn states(&self, b: &[f64]) -> Result<Trace> {
+        let history = integrate(&self.whole(), b, &self.settings, &self.times)?;
+        let state = |p: usize| history.values.iter().map(|series| series[p]).collect();
+        let states = (0..self.times.len()).map(state).collect();
+        Ok(Trace { design: b.to_vec(), states, slopes: OnceLock::new() })
+    }
+
+    /// What the analysis of `b` left behind, or the same anew.
+    fn trace(&self, b: &[f64], responses: &Responses) -> Result<Arc<Trace>> {
+        let left = responses.trace.clone().and_then(|trace| trace.downcast::<Trace>().ok());
+        left.filter(|trace| trace.design == b).map_or_else(|| self.states(b).map(Arc::new), Ok)
+    }
+
+    fn slopes<'t>(&self, b: &[f64], trace: &'t Trace) -> Result<&'t Vec<Vec<Vec<f64>>>> {
+        if trace.slopes.get().is_none() {
+            let found = differentiate_ode(&self.whole(), b, &self.settings, &self.times)?.slopes;
+            return Ok(trace.slopes.get_or_init(|| found));
+        }
+        Ok(trace.slopes.get().expect("it was just looked at"))
+    }
+
+    /// The last time point up to `t`, and the settings from there on.
+    fn before(&self, t: f64) -> (usize, Explicit) {
+        let p = self.times.partition_point(|&point| point <= t).saturating_sub(1);
+        (p, Explicit { start: self.times[p], ..self.settings.clone() })
+    }
+
+    /// The state at any time from the first time point on.
+    fn state(&self, b: &[f64], trace: &Trace, t: f64) -> Result<Vec<f64>> {
+        let (p, settings) = self.before(t);
+        if t <= self.times[p] {
+            return Ok(trace.states[p].clone());
+        }
+        let from = From {
+            evolution: &self.evolution,
+            state: Some(Known { values: &trace.states[p], slopes: vec![], design: b }),
+        };
+        Ok(integrate(&from, b, &settings, &[t])?.values.iter().map(|series| series[0]).collect())
+    }
+
+    /// The state's derivatives there: one row for each component.
+    fn state_slopes(&self, b: &[f64], trace: &Trace, t: f64) -> Result<Vec<Vec<f64>>> {
+        let (p, settings) = self.before(t);
+        let slopes = self.slopes(b, trace)?;
+        let here: Vec<&[f64]> = slopes.iter().map(|series| &series[p][..]).collect();
+        if t <= self.times[p] {
+            return Ok(here.iter().map(|s| s.to_vec()).collect());
+        }
+        let from = From {
+            evolution: &self.evolution,
+            state: Some(Known { values: &trace.states[p], slopes: here, design: b }),
+        };
+        let onward = differentiate_ode(&from, b, &settings, &[t])?;
+        Ok(onward.slopes.into_iter().map(|mut series| series.swap_remove(0)).collect())
+    }
+
+    fn rates_at<S: Scalar>(&self, b: &[S], t: S, y: &[S]) -> Vec<S> {
+        let mut out = vec![S::from(0.0); y.len()];
+        self.evolution.rates(b, t, y, &mut out);
+        out
+    }
+}
+
+/// A number with derivatives by up to [`BLOCK`] variables, by time, and mixed ones.
+fn number(value: f64, first: &[f64], rate: f64, mixed: &[f64]) -> HyperDual {
+    let entry = |v: &[f64], a: usize| v.get(a).copied().unwrap_or(0.0);
+    let across = SVector::<f64, BLOCK>::from_fn(|a, _| entry(first, a));
+    let along = SVector::<f64, BLOCK>::from_fn(|c, _| if c == 0 { rate } else { 0.0 }).transpose();
+    let both = SMatrix::<f64, BLOCK, BLOCK>::from_fn(|a, c| if c == 0 { entry(mixed, a) } else { 0.0 });
+    HyperDual::new(value, Derivative::some(across), Derivative::some(along), Derivative::some(both))
+}
+
+fn firsts(value: &HyperDual) -> SVector<f64, BLOCK> {
+    value.eps1.unwrap_generic(Const::<BLOCK>, U1)
+}
+
+fn mixed(value: &HyperDual) -> SVector<f64, BLOCK> {
+    value.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>).column(0).into_owned()
+}
+
+impl<E: Evolution> Analysis for Trajectory<E> {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        let trace = self.states(b)?;
+        let series = |h| self.times.iter().zip(&trace.states).map(move |(&t, y)| (h, t, y));
+        let value = |(h, t, y): (usize, f64, &Vec<f64>)| self.evolution.output(h, b, t, y);
+        let values = (0..self.evolution.outputs()).map(|h| series(h).map(value).collect()).collect();
+        Ok(Responses { values, trace: Some(Arc::new(trace)) })
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        let trace = self.trace(b, responses)?;
+        let slopes = self.slopes(b, &trace)?;
+        let mut rows = DMatrix::zeros(wanted.len(), b.len());
+        for (row, instant) in wanted.iter().enumerate() {
+            let (t, y) = (HyperDual::from(self.times[instant.point]), &trace.states[instant.point]);
+            for start in (0..b.len()).step_by(BLOCK) {
+                let of = |(i, &y): (usize, &f64)| number(y, &slopes[i][instant.point][start..], 0.0, &[]);
+                let y: Vec<HyperDual> = y.iter().enumerate().map(of).collect();
+                let first = firsts(&self.evolution.output(instant.response, &design(b, start), t, &y));
+                (0..BLOCK.min(b.len() - start)).for_each(|a| rows[(row, start + a)] = first[a]);
+            }
+        }
+        Ok(rows)
+    }
+
+    fn continuous(&self) -> Option<&dyn ContinuousTime> {
+        Some(self)
+    }
+}
+
+/// The design with the block of derivatives from variable `start` on.
+fn design(b: &[f64], start: usize) -> Vec<HyperDual> {
+    let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
+        Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
+        _ => HyperDual::from_re(v),
+    };
+    b.iter().enumerate().map(seeded).collect()
+}
+
+impl<E: Evolution> ContinuousTime for Trajectory<E> {
+    fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]> {
+        let trace = self.trace(b, responses)?;
+        let y = self.state(b, &trace, t)?;
+        let rates = self.rates_at(b, t, &y);
+        let constants: Vec<HyperDual> = b.iter().map(|&v| HyperDual::from_re(v)).collect();
+        let moving: Vec<HyperDual> = y.iter().zip(&rates).map(|(&y, &r)| number(y, &[r], 0.0, &[])).collect();
+        let second = self.rates_at(&constants, number(t, &[1.0], 0.0, &[]), &moving);
+        let state = y.iter().zip(&rates).zip(&second).map(|((&y, &r), s)| number(y, &[r], r, &[firsts(s)[0]]));
+        let value = self.evolution.output(h, &constants, number(t, &[1.0], 1.0, &[]), &state.collect::<Vec<_>>());
+        Ok([value.re, firsts(&value)[0], mixed(&value)[0]])
+    }
+
+    fn rate_sensitivities(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]> {
+        let trace = self.trace(b, responses)?;
+        let (y, slopes) = (self.state(b, &trace, t)?, self.state_slopes(b, &trace, t)?);
+        let mut found = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
+        for start in (0..b.len()).step_by(BLOCK) {
+            let design = design(b, start);
+            let still: Vec<HyperDual> = y.iter().zip(&slopes).map(|(&y, s)| number(y, &s[start..], 0.0, &[])).collect();
+            let rates = self.rates_at(&design, HyperDual::from_re(t), &still);
+            let state = y.iter().zip(&slopes).zip(&rates);
+            let state = state.map(|((&y, s), r)| number(y, &s[start..], r.re, firsts(r).as_slice()));
+            let time = number(t, &[], 1.0, &[]);
+            let value = self.evolution.output(h, &design, time, &state.collect::<Vec<_>>());
+            let count = BLOCK.min(b.len() - start);
+            found[0].extend(firsts(&value).iter().take(count));
+            found[1].extend(mixed(&value).iter().take(count));
+        }
+        Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ẏ = −b₀ y + sin(b₁ t), y(0) = b₂; outputs y² and b₁ t y: five derivatives against differences.
+    struct Driven;
+
+    impl Evolution for Driven {
+        fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
+            vec![b[2]]
+        }
+        fn rates<S: Scalar>(&self, b: &[S], t: S, y: &[S], out: &mut [S]) {
+            out[0] = (b[1] * t).sin() - b[0] * y[0];
+        }
+        fn output<S: Scalar>(&self, h: usize, b: &[S], t: S, y: &[S]) -> S {
+            if h == 0 { y[0] * y[0] } else { b[1] * t * y[0] }
+        }
+        fn outputs(&self) -> usize {
+            2
+        }
+    }
+
+    #[test]
+    fn derivatives_by_design_and_time_are_those_of_differences() {
+        let trajectory = Trajectory::new(Driven, Explicit::eighth_order(1e-13), &[0.0, 0.5, 1.0, 2.0]).unwrap();
+        let b = [0.7, 2.0, 0.4];
+        let responses = trajectory.analyze(&b).unwrap();
+        let value = |b: &[f64], h, t| trajectory.rates(b, &trajectory.analyze(b).unwrap(), h, t).unwrap();
+        let (h, t, step) = (1, 1.3, 1e-4);
+        let [_, slope, bend] = value(&b, h, t);
+        let (up, down) = (value(&b, h, t + step), value(&b, h, t - step));
+        assert!((slope - (up[0] - down[0]) / (2.0 * step)).abs() < 1e-7);
+        assert!((bend - (up[1] - down[1]) / (2.0 * step)).abs() < 1e-6);
+        let [first, cross] = trajectory.rate_sensitivities(&b, &responses, h, t).unwrap();
+        for k in 0..3 {
+            let moved =
+                |s: f64| value(&std::array::from_fn::<f64, 3, _>(|i| b[i] + if i == k { s } else { 0.0 }), h, t);
+            let (up, down) = (moved(step), moved(-step));
+            assert!((first[k] - (up[0] - down[0]) / (2.0 * step)).abs() < 1e-7, "{k}");
+            assert!((cross[k] - (up[1] - down[1]) / (2.0 * step)).abs() < 1e-7, "{k}");
+        }
+        // At a time point both ways agree, also without what the analysis left behind.
+        let plain = Responses::new(responses.values.clone());
+        let row = trajectory.sensitivities(&b, &plain, &[Instant { response: 0, point: 2 }]).unwrap();
+        let [there, _] = trajectory.rate_sensitivities(&b, &responses, 0, 1.0).unwrap();
+        (0..3).for_each(|k| assert!((row[(0, k)] - there[k]).abs() < 1e-12));
+    }
+}

@@ -1,0 +1,341 @@
+//! The seam to the optimization wing: a mechanism's outputs as responses.
+
+use crate::problem::{Alternative, Analysis, Instant, Responses};
+use crate::{Error, Result};
+use mechanics::analysis::explicit::{ExplicitRecording, simulate_with_recording};
+use mechanics::analysis::{Dynamics, Explicit, Recording, simulate, simulate_recorded};
+use mechanics::multibody::Model;
+use mechanics::sensitivity::adjoint::{
+    Functional, differentiate_backwards_within, differentiate_explicit_recording_backwards,
+    differentiate_explicitly_backwards_within, differentiate_recording_backwards,
+};
+use mechanics::sensitivity::differentiation::{Cost, Differentiation};
+use mechanics::sensitivity::direct::{differentiate, differentiate_recorded};
+use mechanics::sensitivity::explicit::differentiate_explicitly;
+use mechanics::sensitivity::second::{Second, differentiate_recorded_twice, differentiate_twice};
+use mechanics::sensitivity::semi_analytical::{self, differentiate_semi_analytically};
+use nalgebra::DMatrix;
+use std::sync::Arc;
+
+/// How a motion is integrated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Integration {
+    /// Implicit steps: stiff and flexible mechanisms.
+    Implicit(Dynamics),
+    /// Explicit steps: smooth motions of rigid bodies at high accuracy.
+    Explicit(Explicit),
+}
+
+impl From<Dynamics> for Integration {
+    fn from(settings: Dynamics) -> Self {
+        Self::Implicit(settings)
+    }
+}
+
+impl From<Explicit> for Integration {
+    fn from(settings: Explicit) -> Self {
+        Self::Explicit(settings)
+    }
+}
+
+/// The outputs of a mechanism over one time grid, as responses of an optimization problem.
+///
+/// Response h is the mechanism's output h, time-dependent, on the grid `times`. Nothing is differentiated beyond the last
+/// wanted time. An analysis leaves its steps in [`Responses::trace`], and sensitivities at the same design are had from there
+/// without another iteration; without them, as after a restart, the motion is integrated again.
+pub struct Transient<M> {
+    model: M,
+    settings: Integration,
+    times: Vec<f64>,
+    memory: usize,
+    differentiation: Differentiation,
+    perturbation: f64,
+}
+
+/// What an analysis leaves behind.
+struct Trace {
+    design: Vec<f64>,
+    steps: Steps,
+}
+
+enum Steps {
+    Implicit(Recording),
+    Explicit(ExplicitRecording),
+}
+
+impl Steps {
+    /// Whether all of them were kept, and implicit ones.
+    fn are_whole(&self) -> bool {
+        matches!(self, Self::Implicit(recording) if recording.is_whole())
+    }
+}
+
+impl<M: Model> Transient<M> {
+    /// For the outputs of `model` at `times` (s, increasing).
+    ///
+    /// **Errors.** [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
+    pub fn new(model: M, settings: impl Into<Integration>, times: &[f64]) -> Result<Self> {
+        let settings = settings.into();
+        match &settings {
+            Integration::Implicit(settings) => settings.check(times)?,
+            Integration::Explicit(settings) => settings.check(times)?,
+        }
+        Ok(Self {
+            model,
+            settings,
+            times: times.to_vec(),
+            memory: 1 << 28,
+            differentiation: Differentiation::Automatic,
+            perturbation: semi_analytical::STEP,
+        })
+    }
+
+    /// With at most `bytes` of memory for the steps of an analysis (a quarter of a gigabyte unless told). Of a longer
+    /// motion check-points are kept: when sensitivities are asked for it is integrated again, for the adjoint stretch by
+    /// stretch.
+    pub fn with_memory(self, bytes: usize) -> Self {
+        Self { memory: bytes, ..self }
+    }
+
+    /// With derivatives by this method.
+    ///
+    /// **Errors.** [`Error::Definition`] for semi-analytical derivatives of explicit steps.
+    pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
+        if differentiation == Differentiation::SemiAnalytical && matches!(self.settings, Integration::Explicit(_)) {
+            let why = "explicit steps have no semi-analytical derivatives";
+            return Err(Error::definition("differentiation", why, "take another method, or implicit steps"));
+        }
+        Ok(Self { differentiation, ..self })
+    }
+
+    /// With this relative step of the residual's differences for semi-analytical derivatives, in place of
+    /// [`semi_analytical::STEP`].
+    ///
+    /// **Errors.** [`Error::Option`] unless it is between 0 and 1.
+    pub fn with_perturbation(self, step: f64) -> Result<Self> {
+        semi_analytical::check_step(step)?;
+        Ok(Self { perturbation: step, ..self })
+    }
+
+    /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
+    pub fn differentiation_for(&self, variables: usize, wanted: &[Instant]) -> Differentiation {
+        let cost = match self.settings {
+            Integration::Implicit(_) => Cost::IMPLICIT,
+            Integration::Explicit(_) => Cost::EXPLICIT,
+        };
+        self.differentiation.of(variables, wanted.len(), cost)
+    }
+
+    /// The model.
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// The analysis' settings.
+    pub fn settings(&self) -> &Integration {
+        &self.settings
+    }
+}
+
+impl<M: Model> Transient<M> {
+    /// The method for these derivatives; where it is not demanded, the adjoint does not meet impacts.
+    fn chosen(&self, b: &[f64], wanted: &[Instant]) -> Result<Differentiation> {
+        let chosen = self.differentiation_for(b.len(), wanted);
+        let is_free = self.differentiation == Differentiation::Automatic && chosen == Differentiation::Adjoint;
+        Ok(if is_free && self.model.build(b)?.has_impacts() { Differentiation::Direct } else { chosen })
+    }
+
+    fn sensitivities_by(
+        &self,
+        method: Differentiation,
+        perturbation: f64,
+        (b, left): (&[f64], &Responses),
+        wanted: &[Instant],
+    ) -> Result<DMatrix<f64>> {
+        let (points, places) = points_of(wanted);
+        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        match method {
+            Differentiation::Adjoint => {
+                let all: Vec<_> = wanted.iter().zip(places).map(|(i, at)| Functional::at(i.response, at)).collect();
+                self.backwards(b, &times, left, &all)
+            }
+            Differentiation::SemiAnalytical => self.semi_analytically(perturbation, (b, left), &times, wanted, &places),
+            Differentiation::Direct | Differentiation::Automatic => self.directly((b, left), &times, wanted, &places),
+        }
+    }
+
+    fn directly(
+        &self,
+        (b, left): (&[f64], &Responses),
+        times: &[f64],
+        wanted: &[Instant],
+        places: &[usize],
+    ) -> Result<DMatrix<f64>> {
+        let model = &self.model;
+        let history = match (&self.settings, steps(left, b)) {
+            (Integration::Implicit(settings), Some(Steps::Implicit(recording))) if recording.is_whole() => {
+                let slopes = differentiate_recorded(model, b, settings, times, recording)?;
+                let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
+                return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
+            }
+            (Integration::Implicit(settings), _) => differentiate(model, b, settings, times)?,
+            (Integration::Explicit(settings), _) => differentiate_explicitly(model, b, settings, times)?,
+        };
+        Ok(super::gradient_rows(&history, b.len(), wanted, places))
+    }
+
+    fn semi_analytically(
+        &self,
+        step: f64,
+        (b, left): (&[f64], &Responses),
+        times: &[f64],
+        wanted: &[Instant],
+        places: &[usize],
+    ) -> Result<DMatrix<f64>> {
+        let (model, Integration::Implicit(settings)) = (&self.model, &self.settings) else {
+            let why = "explicit steps have no semi-analytical derivatives";
+            return Err(Error::definition("differentiation", why, "take another method, or implicit steps"));
+        };
+        let Some(Steps::Implicit(recording)) = steps(left, b).filter(|steps| steps.are_whole()) else {
+            let history = differentiate_semi_analytically(model, b, settings, times, step)?;
+            return Ok(super::gradient_rows(&history, b.len(), wanted, places));
+        };
+        let slopes = semi_analytical::differentiate_recorded(model, b, settings, times, recording, step)?;
+        let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
+    }
+
+    /// From the steps that the analysis left behind, or from those of another one.
+    fn backwards(&self, b: &[f64], times: &[f64], left: &Responses, wanted: &[Functional]) -> Result<DMatrix<f64>> {
+        let model = &self.model;
+        let (rows, _) = match (&self.settings, steps(left, b)) {
+            (Integration::Implicit(settings), Some(Steps::Implicit(steps))) => {
+                differentiate_recording_backwards(model, b, settings, times, wanted, steps)?
+            }
+            (Integration::Implicit(settings), _) => {
+                differentiate_backwards_within(self.memory, model, b, settings, times, wanted)?
+            }
+            (Integration::Explicit(settings), Some(Steps::Explicit(steps))) => {
+                differentiate_explicit_recording_backwards(model, b, settings, times, wanted, steps)?
+            }
+            (Integration::Explicit(settings), _) => {
+                differentiate_explicitly_backwards_within(self.memory, model, b, settings, times, wanted)?
+            }
+        };
+        Ok(rows)
+    }
+}
+
+impl<M: Model> Analysis for Transient<M> {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        let mechanism = self.model.build(b)?;
+        let (history, steps) = match &self.settings {
+            // What happens between the steps is not recorded.
+            Integration::Implicit(settings) if mechanism.has_impacts() => {
+                return Ok(Responses::new(simulate(&mechanism, settings, &self.times)?.values));
+            }
+            Integration::Implicit(settings) => {
+                let (history, steps) = simulate_recorded(&mechanism, settings, &self.times, self.memory)?;
+                (history, Steps::Implicit(steps))
+            }
+            Integration::Explicit(settings) => {
+                let (history, steps) = simulate_with_recording(&mechanism, settings, &self.times, self.memory)?;
+                (history, Steps::Explicit(steps))
+            }
+        };
+        let trace = Trace { design: b.to_vec(), steps };
+        Ok(Responses { values: history.values, trace: Some(Arc::new(trace)) })
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+        self.sensitivities_by(self.chosen(b, wanted)?, self.perturbation, (b, responses), wanted)
+    }
+
+    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+        Some(self.differentiation_for(variables, wanted).name())
+    }
+
+    fn alternatives(&self) -> Vec<Alternative<'_>> {
+        let by = |method, step| {
+            move |b: &[f64], left: &Responses, wanted: &[Instant]| {
+                self.sensitivities_by(method, step, (b, left), wanted)
+            }
+        };
+        let exact = |name, method| Alternative::exact(name, by(method, self.perturbation));
+        let mut all = vec![exact("direct", Differentiation::Direct), exact("adjoint", Differentiation::Adjoint)];
+        if matches!(self.settings, Integration::Implicit(_)) {
+            let semi = move |step: f64, b: &[f64], left: &Responses, wanted: &[Instant]| {
+                self.sensitivities_by(Differentiation::SemiAnalytical, step, (b, left), wanted)
+            };
+            all.push(Alternative::approximate("semi-analytical", self.perturbation, semi));
+        }
+        all
+    }
+
+    /// By implicit steps; explicit ones offer none.
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let Integration::Implicit(settings) = &self.settings else { return Ok(None) };
+        let (points, at) = points_of(wanted);
+        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        let history = match steps(responses, b) {
+            Some(Steps::Implicit(steps)) if steps.is_whole() => {
+                differentiate_recorded_twice(&self.model, b, settings, &times, Second::Full, steps)?
+            }
+            _ => differentiate_twice(&self.model, b, settings, &times, Second::Full)?,
+        };
+        Ok(wanted.iter().zip(at).map(|(instant, at)| history.hessian(instant.response, at)).collect())
+    }
+}
+
+/// The time points that are wanted, in order, and for each instant the place of its own among them.
+fn points_of(wanted: &[Instant]) -> (Vec<usize>, Vec<usize>) {
+    let mut points: Vec<usize> = wanted.iter().map(|instant| instant.point).collect();
+    points.sort_unstable();
+    points.dedup();
+    let place = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
+    let places = wanted.iter().map(place).collect();
+    (points, places)
+}
+
+/// The steps that the analysis of `b` left behind, if it did.
+fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
+    let trace = responses.trace.as_ref()?.downcast_ref::<Trace>()?;
+    (trace.design == b).then_some(&trace.steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::mechanisms::FourBar;
+
+    #[test]
+    fn wanted_instants_come_in_the_order_asked() {
+        let model = FourBar::as_published();
+        let analysis = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap();
+        let b = [0.0385, 0.0252, 0.02];
+        let responses = analysis.analyze(&b).unwrap();
+        let wanted = [(2, 17), (20, 3), (2, 16)].map(|(response, point)| Instant { response, point });
+        let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
+        let all = differentiate(&model, &b, &model.dynamics().unwrap(), &FourBar::window()).unwrap();
+        for (k, instant) in wanted.iter().enumerate() {
+            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.slopes[instant.response][instant.point]);
+        }
+        // Integrated again, the same bits: without a trace, with too little memory, or at another design.
+        let wanted_anew = |responses: &Responses| analysis.sensitivities(&b, responses, &wanted).unwrap();
+        assert_eq!(rows, wanted_anew(&Responses::new(responses.values.clone())));
+        assert_eq!(rows, wanted_anew(&analysis.analyze(&[0.04, 0.0252, 0.02]).unwrap()));
+        // Backward the same up to rounding.
+        let analysis = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap();
+        let backward = analysis.differentiating(Differentiation::Adjoint).unwrap();
+        let difference = backward.sensitivities(&b, &responses, &wanted).unwrap() - &rows;
+        assert!(difference.amax() < 1e-10 * rows.amax());
+        let forgetful = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap().with_memory(1000);
+        assert_eq!(rows, wanted_anew(&forgetful.analyze(&b).unwrap()));
+        // From check-points the same bits as from all steps.
+        let settings = model.dynamics().unwrap();
+        let short = Transient::new(model, settings, &FourBar::window()).unwrap().with_memory(1 << 18);
+        let short = short.differentiating(Differentiation::Adjoint).unwrap();
+        let again = short.sensitivities(&b, &short.analyze(&b).unwrap(), &wanted).unwrap();
+        assert_eq!(again, backward.sensitivities(&b, &responses, &wanted).unwrap());
+    }
+}

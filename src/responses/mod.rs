@@ -1,0 +1,4 @@
+//! Where responses come from.
+
+#[cfg(feature = "mechanics")]
+pub mod mechanism;
