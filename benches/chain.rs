@@ -11,11 +11,12 @@ mod cpu;
 
 use cpu::least;
 use linkwright::cases::mechanisms::Chain;
-use linkwright::mechanics::analysis::explicit::{Explicit, Pace, simulate_explicitly};
-use linkwright::mechanics::analysis::run::Run;
-use linkwright::mechanics::analysis::{Dynamics, History, simulate};
-use linkwright::mechanics::multibody::Model;
-use linkwright::mechanics::sensitivity::explicit::differentiate_explicitly;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
+use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::time_stepper::Run;
+use linkwright::mechanics::mechanism::Model;
 
 fn times() -> Vec<f64> {
     (0..=100).map(|k| 0.01 * f64::from(k)).collect()

@@ -9,11 +9,11 @@ mod cpu;
 use cpu::least;
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::analysis::{Dynamics, History, simulate};
-use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
-use linkwright::mechanics::multibody::mechanism::Body;
-use linkwright::mechanics::multibody::motion::StartUp;
-use linkwright::mechanics::multibody::{Mechanism, Model, Pose};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::mechanism::Body;
+use linkwright::mechanics::mechanism::{Mechanism, Model, Pose};
+use linkwright::mechanics::motion::StartUp;
 use std::f64::consts::PI;
 
 const LENGTHS: [f64; 3] = [0.3048, 0.9144, 0.762];

@@ -3,11 +3,12 @@
 //! Ratios first: they are what the machine's load leaves alone. Every figure is the shortest of several runs.
 
 use linkwright::cases::mechanisms::{Chain, FourBar};
-use linkwright::mechanics::analysis::explicit::Explicit;
-use linkwright::mechanics::analysis::{Dynamics, simulate};
-use linkwright::mechanics::multibody::Model;
-use linkwright::mechanics::sensitivity::differentiate;
-use linkwright::mechanics::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::integrators::explicit::Explicit;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::mechanism::Model;
 use std::time::{Duration, Instant};
 
 fn best<T>(runs: usize, mut run: impl FnMut() -> T) -> Duration {

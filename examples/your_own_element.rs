@@ -3,9 +3,10 @@
 //! `cargo run --example your_own_element`
 
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::analysis::{Dynamics, simulate};
-use linkwright::mechanics::multibody::{Element, Local, Mechanism, Model};
-use linkwright::mechanics::sensitivity::differentiate;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::elements::{Element, Local};
+use linkwright::mechanics::mechanism::{Mechanism, Model};
 
 /// F = k (1 + r t) u, on one coordinate; parameters k (N/m) and r (1/s).
 struct HardeningSpring;

@@ -1,11 +1,11 @@
 //! Time steps allocate nothing after the first one.
 
 use linkwright::cases::mechanisms::{Andrews, Chain, FourBar};
-use linkwright::mechanics::analysis::run::Run;
-use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::integrators::time_stepper::Run;
+use linkwright::mechanics::mechanism::Model;
 
 /// Allocations of `steps` further steps after the first few.
-fn allocations<M: Model>(model: &M, b: &[f64], settings: &linkwright::mechanics::analysis::Dynamics) -> u64 {
+fn allocations<M: Model>(model: &M, b: &[f64], settings: &linkwright::mechanics::analyses::dynamics::Dynamics) -> u64 {
     let mechanism = model.build(b).unwrap();
     let mut run = Run::new(&mechanism, settings, &[0.1]).unwrap();
     run.advance().unwrap();
@@ -22,15 +22,22 @@ fn no_allocation_per_step() {
     let four_bar = FourBar::as_published();
     assert_eq!(allocations(&four_bar, &[0.0385, 0.0252, 0.02], &four_bar.dynamics().unwrap()), 0);
     let chain = Chain::horizontal(8);
-    assert_eq!(allocations(&chain, &chain.equal_links(), &linkwright::mechanics::analysis::Dynamics::fixed(1e-3)), 0);
-    assert_eq!(allocations(&Andrews, &Andrews::DESIGN, &linkwright::mechanics::analysis::Dynamics::fixed(1e-5)), 0);
+    assert_eq!(
+        allocations(&chain, &chain.equal_links(), &linkwright::mechanics::analyses::dynamics::Dynamics::fixed(1e-3)),
+        0
+    );
+    assert_eq!(
+        allocations(&Andrews, &Andrews::DESIGN, &linkwright::mechanics::analyses::dynamics::Dynamics::fixed(1e-5)),
+        0
+    );
 }
 
 /// Runs of 50 steps allocate as much as runs of 10, with and without derivatives.
 #[test]
 fn no_allocation_per_explicit_step() {
-    use linkwright::mechanics::analysis::explicit::{Explicit, Pace, simulate_explicitly};
-    use linkwright::mechanics::sensitivity::explicit::differentiate_explicitly;
+    use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+    use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+    use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
     let chain = Chain::horizontal(8);
     let b = chain.equal_links();
     let mechanism = chain.build(&b).unwrap();

@@ -159,11 +159,12 @@ mod mechanisms {
     use linkwright::Result;
     use linkwright::autodiff::Scalar;
     use linkwright::cases::mechanisms::{Chain, FourBar, Governor, SliderCrank};
-    use linkwright::mechanics::analysis::explicit::Explicit;
-    use linkwright::mechanics::analysis::start::Assembly;
-    use linkwright::mechanics::analysis::statics::Statics;
-    use linkwright::mechanics::analysis::{Dynamics, Newton};
-    use linkwright::mechanics::multibody::{Mechanism, Model};
+    use linkwright::mechanics::analyses::dynamics::Dynamics;
+    use linkwright::mechanics::analyses::statics::Statics;
+    use linkwright::mechanics::initial_conditions::Assembly;
+    use linkwright::mechanics::integrators::explicit::Explicit;
+    use linkwright::mechanics::integrators::generalized_alpha::Newton;
+    use linkwright::mechanics::mechanism::{Mechanism, Model};
     use linkwright::problem::check::Finding;
     use linkwright::responses::mechanism::check_model;
 

@@ -5,7 +5,7 @@ use linkwright::approximation::{
     TwoPointExponential,
 };
 use linkwright::autodiff::Scalar;
-use linkwright::cases::{self,  impact_absorber::Absorber};
+use linkwright::cases::{self, impact_absorber::Absorber};
 use linkwright::function;
 use linkwright::problem::*;
 use linkwright::sao::*;

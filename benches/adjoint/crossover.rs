@@ -3,11 +3,11 @@
 use crate::cpu::in_turns;
 use crate::models::{Cantilever, First, Manipulator};
 use linkwright::cases::mechanisms::Chain;
-use linkwright::mechanics::analysis::Dynamics;
-use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
-use linkwright::mechanics::analysis::start::Assembly;
-use linkwright::mechanics::analysis::statics::Statics;
-use linkwright::mechanics::sensitivity::Differentiation;
+use linkwright::mechanics::analyses::dynamics::Dynamics;
+use linkwright::mechanics::analyses::statics::Statics;
+use linkwright::mechanics::derivatives::method::Differentiation;
+use linkwright::mechanics::initial_conditions::Assembly;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
 use linkwright::problem::{Analysis, Instant};
 use linkwright::report::figure::{Axis, Colour, Figure, Mark, Panel, Stroke};
 use linkwright::responses::mechanism::{Balanced, Driven, Integration, Transient};

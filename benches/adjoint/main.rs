@@ -13,14 +13,16 @@ mod models;
 
 use cpu::{in_turns, least};
 use linkwright::cases::mechanisms::Chain;
-use linkwright::mechanics::analysis::explicit::{Explicit, Pace, simulate_explicitly};
-use linkwright::mechanics::analysis::{Dynamics, simulate};
-use linkwright::mechanics::multibody::Model;
-use linkwright::mechanics::sensitivity::explicit::differentiate_explicitly;
-use linkwright::mechanics::sensitivity::{
-    Functional, differentiate, differentiate_backwards, differentiate_backwards_within,
-    differentiate_explicitly_backwards,
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::derivatives::adjoint::differentiate_explicitly_backwards;
+use linkwright::mechanics::derivatives::adjoint::{
+    Functional, differentiate_backwards, differentiate_backwards_within,
 };
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::mechanism::Model;
 
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();

@@ -2,10 +2,10 @@
 
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
-use linkwright::mechanics::multibody::mechanism::Pose;
-use linkwright::mechanics::multibody::motion::ConstantSpeed;
-use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::mechanism::Pose;
+use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::motion::ConstantSpeed;
 
 /// A model of which only the first variables are design variables.
 pub struct First<M> {

@@ -95,7 +95,7 @@ pub fn comfort_simulated() -> Result<Problem> {
 
 #[cfg(feature = "mechanics")]
 fn simulated() -> Result<crate::responses::mechanism::Transient<SpringAndDamper>> {
-    let settings = mechanics::analysis::Explicit::eighth_order(1e-12);
+    let settings = mechanics::integrators::explicit::Explicit::eighth_order(1e-12);
     crate::responses::mechanism::Transient::new(
         SpringAndDamper,
         settings,
@@ -108,8 +108,8 @@ fn simulated() -> Result<crate::responses::mechanism::Transient<SpringAndDamper>
 struct SpringAndDamper;
 
 #[cfg(feature = "mechanics")]
-impl mechanics::multibody::Model for SpringAndDamper {
-    fn build<S: Scalar>(&self, b: &[S]) -> Result<mechanics::multibody::Mechanism<S>> {
+impl mechanics::mechanism::Model for SpringAndDamper {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<mechanics::mechanism::Mechanism<S>> {
         crate::cases::mechanisms::Absorber.build(&b[..b.len().min(2)])
     }
 }

@@ -19,7 +19,7 @@ use crate::problem::{Constraint, DesignVariable, Problem, ProblemBuilder, Quanti
 use crate::responses::mechanism::{Evolution, Trajectory};
 use autodiff::Scalar;
 use error::Result;
-use mechanics::analysis::explicit::Explicit;
+use mechanics::integrators::explicit::Explicit;
 
 /// The optimum at all times, in closed form.
 pub const fn continuous_optimum() -> Optimum {

@@ -76,7 +76,7 @@ pub fn path_generation(start: [f64; 8]) -> Result<Problem> {
 /// [`path_generation`] with the pose of the coupler found by assembling and differentiating the mechanism.
 #[cfg(feature = "mechanics")]
 pub fn path_generation_assembled(start: [f64; 8]) -> Result<Problem> {
-    use mechanics::analysis::start::Assembly;
+    use mechanics::initial_conditions::Assembly;
     let analysis = crate::responses::mechanism::Driven::new(CouplerPath, Assembly::default(), &rotations())?;
     parts(start)?.build(analysis)
 }

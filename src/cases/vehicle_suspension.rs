@@ -21,7 +21,7 @@ use crate::problem::{Constraint, DesignVariable, Problem, ProblemBuilder, Quanti
 use crate::responses::mechanism::{Evolution, Trajectory};
 use autodiff::Scalar;
 use error::Result;
-use mechanics::analysis::explicit::Explicit;
+use mechanics::integrators::explicit::Explicit;
 use std::f64::consts::PI;
 
 /// Standard gravity, in/s².

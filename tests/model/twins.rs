@@ -7,9 +7,9 @@ use linkwright::cases::{
     cantilever, four_bar, four_bar::StressConstrained, impact_absorber, nonlinear_absorber, slider_crank,
     ten_bar_truss, two_bar_truss, vehicle_suspension,
 };
-use linkwright::mechanics::analysis::Dynamics;
-use linkwright::mechanics::analysis::start::Assembly;
-use linkwright::mechanics::analysis::statics::Statics;
+use linkwright::mechanics::analyses::dynamics::Dynamics;
+use linkwright::mechanics::analyses::statics::Statics;
+use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::model_file::{Model, read};
 use linkwright::problem::{Analysis, Problem, TimeGrid};
 use linkwright::responses::mechanism::{Balanced, Driven, Transient};

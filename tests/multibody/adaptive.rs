@@ -1,13 +1,13 @@
 //! Adaptive implicit steps: their error follows the tolerance, they adapt, and what they reject is reported.
 
 use linkwright::cases::mechanisms::{Absorber, Chain};
-use linkwright::mechanics::analysis::dynamics::StepSize;
-use linkwright::mechanics::analysis::explicit::Explicit;
-use linkwright::mechanics::analysis::run::Run;
-use linkwright::mechanics::analysis::{Dynamics, simulate};
-use linkwright::mechanics::multibody::{Mechanism, Model};
-use linkwright::mechanics::sensitivity::differentiate;
-use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
+use linkwright::mechanics::analyses::dynamics::StepSize;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::integrators::explicit::Explicit;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::time_stepper::Run;
+use linkwright::mechanics::mechanism::{Mechanism, Model};
 
 /// A local error of h³ per step: ten times the tolerance is 10^{1/3} times the step and 10^{2/3} times the error.
 #[test]

@@ -5,20 +5,28 @@ use linkwright::Result;
 use linkwright::cases::mechanisms::{
     Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam,
 };
-use linkwright::mechanics::analysis::dynamics::InitialAcceleration;
-use linkwright::mechanics::analysis::explicit::{DOPRI5, Explicit, Pace};
-use linkwright::mechanics::analysis::generalized_alpha::Prescribed;
-use linkwright::mechanics::analysis::start::Assembly;
-use linkwright::mechanics::analysis::statics::Statics;
-use linkwright::mechanics::analysis::{Dynamics, Newton};
-use linkwright::mechanics::multibody::Model;
-use linkwright::mechanics::sensitivity::explicit::differentiate_explicitly;
-use linkwright::mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use linkwright::mechanics::sensitivity::{
-    Functional, SensitiveHistory, differentiate, differentiate_backwards, differentiate_backwards_within,
-    differentiate_equilibria_backwards, differentiate_explicitly_backwards, differentiate_explicitly_backwards_within,
-    differentiate_kinematics_backwards,
+use linkwright::mechanics::analyses::dynamics::Dynamics;
+use linkwright::mechanics::analyses::dynamics::InitialAcceleration;
+use linkwright::mechanics::analyses::statics::Statics;
+use linkwright::mechanics::derivatives::adjoint::{
+    Functional, differentiate_backwards, differentiate_backwards_within,
 };
+use linkwright::mechanics::derivatives::adjoint::{
+    differentiate_equilibria_backwards, differentiate_kinematics_backwards,
+};
+use linkwright::mechanics::derivatives::adjoint::{
+    differentiate_explicitly_backwards, differentiate_explicitly_backwards_within,
+};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::mechanics::derivatives::history::SensitiveHistory;
+use linkwright::mechanics::initial_conditions::Assembly;
+use linkwright::mechanics::integrators::explicit::DOPRI5;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::generalized_alpha::Newton;
+use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
+use linkwright::mechanics::mechanism::Model;
 use nalgebra::DMatrix;
 
 /// Derivatives of responses, a row each.

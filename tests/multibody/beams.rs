@@ -1,11 +1,12 @@
 //! Flexible beams held to closed forms.
 
 use linkwright::cases::mechanisms::SpinningBeam;
-use linkwright::mechanics::analysis::statics::{Statics, equilibria};
-use linkwright::mechanics::analysis::{Dynamics, GeneralizedAlpha, simulate};
-use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
-use linkwright::mechanics::multibody::motion::ConstantSpeed;
-use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::statics::{Statics, equilibria};
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::integrators::generalized_alpha::GeneralizedAlpha;
+use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::motion::ConstantSpeed;
 
 /// Simo & Vu-Quoc's spin-up: the tip lags by more than half a metre, and at full speed the beam is straight and stretched
 /// by 5.14e-4 m. A theory without centrifugal stiffening diverges.
@@ -20,7 +21,8 @@ fn a_spinning_beam_lags_and_is_stretched_as_the_literature_says() {
     let (coarse, fine) = (run(8), run(16));
     let exact = SpinningBeam::published(8).steady_stretch(&SpinningBeam::DESIGN);
     assert!((exact - 5.14e-4).abs() < 1e-6, "{exact:e}");
-    let lag = |run: &linkwright::mechanics::analysis::History| run.values[1].iter().copied().fold(0.0, f64::min);
+    let lag =
+        |run: &linkwright::mechanics::analyses::dynamics::History| run.values[1].iter().copied().fold(0.0, f64::min);
     let end = fine.values[0].len() - 1;
     println!("lag {:.4} and {:.4} m, stretch {:.4e} of {exact:.4e} m", lag(&coarse), lag(&fine), fine.values[0][end]);
     assert!((lag(&fine) + 0.5765).abs() < 1e-3 && (lag(&coarse) / lag(&fine) - 1.0).abs() < 0.01);

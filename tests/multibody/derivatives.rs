@@ -2,15 +2,18 @@
 
 use crate::zoo::Arm;
 use linkwright::cases::mechanisms::{Andrews, Chain, SliderCrank};
-use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
-use linkwright::mechanics::analysis::kinematics::kinematics;
-use linkwright::mechanics::analysis::start::Assembly;
-use linkwright::mechanics::analysis::statics::{Statics, equilibria};
-use linkwright::mechanics::analysis::{Dynamics, Newton, simulate};
-use linkwright::mechanics::multibody::Model;
-use linkwright::mechanics::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
-use linkwright::mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use linkwright::mechanics::sensitivity::{SensitiveHistory, differentiate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::kinematics::kinematics;
+use linkwright::mechanics::analyses::statics::{Statics, equilibria};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::mechanics::derivatives::history::SensitiveHistory;
+use linkwright::mechanics::initial_conditions::Assembly;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::generalized_alpha::Newton;
+use linkwright::mechanics::mechanism::Model;
 
 /// Largest deviation of a derivative from differences, relative to the largest derivative of the same output.
 ///

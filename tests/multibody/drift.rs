@@ -1,10 +1,12 @@
 //! What every integrator must keep: energy, momentum, closed joints.
 
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::analysis::explicit::Explicit;
-use linkwright::mechanics::analysis::{Dynamics, GeneralizedAlpha, History, Newton, simulate};
-use linkwright::mechanics::multibody::{Formula, Mechanism, Pose};
-use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
+use linkwright::mechanics::integrators::explicit::Explicit;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Newton};
+use linkwright::mechanics::mechanism::outputs::Formula;
+use linkwright::mechanics::mechanism::{Mechanism, Pose};
 
 /// J ω + m (x v_y − y v_x) of one body: x, y, v_x, v_y, ω.
 struct AngularMomentum {

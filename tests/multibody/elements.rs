@@ -1,10 +1,12 @@
 //! Identities that every element must satisfy.
 
 use crate::zoo::{Arm, Forces, Joints};
-use linkwright::mechanics::analysis::sampling::energy;
-use linkwright::mechanics::analysis::system::{Linearization, Unknown};
-use linkwright::mechanics::analysis::{State, System};
-use linkwright::mechanics::multibody::{Mechanism, Model};
+use linkwright::mechanics::analyses::sampling::energy;
+use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::system::System;
+use linkwright::mechanics::system::Unknown;
+use linkwright::mechanics::system::Linearization;
+use linkwright::mechanics::system::state::State;
 
 /// A state away from every symmetry.
 fn disturbed(mechanism: &Mechanism<f64>, system: &System) -> State<f64> {

@@ -2,10 +2,14 @@
 
 use linkwright::autodiff::Scalar;
 use linkwright::cases::mechanisms::Chain;
-use linkwright::mechanics::analysis::explicit::{Explicit, Ode, Pace, Tolerance, integrate, simulate_with_steps};
-use linkwright::mechanics::multibody::element::{Element, Local};
-use linkwright::mechanics::multibody::{Mechanism, Model, Pose};
-use linkwright::mechanics::sensitivity::explicit::{differentiate_explicitly, differentiate_ode, simulate_explicitly};
+use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::derivatives::forward::explicit::differentiate_ode;
+use linkwright::mechanics::elements::{Element, Local};
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::explicit::simulate_with_steps;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace, Tolerance};
+use linkwright::mechanics::integrators::explicit::{Ode, integrate};
+use linkwright::mechanics::mechanism::{Mechanism, Model, Pose};
 use linkwright::{Error, Result};
 
 /// ÿ + 2 d ẏ + k y = 0 with y(0) = k / 2, ẏ(0) = −d: the initial state depends on the design (k, d).

@@ -3,22 +3,26 @@
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
 use linkwright::cases::mechanisms::{Chain, FourBar};
-use linkwright::mechanics::analysis::explicit::Explicit;
-use linkwright::mechanics::analysis::kinematics::kinematics;
-use linkwright::mechanics::analysis::start::{Assembly, redundant_closures};
-use linkwright::mechanics::analysis::statics::{Statics, equilibria};
-use linkwright::mechanics::analysis::{Dynamics, State, System, simulate};
-use linkwright::mechanics::multibody::element::{Element, Local};
-use linkwright::mechanics::multibody::elements::{BeamSection, Law, Shear};
-use linkwright::mechanics::multibody::motion::{ConstantSpeed, Motion};
-use linkwright::mechanics::multibody::{Coordinate, Formula, Marker, Mechanism, Model, Pose};
-use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::kinematics::kinematics;
+use linkwright::mechanics::analyses::statics::{Statics, equilibria};
+use linkwright::mechanics::elements::Law;
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::elements::{Element, Local};
+use linkwright::mechanics::initial_conditions::{Assembly, redundant_closures};
+use linkwright::mechanics::integrators::explicit::Explicit;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::mechanism::outputs::Formula;
+use linkwright::mechanics::mechanism::{Coordinate, Marker, Mechanism, Model, Pose};
+use linkwright::mechanics::motion::{ConstantSpeed, Motion};
+use linkwright::mechanics::system::System;
+use linkwright::mechanics::system::state::State;
 
 fn message(mechanism: &Mechanism<f64>) -> String {
     simulate(mechanism, &Dynamics::fixed(1e-2), &[0.1]).expect_err("it must fail").to_string()
 }
 
-fn link(m: &mut Mechanism<f64>, name: &str, x: f64) -> linkwright::mechanics::multibody::Body {
+fn link(m: &mut Mechanism<f64>, name: &str, x: f64) -> linkwright::mechanics::mechanism::Body {
     m.body(name, 1.0, 0.1, Pose { x, y: 0.0, theta: 0.0 })
 }
 

@@ -1,9 +1,9 @@
 //! Derivatives of the flexible four-bar's moments against extrapolated differences.
 
 use linkwright::cases::mechanisms::FourBar;
-use linkwright::mechanics::analysis::simulate;
-use linkwright::mechanics::multibody::Model;
-use linkwright::mechanics::sensitivity::differentiate;
+use linkwright::mechanics::analyses::dynamics::simulate;
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::mechanism::Model;
 
 /// Central differences of plain simulations, Richardson-extrapolated.
 fn richardson(b: &[f64; 3], k: usize, h: f64) -> Vec<Vec<f64>> {

@@ -3,11 +3,18 @@
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::autodiff::{Scalar, hessian};
 use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
-use linkwright::mechanics::analysis::{Dynamics, Newton, start::Assembly, statics::Statics};
-use linkwright::mechanics::multibody::Model;
-use linkwright::mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use linkwright::mechanics::sensitivity::second::{differentiate_equilibria_twice, differentiate_kinematics_twice};
-use linkwright::mechanics::sensitivity::{Second, SecondHistory, SensitiveHistory, differentiate, differentiate_twice};
+use linkwright::mechanics::analyses::dynamics::Dynamics;
+use linkwright::mechanics::analyses::statics::Statics;
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::mechanics::derivatives::history::SensitiveHistory;
+use linkwright::mechanics::derivatives::second_order::{Second, SecondHistory, differentiate_twice};
+use linkwright::mechanics::derivatives::second_order::{
+    differentiate_equilibria_twice, differentiate_kinematics_twice,
+};
+use linkwright::mechanics::initial_conditions::Assembly;
+use linkwright::mechanics::integrators::generalized_alpha::Newton;
+use linkwright::mechanics::mechanism::Model;
 use linkwright::problem::{Analysis, Instant};
 use linkwright::responses::mechanism::Transient;
 

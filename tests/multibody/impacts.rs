@@ -2,15 +2,19 @@
 
 use linkwright::Result;
 use linkwright::autodiff::{Scalar, gradient, hessian};
-use linkwright::mechanics::analysis::{Dynamics, Explicit, Newton, simulate};
-use linkwright::mechanics::multibody::elements::{Driver, Revolute};
-use linkwright::mechanics::multibody::mechanism::Pose;
-use linkwright::mechanics::multibody::motion::{Fixed, Harmonic};
-use linkwright::mechanics::multibody::{Element, Local, Mechanism, Model};
-use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
-use linkwright::mechanics::sensitivity::{
-    Functional, Second, differentiate, differentiate_backwards, differentiate_twice,
-};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::second_order::{Second, differentiate_twice};
+use linkwright::mechanics::elements::Driver;
+use linkwright::mechanics::elements::Revolute;
+use linkwright::mechanics::elements::{Element, Local};
+use linkwright::mechanics::integrators::explicit::Explicit;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::generalized_alpha::Newton;
+use linkwright::mechanics::mechanism::Pose;
+use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::motion::{Fixed, Harmonic};
 
 /// A ball that falls from the height b₀ under the gravity b₁ and rebounds with the restitution b₂ of its speed.
 struct Ball;

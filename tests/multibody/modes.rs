@@ -3,12 +3,13 @@
 use crate::zoo::Arm;
 use linkwright::autodiff::Scalar;
 use linkwright::cases::mechanisms::{Absorber, Chain, Governor};
-use linkwright::mechanics::analysis::modes::modes;
-use linkwright::mechanics::analysis::statics::{Statics, balance};
-use linkwright::mechanics::analysis::{State, System};
-use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
-use linkwright::mechanics::multibody::{Mechanism, Model};
-use linkwright::mechanics::sensitivity::{About, ModeSensitivities, differentiate_modes};
+use linkwright::mechanics::analyses::modal::modes;
+use linkwright::mechanics::analyses::statics::{Statics, balance};
+use linkwright::mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes};
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::system::System;
+use linkwright::mechanics::system::state::State;
 
 fn close(found: &[f64], expected: &[f64], tolerance: f64) {
     assert_eq!(found.len(), expected.len());

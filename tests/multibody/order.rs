@@ -1,13 +1,16 @@
 //! Measured orders of the integrators and of the beam element.
 
 use linkwright::cases::mechanisms::{Absorber, Chain};
-use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
-use linkwright::mechanics::analysis::modes::modes;
-use linkwright::mechanics::analysis::{Dynamics, GeneralizedAlpha, Newton, State, System, simulate};
-use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
-use linkwright::mechanics::multibody::{Mechanism, Model};
-use linkwright::mechanics::sensitivity::differentiate;
-use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::modal::modes;
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Newton};
+use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::system::System;
+use linkwright::mechanics::system::state::State;
 
 fn order(coarse: f64, fine: f64) -> f64 {
     (coarse / fine).log2()

@@ -3,15 +3,16 @@
 use crate::zoo::Arm;
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::analysis::dynamics::Origin;
-use linkwright::mechanics::analysis::statics::Statics;
-use linkwright::mechanics::analysis::{Dynamics, Newton, simulate};
-use linkwright::mechanics::multibody::mechanism::Pose;
-use linkwright::mechanics::multibody::motion::Harmonic;
-use linkwright::mechanics::multibody::{Mechanism, Model};
-use linkwright::mechanics::sensitivity::{
-    Functional, Second, differentiate, differentiate_backwards, differentiate_twice,
-};
+use linkwright::mechanics::analyses::dynamics::Origin;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::statics::Statics;
+use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::second_order::{Second, differentiate_twice};
+use linkwright::mechanics::integrators::generalized_alpha::Newton;
+use linkwright::mechanics::mechanism::Pose;
+use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::motion::Harmonic;
 
 fn from_rest(h: f64) -> Dynamics {
     let statics = Statics { tolerance: 1e-13, ..Statics::default() };

@@ -2,16 +2,21 @@
 
 use linkwright::autodiff::{DualNum, Scalar};
 use linkwright::cases::mechanisms::{Absorber, Governor};
-use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
-use linkwright::mechanics::analysis::kinematics::kinematics;
-use linkwright::mechanics::analysis::start::Assembly;
-use linkwright::mechanics::analysis::statics::{Statics, equilibria};
-use linkwright::mechanics::analysis::{Dynamics, simulate};
-use linkwright::mechanics::multibody::motion::{ConstantSpeed, Ramp, Table};
-use linkwright::mechanics::multibody::{Formula, Mechanism, Model, Motion, Pose};
-use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
-use linkwright::mechanics::sensitivity::instant::differentiate_equilibria;
-use linkwright::mechanics::sensitivity::{SensitiveHistory, differentiate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::kinematics::kinematics;
+use linkwright::mechanics::analyses::statics::{Statics, equilibria};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::forward::instants::differentiate_equilibria;
+use linkwright::mechanics::derivatives::history::SensitiveHistory;
+use linkwright::mechanics::initial_conditions::Assembly;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::mechanism::outputs::Formula;
+use linkwright::mechanics::mechanism::{Mechanism, Model, Pose};
+use linkwright::mechanics::motion::ConstantSpeed;
+use linkwright::mechanics::motion::Motion;
+use linkwright::mechanics::motion::Ramp;
+use linkwright::mechanics::motion::Table;
 
 fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance * (1.0 + expected.abs()), "{found} instead of {expected}");
@@ -166,7 +171,8 @@ fn a_spring_of_zero_length_is_a_plane_oscillator_with_derivatives() {
     let (b, times) = ([2.0, 18.0, 1.5], [0.0, 0.2, 0.9]);
     let explicit = Explicit::eighth_order(1e-11);
     let run =
-        linkwright::mechanics::sensitivity::explicit::differentiate_explicitly(&Bob, &b, &explicit, &times).unwrap();
+        linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly(&Bob, &b, &explicit, &times)
+            .unwrap();
     let implicit = differentiate(&Bob, &b, &Dynamics::fixed(2e-4), &times).unwrap();
     for (k, &t) in times.iter().enumerate() {
         let (value, slopes) = linkwright::autodiff::gradient(
@@ -202,7 +208,7 @@ fn drives_of_every_kind_need_the_force_of_their_acceleration() {
     let knots: Vec<f64> = (0..=40).map(|k| 0.05 * f64::from(k)).collect();
     let table = Table::new(&knots, &knots.iter().map(|t| t.sin()).collect::<Vec<_>>()).unwrap();
     let t = 0.8;
-    let force = |drive: &dyn Fn(&mut Mechanism<f64>, linkwright::mechanics::multibody::Coordinate)| {
+    let force = |drive: &dyn Fn(&mut Mechanism<f64>, linkwright::mechanics::mechanism::Coordinate)| {
         let mut m = Mechanism::<f64>::new();
         let x = m.coordinate("cart", 0.0, 0.0);
         m.inertia("mass", x, 2.0);

@@ -1,15 +1,15 @@
 //! Published solutions and closed forms.
 
 use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, SliderCrank};
-use linkwright::mechanics::analysis::explicit::Explicit;
-use linkwright::mechanics::analysis::kinematics::kinematics;
-use linkwright::mechanics::analysis::start::Assembly;
-use linkwright::mechanics::analysis::statics::{Statics, equilibria};
-use linkwright::mechanics::analysis::{Dynamics, simulate};
-use linkwright::mechanics::multibody::elements::{BeamSection, Shear};
-use linkwright::mechanics::multibody::motion::ConstantSpeed;
-use linkwright::mechanics::multibody::{Mechanism, Model};
-use linkwright::mechanics::sensitivity::explicit::simulate_explicitly;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::kinematics::kinematics;
+use linkwright::mechanics::analyses::statics::{Statics, equilibria};
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::initial_conditions::Assembly;
+use linkwright::mechanics::integrators::explicit::Explicit;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::motion::ConstantSpeed;
 use linkwright::responses::mechanism::Transient;
 
 #[test]

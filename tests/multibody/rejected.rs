@@ -2,10 +2,12 @@
 
 use linkwright::autodiff::Scalar;
 use linkwright::function;
-use linkwright::mechanics::analysis::Dynamics;
-use linkwright::mechanics::multibody::elements::{BeamSection, Law, Shear};
-use linkwright::mechanics::multibody::motion::{ConstantSpeed, Motion};
-use linkwright::mechanics::multibody::{Formula, Mechanism, Model, Pose};
+use linkwright::mechanics::analyses::dynamics::Dynamics;
+use linkwright::mechanics::elements::Law;
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::mechanism::outputs::Formula;
+use linkwright::mechanics::mechanism::{Mechanism, Model, Pose};
+use linkwright::mechanics::motion::{ConstantSpeed, Motion};
 use linkwright::problem::{DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use linkwright::responses::mechanism::Transient;
 use linkwright::sao::{Method, State, Stop};

@@ -1,9 +1,9 @@
 //! The flexible four-bar mechanism approaches the rigid one as its stiffness grows.
 
 use linkwright::cases::mechanisms::{FourBar, RigidFourBar};
-use linkwright::mechanics::analysis::kinematics::kinematics;
-use linkwright::mechanics::analysis::simulate;
-use linkwright::mechanics::multibody::Model;
+use linkwright::mechanics::analyses::dynamics::simulate;
+use linkwright::mechanics::analyses::kinematics::kinematics;
+use linkwright::mechanics::mechanism::Model;
 
 const DIAMETERS: [f64; 3] = [0.128448; 3];
 

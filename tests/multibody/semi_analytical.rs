@@ -3,17 +3,21 @@
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::autodiff::Scalar;
 use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
-use linkwright::mechanics::analysis::dynamics::InitialAcceleration;
-use linkwright::mechanics::analysis::generalized_alpha::Prescribed;
-use linkwright::mechanics::analysis::start::Assembly;
-use linkwright::mechanics::analysis::statics::Statics;
-use linkwright::mechanics::analysis::{Dynamics, Explicit, Newton};
-use linkwright::mechanics::multibody::{Mechanism, Model};
-use linkwright::mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use linkwright::mechanics::sensitivity::semi_analytical::{STEP, difference_equilibria, difference_kinematics};
-use linkwright::mechanics::sensitivity::{
-    Differentiation, SensitiveHistory, differentiate, differentiate_semi_analytically,
-};
+use linkwright::mechanics::analyses::dynamics::Dynamics;
+use linkwright::mechanics::analyses::dynamics::InitialAcceleration;
+use linkwright::mechanics::analyses::statics::Statics;
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
+use linkwright::mechanics::derivatives::history::SensitiveHistory;
+use linkwright::mechanics::derivatives::method::Differentiation;
+use linkwright::mechanics::derivatives::semi_analytical::STEP;
+use linkwright::mechanics::derivatives::semi_analytical::differentiate_semi_analytically;
+use linkwright::mechanics::derivatives::semi_analytical::{difference_equilibria, difference_kinematics};
+use linkwright::mechanics::initial_conditions::Assembly;
+use linkwright::mechanics::integrators::explicit::Explicit;
+use linkwright::mechanics::integrators::generalized_alpha::Newton;
+use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
+use linkwright::mechanics::mechanism::{Mechanism, Model};
 use linkwright::responses::mechanism::Transient;
 
 /// Largest deviation of a derivative by each variable, relative to the largest of the same output with respect to any, all by

@@ -4,11 +4,14 @@
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::cases::mechanisms::SpinningBeam;
-use linkwright::mechanics::analysis::explicit::{Explicit, Pace};
-use linkwright::mechanics::analysis::{Dynamics, Newton, simulate};
-use linkwright::mechanics::multibody::Model;
-use linkwright::mechanics::sensitivity::explicit::{differentiate_explicitly, simulate_explicitly};
-use linkwright::mechanics::sensitivity::{SensitiveHistory, differentiate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::derivatives::history::SensitiveHistory;
+use linkwright::mechanics::integrators::explicit::simulate_explicitly;
+use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::generalized_alpha::Newton;
+use linkwright::mechanics::mechanism::Model;
 use std::fmt::Write;
 
 /// Name of an element, its parameters in words, and which design variables of its mechanism these are.

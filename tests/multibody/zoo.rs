@@ -3,10 +3,15 @@
 use crate::table::Label;
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::multibody::elements::{BeamSection, Law, Shear};
-use linkwright::mechanics::multibody::mechanism::Pose;
-use linkwright::mechanics::multibody::motion::{ConstantSpeed, Fixed, Harmonic, Ramp, StartUp, Table};
-use linkwright::mechanics::multibody::{Coordinate, Mechanism, Model, Motion};
+use linkwright::mechanics::elements::Law;
+use linkwright::mechanics::elements::{BeamSection, Shear};
+use linkwright::mechanics::mechanism::Pose;
+use linkwright::mechanics::mechanism::{Coordinate, Mechanism, Model};
+use linkwright::mechanics::motion::Motion;
+use linkwright::mechanics::motion::Ramp;
+use linkwright::mechanics::motion::StartUp;
+use linkwright::mechanics::motion::Table;
+use linkwright::mechanics::motion::{ConstantSpeed, Fixed, Harmonic};
 
 /// A pendulum hung with every force element.
 pub struct Forces;

@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::multibody::{Mechanism, Model};
+use mechanics::mechanism::{Mechanism, Model};
 
 /// A mass of 1 kg that hits a spring and damper at 1 m/s: ÿ + c ẏ + k y = 0, y(0) = 0, ẏ(0) = 1 m/s.
 ///

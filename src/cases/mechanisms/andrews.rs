@@ -2,9 +2,9 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::multibody::mechanism::Marker;
-use mechanics::multibody::motion::Fixed;
-use mechanics::multibody::{Body, Mechanism, Model, Pose};
+use mechanics::mechanism::Marker;
+use mechanics::mechanism::{Body, Mechanism, Model, Pose};
+use mechanics::motion::Fixed;
 
 /// Seven bodies, ten pins, three of them in one point, one spring, and a motor of constant torque.
 ///

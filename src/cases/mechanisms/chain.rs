@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::multibody::{Mechanism, Model, Pose};
+use mechanics::mechanism::{Mechanism, Model, Pose};
 
 /// Slender rods pinned in a row, the first one to the ground, released from rest in a straight line.
 ///

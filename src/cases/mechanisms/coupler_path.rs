@@ -2,8 +2,8 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::multibody::motion::ConstantSpeed;
-use mechanics::multibody::{Mechanism, Model, Pose};
+use mechanics::mechanism::{Mechanism, Model, Pose};
+use mechanics::motion::ConstantSpeed;
 
 /// A crank that turns by one radian per second, a coupler, and a slider on a horizontal line.
 ///

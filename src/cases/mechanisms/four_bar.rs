@@ -2,14 +2,14 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::multibody::elements::{BeamSection, Shear};
-use mechanics::multibody::motion::StartUp;
-use mechanics::multibody::{Mechanism, Model, Part};
+use mechanics::elements::{BeamSection, Shear};
+use mechanics::mechanism::{Mechanism, Model, Part};
+use mechanics::motion::StartUp;
 
 /// Bending moments of a driven four-bar mechanism of three flexible round links, as functions of their diameters.
 ///
 /// Links: crank O–B, coupler B–C, rocker D–C; O is the origin, D lies on the x axis, C above it. Each link is a row
-/// of equal [`Beam`](mechanics::multibody::elements::Beam) elements whose coincident end nodes share x and y. The root of
+/// of equal [`Beam`](mechanics::elements::Beam) elements whose coincident end nodes share x and y. The root of
 /// the crank turns as prescribed.
 ///
 /// Design variables: the three diameters in m. Outputs: `moment i.k` in N·m at node k of link i, link by link,

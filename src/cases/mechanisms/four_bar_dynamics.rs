@@ -2,8 +2,8 @@
 
 use crate::cases::mechanisms::FourBar;
 use crate::{Error, Result};
-use mechanics::analysis::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
-use mechanics::analysis::generalized_alpha::{GeneralizedAlpha, Prescribed};
+use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
+use mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed};
 
 impl FourBar {
     /// Settings of the analysis: HHT at fixed steps from rest.
@@ -23,8 +23,8 @@ impl FourBar {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mechanics::analysis::simulate;
-    use mechanics::multibody::Model;
+    use mechanics::analyses::dynamics::simulate;
+    use mechanics::mechanism::Model;
 
     /// Largest stress over all nodes and times, over the allowed one, minus one, in %.
     fn violation(model: &FourBar, diameters_mm: [f64; 3]) -> f64 {
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn rigid_shear_gives_the_reference_stresses() {
-        use mechanics::multibody::elements::Shear;
+        use mechanics::elements::Shear;
         let model = FourBar { shear: Shear::Rigid, ..FourBar::as_published() };
         for (diameters, expected) in
             [([356.8; 3], -71.48), ([52.2, 35.965, 35.965], -6.49), ([38.5, 25.2, 20.0], -0.28)]

@@ -2,8 +2,8 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::multibody::elements::Law;
-use mechanics::multibody::{Mechanism, Model};
+use mechanics::elements::Law;
+use mechanics::mechanism::{Mechanism, Model};
 
 /// Porter's governor: two balls on rods from a pivot on the spindle, and two rods from the balls to a heavy sleeve.
 ///

@@ -3,7 +3,7 @@
 use super::FourBar;
 use crate::Result;
 use autodiff::Scalar;
-use mechanics::multibody::{Body, Mechanism, Model, Part, Pose};
+use mechanics::mechanism::{Body, Mechanism, Model, Part, Pose};
 
 /// Bending moments of [`FourBar`] when nothing bends, by inverse dynamics.
 ///
@@ -11,7 +11,7 @@ use mechanics::multibody::{Body, Mechanism, Model, Part, Pose};
 /// drive at the root of the crank, are the bending moments at the nodes. Design variables, outputs and settings are
 /// those of [`FourBar`]; Young's modulus, shear, damping and step mean nothing here. Ends on pins carry no moment.
 ///
-/// For [`kinematics`](mechanics::analysis::kinematics::kinematics), from rest at time 0 on.
+/// For [`kinematics`](mechanics::analyses::kinematics::kinematics), from rest at time 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidFourBar(pub FourBar);
 

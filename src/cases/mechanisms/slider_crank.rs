@@ -2,9 +2,9 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::multibody::elements::{BeamSection, Shear};
-use mechanics::multibody::motion::ConstantSpeed;
-use mechanics::multibody::{Mechanism, Model, Pose};
+use mechanics::elements::{BeamSection, Shear};
+use mechanics::mechanism::{Mechanism, Model, Pose};
+use mechanics::motion::ConstantSpeed;
 
 /// A crank at constant speed, a connecting rod, and a slider on the x axis.
 ///

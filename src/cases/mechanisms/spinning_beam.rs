@@ -2,10 +2,10 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::multibody::elements::{BeamSection, Shear};
-use mechanics::multibody::formula::Formula;
-use mechanics::multibody::motion::StartUp;
-use mechanics::multibody::{Mechanism, Model};
+use mechanics::elements::{BeamSection, Shear};
+use mechanics::mechanism::outputs::Formula;
+use mechanics::mechanism::{Mechanism, Model};
+use mechanics::motion::StartUp;
 
 /// A beam whose root is turned from rest to a constant speed within some time, in the plane and without gravity.
 ///

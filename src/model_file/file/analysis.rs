@@ -10,11 +10,11 @@ use crate::model_file::limits;
 use crate::problem::Responses;
 use crate::problem::{Analysis, Differences, Differentiated, Problem, ProblemBuilder, TimeGrid};
 use crate::responses::mechanism::{Balanced, Driven, Integration, Transient};
-use mechanics::analysis::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
-use mechanics::analysis::explicit::{Explicit, Pace};
-use mechanics::analysis::generalized_alpha::{GeneralizedAlpha, Prescribed};
-use mechanics::analysis::start::Assembly;
-use mechanics::analysis::statics::Statics;
+use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
+use mechanics::analyses::statics::Statics;
+use mechanics::initial_conditions::Assembly;
+use mechanics::integrators::explicit::{Explicit, Pace};
+use mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed};
 
 const KEYS: &[Key] = &[
     required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "what is computed"),

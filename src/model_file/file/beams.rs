@@ -6,7 +6,7 @@ use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use crate::model_file::limits;
 use autodiff::Scalar;
-use mechanics::multibody::elements::{BeamSection, Shear};
+use mechanics::elements::{BeamSection, Shear};
 
 const COMMON: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file; its nodes are NAME.first, NAME.2, …, NAME.last"),

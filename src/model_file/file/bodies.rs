@@ -5,7 +5,7 @@ use super::parts::{Frame, Named, Parts, SPOT, World};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::multibody::{Body as Handle, Pose};
+use mechanics::mechanism::{Body as Handle, Pose};
 
 const COMMON: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file"),

@@ -8,7 +8,7 @@ use super::parts::{Named, Parts, Place, Spot, World};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::multibody::{Coordinate, Marker};
+use mechanics::mechanism::{Coordinate, Marker};
 
 /// A joint, drive or force with its numbers as programs of the design.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ use super::parts::{Named, Parts, Place, World};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::multibody::Coordinate;
-use mechanics::multibody::elements::Law;
+use mechanics::elements::Law;
+use mechanics::mechanism::Coordinate;
 use std::cell::RefCell;
 
 /// An effort with its parameters as programs of the design.

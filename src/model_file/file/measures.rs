@@ -4,7 +4,7 @@ use super::parts::{Frame, Named, Parts, Spot, World};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Program};
 use autodiff::Scalar;
-use mechanics::multibody::{Part, Term};
+use mechanics::mechanism::{Part, Term};
 use std::collections::HashMap;
 
 /// What a point with its body measures: position, velocity and acceleration, in the fixed axes.

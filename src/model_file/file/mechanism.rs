@@ -10,7 +10,7 @@ use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::multibody::{Mechanism, Model};
+use mechanics::mechanism::{Mechanism, Model};
 use std::sync::Arc;
 
 /// Bodies, beams, joints, drives, forces and outputs.

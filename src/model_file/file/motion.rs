@@ -5,9 +5,12 @@ use super::section::{Read, Section, tree, wrong_type};
 use crate::model_file::Complaint;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::multibody::Motion;
-use mechanics::multibody::motion::{ConstantSpeed, Harmonic, Ramp, StartUp, Table};
-use mechanics::multibody::number::MOST_MOTION_PARAMETERS;
+use mechanics::mechanism::scalars::MOST_MOTION_PARAMETERS;
+use mechanics::motion::Motion;
+use mechanics::motion::Ramp;
+use mechanics::motion::StartUp;
+use mechanics::motion::Table;
+use mechanics::motion::{ConstantSpeed, Harmonic};
 use toml::de::DeValue;
 
 const KIND: Key = required("kind", Accepts::Choice(KINDS), "kind of motion");

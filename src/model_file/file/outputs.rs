@@ -9,7 +9,8 @@ use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use crate::model_file::{Complaint, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use autodiff::Scalar;
-use mechanics::multibody::{Formula, Term};
+use mechanics::mechanism::Term;
+use mechanics::mechanism::outputs::Formula;
 use std::cell::RefCell;
 use toml::de::DeValue;
 

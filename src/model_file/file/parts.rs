@@ -6,7 +6,7 @@ use super::section::{Read, Section, Value, Word, pair, wrong_type};
 use crate::model_file::Complaint;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::multibody::{Body, Coordinate, Marker, Mechanism, Part};
+use mechanics::mechanism::{Body, Coordinate, Marker, Mechanism, Part};
 use std::collections::HashMap;
 use std::ops::Range;
 use toml::de::DeValue;

@@ -10,9 +10,9 @@ use crate::report::plots::{
     History, Linkage, Side, StressField, TimeBound, TimeHistory, mechanism, stress_field, time_history,
 };
 use error::Result;
-use mechanics::analysis::run::Run as Motion;
-use mechanics::analysis::sampling::interpolate;
-use mechanics::multibody::{Mechanism, Model};
+use mechanics::analyses::sampling::interpolate;
+use mechanics::integrators::time_stepper::Run as Motion;
+use mechanics::mechanism::{Mechanism, Model};
 
 /// How many times the bending of the links is enlarged in pictures of the motion.
 const ENLARGED: f64 = 10.0;

@@ -5,11 +5,11 @@ use super::transient::{Integration, Transient};
 use crate::Result;
 use crate::problem::check::{Proof, check, methods};
 use crate::problem::{Analysis, Instant};
-use mechanics::analysis::Dynamics;
-use mechanics::analysis::explicit::Explicit;
-use mechanics::analysis::start::Assembly;
-use mechanics::analysis::statics::Statics;
-use mechanics::multibody::Model;
+use mechanics::analyses::dynamics::Dynamics;
+use mechanics::analyses::statics::Statics;
+use mechanics::initial_conditions::Assembly;
+use mechanics::integrators::explicit::Explicit;
+use mechanics::mechanism::Model;
 
 /// How a mechanism is analysed.
 #[derive(Clone, Debug, PartialEq)]

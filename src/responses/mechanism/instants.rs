@@ -2,21 +2,21 @@
 
 use crate::Result;
 use crate::problem::{Alternative, Analysis, Instant, Responses};
-use mechanics::analysis::dynamics::check_times;
-use mechanics::analysis::kinematics::kinematics;
-use mechanics::analysis::start::Assembly;
-use mechanics::analysis::statics::{Statics, equilibria};
-use mechanics::multibody::{Mechanism, Model};
-use mechanics::sensitivity::adjoint::{
-    Functional, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
-};
-use mechanics::sensitivity::differentiation::{Cost, Differentiation};
-use mechanics::sensitivity::instant::{differentiate_equilibria, differentiate_kinematics};
-use mechanics::sensitivity::record::SensitiveHistory;
-use mechanics::sensitivity::second::{
+use mechanics::analyses::dynamics::check_times;
+use mechanics::analyses::kinematics::kinematics;
+use mechanics::analyses::statics::{Statics, equilibria};
+use mechanics::derivatives::adjoint::Functional;
+use mechanics::derivatives::adjoint::{differentiate_equilibria_backwards, differentiate_kinematics_backwards};
+use mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
+use mechanics::derivatives::history::SensitiveHistory;
+use mechanics::derivatives::method::{Cost, Differentiation};
+use mechanics::derivatives::second_order::{
     Second, SecondHistory, differentiate_equilibria_twice, differentiate_kinematics_twice,
 };
-use mechanics::sensitivity::semi_analytical::{self, difference_equilibria, difference_kinematics};
+use mechanics::derivatives::semi_analytical;
+use mechanics::derivatives::semi_analytical::{difference_equilibria, difference_kinematics};
+use mechanics::initial_conditions::Assembly;
+use mechanics::mechanism::{Mechanism, Model};
 use nalgebra::DMatrix;
 
 /// The outputs of a mechanism in static equilibrium at given times: a load path where loads are functions of time.

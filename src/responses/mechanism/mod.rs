@@ -11,7 +11,7 @@ pub use trajectory::{Evolution, Trajectory};
 pub use transient::{Integration, Transient};
 
 use crate::problem::Instant;
-use mechanics::sensitivity::SensitiveHistory;
+use mechanics::derivatives::history::SensitiveHistory;
 use nalgebra::DMatrix;
 
 /// Gradients of the wanted responses, one in each row; `places` are the indices of their times in the history.

@@ -3,8 +3,9 @@
 use crate::Result;
 use crate::problem::{Analysis, ContinuousTime, Instant, Responses};
 use autodiff::{BLOCK, HyperDual, Scalar};
-use mechanics::analysis::explicit::{Explicit, Ode, integrate};
-use mechanics::sensitivity::explicit::differentiate_ode;
+use mechanics::derivatives::forward::explicit::differentiate_ode;
+use mechanics::integrators::explicit::Explicit;
+use mechanics::integrators::explicit::{Ode, integrate};
 use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
 use num_dual::Derivative;
 use std::sync::{Arc, OnceLock};

@@ -2,18 +2,22 @@
 
 use crate::problem::{Alternative, Analysis, Instant, Responses};
 use crate::{Error, Result};
-use mechanics::analysis::explicit::{ExplicitRecording, simulate_with_recording};
-use mechanics::analysis::{Dynamics, Explicit, Recording, simulate, simulate_recorded};
-use mechanics::multibody::Model;
-use mechanics::sensitivity::adjoint::{
-    Functional, differentiate_backwards_within, differentiate_explicit_recording_backwards,
-    differentiate_explicitly_backwards_within, differentiate_recording_backwards,
+use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded};
+use mechanics::checkpointing::recording::Recording;
+use mechanics::derivatives::adjoint::{Functional, differentiate_backwards_within, differentiate_recording_backwards};
+use mechanics::derivatives::adjoint::{
+    differentiate_explicit_recording_backwards, differentiate_explicitly_backwards_within,
 };
-use mechanics::sensitivity::differentiation::{Cost, Differentiation};
-use mechanics::sensitivity::direct::{differentiate, differentiate_recorded};
-use mechanics::sensitivity::explicit::differentiate_explicitly;
-use mechanics::sensitivity::second::{Second, differentiate_recorded_twice, differentiate_twice};
-use mechanics::sensitivity::semi_analytical::{self, differentiate_semi_analytically};
+use mechanics::derivatives::forward::dynamics::{differentiate, differentiate_recorded};
+use mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use mechanics::derivatives::method::{Cost, Differentiation};
+use mechanics::derivatives::second_order::{Second, differentiate_recorded_twice, differentiate_twice};
+use mechanics::derivatives::semi_analytical;
+use mechanics::derivatives::semi_analytical::differentiate_semi_analytically;
+use mechanics::integrators::explicit::Explicit;
+use mechanics::integrators::explicit::ExplicitRecording;
+use mechanics::integrators::explicit::simulate_with_recording;
+use mechanics::mechanism::Model;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! LU factorization of a band matrix with row interchanges.
 
-use super::wide::{Substitute, substitute, subtract};
+use crate::linalg::simd::{Substitute, substitute, subtract};
 
 /// A square band matrix, its rows stored one after another, and after [`Banded::factorize`] its factors L and U.
 ///

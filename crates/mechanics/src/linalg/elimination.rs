@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// multiplications.
 ///
 /// **Source.** Markowitz, *Management Sci.* 3 (1957) 255–269; George & Liu, *SIAM Rev.* 31 (1989) 1–19.
-pub(super) fn least_fill_order(rows: &[Vec<usize>], late: &[bool], most: usize) -> Option<Vec<(usize, Vec<usize>)>> {
+pub(crate) fn least_fill_order(rows: &[Vec<usize>], late: &[bool], most: usize) -> Option<Vec<(usize, Vec<usize>)>> {
     let n = rows.len();
     let others = |i: usize| rows[i].iter().copied().filter(move |&j| j != i);
     let mut coupled: Vec<Vec<usize>> = (0..n).map(|i| others(i).collect()).collect();

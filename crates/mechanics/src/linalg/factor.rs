@@ -1,6 +1,8 @@
 //! The choice of a factorization.
 
-use super::{Banded, Ordered, Sparse};
+use crate::linalg::banded::Banded;
+use crate::linalg::sparse::Sparse;
+use crate::linalg::static_order::Ordered;
 use faer::dyn_stack::MemBuffer;
 
 /// A matrix of fixed pattern with whichever factorization is cheapest for it.

@@ -5,17 +5,18 @@
 //! numbered along the connections ([`bandwidth_order`]) it is a narrow band ([`Banded`]), and where the band is wide
 //! [`Sparse`] takes over. [`Factor`] chooses.
 
-mod banded;
-mod elimination;
-mod factor;
-mod ordered;
-mod ordering;
-mod sparse;
-mod wide;
+pub(crate) mod banded;
+pub(crate) mod elimination;
+pub(crate) mod factor;
+pub(crate) mod ordering;
+pub(crate) mod simd;
+pub(crate) mod sparse;
+pub(crate) mod static_order;
 
 pub use banded::Banded;
-pub use factor::{Factor, Singular, SolveRoom};
-pub use ordered::Ordered;
+pub use factor::Factor;
+pub use factor::Singular;
+pub use factor::SolveRoom;
 pub use ordering::bandwidth_order;
 pub use sparse::Sparse;
-pub(crate) use wide::{Kernel, subtract, widely};
+pub use static_order::Ordered;

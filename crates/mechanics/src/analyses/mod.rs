@@ -1,0 +1,7 @@
+//! Analyses of a mechanism at one design.
+
+pub mod dynamics;
+pub mod kinematics;
+pub mod modal;
+pub mod sampling;
+pub mod statics;

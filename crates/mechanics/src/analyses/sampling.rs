@@ -1,0 +1,203 @@
+//! States between steps, and named outputs of a state.
+
+use crate::elements::element::Local;
+use crate::elements::element::Room;
+use crate::mechanism::Mechanism;
+use crate::mechanism::Source;
+use crate::mechanism::scalars::Real;
+use crate::system::residual::{evaluate, gather};
+use crate::system::state::State;
+use autodiff::Scalar;
+use std::ops::Mul;
+
+/// The state at time `t` between `old` and `new`, written to `at`.
+///
+/// Positions by the cubic through positions and velocities, velocities by the cubic through velocities and
+/// accelerations, accelerations and multipliers linearly: of the order of the integrator. At the ends the states
+/// themselves, bit for bit.
+pub fn interpolate<T: Real>(old: &State<T>, new: &State<T>, t: f64, at: &mut State<T>) {
+    let ends = [old.t, new.t];
+    if ends.iter().all(T::is_constant) {
+        match Place::of(ends.map(|end| end.value()), t) {
+            Place::Old => at.copy_from(old),
+            Place::New => at.copy_from(new),
+            Place::Inside(weights) => blend(old, new, &weights, at),
+        }
+    } else {
+        // At a fixed time between ends that the design moves.
+        blend(old, new, &Weights::inside(ends, t), at);
+    }
+    at.t = T::from(t);
+}
+
+/// The weighted mean of two states.
+fn blend<T: Real + Mul<W, Output = T>, W: Scalar>(old: &State<T>, new: &State<T>, by: &Weights<W>, at: &mut State<T>) {
+    let Weights { value, slope, linear } = *by;
+    let cubic = |y0: &[T], d0: &[T], y1: &[T], d1: &[T], out: &mut [T]| {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = y0[i] * value[0] + y1[i] * value[1] + d0[i] * slope[0] + d1[i] * slope[1];
+        }
+    };
+    cubic(&old.q, &old.v, &new.q, &new.v, &mut at.q);
+    cubic(&old.v, &old.a, &new.v, &new.a, &mut at.v);
+    for (at, old, new) in [(&mut at.a, &old.a, &new.a), (&mut at.l, &old.l, &new.l)] {
+        for ((at, &old), &new) in at.iter_mut().zip(old).zip(new) {
+            *at = old * linear[0] + new * linear[1];
+        }
+    }
+}
+
+/// Where in a step a time is.
+enum Place {
+    Old,
+    New,
+    Inside(Weights),
+}
+
+impl Place {
+    fn of([old, new]: [f64; 2], t: f64) -> Self {
+        let h = new - old;
+        match () {
+            () if (new - t).abs() <= 1e-9 * h => Self::New,
+            () if (t - old).abs() <= 1e-9 * h => Self::Old,
+            () => Self::Inside(Weights::inside([old, new], t)),
+        }
+    }
+}
+
+/// Weights of the two ends of a step in a state between them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights<T = f64> {
+    /// Of the values in Hermite's cubic.
+    pub value: [T; 2],
+    /// Of their rates in it, in s.
+    pub slope: [T; 2],
+    /// Of accelerations and multipliers.
+    pub linear: [T; 2],
+}
+
+impl Weights {
+    /// As [`interpolate`] weighs them: at an end that end alone.
+    pub fn of(ends: [f64; 2], t: f64) -> Self {
+        let alone = |end: [f64; 2]| Self { value: end, slope: [0.0; 2], linear: end };
+        match Place::of(ends, t) {
+            Place::Old => alone([1.0, 0.0]),
+            Place::New => alone([0.0, 1.0]),
+            Place::Inside(weights) => weights,
+        }
+    }
+}
+
+impl<T: Scalar> Weights<T> {
+    fn inside([old, new]: [T; 2], t: f64) -> Self {
+        let (h, one) = (new - old, T::from(1.0));
+        let x = (T::from(t) - old) / h;
+        let b = x * x * (-(x * 2.0) + 3.0);
+        let slope = [x * (one - x) * (one - x) * h, x * x * (x - 1.0) * h];
+        Self { value: [one - b, b], slope, linear: [one - x, x] }
+    }
+}
+
+/// Evaluates the named outputs of a mechanism: every element that is asked is asked once.
+#[derive(Clone, Debug)]
+pub struct Sampler<T> {
+    /// Elements that are asked, with the place of their first measure in `measured`.
+    asked: Vec<(usize, usize)>,
+    place: Vec<usize>,
+    measured: Vec<T>,
+    /// Prescribed coordinates whose efforts are asked for, with the elements and rows that make them up.
+    efforts: Vec<(usize, Vec<(usize, usize)>)>,
+    energy: bool,
+    terms: Vec<T>,
+    room: Room<T>,
+}
+
+impl<T: Real> Sampler<T> {
+    /// For the outputs of `mechanism`.
+    pub fn new(mechanism: &Mechanism<T>) -> Self {
+        let mut place = vec![usize::MAX; mechanism.parts.len()];
+        let (mut asked, mut count, mut efforts, mut energy) = (Vec::new(), 0, Vec::new(), false);
+        for term in mechanism.outputs.iter().flat_map(|output| &output.terms) {
+            match term.source {
+                Source::Measure { part, .. } if place[part] == usize::MAX => {
+                    place[part] = count;
+                    asked.push((part, count));
+                    count += mechanism.parts[part].element.measures().len();
+                }
+                Source::Measure { .. } => {}
+                Source::Effort { coordinate } => efforts.push((coordinate, rows_of(mechanism, coordinate))),
+                Source::KineticEnergy | Source::PotentialEnergy => energy = true,
+            }
+        }
+        let measured = vec![T::from(0.0); count];
+        Self { asked, place, measured, efforts, energy, terms: Vec::new(), room: Room::default() }
+    }
+
+    /// Writes the outputs at `state`, in the order of the mechanism's outputs.
+    pub fn outputs(&mut self, mechanism: &Mechanism<T>, state: &State<T>, out: &mut Vec<T>) {
+        self.measure(mechanism, state);
+        let [kinetic, potential] = if self.energy { energy(mechanism, state) } else { [T::from(0.0); 2] };
+        let mut efforts = 0;
+        out.clear();
+        for output in &mechanism.outputs {
+            self.terms.clear();
+            for term in &output.terms {
+                let quantity = match term.source {
+                    Source::Measure { part, measure } => self.measured[self.place[part] + measure],
+                    Source::KineticEnergy => kinetic,
+                    Source::PotentialEnergy => potential,
+                    Source::Effort { .. } => {
+                        efforts += 1;
+                        effort(mechanism, state, &self.efforts[efforts - 1].1, &mut self.room)
+                    }
+                };
+                self.terms.push(quantity * term.weight);
+            }
+            out.push(match &output.formula {
+                Some(formula) => T::formula(formula.as_ref(), state.t, &self.terms),
+                None => self.terms.iter().copied().sum(),
+            });
+        }
+    }
+
+    fn measure(&mut self, mechanism: &Mechanism<T>, state: &State<T>) {
+        self.measured.fill(T::from(0.0));
+        for &(index, first) in &self.asked {
+            let part = &mechanism.parts[index];
+            gather(part, state, &mut self.room);
+            let local = Local { p: &part.parameters, ..self.room.local(state.t) };
+            let count = part.element.measures().len();
+            T::measure(part.element.as_ref(), &local, &mut self.measured[first..first + count]);
+        }
+    }
+}
+
+/// Elements that act on a coordinate, with their local row for it.
+fn rows_of<T>(mechanism: &Mechanism<T>, coordinate: usize) -> Vec<(usize, usize)> {
+    let rows = mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
+    let rows = rows.flat_map(|(k, part)| part.coordinates.iter().enumerate().map(move |(row, &c)| (k, row, c)));
+    rows.filter(|&(_, _, c)| c == coordinate).map(|(k, row, _)| (k, row)).collect()
+}
+
+/// Inertia minus force of all elements on a coordinate: what its drive must supply.
+fn effort<T: Real>(mechanism: &Mechanism<T>, state: &State<T>, rows: &[(usize, usize)], room: &mut Room<T>) -> T {
+    let share = |&(part, row): &(usize, usize)| {
+        evaluate(&mechanism.parts[part], state, room);
+        room.balance[row]
+    };
+    rows.iter().map(share).sum()
+}
+
+/// Kinetic and potential energy of the whole mechanism in J.
+pub fn energy<T: Real>(mechanism: &Mechanism<T>, state: &State<T>) -> [T; 2] {
+    let mut room = Room::default();
+    let mut total = [T::from(0.0); 2];
+    for part in &mechanism.parts {
+        gather(part, state, &mut room);
+        let local = Local { p: &part.parameters, ..room.local(state.t) };
+        let energy = T::energy(part.element.as_ref(), &local);
+        total[0] += energy.kinetic;
+        total[1] += energy.potential;
+    }
+    total
+}

@@ -1,0 +1,182 @@
+//! Derivatives of natural frequencies with respect to the design.
+
+use crate::Result;
+use crate::analyses::modal::modes;
+use crate::analyses::statics::{Statics, balance};
+use crate::derivatives::forward::initial_conditions::StartSolver;
+use crate::derivatives::forward::instants::equilibrium;
+use crate::derivatives::seeding::{build_sensitive, set_values};
+use crate::elements::element::Room;
+use crate::initial_conditions::{Assembly, assemble};
+use crate::mechanism::scalars::{Jet, Number, Sensitive};
+use crate::mechanism::{Mechanism, Model};
+use crate::system::state::State;
+use crate::system::{System, Unknown};
+use autodiff::WIDTH;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// The state at rest that vibrations are small about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum About {
+    /// The assembled initial positions, without reactions: no prestress.
+    Assembled,
+    /// The static equilibrium, with the reactions there.
+    Equilibrium(Statics),
+}
+
+/// Squares of natural frequencies and their derivatives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModeSensitivities {
+    /// ω² in rad²/s², rising.
+    pub squares: Vec<f64>,
+    /// `slopes[mode]` is the gradient of ω² with respect to the design variables; dω/db = slope / (2 ω).
+    ///
+    /// Of a repeated frequency only one-sided derivatives along each variable exist: for each variable by itself these
+    /// are sorted, so that those of the mode k are those of the k-th frequency while the variable grows. They do not add
+    /// up for several variables at once.
+    pub slopes: Vec<Vec<f64>>,
+}
+
+/// Squares closer than this part of each other count as one repeated frequency.
+const REPEATED: f64 = 1e-7;
+
+/// Natural frequencies of `model` at the design `b` and time `t`, with exact derivatives.
+///
+/// For a mode K φ + Φ_qᵀ μ = ω² M φ, Φ_q φ = 0, φᵀ M φ = 1, with K and M symmetric,
+///
+/// $$ \frac{d\omega^2}{db} = \varphi^T\left(\frac{dK}{db} - \omega^2\frac{dM}{db}\right)\varphi
+///    + 2\,\mu^T\frac{d\Phi_q}{db}\varphi $$
+///
+/// where K, M and Φ_q depend on the design also through the state. One evaluation of every element with numbers that carry
+/// the direction φ and [`WIDTH`] design variables gives all of it. For a repeated frequency they are the eigenvalues of
+/// the matrix that this expression becomes with all pairs of its modes.
+///
+/// **Errors.** As [`modes`], [`assemble`] and [`balance`].
+///
+/// **Source.** Fox & Kapoor, *AIAA J.* 6 (1968) 2426–2429; Seyranian, Lund & Olhoff, *Struct. Optim.* 8 (1994) 207–227,
+/// for repeated frequencies.
+pub fn differentiate_modes<M: Model>(model: &M, b: &[f64], about: About, t: f64) -> Result<ModeSensitivities> {
+    let mechanism = model.build(b)?;
+    let chunks = build_sensitive(model, b, &mechanism)?;
+    let mut system = System::at(&mechanism, t)?;
+    let (values, states) = states_at_rest(&mut system, &mechanism, &chunks, about, t)?;
+    let found = modes(&mut system, &mechanism, &values)?;
+    let squares: Vec<f64> = found.frequencies.iter().map(|w| w * w.abs()).collect();
+    let gradients = system.closure_gradients(&mechanism, &values);
+    let mut slopes = vec![vec![0.0; b.len()]; squares.len()];
+    for cluster in clusters(&squares) {
+        let square = cluster.clone().map(|k| squares[k]).sum::<f64>() / cluster.len() as f64;
+        let shapes: Vec<Vec<f64>> = cluster.clone().map(|k| found.shapes.column(k).iter().copied().collect()).collect();
+        for (c, (mechanism, state)) in chunks.iter().zip(&states).enumerate() {
+            let rows: Vec<_> = shapes.iter().map(|shape| moved(&system, mechanism, state, shape, square)).collect();
+            let tests: Vec<_> =
+                shapes.iter().zip(&rows).map(|(shape, rows)| test(&system, &gradients, shape, rows)).collect();
+            for k in 0..WIDTH.min(b.len() - c * WIDTH) {
+                let dot =
+                    |i: usize, j: usize| tests[i].iter().zip(&rows[j]).map(|(x, row)| x * row.eps[k]).sum::<f64>();
+                let pairs = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (dot(i, j) + dot(j, i)));
+                let mut rates: Vec<f64> = pairs.symmetric_eigenvalues().iter().copied().collect();
+                rates.sort_by(f64::total_cmp);
+                cluster.clone().zip(rates).for_each(|(mode, rate)| slopes[mode][c * WIDTH + k] = rate);
+            }
+        }
+    }
+    Ok(ModeSensitivities { squares, slopes })
+}
+
+/// Runs of rising squares that count as equal.
+fn clusters(squares: &[f64]) -> Vec<Range<usize>> {
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for k in 0..squares.len() {
+        match found.last_mut() {
+            Some(last) if squares[k] - squares[last.start] <= REPEATED * squares[k].abs() => last.end = k + 1,
+            _ => found.push(k..k + 1),
+        }
+    }
+    found
+}
+
+/// The state at rest with its derivatives, chunk by chunk.
+fn states_at_rest(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    chunks: &[Mechanism<Sensitive>],
+    about: About,
+    t: f64,
+) -> Result<(State<f64>, Vec<State<Sensitive>>)> {
+    let mut values = State::built(mechanism, t);
+    let projection = assemble(system, mechanism, &mut values, Assembly::default())?;
+    values.v.fill(0.0);
+    if let About::Equilibrium(settings) = about {
+        balance(system, mechanism, &mut values, &settings)?;
+    }
+    let mut states = Vec::with_capacity(chunks.len());
+    for chunk in chunks {
+        let mut state = State::built(chunk, t);
+        match about {
+            About::Equilibrium(_) => state = equilibrium(chunk, &values, system),
+            About::Assembled if mechanism.multipliers > 0 => {
+                StartSolver::new(mechanism, chunk, system).positions(&values, &projection, &mut state)?;
+            }
+            About::Assembled => {}
+        }
+        set_values(&mut state.v, &values.v);
+        set_values(&mut state.a, &values.a);
+        states.push(state);
+    }
+    Ok((values, states))
+}
+
+/// (K − ω² M) φ in the rows of the coordinates and Φ_q φ in those of the multipliers, with their derivatives.
+fn moved(
+    system: &System,
+    mechanism: &Mechanism<Sensitive>,
+    state: &State<Sensitive>,
+    shape: &[f64],
+    square: f64,
+) -> Vec<Sensitive> {
+    let (zero, mut room) = (Sensitive::constant(0.0), Room::<Jet<Sensitive>>::default());
+    let mut rows = vec![zero; system.size()];
+    let along = |x: Sensitive, slope: f64| Jet::new(x, Sensitive::constant(slope), zero);
+    for (index, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor()) {
+        // A position along the mode and an acceleration against it: one pass gives K φ − ω² M φ.
+        let fill = |to: &mut Vec<Jet<Sensitive>>, from: &[Sensitive], factor: f64| {
+            to.clear();
+            to.extend(part.coordinates.iter().map(|&i| along(from[i], factor * shape[i])));
+        };
+        fill(&mut room.q, &state.q, 1.0);
+        fill(&mut room.v, &state.v, 0.0);
+        fill(&mut room.a, &state.a, -square);
+        room.p.clear();
+        room.p.extend(part.parameters.iter().map(|&p| along(p, 0.0)));
+        room.l.clear();
+        let multipliers = part.first_multiplier..part.first_multiplier + part.closures;
+        room.l.extend(multipliers.map(|m| along(state.l[m], 0.0)));
+        Jet::<Sensitive>::residual(part.element.as_ref(), along(state.t, 0.0), &mut room);
+        let n = part.coordinates.len();
+        for (local, equation) in system.rows_of(index) {
+            rows[equation] += if local < n { room.balance[local].v1 } else { room.closure[local - n].v1 };
+        }
+    }
+    rows
+}
+
+/// What a mode's rows are multiplied by: φ, and 2 μ from Φ_qᵀ μ = (ω² M − K) φ by least squares.
+fn test(system: &System, gradients: &[Vec<f64>], shape: &[f64], rows: &[Sensitive]) -> Vec<f64> {
+    let mut force = vec![0.0; shape.len()];
+    for (unknown, row) in system.unknowns().iter().zip(rows) {
+        if let Unknown::Coordinate(i) = *unknown {
+            force[i] = -row.re;
+        }
+    }
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let normal = DMatrix::from_fn(gradients.len(), gradients.len(), |i, j| dot(&gradients[i], &gradients[j]));
+    let right = DVector::from_iterator(gradients.len(), gradients.iter().map(|row| dot(row, &force)));
+    let push = if gradients.is_empty() { right } else { normal.lu().solve(&right).unwrap_or(right) };
+    let value = |unknown: &Unknown| match *unknown {
+        Unknown::Coordinate(i) => shape[i],
+        Unknown::Multiplier(m) => 2.0 * push[m],
+    };
+    system.unknowns().iter().map(value).collect()
+}

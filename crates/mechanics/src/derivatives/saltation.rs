@@ -1,0 +1,71 @@
+//! Derivatives through an impact.
+//!
+//! Two things depend on the design: when the contact closes, and how velocities jump. The step that closes it has a length h(b)
+//! with Φ(x₁(h, b), b) = 0, so that
+//!
+//! $$ \frac{dh}{db} = -\frac{\partial\Phi/\partial b}{\partial\Phi/\partial h}, $$
+//!
+//! and the step after it ends at a given time and has the length t − t₁(b). Both are numbers that carry derivatives; with them
+//! the steps' own formulas yield what is known as the jump conditions (saltation matrices), exact for the discrete motion.
+//!
+//! **Source.** Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems* (2004), Section 7.3.
+
+use crate::Result;
+use crate::derivatives::forward::initial_conditions::StartSolver;
+use crate::derivatives::seeding::take_values;
+use crate::events::impact;
+use crate::events::impact::{Border, Jump};
+use crate::mechanism::Mechanism;
+use crate::mechanism::scalars::{Carrier, Jet, Number};
+use crate::system::System;
+use crate::system::state::State;
+
+/// Lets the state `values` bounce off contact number `contact`, in `state` with derivatives.
+pub(crate) fn strike<T: Carrier<L>, const L: usize>(
+    plain: &Mechanism<f64>,
+    mechanism: &Mechanism<T>,
+    system: &mut System,
+    contact: usize,
+    values: &State<f64>,
+    state: &mut State<T>,
+) -> Result<()>
+where
+    Jet<T>: Number,
+{
+    let mut after = values.clone();
+    let jump = impact::strike(system, plain, contact, &mut after)?;
+    let border = Border::new(system, plain, &plain.impacts[contact], values)?;
+    let lift = |x: &[f64]| x.iter().map(|&x| T::from(x)).collect();
+    let mut lifted =
+        Jump { velocity: lift(&jump.velocity), joints: lift(&jump.joints), contact: T::from(jump.contact) };
+    let mut rows = vec![T::from(0.0); system.size()];
+    for _ in 0..T::ORDER {
+        let off = mechanism.impacts[contact].rows(system, mechanism, state, &lifted, &mut rows);
+        let mut changes: Vec<[f64; L]> = rows.iter().map(Carrier::derivatives).collect();
+        let impulse = border.solve(system, &mut changes, off.derivatives());
+        lifted.add(system, |equation| -T::with(0.0, changes[equation]), -T::with(0.0, impulse));
+    }
+    state.v.iter_mut().zip(&lifted.velocity).for_each(|(v, &change)| *v += change);
+    take_values(state, &after);
+    StartSolver::new(plain, mechanism, system).accelerations(&after, state)
+}
+
+/// Passes a switch at the state `values`, in `state` with derivatives.
+pub(crate) fn pass<T: Carrier<L>, const L: usize>(
+    plain: &Mechanism<f64>,
+    mechanism: &Mechanism<T>,
+    system: &mut System,
+    ahead: f64,
+    values: &State<f64>,
+    state: &mut State<T>,
+) -> Result<()>
+where
+    Jet<T>: Number,
+{
+    let beyond = impact::pass(system, plain, ahead, &mut values.clone())?;
+    let mut moved = impact::beyond(state, ahead);
+    take_values(&mut moved, &beyond);
+    StartSolver::new(plain, mechanism, system).accelerations(&beyond, &mut moved)?;
+    (state.a, state.l) = (moved.a, moved.l);
+    Ok(())
+}

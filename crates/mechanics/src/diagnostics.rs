@@ -1,0 +1,93 @@
+//! Who is to blame when the equations cannot be evaluated or solved.
+
+use crate::analyses::dynamics::check_finite;
+use crate::elements::element::{Room, Scratchpad, Seeds};
+use crate::mechanism::Mechanism;
+use crate::mechanism::PartData;
+use crate::system::residual::{evaluate, gather};
+use crate::system::state::State;
+use crate::system::{System, Unknown};
+use crate::{Error, Result};
+
+/// The first prescribed motion, or else the first element, whose numbers are not finite at `state`; none if all are.
+///
+/// The message has the name, the time, and what the element itself says about the state.
+pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Error> {
+    let t = state.t;
+    if let Err(error) = check_motions(mechanism, state) {
+        return Some(error);
+    }
+    let mut room = Room::default();
+    mechanism.parts.iter().filter(|part| !part.element.is_sensor()).find_map(|part| {
+        let what = ailment(part, state, &mut room)?;
+        let why = format!("{what} at t = {t:.6e} s");
+        Some(Error::analysis(&part.name, why, "check the function that gives them, or keep the design away from there"))
+    })
+}
+
+/// What is not finite about an element, in words.
+fn ailment(part: &PartData<f64>, state: &State<f64>, room: &mut Room<f64>) -> Option<String> {
+    evaluate(part, state, room);
+    let broken = |rows: &[f64]| rows.iter().any(|row| !row.is_finite());
+    let what = match (broken(&room.balance), broken(&room.closure)) {
+        (_, true) => "its closure is not finite",
+        (true, _) => "its forces are not finite",
+        _ if broken(&columns(part, state, room)) => "the derivatives of its forces are not finite",
+        _ => return None,
+    };
+    gather(part, state, room);
+    room.p.clone_from(&part.parameters);
+    let explanation = part.element.trouble(&room.local(state.t));
+    Some(explanation.map_or(what.to_owned(), |why| format!("{what}: {why}")))
+}
+
+/// Residual and derivatives of an element with respect to all its variables.
+fn columns(part: &PartData<f64>, state: &State<f64>, room: &mut Room<f64>) -> Vec<f64> {
+    gather(part, state, room);
+    room.p.clone_from(&part.parameters);
+    let active: Vec<usize> = (0..part.coordinates.len() + part.closures).collect();
+    let mut out = vec![0.0; active.len() * (active.len() + 1)];
+    let seeds = Seeds { position: 1.0, velocity: 1.0, acceleration: 1.0 };
+    part.element.columns(&room.local(state.t), seeds, &active, &mut Scratchpad::default(), &mut out);
+    out
+}
+
+/// The unknown whose row is largest, and the element with the largest share in it.
+pub fn culprit(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &[[f64; 1]]) -> String {
+    let name = system.culprit(mechanism, rows);
+    let worst = (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
+    let Some(Unknown::Coordinate(i)) = worst.map(|row| system.unknowns()[row]) else { return name };
+    let mut room = Room::default();
+    let mut share = |part: &PartData<f64>| {
+        let row = part.coordinates.iter().position(|&c| c == i)?;
+        evaluate(part, state, &mut room);
+        Some(room.balance[row].abs())
+    };
+    let parts = mechanism.parts.iter().filter(|part| !part.element.is_sensor());
+    let shares = parts.filter_map(|part| Some((share(part)?, &part.name)));
+    let largest = shares.max_by(|a, b| a.0.total_cmp(&b.0));
+    largest.map_or(name.clone(), |(_, part)| format!("{name}, mostly by {part}"))
+}
+
+/// Refuses prescribed motions that are not finite.
+fn check_motions(mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+    let moves = |i: usize| [state.q[i], state.v[i], state.a[i]].iter().all(|x| x.is_finite());
+    let broken = (0..state.q.len()).find(|&i| mechanism.coordinates[i].motion.is_some() && !moves(i));
+    broken.map_or(Ok(()), |i| {
+        let [q, v, a] = [state.q[i], state.v[i], state.a[i]];
+        let why = format!("its prescribed motion is {q}, {v}, {a} at t = {:.6e} s", state.t);
+        Err(Error::analysis(&mechanism.coordinates[i].name, why, "check the function that prescribes it"))
+    })
+}
+
+/// Refuses prescribed motions and outputs that are not finite, naming what makes them so.
+pub fn check(mechanism: &Mechanism<f64>, state: &State<f64>, outputs: &[f64]) -> Result<()> {
+    check_motions(mechanism, state)?;
+    let sound = check_finite(mechanism, outputs, state.t);
+    sound.map_err(|error| not_finite(mechanism, state).unwrap_or(error))
+}
+
+/// Factorizes what was assembled at `state`; a failure is explained by what is not finite there.
+pub fn factorize(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+    system.factorize(mechanism, state.t).map_err(|error| not_finite(mechanism, state).unwrap_or(error))
+}

@@ -1,0 +1,110 @@
+//! Cross sections of beams.
+
+use autodiff::Scalar;
+
+/// How the shear stiffness GA* of the element is chosen.
+///
+/// **Source.** MacNeal, *Comput. Struct.* 8 (1978) 175–183, for the residual bending flexibility.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shear {
+    /// 1/GA* = 1/GA_s + ℓ²/(12 EI): exact bending of the element, and shear flexibility.
+    Flexible,
+    /// 1/GA* = ℓ²/(12 EI): exact bending, no shear (Euler–Bernoulli).
+    Rigid,
+    /// GA* = GA_s: the plain one-point element, which bends too stiffly by order ℓ².
+    Plain,
+}
+
+/// An area that is negative or zero unless the lengths that it is made of are positive, so that the element complains.
+fn signed<S: Scalar>(area: S, sound: bool) -> S {
+    if sound == (area.re() > 0.0) { area } else { -area }
+}
+
+/// Stiffness and mass per length of a beam.
+#[derive(Clone, Copy, Debug)]
+pub struct BeamSection<S> {
+    /// EA in N.
+    pub axial: S,
+    /// G A_s in N.
+    pub shear: S,
+    /// EI in N·m².
+    pub bending: S,
+    /// Mass per length in kg/m.
+    pub mass: S,
+    /// Rotary inertia per length in kg·m.
+    pub inertia: S,
+}
+
+impl<S: Scalar> BeamSection<S> {
+    /// A solid circular section of diameter `d` in m: A = π d²/4, I = π d⁴/64, A_s = 0.9 A.
+    ///
+    /// * `young` in N/m², `poisson` without unit, `density` in kg/m³.
+    pub fn circular(d: S, young: f64, poisson: f64, density: f64) -> Self {
+        let area = signed(d * d, d.re() > 0.0) * (std::f64::consts::PI / 4.0);
+        let second_moment = area * d * d * (1.0 / 16.0);
+        Self::of(area, second_moment, 0.9, young, poisson, density)
+    }
+
+    /// A solid rectangular section: A = b h, I = b h³/12, A_s = 5/6 A.
+    pub fn rectangular(width: S, height: S, young: f64, poisson: f64, density: f64) -> Self {
+        let area = signed(width * height, width.re() > 0.0 && height.re() > 0.0);
+        Self::of(area, area * height * height * (1.0 / 12.0), 5.0 / 6.0, young, poisson, density)
+    }
+
+    /// From area (m²), second moment of area (m⁴) and the shear area as a part of the area.
+    pub fn of(area: S, second_moment: S, shear_part: f64, young: f64, poisson: f64, density: f64) -> Self {
+        Self {
+            axial: area * young,
+            shear: area * (shear_part * young / (2.0 * (1.0 + poisson))),
+            bending: second_moment * young,
+            mass: area * density,
+            inertia: second_moment * density,
+        }
+    }
+
+    pub(crate) fn parameters(&self, length: S, shear: Shear, gravity: [S; 2]) -> [S; 8] {
+        let bending_flexibility = length * length / (self.bending * 12.0);
+        let shear_stiffness = match shear {
+            Shear::Flexible => (self.shear.recip() + bending_flexibility).recip(),
+            Shear::Rigid => bending_flexibility.recip(),
+            Shear::Plain => self.shear,
+        };
+        let [gx, gy] = gravity;
+        [length, self.axial, shear_stiffness, self.bending, self.mass, self.inertia, gx, gy]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::element_tests::close;
+
+    #[test]
+    fn round_and_square_sections_of_steel() {
+        let round = BeamSection::<f64>::circular(0.02, 2e11, 0.25, 8000.0);
+        let area = std::f64::consts::PI * 1e-4;
+        close(&[round.axial, round.bending], &[2e11 * area, 2e11 * area * 0.25e-4]);
+        close(&[round.shear, round.mass, round.inertia], &[0.9 * area * 8e10, 8000.0 * area, 8000.0 * area * 0.25e-4]);
+        let square = BeamSection::<f64>::rectangular(0.1, 0.2, 3.0, 0.5, 2.0);
+        close(&[square.axial, square.bending, square.shear], &[0.06, 3.0 * 0.0008 / 12.0, 0.02 * 5.0 / 6.0]);
+    }
+
+    #[test]
+    fn shear_flexibilities_add() {
+        let section = BeamSection { axial: 1.0, shear: 6.0, bending: 1.0, mass: 1.0, inertia: 1.0 };
+        let shear = |how| section.parameters(2.0, how, [0.0; 2])[2];
+        close(&[shear(Shear::Plain), shear(Shear::Rigid), shear(Shear::Flexible)], &[6.0, 3.0, 2.0]);
+    }
+
+    #[test]
+    fn a_section_of_negative_size_has_no_positive_stiffness() {
+        for section in [
+            BeamSection::<f64>::circular(-0.01, 2e11, 0.3, 7800.0),
+            BeamSection::rectangular(-0.01, 0.02, 2e11, 0.3, 7800.0),
+            BeamSection::rectangular(-0.01, -0.02, 2e11, 0.3, 7800.0),
+            BeamSection::circular(0.0, 2e11, 0.3, 7800.0),
+        ] {
+            assert!(!(section.axial > 0.0), "{section:?}");
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! A rigid body in absolute coordinates.
+
+use crate::elements::element::{Element, Energy, Local};
+use crate::mechanism::{Body, Mechanism, Pose};
+use autodiff::Scalar;
+
+/// A rigid body whose reference point is its centre of mass, in absolute coordinates x, y, θ.
+///
+/// $$ m(\ddot x - g_x) = F_x,\quad m(\ddot y - g_y) = F_y,\quad J\ddot\theta = M $$
+///
+/// Coordinates x, y, θ; parameters m (kg), J about the centre of mass (kg·m²), g_x, g_y (m/s²).
+///
+/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidBody;
+
+impl Element for RigidBody {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+        let (mass, inertia) = (x.p[0], x.p[1]);
+        balance[0] = mass * (x.a[0] - x.p[2]);
+        balance[1] = mass * (x.a[1] - x.p[3]);
+        balance[2] = inertia * x.a[2];
+    }
+
+    fn linear(&self) -> &'static [usize] {
+        &[0, 1, 2]
+    }
+
+    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+        let (mass, inertia) = (x.p[0], x.p[1]);
+        let speed = x.v[0] * x.v[0] + x.v[1] * x.v[1];
+        Energy {
+            kinetic: (mass * speed + inertia * x.v[2] * x.v[2]) * 0.5,
+            potential: -mass * (x.p[2] * x.q[0] + x.p[3] * x.q[1]),
+        }
+    }
+
+    fn complaint(&self, p: &[f64]) -> Option<String> {
+        match p {
+            [m, ..] if !(*m > 0.0) => Some(format!("mass is {m} kg")),
+            [_, j, ..] if !(*j > 0.0) => Some(format!("moment of inertia is {j} kg·m²")),
+            _ => None,
+        }
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Adds a rigid body with its centre of mass at `pose`.
+    pub fn body(&mut self, name: &str, mass: S, inertia: S, pose: Pose<S>) -> Body {
+        let body = self.frame(name, pose);
+        let [gx, gy] = self.gravity;
+        self.add(name, RigidBody, &body.coordinates(), &[mass, inertia, gx, gy]);
+        body
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::element_tests::{close, energies, rows};
+
+    #[test]
+    fn two_kilograms_under_gravity() {
+        let p = [2.0, 0.5, 0.0, -10.0];
+        let x = Local { t: 0.0, p: &p, q: &[7.0, 3.0, 1.0], v: &[3.0, 4.0, 2.0], a: &[1.0, -2.0, 6.0], l: &[] };
+        close(&rows(&RigidBody, &x).0, &[2.0, 16.0, 3.0]);
+        close(&energies(&RigidBody, &x), &[26.0, 60.0]);
+        assert!(RigidBody.complaint(&[0.0, 1.0]).is_some() && RigidBody.complaint(&[1.0, -1.0]).is_some());
+    }
+}

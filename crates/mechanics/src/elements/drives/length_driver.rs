@@ -1,0 +1,72 @@
+//! A linear drive.
+
+use crate::elements::element::{Element, Local};
+use crate::elements::line::{Line, ends, without_direction};
+use crate::mechanism::{Marker, Mechanism, Part};
+use crate::motion::Motion;
+use autodiff::Scalar;
+
+/// A linear drive: the distance of two points is a function of time, Φ = |r_B − r_A| − f(t).
+///
+/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and B, then those of the function. λ is the
+/// tension in N. The points must not coincide.
+///
+/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.5.
+#[derive(Clone, Copy, Debug)]
+pub struct LengthDriver<F>(pub F);
+
+impl<F: Motion> Element for LengthDriver<F> {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+        let line = Line::of(x);
+        closure[0] = line.length - self.0.position(&x.p[4..], x.t);
+        line.pull(x.l[0], balance);
+    }
+
+    fn closures(&self) -> usize {
+        1
+    }
+
+    fn measures(&self) -> &'static [&'static str] {
+        &["tension", "length"]
+    }
+
+    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+        (out[0], out[1]) = (x.l[0], Line::of(x).length);
+    }
+
+    fn trouble(&self, x: &Local<'_, f64>) -> Option<String> {
+        without_direction(x)
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Prescribes the distance (m) of two points as a function of time.
+    pub fn drive_length(
+        &mut self,
+        name: &str,
+        a: Marker<S>,
+        b: Marker<S>,
+        length: impl Motion,
+        parameters: &[S],
+    ) -> Part {
+        let (coordinates, p) = ends(a, b);
+        self.add(name, LengthDriver(length), &coordinates, &[&p[..], parameters].concat())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::element_tests::{close, rows};
+    use crate::elements::line::three_four_five;
+    use crate::motion::ConstantSpeed;
+
+    #[test]
+    fn half_a_metre_ahead_after_a_second() {
+        let (q, v) = three_four_five();
+        let x = Local { t: 1.0, p: &[0.0, 0.0, 0.0, 0.0, 4.0, 0.5], q: &q, v: &v, a: &[0.0; 6], l: &[10.0] };
+        let (balance, closure) = rows(&LengthDriver(ConstantSpeed), &x);
+        close(&closure, &[0.5]);
+        close(&balance, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
+    }
+}

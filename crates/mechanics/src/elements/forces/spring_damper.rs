@@ -1,0 +1,118 @@
+//! A spring and damper between two points.
+
+use crate::elements::element::{Element, Energy, Local};
+use crate::elements::line::{Line, ends};
+use crate::mechanism::{Marker, Mechanism, Part};
+use autodiff::Scalar;
+
+/// A spring and damper between two points: tension k (L − L₀) + k₃ (L − L₀)³ + c L̇.
+///
+/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and B, k (N/m), c (N·s/m), L₀ (m), k₃ (N/m³).
+///
+/// **Points that coincide.** On a straight way through L = 0 the direction flips, and with it the part of the force
+/// that does not vanish with L. There the force is the mean of both sides, (k + 3 k₃ L₀²) (r_B − r_A) + c (v_B − v_A),
+/// with the derivatives of this expression: exact for L₀ = 0, where nothing jumps.
+///
+/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
+#[derive(Clone, Copy, Debug)]
+pub struct SpringDamper;
+
+impl SpringDamper {
+    fn tension<T: Scalar>(x: &Local<'_, T>, line: &Line<T>) -> T {
+        let stretch = line.length - x.p[6];
+        x.p[4] * stretch + x.p[7] * stretch.powi(3) + x.p[5] * line.rate
+    }
+}
+
+impl Element for SpringDamper {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+        let line = Line::of(x);
+        if line.is_point() {
+            let stiffness = x.p[4] + x.p[7] * x.p[6] * x.p[6] * 3.0;
+            let force = [0, 1].map(|k| stiffness * line.gap[k] + x.p[5] * line.parting[k]);
+            line.apply(force, balance);
+        } else {
+            line.pull(Self::tension(x, &line), balance);
+        }
+    }
+
+    fn measures(&self) -> &'static [&'static str] {
+        &["tension", "length", "rate"]
+    }
+
+    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+        let line = Line::of(x);
+        (out[0], out[1], out[2]) = (Self::tension(x, &line), line.length, line.rate);
+    }
+
+    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+        let stretch = Line::of(x).length - x.p[6];
+        let potential = x.p[4] * stretch.powi(2) * 0.5 + x.p[7] * stretch.powi(4) * 0.25;
+        Energy { kinetic: T::zero(), potential }
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Puts a linear spring and damper between two points.
+    pub fn spring_damper(&mut self, name: &str, a: Marker<S>, b: Marker<S>, [k, c, rest]: [S; 3]) -> Part {
+        self.nonlinear_spring(name, a, b, [k, c, rest, S::from(0.0)])
+    }
+
+    /// Puts a spring with a cubic part and a damper between two points: k, c, rest length, k₃.
+    pub fn nonlinear_spring(&mut self, name: &str, a: Marker<S>, b: Marker<S>, parameters: [S; 4]) -> Part {
+        let (coordinates, p) = ends(a, b);
+        self.add(name, SpringDamper, &coordinates, &[&p[..], &parameters[..]].concat())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::element_tests::{close, energies, measured, moving, rows};
+    use crate::elements::line::three_four_five;
+    use autodiff::Tangent;
+
+    fn parameters(rest: f64) -> [f64; 8] {
+        [0.0, 0.0, 0.0, 0.0, 7.0, 10.0, rest, 2.0]
+    }
+
+    #[test]
+    fn five_metres_long_at_rest_with_four() {
+        // 7·1 + 2·1³ + 10·2.2 = 31 N along (0.6, 0.8); ½·7·1 + ¼·2·1 = 4 J.
+        let ((q, v), p) = (three_four_five(), parameters(4.0));
+        let x = moving(&p, &q, &v, &[]);
+        close(&rows(&SpringDamper, &x).0, &[-18.6, -24.8, 0.0, 18.6, 24.8, 0.0]);
+        close(&measured(&SpringDamper, &x), &[31.0, 5.0, 2.2]);
+        close(&energies(&SpringDamper, &x), &[0.0, 4.0]);
+    }
+
+    #[test]
+    fn at_zero_length_the_force_is_the_mean_of_both_sides() {
+        let v = [0.0, 0.0, 0.0, 3.0, -4.0, 0.0];
+        for rest in [0.0, 0.5] {
+            let p = parameters(rest);
+            let force = |s: f64| rows(&SpringDamper, &moving(&p, &[0.0, 0.0, 0.0, 3.0 * s, -4.0 * s, 0.0], &v, &[])).0;
+            let (before, here, after) = (force(-1e-9), force(0.0), force(1e-9));
+            for k in 0..6 {
+                assert!((here[k] - 0.5 * (before[k] + after[k])).abs() < 1e-6, "{before:?} {here:?} {after:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn at_zero_length_derivatives_are_those_of_a_vector_spring() {
+        // Moving B by (1, 2): k (1, 2) for an unloaded length of zero; nothing is NaN, not even in measures and energy.
+        let seeded = |value: f64, slope: f64| Tangent::<1> { re: value, eps: [slope] };
+        let p = parameters(0.0).map(|p| seeded(p, 0.0));
+        let q = [0.0, 0.0, 0.0, 1.0, 2.0, 0.0].map(|slope| seeded(0.0, slope));
+        let still = [seeded(0.0, 0.0); 6];
+        let x = Local { t: seeded(0.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &[] };
+        let mut balance = still;
+        Element::residual(&SpringDamper, &x, &mut balance, &mut []);
+        close(&balance.map(|row| row.eps[0]), &[-7.0, -14.0, 0.0, 7.0, 14.0, 0.0]);
+        let mut out = [seeded(0.0, 0.0); 3];
+        Element::measure(&SpringDamper, &x, &mut out);
+        assert!(out.iter().all(|m| m.re.is_finite() && m.eps[0].is_finite()));
+        assert!(Element::energy(&SpringDamper, &x).potential.eps[0].is_finite());
+    }
+}

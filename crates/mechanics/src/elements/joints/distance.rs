@@ -1,0 +1,66 @@
+//! A massless rod.
+
+use crate::elements::element::{Element, Local};
+use crate::elements::line::{Line, ends, without_direction};
+use crate::mechanism::{Marker, Mechanism, Part};
+use autodiff::Scalar;
+
+/// A massless rod: two points keep their distance, Φ = |r_B − r_A| − L.
+///
+/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and B, L (m). λ is the tension in N.
+///
+/// **Source.** Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
+#[derive(Clone, Copy, Debug)]
+pub struct Rod;
+
+impl Element for Rod {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+        let line = Line::of(x);
+        closure[0] = line.length - x.p[4];
+        line.pull(x.l[0], balance);
+    }
+
+    fn closures(&self) -> usize {
+        1
+    }
+
+    fn measures(&self) -> &'static [&'static str] {
+        &["tension"]
+    }
+
+    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+        out[0] = x.l[0];
+    }
+
+    fn complaint(&self, p: &[f64]) -> Option<String> {
+        (!(p[4] > 0.0)).then(|| format!("its length is {} m", p[4]))
+    }
+
+    fn trouble(&self, x: &Local<'_, f64>) -> Option<String> {
+        without_direction(x)
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Keeps the points `a` and `b` at the distance `length` (m).
+    pub fn rod(&mut self, name: &str, a: Marker<S>, b: Marker<S>, length: S) -> Part {
+        let (coordinates, p) = ends(a, b);
+        self.add(name, Rod, &coordinates, &[&p[..], &[length]].concat())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::element_tests::{at, close, rows};
+    use crate::elements::line::three_four_five;
+
+    #[test]
+    fn a_rod_of_four_metres_is_a_metre_too_short() {
+        let (q, _) = three_four_five();
+        let (balance, closure) = rows(&Rod, &at(&[0.0, 0.0, 0.0, 0.0, 4.0], &q, &[10.0]));
+        close(&closure, &[1.0]);
+        close(&balance, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
+        assert!(Rod.complaint(&[0.0; 5]).is_some());
+    }
+}

@@ -1,0 +1,17 @@
+//! Joints: constraints between bodies.
+
+pub(crate) mod distance;
+pub(crate) mod fixed_joint;
+pub(crate) mod gear_pair;
+pub(crate) mod point_on_line;
+pub(crate) mod prismatic;
+pub(crate) mod rack;
+pub(crate) mod revolute;
+
+pub use distance::Rod;
+pub use fixed_joint::Weld;
+pub use gear_pair::GearPair;
+pub use point_on_line::PointOnLine;
+pub use prismatic::Prismatic;
+pub use rack::Rack;
+pub use revolute::Revolute;

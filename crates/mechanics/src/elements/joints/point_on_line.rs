@@ -1,0 +1,94 @@
+//! A point of one body on a straight line of another: a pin in a slot.
+
+use crate::elements::element::{Element, Local};
+use crate::mechanism::frame::{Frame, add_force};
+use crate::mechanism::{Marker, Mechanism, Part};
+use autodiff::Scalar;
+
+/// A pin in a straight slot: point B of one body stays on a line through point A of another.
+///
+/// $$ \Phi = \mathbf n\cdot(\mathbf r_B - \mathbf r_A) = 0 $$
+///
+/// with n normal to the line; λ in N is the force of B on the slot along n. Coordinates x, y, θ of both bodies;
+/// parameters body-fixed x, y of A, angle of the line in A's body (rad), body-fixed x, y of B.
+///
+/// **Source.** Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
+#[derive(Clone, Copy, Debug)]
+pub struct PointOnLine;
+
+/// The offset of B from the line, with the levers from both reference points to B and the line's normal.
+pub(crate) struct Offset<T> {
+    pub value: T,
+    lever_a: [T; 2],
+    lever_b: [T; 2],
+    normal: [T; 2],
+    pub along: T,
+}
+
+impl<T: Scalar> Offset<T> {
+    #[inline]
+    pub fn of(x: &Local<'_, T>) -> Self {
+        let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
+        let ra = a.turned(x.p[0], x.p[1]);
+        let (sin, cos) = (a.theta + x.p[2]).sin_cos();
+        let normal = [-sin, cos];
+        let lever_b = b.turned(x.p[3], x.p[4]);
+        let pb = b.point(lever_b);
+        let lever_a = [pb[0] - a.x, pb[1] - a.y];
+        let gap = [lever_a[0] - ra[0], lever_a[1] - ra[1]];
+        let value = normal[0] * gap[0] + normal[1] * gap[1];
+        Self { value, lever_a, lever_b, normal, along: cos * gap[0] + sin * gap[1] }
+    }
+
+    /// Reaction of the slot on both bodies; on A it acts where B is.
+    #[inline]
+    pub fn react(&self, l: T, balance: &mut [T]) {
+        let [nx, ny] = self.normal;
+        add_force(balance, 0, self.lever_a, [-l * nx, -l * ny]);
+        add_force(balance, 3, self.lever_b, [l * nx, l * ny]);
+    }
+}
+
+impl Element for PointOnLine {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+        let offset = Offset::of(x);
+        closure[0] = offset.value;
+        offset.react(x.l[0], balance);
+    }
+
+    fn closures(&self) -> usize {
+        1
+    }
+
+    fn measures(&self) -> &'static [&'static str] {
+        &["force", "position"]
+    }
+
+    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+        (out[0], out[1]) = (x.l[0], Offset::of(x).along);
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Keeps point `b` on the line through point `a` at the angle `line` (rad) in the body of `a`.
+    pub fn point_on_line(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>) -> Part {
+        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
+        self.add(name, PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::element_tests::{at, close, measured, rows};
+
+    #[test]
+    fn a_pin_two_metres_along_a_slot_and_a_tenth_beside_it() {
+        // The slot is along +x of A; the pin is at (2, 0.1). A force of 5 N of the pin on the slot, upwards.
+        let x = at(&[0.0; 5], &[0.0, 0.0, 0.0, 2.0, 0.1, 0.7], &[5.0]);
+        let (balance, closure) = rows(&PointOnLine, &x);
+        close(&closure, &[0.1]);
+        close(&balance, &[0.0, -5.0, -10.0, 0.0, 5.0, 0.0]);
+        close(&measured(&PointOnLine, &x), &[5.0, 2.0]);
+    }
+}

@@ -1,0 +1,115 @@
+//! Rigid contacts that a mechanism bounces off, and switches that it passes.
+
+use crate::elements::drives::driver::Driver;
+use crate::elements::element::{Element, Local};
+use crate::elements::joints::point_on_line::PointOnLine;
+use crate::mechanism::{Coordinate, Marker, Mechanism, PartData};
+use crate::motion::Fixed;
+use crate::{Error, Result};
+use autodiff::Scalar;
+use std::sync::Arc;
+
+/// A contact that is open as long as its gap is positive, or a switch.
+pub(crate) struct ImpactData<S> {
+    /// The constraint whose one closure is the gap; its multiplier is the impulse.
+    pub part: PartData<S>,
+    /// Coefficient of restitution; none of a switch.
+    pub restitution: Option<S>,
+}
+
+/// # Impacts
+///
+/// A contact is a constraint of one closure, the gap Φ(q, t) ≥ 0 in m or rad. When it closes, velocities jump so that
+/// it opens again with Newton's law, Φ̇⁺ = −e Φ̇⁻, by an impulse Λ along Φ_q while all joints hold:
+/// M (v⁺ − v⁻) + Φ_qᵀ Λ = 0. Contacts are without friction. What lasts is for compliant contacts
+/// ([`Mechanism::wall_contact`], [`Mechanism::stop`]).
+///
+/// **Source.** Pfeiffer & Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), Chapter 8.
+impl<S: Scalar> Mechanism<S> {
+    /// A contact whose gap is the closure of the constraint `gap`, with the coefficient of restitution from 0 to 1.
+    ///
+    /// **Errors.** [`Error::Definition`] if the constraint has not just one closure.
+    pub fn impact(
+        &mut self,
+        name: impl Into<String>,
+        gap: impl Element,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+        restitution: S,
+    ) -> Result<()> {
+        let (name, closures) = (name.into(), Element::closures(&gap));
+        if closures != 1 {
+            let why = format!("its gap has {closures} closures");
+            return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
+        }
+        self.add_impact(name, gap, coordinates, parameters, Some(restitution));
+        Ok(())
+    }
+
+    fn add_impact(
+        &mut self,
+        name: String,
+        gap: impl Element,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+        restitution: Option<S>,
+    ) {
+        let (closures, coordinates) = (Element::closures(&gap), coordinates.iter().map(|c| c.0).collect());
+        let (element, parameters) = (Arc::new(gap), parameters.to_vec());
+        let part = PartData { name, element, coordinates, first_multiplier: 0, closures, parameters };
+        self.impacts.push(ImpactData { part, restitution });
+    }
+
+    /// A rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
+    pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
+        self.add_impact(name.into(), Driver(Fixed), &[a, b], &[clearance], Some(restitution));
+    }
+
+    /// A rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays to the left of
+    /// it, as seen along the line.
+    pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) {
+        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
+        self.add_impact(name.into(), PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y], Some(restitution));
+    }
+
+    /// A switch: where the closure of the constraint `of` passes zero, either way, a time step ends and the next one begins.
+    ///
+    /// What jumps there, a force that an element or a law switches by the same condition, is then integrated on either side
+    /// of the jump, and derivatives know that the instant moves with the design. Without a switch they would not: a step
+    /// across a jump has no derivative that tells.
+    ///
+    /// **Errors.** [`Error::Definition`] if the constraint has not just one closure.
+    pub fn switch(
+        &mut self,
+        name: impl Into<String>,
+        of: impl Element,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+    ) -> Result<()> {
+        let (name, closures) = (name.into(), Element::closures(&of));
+        if closures != 1 {
+            let why = format!("what it looks at has {closures} closures");
+            return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
+        }
+        self.add_impact(name, of, coordinates, parameters, None);
+        Ok(())
+    }
+
+    /// A switch at the time `t` (s).
+    pub fn switch_at(&mut self, name: &str, t: S) {
+        self.add_impact(name.into(), Clock, &[], &[t], None);
+    }
+}
+
+/// Φ = t − t₀; parameter t₀ in s.
+struct Clock;
+
+impl Element for Clock {
+    fn residual<T: Scalar>(&self, x: &Local<'_, T>, _balance: &mut [T], closure: &mut [T]) {
+        closure[0] = x.t - x.p[0];
+    }
+
+    fn closures(&self) -> usize {
+        1
+    }
+}

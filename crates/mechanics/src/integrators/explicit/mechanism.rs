@@ -1,0 +1,219 @@
+//! A constrained mechanism as a system of first-order equations.
+
+use crate::diagnostics::not_finite;
+use crate::elements::element::Room;
+use crate::integrators::explicit::stepper::Flow;
+use crate::integrators::explicit::tableau::SLOTS;
+use crate::linalg::factor::Factor;
+use crate::mechanism::Mechanism;
+use crate::mechanism::scalars::Jet;
+use crate::system::linearization::Linearization;
+use crate::system::state::State;
+use crate::system::{System, Unknown};
+use crate::{Error, Result};
+
+/// Slot of evaluations for output.
+pub const SAMPLE: usize = SLOTS;
+
+/// A mechanism whose state is all positions and then all velocities.
+///
+/// Accelerations and multipliers come from the saddle-point system
+///
+/// $$ \begin{bmatrix} M & \Phi_q^T \\ \Phi_q & 0 \end{bmatrix} \begin{bmatrix} \ddot q \\ \lambda \end{bmatrix} =
+///    \begin{bmatrix} f \\ -\dot\Phi_q \dot q - \dots \end{bmatrix} $$
+///
+/// whose pattern is analysed once. At the end of a step positions and velocities are projected onto Φ = 0 and Φ̇ = 0 by
+/// one least-squares step each, with one factorization; entries of prescribed coordinates are not used.
+///
+/// **Source.** Hairer & Wanner, *Solving Ordinary Differential Equations II*, 2nd ed. (1996), Sections VII.1 and VII.2.
+pub struct MechanismFlow<'m> {
+    /// The mechanism.
+    pub mechanism: &'m Mechanism<f64>,
+    /// Its equations.
+    pub system: System,
+    /// Where it was evaluated last: accelerations and multipliers included.
+    pub state: State<f64>,
+    /// What was done, if it is to be differentiated.
+    pub tape: Option<Tape>,
+    rows: Vec<[f64; 1]>,
+    rates: Vec<f64>,
+    jets: Room<Jet<f64>>,
+}
+
+/// States and factorizations of one step.
+pub struct Tape {
+    /// One evaluation per slot; the last is for output.
+    pub visits: Vec<Visit>,
+    /// The projections at the end of the step.
+    pub projected: Projected,
+}
+
+/// One evaluation of accelerations.
+pub struct Visit {
+    /// The state with its accelerations and multipliers.
+    pub state: State<f64>,
+    /// The factorized saddle-point matrix.
+    pub factor: Factor,
+}
+
+/// The projections at the end of a step.
+pub struct Projected {
+    /// Positions and velocities before; accelerations hold the position correction δ, multipliers its μ.
+    pub before: State<f64>,
+    /// Projected positions, velocities before; accelerations hold the velocity correction ε, multipliers its ν.
+    pub after: State<f64>,
+    /// Factor of \[I Φ_qᵀ; Φ_q 0\] before.
+    pub factor: Factor,
+}
+
+impl Tape {
+    /// Room for one step of a mechanism in the state `state`.
+    pub fn new(system: &mut System, state: &State<f64>) -> Self {
+        let mut visit = || Visit { state: state.clone(), factor: system.factor().clone() };
+        let visits = (0..=SAMPLE).map(|_| visit()).collect();
+        let projected = Projected { before: state.clone(), after: state.clone(), factor: system.factor().clone() };
+        Self { visits, projected }
+    }
+}
+
+impl<'m> MechanismFlow<'m> {
+    /// From the consistent state `state`.
+    pub fn new(mechanism: &'m Mechanism<f64>, system: System, state: State<f64>) -> Self {
+        let (rows, rates) = (vec![[0.0]; system.size()], vec![0.0; system.size()]);
+        Self { mechanism, system, state, tape: None, rows, rates, jets: Room::default() }
+    }
+
+    /// Positions and velocities of `state` as one vector.
+    pub fn vector(state: &State<f64>) -> Vec<f64> {
+        state.q.iter().chain(&state.v).copied().collect()
+    }
+
+    /// Takes over positions and velocities.
+    fn place(&mut self, t: f64, y: &[f64]) {
+        let n = self.state.q.len();
+        self.state.t = t;
+        self.state.q.copy_from_slice(&y[..n]);
+        self.state.v.copy_from_slice(&y[n..]);
+        self.state.a.fill(0.0);
+        self.state.l.fill(0.0);
+        self.state.prescribe(self.mechanism);
+    }
+
+    fn solve_accelerations(&mut self) -> Result<()> {
+        self.system.assemble(self.mechanism, &self.state, Linearization::accelerations(), &mut self.rows);
+        self.system.closure_rates(self.mechanism, &self.state, 2, &mut self.jets, &mut self.rates);
+        for (row, rate, unknown) in with_rates(&mut self.rows, &self.rates, self.system.unknowns()) {
+            if matches!(unknown, Unknown::Multiplier(_)) {
+                row[0] = *rate;
+            }
+        }
+        if self.rows.iter().any(|row| !row[0].is_finite()) {
+            return Err(self.blame());
+        }
+        self.system.factorize(self.mechanism, self.state.t)?;
+        self.system.factor().solve(&mut self.rows);
+        for (unknown, change) in self.system.unknowns().iter().zip(&self.rows) {
+            match *unknown {
+                Unknown::Coordinate(i) => self.state.a[i] = -change[0],
+                Unknown::Multiplier(m) => self.state.l[m] = -change[0],
+            }
+        }
+        Ok(())
+    }
+
+    /// What is not finite here.
+    fn blame(&self) -> Error {
+        not_finite(self.mechanism, &self.state).unwrap_or_else(|| {
+            let why = format!("its rates are not finite at t = {:.6e} s", self.state.t);
+            Error::analysis(self.system.culprit(self.mechanism, &self.rows), why, "take a smaller tolerance")
+        })
+    }
+
+    /// One correction of positions (`rate` 0) or velocities (`rate` 1) with the factor of the projection.
+    fn correct(&mut self, rate: usize) {
+        if rate == 1 {
+            self.system.closure_rates(self.mechanism, &self.state, 1, &mut self.jets, &mut self.rates);
+            for (row, rate, unknown) in with_rates(&mut self.rows, &self.rates, self.system.unknowns()) {
+                row[0] = if matches!(unknown, Unknown::Multiplier(_)) { *rate } else { 0.0 };
+            }
+        }
+        self.system.factor().solve(&mut self.rows);
+        if let Some(tape) = &mut self.tape {
+            let projected = &mut tape.projected;
+            let to = if rate == 0 { &mut projected.before } else { &mut projected.after };
+            to.copy_from(&self.state);
+            for (unknown, change) in self.system.unknowns().iter().zip(&self.rows) {
+                match *unknown {
+                    Unknown::Coordinate(i) => to.a[i] = -change[0],
+                    Unknown::Multiplier(m) => to.l[m] = -change[0],
+                }
+            }
+        }
+        let values = if rate == 0 { &mut self.state.q } else { &mut self.state.v };
+        for (unknown, change) in self.system.unknowns().iter().zip(&self.rows) {
+            if let Unknown::Coordinate(i) = *unknown {
+                values[i] -= change[0];
+            }
+        }
+    }
+}
+
+impl Flow for MechanismFlow<'_> {
+    fn size(&self) -> usize {
+        2 * self.state.q.len()
+    }
+
+    fn rates(&mut self, slot: usize, t: f64, y: &[f64], k: &mut [f64]) -> Result<()> {
+        self.place(t, y);
+        self.solve_accelerations()?;
+        let n = self.state.q.len();
+        k.fill(0.0);
+        for unknown in self.system.unknowns() {
+            if let Unknown::Coordinate(i) = *unknown {
+                (k[i], k[n + i]) = (self.state.v[i], self.state.a[i]);
+            }
+        }
+        if let Some(tape) = &mut self.tape {
+            let visit = &mut tape.visits[slot];
+            visit.state.copy_from(&self.state);
+            std::mem::swap(&mut visit.factor, self.system.factor());
+        }
+        Ok(())
+    }
+
+    fn project(&mut self, t: f64, y: &mut [f64]) -> Result<()> {
+        if self.mechanism.multipliers == 0 {
+            return Ok(());
+        }
+        self.place(t, y);
+        self.system.assemble(self.mechanism, &self.state, Linearization::projection(), &mut self.rows);
+        if self.rows.iter().any(|row| !row[0].is_finite()) {
+            return Err(self.blame());
+        }
+        self.system.factorize(self.mechanism, t)?;
+        self.correct(0);
+        self.correct(1);
+        let n = self.state.q.len();
+        y[..n].copy_from_slice(&self.state.q);
+        y[n..].copy_from_slice(&self.state.v);
+        if let Some(tape) = &mut self.tape {
+            std::mem::swap(&mut tape.projected.factor, self.system.factor());
+        }
+        Ok(())
+    }
+
+    fn name(&self, component: usize) -> String {
+        let n = self.state.q.len();
+        let what = if component < n { "position" } else { "velocity" };
+        format!("{} ({what})", self.mechanism.coordinates[component % n].name)
+    }
+}
+
+/// Rows with their rates and unknowns.
+fn with_rates<'a>(
+    rows: &'a mut [[f64; 1]],
+    rates: &'a [f64],
+    unknowns: &'a [Unknown],
+) -> impl Iterator<Item = (&'a mut [f64; 1], &'a f64, &'a Unknown)> {
+    rows.iter_mut().zip(rates).zip(unknowns).map(|((row, rate), unknown)| (row, rate, unknown))
+}

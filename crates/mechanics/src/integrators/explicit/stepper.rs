@@ -1,0 +1,192 @@
+//! One explicit step, its error, and states inside it.
+
+use crate::Result;
+use crate::integrators::explicit::settings::Tolerance;
+use crate::integrators::explicit::tableau::Tableau;
+
+/// A system of first-order equations that an explicit method steps through.
+pub trait Flow {
+    /// Number of components.
+    fn size(&self) -> usize;
+
+    /// Writes dy/dt at (`t`, `y`) to `k`. The `slot` of the step tells which evaluation this is.
+    fn rates(&mut self, slot: usize, t: f64, y: &[f64], k: &mut [f64]) -> Result<()>;
+
+    /// Moves the end of a step onto the manifold that the solution lives on.
+    fn project(&mut self, _t: f64, _y: &mut [f64]) -> Result<()> {
+        Ok(())
+    }
+
+    /// Name of a component, for messages.
+    fn name(&self, component: usize) -> String;
+}
+
+/// Takes steps of one method through one system; allocates nothing once it is made.
+#[derive(Debug)]
+pub struct Stepper<F> {
+    /// The system.
+    pub flow: F,
+    /// The method.
+    pub method: &'static Tableau,
+    /// Beginning and end of the step in s.
+    pub t: [f64; 2],
+    /// State at the beginning.
+    pub old: Vec<f64>,
+    /// State at the end.
+    pub new: Vec<f64>,
+    /// Evaluations of the system so far.
+    pub evaluations: usize,
+    slots: Vec<Vec<f64>>,
+    stage: Vec<f64>,
+    has_end: bool,
+    is_dense: bool,
+}
+
+impl<F: Flow> Stepper<F> {
+    /// At time `t` in the state `y`.
+    pub fn new(flow: F, method: &'static Tableau, t: f64, y: Vec<f64>) -> Result<Self> {
+        let size = y.len();
+        let mut slots = vec![vec![0.0; size]; method.slots()];
+        let mut flow = flow;
+        flow.rates(0, t, &y, &mut slots[0])?;
+        let stage = y.clone();
+        let (has_end, is_dense) = (false, false);
+        Ok(Self { flow, method, t: [t; 2], new: y.clone(), old: y, evaluations: 1, slots, stage, has_end, is_dense })
+    }
+
+    /// Length of the step in s.
+    pub fn length(&self) -> f64 {
+        self.t[1] - self.t[0]
+    }
+
+    /// Tries a step from the beginning to `end`.
+    ///
+    /// Returns its error in units of the tolerance, and its most erroneous component.
+    pub fn attempt(&mut self, end: f64, tolerance: Option<&Tolerance>) -> Result<(f64, usize)> {
+        self.t[1] = end;
+        (self.has_end, self.is_dense) = (false, false);
+        for slot in 1..self.method.end {
+            self.evaluate(slot)?;
+        }
+        self.combine(self.method.end);
+        self.new.copy_from_slice(&self.stage);
+        let early = tolerance.filter(|_| !self.method.error_needs_end).map(|tolerance| self.error(tolerance));
+        if let Some((error, component)) = early
+            && !(error <= 1.0)
+        {
+            return Ok((error, component));
+        }
+        self.flow.project(end, &mut self.new)?;
+        self.flow.rates(self.method.end, end, &self.new, &mut self.slots[self.method.end])?;
+        self.evaluations += 1;
+        self.has_end = true;
+        Ok(early.or_else(|| tolerance.map(|tolerance| self.error(tolerance))).unwrap_or((0.0, 0)))
+    }
+
+    /// The end of the step becomes the beginning of the next one.
+    pub fn accept(&mut self) {
+        debug_assert!(self.has_end, "only a complete step can be accepted");
+        self.t[0] = self.t[1];
+        std::mem::swap(&mut self.old, &mut self.new);
+        self.slots.swap(0, self.method.end);
+        (self.has_end, self.is_dense) = (false, false);
+    }
+
+    /// The rates where a step ends, or where the first one begins.
+    pub(crate) fn rates_at_end(&self, is_step: bool) -> &[f64] {
+        &self.slots[if is_step { self.method.end } else { 0 }]
+    }
+
+    /// Stands where `row` says, time, state and rates: where a step ends, or where one begins.
+    pub(crate) fn put(&mut self, row: &[f64], is_end: bool) {
+        let (state, rates) = row[1..].split_at(self.old.len());
+        self.t = [row[0]; 2];
+        self.new.copy_from_slice(state);
+        self.old.copy_from_slice(state);
+        self.slots[if is_end { self.method.end } else { 0 }].copy_from_slice(rates);
+        (self.has_end, self.is_dense) = (is_end, false);
+    }
+
+    /// Evaluates what dense output needs beyond the step itself, once per step. Returns whether it had to.
+    pub fn make_dense(&mut self) -> Result<bool> {
+        if self.is_dense {
+            return Ok(false);
+        }
+        for slot in self.method.end + 1..self.method.slots() {
+            self.evaluate(slot)?;
+        }
+        self.is_dense = true;
+        Ok(true)
+    }
+
+    /// The state at time `t` inside the step, after [`Stepper::make_dense`].
+    pub fn interpolate(&self, t: f64, y: &mut [f64]) {
+        let h = self.length();
+        let weights = self.method.dense_weights((t - self.t[0]) / h);
+        for ((y, old), new) in y.iter_mut().zip(&self.old).zip(&self.new) {
+            *y = old + weights.change * (new - old);
+        }
+        for (slot, weight) in self.slots.iter().zip(weights.slots).filter(|(_, weight)| *weight != 0.0) {
+            y.iter_mut().zip(slot).for_each(|(y, k)| *y += h * weight * k);
+        }
+    }
+
+    /// A first step after Hairer, Nørsett & Wanner, Section II.4: as long as the second derivative allows.
+    pub fn first_step(&mut self, tolerance: &Tolerance) -> Result<f64> {
+        let size = |x: &[f64], y: &[f64]| {
+            let scaled = x.iter().zip(y).enumerate().map(|(i, (x, y))| (x / tolerance.at(i, y.abs())).powi(2));
+            (scaled.sum::<f64>() / x.len().max(1) as f64).sqrt()
+        };
+        let (position, slope) = (size(&self.old, &self.old), size(&self.slots[0], &self.old));
+        let guess = if position < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * position / slope };
+        for ((stage, y), k) in self.stage.iter_mut().zip(&self.old).zip(&self.slots[0]) {
+            *stage = y + guess * k;
+        }
+        self.flow.rates(1, self.t[0] + guess, &self.stage, &mut self.slots[1])?;
+        self.evaluations += 1;
+        let changes = self.stage.iter_mut().zip(&self.slots[1]).zip(&self.slots[0]);
+        changes.for_each(|((stage, new), old)| *stage = new - old);
+        let curvature = size(&self.stage, &self.old) / guess;
+        let largest = slope.max(curvature);
+        let second = if largest <= 1e-15 { (guess * 1e-3).max(1e-6) } else { (0.01 / largest).powf(self.exponent()) };
+        Ok(second.min(100.0 * guess))
+    }
+
+    /// One over the order of the local error.
+    pub fn exponent(&self) -> f64 {
+        1.0 / f64::from(self.method.error_order + 1)
+    }
+
+    fn evaluate(&mut self, slot: usize) -> Result<()> {
+        self.combine(slot);
+        let t = self.t[0] + self.method.nodes[slot] * self.length();
+        self.evaluations += 1;
+        self.flow.rates(slot, t, &self.stage, &mut self.slots[slot])
+    }
+
+    /// The state at which a slot is evaluated.
+    fn combine(&mut self, slot: usize) {
+        self.method.combine(slot, self.length(), &self.old, |j| &self.slots[j], &mut self.stage);
+    }
+
+    fn error(&self, tolerance: &Tolerance) -> (f64, usize) {
+        let (h, mut sums, mut worst) = (self.length(), [0.0; 2], (0.0, 0));
+        for i in 0..self.old.len() {
+            let scale = tolerance.at(i, self.old[i].abs().max(self.new[i].abs()));
+            for (sum, row) in sums.iter_mut().zip(self.method.errors) {
+                let error: f64 = row.iter().map(|&(j, weight)| weight * self.slots[j][i]).sum::<f64>() / scale;
+                *sum += error * error;
+                if error.abs() > worst.0 || error.is_nan() {
+                    worst = (error.abs(), i);
+                }
+            }
+        }
+        let count = self.old.len().max(1) as f64;
+        let error = match self.method.errors.len() {
+            1 => h * (sums[0] / count).sqrt(),
+            _ if sums[0] == 0.0 => 0.0,
+            _ => h * sums[0] / (count * (sums[0] + 0.01 * sums[1])).sqrt(),
+        };
+        (error, worst.1)
+    }
+}

@@ -1,0 +1,357 @@
+//! Implicit time steps of second order on the index-3 equations.
+
+use crate::diagnostics;
+use crate::elements::element::Room;
+use crate::integrators::predictor::Predictor;
+use crate::mechanism::Mechanism;
+use crate::mechanism::scalars::Real;
+use crate::system::linearization::Linearization;
+use crate::system::state::State;
+use crate::system::{System, Unknown};
+use crate::{Error, Result};
+use autodiff::Scalar;
+use std::ops::{Add, Mul};
+
+/// Coefficients of a generalized-α method.
+///
+/// With the auxiliary acceleration w, the steps are
+///
+/// $$ (1-\alpha_m) w_1 + \alpha_m w_0 = (1-\alpha_f)\ddot q_1 + \alpha_f \ddot q_0 $$
+/// $$ q_1 = q_0 + h\dot q_0 + h^2\left((\tfrac12-\beta) w_0 + \beta w_1\right),\qquad
+///    \dot q_1 = \dot q_0 + h\left((1-\gamma) w_0 + \gamma w_1\right) $$
+///
+/// and the equations of motion and the constraints hold at the end of the step. For a constant mass matrix and
+/// α_m = 0 this is the HHT-α method, M w₁ + (1−α) f(q₁) + α f(q₀) = 0.
+///
+/// **Source.** Arnold & Brüls, *Multibody Syst. Dyn.* 18 (2007) 185–202; Hilber, Hughes & Taylor, *Earthq. Eng.
+/// Struct. Dyn.* 5 (1977) 283–292; Chung & Hulbert, *J. Appl. Mech.* 60 (1993) 371–375.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GeneralizedAlpha {
+    /// Weight of the old auxiliary acceleration.
+    pub alpha_m: f64,
+    /// Weight of the old acceleration.
+    pub alpha_f: f64,
+    /// Newmark's position coefficient.
+    pub beta: f64,
+    /// Newmark's velocity coefficient.
+    pub gamma: f64,
+}
+
+impl GeneralizedAlpha {
+    /// HHT-α with `alpha` from 0 (no numerical damping) to 1/3.
+    pub fn hht(alpha: f64) -> Result<Self> {
+        Error::check_option("HHT alpha", "from 0 to 1/3", alpha, (0.0..=1.0 / 3.0).contains(&alpha))?;
+        Ok(Self::of(0.0, alpha))
+    }
+
+    /// The least damped method of spectral radius `rho` at infinite frequency, from 0 to 1.
+    pub fn chung_hulbert(rho: f64) -> Result<Self> {
+        Error::check_option("spectral radius", "from 0 to 1", rho, (0.0..=1.0).contains(&rho))?;
+        Ok(Self::of((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)))
+    }
+
+    fn of(alpha_m: f64, alpha_f: f64) -> Self {
+        let shift = alpha_f - alpha_m;
+        Self { alpha_m, alpha_f, beta: (1.0 + shift).powi(2) / 4.0, gamma: 0.5 + shift }
+    }
+
+    /// Change of the auxiliary acceleration with the new acceleration.
+    pub(crate) fn ratio(&self) -> f64 {
+        (1.0 - self.alpha_f) / (1.0 - self.alpha_m)
+    }
+
+    /// Weights of the old acceleration and the old auxiliary acceleration in the new auxiliary acceleration.
+    pub(crate) fn history(&self) -> [f64; 2] {
+        let share = 1.0 / (1.0 - self.alpha_m);
+        [self.alpha_f * share, -(self.alpha_m * share)]
+    }
+
+    /// Change of position (s²) and velocity (s) with the new acceleration in a step `h`.
+    pub fn seeds(&self, h: f64) -> (f64, f64) {
+        (h * h * self.beta * self.ratio(), h * self.gamma * self.ratio())
+    }
+}
+
+/// How velocity and acceleration of a prescribed coordinate are had.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prescribed {
+    /// From the derivatives of the motion.
+    Exact,
+    /// From the positions at the steps by the method's own formulas.
+    Newmark,
+}
+
+/// Settings of the Newton iteration in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Newton {
+    /// Largest position correction (m or rad) of the last iteration; a larger one will do if what is left after it can be
+    /// expected to be a millionth of the tolerance.
+    pub tolerance: f64,
+    /// Most iterations.
+    pub iterations: usize,
+}
+
+impl Default for Newton {
+    fn default() -> Self {
+        Self { tolerance: 1e-9, iterations: 12 }
+    }
+}
+
+/// The two ends of a step, in any number type.
+#[derive(Clone, Debug)]
+pub struct Step<T> {
+    /// Beginning of the step.
+    pub old: State<T>,
+    /// End of the step.
+    pub new: State<T>,
+    old_auxiliary: Vec<T>,
+    new_auxiliary: Vec<T>,
+}
+
+impl<T: Real> Step<T> {
+    /// Before the first step.
+    pub fn from(start: State<T>) -> Self {
+        let auxiliary = start.a.clone();
+        Self { new: start.clone(), old: start, new_auxiliary: auxiliary.clone(), old_auxiliary: auxiliary }
+    }
+
+    /// The end becomes the beginning.
+    pub fn accept(&mut self) {
+        std::mem::swap(&mut self.old, &mut self.new);
+        std::mem::swap(&mut self.old_auxiliary, &mut self.new_auxiliary);
+    }
+
+    /// Puts the motion on its way anew from `state`, as after an impact: it takes the place of the step's end.
+    pub fn restart(&mut self, state: &State<T>) {
+        self.new.copy_from(state);
+        self.new_auxiliary.copy_from_slice(&state.a);
+    }
+
+    /// The end of a step `h` whose free accelerations are `self.new.a` and multipliers `self.new.l`.
+    ///
+    /// The length of the step is a plain number, or one that carries derivatives where the design decides it.
+    pub fn march<H: Scalar>(
+        &mut self,
+        mechanism: &Mechanism<T>,
+        scheme: &GeneralizedAlpha,
+        prescribed: Prescribed,
+        h: H,
+    ) where
+        T: Add<H, Output = T> + Mul<H, Output = T>,
+    {
+        self.new.t = self.old.t + h;
+        self.new.prescribe_positions(mechanism, prescribed);
+        self.march_prescribed(mechanism, scheme, prescribed, h);
+    }
+
+    /// The same once the prescribed coordinates of `self.new` are where they are wanted. It is linear in both ends of the
+    /// step: slopes march as values do.
+    pub(crate) fn march_prescribed<H: Scalar>(
+        &mut self,
+        mechanism: &Mechanism<T>,
+        scheme: &GeneralizedAlpha,
+        prescribed: Prescribed,
+        h: H,
+    ) where
+        T: Mul<H, Output = T>,
+    {
+        let (ratio, [old, auxiliary]) = (scheme.ratio(), scheme.history());
+        for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
+            let (q0, v0, w0) = (self.old.q[i], self.old.v[i], self.old_auxiliary[i]);
+            let history = self.old.a[i] * old + w0 * auxiliary;
+            let coast = q0 + v0 * h + w0 * (h * h * (0.5 - scheme.beta));
+            let w1 = match coordinate.motion {
+                Some(_) if prescribed == Prescribed::Newmark => (self.new.q[i] - coast) * (h * h * scheme.beta).recip(),
+                _ => self.new.a[i] * ratio + history,
+            };
+            self.new_auxiliary[i] = w1;
+            match coordinate.motion {
+                Some(_) if prescribed == Prescribed::Exact => continue,
+                Some(_) => self.new.a[i] = (w1 - history) * (1.0 / ratio),
+                None => self.new.q[i] = coast + w1 * (h * h * scheme.beta),
+            }
+            self.new.v[i] = v0 + (w0 * (1.0 - scheme.gamma) + w1 * scheme.gamma) * h;
+        }
+    }
+
+    /// Adds `change(equation)` to accelerations and multipliers alone: [`Step::march`] has to follow.
+    pub fn improve(&mut self, system: &System, change: impl Fn(usize) -> T) {
+        for (equation, unknown) in system.unknowns().iter().enumerate() {
+            match *unknown {
+                Unknown::Multiplier(m) => self.new.l[m] += change(equation),
+                Unknown::Coordinate(i) => self.new.a[i] += change(equation),
+            }
+        }
+    }
+
+    /// Adds the solution of a linear system: `change(equation)` in accelerations and multipliers.
+    pub fn correct(&mut self, system: &System, scheme: &GeneralizedAlpha, h: f64, change: impl Fn(usize) -> T) {
+        let (position, velocity) = scheme.seeds(h);
+        for (equation, unknown) in system.unknowns().iter().enumerate() {
+            let change = change(equation);
+            match *unknown {
+                Unknown::Multiplier(m) => self.new.l[m] += change,
+                Unknown::Coordinate(i) => {
+                    self.new.a[i] += change;
+                    self.new_auxiliary[i] += change * scheme.ratio();
+                    self.new.v[i] += change * velocity;
+                    self.new.q[i] += change * position;
+                }
+            }
+        }
+    }
+}
+
+impl<T: Real> State<T> {
+    pub(crate) fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, how: Prescribed) {
+        for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
+            if let Some((motion, parameters)) = &coordinate.motion {
+                match how {
+                    Prescribed::Newmark => self.q[i] = T::position(motion.as_ref(), parameters, self.t),
+                    Prescribed::Exact => {
+                        [self.q[i], self.v[i], self.a[i]] = T::motion(motion.as_ref(), parameters, self.t);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A correction in Newton's iteration.
+#[derive(Clone, Copy)]
+struct Correction {
+    /// Its largest change of a position in m or rad.
+    largest: f64,
+    /// How much smaller the next one can be expected to be.
+    rate: f64,
+    /// Whether it was had with the matrix of the iteration before.
+    kept: bool,
+}
+
+/// If the next correction is to be smaller by this or more, the matrix is kept for it.
+const SLOW: f64 = 1e-2;
+
+/// What may be left after an iteration, in parts of the tolerance: differences of two analyses must not see it.
+const LEFT: f64 = 1e-6;
+
+/// In 1/m or 1/rad: what a motion without curvature may meet in the next step, a contact, say, is not foreseen.
+const LEAST_CURVATURE: f64 = 10.0;
+
+/// Takes steps in `f64` and keeps the factorization of the last one.
+pub struct Integrator<'m> {
+    /// The mechanism.
+    pub mechanism: &'m Mechanism<f64>,
+    /// Its equations; the factor is that of the last Newton iteration.
+    pub system: System,
+    /// The method.
+    pub scheme: GeneralizedAlpha,
+    /// How prescribed coordinates move.
+    pub prescribed: Prescribed,
+    /// Newton's settings.
+    pub newton: Newton,
+    /// The current step.
+    pub step: Step<f64>,
+    /// Newton iterations so far with an assembly, a factorization and a solution each; those that keep the matrix of the
+    /// one before are not counted.
+    pub iterations: usize,
+    rows: Vec<[f64; 1]>,
+    room: Room<f64>,
+    pub(crate) predictor: Predictor,
+    /// A correction over the square of the one before, in 1/m or 1/rad: the last one seen.
+    pub(crate) curvature: f64,
+}
+
+impl<'m> Integrator<'m> {
+    /// At the beginning, in the state `start`.
+    pub fn new(
+        mechanism: &'m Mechanism<f64>,
+        system: System,
+        scheme: GeneralizedAlpha,
+        prescribed: Prescribed,
+        newton: Newton,
+        start: State<f64>,
+    ) -> Self {
+        let (mut rows, mut room) = (vec![[0.0]; system.size()], Room::default());
+        system.residual(mechanism, &start, 1.0, &mut room, rows.as_flattened_mut()); // makes the room
+        let (predictor, step) = (Predictor::new(&start), Step::from(start));
+        let (iterations, curvature) = (0, f64::INFINITY);
+        Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, room, predictor, curvature }
+    }
+
+    /// The end of the step becomes the beginning of the next.
+    pub fn accept(&mut self) {
+        self.step.accept();
+        self.predictor.learn(&self.step.old);
+    }
+
+    /// Factorizes the matrix at the end of the step: the derivatives of the converged step need it.
+    pub fn linearize(&mut self, h: f64) -> Result<()> {
+        let (position, velocity) = self.scheme.seeds(h);
+        let how = Linearization::step(position, velocity);
+        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        diagnostics::factorize(&mut self.system, self.mechanism, &self.step.new)
+    }
+
+    /// Solves the step `h`; its end is then in `step.new`. A failed step leaves the beginning as it was.
+    ///
+    /// **Errors.** [`Error::Analysis`] naming the equation that resists and the time.
+    pub fn solve(&mut self, h: f64) -> Result<()> {
+        let (position, velocity) = self.scheme.seeds(h);
+        self.step.new.t = self.step.old.t + h;
+        self.predictor.guess(&mut self.step.new);
+        self.step.march(self.mechanism, &self.scheme, self.prescribed, h);
+        let mut before: Option<Correction> = None;
+        for _ in 0..self.newton.iterations {
+            let kept = before.is_some_and(|before| before.rate <= SLOW);
+            if kept {
+                let rows = self.rows.as_flattened_mut();
+                self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, rows);
+            } else {
+                self.linearize(h)?;
+                self.iterations += 1;
+            }
+            self.system.factor().solve(&mut self.rows);
+            let largest = self.largest_correction(position);
+            if !(largest < 1e6) {
+                break;
+            }
+            let rows = &self.rows;
+            self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
+            let rate = self.rate(largest, kept, before);
+            if rate * largest <= LEFT * self.newton.tolerance || (!kept && largest <= self.newton.tolerance) {
+                return Ok(());
+            }
+            before = Some(Correction { largest, rate, kept });
+        }
+        Err(self.failure(Linearization::step(position, velocity)))
+    }
+
+    /// How much smaller the next correction can be expected to be than this one of size `largest`.
+    fn rate(&mut self, largest: f64, kept: bool, before: Option<Correction>) -> f64 {
+        if let Some(before) = before.filter(|before| !before.kept) {
+            self.curvature = (largest / before.largest.powi(2)).max(LEAST_CURVATURE);
+        }
+        match before {
+            Some(before) if kept => largest / before.largest,
+            _ => self.curvature * largest,
+        }
+    }
+
+    fn largest_correction(&self, position: f64) -> f64 {
+        let coordinate = |u: &Unknown| matches!(u, Unknown::Coordinate(_));
+        let sizes = self.system.unknowns().iter().zip(&self.rows).filter(|(u, _)| coordinate(u));
+        // NaN must not be lost in a maximum.
+        sizes.map(|(_, r)| (r[0] * position).abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+
+    fn failure(&mut self, how: Linearization) -> Error {
+        if let Some(error) = diagnostics::not_finite(self.mechanism, &self.step.new) {
+            return error;
+        }
+        let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
+        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        let what = diagnostics::culprit(&self.system, self.mechanism, &self.step.new, &self.rows);
+        let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
+        Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")
+    }
+}

@@ -1,0 +1,320 @@
+//! A mechanism: coordinates, elements connected to them, prescribed motions and named outputs.
+
+pub mod frame;
+pub mod outputs;
+pub mod scalars;
+
+use crate::elements::element::{AnyElement, Element};
+use crate::events::event::ImpactData;
+use crate::mechanism::outputs::{AnyFormula, Formula};
+use crate::motion::{AnyMotion, Fixed, Motion};
+use autodiff::Scalar;
+use std::sync::Arc;
+
+/// A mechanism as a pure function of the design.
+///
+/// `build` is evaluated in `f64` for analyses and in dual numbers for sensitivities; seeding `b` makes masses,
+/// lengths, initial states and drivers carry derivatives at once. It must make the same elements in the same order
+/// for every design.
+pub trait Model: Send + Sync {
+    /// The mechanism for the design variables `b`.
+    fn build<S: Scalar>(&self, b: &[S]) -> crate::Result<Mechanism<S>>;
+}
+
+/// One coordinate of a mechanism, by number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Coordinate(pub(crate) usize);
+
+/// One element of a mechanism, by number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Part(pub(crate) usize);
+
+/// A rigid body or a beam node: two translations in m and a rotation in rad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Body {
+    /// Horizontal position of the reference point.
+    pub x: Coordinate,
+    /// Vertical position of the reference point.
+    pub y: Coordinate,
+    /// Rotation, counter-clockwise.
+    pub theta: Coordinate,
+}
+
+impl Body {
+    /// The three coordinates.
+    pub fn coordinates(self) -> [Coordinate; 3] {
+        [self.x, self.y, self.theta]
+    }
+
+    /// The point of the body with the body-fixed coordinates (`x`, `y`) in m.
+    pub fn at<S: Scalar>(self, x: S, y: S) -> Marker<S> {
+        Marker { body: self, x, y }
+    }
+
+    /// The reference point of the body.
+    pub fn origin<S: Scalar>(self) -> Marker<S> {
+        self.at(S::from(0.0), S::from(0.0))
+    }
+}
+
+/// A point fixed to a body.
+#[derive(Clone, Copy, Debug)]
+pub struct Marker<S> {
+    /// The body.
+    pub body: Body,
+    /// Body-fixed x in m.
+    pub x: S,
+    /// Body-fixed y in m.
+    pub y: S,
+}
+
+/// Position (m, m, rad) of a body or node.
+#[derive(Clone, Copy, Debug)]
+pub struct Pose<S> {
+    /// Horizontal position.
+    pub x: S,
+    /// Vertical position.
+    pub y: S,
+    /// Rotation.
+    pub theta: S,
+}
+
+pub(crate) struct CoordinateData<S> {
+    pub name: String,
+    pub position: S,
+    pub velocity: S,
+    pub motion: Option<(Arc<dyn AnyMotion>, Vec<S>)>,
+}
+
+pub(crate) struct PartData<S> {
+    pub name: String,
+    pub element: Arc<dyn AnyElement>,
+    pub coordinates: Vec<usize>,
+    pub first_multiplier: usize,
+    pub closures: usize,
+    pub parameters: Vec<S>,
+}
+
+/// A named scalar response: a weighted sum of quantities, or a formula of them.
+pub(crate) struct OutputData<S> {
+    pub name: String,
+    pub terms: Vec<Term<S>>,
+    pub formula: Option<Arc<dyn AnyFormula>>,
+}
+
+/// Where a quantity comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// The measure of an element.
+    Measure { part: usize, measure: usize },
+    /// The effort that keeps a prescribed coordinate on its motion.
+    Effort { coordinate: usize },
+    /// Kinetic energy of everything.
+    KineticEnergy,
+    /// Potential energy of everything.
+    PotentialEnergy,
+}
+
+/// One quantity with its weight in an output.
+#[derive(Clone, Copy, Debug)]
+pub struct Term<S> {
+    pub(crate) source: Source,
+    pub(crate) weight: S,
+}
+
+/// Coordinates, elements connected to them, prescribed motions and named outputs.
+///
+/// `S` is the number type of everything that depends on the design. Bodies and joints are added by methods that
+/// live with the elements, for instance [`Mechanism::revolute`]; [`Mechanism::add`] takes any [`Element`], also from
+/// outside the crate.
+pub struct Mechanism<S> {
+    pub(crate) coordinates: Vec<CoordinateData<S>>,
+    pub(crate) parts: Vec<PartData<S>>,
+    pub(crate) multipliers: usize,
+    pub(crate) outputs: Vec<OutputData<S>>,
+    pub(crate) impacts: Vec<ImpactData<S>>,
+    pub(crate) gravity: [S; 2],
+    ground: Body,
+}
+
+impl<S: Scalar> Default for Mechanism<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Only the ground, without gravity.
+    pub fn new() -> Self {
+        let zero = S::from(0.0);
+        let nothing = Coordinate(0);
+        let ground = Body { x: nothing, y: nothing, theta: nothing };
+        let mut mechanism = Self {
+            coordinates: Vec::new(),
+            parts: Vec::new(),
+            multipliers: 0,
+            outputs: Vec::new(),
+            impacts: Vec::new(),
+            gravity: [zero; 2],
+            ground,
+        };
+        mechanism.ground = mechanism.frame("ground", Pose { x: zero, y: zero, theta: zero });
+        mechanism.ground.coordinates().into_iter().for_each(|c| mechanism.fix(c));
+        mechanism
+    }
+
+    /// The same with the gravitational acceleration (`gx`, `gy`) in m/s² for bodies that are added from now on.
+    pub fn with_gravity(gx: S, gy: S) -> Self {
+        Self { gravity: [gx, gy], ..Self::new() }
+    }
+
+    /// The frame at rest at the origin.
+    pub fn ground(&self) -> Body {
+        self.ground
+    }
+
+    /// A new coordinate with its initial position and velocity (or a guess where joints decide).
+    pub fn coordinate(&mut self, name: impl Into<String>, position: S, velocity: S) -> Coordinate {
+        self.coordinates.push(CoordinateData { name: name.into(), position, velocity, motion: None });
+        Coordinate(self.coordinates.len() - 1)
+    }
+
+    /// Three new coordinates without any mass: a node, or a frame that elements will give mass to.
+    pub fn frame(&mut self, name: &str, pose: Pose<S>) -> Body {
+        let zero = S::from(0.0);
+        Body {
+            x: self.coordinate(format!("{name}.x"), pose.x, zero),
+            y: self.coordinate(format!("{name}.y"), pose.y, zero),
+            theta: self.coordinate(format!("{name}.theta"), pose.theta, zero),
+        }
+    }
+
+    /// A point at rest that beam ends can share: its rotation is that of the ground.
+    pub fn pivot(&mut self, name: &str, x: S, y: S) -> Body {
+        let zero = S::from(0.0);
+        let pivot = Body {
+            x: self.coordinate(format!("{name}.x"), x, zero),
+            y: self.coordinate(format!("{name}.y"), y, zero),
+            theta: self.ground.theta,
+        };
+        self.fix(pivot.x);
+        self.fix(pivot.y);
+        pivot
+    }
+
+    /// Sets the initial velocity of a coordinate.
+    pub fn set_velocity(&mut self, coordinate: Coordinate, velocity: S) {
+        self.coordinates[coordinate.0].velocity = velocity;
+    }
+
+    /// Names and positions of all coordinates, in the order in which they were added.
+    pub fn coordinates(&self) -> impl ExactSizeIterator<Item = (&str, S)> {
+        self.coordinates.iter().map(|coordinate| (coordinate.name.as_str(), coordinate.position))
+    }
+
+    /// Initial position of a coordinate.
+    pub fn position(&self, coordinate: Coordinate) -> S {
+        self.coordinates[coordinate.0].position
+    }
+
+    /// Prescribes a coordinate as a function of time; its equation is then solved for the driving force instead.
+    pub fn drive(&mut self, coordinate: Coordinate, motion: impl Motion, parameters: &[S]) {
+        self.coordinates[coordinate.0].motion = Some((Arc::new(motion), parameters.to_vec()));
+    }
+
+    /// Holds a coordinate at its initial position.
+    pub fn fix(&mut self, coordinate: Coordinate) {
+        let position = self.position(coordinate);
+        self.drive(coordinate, Fixed, &[position]);
+    }
+
+    /// Adds an element that acts on `coordinates` with the design-dependent `parameters`, both in its own order.
+    pub fn add(
+        &mut self,
+        name: impl Into<String>,
+        element: impl Element,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+    ) -> Part {
+        let closures = Element::closures(&element);
+        self.parts.push(PartData {
+            name: name.into(),
+            element: Arc::new(element),
+            coordinates: coordinates.iter().map(|c| c.0).collect(),
+            first_multiplier: self.multipliers,
+            closures,
+            parameters: parameters.to_vec(),
+        });
+        self.multipliers += closures;
+        Part(self.parts.len() - 1)
+    }
+
+    /// The measure `name` of an element with weight one.
+    ///
+    /// **Errors.** [`crate::Error::Definition`] if the element has no such measure.
+    pub fn measure(&self, part: Part, name: &str) -> crate::Result<Term<S>> {
+        let data = &self.parts[part.0];
+        let known = data.element.measures();
+        let measure = known.iter().position(|&m| m == name).ok_or_else(|| {
+            let remedy = format!("it measures: {}", known.join(", "));
+            crate::Error::definition(&data.name, format!("has no measure \"{name}\""), remedy)
+        })?;
+        Ok(Term { source: Source::Measure { part: part.0, measure }, weight: S::from(1.0) })
+    }
+
+    /// The effort (N or N·m) that keeps a prescribed coordinate on its motion: the torque of a driven crank.
+    pub fn effort(&self, coordinate: Coordinate) -> Term<S> {
+        Term { source: Source::Effort { coordinate: coordinate.0 }, weight: S::from(1.0) }
+    }
+
+    /// The kinetic energy of everything in J.
+    pub fn kinetic_energy(&self) -> Term<S> {
+        Term { source: Source::KineticEnergy, weight: S::from(1.0) }
+    }
+
+    /// The potential energy of everything (strain and weight) in J.
+    pub fn potential_energy(&self) -> Term<S> {
+        Term { source: Source::PotentialEnergy, weight: S::from(1.0) }
+    }
+
+    /// A named output: the weighted sum of quantities.
+    pub fn output(&mut self, name: impl Into<String>, terms: &[Term<S>]) {
+        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: None });
+    }
+
+    /// A named output: a formula of time and of weighted quantities.
+    pub fn output_formula(&mut self, name: impl Into<String>, formula: impl Formula, terms: &[Term<S>]) {
+        let formula: Arc<dyn AnyFormula> = Arc::new(formula);
+        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: Some(formula) });
+    }
+
+    /// Whether `other` has the same coordinates, elements and outputs, connected in the same way.
+    pub fn same_topology<T>(&self, other: &Mechanism<T>) -> bool {
+        let part = |(a, b): (&PartData<S>, &PartData<T>)| {
+            a.coordinates == b.coordinates && a.closures == b.closures && a.parameters.len() == b.parameters.len()
+        };
+        self.coordinates.len() == other.coordinates.len()
+            && self.parts.len() == other.parts.len()
+            && self.outputs.len() == other.outputs.len()
+            && self.impacts.len() == other.impacts.len()
+            && self.parts.iter().zip(&other.parts).all(part)
+            && self.coordinates.iter().zip(&other.coordinates).all(|(a, b)| a.motion.is_some() == b.motion.is_some())
+    }
+
+    /// Whether it has rigid contacts to bounce off.
+    pub fn has_impacts(&self) -> bool {
+        !self.impacts.is_empty()
+    }
+
+    /// Names of the outputs, in the order in which they were added.
+    pub fn output_names(&self) -> Vec<String> {
+        self.outputs.iter().map(|o| o.name.clone()).collect()
+    }
+}
+
+impl<S: Scalar> Term<S> {
+    /// The same measure with another weight.
+    pub fn times(self, weight: S) -> Self {
+        Self { weight: self.weight * weight, ..self }
+    }
+}

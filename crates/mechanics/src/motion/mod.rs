@@ -1,0 +1,92 @@
+//! Prescribed motions: positions given as functions of time.
+
+pub(crate) mod ramp;
+pub(crate) mod start_up;
+pub(crate) mod table;
+
+pub use ramp::Ramp;
+pub use start_up::StartUp;
+pub use table::Table;
+
+use crate::mechanism::scalars::{Curved, Jet, Narrow, Sensitive};
+use autodiff::Scalar;
+
+/// A position as a function of time, written once over the scalar type.
+///
+/// Velocities and accelerations are had by evaluating it with a [`Jet`] in time, design derivatives by evaluating it
+/// with parameters that carry them. Branch on real parts only.
+pub trait Motion: Send + Sync + 'static {
+    /// Position (m or rad) at time `t` (s) for the parameters `p`.
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T;
+}
+
+/// [`Motion`] evaluated with one number type.
+pub trait Position<T: Scalar>: Send + Sync {
+    /// See [`Motion::position`].
+    fn position(&self, p: &[T], t: T) -> T;
+}
+
+impl<M: Motion, T: Scalar> Position<T> for M {
+    fn position(&self, p: &[T], t: T) -> T {
+        Motion::position(self, p, t)
+    }
+}
+
+/// [`Motion`] as an object. Implemented for every motion.
+pub trait AnyMotion:
+    Position<f64>
+    + Position<Narrow>
+    + Position<Sensitive>
+    + Position<Curved>
+    + Position<Jet<f64>>
+    + Position<Jet<Narrow>>
+    + Position<Jet<Sensitive>>
+    + Position<Jet<Curved>>
+{
+}
+impl<M: Motion> AnyMotion for M {}
+
+/// At rest: p = \[position\].
+#[derive(Clone, Copy, Debug)]
+pub struct Fixed;
+
+impl Motion for Fixed {
+    fn position<T: Scalar>(&self, p: &[T], _t: T) -> T {
+        p[0]
+    }
+}
+
+/// Constant speed: p = \[position at t = 0, speed\].
+#[derive(Clone, Copy, Debug)]
+pub struct ConstantSpeed;
+
+impl Motion for ConstantSpeed {
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
+        p[0] + p[1] * t
+    }
+}
+
+/// Harmonic: p = \[mean, amplitude, angular frequency (rad/s), phase (rad)\], mean + amplitude sin(ω t + φ).
+#[derive(Clone, Copy, Debug)]
+pub struct Harmonic;
+
+impl Motion for Harmonic {
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
+        p[0] + p[1] * (p[2] * t + p[3]).sin()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mechanism::scalars::Real;
+
+    #[test]
+    fn positions_speeds_and_accelerations_at_a_time() {
+        assert_eq!(f64::motion(&Fixed, &[3.0], 2.0), [3.0, 0.0, 0.0]);
+        assert_eq!(f64::motion(&ConstantSpeed, &[3.0, 0.5], 2.0), [4.0, 0.5, 0.0]);
+        let [q, v, a] = f64::motion(&Harmonic, &[1.0, 2.0, 3.0, 0.5], 0.7);
+        let (sin, cos) = 2.6f64.sin_cos();
+        assert!((q - 1.0 - 2.0 * sin).abs() + (v - 6.0 * cos).abs() + (a + 18.0 * sin).abs() < 1e-13);
+    }
+}
