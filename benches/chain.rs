@@ -14,9 +14,9 @@ use linkwright::cases::mechanisms::Chain;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
-use linkwright::mechanics::integrators::time_stepper::Run;
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright::mechanics::integrators::time_stepper::TimeStepper;
+use linkwright::mechanics::mechanism::ParametricMechanism;
 
 fn times() -> Vec<f64> {
     (0..=100).map(|k| 0.01 * f64::from(k)).collect()
@@ -101,11 +101,11 @@ fn scaling() {
         let model = tip(links);
         let mechanism = model.build(&model.equal_links()).unwrap();
         let h = 1e-5;
-        let mut run = Run::new(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap();
+        let mut run = TimeStepper::new(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap();
         let batch = (20_000 / links).max(4);
         let steps = || (0..batch).map(|_| run.advance().unwrap()).sum::<f64>();
         let implicit = least(4, steps) / batch as f64;
-        let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+        let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
         let run = |steps: f64| simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap();
         let (few, many) = (2.0, 2.0 + (20_000 / links).max(16) as f64);
         let explicit = (least(2, || run(many)) - least(2, || run(few))) / (many - few);
@@ -128,7 +128,7 @@ fn allocations() {
         allocated(50.0).abs_diff(allocated(10.0))
     };
     let h = 1e-3;
-    let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+    let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
     let analysis = count(&|steps| drop(simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap()));
     let both = count(&|steps| drop(differentiate_explicitly(&model, &b, &settings, &[h * steps]).unwrap()));
     let implicit = count(&|steps| drop(simulate(&mechanism, &Dynamics::fixed(h), &[h * steps]).unwrap()));

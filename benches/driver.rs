@@ -9,7 +9,7 @@ use linkwright::Result;
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::nlp::Program;
 use linkwright::nlp::{Automatic, Solution, SubproblemSolver};
-use linkwright::problem::{Analysis, Instant, Problem, Responses};
+use linkwright::problem::{Analysis, Problem, ResponseAt, Responses};
 use linkwright::sao::Method;
 use nalgebra::DMatrix;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -50,7 +50,7 @@ impl Analysis for Recorder {
         self.1.lock().unwrap().responses.push((b.to_vec(), responses.clone()));
         Ok(responses)
     }
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let rows = self.0.sensitivities(b, responses, wanted)?;
         self.1.lock().unwrap().sensitivities.push((b.to_vec(), rows.clone()));
         Ok(rows)
@@ -63,7 +63,7 @@ impl Analysis for Replay {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         Ok(find(&self.0.responses, b))
     }
-    fn sensitivities(&self, b: &[f64], _: &Responses, _: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], _: &Responses, _: &[ResponseAt]) -> Result<DMatrix<f64>> {
         Ok(find(&self.0.sensitivities, b))
     }
 }

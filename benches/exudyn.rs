@@ -12,7 +12,7 @@ use linkwright::autodiff::Scalar;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::mechanism::Body;
-use linkwright::mechanics::mechanism::{Mechanism, Model, Pose};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::StartUp;
 use std::f64::consts::PI;
 
@@ -42,7 +42,7 @@ fn drive<S: Scalar>(m: &mut Mechanism<S>, crank: Body) {
 
 struct Rigid;
 
-impl Model for Rigid {
+impl ParametricMechanism for Rigid {
     fn build<S: Scalar>(&self, _: &[S]) -> Result<Mechanism<S>> {
         let mut m = Mechanism::new();
         let zero = S::from(0.0);
@@ -72,11 +72,11 @@ struct Flexible {
     shear: Shear,
 }
 
-impl Model for Flexible {
+impl ParametricMechanism for Flexible {
     fn build<S: Scalar>(&self, _: &[S]) -> Result<Mechanism<S>> {
         let mut m = Mechanism::new();
         let point = |p: [f64; 2]| p.map(S::from);
-        let pivots = [[0.0; 2], [GROUND, 0.0]].map(|p| m.pivot("pivot", S::from(p[0]), S::from(p[1])));
+        let pivots = [[0.0; 2], [GROUND, 0.0]].map(|p| m.fixed_node("pivot", S::from(p[0]), S::from(p[1])));
         let mut link = |k: usize, shared| {
             let [from, to] = ends()[k];
             let section = BeamSection::circular(S::from(DIAMETERS[k]), YOUNG, POISSON, DENSITY);

@@ -8,7 +8,7 @@ mod cpu;
 use cpu::in_turns;
 use linkwright::Result;
 use linkwright::cases::four_bar::{Derivatives, StressConstrained, method, robust_method};
-use linkwright::problem::{Instant, Problem};
+use linkwright::problem::{Problem, ResponseAt};
 use linkwright::sao::Method;
 
 const DESIGN: [f64; 3] = [0.0385, 0.0252, 0.02];
@@ -18,12 +18,12 @@ fn problem(derivatives: Derivatives) -> Result<Problem> {
 }
 
 /// The moments whose stresses are kept at this design.
-fn kept(problem: &Problem) -> Result<Vec<Instant>> {
+fn kept(problem: &Problem) -> Result<Vec<ResponseAt>> {
     let evaluation = problem.evaluate(&DESIGN, &problem.analyze(&DESIGN)?)?;
     let rows = method().screening.keep(problem, &evaluation);
     // 42 constraints come in pairs, one response each.
-    let mut wanted: Vec<Instant> =
-        rows.iter().map(|r| Instant { response: r.constraint / 2, point: r.point }).collect();
+    let mut wanted: Vec<ResponseAt> =
+        rows.iter().map(|r| ResponseAt { response: r.constraint / 2, point: r.point }).collect();
     wanted.sort_unstable();
     wanted.dedup();
     Ok(wanted)

@@ -5,7 +5,7 @@
 use divan::Bencher;
 use linkwright::cases::{four_bar::StressConstrained, impact_absorber, slider_crank};
 use linkwright::model_file::read;
-use linkwright::problem::{Instant, Problem};
+use linkwright::problem::{Problem, ResponseAt};
 
 fn main() {
     divan::main();
@@ -35,8 +35,8 @@ fn twin(name: &str) -> Problem {
 fn cycle(problem: &Problem) -> f64 {
     let b = problem.start();
     let responses = problem.analyze(&b).unwrap();
-    let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| Instant { response: h, point: p });
-    let instants: Vec<Instant> = responses.values.iter().enumerate().flat_map(of).collect();
+    let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
+    let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(of).collect();
     problem.sensitivities(&b, &responses, &instants).unwrap()[(0, 0)]
         + problem.evaluate(&b, &responses).unwrap().objective
 }

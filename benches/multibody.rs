@@ -8,7 +8,7 @@ use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::integrators::explicit::Explicit;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::mechanism::ParametricMechanism;
 use std::time::{Duration, Instant};
 
 fn best<T>(runs: usize, mut run: impl FnMut() -> T) -> Duration {

@@ -1,7 +1,7 @@
 //! Subproblem times: 3 variables with 10, 1 000 and 10 000 rows; how long until a proposal of a new design.
 
 use divan::{Bencher, black_box};
-use linkwright::approximation::{ApproximateProblem, Known, Linear, Manner, Surroundings};
+use linkwright::approximation::{ApproximateProblem, ApproximationOptions, Linear, LinearizationPoint, SubproblemBox};
 use linkwright::cases::impact_absorber::Absorber;
 use linkwright::nlp::separable::MovingAsymptotes;
 use linkwright::nlp::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
@@ -108,10 +108,10 @@ impl Cycle {
 
     fn approximate(&self) -> ApproximateProblem<'_> {
         let Self { problem, responses, evaluation, sensitivities } = self;
-        let known = Known::first_order(&START, responses, evaluation, sensitivities);
+        let known = LinearizationPoint::first_order(&START, responses, evaluation, sensitivities);
         let region = START.map(|b| [0.6 * b, (1.4 * b).min(if b == 0.85 { 10.0 } else { 1.0 })]);
         let bounds = (region.map(|r| r[0]).to_vec(), region.map(|r| r[1]).to_vec());
-        let around = (Surroundings::new(problem, vec![START.to_vec()], bounds), Manner::default());
+        let around = (SubproblemBox::new(problem, vec![START.to_vec()], bounds), ApproximationOptions::default());
         ApproximateProblem::new(problem, &Linear, known, problem.all_rows(), around).expect("the start is regular")
     }
 }

@@ -7,7 +7,7 @@
 use linkwright::approximation::{AnyModel, Approximation, Expansion, Linear, Model};
 use linkwright::autodiff::Scalar;
 use linkwright::problem::{ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates};
-use linkwright::problem::{Number, Problem, ProblemBuilder, Quantity};
+use linkwright::problem::{Problem, ProblemBuilder, ProblemScalar, Quantity};
 use linkwright::sao::Method;
 use linkwright::{Error, Result, function};
 use std::sync::Arc;
@@ -37,7 +37,7 @@ struct Power {
 }
 
 impl Model for Power {
-    fn at<S: Number>(&self, b: &[S]) -> S {
+    fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let factor = |k: usize| (b[k] / self.origin[k]).powf(self.exponents[k]);
         (0..b.len()).map(factor).fold(S::from(self.value), |a, b| a * b)
     }

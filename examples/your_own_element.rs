@@ -5,22 +5,22 @@
 use linkwright::autodiff::Scalar;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
-use linkwright::mechanics::elements::{Element, Local};
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::elements::{Element, ElementState};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 
 /// F = k (1 + r t) u, on one coordinate; parameters k (N/m) and r (1/s).
 struct HardeningSpring;
 
 impl Element for HardeningSpring {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        balance[0] = x.p[0] * (x.p[1] * x.t + 1.0) * x.q[0];
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+        dynamics[0] = x.p[0] * (x.p[1] * x.t + 1.0) * x.q[0];
     }
 }
 
 /// A cart of 2 kg on that spring, pulled out by 0.1 m.
 struct Cart;
 
-impl Model for Cart {
+impl ParametricMechanism for Cart {
     fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
         let mut m = Mechanism::new();
         let cart = m.coordinate("cart", S::from(0.1), S::from(0.0));

@@ -1,13 +1,17 @@
 //! Time steps allocate nothing after the first one.
 
 use linkwright::cases::mechanisms::{Andrews, Chain, FourBar};
-use linkwright::mechanics::integrators::time_stepper::Run;
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::integrators::time_stepper::TimeStepper;
+use linkwright::mechanics::mechanism::ParametricMechanism;
 
 /// Allocations of `steps` further steps after the first few.
-fn allocations<M: Model>(model: &M, b: &[f64], settings: &linkwright::mechanics::analyses::dynamics::Dynamics) -> u64 {
+fn allocations<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    settings: &linkwright::mechanics::analyses::dynamics::Dynamics,
+) -> u64 {
     let mechanism = model.build(b).unwrap();
-    let mut run = Run::new(&mechanism, settings, &[0.1]).unwrap();
+    let mut run = TimeStepper::new(&mechanism, settings, &[0.1]).unwrap();
     run.advance().unwrap();
     let count = allocation_counter::measure(|| {
         for _ in 0..20 {
@@ -37,11 +41,11 @@ fn no_allocation_per_step() {
 fn no_allocation_per_explicit_step() {
     use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
     use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-    use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+    use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
     let chain = Chain::horizontal(8);
     let b = chain.equal_links();
     let mechanism = chain.build(&b).unwrap();
-    let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(1e-3));
+    let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(1e-3));
     let plain = |steps: f64| drop(simulate_explicitly(&mechanism, &settings, &[1e-3 * steps]).unwrap());
     let both = |steps: f64| drop(differentiate_explicitly(&chain, &b, &settings, &[1e-3 * steps]).unwrap());
     let count = |run: &dyn Fn(f64), steps: f64| allocation_counter::measure(|| run(steps)).count_total;

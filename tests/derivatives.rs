@@ -1,9 +1,9 @@
 //! Exact derivatives against differences of values, for every problem of the library.
 
-use linkwright::approximation::{ApproximateProblem, Known, Linear, Manner, Surroundings};
+use linkwright::approximation::{ApproximateProblem, ApproximationOptions, Linear, LinearizationPoint, SubproblemBox};
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::nlp::Program;
-use linkwright::problem::{Instant, Problem, Sensitivities};
+use linkwright::problem::{Problem, ResponseAt, Sensitivities};
 use linkwright::sao::{MoveLimits, RelativeLimits, Screening};
 use nalgebra::DMatrix;
 
@@ -50,8 +50,8 @@ fn assert_responses(problem: &Problem, b: &[f64]) -> Sensitivities {
     let responses = problem.analyze(b).unwrap();
     let histories = responses.values.iter().enumerate();
     let points =
-        |(response, history): (usize, &Vec<f64>)| (0..history.len()).map(move |point| Instant { response, point });
-    let instants: Vec<Instant> = histories.flat_map(points).collect();
+        |(response, history): (usize, &Vec<f64>)| (0..history.len()).map(move |point| ResponseAt { response, point });
+    let instants: Vec<ResponseAt> = histories.flat_map(points).collect();
     let rows = problem.sensitivities(b, &responses, &instants).unwrap();
     assert_close("responses", &rows, &differences(|b| problem.analyze(b).unwrap().values.concat(), b));
     Sensitivities { instants, rows }
@@ -84,10 +84,12 @@ fn assert_approximate_problem(problem: &Problem, b: &[f64]) {
     let instants = ApproximateProblem::instants(problem, &kept);
     let rows = problem.sensitivities(b, &responses, &instants).unwrap();
     let sensitivities = Sensitivities { instants, rows };
-    let known = Known::first_order(b, &responses, &evaluation, &sensitivities);
+    let known = LinearizationPoint::first_order(b, &responses, &evaluation, &sensitivities);
     let region = RelativeLimits::default().region(problem, b, &vec![0.4; b.len()]);
-    let surroundings = Surroundings::new(problem, vec![b.to_vec()], (region.lower, region.upper));
-    let program = ApproximateProblem::new(problem, &Linear, known, kept, (surroundings, Manner::default())).unwrap();
+    let subproblem_box = SubproblemBox::new(problem, vec![b.to_vec()], (region.lower, region.upper));
+    let program =
+        ApproximateProblem::new(problem, &Linear, known, kept, (subproblem_box, ApproximationOptions::default()))
+            .unwrap();
 
     let x: Vec<f64> = b.iter().enumerate().map(|(k, v)| v * (1.03 + 0.01 * k as f64)).collect();
     let here = program.gradients(&x).unwrap();

@@ -7,7 +7,7 @@ use linkwright::cases::four_bar::{
 };
 use linkwright::cases::mechanisms::FourBar;
 use linkwright::papers::etman_1998::four_bar::{PAPER_STEP, as_printed, check_rows, violation_rms};
-use linkwright::problem::{Instant, Problem};
+use linkwright::problem::{Problem, ResponseAt};
 use linkwright::sao::Status;
 
 fn violation(problem: &Problem, d: &[f64]) -> f64 {
@@ -69,7 +69,8 @@ fn direct_sensitivities_are_right_and_the_papers_differences_are_ten_percent_wro
     let b = [0.0385, 0.0252, 0.02];
     let rows = |derivatives| {
         let problem = StressConstrained { derivatives, ..StressConstrained::as_published() }.problem().unwrap();
-        let wanted: Vec<Instant> = (0..21 * 21).map(|k| Instant { response: k % 21, point: k / 21 * 10 }).collect();
+        let wanted: Vec<ResponseAt> =
+            (0..21 * 21).map(|k| ResponseAt { response: k % 21, point: k / 21 * 10 }).collect();
         problem.sensitivities(&b, &problem.analyze(&b).unwrap(), &wanted).unwrap()
     };
     let exact = rows(Derivatives::Direct);

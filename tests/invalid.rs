@@ -4,8 +4,8 @@ use linkwright::autodiff::Scalar;
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::function;
 use linkwright::problem::{
-    Analysis, ClosedForm, Constraint, DesignVariable, Instant, Intermediate, Intermediates, Problem, ProblemBuilder,
-    Quantity, Responses, TimeGrid,
+    Analysis, ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity,
+    ResponseAt, Responses, TimeGrid,
 };
 use linkwright::sao::{ErrorBased, Method, RelativeLimits, STATE_VERSION, Screening, State, Status, Stop};
 use linkwright::{Error, Result};
@@ -158,7 +158,7 @@ impl Analysis for Cliff {
         let good = b[0] <= self.end;
         Ok(Responses::new(vec![vec![b[0] - 3.0, if good { b[0] - 3.0 } else { self.beyond }]]))
     }
-    fn sensitivities(&self, _: &[f64], _: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, _: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         Ok(DMatrix::from_element(wanted.len(), 1, 1.0))
     }
 }
@@ -205,7 +205,7 @@ fn an_analysis_of_the_wrong_shape_is_refused() {
         fn analyze(&self, _: &[f64]) -> Result<Responses> {
             Ok(Responses::new(vec![vec![1.0, 2.0]]))
         }
-        fn sensitivities(&self, _: &[f64], _: &Responses, _: &[Instant]) -> Result<DMatrix<f64>> {
+        fn sensitivities(&self, _: &[f64], _: &Responses, _: &[ResponseAt]) -> Result<DMatrix<f64>> {
             Ok(DMatrix::zeros(1, 1))
         }
     }
@@ -214,7 +214,7 @@ fn an_analysis_of_the_wrong_shape_is_refused() {
     let mut wide = parts(rate(1.0)).build_analytic(Ramp).unwrap();
     wide.analysis = Box::new(Short);
     let all = Responses::new(vec![vec![1.0, 2.0, 3.0]]);
-    let wanted = [0, 1].map(|point| Instant { response: 0, point });
+    let wanted = [0, 1].map(|point| ResponseAt { response: 0, point });
     assert_error(wide.sensitivities(&[1.0], &all, &wanted), &["rows of the sensitivities: expected length 2, got 1"]);
 }
 

@@ -1,6 +1,6 @@
 //! What once was wrong, one test each, saying what it was.
 
-use linkwright::autodiff::{Degree, Scalar, degree};
+use linkwright::autodiff::{PolynomialDegree, Scalar, degree};
 use linkwright::cases::impact_absorber;
 use linkwright::function;
 use linkwright::problem::{
@@ -61,12 +61,12 @@ fn a_linear_program_does_not_oscillate_for_ever_at_errors_of_ten_to_twenty_perce
 #[test]
 fn an_integral_equivalent_is_not_taken_for_linear() {
     let excess = MeanExcess { weights: vec![0.5; 2], function: function!(|p| p.response[0]), limit: 1.0 };
-    let over = |b: &[Degree]| {
+    let over = |b: &[PolynomialDegree]| {
         let history = [2.0, 3.0].map(|time| [b[0] * time]);
-        let points: Vec<Point<Degree>> =
-            history.iter().map(|r| Point { response: r, design: b, time: Degree::from(0.0) }).collect();
+        let points: Vec<Point<PolynomialDegree>> =
+            history.iter().map(|r| Point { response: r, design: b, time: PolynomialDegree::from(0.0) }).collect();
         excess.over(&points)
     };
-    assert_eq!(degree(over, &[1.0]), Degree::NONLINEAR);
-    assert_eq!(degree(over, &[0.1]), Degree::NONLINEAR);
+    assert_eq!(degree(over, &[1.0]), PolynomialDegree::NONLINEAR);
+    assert_eq!(degree(over, &[0.1]), PolynomialDegree::NONLINEAR);
 }

@@ -2,7 +2,8 @@
 //! takes to come within 1e-5 of the optimum.
 
 use linkwright::approximation::{
-    Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, Mma, TwoPointExponential,
+    Approximation, Asymptotes, Conlin, CurvatureRule, DiagonalQuadratic, FullQuadratic, Hessian, Mma,
+    TwoPointExponential,
 };
 use linkwright::cases::{Optimum, cantilever, eight_bar_truss, quadratic_forms, segmented_cantilever, ten_bar_truss};
 use linkwright::cases::{two_bar_truss, two_spheres};
@@ -76,7 +77,7 @@ fn few_analyses_where_the_approximation_fits() {
     let (problem, optimum) = (segmented_cantilever::problem(5).unwrap(), segmented_cantilever::five_segments_optimum());
     assert_work(&problem, &optimum, powers(), false, (7, 6));
     let (problem, optimum) = (two_spheres::problem().unwrap(), two_spheres::optimum());
-    assert_work(&problem, &optimum, DiagonalQuadratic { bend: Bend::Exact }, false, (3, 1));
+    assert_work(&problem, &optimum, DiagonalQuadratic { bend: CurvatureRule::Exact }, false, (3, 1));
     let (problem, optimum) = (quadratic_forms::first(20).unwrap(), quadratic_forms::FIRST_20);
     assert_work(&problem, &optimum, exact(), false, (5, 4));
     let (problem, optimum) = (quadratic_forms::second(20).unwrap(), quadratic_forms::SECOND_20);

@@ -2,7 +2,7 @@
 #![cfg(all(feature = "report", feature = "mechanics"))]
 
 use linkwright::cases::{impact_absorber, slider_crank};
-use linkwright::papers::etman_1998::{Regenerated, Run, regenerate, table1};
+use linkwright::papers::etman_1998::{Regenerated, ReproducedRun, regenerate, table1};
 use linkwright::problem::Problem;
 use linkwright::report::table::Comparison;
 use linkwright::sao::{Method, State};
@@ -21,7 +21,7 @@ fn cycles_in_every_digit(comparison: &Comparison) -> Vec<usize> {
 
 /// Cycles, analyses and sensitivity analyses of the run.
 fn work(table: &Regenerated) -> [usize; 3] {
-    let Run { state, .. } = table.run.as_ref().unwrap();
+    let ReproducedRun { state, .. } = table.run.as_ref().unwrap();
     [state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses]
 }
 

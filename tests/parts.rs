@@ -1,8 +1,8 @@
 //! Interchangeable parts on problems with published optima and iterates.
 
 use linkwright::approximation::{
-    Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, Linear, Mma, Reciprocal, Tana,
-    TwoPointExponential,
+    Approximation, Asymptotes, Conlin, CurvatureRule, DiagonalQuadratic, FullQuadratic, Hessian, Linear, Mma,
+    Reciprocal, Tana, TwoPointExponential,
 };
 use linkwright::autodiff::Scalar;
 use linkwright::cases::{self, impact_absorber::Absorber};
@@ -36,12 +36,12 @@ fn everything() -> Vec<(&'static str, Method)> {
         ("MMA 2002", method(Mma::SVANBERG_2002)),
         ("two-point exponential", method(TwoPointExponential { least: -3.0, ..Default::default() })),
         ("TANA-3", method(Tana::default())),
-        ("spherical value", quadratic(Bend::SphericalValue)),
-        ("spherical gradient", quadratic(Bend::SphericalGradient)),
-        ("quadratic reciprocal", quadratic(Bend::Reciprocal)),
-        ("quadratic MMA", quadratic(Bend::Asymptotes(Asymptotes::SVANBERG_2002))),
-        ("quadratic exponential", quadratic(Bend::Exponential)),
-        ("quadratic exact", quadratic(Bend::Exact)),
+        ("spherical value", quadratic(CurvatureRule::SphericalValue)),
+        ("spherical gradient", quadratic(CurvatureRule::SphericalGradient)),
+        ("quadratic reciprocal", quadratic(CurvatureRule::Reciprocal)),
+        ("quadratic MMA", quadratic(CurvatureRule::Asymptotes(Asymptotes::SVANBERG_2002))),
+        ("quadratic exponential", quadratic(CurvatureRule::Exponential)),
+        ("quadratic exact", quadratic(CurvatureRule::Exact)),
         ("BFGS", method(FullQuadratic { hessian: Hessian::Bfgs(10) })),
         ("Hessian", method(FullQuadratic { hessian: Hessian::Exact })),
         ("convex Hessian", method(FullQuadratic { hessian: Hessian::ExactConvex })),
@@ -104,7 +104,7 @@ fn proportional_asymptotes_give_the_iterates_of_mma_on_the_cantilever() {
 
 #[test]
 fn filters_accept_what_conservatism_would_repeat() {
-    for (name, approximation) in [("exact", Bend::Exact), ("exponential", Bend::Exponential)] {
+    for (name, approximation) in [("exact", CurvatureRule::Exact), ("exponential", CurvatureRule::Exponential)] {
         for (globalization, limits) in [
             (
                 Box::new(Filter::default()) as Box<dyn Globalization>,

@@ -1,8 +1,9 @@
 //! Properties that hold for all inputs: first-order exactness, optimality of subproblem solutions, safe screening.
 
 use linkwright::approximation::{
-    ApproximateProblem, Approximation, Bend, Conlin, DiagonalQuadratic, Expansion, FullQuadratic, Hessian, Known,
-    Linear, Manner, Mma, Reciprocal, Sample, Surroundings, Tana, TwoPointExponential,
+    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CurvatureRule, DiagonalQuadratic, Expansion,
+    FullQuadratic, Hessian, Linear, LinearizationPoint, Mma, Reciprocal, Sample, SubproblemBox, Tana,
+    TwoPointExponential,
 };
 use linkwright::autodiff::{Scalar, gradient};
 use linkwright::cases::{impact_absorber, slider_crank};
@@ -47,8 +48,8 @@ fn approximations() -> Vec<Box<dyn Approximation>> {
         Box::new(Reciprocal),
         Box::new(Conlin),
         Box::new(Mma::default()),
-        Box::new(DiagonalQuadratic { bend: Bend::Reciprocal }),
-        Box::new(DiagonalQuadratic { bend: Bend::SphericalGradient }),
+        Box::new(DiagonalQuadratic { bend: CurvatureRule::Reciprocal }),
+        Box::new(DiagonalQuadratic { bend: CurvatureRule::SphericalGradient }),
         Box::new(TwoPointExponential::default()),
         Box::new(Tana::default()),
         Box::new(FullQuadratic { hessian: Hessian::Bfgs(2) }),
@@ -68,7 +69,7 @@ proptest! {
             for approximation in approximations() {
                 let here = Sample { design: &design, value, gradient: &slope };
                 let box_of = |factor: f64| design.iter().map(|b| b * factor).collect::<Vec<_>>();
-                let surroundings = Surroundings {
+                let subproblem_box = SubproblemBox {
                     trail: vec![design.clone()],
                     lower: box_of(0.6),
                     upper: box_of(1.4),
@@ -81,7 +82,7 @@ proptest! {
                         before: &[],
                         intermediates: &intermediates,
                         curvature: None,
-                        surroundings: &surroundings,
+                        subproblem_box: &subproblem_box,
                     })
                     .unwrap();
                 let (v, g) = gradient(|b| model.dual(b), &design);
@@ -129,10 +130,13 @@ fn with_approximate_problem(problem: &Problem, b: &[f64], judge: impl FnOnce(&Ap
     let instants = ApproximateProblem::instants(problem, &kept);
     let rows = problem.sensitivities(b, &responses, &instants).unwrap();
     let sensitivities = Sensitivities { instants, rows };
-    let known = Known::first_order(b, &responses, &evaluation, &sensitivities);
+    let known = LinearizationPoint::first_order(b, &responses, &evaluation, &sensitivities);
     let region = RelativeLimits::default().region(problem, b, &vec![0.2; b.len()]);
-    let surroundings = Surroundings::new(problem, vec![b.to_vec()], (region.lower, region.upper));
-    judge(&ApproximateProblem::new(problem, &Linear, known, kept, (surroundings, Manner::default())).unwrap());
+    let subproblem_box = SubproblemBox::new(problem, vec![b.to_vec()], (region.lower, region.upper));
+    judge(
+        &ApproximateProblem::new(problem, &Linear, known, kept, (subproblem_box, ApproximationOptions::default()))
+            .unwrap(),
+    );
 }
 
 fn assert_optimal(problem: &Problem, b: &[f64]) {

@@ -1,7 +1,9 @@
 //! Separable programs: the dual, the interior point method and SQP (or Clarabel) agree.
 
 use linkwright::Error;
-use linkwright::approximation::{ApproximateProblem, Approximation, Conlin, Known, Manner, Mma, Surroundings};
+use linkwright::approximation::{
+    ApproximateProblem, Approximation, ApproximationOptions, Conlin, LinearizationPoint, Mma, SubproblemBox,
+};
 use linkwright::cases::{cantilever, ten_bar_truss, two_bar_truss};
 use linkwright::nlp::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal, Term};
 use linkwright::nlp::{
@@ -161,13 +163,18 @@ fn solvers_agree_on_the_subproblems_of_structures() {
         let rows = problem.sensitivities(&start, &responses, &instants).unwrap();
         let sensitivities = Sensitivities { instants, rows };
         for approximation in [&Mma::default() as &dyn Approximation, &Mma::SVANBERG_1987, &Conlin] {
-            let known = Known::first_order(&start, &responses, &evaluation, &sensitivities);
+            let known = LinearizationPoint::first_order(&start, &responses, &evaluation, &sensitivities);
             let region = problem.variables.iter().zip(&start);
             let bounds = region.map(|(v, x)| ((0.3 * x).max(v.lower), (3.0 * x).min(v.upper))).unzip();
-            let around = Surroundings::new(&problem, vec![start.clone()], bounds);
-            let program =
-                ApproximateProblem::new(&problem, approximation, known, kept.clone(), (around, Manner::default()))
-                    .unwrap();
+            let around = SubproblemBox::new(&problem, vec![start.clone()], bounds);
+            let program = ApproximateProblem::new(
+                &problem,
+                approximation,
+                known,
+                kept.clone(),
+                (around, ApproximationOptions::default()),
+            )
+            .unwrap();
             let dual = Falk::default().solve(&program, &start).unwrap();
             let interior = InteriorPoint::default().solve(&program, &start).unwrap();
             let sqp = Sqp::default().solve(&program, &start).unwrap();

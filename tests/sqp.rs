@@ -3,7 +3,7 @@
 
 use linkwright::autodiff::{Scalar, hessian, jacobian};
 use linkwright::nlp::{
-    Automatic, Conic, Curvature, MultiStart, QuadraticProgram, Race, SecondOrder, Solution, Sqp, Status,
+    Automatic, ConcurrentSolver, Conic, Curvature, MultiStart, QuadraticProgram, SecondOrder, Solution, Sqp, Status,
     SubproblemSolver,
 };
 use linkwright::nlp::{Gradients, Program, Structure, Values};
@@ -373,12 +373,12 @@ fn several_starts_find_the_deepest_well() {
 #[test]
 fn a_race_compares_two_ways_to_the_same_solution() {
     let program = Smooth::new(Hs71, vec![1.0; 4], vec![5.0; 4]);
-    let race = Race::new(Sqp::default(), Sqp::new(1e-10, 200, Curvature::QuasiNewton).unwrap());
+    let race = ConcurrentSolver::new(Sqp::default(), Sqp::new(1e-10, 200, Curvature::QuasiNewton).unwrap());
     let c = race.compare(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
     assert!(c.agrees(1e-9) && c.variables < 1e-6 && c.multipliers < 1e-6, "{c:?}");
     assert_eq!(c.better().status, Status::Solved);
     // One solver that cannot take the program loses without harm.
-    let s = Race::new(Conic::default(), Sqp::default()).solve(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
+    let s = ConcurrentSolver::new(Conic::default(), Sqp::default()).solve(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
     assert_eq!(s.status, Status::Solved);
 }
 

@@ -204,7 +204,7 @@ fn linear_and_quadratic_programs() {
 }
 
 /// Σ w (x/u)⁴ + c·x/u with rows Σ q (x/u − centre)² + a·x/u ≤ b.
-struct Curved {
+struct HyperDual4 {
     w: DVector<f64>,
     c: DVector<f64>,
     q: Vec<DVector<f64>>,
@@ -216,7 +216,7 @@ struct Curved {
     upper: Vec<f64>,
 }
 
-impl Curved {
+impl HyperDual4 {
     fn random(r: &mut Random, n: usize, m: usize) -> Self {
         let positive = |r: &mut Random| DVector::from_fn(n, |_, _| r.within(0.1, 1.0));
         Self {
@@ -251,7 +251,7 @@ impl Curved {
     }
 }
 
-impl Program for Curved {
+impl Program for HyperDual4 {
     fn variables(&self) -> usize {
         self.c.len()
     }
@@ -289,7 +289,7 @@ fn nonlinear_programs() {
     for k in 0..60 {
         let (n, m) = (2 + r.index(4), 2 + r.index(5));
         let kind = k % 3;
-        let mut p = Curved::random(&mut r, n, m);
+        let mut p = HyperDual4::random(&mut r, n, m);
         let x = r.vector(n);
         for i in 0..m {
             p.b[i] = p.row(i, &x) + if i < n.min(2) { 0.0 } else { r.within(0.2, 1.0) };

@@ -5,7 +5,7 @@
 //! may move by a fifth of its range.
 
 use linkwright::Result;
-use linkwright::approximation::{Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, Linear, Mma};
+use linkwright::approximation::{Approximation, Asymptotes, Conlin, CurvatureRule, DiagonalQuadratic, Linear, Mma};
 use linkwright::cases::{cantilever, eight_bar_truss, two_bar_truss};
 use linkwright::problem::{Intermediates, Problem};
 use linkwright::sao::{AcceptAlways, FixedLimits, Method, MoveLimits, Region, Screening, State, Stop, Trial, Verdict};
@@ -123,7 +123,7 @@ fn cantilever_by_proportional_asymptotes_in_the_printed_steps() {
 
 #[test]
 fn cantilever_by_the_reciprocal_quadratic_in_the_printed_steps() {
-    let quadratic = DiagonalQuadratic { bend: Bend::Reciprocal };
+    let quadratic = DiagonalQuadratic { bend: CurvatureRule::Reciprocal };
     let state = run_within(FixedLimits { width: 0.2 }, wholly(cantilever::problem()), quadratic, 5);
     assert_printed("f", &objectives(&state), &[1.560, 1.336, 1.323, 1.340, 1.340, 1.340], 1e-3);
     let violations: Vec<f64> = state.history.iter().map(|c| c.violation_pct.max(0.0) / 100.0).collect();

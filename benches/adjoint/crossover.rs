@@ -7,10 +7,10 @@ use linkwright::mechanics::analyses::dynamics::Dynamics;
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::method::Differentiation;
 use linkwright::mechanics::initial_conditions::Assembly;
-use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
-use linkwright::problem::{Analysis, Instant};
+use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright::problem::{Analysis, ResponseAt};
 use linkwright::report::figure::{Axis, Colour, Figure, Mark, Panel, Stroke};
-use linkwright::responses::mechanism::{Balanced, Driven, Integration, Transient};
+use linkwright::responses::mechanism::{Integration, KinematicResponses, StaticResponses, Transient};
 use std::path::PathBuf;
 
 /// Numbers of design variables, out of 64.
@@ -30,7 +30,7 @@ struct Case<F> {
     all: Vec<f64>,
     /// Makes the analysis for a method.
     make: F,
-    wanted: [Vec<Instant>; 2],
+    wanted: [Vec<ResponseAt>; 2],
 }
 
 pub fn all() {
@@ -45,16 +45,16 @@ pub fn all() {
     let times: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k)).collect();
     let everywhere = || [1, 4].map(|count| instants(count, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]));
     let implicit = ends(Integration::Implicit(Dynamics::fixed(2.5e-4)));
-    let explicit = ends(Integration::Explicit(Explicit::eighth_order(1.0).with_pace(Pace::Fixed(1e-3))));
+    let explicit = ends(Integration::Explicit(Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(1e-3))));
     let heights = vec![0.02; 64];
     let sag = |method| {
         let model = First { model: Cantilever, all: vec![0.02; 64] };
-        Balanced::new(model, Statics::default(), &times).unwrap().differentiating(method).unwrap()
+        StaticResponses::new(model, Statics::default(), &times).unwrap().differentiating(method).unwrap()
     };
     let links: Vec<f64> = (0..64).map(|k| if k < 32 { 0.1 } else { 1.0 }).collect();
     let turn = |method| {
         let model = First { model: Manipulator, all: links.clone() };
-        Driven::new(model, Assembly::default(), &times).unwrap().differentiating(method).unwrap()
+        KinematicResponses::new(model, Assembly::default(), &times).unwrap().differentiating(method).unwrap()
     };
     let chain = chain().equal_links();
     let curves = [
@@ -66,8 +66,8 @@ pub fn all() {
     write(&curves);
 }
 
-fn instants(responses: usize, points: &[usize]) -> Vec<Instant> {
-    let at = |&point: &usize| (0..responses).map(move |response| Instant { response, point });
+fn instants(responses: usize, points: &[usize]) -> Vec<ResponseAt> {
+    let at = |&point: &usize| (0..responses).map(move |response| ResponseAt { response, point });
     points.iter().flat_map(at).collect()
 }
 

@@ -21,8 +21,8 @@ use linkwright::mechanics::derivatives::adjoint::{
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright::mechanics::mechanism::ParametricMechanism;
 
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
@@ -62,7 +62,7 @@ fn gradients() {
         let spent = in_turns(rounds, [&mut analysis, &mut direct, &mut one, &mut eight]);
         print_gradients("implicit", links, spent);
 
-        let settings = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(1e-3));
+        let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(1e-3));
         let mut analysis = || drop(simulate_explicitly(&mechanism, &settings, &TIMES).unwrap());
         let mut direct = || drop(differentiate_explicitly(&model, &b, &settings, &TIMES).unwrap());
         let mut one = || drop(differentiate_explicitly_backwards(&model, &b, &settings, &TIMES, &all[7..]).unwrap());

@@ -4,7 +4,7 @@ use linkwright::Result;
 use linkwright::autodiff::Scalar;
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::ConstantSpeed;
 
 /// A model of which only the first variables are design variables.
@@ -14,7 +14,7 @@ pub struct First<M> {
     pub all: Vec<f64>,
 }
 
-impl<M: Model> Model for First<M> {
+impl<M: ParametricMechanism> ParametricMechanism for First<M> {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let rest = self.all[b.len()..].iter().map(|&x| S::from(x));
         self.model.build(&b.iter().copied().chain(rest).collect::<Vec<_>>())
@@ -24,12 +24,12 @@ impl<M: Model> Model for First<M> {
 /// A cantilever that sags under its own weight, one height (m) of section for each element.
 pub struct Cantilever;
 
-impl Model for Cantilever {
+impl ParametricMechanism for Cantilever {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let (zero, length) = (S::from(0.0), 1.0 / b.len() as f64);
         let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
         let place = |k: usize| Pose { x: S::from(length * k as f64), y: zero, theta: zero };
-        let nodes: Vec<_> = (0..=b.len()).map(|k| m.frame(&format!("node {k}"), place(k))).collect();
+        let nodes: Vec<_> = (0..=b.len()).map(|k| m.massless_node(&format!("node {k}"), place(k))).collect();
         nodes[0].coordinates().into_iter().for_each(|c| m.fix(c));
         for (k, &height) in b.iter().enumerate() {
             let section = BeamSection::rectangular(S::from(0.02), height, 7e10, 0.3, 2700.0);
@@ -53,7 +53,7 @@ impl Model for Cantilever {
 /// Links in a row, each driven at its own constant speed (rad/s): lengths (m) and masses (kg).
 pub struct Manipulator;
 
-impl Model for Manipulator {
+impl ParametricMechanism for Manipulator {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let (lengths, masses) = b.split_at(b.len() / 2);
         let zero = S::from(0.0);
@@ -74,7 +74,7 @@ impl Model for Manipulator {
             m.output(name, &[term]);
         }
         for (name, drive) in [("first torque", drives[0]), ("last torque", drives[drives.len() - 1])] {
-            m.output(name, &[m.effort(drive)]);
+            m.output(name, &[m.driving_force(drive)]);
         }
         Ok(m)
     }

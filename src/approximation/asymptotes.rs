@@ -1,6 +1,6 @@
 //! Where the asymptotes of a cycle are.
 
-use super::Surroundings;
+use super::SubproblemBox;
 use error::{Error, Result};
 
 /// A rule for the asymptotes l < b < u.
@@ -84,8 +84,8 @@ impl Asymptotes {
     /// l and u of variable k.
     ///
     /// Errors with [`Error::Definition`] if proportional asymptotes meet a variable that is not positive.
-    pub fn of(&self, k: usize, surroundings: &Surroundings) -> Result<(f64, f64)> {
-        let trail = &surroundings.trail;
+    pub fn of(&self, k: usize, subproblem_box: &SubproblemBox) -> Result<(f64, f64)> {
+        let trail = &subproblem_box.trail;
         let x = trail.last().map_or(0.0, |b| b[k]);
         match *self {
             Self::Moving { initial, shrink, grow, least, most } => {
@@ -100,10 +100,10 @@ impl Asymptotes {
                     }
                 };
                 let width = trail.windows(3).map(turn).fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
-                let sigma = width * surroundings.scale[k];
+                let sigma = width * subproblem_box.scale[k];
                 Ok((x - sigma, x + sigma))
             }
-            Self::Each(rules) => rules[k.min(rules.len() - 1)].of(k, surroundings),
+            Self::Each(rules) => rules[k.min(rules.len() - 1)].of(k, subproblem_box),
             Self::Proportional(_) | Self::Relative { .. } if !(x > 0.0) => {
                 let why = format!("variable {k} is {x}, which is not positive");
                 Err(Error::definition("proportional asymptotes", why, "use moving asymptotes, or bound it above zero"))
@@ -131,7 +131,7 @@ mod tests {
 
     fn of(rule: Asymptotes, trail: &[f64]) -> (f64, f64) {
         let trail = trail.iter().map(|&x| vec![x]).collect();
-        rule.of(0, &Surroundings { trail, lower: vec![0.0], upper: vec![1.0], scale: vec![2.0] }).unwrap()
+        rule.of(0, &SubproblemBox { trail, lower: vec![0.0], upper: vec![1.0], scale: vec![2.0] }).unwrap()
     }
 
     #[test]
@@ -170,7 +170,7 @@ mod tests {
     fn refuses_what_cannot_be() {
         assert!(Asymptotes::Proportional(1.0).check().is_err());
         assert!(Asymptotes::Moving { initial: 0.0, shrink: 0.7, grow: 1.2, least: 0.01, most: 1.0 }.check().is_err());
-        let at_zero = Surroundings { trail: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };
+        let at_zero = SubproblemBox { trail: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };
         let message = Asymptotes::Proportional(0.5).of(0, &at_zero).unwrap_err().to_string();
         assert!(message.contains("variable 0") && message.contains("positive"), "{message}");
     }

@@ -2,8 +2,8 @@
 
 use super::AnyModel;
 use super::problem::ApproximateProblem;
-use crate::problem::{Instant, Number, Problem, Quantity};
-use autodiff::{Degree, Dual, gradient};
+use crate::problem::{Problem, ProblemScalar, Quantity, ResponseAt};
+use autodiff::{Dual, PolynomialDegree, gradient};
 use nlp::Program;
 use nlp::separable::Term;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ const LARGE: usize = 5000;
 
 /// Objective and rows as sums of convex functions of one variable each: constants, shares of separable models, slopes in the
 /// design variables, and conservatism.
-pub(super) struct Blend {
+pub(super) struct SeparableSum {
     functions: Vec<Share>,
     origin: Vec<f64>,
     scale: Vec<f64>,
@@ -28,7 +28,7 @@ struct Share {
     conservatism: f64,
 }
 
-impl Blend {
+impl SeparableSum {
     /// The approximate problem as such a sum; none where a quantity is not linear in responses and design, a model is not
     /// separable, a term bends down, a row is an equality or drifts, or the box is not finite.
     pub fn of(problem: &ApproximateProblem) -> Option<Self> {
@@ -49,7 +49,7 @@ impl Blend {
             one.conservatism = problem.rho(row.constraint + 1);
             functions.push(one);
         }
-        let blend = Self { functions, origin: problem.origin.clone(), scale: problem.surroundings.scale.clone() };
+        let blend = Self { functions, origin: problem.origin.clone(), scale: problem.subproblem_box.scale.clone() };
         // Each form keeps the sign of its curvature between the sides of the box.
         let convex = |share: &Share| {
             share
@@ -92,7 +92,7 @@ fn share(
         return Some(Share { constant: model.constant()?, models, slopes: vec![], conservatism });
     }
     let instants = problem.problem.instants_of(quantity, p);
-    let model_of = |i: &Instant| problem.models.binary_search_by_key(i, |(instant, _)| *instant);
+    let model_of = |i: &ResponseAt| problem.models.binary_search_by_key(i, |(instant, _)| *instant);
     let models: Vec<&Arc<dyn AnyModel>> =
         instants.iter().map(|i| &problem.models[model_of(i).expect("every instant has a model")].1).collect();
     let explicit = Explicit { problem: problem.problem, quantity, p, instants: &instants };
@@ -100,7 +100,10 @@ fn share(
     let seen = z.len();
     z.extend(&problem.origin);
     let degree = |from: usize| {
-        let seeded = z.iter().enumerate().map(|(i, &v)| if i < from { Degree::from(v) } else { Degree::variable(v) });
+        let seeded = z
+            .iter()
+            .enumerate()
+            .map(|(i, &v)| if i < from { PolynomialDegree::from(v) } else { PolynomialDegree::variable(v) });
         explicit.value(&seeded.collect::<Vec<_>>(), seen).degree
     };
     let uses_design = degree(seen) > 0;
@@ -127,11 +130,11 @@ struct Explicit<'a> {
     problem: &'a Problem,
     quantity: &'a Quantity,
     p: usize,
-    instants: &'a [Instant],
+    instants: &'a [ResponseAt],
 }
 
 impl Explicit<'_> {
-    fn value<S: Number>(&self, z: &[S], seen: usize) -> S {
+    fn value<S: ProblemScalar>(&self, z: &[S], seen: usize) -> S {
         self.quantity.value(self.p, &self.problem.grids, &z[seen..], |h, p| {
             let instant = self.problem.instant(h, p);
             z[self.instants.binary_search(&instant).expect("it is among the instants of the quantity")]

@@ -1,6 +1,6 @@
 //! What every approximation is tested for.
 
-use super::{AnyModel, Approximation, Expansion, Sample, Surroundings};
+use super::{AnyModel, Approximation, Expansion, Sample, SubproblemBox};
 use crate::problem::Intermediates;
 use autodiff::{HyperDual, Scalar, gradient, hessian};
 use error::Result;
@@ -15,7 +15,7 @@ pub(crate) struct Case<F> {
     here: Sampled,
     before: Vec<Sampled>,
     curvature: DMatrix<f64>,
-    surroundings: Surroundings,
+    subproblem_box: SubproblemBox,
 }
 
 impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
@@ -23,16 +23,16 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
     pub fn of(f: F, b: &[f64], lower: &[f64], upper: &[f64]) -> Self {
         let (value, slope, curvature) = hessian(&f, b);
         let scale = lower.iter().zip(upper).map(|(l, u)| u - l).collect();
-        let surroundings =
-            Surroundings { trail: vec![b.to_vec()], lower: lower.to_vec(), upper: upper.to_vec(), scale };
-        Self { f, here: (b.to_vec(), value, slope), before: vec![], curvature, surroundings }
+        let subproblem_box =
+            SubproblemBox { trail: vec![b.to_vec()], lower: lower.to_vec(), upper: upper.to_vec(), scale };
+        Self { f, here: (b.to_vec(), value, slope), before: vec![], curvature, subproblem_box }
     }
 
     /// The same with a design accepted before those given until now.
     pub fn after(mut self, b: &[f64]) -> Self {
         let (value, slope, _) = hessian(&self.f, b);
         self.before.push((b.to_vec(), value, slope));
-        self.surroundings.trail.insert(0, b.to_vec());
+        self.subproblem_box.trail.insert(0, b.to_vec());
         self
     }
 
@@ -48,7 +48,7 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
             before: &before[..before.len().min(approximation.memory())],
             intermediates: &Intermediates::Identity,
             curvature: approximation.wants_curvature().then_some(&self.curvature),
-            surroundings: &self.surroundings,
+            subproblem_box: &self.subproblem_box,
         })
     }
 }

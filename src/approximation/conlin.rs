@@ -22,7 +22,11 @@ impl Approximation for Conlin {
         let here = expansion.here;
         let form = |(k, &slope): (usize, &f64)| {
             let falls = slope * here.design[k] < 0.0;
-            if falls && expansion.surroundings.keeps_sign(k) { Form::Reciprocal { slope } } else { Form::linear(slope) }
+            if falls && expansion.subproblem_box.keeps_sign(k) {
+                Form::Reciprocal { slope }
+            } else {
+                Form::linear(slope)
+            }
         };
         let forms = here.gradient.iter().enumerate().map(form).collect();
         Ok(Arc::new(Separated { value: here.value, origin: here.design.to_vec(), forms, domain: None }))

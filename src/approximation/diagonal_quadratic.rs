@@ -10,7 +10,7 @@ use std::sync::Arc;
 ///
 /// $$ \tilde r(b) = r(b_0) + \sum_k s_k (b_k - b_{0,k}) + \tfrac12 c_k (b_k - b_{0,k})^2 ,\qquad c_k \ge 0 . $$
 ///
-/// The curvatures decide what it imitates; see [`Bend`]. Intermediate variables of the response are not used.
+/// The curvatures decide what it imitates; see [`CurvatureRule`]. Intermediate variables of the response are not used.
 ///
 /// **Source.** Groenwold, Etman & Wood, *Struct. Multidisc. Optim.* 41 (2010) 39–56; Groenwold & Etman, *Int. J. Numer.
 /// Meth. Eng.* 82 (2010) 505–524. We differ: the spherical curvatures are spherical in variables divided by their scales, so
@@ -18,15 +18,15 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiagonalQuadratic {
     /// Where the curvatures come from.
-    pub bend: Bend,
+    pub bend: CurvatureRule,
 }
 
 /// Where the curvatures c of a [`DiagonalQuadratic`] come from.
 ///
-/// Curvatures that would be negative become zero but for [`Bend::Reciprocal`] and [`Bend::Exponential`], which take their
+/// Curvatures that would be negative become zero but for [`CurvatureRule::Reciprocal`] and [`CurvatureRule::Exponential`], which take their
 /// absolute value (Groenwold & Etman). In a first cycle two-point curvatures are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bend {
+pub enum CurvatureRule {
     /// The same for all scaled variables, so that the value at the design before is met.
     SphericalValue,
     /// The same for all scaled variables, so that the change of slope along the last step is met.
@@ -45,29 +45,31 @@ pub enum Bend {
 impl DiagonalQuadratic {
     fn curvature(&self, expansion: &Expansion, k: usize, spherical: f64) -> Result<f64> {
         let (x, slope) = (expansion.here.design[k], expansion.here.gradient[k]);
-        let scale = expansion.surroundings.scale[k];
+        let scale = expansion.subproblem_box.scale[k];
         let over_x = |v: f64| if x == 0.0 { 0.0 } else { (v / x).abs() };
         Ok(match self.bend {
-            Bend::SphericalValue | Bend::SphericalGradient => spherical / (scale * scale),
-            Bend::Reciprocal => over_x(2.0 * slope),
-            Bend::Asymptotes(rule) => {
-                let (low, high) = rule.of(k, expansion.surroundings)?;
+            CurvatureRule::SphericalValue | CurvatureRule::SphericalGradient => spherical / (scale * scale),
+            CurvatureRule::Reciprocal => over_x(2.0 * slope),
+            CurvatureRule::Asymptotes(rule) => {
+                let (low, high) = rule.of(k, expansion.subproblem_box)?;
                 2.0 * slope.max(0.0) / (high - x) + 2.0 * (-slope).max(0.0) / (x - low)
             }
-            Bend::Exponential => over_x(slope * (expansion.exponent(k).unwrap_or(-1.0).clamp(-3.0, 3.0) - 1.0)),
-            Bend::Exact => exact(expansion)?[(k, k)].max(0.0),
+            CurvatureRule::Exponential => {
+                over_x(slope * (expansion.exponent(k).unwrap_or(-1.0).clamp(-3.0, 3.0) - 1.0))
+            }
+            CurvatureRule::Exact => exact(expansion)?[(k, k)].max(0.0),
         })
     }
 
     /// The curvature in scaled variables that fits the last step.
     fn spherical(&self, expansion: &Expansion) -> f64 {
         let Some(before) = expansion.last() else { return 0.0 };
-        let (here, scale) = (expansion.here, &expansion.surroundings.scale);
+        let (here, scale) = (expansion.here, &expansion.subproblem_box.scale);
         let steps = || before.design.iter().zip(here.design).map(|(a, b)| a - b);
         let length: f64 = steps().zip(scale).map(|(d, s)| (d / s).powi(2)).sum();
         let along = |g: &[f64]| steps().zip(g).map(|(d, g)| d * g).sum::<f64>();
         let change = match self.bend {
-            Bend::SphericalValue => 2.0 * (before.value - here.value - along(here.gradient)),
+            CurvatureRule::SphericalValue => 2.0 * (before.value - here.value - along(here.gradient)),
             _ => along(before.gradient) - along(here.gradient),
         };
         if length > 0.0 { (change / length).max(0.0) } else { 0.0 }
@@ -85,17 +87,20 @@ pub(super) fn exact<'a>(expansion: &Expansion<'a>) -> Result<&'a nalgebra::DMatr
 impl Approximation for DiagonalQuadratic {
     fn check(&self, _: &Problem) -> Result<()> {
         match self.bend {
-            Bend::Asymptotes(rule) => rule.check(),
+            CurvatureRule::Asymptotes(rule) => rule.check(),
             _ => Ok(()),
         }
     }
 
     fn memory(&self) -> usize {
-        usize::from(matches!(self.bend, Bend::SphericalValue | Bend::SphericalGradient | Bend::Exponential))
+        usize::from(matches!(
+            self.bend,
+            CurvatureRule::SphericalValue | CurvatureRule::SphericalGradient | CurvatureRule::Exponential
+        ))
     }
 
     fn wants_curvature(&self) -> bool {
-        self.bend == Bend::Exact
+        self.bend == CurvatureRule::Exact
     }
 
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
@@ -118,12 +123,12 @@ mod tests {
     #[test]
     fn every_bend_is_exact_to_first_order_and_convex() {
         for bend in [
-            Bend::SphericalValue,
-            Bend::SphericalGradient,
-            Bend::Reciprocal,
-            Bend::Asymptotes(Asymptotes::SVANBERG_2002),
-            Bend::Exponential,
-            Bend::Exact,
+            CurvatureRule::SphericalValue,
+            CurvatureRule::SphericalGradient,
+            CurvatureRule::Reciprocal,
+            CurvatureRule::Asymptotes(Asymptotes::SVANBERG_2002),
+            CurvatureRule::Exponential,
+            CurvatureRule::Exact,
         ] {
             check(&DiagonalQuadratic { bend }, true);
         }
@@ -133,7 +138,7 @@ mod tests {
     fn spherical_value_meets_the_design_before() {
         let f = |b: &[autodiff::HyperDual]| b[0].powi(4) + b[1].recip();
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.1, 2.1]).after(&[2.0, 1.0]);
-        let model = case.fit(&DiagonalQuadratic { bend: Bend::SphericalValue }).unwrap();
+        let model = case.fit(&DiagonalQuadratic { bend: CurvatureRule::SphericalValue }).unwrap();
         assert!((model.real(&[2.0, 1.0]) - 17.0).abs() < 1e-12);
     }
 
@@ -146,13 +151,13 @@ mod tests {
             hessian(|b| model.hyper_dual(b), &[1.0, 2.0]).2
         };
         // b³ and 2/b: second derivatives 6 and 4/b³ = 0.5; the exponents 3 and −1 tell the same.
-        for bend in [Bend::Exact, Bend::Exponential] {
+        for bend in [CurvatureRule::Exact, CurvatureRule::Exponential] {
             let c = curvature(bend);
             assert!((c[(0, 0)] - 6.0).abs() < 1e-12 && (c[(1, 1)] - 0.5).abs() < 1e-12, "{bend:?} {c}");
         }
-        let c = curvature(Bend::Reciprocal);
+        let c = curvature(CurvatureRule::Reciprocal);
         assert!((c[(0, 0)] - 6.0).abs() < 1e-12 && (c[(1, 1)] - 0.5).abs() < 1e-12);
-        let c = curvature(Bend::Asymptotes(Asymptotes::SVANBERG_2002));
+        let c = curvature(CurvatureRule::Asymptotes(Asymptotes::SVANBERG_2002));
         // Scales 4 and 2, so asymptotes at ±2 and ±1: 2·3/2 and 2·0.5/1.
         assert!((c[(0, 0)] - 3.0).abs() < 1e-12 && (c[(1, 1)] - 1.0).abs() < 1e-12);
     }

@@ -1,7 +1,7 @@
 //! Peaks that drift in time as the design changes.
 
 use super::AnyModel;
-use crate::problem::{Number, Peak};
+use crate::problem::{Peak, ProblemScalar};
 use std::sync::Arc;
 
 /// A row for a local maximum in continuous time.
@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// from first-order sensitivities alone), goes over into a line where the maximum would leave its surroundings, and is
 /// zero at an end from which the constraint falls. It is convex and continuously differentiable for κ > 0; κ is kept
 /// above (|g_t| + a millionth) over the reach, so that a flat peak stays a smooth one.
-pub(super) struct Drift {
+pub(super) struct MovingPeak {
     /// Models of the responses at t*.
     pub models: Vec<Arc<dyn AnyModel>>,
     /// What is known of the peak.
@@ -28,9 +28,9 @@ pub(super) struct Drift {
     pub corrects: bool,
 }
 
-impl Drift {
+impl MovingPeak {
     /// σ, over the step from `origin`.
-    fn pull<S: Number>(&self, b: &[S], origin: &[f64]) -> S {
+    fn pull<S: ProblemScalar>(&self, b: &[S], origin: &[f64]) -> S {
         let moved = b.iter().zip(origin).zip(&self.peak.cross).filter(|(_, c)| **c != 0.0);
         // Inside the interval the slope is zero but for rounding.
         let inside =
@@ -49,7 +49,7 @@ impl Drift {
     }
 
     /// φ.
-    pub fn rise<S: Number>(&self, b: &[S], origin: &[f64]) -> S {
+    pub fn rise<S: ProblemScalar>(&self, b: &[S], origin: &[f64]) -> S {
         if !self.corrects || self.span() <= 0.0 {
             return S::from(0.0);
         }
@@ -89,12 +89,12 @@ mod tests {
     use autodiff::gradient;
     use nalgebra::DMatrix;
 
-    fn drift(slope: f64, bend: f64, reach: [f64; 2]) -> Drift {
+    fn drift(slope: f64, bend: f64, reach: [f64; 2]) -> MovingPeak {
         let row = RowId { constraint: 0, point: 0 };
         let (responses, gradients) = (vec![], DMatrix::zeros(0, 1));
         let peak =
             Peak { row, time: 1.0, responses, gradients, curvatures: vec![], slope, bend, cross: vec![2.0], reach };
-        Drift { models: vec![], peak, corrects: true }
+        MovingPeak { models: vec![], peak, corrects: true }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What is known of one number at a design, and the chain rule to its intermediate variables.
 
-use super::Surroundings;
+use super::SubproblemBox;
 use crate::problem::Intermediates;
 use autodiff::jacobian;
 use error::{Error, Result};
@@ -32,7 +32,7 @@ pub struct Expansion<'a> {
     /// ∂²r/∂b² at b₀ (n × n), if the approximation asks for it and the analysis offers it.
     pub curvature: Option<&'a DMatrix<f64>>,
     /// What all numbers of the cycle share.
-    pub surroundings: &'a Surroundings,
+    pub subproblem_box: &'a SubproblemBox,
 }
 
 impl Expansion<'_> {

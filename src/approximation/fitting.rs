@@ -1,9 +1,9 @@
 //! Fitting the models of a cycle.
 
-use super::drift::Drift;
-use super::problem::{DirectModel, Known};
-use super::{AnyModel, Approximation, Expansion, Past, Sample, Surroundings};
-use crate::problem::{Instant, Problem, Quantity, RowId};
+use super::drift::MovingPeak;
+use super::problem::{DirectModel, LinearizationPoint};
+use super::{AnyModel, Approximation, Expansion, PreviousPoint, Sample, SubproblemBox};
+use crate::problem::{Problem, Quantity, ResponseAt, RowId};
 use error::Result;
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use std::sync::Arc;
 pub(super) struct Fitting<'a> {
     pub problem: &'a Problem,
     pub approximation: &'a dyn Approximation,
-    pub known: Known<'a>,
-    pub surroundings: &'a Surroundings,
+    pub known: LinearizationPoint<'a>,
+    pub subproblem_box: &'a SubproblemBox,
 }
 
 /// Design, value and gradient before.
@@ -24,16 +24,16 @@ fn samples<'a>(before: &'a [Owned]) -> Vec<Sample<'a>> {
 
 impl<'a> Fitting<'a> {
     /// A model for each differentiated instant.
-    pub fn responses(&self) -> Result<Vec<(Instant, Arc<dyn AnyModel>)>> {
+    pub fn responses(&self) -> Result<Vec<(ResponseAt, Arc<dyn AnyModel>)>> {
         let instants = self.known.sensitivities.instants.iter().enumerate();
         instants.map(|(row, &instant)| Ok((instant, self.response(row, instant)?))).collect()
     }
 
-    fn response(&self, row: usize, instant: Instant) -> Result<Arc<dyn AnyModel>> {
+    fn response(&self, row: usize, instant: ResponseAt) -> Result<Arc<dyn AnyModel>> {
         let declared = &self.problem.responses[instant.response];
         let gradient: Vec<f64> = self.known.sensitivities.rows.row(row).iter().copied().collect();
         let here = Sample { design: self.known.design, value: self.known.responses.at(instant), gradient: &gradient };
-        let past = |p: &'a Past| -> Option<Owned<'a>> {
+        let past = |p: &'a PreviousPoint| -> Option<Owned<'a>> {
             p.sensitivities.gradient(instant).map(|gradient| (&p.design[..], p.responses.at(instant), gradient))
         };
         let before: Vec<Owned> = self.remembered().map_while(past).collect();
@@ -43,11 +43,11 @@ impl<'a> Fitting<'a> {
             before: &samples(&before),
             intermediates: &declared.intermediates,
             curvature: self.known.curvatures.map(|c| &c[row]),
-            surroundings: self.surroundings,
+            subproblem_box: self.subproblem_box,
         })
     }
 
-    fn remembered(&self) -> impl Iterator<Item = &'a Past> {
+    fn remembered(&self) -> impl Iterator<Item = &'a PreviousPoint> {
         self.known.past.iter().take(self.approximation.memory())
     }
 
@@ -63,14 +63,14 @@ impl<'a> Fitting<'a> {
 
     fn quantity(&self, quantity: &Quantity, p: usize, name: &str) -> Result<DirectModel> {
         let Some(intermediates) = &quantity.direct else { return Ok(None) };
-        let (problem, Known { design, responses, sensitivities, .. }) = (self.problem, self.known);
+        let (problem, LinearizationPoint { design, responses, sensitivities, .. }) = (self.problem, self.known);
         let value = |b: &[f64], responses: &crate::problem::Responses| {
             quantity.value(p, &problem.grids, b, |h, p| responses.at(problem.instant(h, p)))
         };
         let gradient = problem.total_derivative(quantity, p, design, responses, sensitivities);
         let here = Sample { design, value: value(design, responses), gradient: &gradient };
         let needed = problem.instants_of(quantity, p);
-        let past = |past: &'a Past| -> Option<Owned<'a>> {
+        let past = |past: &'a PreviousPoint| -> Option<Owned<'a>> {
             let known = needed.iter().all(|i| past.sensitivities.row_of(*i).is_some());
             let slope = || problem.total_derivative(quantity, p, &past.design, &past.responses, &past.sensitivities);
             known.then(|| (&past.design[..], value(&past.design, &past.responses), slope()))
@@ -85,14 +85,14 @@ impl<'a> Fitting<'a> {
                 before: &samples(&before),
                 intermediates,
                 curvature: curvature.as_ref(),
-                surroundings: self.surroundings,
+                subproblem_box: self.subproblem_box,
             })
             .map(Some)
     }
 
     /// Models of the responses at each kept peak. A peak has no samples before: its time was another one.
-    pub fn peaks(&self, kept: &[RowId], corrects: bool) -> Result<Vec<Option<Drift>>> {
-        let drift = |row: &RowId| -> Result<Option<Drift>> {
+    pub fn peaks(&self, kept: &[RowId], corrects: bool) -> Result<Vec<Option<MovingPeak>>> {
+        let drift = |row: &RowId| -> Result<Option<MovingPeak>> {
             let Some(peak) = self.known.peaks.iter().find(|p| p.row == *row) else { return Ok(None) };
             let quantity = &self.problem.constraints[row.constraint].quantity;
             let model = |(i, &h): (usize, &usize)| {
@@ -104,11 +104,11 @@ impl<'a> Fitting<'a> {
                     before: &[],
                     intermediates: &declared.intermediates,
                     curvature: peak.curvatures.get(i),
-                    surroundings: self.surroundings,
+                    subproblem_box: self.subproblem_box,
                 })
             };
             let models = quantity.responses().iter().enumerate().map(model).collect::<Result<_>>()?;
-            Ok(Some(Drift { models, peak: peak.clone(), corrects }))
+            Ok(Some(MovingPeak { models, peak: peak.clone(), corrects }))
         };
         kept.iter().map(drift).collect()
     }

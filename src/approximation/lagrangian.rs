@@ -1,6 +1,6 @@
 //! Curvature of the Lagrangian, learnt from gradients.
 
-use super::Known;
+use super::LinearizationPoint;
 use crate::problem::{Problem, Quantity, Responses, RowId, Sensitivities};
 use error::{Error, Result};
 use nlp::LowRank;
@@ -50,7 +50,7 @@ impl LagrangianCurvature {
     }
 
     /// ½ dᵀ B d about the design of `known`; none where nothing is known of it. `multipliers` are those of the last cycle.
-    pub fn fit(&self, problem: &Problem, known: &Known, multipliers: &[(RowId, f64)]) -> Option<LowRank> {
+    pub fn fit(&self, problem: &Problem, known: &LinearizationPoint, multipliers: &[(RowId, f64)]) -> Option<LowRank> {
         let scale = problem.scales();
         let mut points = vec![Point {
             problem,

@@ -1,7 +1,7 @@
 //! The linear approximation in intermediate design variables: the paper's own.
 
 use super::{AnyModel, Approximation, Expansion, Model};
-use crate::problem::{Intermediates, Number};
+use crate::problem::{Intermediates, ProblemScalar};
 use error::Result;
 use nlp::separable::Term;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ struct Taylor {
 }
 
 impl Model for Taylor {
-    fn at<S: Number>(&self, b: &[S]) -> S {
+    fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let term = |k: usize| (self.intermediates.component(k, b) - self.origin[k]) * self.slope[k];
         (0..b.len()).filter(|&k| self.slope[k] != 0.0).map(term).fold(S::from(self.value), |a, t| a + t)
     }
@@ -52,13 +52,13 @@ impl Model for Taylor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::approximation::{Sample, Surroundings};
+    use crate::approximation::{Sample, SubproblemBox};
     use crate::problem::{Intermediate, IntermediateMap};
     use autodiff::{Scalar, gradient};
 
-    fn nowhere(n: usize) -> Surroundings {
+    fn nowhere(n: usize) -> SubproblemBox {
         let (lower, upper) = (vec![-9.0; n], vec![9.0; n]);
-        Surroundings { trail: vec![], lower, upper, scale: vec![1.0; n] }
+        SubproblemBox { trail: vec![], lower, upper, scale: vec![1.0; n] }
     }
 
     #[test]
@@ -70,8 +70,8 @@ mod tests {
         let design = [2.0, 0.5];
         let (value, slope) = gradient(f, &design);
         let here = Sample { design: &design, value, gradient: &slope };
-        let surroundings = &nowhere(2);
-        let expansion = Expansion { name: "r", here, before: &[], intermediates, curvature: None, surroundings };
+        let subproblem_box = &nowhere(2);
+        let expansion = Expansion { name: "r", here, before: &[], intermediates, curvature: None, subproblem_box };
         Linear.fit(&expansion).unwrap()
     }
 
@@ -99,14 +99,14 @@ mod tests {
     fn a_variable_that_does_not_move_is_named() {
         let here = Sample { design: &[0.0], value: 1.0, gradient: &[1.0] };
         let intermediates = Intermediates::all(1, Intermediate::AreaOfDiameter);
-        let surroundings = &nowhere(1);
+        let subproblem_box = &nowhere(1);
         let expansion = Expansion {
             name: "moment",
             here,
             before: &[],
             intermediates: &intermediates,
             curvature: None,
-            surroundings,
+            subproblem_box,
         };
         let message = Linear.fit(&expansion).err().unwrap().to_string();
         assert!(message.contains("`moment`") && message.contains("variable 0 at 0"), "{message}");

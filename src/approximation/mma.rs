@@ -53,7 +53,7 @@ impl Approximation for Mma {
     }
 
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
-        let (here, around) = (expansion.here, expansion.surroundings);
+        let (here, around) = (expansion.here, expansion.subproblem_box);
         let n = here.design.len();
         let mean = (0..n).map(|k| here.gradient[k].abs() * around.scale[k]).sum::<f64>() / n as f64;
         let (mut forms, mut domain) = (Vec::with_capacity(n), [vec![], vec![]]);

@@ -21,27 +21,27 @@ mod problem;
 mod quadratic;
 mod reciprocal;
 mod separated;
-mod surroundings;
+mod subproblem_box;
 mod tana;
 mod two_point;
 
 pub use asymptotes::Asymptotes;
 pub use conlin::Conlin;
-pub use diagonal_quadratic::{Bend, DiagonalQuadratic};
+pub use diagonal_quadratic::{CurvatureRule, DiagonalQuadratic};
 pub use expansion::{Expansion, Sample};
 pub use lagrangian::LagrangianCurvature;
 pub use linear::Linear;
 pub use mma::Mma;
 pub use per_response::PerResponse;
-pub use problem::{ApproximateProblem, Known, Manner};
+pub use problem::{ApproximateProblem, ApproximationOptions, LinearizationPoint};
 pub use quadratic::{FullQuadratic, Hessian};
 pub use reciprocal::Reciprocal;
-pub use surroundings::{Past, Surroundings};
+pub use subproblem_box::{PreviousPoint, SubproblemBox};
 pub use tana::Tana;
 pub use two_point::TwoPointExponential;
 
-use crate::problem::{Number, Problem};
-use autodiff::{Degree, Dual, HyperDual, Scalar};
+use crate::problem::{Problem, ProblemScalar};
+use autodiff::{Dual, HyperDual, PolynomialDegree, Scalar};
 use error::Result;
 use nlp::separable::Term;
 use std::sync::Arc;
@@ -67,7 +67,7 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
 /// An approximation of one number as a function of the design, written once over the scalar.
 pub trait Model: Send + Sync + 'static {
     /// The approximate value at design `b` (length n).
-    fn at<S: Number>(&self, b: &[S]) -> S;
+    fn at<S: ProblemScalar>(&self, b: &[S]) -> S;
     /// Lower and upper sides of the box in which the model holds; none where it holds everywhere.
     fn domain(&self) -> Option<&[Vec<f64>; 2]> {
         None
@@ -88,7 +88,7 @@ pub trait AnyModel: Send + Sync {
     fn real(&self, b: &[f64]) -> f64;
     fn dual(&self, b: &[Dual]) -> Dual;
     fn hyper_dual(&self, b: &[HyperDual]) -> HyperDual;
-    fn degree(&self, b: &[Degree]) -> Degree;
+    fn degree(&self, b: &[PolynomialDegree]) -> PolynomialDegree;
     fn domain(&self) -> Option<&[Vec<f64>; 2]>;
     fn constant(&self) -> Option<f64>;
     fn term(&self, k: usize, x: f64) -> Term;
@@ -99,7 +99,7 @@ impl<M: Model> AnyModel for M {
     fn real(&self, b: &[f64]) -> f64 { self.at(b) }
     fn dual(&self, b: &[Dual]) -> Dual { self.at(b) }
     fn hyper_dual(&self, b: &[HyperDual]) -> HyperDual { self.at(b) }
-    fn degree(&self, b: &[Degree]) -> Degree { self.at(b) }
+    fn degree(&self, b: &[PolynomialDegree]) -> PolynomialDegree { self.at(b) }
     fn domain(&self) -> Option<&[Vec<f64>; 2]> { Model::domain(self) }
     fn constant(&self) -> Option<f64> { Model::constant(self) }
     fn term(&self, k: usize, x: f64) -> Term { Model::term(self, k, x) }
@@ -117,4 +117,4 @@ macro_rules! evaluates {
         })*
     };
 }
-evaluates!(f64 => real, Dual => dual, HyperDual => hyper_dual, Degree => degree);
+evaluates!(f64 => real, Dual => dual, HyperDual => hyper_dual, PolynomialDegree => degree);

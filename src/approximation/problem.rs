@@ -1,11 +1,11 @@
 //! The approximate problem (10)–(12) of a cycle.
 
-use super::blend::Blend;
-use super::drift::Drift;
+use super::blend::SeparableSum;
+use super::drift::MovingPeak;
 use super::fitting::Fitting;
-use super::{AnyModel, Approximation, Evaluates, Past, Surroundings};
-use crate::problem::{Evaluation, Instant, Number, Peak, Problem, Quantity, Responses, RowId, Sensitivities};
-use autodiff::{Degree, Dual, HyperDual, hessian, jacobian};
+use super::{AnyModel, Approximation, Evaluates, PreviousPoint, SubproblemBox};
+use crate::problem::{Evaluation, Peak, Problem, ProblemScalar, Quantity, ResponseAt, Responses, RowId, Sensitivities};
+use autodiff::{Dual, HyperDual, PolynomialDegree, hessian, jacobian};
 use error::Result;
 use nalgebra::{DMatrix, SymmetricEigen};
 use nlp::separable::{self, Separable, Term};
@@ -25,18 +25,18 @@ pub struct ApproximateProblem<'a> {
     /// Kept constraints and time points, in order.
     pub kept: Vec<RowId>,
     /// Instants whose response is approximated, sorted, and the model of each.
-    pub(super) models: Vec<(Instant, Arc<dyn AnyModel>)>,
+    pub(super) models: Vec<(ResponseAt, Arc<dyn AnyModel>)>,
     /// Models of quantities that are approximated directly: the objective's, then one for each kept row.
     pub(super) direct: (DirectModel, Vec<DirectModel>),
     /// For each kept row the peak in continuous time, if it is one.
-    pub(super) drifts: Vec<Option<Drift>>,
+    pub(super) drifts: Vec<Option<MovingPeak>>,
     pub(super) origin: Vec<f64>,
-    pub(super) surroundings: Surroundings,
+    pub(super) subproblem_box: SubproblemBox,
     /// ρ of the objective, then of each constraint.
     pub(super) conservatism: Vec<f64>,
     /// What is added to the objective.
     curvature: Option<LowRank>,
-    blend: Option<Blend>,
+    blend: Option<SeparableSum>,
     structure: Structure,
     factors: Option<Vec<Option<DMatrix<f64>>>>,
 }
@@ -46,7 +46,7 @@ pub(super) type DirectModel = Option<Arc<dyn AnyModel>>;
 
 /// What is known at the start design of a cycle.
 #[derive(Clone, Copy, Debug)]
-pub struct Known<'a> {
+pub struct LinearizationPoint<'a> {
     /// The design b₀.
     pub design: &'a [f64],
     /// Responses there.
@@ -60,10 +60,10 @@ pub struct Known<'a> {
     /// The kept peaks of constraints in continuous time.
     pub peaks: &'a [Peak],
     /// Designs accepted before, the newest first.
-    pub past: &'a [Past],
+    pub past: &'a [PreviousPoint],
 }
 
-impl<'a> Known<'a> {
+impl<'a> LinearizationPoint<'a> {
     /// What a first-order method knows: no second derivatives, no peaks in continuous time, no earlier designs.
     pub fn first_order(
         design: &'a [f64],
@@ -77,7 +77,7 @@ impl<'a> Known<'a> {
 
 /// How the approximate problem is made, apart from the approximation.
 #[derive(Clone, Debug, Default)]
-pub struct Manner {
+pub struct ApproximationOptions {
     /// ρ of the objective and of each constraint, in the unit of each: ρ·w(b) with
     /// w = ½ Σ ((bₖ − b₀ₖ)/scaleₖ)² is added. Empty for none.
     pub conservatism: Vec<f64>,
@@ -88,23 +88,23 @@ pub struct Manner {
 }
 
 impl<'a> ApproximateProblem<'a> {
-    /// Builds the approximate problem of the kept rows inside the search region of `surroundings`, and where the models hold.
+    /// Builds the approximate problem of the kept rows inside the search region of `subproblem_box`, and where the models hold.
     pub fn new(
         problem: &'a Problem,
         approximation: &dyn Approximation,
-        known: Known,
+        known: LinearizationPoint,
         kept: Vec<RowId>,
-        (mut surroundings, manner): (Surroundings, Manner),
+        (mut subproblem_box, manner): (SubproblemBox, ApproximationOptions),
     ) -> Result<Self> {
-        let fitting = Fitting { problem, approximation, known, surroundings: &surroundings };
+        let fitting = Fitting { problem, approximation, known, subproblem_box: &subproblem_box };
         let models = fitting.responses()?;
         let direct = fitting.quantities(&kept)?;
         let drifts = fitting.peaks(&kept, manner.drifting)?;
         let all = models.iter().map(|(_, m)| m).chain(direct.0.iter()).chain(direct.1.iter().flatten());
         let domains: Vec<_> = all.chain(drifts.iter().flatten().flat_map(|d| &d.models)).cloned().collect();
         for [lower, upper] in domains.iter().filter_map(|m| m.domain()) {
-            surroundings.lower.iter_mut().zip(lower).for_each(|(s, l)| *s = s.max(*l));
-            surroundings.upper.iter_mut().zip(upper).for_each(|(s, u)| *s = s.min(*u));
+            subproblem_box.lower.iter_mut().zip(lower).for_each(|(s, l)| *s = s.max(*l));
+            subproblem_box.upper.iter_mut().zip(upper).for_each(|(s, u)| *s = s.min(*u));
         }
         let (origin, conservatism, curvature) = (known.design.to_vec(), manner.conservatism, manner.curvature);
         let mut approximate = Self {
@@ -114,7 +114,7 @@ impl<'a> ApproximateProblem<'a> {
             direct,
             drifts,
             origin,
-            surroundings,
+            subproblem_box,
             conservatism,
             curvature,
             blend: None,
@@ -126,19 +126,19 @@ impl<'a> ApproximateProblem<'a> {
     }
 
     /// The instants that objective and kept rows need, sorted. Peaks in continuous time bring their own.
-    pub fn instants(problem: &Problem, kept: &[RowId]) -> Vec<Instant> {
+    pub fn instants(problem: &Problem, kept: &[RowId]) -> Vec<ResponseAt> {
         let on_grid = kept.iter().filter(|r| !problem.constraints[r.constraint].is_continuous);
         let rows = on_grid.flat_map(|r| problem.instants_of(&problem.constraints[r.constraint].quantity, r.point));
-        let mut instants: Vec<Instant> = rows.chain(problem.instants_of(&problem.objective, 0)).collect();
+        let mut instants: Vec<ResponseAt> = rows.chain(problem.instants_of(&problem.objective, 0)).collect();
         instants.sort_unstable();
         instants.dedup();
         instants
     }
 
     /// w(b), the distance from the start design that conservatism is measured in.
-    pub fn distance<S: Number>(&self, b: &[S]) -> S {
+    pub fn distance<S: ProblemScalar>(&self, b: &[S]) -> S {
         let step = |((&b, &o), &s): ((&S, &f64), &f64)| (b - o) / s;
-        let steps = b.iter().zip(&self.origin).zip(&self.surroundings.scale).map(step);
+        let steps = b.iter().zip(&self.origin).zip(&self.subproblem_box.scale).map(step);
         steps.fold(S::from(0.0), |sum, d| sum + d * d) * 0.5
     }
 
@@ -148,7 +148,7 @@ impl<'a> ApproximateProblem<'a> {
     }
 
     /// F̃ and the rows ĝ − 1, in any number type.
-    fn all<S: Number + Evaluates>(&self, b: &[S], wanted: impl Fn(usize) -> bool) -> (S, Vec<S>) {
+    fn all<S: ProblemScalar + Evaluates>(&self, b: &[S], wanted: impl Fn(usize) -> bool) -> (S, Vec<S>) {
         let responses: Vec<S> = self.models.iter().map(|(_, model)| S::of(&**model, b)).collect();
         let value = |quantity: &Quantity, p, direct: &DirectModel| match direct {
             Some(model) => S::of(&**model, b),
@@ -182,10 +182,10 @@ impl<'a> ApproximateProblem<'a> {
 
     /// Structure, cones and separability, from numbers that know their polynomial degree.
     fn recognize(&mut self) {
-        let middle = self.lower().iter().zip(self.upper()).map(|(l, u)| Degree::variable(0.5 * (l + u)));
+        let middle = self.lower().iter().zip(self.upper()).map(|(l, u)| PolynomialDegree::variable(0.5 * (l + u)));
         let (objective, rows) = self.all(&middle.collect::<Vec<_>>(), |_| true);
-        let bent = |(i, row): (usize, &Degree)| match &self.drifts[i] {
-            Some(d) if !d.stays_quadratic(&self.origin, self.lower(), self.upper()) => Degree::NONLINEAR,
+        let bent = |(i, row): (usize, &PolynomialDegree)| match &self.drifts[i] {
+            Some(d) if !d.stays_quadratic(&self.origin, self.lower(), self.upper()) => PolynomialDegree::NONLINEAR,
             // In the middle of the box the peak may stand still by chance.
             Some(d) if d.corrects && d.peak.reach.iter().any(|t| *t > 0.0) => row.degree.max(2),
             _ => row.degree,
@@ -203,7 +203,7 @@ impl<'a> ApproximateProblem<'a> {
         }
         let large = self.curvature.is_some() && self.origin.len() > SMALL;
         if large || (self.structure == Structure::Nonlinear && self.factors.is_none()) {
-            self.blend = Blend::of(self);
+            self.blend = SeparableSum::of(self);
         }
     }
 
@@ -243,10 +243,10 @@ impl Program for ApproximateProblem<'_> {
         self.kept.len()
     }
     fn lower(&self) -> &[f64] {
-        &self.surroundings.lower
+        &self.subproblem_box.lower
     }
     fn upper(&self) -> &[f64] {
-        &self.surroundings.upper
+        &self.subproblem_box.upper
     }
     fn is_equality(&self, i: usize) -> bool {
         self.problem.constraints[self.kept[i].constraint].is_equality

@@ -2,7 +2,7 @@
 
 use super::diagonal_quadratic::exact;
 use super::{AnyModel, Approximation, Expansion, Model, Sample};
-use crate::problem::{Number, Problem};
+use crate::problem::{Problem, ProblemScalar};
 use error::{Error, Result};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::sync::Arc;
@@ -52,7 +52,7 @@ impl Approximation for FullQuadratic {
 
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let here = expansion.here;
-        let scale = &expansion.surroundings.scale;
+        let scale = &expansion.subproblem_box.scale;
         let hessian = match self.hessian {
             Hessian::Bfgs(_) => bfgs(expansion),
             Hessian::Exact => exact(expansion)?.clone(),
@@ -74,7 +74,7 @@ impl Approximation for FullQuadratic {
 
 /// An entry of the exact Hessian in scaled variables, zero without one.
 fn exact_entry(expansion: &Expansion, i: usize, j: usize) -> f64 {
-    let scale = &expansion.surroundings.scale;
+    let scale = &expansion.subproblem_box.scale;
     expansion.curvature.map_or(0.0, |h| h[(i, j)] * scale[i] * scale[j])
 }
 
@@ -82,7 +82,7 @@ fn exact_entry(expansion: &Expansion, i: usize, j: usize) -> f64 {
 ///
 /// The first matrix is the spherical curvature of the oldest step, or zero where that bends down.
 fn bfgs(expansion: &Expansion) -> DMatrix<f64> {
-    let scale = &expansion.surroundings.scale;
+    let scale = &expansion.subproblem_box.scale;
     let n = scale.len();
     let samples: Vec<Sample> = expansion.before.iter().rev().copied().chain([expansion.here]).collect();
     let step = |w: &[Sample]| DVector::from_fn(n, |k, _| (w[1].design[k] - w[0].design[k]) / scale[k]);
@@ -118,7 +118,7 @@ struct Quadratic {
 }
 
 impl Model for Quadratic {
-    fn at<S: Number>(&self, b: &[S]) -> S {
+    fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let step: Vec<S> = b.iter().zip(&self.origin).map(|(&b, &o)| b - o).collect();
         let linear = step.iter().zip(&self.slope).fold(S::from(self.value), |sum, (&d, &s)| sum + d * s);
         let row = |i: usize| {

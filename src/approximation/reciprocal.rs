@@ -20,7 +20,7 @@ pub struct Reciprocal;
 impl Approximation for Reciprocal {
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let form = |(k, &slope): (usize, &f64)| {
-            if expansion.surroundings.keeps_sign(k) { Form::Reciprocal { slope } } else { Form::linear(slope) }
+            if expansion.subproblem_box.keeps_sign(k) { Form::Reciprocal { slope } } else { Form::linear(slope) }
         };
         let here = expansion.here;
         let forms = here.gradient.iter().enumerate().map(form).collect();

@@ -1,7 +1,7 @@
 //! Sums of functions of one design variable each: the form of most approximations of structural optimization.
 
 use super::Model;
-use crate::problem::Number;
+use crate::problem::ProblemScalar;
 use nlp::separable::Term;
 
 /// r(b₀) + Σₖ fₖ(bₖ) with fₖ(b₀ₖ) = 0.
@@ -42,7 +42,7 @@ impl Form {
         }
     }
 
-    fn at<S: Number>(&self, x: S, origin: f64) -> S {
+    fn at<S: ProblemScalar>(&self, x: S, origin: f64) -> S {
         match *self {
             Self::Quadratic { slope, curvature } => {
                 let step = x - origin;
@@ -83,7 +83,7 @@ impl Form {
 }
 
 impl Model for Separated {
-    fn at<S: Number>(&self, b: &[S]) -> S {
+    fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let terms = self.forms.iter().zip(b).zip(&self.origin).filter(|((form, _), _)| !form.is_zero());
         terms.map(|((form, &x), &origin)| form.at(x, origin)).fold(S::from(self.value), |a, t| a + t)
     }

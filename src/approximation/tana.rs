@@ -1,7 +1,7 @@
 //! The two-point adaptive nonlinear approximation TANA-3.
 
 use super::{AnyModel, Approximation, Expansion, Model, TwoPointExponential};
-use crate::problem::{Number, Problem};
+use crate::problem::{Problem, ProblemScalar};
 use error::Result;
 use std::sync::Arc;
 
@@ -44,8 +44,9 @@ impl Approximation for Tana {
         let away = |p: f64| if p.abs() < 1e-3 { 1e-3f64.copysign(p) } else { p };
         // Where the region holds zero the power is that of the variable itself, and an origin of zero is no divisor.
         let exponent = self.powers.exponents(expansion).into_iter().map(away);
-        let scale =
-            |k: usize| if expansion.surroundings.keeps_sign(k) { None } else { Some(expansion.surroundings.scale[k]) };
+        let scale = |k: usize| {
+            if expansion.subproblem_box.keeps_sign(k) { None } else { Some(expansion.subproblem_box.scale[k]) }
+        };
         let powers = exponent.enumerate().map(|(k, exponent)| match scale(k) {
             None => Power::Ratio { origin: here.design[k], exponent },
             Some(scale) => Power::Step { origin: here.design[k], scale },
@@ -71,7 +72,7 @@ enum Power {
 }
 
 impl Power {
-    fn at<S: Number>(&self, b: S) -> S {
+    fn at<S: ProblemScalar>(&self, b: S) -> S {
         match *self {
             Self::Ratio { origin, exponent } => (b / origin).powf(exponent) - 1.0,
             Self::Step { origin, scale } => (b - origin) / scale,
@@ -97,7 +98,7 @@ struct Adapted {
 }
 
 impl Model for Adapted {
-    fn at<S: Number>(&self, b: &[S]) -> S {
+    fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let y: Vec<S> = self.powers.iter().zip(b).map(|(p, &b)| p.at(b)).collect();
         let linear = y.iter().zip(&self.slopes).fold(S::from(self.value), |sum, (&y, &s)| sum + y * s);
         let Some((first, h)) = &self.before else { return linear };

@@ -36,7 +36,7 @@ impl TwoPointExponential {
     /// pₖ of all variables; 1 where the region holds zero.
     pub(super) fn exponents(&self, expansion: &Expansion) -> Vec<f64> {
         let exponent = |k| match expansion.exponent(k) {
-            _ if !expansion.surroundings.keeps_sign(k) => 1.0,
+            _ if !expansion.subproblem_box.keeps_sign(k) => 1.0,
             Some(p) => p.clamp(self.least, self.most),
             None => self.otherwise,
         };

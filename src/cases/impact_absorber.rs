@@ -108,7 +108,7 @@ fn simulated() -> Result<crate::responses::mechanism::Transient<SpringAndDamper>
 struct SpringAndDamper;
 
 #[cfg(feature = "mechanics")]
-impl mechanics::mechanism::Model for SpringAndDamper {
+impl mechanics::mechanism::ParametricMechanism for SpringAndDamper {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<mechanics::mechanism::Mechanism<S>> {
         crate::cases::mechanisms::Absorber.build(&b[..b.len().min(2)])
     }

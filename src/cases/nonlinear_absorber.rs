@@ -16,7 +16,7 @@ use super::Optimum;
 use super::impact_absorber::DURATION;
 use crate::function;
 use crate::problem::{Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
-use crate::responses::mechanism::{Evolution, Trajectory};
+use crate::responses::mechanism::{OdeModel, OdeResponses};
 use autodiff::Scalar;
 use error::Result;
 use mechanics::integrators::explicit::Explicit;
@@ -40,7 +40,7 @@ fn acceleration<S: Scalar>(b: &[S], y: &[S]) -> S {
     -(b[0] * y[0] + b[1] * y[0].powi(3) + b[2] * y[1] + b[3] * orifice)
 }
 
-impl Evolution for NonlinearAbsorber {
+impl OdeModel for NonlinearAbsorber {
     fn start<S: Scalar>(&self, _: &[S]) -> Vec<S> {
         vec![S::from(0.0), S::from(1.0)]
     }
@@ -81,7 +81,7 @@ pub fn peak_acceleration() -> Result<Problem> {
         let side = function!([sign: f64 = sign] |p| p.response[0] * sign);
         parts.subject_to(Constraint::at_most(name, 1.0, Quantity::each_point(time, side).of(&[displacement])));
     }
-    parts.build(Trajectory::new(NonlinearAbsorber, Explicit::eighth_order(1e-11), &times)?)
+    parts.build(OdeResponses::new(NonlinearAbsorber, Explicit::eighth_order(1e-11), &times)?)
 }
 
 #[cfg(test)]

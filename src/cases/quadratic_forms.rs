@@ -19,7 +19,7 @@
 
 use super::{Optimum, toeplitz::Toeplitz};
 use crate::function;
-use crate::problem::{Analysis, Constraint, DesignVariable, Instant, Problem, ProblemBuilder, Quantity, Responses};
+use crate::problem::{Analysis, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, ResponseAt, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
@@ -92,7 +92,7 @@ impl Analysis for Forms {
         Ok(Responses { values, trace: Some(Arc::new(products)) })
     }
 
-    fn sensitivities(&self, x: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, x: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let known = responses.trace.as_ref().and_then(|t| t.downcast_ref::<Products>());
         let fresh = if known.is_none() { Some(self.products(x)) } else { None };
         let products = known.or(fresh.as_ref()).expect("one of both is there");
@@ -101,10 +101,10 @@ impl Analysis for Forms {
         }))
     }
 
-    fn curvatures(&self, x: &[f64], _: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+    fn curvatures(&self, x: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let n = x.len();
         let whole =
-            |i: &Instant| DMatrix::from_fn(n, n, |j, k| 2.0 * self.signs[i.response] * self.entry(i.response, j, k));
+            |i: &ResponseAt| DMatrix::from_fn(n, n, |j, k| 2.0 * self.signs[i.response] * self.entry(i.response, j, k));
         Ok((n <= DENSE).then(|| wanted.iter().map(whole).collect()))
     }
 }

@@ -77,7 +77,8 @@ pub fn path_generation(start: [f64; 8]) -> Result<Problem> {
 #[cfg(feature = "mechanics")]
 pub fn path_generation_assembled(start: [f64; 8]) -> Result<Problem> {
     use mechanics::initial_conditions::Assembly;
-    let analysis = crate::responses::mechanism::Driven::new(CouplerPath, Assembly::default(), &rotations())?;
+    let analysis =
+        crate::responses::mechanism::KinematicResponses::new(CouplerPath, Assembly::default(), &rotations())?;
     parts(start)?.build(analysis)
 }
 

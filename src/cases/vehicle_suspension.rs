@@ -18,7 +18,7 @@
 use super::Optimum;
 use crate::function;
 use crate::problem::{Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
-use crate::responses::mechanism::{Evolution, Trajectory};
+use crate::responses::mechanism::{OdeModel, OdeResponses};
 use autodiff::Scalar;
 use error::Result;
 use mechanics::integrators::explicit::Explicit;
@@ -85,7 +85,7 @@ fn forces<S: Scalar>(b: &[S], y: &[S]) -> [S; 3] {
     std::array::from_fn(|i| b[i] * d[i] + b[3 + i] * rate[i])
 }
 
-impl Evolution for Vehicle {
+impl OdeModel for Vehicle {
     fn start<S: Scalar>(&self, _: &[S]) -> Vec<S> {
         vec![S::from(0.0); 10]
     }
@@ -146,7 +146,7 @@ pub fn peak_acceleration() -> Result<Problem> {
         }
     }
     let times: Vec<f64> = TimeGrid::uniform(0.0, DURATION, POINTS)?.points;
-    parts.build(Trajectory::new(Vehicle, Explicit::eighth_order(1e-10), &times)?)
+    parts.build(OdeResponses::new(Vehicle, Explicit::eighth_order(1e-10), &times)?)
 }
 
 /// The published design, which is no optimum of these equations: its seat travels 0.2 % too far, and there are better ones.

@@ -5,7 +5,7 @@ use super::output::{folder, say, write};
 use crate::Error;
 use crate::cases::find;
 use crate::model_file::Model;
-use crate::problem::check::{Finding, Proof};
+use crate::problem::check::{GradientCheck, GradientStatus};
 use crate::problem::{Evaluation, Problem};
 use crate::report::proof::{table, text};
 use crate::report::table::{Cell, Table};
@@ -80,7 +80,7 @@ impl Check {
                 say(&format!("The table is in {}", file.display()))?;
             }
         }
-        let wrong = proof.count(Finding::Wrong);
+        let wrong = proof.count(GradientStatus::Wrong);
         anyhow::ensure!(wrong == 0, "{wrong} of the derivatives are wrong");
         Ok(())
     }
@@ -122,17 +122,23 @@ fn describe(problem: &Problem, here: &Evaluation) -> anyhow::Result<()> {
     ))
 }
 
-const FINDINGS: [Finding; 6] =
-    [Finding::Right, Finding::Constant, Finding::Wrong, Finding::Kink, Finding::NotRepeatable, Finding::Unclear];
+const FINDINGS: [GradientStatus; 6] = [
+    GradientStatus::Right,
+    GradientStatus::Constant,
+    GradientStatus::Wrong,
+    GradientStatus::Kink,
+    GradientStatus::NotRepeatable,
+    GradientStatus::Unclear,
+];
 
-fn summary(proof: &Proof) -> String {
+fn summary(proof: &GradientCheck) -> String {
     let counts = FINDINGS.map(|f| (proof.count(f), f.text()));
     let words = counts.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}"));
     format!("{}, by {}", words.collect::<Vec<_>>().join(", "), proof.methods.join(", "))
 }
 
 /// How often each verdict was given.
-fn counts(proof: &Proof) -> serde_json::Value {
+fn counts(proof: &GradientCheck) -> serde_json::Value {
     FINDINGS.iter().map(|f| (f.text().to_lowercase(), serde_json::Value::from(proof.count(*f)))).collect()
 }
 

@@ -1,7 +1,7 @@
 //! `linkwright reproduce PAPER`.
 
 use super::output::{folder, results, say, write};
-use crate::papers::etman_1998::{self, Regenerated, Run, Summary, TABLES};
+use crate::papers::etman_1998::{self, Regenerated, ReproducedRun, Summary, TABLES};
 use crate::sao::State;
 use anyhow::bail;
 use clap::Args;
@@ -58,7 +58,7 @@ impl Reproduce {
 fn print(table: &Regenerated) -> anyhow::Result<()> {
     say(&table.comparison()?.to_string())?;
     table.notes.iter().try_for_each(|note| say(&format!("Note: {note}")))?;
-    let Some(Run { state, .. }) = &table.run else { return Ok(()) };
+    let Some(ReproducedRun { state, .. }) = &table.run else { return Ok(()) };
     let counters = state.counters;
     say(&format!(
         "Run: {} cycles, {} analyses, {} sensitivity analyses, {} subproblem iterations. {:?}: {}.\n",

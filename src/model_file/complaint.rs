@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// One mistake: what is wrong, which bytes of the file are to blame, what was expected, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Complaint {
+pub struct Diagnostic {
     /// What is wrong, in a line.
     pub message: String,
     /// The bytes to underline.
@@ -19,7 +19,7 @@ pub struct Complaint {
     pub(super) asked: Option<String>,
 }
 
-impl Complaint {
+impl Diagnostic {
     /// A complaint about these bytes.
     pub fn new(span: Range<usize>, message: impl Into<String>) -> Self {
         Self { message: message.into(), span, label: String::new(), help: None, asked: None }
@@ -61,7 +61,7 @@ impl Complaint {
     }
 }
 
-/// [`Complaint`]s with the file that they are about. Shown as a compiler shows it:
+/// [`Diagnostic`]s with the file that they are about. Shown as a compiler shows it:
 ///
 /// ```text
 /// there is no body `crnk`
@@ -73,23 +73,23 @@ impl Complaint {
 ///   = help: did you mean `crank`?
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub struct DiagnosticReport {
     /// Name of the file.
     pub file: String,
     /// Its text.
     pub text: String,
     /// What is wrong: the first mistake.
-    pub complaint: Complaint,
+    pub complaint: Diagnostic,
     /// Further mistakes, in the order of the file.
-    pub others: Vec<Complaint>,
+    pub others: Vec<Diagnostic>,
 }
 
-impl std::error::Error for Fault {}
+impl std::error::Error for DiagnosticReport {}
 
 /// Most characters of a line that are shown.
 const SHOWN: usize = 160;
 
-impl Fault {
+impl DiagnosticReport {
     /// Line and column of the first underlined character, counted from one; columns count characters.
     pub fn position(&self) -> (usize, usize) {
         let (line, start) = self.line(self.boundary(self.complaint.span.start));
@@ -107,7 +107,7 @@ impl Fault {
         (before.matches('\n').count() + 1, before.rfind('\n').map_or(0, |i| i + 1))
     }
 
-    fn show(&self, complaint: &Complaint, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn show(&self, complaint: &Diagnostic, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [at, end] = [complaint.span.start, complaint.span.end].map(|byte| self.boundary(byte));
         let (line, start) = self.line(at);
         let column = self.text[start..at].chars().count() + 1;
@@ -128,7 +128,7 @@ impl Fault {
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for DiagnosticReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.show(&self.complaint, f)?;
         for other in &self.others {

@@ -21,7 +21,7 @@ mod limits;
 mod schema;
 mod settings;
 
-pub use complaint::{Complaint, Fault};
+pub use complaint::{Diagnostic, DiagnosticReport};
 pub use document::document;
 pub use file::{Accepts, Key, Model, Need, Table, read, tables};
 pub use schema::schema;

@@ -1,6 +1,6 @@
 //! All values of a model file, key by key, for telling two files apart.
 
-use super::{Complaint, Fault};
+use super::{Diagnostic, DiagnosticReport};
 use std::collections::BTreeMap;
 use toml::de::{DeTable, DeValue};
 
@@ -8,10 +8,10 @@ use toml::de::{DeTable, DeValue};
 /// go by their name, or by their number where they have none.
 ///
 /// **Errors.** A text that is not TOML.
-pub fn settings(file: &str, text: &str) -> Result<BTreeMap<String, String>, Box<Fault>> {
+pub fn settings(file: &str, text: &str) -> Result<BTreeMap<String, String>, Box<DiagnosticReport>> {
     let broken = |e: toml::de::Error| {
-        let complaint = Complaint::new(e.span().unwrap_or(0..0), e.message());
-        Box::new(Fault { file: file.to_owned(), text: text.to_owned(), complaint, others: vec![] })
+        let complaint = Diagnostic::new(e.span().unwrap_or(0..0), e.message());
+        Box::new(DiagnosticReport { file: file.to_owned(), text: text.to_owned(), complaint, others: vec![] })
     };
     let table = DeTable::parse(text).map_err(broken)?.into_inner();
     let mut found = BTreeMap::new();

@@ -1,15 +1,15 @@
 //! Several ways of differentiating one analysis.
 
-use super::{Analysis, ContinuousTime, Instant, Responses};
+use super::{Analysis, ContinuousTime, ResponseAt, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 
 /// ∂r/∂b of the wanted instants by a step at a design, as [`Analysis::sensitivities`].
-type Differentiate<'a> = Box<dyn Fn(f64, &[f64], &Responses, &[Instant]) -> Result<DMatrix<f64>> + Send + Sync + 'a>;
+type Differentiate<'a> = Box<dyn Fn(f64, &[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a>;
 
 /// One way of differentiating an analysis.
-pub struct Alternative<'a> {
+pub struct GradientMethod<'a> {
     /// Its name, for tables and model files.
     pub name: &'static str,
     /// The relative step of differences that it takes, if it does.
@@ -17,13 +17,13 @@ pub struct Alternative<'a> {
     differentiate: Differentiate<'a>,
 }
 
-impl<'a> Alternative<'a> {
+impl<'a> GradientMethod<'a> {
     /// A method that is exact but for rounding.
     pub fn exact(
         name: &'static str,
-        differentiate: impl Fn(&[f64], &Responses, &[Instant]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
+        differentiate: impl Fn(&[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
     ) -> Self {
-        let differentiate = move |_: f64, b: &[f64], r: &Responses, wanted: &[Instant]| differentiate(b, r, wanted);
+        let differentiate = move |_: f64, b: &[f64], r: &Responses, wanted: &[ResponseAt]| differentiate(b, r, wanted);
         Self { name, step: None, differentiate: Box::new(differentiate) }
     }
 
@@ -31,7 +31,7 @@ impl<'a> Alternative<'a> {
     pub fn approximate(
         name: &'static str,
         step: f64,
-        differentiate: impl Fn(f64, &[f64], &Responses, &[Instant]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
+        differentiate: impl Fn(f64, &[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
     ) -> Self {
         Self { name, step: Some(step), differentiate: Box::new(differentiate) }
     }
@@ -47,7 +47,7 @@ impl<'a> Alternative<'a> {
     }
 
     /// ∂r/∂b of the wanted instants at the design `b`; `responses` is what the analysis gave there.
-    pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         (self.differentiate)(self.step.unwrap_or_default(), b, responses, wanted)
     }
 
@@ -59,7 +59,7 @@ impl<'a> Alternative<'a> {
         found: &DMatrix<f64>,
         b: &[f64],
         responses: &Responses,
-        wanted: &[Instant],
+        wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
         let Some(step) = self.step else { return Ok(DMatrix::zeros(found.nrows(), found.ncols())) };
         let change = (self.differentiate)(4.0 * step, b, responses, wanted)? - found;
@@ -95,7 +95,7 @@ impl<A: Analysis> Differentiated<A> {
         Ok(found)
     }
 
-    fn chosen(&self) -> Result<Alternative<'_>> {
+    fn chosen(&self) -> Result<GradientMethod<'_>> {
         let all = self.analysis.alternatives();
         let names: Vec<&str> = all.iter().map(|alternative| alternative.name).collect();
         let (why, remedy) = match names.is_empty() {
@@ -118,19 +118,19 @@ impl<A: Analysis> Analysis for Differentiated<A> {
         self.analysis.analyze(b)
     }
 
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.chosen()?.sensitivities(b, responses, wanted)
     }
 
-    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         self.analysis.curvatures(b, responses, wanted)
     }
 
-    fn alternatives(&self) -> Vec<Alternative<'_>> {
+    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
         self.analysis.alternatives()
     }
 
-    fn differentiation(&self, _variables: usize, _wanted: &[Instant]) -> Option<&'static str> {
+    fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         self.chosen().ok().map(|method| method.name)
     }
 

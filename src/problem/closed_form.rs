@@ -1,6 +1,6 @@
 //! Analyses in closed form: responses as explicit functions, differentiated by dual numbers.
 
-use super::{Analysis, ContinuousTime, Instant, Responses, TimeGrid};
+use super::{Analysis, ContinuousTime, ResponseAt, Responses, TimeGrid};
 use autodiff::{BLOCK, Dual, HyperDual, Scalar, WIDTH, hessian, seed, slopes};
 use error::Result;
 use nalgebra::{Const, DMatrix, U1};
@@ -37,9 +37,9 @@ impl<M: ClosedForm> Analysis for Analytic<M> {
         Ok(Responses::new(self.times.iter().enumerate().map(history).collect()))
     }
 
-    fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let seeds: Vec<Vec<Dual>> = (0..b.len().div_ceil(WIDTH)).map(|c| seed(b, c * WIDTH)).collect();
-        let row = |i: &Instant| -> Vec<f64> {
+        let row = |i: &ResponseAt| -> Vec<f64> {
             let t = Dual::from(self.times[i.response][i.point]);
             let chunk =
                 |(c, b): (usize, &Vec<Dual>)| slopes(&self.model.response(i.response, b, t), b.len() - c * WIDTH);
@@ -49,8 +49,8 @@ impl<M: ClosedForm> Analysis for Analytic<M> {
         Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), rows.into_iter().flatten()))
     }
 
-    fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
-        let one = |i: &Instant| {
+    fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let one = |i: &ResponseAt| {
             let t = HyperDual::from(self.times[i.response][i.point]);
             hessian(|b| self.model.response(i.response, b, t), b).2
         };

@@ -1,6 +1,6 @@
 //! Responses between time points, and the local maxima of constraints in continuous time.
 
-use super::{Instant, Problem, Quantity, Responses, RowId};
+use super::{Problem, Quantity, ResponseAt, Responses, RowId};
 use autodiff::{BLOCK, Dual, HyperDual, WIDTH, seed, slopes};
 use error::Result;
 use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
@@ -105,13 +105,14 @@ impl Problem {
 
     fn rate_sensitivities(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]> {
         let Some((first, weights)) = self.stencil(h, t) else {
-            let row = self.sensitivities(b, responses, &[Instant { response: h, point: 0 }])?;
+            let row = self.sensitivities(b, responses, &[ResponseAt { response: h, point: 0 }])?;
             return Ok([row.iter().copied().collect(), vec![0.0; b.len()]]);
         };
         if let Some(continuous) = self.analysis.continuous() {
             return continuous.rate_sensitivities(b, responses, h, t);
         }
-        let wanted: Vec<Instant> = (first..first + weights.len()).map(|point| Instant { response: h, point }).collect();
+        let wanted: Vec<ResponseAt> =
+            (first..first + weights.len()).map(|point| ResponseAt { response: h, point }).collect();
         let rows = self.sensitivities(b, responses, &wanted)?;
         let one = |d: usize, k: usize| weights.iter().enumerate().map(|(i, w)| w[d] * rows[(i, k)]).sum();
         Ok([0, 1].map(|d| (0..b.len()).map(|k| one(d, k)).collect()))
@@ -198,7 +199,9 @@ impl Problem {
         let uses = &self.constraints[peak.row.constraint].quantity.uses;
         let one = |&h: &usize| match self.responses[h].grid {
             Some(_) => continuous.curvature(b, responses, h, peak.time),
-            None => Ok(self.curvatures(b, responses, &[Instant { response: h, point: 0 }])?.map(|mut c| c.remove(0))),
+            None => {
+                Ok(self.curvatures(b, responses, &[ResponseAt { response: h, point: 0 }])?.map(|mut c| c.remove(0)))
+            }
         };
         let all: Option<Vec<_>> = uses.iter().map(one).collect::<Result<_>>()?;
         Ok(Peak { curvatures: all.unwrap_or_default(), ..peak })

@@ -1,6 +1,6 @@
 //! The direct coupling: the program whose every evaluation is an analysis.
 
-use super::{Evaluation, Instant, Problem, Responses, RowId, Sensitivities};
+use super::{Evaluation, Problem, ResponseAt, Responses, RowId, Sensitivities};
 use error::Result;
 use nalgebra::DMatrix;
 use nlp::{Gradients, Program, Values};
@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex};
 pub struct DirectCoupling<'a> {
     problem: &'a Problem,
     rows: Vec<RowId>,
-    wanted: Vec<Instant>,
+    wanted: Vec<ResponseAt>,
     bounds: (Vec<f64>, Vec<f64>),
     last: Mutex<Option<Arc<Analysed>>>,
     analyses: AtomicUsize,
@@ -34,7 +34,7 @@ impl<'a> DirectCoupling<'a> {
         let rows: Vec<RowId> = problem.all_rows();
         let quantities = rows.iter().map(|r| (&problem.constraints[r.constraint].quantity, r.point));
         let all = quantities.chain([(&problem.objective, 0)]);
-        let mut wanted: Vec<Instant> = all.flat_map(|(q, p)| problem.instants_of(q, p)).collect();
+        let mut wanted: Vec<ResponseAt> = all.flat_map(|(q, p)| problem.instants_of(q, p)).collect();
         wanted.sort_unstable();
         wanted.dedup();
         let bounds = problem.variables.iter().map(|v| (v.lower, v.upper)).unzip();

@@ -1,6 +1,6 @@
 //! Second derivatives of responses, and of quantities made from them.
 
-use super::{Instant, Problem, Quantity, Responses, Sensitivities};
+use super::{Problem, Quantity, ResponseAt, Responses, Sensitivities};
 use autodiff::{BLOCK, HyperDual};
 use error::{Error, Result};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -12,7 +12,7 @@ impl Problem {
         &self,
         b: &[f64],
         responses: &Responses,
-        wanted: &[Instant],
+        wanted: &[ResponseAt],
     ) -> Result<Option<Vec<DMatrix<f64>>>> {
         let Some(found) = self.analysis.curvatures(b, responses, wanted)? else { return Ok(None) };
         Error::check_length("second derivatives of the analysis", wanted.len(), found.len())?;
@@ -104,7 +104,7 @@ mod tests {
         let problem = parts.build_analytic(Product).unwrap();
         let b = [1.0, 0.5, 2.0, 3.0, 0.7, 0.2];
         let responses = problem.analyze(&b).unwrap();
-        let instants = vec![Instant { response: 0, point: 0 }];
+        let instants = vec![ResponseAt { response: 0, point: 0 }];
         let curvatures = problem.curvatures(&b, &responses, &instants).unwrap().unwrap();
         let rows = problem.sensitivities(&b, &responses, &instants).unwrap();
         let known = Sensitivities { instants, rows };

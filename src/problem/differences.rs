@@ -1,7 +1,7 @@
 //! Sensitivities by finite differences of whole analyses, where an analysis gives no better ones.
 
 use super::check::{Surroundings, ridders};
-use super::{Alternative, Analysis, Instant, Responses};
+use super::{Analysis, GradientMethod, ResponseAt, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -120,7 +120,7 @@ impl<A: Analysis> Differences<A> {
     }
 
     /// With steps `factor` times as long.
-    fn by(&self, factor: f64, b: &[f64], here: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn by(&self, factor: f64, b: &[f64], here: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         if let Step::Absolute(steps) = &self.step {
             Error::check_length("steps of differences", b.len(), steps.len())?;
         }
@@ -148,7 +148,7 @@ impl<A: Analysis> Differences<A> {
         Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
     }
 
-    fn noise_aware_at(&self, b: &[f64], here: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn noise_aware_at(&self, b: &[f64], here: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let scales: Vec<f64> = b.iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() }).collect();
         let around = Surroundings::along_all(&self.analysis, b, &scales);
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
@@ -174,23 +174,23 @@ impl<A: Analysis> Analysis for Differences<A> {
         self.analysis.analyze(b)
     }
 
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.by(1.0, b, responses, wanted)
     }
 
     /// The differences, and what the analysis itself can.
-    fn alternatives(&self) -> Vec<Alternative<'_>> {
+    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
         let own = match self.formula {
-            Formula::NoiseAware => Alternative::of(self.formula.name(), self),
+            Formula::NoiseAware => GradientMethod::of(self.formula.name(), self),
             _ => {
-                let by = |factor: f64, b: &[f64], r: &Responses, wanted: &[Instant]| self.by(factor, b, r, wanted);
-                Alternative::approximate(self.formula.name(), 1.0, by)
+                let by = |factor: f64, b: &[f64], r: &Responses, wanted: &[ResponseAt]| self.by(factor, b, r, wanted);
+                GradientMethod::approximate(self.formula.name(), 1.0, by)
             }
         };
         std::iter::once(own).chain(self.analysis.alternatives()).collect()
     }
 
-    fn differentiation(&self, _variables: usize, _wanted: &[Instant]) -> Option<&'static str> {
+    fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         Some(self.formula.name())
     }
 }
@@ -212,7 +212,7 @@ mod tests {
     fn forward_is_of_first_and_central_of_second_order() {
         let grid = TimeGrid::uniform(1.0, 2.0, 2).unwrap();
         let analysis = || Analytic::new(Cubic, &[Some(&grid)]);
-        let (b, wanted) = ([2.0, 0.0], [Instant { response: 0, point: 1 }]);
+        let (b, wanted) = ([2.0, 0.0], [ResponseAt { response: 0, point: 1 }]);
         let slope = |d: &dyn Analysis| {
             let rows = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
             assert!((rows[(0, 1)] - 1.0).abs() < 1e-10);
@@ -240,14 +240,14 @@ mod tests {
         fn analyze(&self, b: &[f64]) -> Result<Responses> {
             Ok(Responses::new(vec![vec![b[0].sin() + 1e-7 * (1e9 * b[0]).sin()]]))
         }
-        fn sensitivities(&self, _: &[f64], _: &Responses, _: &[Instant]) -> Result<DMatrix<f64>> {
+        fn sensitivities(&self, _: &[f64], _: &Responses, _: &[ResponseAt]) -> Result<DMatrix<f64>> {
             Ok(DMatrix::zeros(1, 1))
         }
     }
 
     #[test]
     fn noise_makes_steps_long() {
-        let (b, wanted) = ([1.2], [Instant { response: 0, point: 0 }]);
+        let (b, wanted) = ([1.2], [ResponseAt { response: 0, point: 0 }]);
         let off = |d: &dyn Analysis| {
             let found = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
             (found[(0, 0)] - 1.2f64.cos()).abs()

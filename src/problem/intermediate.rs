@@ -1,7 +1,7 @@
 //! Intermediate design variables: the variables in which a response is close to linear.
 
 use super::IntermediateMap;
-use super::number::{AnyMap, Number};
+use super::number::{AnyMap, ProblemScalar};
 use autodiff::Scalar;
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ impl Intermediates {
     }
 
     /// Component k of bᴵ(b).
-    pub fn component<S: Number>(&self, k: usize, design: &[S]) -> S {
+    pub fn component<S: ProblemScalar>(&self, k: usize, design: &[S]) -> S {
         match self {
             Self::Identity => design[k],
             Self::Each(choice) => choice[k].of(design[k]),

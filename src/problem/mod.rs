@@ -24,7 +24,7 @@ mod selection;
 mod sensitivities;
 mod variable;
 
-pub use alternatives::{Alternative, Differentiated};
+pub use alternatives::{Differentiated, GradientMethod};
 pub use builder::ProblemBuilder;
 pub use closed_form::{Analytic, ClosedForm};
 pub(crate) use continuous::maxima;
@@ -36,11 +36,11 @@ pub use equivalents::{Envelope, MeanExcess};
 pub use function::{Function, Functional, IntermediateMap, Point, WeightedSum};
 pub use grid::TimeGrid;
 pub use intermediate::{Intermediate, Intermediates};
-pub use number::Number;
+pub use number::ProblemScalar;
 #[doc(hidden)]
 pub use number::{AnyFunction, AnyFunctional, AnyMap};
 pub use quantity::{Constraint, Quantity};
-pub use responses::{Analysis, Instant, Response, Responses};
+pub use responses::{Analysis, Response, ResponseAt, Responses};
 pub use selection::Selection;
 pub use sensitivities::Sensitivities;
 pub use variable::DesignVariable;

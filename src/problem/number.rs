@@ -1,16 +1,16 @@
 //! Storing functions that are generic over the scalar.
 //!
 //! A generic method cannot be called through an object. The scalars that the library evaluates stored functions with are a
-//! closed set; each stored function has one method for each of them, and [`Number`] finds the right one.
+//! closed set; each stored function has one method for each of them, and [`ProblemScalar`] finds the right one.
 
 use super::function::{Function, Functional, IntermediateMap, Point};
-use autodiff::{Degree, Dual, HyperDual, Scalar};
+use autodiff::{Dual, HyperDual, PolynomialDegree, Scalar};
 
 /// Number types that stored functions can be called with: a scalar of the closed set.
 ///
 /// Generic methods cannot be stored as objects; functions of the closed set `f64`, [`Dual`], [`HyperDual`] and
-/// [`Degree`] can.
-pub trait Number: Scalar {
+/// [`PolynomialDegree`] can.
+pub trait ProblemScalar: Scalar {
     #[doc(hidden)]
     fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self;
     #[doc(hidden)]
@@ -47,7 +47,7 @@ macro_rules! numbers {
         impl<M: IntermediateMap> AnyMap for M {
             $(fn $name(&self, k: usize, design: &[$number]) -> $number { self.component(k, design) })*
         }
-        $(impl Number for $number {
+        $(impl ProblemScalar for $number {
             fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self { function.$name(point) }
             fn call_over(functional: &dyn AnyFunctional, history: &[Point<Self>]) -> Self { functional.$name(history) }
             fn call_map(map: &dyn AnyMap, k: usize, design: &[Self]) -> Self {
@@ -56,4 +56,4 @@ macro_rules! numbers {
         })*
     };
 }
-numbers!(f64 => real, Dual => dual, HyperDual => hyper_dual, Degree => degree);
+numbers!(f64 => real, Dual => dual, HyperDual => hyper_dual, PolynomialDegree => degree);

@@ -1,7 +1,7 @@
 //! Objective and constraints: explicit functions of responses, design variables and time.
 
 use super::function::Point;
-use super::number::{AnyFunction, AnyFunctional, Number};
+use super::number::{AnyFunction, AnyFunctional, ProblemScalar};
 use super::{Function, Functional, Intermediates, Selection, WeightedSum};
 use std::sync::Arc;
 
@@ -82,7 +82,7 @@ impl Quantity {
     }
 
     /// The value at time point `p` (ignored unless transient), from `response(h, p)`.
-    pub(crate) fn value<S: Number>(
+    pub(crate) fn value<S: ProblemScalar>(
         &self,
         p: usize,
         grids: &[super::TimeGrid],
@@ -107,7 +107,7 @@ impl Quantity {
     }
 
     /// The value where it is made of responses at one time, from these and that time.
-    pub(crate) fn value_at<S: Number>(&self, response: &[S], design: &[S], time: S) -> S {
+    pub(crate) fn value_at<S: ProblemScalar>(&self, response: &[S], design: &[S], time: S) -> S {
         match &self.form {
             Form::Plain(f) | Form::EachPoint(_, f) => S::call(&**f, &Point { response, design, time }),
             Form::Whole(..) => unreachable!("a functional has no value at one time"),
@@ -175,7 +175,7 @@ impl Constraint {
     }
 
     /// ĝ from g.
-    pub fn normalised<S: Number>(&self, g: S) -> S {
+    pub fn normalised<S: ProblemScalar>(&self, g: S) -> S {
         (g - self.limit) / self.scale + 1.0
     }
 }

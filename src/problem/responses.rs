@@ -1,6 +1,6 @@
 //! Responses of the analysed system and where they come from.
 
-use super::{Alternative, ContinuousTime, Intermediates};
+use super::{ContinuousTime, GradientMethod, Intermediates};
 use error::Result;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ pub struct Response {
 
 /// One number of an analysis: response `response` at time point `point` (0 for a time-independent response).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct Instant {
+pub struct ResponseAt {
     /// Index h of the response.
     pub response: usize,
     /// Index p of the time point.
@@ -47,7 +47,7 @@ impl Responses {
     }
 
     /// The value at one instant.
-    pub fn at(&self, instant: Instant) -> f64 {
+    pub fn at(&self, instant: ResponseAt) -> f64 {
         self.values[instant.response][instant.point]
     }
 }
@@ -68,22 +68,27 @@ pub trait Analysis: Send + Sync {
     fn analyze(&self, b: &[f64]) -> Result<Responses>;
 
     /// ∂r/∂b at the wanted instants: one row for each, n columns. `responses` is what [`Analysis::analyze`] gave at `b`.
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>>;
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>>;
 
     /// ∂²r/∂b² at the wanted instants (n × n each), if the analysis can give them.
-    fn curvatures(&self, _b: &[f64], _responses: &Responses, _wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+    fn curvatures(
+        &self,
+        _b: &[f64],
+        _responses: &Responses,
+        _wanted: &[ResponseAt],
+    ) -> Result<Option<Vec<DMatrix<f64>>>> {
         Ok(None)
     }
 
     /// All ways in which this analysis can be differentiated, to be compared with each other and with differences: itself
     /// alone, unless it has several.
-    fn alternatives(&self) -> Vec<Alternative<'_>> {
+    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
         Vec::new()
     }
 
     /// The name of the method that takes derivatives at the `wanted` instants by this many design variables, where there is
     /// a choice.
-    fn differentiation(&self, _variables: usize, _wanted: &[Instant]) -> Option<&'static str> {
+    fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         None
     }
 
@@ -98,19 +103,19 @@ impl<A: Analysis + ?Sized> Analysis for &A {
         (**self).analyze(b)
     }
 
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         (**self).sensitivities(b, responses, wanted)
     }
 
-    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         (**self).curvatures(b, responses, wanted)
     }
 
-    fn alternatives(&self) -> Vec<Alternative<'_>> {
+    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
         (**self).alternatives()
     }
 
-    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+    fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
         (**self).differentiation(variables, wanted)
     }
 

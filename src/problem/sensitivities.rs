@@ -1,7 +1,7 @@
 //! Derivatives of responses, and of quantities made from them.
 
-use super::{Instant, Problem, Quantity, Responses};
-use autodiff::{Degree, Dual, WIDTH, gradient, seed, slopes};
+use super::{Problem, Quantity, ResponseAt, Responses};
+use autodiff::{Dual, PolynomialDegree, WIDTH, gradient, seed, slopes};
 use error::{Error, Result};
 use nalgebra::{DMatrix, SVector};
 use num_dual::Derivative;
@@ -14,26 +14,26 @@ const MANY: usize = 60;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivities {
     /// The instants, sorted.
-    pub instants: Vec<Instant>,
+    pub instants: Vec<ResponseAt>,
     /// One row for each instant, n columns; in the unit of the response over that of the variable.
     pub rows: DMatrix<f64>,
 }
 
 impl Sensitivities {
     /// The row of an instant, if it was differentiated.
-    pub fn row_of(&self, instant: Instant) -> Option<usize> {
+    pub fn row_of(&self, instant: ResponseAt) -> Option<usize> {
         self.instants.binary_search(&instant).ok()
     }
 
     /// The gradient at an instant (length n), if it was differentiated.
-    pub fn gradient(&self, instant: Instant) -> Option<Vec<f64>> {
+    pub fn gradient(&self, instant: ResponseAt) -> Option<Vec<f64>> {
         self.row_of(instant).map(|row| self.rows.row(row).iter().copied().collect())
     }
 }
 
 impl Problem {
     /// ∂r/∂b at the wanted instants (one row for each, n columns), checked for shape and finiteness.
-    pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let rows = self.analysis.sensitivities(b, responses, wanted)?;
         Error::check_length("rows of the sensitivities", wanted.len(), rows.nrows())?;
         Error::check_length("columns of the sensitivities", self.n(), rows.ncols())?;
@@ -48,18 +48,18 @@ impl Problem {
     }
 
     /// The instant of response `h` that a quantity sees at time point `p`.
-    pub(crate) fn instant(&self, h: usize, p: usize) -> Instant {
-        Instant { response: h, point: if self.responses[h].grid.is_some() { p } else { 0 } }
+    pub(crate) fn instant(&self, h: usize, p: usize) -> ResponseAt {
+        ResponseAt { response: h, point: if self.responses[h].grid.is_some() { p } else { 0 } }
     }
 
     /// The instants that a quantity depends on at time point `p`, or over its whole grid where it is a functional.
-    pub(crate) fn instants_of(&self, quantity: &Quantity, p: usize) -> Vec<Instant> {
+    pub(crate) fn instants_of(&self, quantity: &Quantity, p: usize) -> Vec<ResponseAt> {
         let points = match (quantity.is_transient(), quantity.grid()) {
             (false, Some(grid)) => 0..self.grids[grid].len(),
             _ => p..p + 1,
         };
         let at = |p| quantity.uses.iter().map(move |&h| self.instant(h, p));
-        let mut instants: Vec<Instant> = points.flat_map(at).collect();
+        let mut instants: Vec<ResponseAt> = points.flat_map(at).collect();
         instants.sort_unstable();
         instants.dedup();
         instants
@@ -103,8 +103,8 @@ impl Problem {
         sensitivities: &Sensitivities,
     ) -> Option<Vec<f64>> {
         let instants = self.instants_of(quantity, p);
-        let design: Vec<Degree> = b.iter().map(|&v| Degree::variable(v)).collect();
-        let seen = |h, p| Degree::from(responses.at(self.instant(h, p)));
+        let design: Vec<PolynomialDegree> = b.iter().map(|&v| PolynomialDegree::variable(v)).collect();
+        let seen = |h, p| PolynomialDegree::from(responses.at(self.instant(h, p)));
         if instants.len() >= b.len() || quantity.value(p, &self.grids, &design, seen).degree > 0 {
             return None;
         }

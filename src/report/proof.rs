@@ -2,13 +2,13 @@
 
 use super::table::{Cell, Table, aligned};
 use crate::problem::Problem;
-use crate::problem::check::{Checked, Finding, Proof};
+use crate::problem::check::{Checked, GradientCheck, GradientStatus};
 use error::Result;
 use std::fmt::Write;
 
 /// One row for each derivative: what the methods say, what differences say and how sure they are, by how much all of them
 /// disagree, the verdict, whom it suspects, and why.
-pub fn table(problem: &Problem, proof: &Proof) -> Result<Table> {
+pub fn table(problem: &Problem, proof: &GradientCheck) -> Result<Table> {
     let fixed = ["response", "time", "variable"].map(String::from);
     let found = ["differences", "error", "disagreement", "finding", "suspect", "explanation"].map(String::from);
     let columns = fixed.into_iter().chain(proof.methods.iter().cloned()).chain(found);
@@ -19,7 +19,7 @@ pub fn table(problem: &Problem, proof: &Proof) -> Result<Table> {
     Ok(table)
 }
 
-fn row(problem: &Problem, proof: &Proof, d: &Checked) -> Vec<Cell> {
+fn row(problem: &Problem, proof: &GradientCheck, d: &Checked) -> Vec<Cell> {
     let response = &problem.responses[d.instant.response];
     let time = response.grid.map_or(Cell::Empty, |grid| Cell::Number(problem.grids[grid].points[d.instant.point]));
     let mut cells = vec![response.name.as_str().into(), time, problem.variables[d.variable].name.as_str().into()];
@@ -31,7 +31,7 @@ fn row(problem: &Problem, proof: &Proof, d: &Checked) -> Vec<Cell> {
     cells
 }
 
-fn suspects(proof: &Proof, d: &Checked) -> String {
+fn suspects(proof: &GradientCheck, d: &Checked) -> String {
     d.suspects.iter().map(|&k| proof.methods[k].as_str()).collect::<Vec<_>>().join(", ")
 }
 
@@ -40,7 +40,7 @@ fn suspects(proof: &Proof, d: &Checked) -> String {
 ///
 /// Unless `all` are wanted, of those that are right or constant only the least certain of each response is shown, and the others
 /// are counted.
-pub fn text(problem: &Problem, proof: &Proof, all: bool) -> String {
+pub fn text(problem: &Problem, proof: &GradientCheck, all: bool) -> String {
     let shown: Vec<&Checked> = proof.derivatives.iter().filter(|d| all || is_telling(proof, d)).collect();
     let found = ["differences", "±", "apart", "verdict"].map(String::from);
     let methods = proof.methods.iter().map(|name| name.replace('-', " "));
@@ -73,7 +73,7 @@ pub fn text(problem: &Problem, proof: &Proof, all: bool) -> String {
 const EXPLAINED: usize = 12;
 
 /// A sentence for everything that is neither right nor constant.
-fn explanations(problem: &Problem, proof: &Proof) -> String {
+fn explanations(problem: &Problem, proof: &GradientCheck) -> String {
     let bad: Vec<&Checked> = proof.derivatives.iter().filter(|d| !d.is_fine()).collect();
     let line = |d: &&Checked| {
         let variable = &problem.variables[d.variable].name;
@@ -85,9 +85,10 @@ fn explanations(problem: &Problem, proof: &Proof) -> String {
 }
 
 /// Whether a derivative is shown: it is not fine, or the least certain of its response.
-fn is_telling(proof: &Proof, d: &Checked) -> bool {
+fn is_telling(proof: &GradientCheck, d: &Checked) -> bool {
     let relative = |d: &Checked| d.disagreement() / d.claimed.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));
-    let same = |other: &&Checked| other.instant.response == d.instant.response && other.finding == Finding::Right;
+    let same =
+        |other: &&Checked| other.instant.response == d.instant.response && other.finding == GradientStatus::Right;
     let worst = proof.derivatives.iter().filter(same).max_by(|a, b| relative(a).total_cmp(&relative(b)));
     !d.is_fine() || worst.is_some_and(|worst| std::ptr::eq(worst, d))
 }

@@ -1,6 +1,6 @@
 //! Conservative approximations: the inner loop of GCMMA.
 
-use super::{Globalization, Guard, Trial, Verdict};
+use super::{Globalization, GlobalizationState, Trial, Verdict};
 use crate::problem::{Evaluation, Problem};
 use error::{Error, Result};
 
@@ -37,10 +37,10 @@ impl Default for Conservatism {
 
 impl Conservatism {
     /// The guard of a start design.
-    pub(super) fn guard(&self, problem: &Problem, first: &Evaluation) -> Guard {
+    pub(super) fn guard(&self, problem: &Problem, first: &Evaluation) -> GlobalizationState {
         let objective = self.least * unit(first.objective);
         let rows = std::iter::repeat_n(self.least, problem.constraints.len());
-        Guard { conservatism: std::iter::once(objective).chain(rows).collect(), ..Default::default() }
+        GlobalizationState { conservatism: std::iter::once(objective).chain(rows).collect(), ..Default::default() }
     }
 
     /// Whether nothing was too low.
@@ -50,7 +50,7 @@ impl Conservatism {
     }
 
     /// More conservatism where it lacks; [`Verdict::Reject`] where there is too much already.
-    pub(super) fn tighten(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
+    pub(super) fn tighten(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict {
         let Some(outcome) = &trial.outcome else { return Verdict::Reject };
         for (i, rho) in guard.conservatism.iter_mut().enumerate() {
             let unit = scale(trial, i);
@@ -63,11 +63,11 @@ impl Conservatism {
                 *rho = capped;
             }
         }
-        Verdict::Tighten
+        Verdict::IncreaseConservatism
     }
 
     /// Less conservatism after an accepted design.
-    pub(super) fn relax(&self, trial: &Trial, guard: &mut Guard) {
+    pub(super) fn relax(&self, trial: &Trial, guard: &mut GlobalizationState) {
         for (i, rho) in guard.conservatism.iter_mut().enumerate() {
             *rho = (0.1 * *rho).max(self.least * scale(trial, i));
         }
@@ -90,11 +90,11 @@ impl Globalization for Conservatism {
         Error::check_option("tolerance of conservatism", "at least 0", self.tolerance, self.tolerance >= 0.0)
     }
 
-    fn start(&self, problem: &Problem, first: &Evaluation) -> Guard {
+    fn start(&self, problem: &Problem, first: &Evaluation) -> GlobalizationState {
         self.guard(problem, first)
     }
 
-    fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
+    fn judge(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict {
         if self.is_conservative(trial) {
             self.relax(trial, guard);
             return Verdict::Accept;

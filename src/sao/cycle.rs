@@ -1,7 +1,7 @@
 //! The history of a run, row by row.
 
 use super::trial::tracked;
-use super::{Knowledge, Region, State, Trial, Verdict};
+use super::{CycleData, Region, State, Trial, Verdict};
 use crate::problem::{Evaluation, Problem, Responses, RowId};
 use error::Result;
 use nlp::{self, Solution};
@@ -122,7 +122,7 @@ impl Cycle {
         state: &State,
         trial: &Trial,
         verdict: Verdict,
-        knowledge: &Knowledge,
+        knowledge: &CycleData,
         region: Region,
         proposal: &Solution,
         analysed: &Result<(Responses, Evaluation)>,

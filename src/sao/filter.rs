@@ -1,6 +1,6 @@
 //! Filters: a design is accepted if it is better than every one before in the objective or in the violation.
 
-use super::{Conservatism, Globalization, Guard, Trial, Verdict};
+use super::{Conservatism, Globalization, GlobalizationState, Trial, Verdict};
 use crate::problem::{Evaluation, Problem};
 use error::{Error, Result};
 
@@ -47,7 +47,7 @@ impl Filter {
     }
 
     /// Whether the trial may start the next cycle; remembers its start if so.
-    fn admits(&self, trial: &Trial, guard: &mut Guard) -> bool {
+    fn admits(&self, trial: &Trial, guard: &mut GlobalizationState) -> bool {
         let Some(outcome) = &trial.outcome else { return false };
         let (h, f) = (self.violation(outcome.violation_pct), outcome.objective);
         let before = [self.violation(100.0 * trial.violation_before), trial.objective_before];
@@ -86,11 +86,11 @@ impl Globalization for Filter {
         Error::check_option("ceiling of the filter", "positive", self.ceiling, self.ceiling > 0.0)
     }
 
-    fn start(&self, _: &Problem, first: &Evaluation) -> Guard {
-        Guard { filter: vec![self.ceiling(first)], ..Default::default() }
+    fn start(&self, _: &Problem, first: &Evaluation) -> GlobalizationState {
+        GlobalizationState { filter: vec![self.ceiling(first)], ..Default::default() }
     }
 
-    fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
+    fn judge(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict {
         if self.admits(trial, guard) { Verdict::Accept } else { Verdict::Reject }
     }
 }
@@ -114,11 +114,11 @@ impl Globalization for FilteredConservatism {
         self.conservatism.check()
     }
 
-    fn start(&self, problem: &Problem, first: &Evaluation) -> Guard {
-        Guard { filter: vec![self.filter.ceiling(first)], ..self.conservatism.guard(problem, first) }
+    fn start(&self, problem: &Problem, first: &Evaluation) -> GlobalizationState {
+        GlobalizationState { filter: vec![self.filter.ceiling(first)], ..self.conservatism.guard(problem, first) }
     }
 
-    fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict {
+    fn judge(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict {
         if self.filter.admits(trial, guard) {
             self.conservatism.relax(trial, guard);
             Verdict::Accept

@@ -1,6 +1,6 @@
 //! Accepting or rejecting a proposed design.
 
-use super::{Guard, Trial};
+use super::{GlobalizationState, Trial};
 use crate::problem::{Evaluation, Problem};
 use error::{Error, Result};
 
@@ -12,21 +12,21 @@ pub enum Verdict {
     /// The cycle is repeated from the same design with other move limits.
     Reject,
     /// The cycle is repeated from the same design with the same move limits and more conservatism.
-    Tighten,
+    IncreaseConservatism,
 }
 
-/// A rule that judges trials. Values hold settings only; what it remembers is in the [`Guard`] of the state.
+/// A rule that judges trials. Values hold settings only; what it remembers is in the [`GlobalizationState`] of the state.
 pub trait Globalization: Send + Sync + std::fmt::Debug {
     /// Refuses settings out of range.
     fn check(&self) -> Result<()> {
         Ok(())
     }
     /// What is remembered of the start design.
-    fn start(&self, _problem: &Problem, _first: &Evaluation) -> Guard {
-        Guard::default()
+    fn start(&self, _problem: &Problem, _first: &Evaluation) -> GlobalizationState {
+        GlobalizationState::default()
     }
     /// The verdict on a trial. A trial whose analysis failed never gets here: it is rejected.
-    fn judge(&self, trial: &Trial, guard: &mut Guard) -> Verdict;
+    fn judge(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict;
 }
 
 /// The paper's rule: a design is accepted unless the approximation errors there are too large.
@@ -48,7 +48,7 @@ impl Globalization for ErrorBased {
         Error::check_option("error above which a cycle is rejected", "positive", limit, limit > 0.0)
     }
 
-    fn judge(&self, trial: &Trial, _: &mut Guard) -> Verdict {
+    fn judge(&self, trial: &Trial, _: &mut GlobalizationState) -> Verdict {
         let error = trial.outcome.as_ref().map_or(f64::INFINITY, |o| o.error_pct());
         if error > self.reject_above_pct { Verdict::Reject } else { Verdict::Accept }
     }
@@ -77,7 +77,7 @@ impl Globalization for StayFeasible {
         Error::check_option("violation above which a cycle is rejected", "not negative", limit, limit >= 0.0)
     }
 
-    fn judge(&self, trial: &Trial, _: &mut Guard) -> Verdict {
+    fn judge(&self, trial: &Trial, _: &mut GlobalizationState) -> Verdict {
         let violation = trial.outcome.as_ref().map_or(f64::INFINITY, |o| o.violation_pct);
         if violation > self.violation_pct.max(100.0 * trial.violation_before) {
             Verdict::Reject
@@ -92,7 +92,7 @@ impl Globalization for StayFeasible {
 pub struct AcceptAlways;
 
 impl Globalization for AcceptAlways {
-    fn judge(&self, _: &Trial, _: &mut Guard) -> Verdict {
+    fn judge(&self, _: &Trial, _: &mut GlobalizationState) -> Verdict {
         Verdict::Accept
     }
 }
@@ -127,7 +127,7 @@ mod tests {
                 approximate_objective: 1.0,
                 outcome: Some(outcome),
             };
-            StayFeasible::default().judge(&trial, &mut Guard::default())
+            StayFeasible::default().judge(&trial, &mut GlobalizationState::default())
         };
         assert_eq!([judge(-5.0, -1.0), judge(-5.0, 2.9), judge(20.0, 15.0)], [Verdict::Accept; 3]);
         assert_eq!([judge(-5.0, 3.1), judge(20.0, 25.0)], [Verdict::Reject; 2]);

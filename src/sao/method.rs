@@ -1,11 +1,12 @@
 //! The sequence of cycles (Section 4 of the paper).
 
 use super::{
-    Counters, Cycle, ErrorBased, Globalization, Knowledge, MoveLimits, Outcome, Prediction, Region, RelativeLimits,
+    Counters, Cycle, CycleData, ErrorBased, Globalization, MoveLimits, Outcome, Prediction, Region, RelativeLimits,
     STATE_VERSION, Screening, State, Status, Stop, Trial, Verdict, optimality, trial,
 };
 use crate::approximation::{
-    ApproximateProblem, Approximation, Known, LagrangianCurvature, Linear, Manner, Surroundings,
+    ApproximateProblem, Approximation, ApproximationOptions, LagrangianCurvature, Linear, LinearizationPoint,
+    SubproblemBox,
 };
 use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities};
 use error::Result;
@@ -124,7 +125,7 @@ impl Method {
         let (mut guard, mut factors) = (state.guard.clone(), state.factors.clone());
         let judge = |_: &Outcome| self.globalization.judge(&trial, &mut guard);
         let verdict = trial.outcome.as_ref().map_or(Verdict::Reject, judge);
-        if verdict != Verdict::Tighten {
+        if verdict != Verdict::IncreaseConservatism {
             self.move_limits.update(&mut factors, &trial, verdict);
         }
         let mut cycle = Cycle::new(&state, &trial, verdict, &knowledge, region, &proposal, &analysed);
@@ -167,7 +168,7 @@ impl Method {
     }
 
     /// Constraint screening, then sensitivities of what is kept.
-    fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<Knowledge> {
+    fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<CycleData> {
         let kept = self.screening.keep(problem, &state.evaluation);
         let instants = ApproximateProblem::instants(problem, &kept);
         let peaks = self.peaks(problem, state, &kept)?;
@@ -183,7 +184,7 @@ impl Method {
         } else {
             None
         };
-        Ok(Knowledge { kept, sensitivities: Sensitivities { instants, rows }, curvatures, peaks })
+        Ok(CycleData { kept, sensitivities: Sensitivities { instants, rows }, curvatures, peaks })
     }
 
     /// The kept local maxima of constraints in continuous time, differentiated.
@@ -202,10 +203,10 @@ impl Method {
         &self,
         problem: &'a Problem,
         state: &State,
-        knowledge: &Knowledge,
+        knowledge: &CycleData,
         region: &Region,
     ) -> Result<ApproximateProblem<'a>> {
-        let known = Known {
+        let known = LinearizationPoint {
             design: &state.design,
             responses: &state.responses,
             evaluation: &state.evaluation,
@@ -215,10 +216,11 @@ impl Method {
             past: &state.past,
         };
         let trail = state.history.iter().filter(|c| c.accepted).map(|c| c.design.clone()).collect();
-        let surroundings = Surroundings::new(problem, trail, (region.lower.clone(), region.upper.clone()));
+        let subproblem_box = SubproblemBox::new(problem, trail, (region.lower.clone(), region.upper.clone()));
         let curvature = self.curvature.and_then(|c| c.fit(problem, &known, &state.multipliers()));
-        let manner = Manner { conservatism: state.guard.conservatism.clone(), drifting: self.drifting, curvature };
-        ApproximateProblem::new(problem, &*self.approximation, known, knowledge.kept.clone(), (surroundings, manner))
+        let manner =
+            ApproximationOptions { conservatism: state.guard.conservatism.clone(), drifting: self.drifting, curvature };
+        ApproximateProblem::new(problem, &*self.approximation, known, knowledge.kept.clone(), (subproblem_box, manner))
     }
 
     /// The proposal held against its analysis.
@@ -226,7 +228,7 @@ impl Method {
         &self,
         problem: &Problem,
         state: &'a State,
-        knowledge: &Knowledge,
+        knowledge: &CycleData,
         (proposal, distance): (&'a Solution, f64),
         at_limit: &'a [bool],
         analysed: Option<&(Responses, Evaluation)>,

@@ -27,7 +27,7 @@ pub use move_limits::{MoveLimits, Region, RelativeLimits};
 pub use post_optimal::{Parameter, PostOptimal};
 pub use presets::{Preset, preset, presets};
 pub use screening::Screening;
-pub use state::{Counters, Guard, Knowledge, STATE_VERSION, State};
+pub use state::{Counters, CycleData, GlobalizationState, STATE_VERSION, State};
 pub use stop::{Status, Stop};
 pub use trial::{Outcome, Trial};
 pub use trust_region::{FixedLimits, Merit, TrustRegion};

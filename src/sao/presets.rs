@@ -5,8 +5,8 @@ use super::{
     MoveLimits, RelativeLimits, TrustRegion,
 };
 use crate::approximation::{
-    Approximation, Asymptotes, Bend, Conlin, DiagonalQuadratic, FullQuadratic, Hessian, LagrangianCurvature, Linear,
-    Mma, Reciprocal, Tana, TwoPointExponential,
+    Approximation, Asymptotes, Conlin, CurvatureRule, DiagonalQuadratic, FullQuadratic, Hessian, LagrangianCurvature,
+    Linear, Mma, Reciprocal, Tana, TwoPointExponential,
 };
 use error::{Error, Result};
 
@@ -121,22 +121,24 @@ static PRESETS: &[Preset] = &[
     Preset {
         name: "quadratic-mma",
         title: "diagonal quadratic with the curvature of moving asymptotes; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::Asymptotes(Asymptotes::SVANBERG_2002) }),
+        method: || {
+            by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::Asymptotes(Asymptotes::SVANBERG_2002) })
+        },
     },
     Preset {
         name: "quadratic-reciprocal",
         title: "diagonal quadratic with the curvature of reciprocals; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::Reciprocal }),
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::Reciprocal }),
     },
     Preset {
         name: "quadratic-spherical",
         title: "one curvature for all variables from the last two gradients; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::SphericalGradient }),
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::SphericalGradient }),
     },
     Preset {
         name: "quadratic-exponential",
         title: "diagonal quadratic with the curvature of two-point exponentials; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::Exponential }),
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::Exponential }),
     },
     Preset {
         name: "exponential",
@@ -156,7 +158,7 @@ static PRESETS: &[Preset] = &[
     Preset {
         name: "quadratic-exact",
         title: "diagonal of the exact second derivatives; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: Bend::Exact }),
+        method: || by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::Exact }),
     },
     Preset {
         name: "hessian",

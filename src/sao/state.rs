@@ -1,7 +1,7 @@
 //! The state of a run: one record that can be written to a file.
 
 use super::{Cycle, Status};
-use crate::approximation::Past;
+use crate::approximation::PreviousPoint;
 use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
 use nalgebra::DMatrix;
@@ -24,7 +24,7 @@ pub struct Counters {
 
 /// What a cycle knows besides its start: kept rows and sensitivities, reused when it is repeated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Knowledge {
+pub struct CycleData {
     /// Kept constraints and time points.
     pub kept: Vec<RowId>,
     /// Sensitivities of the responses that they and the objective need.
@@ -35,7 +35,7 @@ pub struct Knowledge {
     pub peaks: Vec<Peak>,
 }
 
-impl Knowledge {
+impl CycleData {
     /// The largest violation of the kept rows, as a fraction, at least zero.
     pub(super) fn violation(&self, problem: &Problem, rows: &[f64]) -> f64 {
         let one = |(kept, &row): (&RowId, &f64)| {
@@ -47,7 +47,7 @@ impl Knowledge {
 
 /// What a globalization remembers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Guard {
+pub struct GlobalizationState {
     /// Conservatism ρ of the objective, then of each constraint, in the unit of each; empty for none.
     pub conservatism: Vec<f64>,
     /// The filter: largest violation (as a fraction) and objective of designs that no other one dominates.
@@ -74,11 +74,11 @@ pub struct State {
     /// The last accepted step.
     pub last_step: Option<Vec<f64>>,
     /// What the globalization remembers.
-    pub guard: Guard,
+    pub guard: GlobalizationState,
     /// Designs accepted before, the newest first; as many as the approximation uses.
-    pub past: Vec<Past>,
+    pub past: Vec<PreviousPoint>,
     /// Present after a rejected try.
-    pub knowledge: Option<Knowledge>,
+    pub knowledge: Option<CycleData>,
     /// What happened so far, cycle 0 first.
     pub history: Vec<Cycle>,
     /// Work done.
@@ -166,7 +166,7 @@ impl State {
     ) {
         if memory > 0 {
             let responses = Responses::new(self.responses.values.clone());
-            self.past.insert(0, Past { design: self.design.clone(), responses, sensitivities });
+            self.past.insert(0, PreviousPoint { design: self.design.clone(), responses, sensitivities });
             self.past.truncate(memory);
         }
         self.last_step = Some(design.iter().zip(&self.design).map(|(to, from)| to - from).collect());

@@ -1,7 +1,7 @@
 //! How derivatives are chosen in a model file.
 
 use linkwright::model_file::read;
-use linkwright::problem::{Instant, Problem};
+use linkwright::problem::{Problem, ResponseAt};
 
 const MODEL: &str = r#"
 version = 1
@@ -43,7 +43,8 @@ fn problem(text: &str) -> linkwright::Result<Problem> {
 fn slopes(text: &str) -> [f64; 2] {
     let problem = problem(text).unwrap();
     let b = problem.start();
-    let row = problem.sensitivities(&b, &problem.analyze(&b).unwrap(), &[Instant { response: 0, point: 4 }]).unwrap();
+    let row =
+        problem.sensitivities(&b, &problem.analyze(&b).unwrap(), &[ResponseAt { response: 0, point: 4 }]).unwrap();
     [row[(0, 0)], row[(0, 1)]]
 }
 

@@ -1,8 +1,8 @@
 //! Expressions: precedence, derivatives, refusals, and anything that one can type.
 
-use linkwright::autodiff::{Degree, Dual, gradient, hessian};
-use linkwright::model_file::Complaint;
-use linkwright::model_file::expression::{Inputs, Names, Place, Program, Tree, Wants};
+use linkwright::autodiff::{Dual, PolynomialDegree, gradient, hessian};
+use linkwright::model_file::Diagnostic;
+use linkwright::model_file::expression::{Inputs, Names, Program, TextPlace, Tree, Wants};
 use proptest::prelude::*;
 
 fn names() -> Names {
@@ -12,8 +12,8 @@ fn names() -> Names {
     names
 }
 
-fn compile(text: &str) -> Result<Program, Complaint> {
-    names().compile(&Tree::parse(text, Place::from(0))?, &Wants::MOTION)
+fn compile(text: &str) -> Result<Program, Diagnostic> {
+    names().compile(&Tree::parse(text, TextPlace::from(0))?, &Wants::MOTION)
 }
 
 fn value(text: &str) -> f64 {
@@ -101,13 +101,13 @@ fn derivatives_are_exact() {
 #[test]
 fn structure_is_kept() {
     let degree = |text: &str| {
-        let b = [Degree::variable(2.0), Degree::variable(5.0)];
-        compile(text).unwrap().value(&Inputs::at(&b, Degree::from(0.5))).degree
+        let b = [PolynomialDegree::variable(2.0), PolynomialDegree::variable(5.0)];
+        compile(text).unwrap().value(&Inputs::at(&b, PolynomialDegree::from(0.5))).degree
     };
     assert_eq!([degree("2*x + y/4 - c"), degree("x*y"), degree("x^2"), degree("(x + 1)^3")], [1, 2, 2, 3]);
     assert_eq!([degree("c^2"), degree("min(2, 3)")], [0, 0]);
     for text in ["x/y", "sin(x)", "abs(x)", "min(x, y)", "max(x, 0)"] {
-        assert_eq!(degree(text), Degree::NONLINEAR, "{text}");
+        assert_eq!(degree(text), PolynomialDegree::NONLINEAR, "{text}");
     }
 }
 
@@ -117,10 +117,10 @@ fn named_expressions_are_evaluated_once() {
     let mut names = names();
     let named = |k: usize| {
         let text = if k == 0 { "x".to_owned() } else { format!("e{0} + e{0}", k - 1) };
-        (format!("e{k}"), Tree::parse(&text, Place::from(0)).unwrap())
+        (format!("e{k}"), Tree::parse(&text, TextPlace::from(0)).unwrap())
     };
     names.expressions((0..=60).map(named).collect()).unwrap();
-    let program = names.compile(&Tree::parse("e60", Place::from(0)).unwrap(), &Wants::DESIGN).unwrap();
+    let program = names.compile(&Tree::parse("e60", TextPlace::from(0)).unwrap(), &Wants::DESIGN).unwrap();
     assert_eq!(program.value(&Inputs::design(&[1.0, 0.0])), 2.0_f64.powi(60));
     assert_eq!(program.value(&Inputs::design(&[Dual::from(1.0), Dual::from(0.0)])).re, 2.0_f64.powi(60));
 }
@@ -131,7 +131,7 @@ fn sizes_are_limited() {
     let signs = "-".repeat(3000) + "1";
     let powers = "x".to_owned() + &"^x".repeat(2000);
     for text in [deep, signs, powers, "1+".repeat(4000) + "1"] {
-        let complaint = Tree::parse(&text, Place::from(0)).unwrap_err();
+        let complaint = Tree::parse(&text, TextPlace::from(0)).unwrap_err();
         assert!(complaint.message.contains("levels") || complaint.message.contains("too long"), "{complaint:?}");
     }
     assert_eq!(value(&("1".to_owned() + &"+1".repeat(2000))), 2001.0);

@@ -1,7 +1,7 @@
 //! What every text must do to the reader, whatever it is: it is read, or refused with a place in it. Random edits and the fuzz
 //! targets share this.
 
-use linkwright::model_file::expression::{Inputs, Names, Place, Tree, Wants};
+use linkwright::model_file::expression::{Inputs, Names, TextPlace, Tree, Wants};
 use linkwright::model_file::read;
 
 /// Reads a text as a model file and builds its problem. Returns whether that is possible.
@@ -20,7 +20,7 @@ pub fn expression(text: &str) -> bool {
     let mut names = Names::default();
     names.design("r");
     names.constant("h", 2.0);
-    let program = Tree::parse(text, Place::from(0)).and_then(|tree| {
+    let program = Tree::parse(text, TextPlace::from(0)).and_then(|tree| {
         names.expressions(vec![("named".to_owned(), tree.clone())])?;
         names.compile(&tree, &Wants::MOTION)
     });

@@ -1,7 +1,7 @@
 //! Every kind of part: it is built, measures what it says, and has exact derivatives.
 
 use linkwright::model_file::{read, tables};
-use linkwright::problem::{Instant, Problem};
+use linkwright::problem::{Problem, ResponseAt};
 use std::collections::BTreeSet;
 
 const BASE: &str = r#"
@@ -104,8 +104,8 @@ fn assert_derivatives(text: &str) -> Vec<f64> {
     let (b, h) = (problem.start()[0], 1e-5);
     let at = |b: f64| problem.analyze(&[b]).unwrap_or_else(|e| panic!("{text}\n{e}"));
     let (here, above, below) = (at(b), at(b + h), at(b - h));
-    let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| Instant { response: h, point: p });
-    let instants: Vec<Instant> = here.values.iter().enumerate().flat_map(of).collect();
+    let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
+    let instants: Vec<ResponseAt> = here.values.iter().enumerate().flat_map(of).collect();
     let slopes = problem.sensitivities(&[b], &here, &instants).unwrap();
     for (k, instant) in instants.iter().enumerate() {
         let difference = (above.at(*instant) - below.at(*instant)) / (2.0 * h);
@@ -202,7 +202,7 @@ fn a_weight_hangs_lower_on_a_softer_spring() {
     let responses = problem.analyze(&[50.0]).unwrap();
     // y = −m g / k, dy/dk = m g / k².
     assert!((responses.values[0][0] + 0.4).abs() < 1e-12);
-    let slope = problem.sensitivities(&[50.0], &responses, &[Instant { response: 0, point: 0 }]).unwrap();
+    let slope = problem.sensitivities(&[50.0], &responses, &[ResponseAt { response: 0, point: 0 }]).unwrap();
     assert!((slope[(0, 0)] - 0.008).abs() < 1e-12);
 }
 
@@ -223,7 +223,7 @@ fn a_ball_bounces_off_a_stop_and_off_a_wall() {
         let responses = problem.analyze(&[0.8]).unwrap();
         // It falls for 0.4 s to 4 m/s, and rises with 4 p for 0.2 s.
         assert!((responses.values[0][0] - (0.8 * 0.8 - 0.2)).abs() < 1e-9, "{:?}", responses.values);
-        let slope = problem.sensitivities(&[0.8], &responses, &[Instant { response: 0, point: 0 }]).unwrap();
+        let slope = problem.sensitivities(&[0.8], &responses, &[ResponseAt { response: 0, point: 0 }]).unwrap();
         assert!((slope[(0, 0)] - 0.8).abs() < 1e-9, "{slope}");
     }
 }
@@ -239,7 +239,7 @@ fn a_motion_from_an_equilibrium_stays_there() {
     let problem = problem(text);
     let responses = problem.analyze(&[50.0]).unwrap();
     assert!(responses.values[0].iter().all(|y| (y + 0.4).abs() < 1e-9), "{:?}", responses.values);
-    let wanted = [0, 1].map(|point| Instant { response: 0, point });
+    let wanted = [0, 1].map(|point| ResponseAt { response: 0, point });
     let slopes = problem.sensitivities(&[50.0], &responses, &wanted).unwrap();
     assert!(slopes.iter().all(|slope| (slope - 0.008).abs() < 1e-9), "{slopes}");
 }

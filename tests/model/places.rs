@@ -1,11 +1,11 @@
 //! How a mistake is shown.
 
-use linkwright::model_file::{Complaint, Fault};
+use linkwright::model_file::{Diagnostic, DiagnosticReport};
 use std::ops::Range;
 
-fn fault(text: &str, span: Range<usize>) -> Fault {
-    let complaint = Complaint::new(span, "wrong").label("here").help("do better");
-    Fault { file: "m.toml".into(), text: text.into(), complaint, others: vec![] }
+fn fault(text: &str, span: Range<usize>) -> DiagnosticReport {
+    let complaint = Diagnostic::new(span, "wrong").label("here").help("do better");
+    DiagnosticReport { file: "m.toml".into(), text: text.into(), complaint, others: vec![] }
 }
 
 #[test]

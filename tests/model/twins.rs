@@ -12,7 +12,7 @@ use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::model_file::{Model, read};
 use linkwright::problem::{Analysis, Problem, TimeGrid};
-use linkwright::responses::mechanism::{Balanced, Driven, Transient};
+use linkwright::responses::mechanism::{KinematicResponses, StaticResponses, Transient};
 use linkwright::sao::{Method, State, preset};
 
 fn model(name: &str) -> Model {
@@ -129,10 +129,10 @@ fn mechanisms_move_as_their_twins() {
 
 #[test]
 fn driven_mechanisms_move_as_their_twins() {
-    let crank = Driven::new(Crank::rigid(), Assembly::default(), &uniform(0.4, 41)).unwrap();
+    let crank = KinematicResponses::new(Crank::rigid(), Assembly::default(), &uniform(0.4, 41)).unwrap();
     assert_histories("slider-crank-torque", &crank, &Crank::DESIGN, 1e-10, all);
     let times = TimeGrid::uniform(0.3, 0.5, 41).unwrap().points;
-    let four_bar = Driven::new(RigidFourBar(FourBar::physical()), Assembly::default(), &times).unwrap();
+    let four_bar = KinematicResponses::new(RigidFourBar(FourBar::physical()), Assembly::default(), &times).unwrap();
     // Moments at pins are zero, and no output of the file.
     let kept = |h: usize| h == 0 || (1..6).contains(&(h % 7));
     assert_histories("rigid-four-bar", &four_bar, &[0.0385, 0.0252, 0.02], 1e-9, kept);
@@ -140,7 +140,7 @@ fn driven_mechanisms_move_as_their_twins() {
 
 #[test]
 fn equilibria_are_those_of_their_twins() {
-    let governor = Balanced::new(Governor { angle: 0.8 }, Statics::default(), &[0.0]).unwrap();
+    let governor = StaticResponses::new(Governor { angle: 0.8 }, Statics::default(), &[0.0]).unwrap();
     assert_histories("governor", &governor, &Governor::DESIGN, 1e-10, all);
     // Bars that stretch by a billionth: the linear truss up to their strain.
     let truss = ten_bar_truss::equal_strengths().unwrap();

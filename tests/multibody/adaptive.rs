@@ -6,8 +6,8 @@ use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::integrators::explicit::Explicit;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::time_stepper::Run;
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::integrators::time_stepper::TimeStepper;
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 
 /// A local error of h³ per step: ten times the tolerance is 10^{1/3} times the step and 10^{2/3} times the error.
 #[test]
@@ -32,7 +32,7 @@ fn the_error_follows_the_tolerance() {
 fn bouncer() -> Mechanism<f64> {
     let mut m = Mechanism::with_gravity(0.0, -9.81);
     let ball = m.point_mass("ball", 1.0, 0.0, 0.5);
-    m.stop("floor", m.ground().y, ball.y, [1e7, 0.0, 0.0]);
+    m.bump_stop("floor", m.ground().y, ball.y, [1e7, 0.0, 0.0]);
     let sensor = m.coordinate_sensor("height", m.ground().y, ball.y);
     let term = m.measure(sensor, "position").unwrap();
     m.output("height", &[term]);
@@ -43,9 +43,9 @@ fn bouncer() -> Mechanism<f64> {
 fn steps_become_short_in_a_contact_and_long_after_it() {
     let m = bouncer();
     let settings = Dynamics::adaptive(1e-7);
-    let mut run = Run::new(&m, &settings, &[0.9]).unwrap();
+    let mut run = TimeStepper::new(&m, &settings, &[0.9]).unwrap();
     let (mut shortest, mut longest) = (f64::MAX, 0.0f64);
-    while run.lags(0.6) {
+    while run.is_before(0.6) {
         let h = run.advance().unwrap();
         shortest = shortest.min(h);
         longest = longest.max(h);

@@ -23,10 +23,10 @@ use linkwright::mechanics::derivatives::forward::instants::{differentiate_equili
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::DOPRI5;
-use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 
 /// Derivatives of responses, a row each.
@@ -61,11 +61,11 @@ fn times(end: f64) -> Vec<f64> {
     [0.0, 0.237, 0.5, 0.7312, 1.0].map(|part| part * end).to_vec()
 }
 
-fn check<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
+fn check<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
     check_down_to(1e-9, name, model, b, settings, end);
 }
 
-fn check_down_to<M: Model>(floor: f64, name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
+fn check_down_to<M: ParametricMechanism>(floor: f64, name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
     let times = times(end);
     let forward = differentiate(model, b, &settings, &times).unwrap();
     let worst = deviation(&forward, |all| differentiate_backwards(model, b, &settings, &times, all), b, floor);
@@ -73,10 +73,10 @@ fn check_down_to<M: Model>(floor: f64, name: &str, model: &M, b: &[f64], setting
 }
 
 /// Explicit steps of both orders, fixed and adaptive, with outputs between their ends.
-fn check_explicit<M: Model>(name: &str, model: &M, b: &[f64], h: f64, end: f64) {
+fn check_explicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], h: f64, end: f64) {
     let times = times(end);
     let adaptive = Explicit { method: &DOPRI5, ..Explicit::eighth_order(1e-8) };
-    let fixed = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+    let fixed = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
     for settings in [adaptive, fixed.clone(), Explicit { method: &DOPRI5, ..fixed }] {
         let forward = differentiate_explicitly(model, b, &settings, &times).unwrap();
         let backward = |all: &[Functional]| differentiate_explicitly_backwards(model, b, &settings, &times, all);
@@ -170,7 +170,7 @@ fn equilibria_and_kinematics() {
 }
 
 /// Back in `memory` bytes: the same bits as with all steps, within the memory, and not too much work.
-fn check_memory<M: Model>(model: &M, b: &[f64], settings: Dynamics, times: &[f64], memory: usize) {
+fn check_memory<M: ParametricMechanism>(model: &M, b: &[f64], settings: Dynamics, times: &[f64], memory: usize) {
     let wanted = [Functional::at(0, times.len() - 1), Functional::integral(0, times)];
     let whole = differentiate_backwards(model, b, &settings, times, &wanted).unwrap();
     let (rows, spent) = differentiate_backwards_within(memory, model, b, &settings, times, &wanted).unwrap();
@@ -190,7 +190,7 @@ fn check_points_in_place_of_steps() {
     let error = differentiate_backwards_within(1000, &chain, &b, &Dynamics::fixed(0.001), &times, &[]).unwrap_err();
     assert!(error.to_string().contains("1000 bytes"), "{error}");
     let wanted = [Functional::at(0, 3), Functional::at(1, 4)];
-    for settings in [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_pace(Pace::Fixed(0.002))] {
+    for settings in [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_pace(StepControl::Fixed(0.002))] {
         let whole = differentiate_explicitly_backwards(&chain, &b, &settings, &times, &wanted).unwrap();
         let (rows, spent) =
             differentiate_explicitly_backwards_within(8_000, &chain, &b, &settings, &times, &wanted).unwrap();

@@ -5,7 +5,7 @@ use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::integrators::generalized_alpha::GeneralizedAlpha;
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::ConstantSpeed;
 
 /// Simo & Vu-Quoc's spin-up: the tip lags by more than half a metre, and at full speed the beam is straight and stretched

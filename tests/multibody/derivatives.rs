@@ -11,9 +11,9 @@ use linkwright::mechanics::derivatives::forward::instants::{differentiate_equili
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::mechanism::ParametricMechanism;
 
 /// Largest deviation of a derivative from differences, relative to the largest derivative of the same output.
 ///
@@ -50,7 +50,7 @@ fn implicit(h: f64) -> Dynamics {
 }
 
 /// The steps of an implicit run and its derivatives.
-fn check_implicit<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, times: &[f64]) {
+fn check_implicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], settings: Dynamics, times: &[f64]) {
     let exact = differentiate(model, b, &settings, times).unwrap();
     let worst = deviation(b, &exact, |b| simulate(&model.build(b).unwrap(), &settings, times).unwrap().values);
     println!("| {name} | implicit | {worst:.1e} |");
@@ -64,10 +64,10 @@ fn a_clamped_beam_that_starts_to_turn() {
 }
 
 /// The steps of an explicit run and its derivatives.
-fn check_explicit<M: Model>(name: &str, model: &M, b: &[f64]) {
+fn check_explicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64]) {
     let times = [0.0, 0.013, 0.1, 0.2];
     for settings in [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)] {
-        let settings = settings.with_pace(Pace::Fixed(0.01));
+        let settings = settings.with_pace(StepControl::Fixed(0.01));
         let exact = differentiate_explicitly(model, b, &settings, &times).unwrap();
         let run = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &settings, &times).unwrap().values;
         let worst = deviation(b, &exact, run);
@@ -82,7 +82,7 @@ fn explicit_steps_of_chains() {
     check_explicit("chain", &chain, &chain.equal_links());
     let more_than_a_tile = Chain::horizontal(9);
     check_explicit("chain of nine", &more_than_a_tile, &more_than_a_tile.equal_links());
-    let eighth = Explicit::eighth_order(1.0).with_pace(Pace::Fixed(0.03));
+    let eighth = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(0.03));
     let (b, times) = (chain.equal_links(), [0.01, 0.1, 0.17]);
     let exact = differentiate_explicitly(&chain, &b, &eighth, &times).unwrap();
     let worst =

@@ -2,10 +2,10 @@
 
 use crate::zoo::{Arm, Forces, Joints};
 use linkwright::mechanics::analyses::sampling::energy;
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
+use linkwright::mechanics::system::Linearization;
 use linkwright::mechanics::system::System;
 use linkwright::mechanics::system::Unknown;
-use linkwright::mechanics::system::Linearization;
 use linkwright::mechanics::system::state::State;
 
 /// A state away from every symmetry.

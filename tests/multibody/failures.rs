@@ -6,14 +6,14 @@ use linkwright::cases::mechanisms::{Chain, FourBar};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
-use linkwright::mechanics::elements::Law;
+use linkwright::mechanics::elements::StateFunction;
 use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::elements::{Element, Local};
+use linkwright::mechanics::elements::{Element, ElementState};
 use linkwright::mechanics::initial_conditions::{Assembly, redundant_closures};
 use linkwright::mechanics::integrators::explicit::Explicit;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::mechanism::outputs::Formula;
-use linkwright::mechanics::mechanism::{Coordinate, Marker, Mechanism, Model, Pose};
+use linkwright::mechanics::mechanism::{Coordinate, Marker, Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::{ConstantSpeed, Motion};
 use linkwright::mechanics::system::System;
 use linkwright::mechanics::system::state::State;
@@ -49,8 +49,8 @@ fn a_chain_that_does_not_reach_its_end_is_named() {
     let mut m = Mechanism::<f64>::new();
     let ground = m.ground();
     let bob = m.point_mass("bob", 1.0, 0.5, 0.4);
-    m.rod("near", ground.origin(), bob.origin(), 0.6);
-    m.rod("far", ground.at(3.0, 0.0), bob.origin(), 0.7);
+    m.distance_constraint("near", ground.origin(), bob.origin(), 0.6);
+    m.distance_constraint("far", ground.at(3.0, 0.0), bob.origin(), 0.7);
     let error = message(&m);
     assert!(error.contains("near") || error.contains("far"), "{error}");
     assert!(error.contains("t = 0.0"), "{error}");
@@ -61,8 +61,8 @@ fn contradictory_joints_are_named() {
     let mut m = Mechanism::<f64>::new();
     let ground = m.ground();
     let bob = m.point_mass("bob", 1.0, 1.0, 0.0);
-    m.rod("rod", ground.origin(), bob.origin(), 1.0);
-    m.rod("longer rod", ground.origin(), bob.origin(), 1.1);
+    m.distance_constraint("rod", ground.origin(), bob.origin(), 1.0);
+    m.distance_constraint("longer rod", ground.origin(), bob.origin(), 1.1);
     let error = message(&m);
     assert!(error.contains("longer rod") && error.contains("contradictory at t = 0.0"), "{error}");
 }
@@ -128,8 +128,8 @@ fn sections_of_no_or_negative_size_are_named() {
 /// A brake that jumps at rest to neither side: no velocity after a step is right, however short the step.
 struct Brake;
 
-impl Law for Brake {
-    fn effort<T: Scalar>(&self, p: &[T], _t: T, _q: &[T], v: &[T]) -> T {
+impl StateFunction for Brake {
+    fn generalized_force<T: Scalar>(&self, p: &[T], _t: T, _q: &[T], v: &[T]) -> T {
         if v[0].re() == 0.0 { p[0] * (1.0 / 3.0) } else { -p[0] * v[0].re().signum() }
     }
 }
@@ -139,7 +139,7 @@ fn a_step_that_does_not_converge_names_element_and_time() {
     let mut m = Mechanism::<f64>::new();
     let x = m.coordinate("cart", 0.0, 0.0);
     m.inertia("mass", x, 1.0);
-    m.state_load("brake", x, &[x], Brake, &[1e6]);
+    m.feedback_force("brake", x, &[x], Brake, &[1e6]);
     let error = simulate(&m, &Dynamics::fixed(1e-2), &[0.3]).unwrap_err().to_string();
     assert!(error.contains("cart, mostly by brake") && error.contains("does not converge from t ="), "{error}");
 }
@@ -163,8 +163,8 @@ impl Formula for Breaks {
     }
 }
 
-impl Law for Breaks {
-    fn effort<T: Scalar>(&self, _p: &[T], t: T, q: &[T], _v: &[T]) -> T {
+impl StateFunction for Breaks {
+    fn generalized_force<T: Scalar>(&self, _p: &[T], t: T, q: &[T], _v: &[T]) -> T {
         q[0] * until_half_a_second(t)
     }
 }
@@ -196,7 +196,7 @@ fn nan_from_drivers_forces_and_expressions_is_named_with_its_time() {
             m.load("push", m.ground().x, x, Breaks, &[]);
         }),
         ("law", |m, x| {
-            m.state_load("law", x, &[x], Breaks, &[]);
+            m.feedback_force("law", x, &[x], Breaks, &[]);
         }),
         ("expression", |m, x| {
             let sensor = m.coordinate_sensor("sensor", m.ground().x, x);
@@ -235,7 +235,7 @@ fn points_that_coincide_are_named_where_a_direction_is_needed() {
         simulate(&m, &Dynamics::fixed(1e-2), &[0.1]).map(|run| run.last.q[4])
     };
     let rod = hang(&|m, bob| {
-        m.rod("hanger", m.ground().origin(), bob, 1.0);
+        m.distance_constraint("hanger", m.ground().origin(), bob, 1.0);
     });
     let actuator = hang(&|m, bob| {
         m.actuator("hanger", m.ground().origin(), bob, ConstantSpeed, &[1.0, 0.0]);
@@ -293,8 +293,8 @@ fn an_impossible_driver_names_joint_and_time() {
 struct Broken;
 
 impl Element for Broken {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        balance[0] = (-x.q[0] - 1.0).sqrt();
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+        dynamics[0] = (-x.q[0] - 1.0).sqrt();
     }
 }
 
@@ -346,7 +346,7 @@ fn elements_and_motions_come_from_outside_the_crate() {
     let x = m.coordinate("cart", 0.0, 0.0);
     m.inertia("mass", x, 2.0);
     m.drive(x, Quadratic, &[3.0]);
-    m.output("force", &[m.effort(x)]);
+    m.output("force", &[m.driving_force(x)]);
     let series = kinematics(&m, Assembly::default(), &[0.0, 1.0]).unwrap();
     assert_eq!(series[0], [12.0, 12.0]); // F = m a = 2 kg · 6 m/s²
 }

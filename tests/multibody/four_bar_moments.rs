@@ -3,7 +3,7 @@
 use linkwright::cases::mechanisms::FourBar;
 use linkwright::mechanics::analyses::dynamics::simulate;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::mechanism::ParametricMechanism;
 
 /// Central differences of plain simulations, Richardson-extrapolated.
 fn richardson(b: &[f64; 3], k: usize, h: f64) -> Vec<Vec<f64>> {

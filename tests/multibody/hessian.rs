@@ -8,19 +8,19 @@ use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
-use linkwright::mechanics::derivatives::second_order::{Second, SecondHistory, differentiate_twice};
+use linkwright::mechanics::derivatives::second_order::{HessianHistory, HessianPart, differentiate_twice};
 use linkwright::mechanics::derivatives::second_order::{
     differentiate_equilibria_twice, differentiate_kinematics_twice,
 };
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
-use linkwright::mechanics::mechanism::Model;
-use linkwright::problem::{Analysis, Instant};
+use linkwright::mechanics::mechanism::ParametricMechanism;
+use linkwright::problem::{Analysis, ResponseAt};
 use linkwright::responses::mechanism::Transient;
 
 /// Largest deviation of a Hessian's entry from extrapolated central differences of `gradients`, relative to the largest entry
 /// of the same output at any time, all by the size of the variables.
-fn deviation(b: &[f64], step: f64, hessians: &SecondHistory, gradients: impl Fn(&[f64]) -> SensitiveHistory) -> f64 {
+fn deviation(b: &[f64], step: f64, hessians: &HessianHistory, gradients: impl Fn(&[f64]) -> SensitiveHistory) -> f64 {
     let (n, points) = (b.len(), hessians.times.len());
     let scale: Vec<f64> = b.iter().map(|x| x.abs().max(1e-3)).collect();
     let at = |j: usize, by: f64| {
@@ -59,9 +59,9 @@ fn fixed(h: f64) -> Dynamics {
     Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
 }
 
-fn check<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
+fn check<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
     let times = times(end);
-    let hessians = differentiate_twice(model, b, &settings, &times, Second::Full).unwrap();
+    let hessians = differentiate_twice(model, b, &settings, &times, HessianPart::Full).unwrap();
     let worst = deviation(b, 2e-4, &hessians, |b| differentiate(model, b, &settings, &times).unwrap());
     println!("{name}: {worst:.1e}");
     assert!(worst < 1e-6, "{name}: {worst:.2e}");
@@ -94,12 +94,12 @@ fn the_reference_mechanisms() {
 fn kinematics_and_statics() {
     let (model, b, times) = (SliderCrank::rigid(), SliderCrank::DESIGN, times(0.2));
     let assembly = Assembly::default();
-    let hessians = differentiate_kinematics_twice(&model, &b, assembly, &times, Second::Full).unwrap();
+    let hessians = differentiate_kinematics_twice(&model, &b, assembly, &times, HessianPart::Full).unwrap();
     let worst = deviation(&b, 2e-4, &hessians, |b| differentiate_kinematics(&model, b, assembly, &times).unwrap());
     println!("slider-crank, driven: {worst:.1e}");
     assert!(worst < 1e-6, "{worst:.2e}");
     let (model, b, settings) = (Arm { elements: 2 }, Arm::DESIGN, Statics::default());
-    let hessians = differentiate_equilibria_twice(&model, &b, &settings, &[0.0], Second::Full).unwrap();
+    let hessians = differentiate_equilibria_twice(&model, &b, &settings, &[0.0], HessianPart::Full).unwrap();
     let worst = deviation(&b, 2e-4, &hessians, |b| differentiate_equilibria(&model, b, &settings, &[0.0]).unwrap());
     println!("arm in equilibrium: {worst:.1e}");
     assert!(worst < 1e-6, "{worst:.2e}");
@@ -114,7 +114,7 @@ fn the_absorber_in_closed_form() {
     let (k, t) = (0.36, 1.7);
     let exact = hessian(|b| displacement(b[0], t), &[k]).2[(0, 0)];
     let error = |h: f64| {
-        let history = differentiate_twice(&Absorber, &[k, 0.0], &fixed(h), &[t], Second::Diagonal).unwrap();
+        let history = differentiate_twice(&Absorber, &[k, 0.0], &fixed(h), &[t], HessianPart::Diagonal).unwrap();
         let output = history.names.iter().position(|name| name == "position").unwrap();
         (history.second(output, 0)[0] / exact - 1.0).abs()
     };
@@ -127,7 +127,7 @@ fn parts_of_a_hessian_are_those_of_the_whole() {
     let (model, b, times) = (SliderCrank::rigid(), SliderCrank::DESIGN, times(0.2));
     let of = |what| differentiate_twice(&model, &b, &fixed(0.005), &times, what).unwrap();
     let v: Vec<f64> = (0..b.len()).map(|i| 0.3 + 0.2 * i as f64).collect();
-    let (full, diagonal, product) = (of(Second::Full), of(Second::Diagonal), of(Second::Times(&v)));
+    let (full, diagonal, product) = (of(HessianPart::Full), of(HessianPart::Diagonal), of(HessianPart::Times(&v)));
     let gradients = differentiate(&model, &b, &fixed(0.005), &times).unwrap();
     for (output, p) in [(0, 3), (1, 2)] {
         let hessian = full.hessian(output, p).unwrap();
@@ -144,7 +144,7 @@ fn parts_of_a_hessian_are_those_of_the_whole() {
         }
     }
     assert!(diagonal.hessian(0, 0).is_none());
-    let short = differentiate_twice(&model, &b, &fixed(0.005), &times, Second::Times(&[1.0])).unwrap_err();
+    let short = differentiate_twice(&model, &b, &fixed(0.005), &times, HessianPart::Times(&[1.0])).unwrap_err();
     assert!(short.to_string().contains("vector to multiply the Hessian with"), "{short}");
 }
 
@@ -153,9 +153,9 @@ fn an_optimization_is_offered_the_same() {
     let analysis = Transient::new(Absorber, fixed(0.01), &[0.5, 1.0, 2.0]).unwrap();
     let b = [0.36, 0.48];
     let responses = analysis.analyze(&b).unwrap();
-    let wanted = [(0, 2), (0, 0)].map(|(response, point)| Instant { response, point });
+    let wanted = [(0, 2), (0, 0)].map(|(response, point)| ResponseAt { response, point });
     let offered = analysis.curvatures(&b, &responses, &wanted).unwrap().unwrap();
-    let history = differentiate_twice(&Absorber, &b, &fixed(0.01), &[0.5, 1.0, 2.0], Second::Full).unwrap();
+    let history = differentiate_twice(&Absorber, &b, &fixed(0.01), &[0.5, 1.0, 2.0], HessianPart::Full).unwrap();
     for (instant, hessian) in wanted.iter().zip(offered) {
         assert_eq!(hessian, history.hessian(instant.response, instant.point).unwrap());
     }

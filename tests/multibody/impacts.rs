@@ -5,21 +5,21 @@ use linkwright::autodiff::{Scalar, gradient, hessian};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
-use linkwright::mechanics::derivatives::second_order::{Second, differentiate_twice};
+use linkwright::mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
 use linkwright::mechanics::elements::Driver;
 use linkwright::mechanics::elements::Revolute;
-use linkwright::mechanics::elements::{Element, Local};
+use linkwright::mechanics::elements::{Element, ElementState};
 use linkwright::mechanics::integrators::explicit::Explicit;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::{Fixed, Harmonic};
 
 /// A ball that falls from the height b₀ under the gravity b₁ and rebounds with the restitution b₂ of its speed.
 struct Ball;
 
-impl Model for Ball {
+impl ParametricMechanism for Ball {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let mut m = Mechanism::with_gravity(S::from(0.0), -b[1]);
         let ball = m.point_mass("ball", S::from(0.3), S::from(0.0), b[0]);
@@ -62,7 +62,7 @@ fn a_bouncing_ball_and_its_derivatives_in_closed_form() {
     let times = [0.3, 0.6, 1.3, 1.7];
     for settings in [fixed(0.01), fixed(0.037), Dynamics::adaptive(1e-4)] {
         let first = differentiate(&Ball, &BALL, &settings, &times).unwrap();
-        let second = differentiate_twice(&Ball, &BALL, &settings, &times, Second::Full).unwrap();
+        let second = differentiate_twice(&Ball, &BALL, &settings, &times, HessianPart::Full).unwrap();
         for (p, (&t, bounces)) in times.iter().zip(0..).enumerate() {
             for output in 0..2 {
                 let (value, slopes) = gradient(|b| flight(b, t, bounces)[output], &BALL);
@@ -100,11 +100,11 @@ struct DoublePendulum;
 
 const BARS: [f64; 9] = [1.2, 0.05, 0.35, -0.9, 1.45, 0.6, 0.06, 3.0, 9.81];
 
-impl Model for DoublePendulum {
+impl ParametricMechanism for DoublePendulum {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let mut m = Mechanism::with_gravity(zero, -b[8]);
-        let pivot = m.frame("pivot", Pose { x: zero, y: zero, theta: zero });
+        let pivot = m.massless_node("pivot", Pose { x: zero, y: zero, theta: zero });
         m.drive(pivot.x, Harmonic, &[zero, b[6], b[7], zero]);
         m.fix(pivot.y);
         m.fix(pivot.theta);
@@ -132,7 +132,7 @@ fn derivatives_through_impacts_of_a_double_pendulum_are_those_of_differences() {
     let plain = simulate(&DoublePendulum.build(&BARS).unwrap(), &settings, &times).unwrap();
     assert_eq!(history.values, plain.values);
     assert!(!plain.impacts.is_empty());
-    let second = differentiate_twice(&DoublePendulum, &BARS, &settings, &times, Second::Times(&BARS)).unwrap();
+    let second = differentiate_twice(&DoublePendulum, &BARS, &settings, &times, HessianPart::Times(&BARS)).unwrap();
     let mut worst = [0.0f64; 2];
     for k in 0..BARS.len() {
         let step = 1e-4 * BARS[k];
@@ -202,9 +202,9 @@ struct Push {
 }
 
 impl Element for Push {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _: &mut [T]) {
         if if self.by_time { x.t } else { x.q[0] } > x.p[1] {
-            balance[0] = -x.p[0];
+            dynamics[0] = -x.p[0];
         }
     }
 }
@@ -214,7 +214,7 @@ struct Pushed {
     by_time: bool,
 }
 
-impl Model for Pushed {
+impl ParametricMechanism for Pushed {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let mut m = Mechanism::new();
@@ -247,7 +247,7 @@ fn what_is_switched_by_time_or_place_in_closed_form() {
         for settings in [fixed(0.01), Dynamics::adaptive(1e-4)] {
             let model = Pushed { by_time };
             let first = differentiate(&model, &b, &settings, &[t]).unwrap();
-            let second = differentiate_twice(&model, &b, &settings, &[t], Second::Full).unwrap();
+            let second = differentiate_twice(&model, &b, &settings, &[t], HessianPart::Full).unwrap();
             // What is switched is looked at a millionth of a step beyond: that much of a step's error is left.
             let close = |a: f64, b: f64| (a - b).abs() < 1e-7;
             assert!(close(first.values[0][0], value), "{by_time} {at}: {} {value}", first.values[0][0]);

@@ -4,10 +4,10 @@ use crate::zoo::Arm;
 use linkwright::autodiff::Scalar;
 use linkwright::cases::mechanisms::{Absorber, Chain, Governor};
 use linkwright::mechanics::analyses::modal::modes;
-use linkwright::mechanics::analyses::statics::{Statics, balance};
+use linkwright::mechanics::analyses::statics::{Statics, find_equilibrium};
 use linkwright::mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes};
 use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::system::System;
 use linkwright::mechanics::system::state::State;
 
@@ -71,7 +71,7 @@ fn frequencies_of_a_sagging_arm_agree_with_differences() {
         let mechanism = model.build(b).unwrap();
         let mut system = System::new(&mechanism).unwrap();
         let mut state = State::built(&mechanism, 0.0);
-        balance(&mut system, &mechanism, &mut state, &settings).unwrap();
+        find_equilibrium(&mut system, &mechanism, &mut state, &settings).unwrap();
         modes(&mut system, &mechanism, &state).unwrap().frequencies.iter().map(|w| w * w).collect()
     };
     let mut worst = 0.0f64;
@@ -98,7 +98,7 @@ fn frequencies_of_a_sagging_arm_agree_with_differences() {
 /// Two equal oscillators that know nothing of each other, coupled by a third spring of zero stiffness.
 struct Twins;
 
-impl Model for Twins {
+impl ParametricMechanism for Twins {
     fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let mut m = Mechanism::new();

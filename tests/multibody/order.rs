@@ -6,9 +6,9 @@ use linkwright::mechanics::analyses::modal::modes;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Newton};
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::system::System;
 use linkwright::mechanics::system::state::State;
 
@@ -78,7 +78,8 @@ fn explicit_dense_output_is_of_its_order() {
     let times: Vec<f64> = (1..=60).map(|k| 0.2 * f64::from(k) + 0.013).collect();
     for (method, h) in [(Explicit::adaptive(1.0), 0.8), (Explicit::eighth_order(1.0), 2.0)] {
         let error = |h: f64| {
-            let run = simulate_explicitly(&oscillator, &method.clone().with_pace(Pace::Fixed(h)), &times).unwrap();
+            let run =
+                simulate_explicitly(&oscillator, &method.clone().with_pace(StepControl::Fixed(h)), &times).unwrap();
             let errors = run.values[0].iter().zip(&times).map(|(y, &t)| (y - absorber(DESIGN[0], DESIGN[1], t)).abs());
             errors.fold(0.0, f64::max)
         };

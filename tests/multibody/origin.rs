@@ -3,21 +3,21 @@
 use crate::zoo::Arm;
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::analyses::dynamics::Origin;
+use linkwright::mechanics::analyses::dynamics::InitialConfiguration;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
-use linkwright::mechanics::derivatives::second_order::{Second, differentiate_twice};
+use linkwright::mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::Harmonic;
 
 fn from_rest(h: f64) -> Dynamics {
     let statics = Statics { tolerance: 1e-13, ..Statics::default() };
     let newton = Newton { tolerance: 1e-12, iterations: 30 };
-    Dynamics { origin: Origin::Equilibrium(statics), newton, ..Dynamics::fixed(h) }
+    Dynamics { origin: InitialConfiguration::Equilibrium(statics), newton, ..Dynamics::fixed(h) }
 }
 
 /// A bar on a pivot that is shaken, held up by a spring: mass, inertia, half length, gravity, stiffness, damping, unloaded
@@ -26,11 +26,11 @@ struct HeldBar;
 
 const BAR: [f64; 10] = [1.4, 0.06, 0.4, 9.81, 90.0, 0.8, 0.5, 0.02, 7.0, 0.3];
 
-impl Model for HeldBar {
+impl ParametricMechanism for HeldBar {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let mut m = Mechanism::with_gravity(zero, -b[3]);
-        let pivot = m.frame("pivot", Pose { x: zero, y: zero, theta: zero });
+        let pivot = m.massless_node("pivot", Pose { x: zero, y: zero, theta: zero });
         m.drive(pivot.y, Harmonic, &[zero, b[7], b[8], zero]);
         m.fix(pivot.x);
         m.fix(pivot.theta);
@@ -64,7 +64,7 @@ fn derivatives_of_the_motion_from_an_equilibrium() {
     let (times, settings) = ([0.0, 0.15, 0.4], from_rest(0.01));
     let of = |b: &[f64]| differentiate(&HeldBar, b, &settings, &times).unwrap();
     let exact = of(&BAR);
-    let second = differentiate_twice(&HeldBar, &BAR, &settings, &times, Second::Full).unwrap();
+    let second = differentiate_twice(&HeldBar, &BAR, &settings, &times, HessianPart::Full).unwrap();
     let mut worst = [0.0f64; 2];
     for k in 0..BAR.len() {
         let step = 1e-3 * BAR[k];
@@ -95,7 +95,7 @@ fn derivatives_of_the_motion_from_an_equilibrium() {
 
 #[test]
 fn backward_and_forward_agree() {
-    fn check<M: Model>(model: &M, b: &[f64], outputs: usize, settings: Dynamics) {
+    fn check<M: ParametricMechanism>(model: &M, b: &[f64], outputs: usize, settings: Dynamics) {
         let times = [0.0, 0.1, 0.3];
         let forward = differentiate(model, b, &settings, &times).unwrap();
         let all: Vec<_> = (0..outputs).flat_map(|o| (0..times.len()).map(move |p| Functional::at(o, p))).collect();

@@ -10,9 +10,9 @@ use linkwright::mechanics::derivatives::forward::instants::differentiate_equilib
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::mechanism::outputs::Formula;
-use linkwright::mechanics::mechanism::{Mechanism, Model, Pose};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::ConstantSpeed;
 use linkwright::mechanics::motion::Motion;
 use linkwright::mechanics::motion::Ramp;
@@ -48,10 +48,10 @@ fn spinner() -> Mechanism<f64> {
         let term = m.measure(part, name).unwrap();
         m.output(name, &[term]);
     }
-    m.output("torque", &[m.effort(rod.theta)]);
+    m.output("torque", &[m.driving_force(rod.theta)]);
     m.output("kinetic", &[m.kinetic_energy()]);
     m.output("potential", &[m.potential_energy()]);
-    let terms = [m.effort(rod.theta), m.measure(tip, "omega").unwrap()];
+    let terms = [m.driving_force(rod.theta), m.measure(tip, "omega").unwrap()];
     m.output_formula("power", Product, &terms);
     m
 }
@@ -119,7 +119,7 @@ fn requested_times_do_not_change_the_motion() {
     for (few, many) in a.iter().zip(&b) {
         assert_eq!([few[0], few[1]], [many[30], many[61]]);
     }
-    let fixed = Explicit::adaptive(1.0).with_pace(Pace::Fixed(7e-3));
+    let fixed = Explicit::adaptive(1.0).with_pace(StepControl::Fixed(7e-3));
     let [a, b] = [&few[..], &many].map(|times| simulate_explicitly(&m, &fixed, times).unwrap().values);
     assert_eq!([a[0][0], a[16][1]], [b[0][30], b[16][61]]);
 }
@@ -148,7 +148,7 @@ fn a_governor_stands_at_its_angle_with_its_derivatives() {
 /// A bob on a spring without an unloaded length swings through its anchor: y = v/ω sin ωt, ω² = k/m.
 struct Bob;
 
-impl Model for Bob {
+impl ParametricMechanism for Bob {
     fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let mut m = Mechanism::new();
@@ -213,7 +213,7 @@ fn drives_of_every_kind_need_the_force_of_their_acceleration() {
         let x = m.coordinate("cart", 0.0, 0.0);
         m.inertia("mass", x, 2.0);
         drive(&mut m, x);
-        m.output("force", &[m.effort(x)]);
+        m.output("force", &[m.driving_force(x)]);
         kinematics(&m, Assembly::default(), &[t]).unwrap()[0][0]
     };
     close(force(&|m, x| m.drive(x, ConstantSpeed, &[0.0, 3.0])), 0.0, 1e-14);

@@ -8,7 +8,7 @@ use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::Explicit;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::ConstantSpeed;
 use linkwright::responses::mechanism::Transient;
 
@@ -112,7 +112,7 @@ fn a_cantilever_rolls_up_to_a_circle() {
 /// The impact absorber of Table I through the engine: responses and sensitivities of the closed form on its grid.
 #[test]
 fn impact_absorber_has_its_closed_form() {
-    use linkwright::problem::{Analysis, Instant};
+    use linkwright::problem::{Analysis, ResponseAt};
     let times: Vec<f64> = (0..=100).map(|k| 0.12 * f64::from(k)).collect();
     let analysis = Transient::new(Absorber, Explicit::eighth_order(1e-12), &times).unwrap();
     let closed = |k: f64, c: f64, t: f64| {
@@ -121,7 +121,7 @@ fn impact_absorber_has_its_closed_form() {
     };
     let b = [0.3628, 0.4823];
     let responses = analysis.analyze(&b).unwrap();
-    let wanted: Vec<Instant> = (0..=100).map(|point| Instant { response: 0, point }).collect();
+    let wanted: Vec<ResponseAt> = (0..=100).map(|point| ResponseAt { response: 0, point }).collect();
     let slopes = analysis.sensitivities(&b, &responses, &wanted).unwrap();
     for (p, &t) in times.iter().enumerate() {
         assert!((responses.values[0][p] - closed(b[0], b[1], t)).abs() < 1e-10, "{p}");

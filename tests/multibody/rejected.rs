@@ -3,10 +3,10 @@
 use linkwright::autodiff::Scalar;
 use linkwright::function;
 use linkwright::mechanics::analyses::dynamics::Dynamics;
-use linkwright::mechanics::elements::Law;
+use linkwright::mechanics::elements::StateFunction;
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::mechanism::outputs::Formula;
-use linkwright::mechanics::mechanism::{Mechanism, Model, Pose};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::{ConstantSpeed, Motion};
 use linkwright::problem::{DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use linkwright::responses::mechanism::Transient;
@@ -43,8 +43,8 @@ impl Formula for Root {
 /// A brake that jumps at rest to neither side: no velocity after a step is right, however short the step.
 struct Brake;
 
-impl Law for Brake {
-    fn effort<T: Scalar>(&self, p: &[T], _t: T, _q: &[T], v: &[T]) -> T {
+impl StateFunction for Brake {
+    fn generalized_force<T: Scalar>(&self, p: &[T], _t: T, _q: &[T], v: &[T]) -> T {
         if v[0].re() == 0.0 { p[0] * (1.0 / 3.0) } else { -p[0] * v[0].re().signum() }
     }
 }
@@ -83,7 +83,7 @@ impl Flawed {
                 let cart = m.coordinate("cart", S::from(0.1), zero);
                 m.inertia("mass", cart, one);
                 let push = if b.re() > 0.5 { S::from(1e6) } else { zero };
-                m.state_load("brake", cart, &[cart], Brake, &[push]);
+                m.feedback_force("brake", cart, &[cart], Brake, &[push]);
             }
             Flaw::NanDrive => {
                 let cart = m.coordinate("cart", zero, zero);
@@ -100,7 +100,7 @@ impl Flawed {
     }
 }
 
-impl Model for Flawed {
+impl ParametricMechanism for Flawed {
     fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
         let mut m = Mechanism::new();
         let marker = m.coordinate("marker", b[0], S::from(0.0));

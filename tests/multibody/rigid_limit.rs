@@ -3,7 +3,7 @@
 use linkwright::cases::mechanisms::{FourBar, RigidFourBar};
 use linkwright::mechanics::analyses::dynamics::simulate;
 use linkwright::mechanics::analyses::kinematics::kinematics;
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::mechanism::ParametricMechanism;
 
 const DIAMETERS: [f64; 3] = [0.128448; 3];
 

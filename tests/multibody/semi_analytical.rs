@@ -17,7 +17,7 @@ use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::Explicit;
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
-use linkwright::mechanics::mechanism::{Mechanism, Model};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::responses::mechanism::Transient;
 
 /// Largest deviation of a derivative by each variable, relative to the largest of the same output with respect to any, all by
@@ -46,11 +46,19 @@ fn row(name: &str, worst: [f64; 4], allowed: f64) {
 }
 
 /// Output times at the start, between steps and at their ends.
-fn check<M: Model>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64, allowed: f64) {
+fn check<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64, allowed: f64) {
     check_down_to(1e-4, name, model, b, settings, end, allowed);
 }
 
-fn check_down_to<M: Model>(floor: f64, name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64, allowed: f64) {
+fn check_down_to<M: ParametricMechanism>(
+    floor: f64,
+    name: &str,
+    model: &M,
+    b: &[f64],
+    settings: Dynamics,
+    end: f64,
+    allowed: f64,
+) {
     let times = [0.0, 0.237, 0.5, 0.7312, 1.0].map(|part| part * end);
     let exact = differentiate(model, b, &settings, &times).unwrap();
     let worst = STEPS.map(|step| {
@@ -138,7 +146,7 @@ fn what_cannot_be_differenced_is_refused() {
 /// A model whose design decides how many parts it has.
 struct Growing;
 
-impl Model for Growing {
+impl ParametricMechanism for Growing {
     fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
         let mut m = Mechanism::new();
         for k in 0..if b[0].re() > 1.0 { 2 } else { 1 } {

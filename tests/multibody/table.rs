@@ -9,9 +9,9 @@ use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::explicit::{Explicit, Pace};
+use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
-use linkwright::mechanics::mechanism::Model;
+use linkwright::mechanics::mechanism::ParametricMechanism;
 use std::fmt::Write;
 
 /// Name of an element, its parameters in words, and which design variables of its mechanism these are.
@@ -59,7 +59,7 @@ fn deviations(b: &[f64], floor: f64, exact: &SensitiveHistory, run: impl Fn(&[f6
 }
 
 /// Rows of one mechanism.
-fn rows<M: Model>(
+fn rows<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     labels: &[Label],
@@ -73,7 +73,7 @@ fn rows<M: Model>(
     let implicit =
         deviations(b, floor, &exact, |b| simulate(&model.build(b).unwrap(), &settings, &times).unwrap().values);
     let explicit = (!is_stiff).then(|| {
-        let settings = Explicit::adaptive(1.0).with_pace(Pace::Fixed(0.01));
+        let settings = Explicit::adaptive(1.0).with_pace(StepControl::Fixed(0.01));
         let exact = differentiate_explicitly(model, b, &settings, &times).unwrap();
         deviations(b, floor, &exact, |b| {
             simulate_explicitly(&model.build(b).unwrap(), &settings, &times).unwrap().values

@@ -3,10 +3,10 @@
 use crate::table::Label;
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::elements::Law;
+use linkwright::mechanics::elements::StateFunction;
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Coordinate, Mechanism, Model};
+use linkwright::mechanics::mechanism::{Coordinate, Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::Motion;
 use linkwright::mechanics::motion::Ramp;
 use linkwright::mechanics::motion::StartUp;
@@ -53,7 +53,7 @@ impl Forces {
     ];
 }
 
-impl Model for Forces {
+impl ParametricMechanism for Forces {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let mut m = Mechanism::with_gravity(zero, -b[3]);
@@ -80,7 +80,7 @@ impl Model for Forces {
             Harmonic,
             &b[20..24],
         );
-        m.stop("stop", ground.theta, body.theta, [b[24], b[25], b[26]]);
+        m.bump_stop("stop", ground.theta, body.theta, [b[24], b[25], b[26]]);
         let tip = [b[2] * 2.0 * cos, b[2] * 2.0 * sin];
         let bob = m.body("bob", b[33], b[34], Pose { x: tip[0], y: tip[1], theta: b[36] });
         m.set_velocity(bob.theta, b[35] * 0.5);
@@ -136,7 +136,7 @@ impl Joints {
     ];
 }
 
-impl Model for Joints {
+impl ParametricMechanism for Joints {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let c = S::from;
@@ -149,7 +149,7 @@ impl Model for Joints {
         let link = m.body("link", b[2], b[3], Pose { x: b[10] + b[13] * cos, y: b[11] + b[13] * sin, theta: b[21] });
         m.revolute("pin", slider.origin(), link.at(-b[13], zero));
         let bob = m.body("bob", b[4], b[5], Pose { x: b[10] + cos, y: b[11] + sin, theta: b[21] + b[15] });
-        m.weld("weld", link.at(b[13], zero), bob.at(-b[14], zero), b[15]);
+        m.fixed_joint("weld", link.at(b[13], zero), bob.at(-b[14], zero), b[15]);
         let wheel = m.body("wheel", b[6], b[7], Pose { x: b[30], y: zero, theta: zero });
         let axis = m.revolute("axis", ground.at(b[30], zero), wheel.origin());
         m.gear_pair("gears", [wheel.theta, link.theta], ground.theta, [b[16], b[17], b[22]]);
@@ -162,7 +162,7 @@ impl Model for Joints {
         let rod = if self.length_driver {
             m.drive_length("rod", far, pin.origin(), Harmonic, &[b[18], b[28], b[29], zero])
         } else {
-            m.rod("rod", far, pin.origin(), b[18])
+            m.distance_constraint("rod", far, pin.origin(), b[18])
         };
         let sensor = m.sensor("bob", bob.at(c(0.1), c(0.1)));
         for (part, name) in [
@@ -190,7 +190,7 @@ impl Arm {
     pub const DESIGN: [f64; 8] = [0.02, 0.005, 0.8, 0.05, 2.0, 3.0, 0.15, 9.81];
 }
 
-impl Model for Arm {
+impl ParametricMechanism for Arm {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let mut m = Mechanism::with_gravity(zero, -b[7]);
@@ -202,7 +202,7 @@ impl Model for Arm {
         m.drive(nodes[0].theta, StartUp::Cycloid, &[zero, b[5], b[6]]);
         let tip = nodes[self.elements];
         let mass = m.body("tip", b[3], b[3] * 1e-3, Pose { x: b[2], y: zero, theta: zero });
-        m.weld("clamp", tip.origin(), mass.origin(), zero);
+        m.fixed_joint("clamp", tip.origin(), mass.origin(), zero);
         m.load("drag", m.ground().theta, tip.theta, ConstantSpeed, &[zero, b[4] * -0.1]);
         let sensor = m.sensor("tip", tip.origin());
         let root = m.measure(parts[0], "moment_i")?;
@@ -211,7 +211,7 @@ impl Model for Arm {
             let term = m.measure(sensor, name)?;
             m.output(name, &[term]);
         }
-        m.output("hub torque", &[m.effort(nodes[0].theta)]);
+        m.output("hub torque", &[m.driving_force(nodes[0].theta)]);
         Ok(m)
     }
 }
@@ -231,8 +231,8 @@ impl Motion for Chirp {
 /// A controller: stiffness and damping against a reference that oscillates.
 struct Control;
 
-impl Law for Control {
-    fn effort<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T {
+impl StateFunction for Control {
+    fn generalized_force<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T {
         p[0] * ((p[2] * t).sin() - q[0]) - p[1] * v[0]
     }
 }
@@ -260,7 +260,7 @@ impl Drives {
     ];
 }
 
-impl Model for Drives {
+impl ParametricMechanism for Drives {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let knots: Vec<f64> = (0..=8).map(|k| 0.095 * f64::from(k)).collect();
@@ -275,7 +275,7 @@ impl Model for Drives {
                 let term = m.measure(spring, name)?;
                 m.output(name, &[term]);
             }
-            m.output("drive", &[m.effort(lead)]);
+            m.output("drive", &[m.driving_force(lead)]);
             Ok(())
         };
         pulled(&|m, lead| m.drive(lead, Fixed, &b[1..2]))?;
@@ -289,7 +289,7 @@ impl Model for Drives {
         pulled(&|m, lead| m.drive(lead, Chirp, &b[16..18]))?;
         let cart = m.coordinate("controlled cart", S::from(0.1), zero);
         m.inertia("controlled mass", cart, b[0]);
-        let control = m.state_load("control", cart, &[cart], Control, &b[18..21]);
+        let control = m.feedback_force("control", cart, &[cart], Control, &b[18..21]);
         let sensor = m.coordinate_sensor("controlled motion", m.ground().x, cart);
         for (part, name) in [(control, "effort"), (sensor, "position"), (sensor, "velocity")] {
             let term = m.measure(part, name)?;

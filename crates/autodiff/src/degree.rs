@@ -6,30 +6,30 @@ use std::fmt;
 /// A value together with the polynomial degree of the expression that made it.
 ///
 /// Constants have degree 0, seeded variables degree 1; sums take the larger degree, products the sum of degrees, and
-/// every other function of something that is not constant makes the expression [`Degree::NONLINEAR`]. The value
+/// every other function of something that is not constant makes the expression [`PolynomialDegree::NONLINEAR`]. The value
 /// follows the branch that real parts choose, so the degree is that of the branch taken.
 ///
 /// ```
-/// use linkwright_autodiff::Degree;
-/// let (x, y) = (Degree::variable(2.0), Degree::variable(3.0));
+/// use linkwright_autodiff::PolynomialDegree;
+/// let (x, y) = (PolynomialDegree::variable(2.0), PolynomialDegree::variable(3.0));
 /// assert_eq!((x * 3.0 - y + 1.0).degree, 1);
 /// assert_eq!((x * y).degree, 2);
-/// assert_eq!((y / x).degree, Degree::NONLINEAR);
+/// assert_eq!((y / x).degree, PolynomialDegree::NONLINEAR);
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Degree {
+pub struct PolynomialDegree {
     /// Value of the expression.
     pub re: f64,
-    /// Polynomial degree, or [`Degree::NONLINEAR`].
+    /// Polynomial degree, or [`PolynomialDegree::NONLINEAR`].
     pub degree: u8,
 }
 
 /// The degree of `f` in all of `x`, on the branch taken at `x`.
-pub fn degree(f: impl Fn(&[Degree]) -> Degree, x: &[f64]) -> u8 {
-    f(&x.iter().map(|&v| Degree::variable(v)).collect::<Vec<_>>()).degree
+pub fn degree(f: impl Fn(&[PolynomialDegree]) -> PolynomialDegree, x: &[f64]) -> u8 {
+    f(&x.iter().map(|&v| PolynomialDegree::variable(v)).collect::<Vec<_>>()).degree
 }
 
-impl Degree {
+impl PolynomialDegree {
     /// Degree of everything that is not a polynomial of low degree.
     pub const NONLINEAR: u8 = u8::MAX;
 
@@ -83,21 +83,21 @@ impl Degree {
     }
 }
 
-impl fmt::Display for Degree {
+impl fmt::Display for PolynomialDegree {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} (degree {})", self.re, self.degree)
     }
 }
 
-impl_scalar!([] Degree, order = 0);
+impl_scalar!([] PolynomialDegree, order = 0);
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Scalar;
 
-    fn of<F: Fn(Degree, Degree) -> Degree>(f: F) -> u8 {
-        f(Degree::variable(0.3), Degree::variable(0.7)).degree
+    fn of<F: Fn(PolynomialDegree, PolynomialDegree) -> PolynomialDegree>(f: F) -> u8 {
+        f(PolynomialDegree::variable(0.3), PolynomialDegree::variable(0.7)).degree
     }
 
     #[test]
@@ -105,10 +105,10 @@ mod tests {
         assert_eq!(of(|x, y| x * 2.0 + y / 4.0 - 1.0), 1);
         assert_eq!(of(|x, y| x * y + x.powi_of(2)), 2);
         assert_eq!(of(|x, _| x.powi_of(2) * x), 3);
-        assert_eq!(of(|x, y| x / y), Degree::NONLINEAR);
-        assert_eq!(of(|x, _| num_dual::DualNum::sin(&x)), Degree::NONLINEAR);
-        assert_eq!(of(|x, _| num_traits::Signed::abs(&x)), Degree::NONLINEAR);
-        assert_eq!(of(|_, _| num_dual::DualNum::exp(&Degree::constant(1.0))), 0);
+        assert_eq!(of(|x, y| x / y), PolynomialDegree::NONLINEAR);
+        assert_eq!(of(|x, _| num_dual::DualNum::sin(&x)), PolynomialDegree::NONLINEAR);
+        assert_eq!(of(|x, _| num_traits::Signed::abs(&x)), PolynomialDegree::NONLINEAR);
+        assert_eq!(of(|_, _| num_dual::DualNum::exp(&PolynomialDegree::constant(1.0))), 0);
     }
 
     trait Powi: Scalar {

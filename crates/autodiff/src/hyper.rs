@@ -10,13 +10,13 @@ use std::fmt;
 /// Hessian, the same one twice its diagonal, and a vector v beside the unit vectors the product of the Hessian with v.
 ///
 /// ```
-/// use linkwright_autodiff::{DualNum, Hyper};
-/// let (x, y) = (Hyper::<1>::seeded(2.0, [1.0], [0.0]), Hyper::<1>::seeded(5.0, [0.0], [1.0]));
+/// use linkwright_autodiff::{DualNum, HyperDualVec};
+/// let (x, y) = (HyperDualVec::<1>::seeded(2.0, [1.0], [0.0]), HyperDualVec::<1>::seeded(5.0, [0.0], [1.0]));
 /// let f = x * x * y;
 /// assert_eq!((f.re, f.a, f.b, f.ab), (20.0, [20.0], [4.0], [4.0]));
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Hyper<const N: usize> {
+pub struct HyperDualVec<const N: usize> {
     /// Value.
     pub re: f64,
     /// Derivatives along the first directions.
@@ -27,7 +27,7 @@ pub struct Hyper<const N: usize> {
     pub ab: [f64; N],
 }
 
-impl<const N: usize> Hyper<N> {
+impl<const N: usize> HyperDualVec<N> {
     /// A number without derivatives.
     #[inline]
     pub fn constant(re: f64) -> Self {
@@ -118,13 +118,13 @@ impl<const N: usize> Hyper<N> {
     }
 }
 
-impl<const N: usize> fmt::Display for Hyper<N> {
+impl<const N: usize> fmt::Display for HyperDualVec<N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} + {:?}α + {:?}β + {:?}αβ", self.re, self.a, self.b, self.ab)
     }
 }
 
-impl_scalar!([const N: usize] Hyper<N>, order = 2);
+impl_scalar!([const N: usize] HyperDualVec<N>, order = 2);
 
 #[cfg(test)]
 mod tests {
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn agrees_with_num_dual_in_every_function() {
         let [re, a, b, ab] = [0.37, 1.2, -0.7, 0.4];
-        let ours = all_functions(Hyper::<1> { re, a: [a], b: [b], ab: [ab] });
+        let ours = all_functions(HyperDualVec::<1> { re, a: [a], b: [b], ab: [ab] });
         let theirs = all_functions(HyperDual64::new(re, a, b, ab));
         for (k, (x, y)) in ours.iter().zip(&theirs).enumerate() {
             let pairs = [(x.re, y.re), (x.a[0], y.eps1), (x.b[0], y.eps2), (x.ab[0], y.eps1eps2)];

@@ -13,13 +13,13 @@ use super::Scalar;
 /// out to be inlined always (the compiler finds them too long), with one product less. Everything else is num-dual's.
 ///
 /// ```
-/// use linkwright_autodiff::{DualNum, Jet};
-/// let t = Jet::new(2.0, 1.0, 0.0);
+/// use linkwright_autodiff::{DualNum, Jet2};
+/// let t = Jet2::new(2.0, 1.0, 0.0);
 /// let x = t * t * t;
 /// assert_eq!((x.re, x.v1, x.v2), (8.0, 12.0, 12.0));
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Jet<T> {
+pub struct Jet2<T> {
     /// Value.
     pub re: T,
     /// First derivative.
@@ -28,7 +28,7 @@ pub struct Jet<T> {
     pub v2: T,
 }
 
-impl<T> Jet<T> {
+impl<T> Jet2<T> {
     /// From value, first and second derivative.
     #[inline]
     pub fn new(re: T, v1: T, v2: T) -> Self {
@@ -36,7 +36,7 @@ impl<T> Jet<T> {
     }
 }
 
-impl<T: Scalar> Jet<T> {
+impl<T: Scalar> Jet2<T> {
     #[inline(always)]
     fn constant(re: T) -> Self {
         let zero = T::from(0.0);
@@ -65,14 +65,14 @@ impl<T: Scalar> Jet<T> {
     }
 }
 
-impl<T> From<Dual2<T>> for Jet<T> {
+impl<T> From<Dual2<T>> for Jet2<T> {
     #[inline(always)]
     fn from(x: Dual2<T>) -> Self {
         Self { re: x.re, v1: x.v1, v2: x.v2 }
     }
 }
 
-impl<T: Scalar> From<f64> for Jet<T> {
+impl<T: Scalar> From<f64> for Jet2<T> {
     #[inline(always)]
     fn from(value: f64) -> Self {
         Self::constant(T::from(value))
@@ -82,7 +82,7 @@ impl<T: Scalar> From<f64> for Jet<T> {
 /// Implements an operator for two jets, for a reference, and for a jet and a constant, with assignment.
 macro_rules! operator {
     ($op:ident, $f:ident, $assign:ident, $g:ident, |$a:ident, $b:ident| $jets:expr, |$p:ident, $c:ident| $constant:expr) => {
-        impl<T: Scalar> $op for Jet<T> {
+        impl<T: Scalar> $op for Jet2<T> {
             type Output = Self;
             #[inline(always)]
             fn $f(self, other: Self) -> Self {
@@ -90,14 +90,14 @@ macro_rules! operator {
                 $jets
             }
         }
-        impl<'r, T: Scalar> $op<&'r Jet<T>> for Jet<T> {
+        impl<'r, T: Scalar> $op<&'r Jet2<T>> for Jet2<T> {
             type Output = Self;
             #[inline(always)]
             fn $f(self, other: &'r Self) -> Self {
                 $op::$f(self, *other)
             }
         }
-        impl<T: Scalar> $op<f64> for Jet<T> {
+        impl<T: Scalar> $op<f64> for Jet2<T> {
             type Output = Self;
             #[inline(always)]
             fn $f(self, other: f64) -> Self {
@@ -105,13 +105,13 @@ macro_rules! operator {
                 $constant
             }
         }
-        impl<T: Scalar> $assign for Jet<T> {
+        impl<T: Scalar> $assign for Jet2<T> {
             #[inline(always)]
             fn $g(&mut self, other: Self) {
                 *self = $op::$f(*self, other);
             }
         }
-        impl<T: Scalar> $assign<f64> for Jet<T> {
+        impl<T: Scalar> $assign<f64> for Jet2<T> {
             #[inline(always)]
             fn $g(&mut self, other: f64) {
                 *self = $op::$f(*self, other);
@@ -134,7 +134,7 @@ operator!(Div, div, DivAssign, div_assign, |a, b| (a.lend() / b.lend()).into(), 
 operator!(Rem, rem, RemAssign, rem_assign, |a, b| a - b * (a.re.re() / b.re.re()).trunc(), |a, c| a - c
     * (a.re.re() / c).trunc());
 
-impl<T: Scalar> Neg for Jet<T> {
+impl<T: Scalar> Neg for Jet2<T> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -142,38 +142,38 @@ impl<T: Scalar> Neg for Jet<T> {
     }
 }
 
-impl<T: Scalar> Inv for Jet<T> {
+impl<T: Scalar> Inv for Jet2<T> {
     type Output = Self;
     fn inv(self) -> Self {
         self.recip()
     }
 }
 
-impl<T: Scalar> PartialEq for Jet<T> {
+impl<T: Scalar> PartialEq for Jet2<T> {
     fn eq(&self, other: &Self) -> bool {
         self.re == other.re
     }
 }
 
-impl<T: Scalar> PartialOrd for Jet<T> {
+impl<T: Scalar> PartialOrd for Jet2<T> {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         self.re.partial_cmp(&other.re)
     }
 }
 
-impl<T: Scalar> PartialEq<f64> for Jet<T> {
+impl<T: Scalar> PartialEq<f64> for Jet2<T> {
     fn eq(&self, other: &f64) -> bool {
         self.re.re() == *other
     }
 }
 
-impl<T: Scalar> PartialOrd<f64> for Jet<T> {
+impl<T: Scalar> PartialOrd<f64> for Jet2<T> {
     fn partial_cmp(&self, other: &f64) -> Option<std::cmp::Ordering> {
         self.re.re().partial_cmp(other)
     }
 }
 
-impl<T: Scalar> Zero for Jet<T> {
+impl<T: Scalar> Zero for Jet2<T> {
     fn zero() -> Self {
         Self::from(0.0)
     }
@@ -182,20 +182,20 @@ impl<T: Scalar> Zero for Jet<T> {
     }
 }
 
-impl<T: Scalar> One for Jet<T> {
+impl<T: Scalar> One for Jet2<T> {
     fn one() -> Self {
         Self::from(1.0)
     }
 }
 
-impl<T: Scalar> Num for Jet<T> {
+impl<T: Scalar> Num for Jet2<T> {
     type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
     fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
         f64::from_str_radix(text, radix).map(Self::from)
     }
 }
 
-impl<T: Scalar> Signed for Jet<T> {
+impl<T: Scalar> Signed for Jet2<T> {
     fn abs(&self) -> Self {
         if self.re.re() < 0.0 { -*self } else { *self }
     }
@@ -213,7 +213,7 @@ impl<T: Scalar> Signed for Jet<T> {
     }
 }
 
-impl<T: Scalar> FromPrimitive for Jet<T> {
+impl<T: Scalar> FromPrimitive for Jet2<T> {
     fn from_i64(n: i64) -> Option<Self> {
         f64::from_i64(n).map(Self::from)
     }
@@ -225,25 +225,25 @@ impl<T: Scalar> FromPrimitive for Jet<T> {
     }
 }
 
-impl<T: Scalar> Sum for Jet<T> {
+impl<T: Scalar> Sum for Jet2<T> {
     fn sum<I: Iterator<Item = Self>>(iter: I) -> Self {
         iter.fold(Self::zero(), |a, b| a + b)
     }
 }
 
-impl<T: Scalar> Product for Jet<T> {
+impl<T: Scalar> Product for Jet2<T> {
     fn product<I: Iterator<Item = Self>>(iter: I) -> Self {
         iter.fold(Self::one(), |a, b| a * b)
     }
 }
 
-impl<T: Scalar> std::fmt::Display for Jet<T> {
+impl<T: Scalar> std::fmt::Display for Jet2<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.lend().fmt(f)
     }
 }
 
-impl<T: Scalar> DualStruct for Jet<T> {
+impl<T: Scalar> DualStruct for Jet2<T> {
     type Real = f64;
     type Inner = T;
     #[inline(always)]
@@ -255,7 +255,7 @@ impl<T: Scalar> DualStruct for Jet<T> {
     }
 }
 
-impl<T: Scalar> Mappable<Jet<T>> for Jet<T> {
+impl<T: Scalar> Mappable<Jet2<T>> for Jet2<T> {
     type Output<O> = O;
     fn map_dual<M: Fn(Self) -> O, O>(self, f: M) -> O {
         f(self)
@@ -269,7 +269,7 @@ macro_rules! borrowed {
     };
 }
 
-impl<T: Scalar> DualNum for Jet<T> {
+impl<T: Scalar> DualNum for Jet2<T> {
     type Primitive = f64;
     type InnerDual = T;
     const NDERIV: usize = T::NDERIV + 2;
@@ -315,7 +315,7 @@ impl<T: Scalar> DualNum for Jet<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Tangent;
+    use crate::DualVec;
 
     /// Sums, products, quotients and functions.
     fn mixture<S: Scalar>(x: S) -> Vec<S> {
@@ -336,16 +336,16 @@ mod tests {
 
     #[test]
     fn a_remainder_keeps_its_quotient() {
-        let rest = Jet::new(7.0, 2.0, 1.0) % Jet::new(3.0, 0.5, 0.0);
+        let rest = Jet2::new(7.0, 2.0, 1.0) % Jet2::new(3.0, 0.5, 0.0);
         assert_eq!((rest.re, rest.v1, rest.v2), (1.0, 1.0, 1.0));
-        assert_eq!((Jet::new(7.0, 2.0, 1.0) % 3.0).re, 1.0);
+        assert_eq!((Jet2::new(7.0, 2.0, 1.0) % 3.0).re, 1.0);
     }
 
     #[test]
     fn agrees_with_num_dual() {
         let (re, v1, v2) = ([0.37, 1.0, 0.3], [1.2, -0.4, 0.1], [-0.7, 0.2, 0.9]);
-        let number = |[re, a, b]: [f64; 3]| Tangent { re, eps: [a, b] };
-        let ours = mixture(Jet::new(number(re), number(v1), number(v2)));
+        let number = |[re, a, b]: [f64; 3]| DualVec { re, eps: [a, b] };
+        let ours = mixture(Jet2::new(number(re), number(v1), number(v2)));
         let theirs = mixture(Dual2::new(number(re), number(v1), number(v2)));
         for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
             for (x, y) in [(a.re, b.re), (a.v1, b.v1), (a.v2, b.v2)] {

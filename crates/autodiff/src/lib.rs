@@ -8,10 +8,10 @@
 //! | `f64` | the value |
 //! | [`Dual`] | the value and [`WIDTH`] first derivatives |
 //! | [`HyperDual`] | value, first and a [`BLOCK`] × [`BLOCK`] block of second derivatives |
-//! | [`Tangent<N>`](Tangent) | as a dual number, laid out flat for inner loops |
-//! | [`Hyper<N>`](Hyper) | value, first and mixed second derivatives along `N` pairs of directions, laid out flat |
-//! | [`Jet<T>`](Jet) | value, first and second derivative along a motion |
-//! | [`Degree`] | the value and the polynomial degree in the seeded variables |
+//! | [`DualVec<N>`](DualVec) | as a dual number, laid out flat for inner loops |
+//! | [`HyperDualVec<N>`](HyperDualVec) | value, first and mixed second derivatives along `N` pairs of directions, laid out flat |
+//! | [`Jet2<T>`](Jet2) | value, first and second derivative along a motion |
+//! | [`PolynomialDegree`] | the value and the polynomial degree in the seeded variables |
 //!
 //! ```
 //! use linkwright_autodiff::{gradient, Scalar};
@@ -32,13 +32,13 @@ mod hyper;
 mod jet;
 mod tangent;
 
-pub use degree::{Degree, degree};
+pub use degree::{PolynomialDegree, degree};
 pub use derivative::{gradient, hessian, jacobian, seed, slopes};
 
-pub use hyper::Hyper;
-pub use jet::Jet;
+pub use hyper::HyperDualVec;
+pub use jet::Jet2;
 pub use num_dual::DualNum;
-pub use tangent::Tangent;
+pub use tangent::DualVec;
 
 /// First derivatives that one [`Dual`] carries: the width of a chunk of design variables.
 pub const WIDTH: usize = 8;

@@ -9,21 +9,21 @@ use std::fmt;
 /// inner loops about a factor of two. Use it where the number of seeded variables is small and known.
 ///
 /// ```
-/// use linkwright_autodiff::{DualNum, Tangent};
-/// let x = Tangent::<2>::seeded(2.0, 0);
-/// let y = Tangent::<2>::seeded(5.0, 1);
+/// use linkwright_autodiff::{DualNum, DualVec};
+/// let x = DualVec::<2>::seeded(2.0, 0);
+/// let y = DualVec::<2>::seeded(5.0, 1);
 /// let f = x * y + x.powi(3);
 /// assert_eq!((f.re, f.eps), (18.0, [17.0, 2.0]));
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Tangent<const N: usize> {
+pub struct DualVec<const N: usize> {
     /// Value.
     pub re: f64,
     /// First derivatives.
     pub eps: [f64; N],
 }
 
-impl<const N: usize> Tangent<N> {
+impl<const N: usize> DualVec<N> {
     /// A number without derivatives.
     #[inline]
     pub fn constant(re: f64) -> Self {
@@ -99,13 +99,13 @@ impl<const N: usize> Tangent<N> {
     }
 }
 
-impl<const N: usize> fmt::Display for Tangent<N> {
+impl<const N: usize> fmt::Display for DualVec<N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} + {:?}ε", self.re, self.eps)
     }
 }
 
-impl_scalar!([const N: usize] Tangent<N>, order = 1);
+impl_scalar!([const N: usize] DualVec<N>, order = 1);
 
 #[cfg(test)]
 pub(super) mod tests {
@@ -162,7 +162,7 @@ pub(super) mod tests {
 
     #[test]
     fn agrees_with_num_dual_in_every_function() {
-        let ours = all_functions(Tangent::<1>::seeded(0.37, 0));
+        let ours = all_functions(DualVec::<1>::seeded(0.37, 0));
         let theirs = all_functions(Dual64::new(0.37, 1.0));
         for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
             assert!((a.re - b.re).abs() <= 1e-15 * b.re.abs().max(1.0), "value {k}: {} {}", a.re, b.re);

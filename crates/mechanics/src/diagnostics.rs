@@ -1,9 +1,9 @@
 //! Who is to blame when the equations cannot be evaluated or solved.
 
 use crate::analyses::dynamics::check_finite;
-use crate::elements::element::{Room, Scratchpad, Seeds};
+use crate::elements::element::{ElementWorkspace, JacobianWorkspace, TangentWeights};
+use crate::mechanism::ElementInstance;
 use crate::mechanism::Mechanism;
-use crate::mechanism::PartData;
 use crate::system::residual::{evaluate, gather};
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -17,51 +17,61 @@ pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Erro
     if let Err(error) = check_motions(mechanism, state) {
         return Some(error);
     }
-    let mut room = Room::default();
+    let mut workspace = ElementWorkspace::default();
     mechanism.parts.iter().filter(|part| !part.element.is_sensor()).find_map(|part| {
-        let what = ailment(part, state, &mut room)?;
+        let what = non_finite_part(part, state, &mut workspace)?;
         let why = format!("{what} at t = {t:.6e} s");
         Some(Error::analysis(&part.name, why, "check the function that gives them, or keep the design away from there"))
     })
 }
 
 /// What is not finite about an element, in words.
-fn ailment(part: &PartData<f64>, state: &State<f64>, room: &mut Room<f64>) -> Option<String> {
-    evaluate(part, state, room);
+fn non_finite_part(
+    part: &ElementInstance<f64>,
+    state: &State<f64>,
+    workspace: &mut ElementWorkspace<f64>,
+) -> Option<String> {
+    evaluate(part, state, workspace);
     let broken = |rows: &[f64]| rows.iter().any(|row| !row.is_finite());
-    let what = match (broken(&room.balance), broken(&room.closure)) {
+    let what = match (broken(&workspace.dynamics), broken(&workspace.constraint)) {
         (_, true) => "its closure is not finite",
         (true, _) => "its forces are not finite",
-        _ if broken(&columns(part, state, room)) => "the derivatives of its forces are not finite",
+        _ if broken(&columns(part, state, workspace)) => "the derivatives of its forces are not finite",
         _ => return None,
     };
-    gather(part, state, room);
-    room.p.clone_from(&part.parameters);
-    let explanation = part.element.trouble(&room.local(state.t));
+    gather(part, state, workspace);
+    workspace.p.clone_from(&part.parameters);
+    let explanation = part.element.diagnose_state(&workspace.local(state.t));
     Some(explanation.map_or(what.to_owned(), |why| format!("{what}: {why}")))
 }
 
 /// Residual and derivatives of an element with respect to all its variables.
-fn columns(part: &PartData<f64>, state: &State<f64>, room: &mut Room<f64>) -> Vec<f64> {
-    gather(part, state, room);
-    room.p.clone_from(&part.parameters);
-    let active: Vec<usize> = (0..part.coordinates.len() + part.closures).collect();
+fn columns(part: &ElementInstance<f64>, state: &State<f64>, workspace: &mut ElementWorkspace<f64>) -> Vec<f64> {
+    gather(part, state, workspace);
+    workspace.p.clone_from(&part.parameters);
+    let active: Vec<usize> = (0..part.coordinates.len() + part.num_constraints).collect();
     let mut out = vec![0.0; active.len() * (active.len() + 1)];
-    let seeds = Seeds { position: 1.0, velocity: 1.0, acceleration: 1.0 };
-    part.element.columns(&room.local(state.t), seeds, &active, &mut Scratchpad::default(), &mut out);
+    let newmark_coefficients = TangentWeights { position: 1.0, velocity: 1.0, acceleration: 1.0 };
+    part.element.columns(
+        &workspace.local(state.t),
+        newmark_coefficients,
+        &active,
+        &mut JacobianWorkspace::default(),
+        &mut out,
+    );
     out
 }
 
 /// The unknown whose row is largest, and the element with the largest share in it.
-pub fn culprit(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &[[f64; 1]]) -> String {
-    let name = system.culprit(mechanism, rows);
+pub fn dominant_residual(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &[[f64; 1]]) -> String {
+    let name = system.dominant_residual(mechanism, rows);
     let worst = (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
     let Some(Unknown::Coordinate(i)) = worst.map(|row| system.unknowns()[row]) else { return name };
-    let mut room = Room::default();
-    let mut share = |part: &PartData<f64>| {
+    let mut workspace = ElementWorkspace::default();
+    let mut share = |part: &ElementInstance<f64>| {
         let row = part.coordinates.iter().position(|&c| c == i)?;
-        evaluate(part, state, &mut room);
-        Some(room.balance[row].abs())
+        evaluate(part, state, &mut workspace);
+        Some(workspace.dynamics[row].abs())
     };
     let parts = mechanism.parts.iter().filter(|part| !part.element.is_sensor());
     let shares = parts.filter_map(|part| Some((share(part)?, &part.name)));

@@ -1,9 +1,9 @@
 //! Where a motion starts: assembled positions, consistent velocities and accelerations.
 
 use crate::diagnostics;
-use crate::elements::element::Room;
+use crate::elements::element::ElementWorkspace;
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::{Jet, Real};
+use crate::mechanism::scalars::{Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
@@ -78,7 +78,7 @@ pub fn assemble(
     for (row, unknown) in rows.iter_mut().zip(system.unknowns()) {
         row[0] = if matches!(unknown, Unknown::Multiplier(_)) { row[0] } else { 0.0 };
     }
-    let what = system.culprit(mechanism, &rows);
+    let what = system.dominant_residual(mechanism, &rows);
     let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
 }
@@ -132,7 +132,7 @@ pub fn make_velocities_consistent(
     }
     let mut rows = vec![[0.0]; system.size()];
     let mut rates = vec![0.0; system.size()];
-    system.closure_rates(mechanism, state, 1, &mut Room::default(), &mut rates);
+    system.closure_rates(mechanism, state, 1, &mut ElementWorkspace::default(), &mut rates);
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
     system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
     rows.iter_mut().zip(&rates).for_each(|(row, rate)| row[0] = *rate);
@@ -152,7 +152,7 @@ pub fn make_velocities_consistent(
 pub struct AccelerationSolver {
     rows: Vec<[f64; 1]>,
     rates: Vec<f64>,
-    jets: Room<Jet<f64>>,
+    jets: ElementWorkspace<Jet2<f64>>,
 }
 
 impl AccelerationSolver {
@@ -194,17 +194,17 @@ impl AccelerationSolver {
 }
 
 /// Rows of the acceleration problem in any number type: balance, and Φ̈ in the closure rows.
-pub fn acceleration_rows<T: Real>(
+pub fn acceleration_rows<T: StateScalar>(
     system: &System,
     mechanism: &Mechanism<T>,
     state: &State<T>,
-    room: &mut Room<T>,
-    jets: &mut Room<Jet<T>>,
+    workspace: &mut ElementWorkspace<T>,
+    jets: &mut ElementWorkspace<Jet2<T>>,
     rows: &mut [T],
 ) where
-    Jet<T>: crate::mechanism::scalars::Number,
+    Jet2<T>: crate::mechanism::scalars::ElementScalar,
 {
-    system.residual(mechanism, state, 1.0, room, rows);
+    system.residual(mechanism, state, 1.0, workspace, rows);
     system.closure_rates(mechanism, state, 2, jets, rows);
 }
 
@@ -224,8 +224,8 @@ fn explained(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, er
 
 fn dependent(redundant: &[String], t: f64) -> Error {
     let why = format!("redundant or contradictory at t = {t:.6e} s");
-    let remedy = "remove these closures, or free the directions that other joints hold already; \
-                  a dead centre makes closures dependent for an instant";
+    let remedy = "remove these num_constraints, or free the directions that other joints hold already; \
+                  a dead centre makes num_constraints dependent for an instant";
     Error::analysis(redundant.join(", "), why, remedy)
 }
 

@@ -63,10 +63,10 @@ impl KktResidual {
     ) -> Self {
         let x = &solution.x;
         let (lower, upper) = (program.lower(), program.upper());
-        let mut survey = Survey::new(solution.multipliers.len());
+        let mut survey = KktAccumulator::new(solution.multipliers.len());
         for (j, &at) in x.iter().enumerate() {
             let column = here.rows.column(j);
-            let sides = Sides::of((lower[j], upper[j]), at, start[j]);
+            let sides = VariableBounds::of((lower[j], upper[j]), at, start[j]);
             let first = first.map_or(0.0, |first| first[j]);
             let own = [solution.lower_multipliers[j], solution.upper_multipliers[j]];
             survey.add(&sides, [here.objective[j], first], column.as_slice(), &solution.multipliers, |_| own);
@@ -90,20 +90,20 @@ fn larger(a: f64, v: f64) -> f64 {
 }
 
 /// A variable between its bounds.
-pub(super) struct Sides {
+pub(super) struct VariableBounds {
     x: f64,
     lower: f64,
     upper: f64,
     scale: f64,
 }
 
-impl Sides {
+impl VariableBounds {
     pub fn of((lower, upper): (f64, f64), x: f64, start: f64) -> Self {
         Self { x, lower, upper, scale: variable_scale(lower, upper, start, x) }
     }
 
     /// The multipliers of the bounds that a slope of the Lagrangian asks for, none off the bounds.
-    pub fn priced(&self, slope: f64) -> [f64; 2] {
+    pub fn multipliers(&self, slope: f64) -> [f64; 2] {
         if self.x <= self.lower && slope > 0.0 {
             [slope, 0.0]
         } else if self.x >= self.upper && slope < 0.0 {
@@ -116,7 +116,7 @@ impl Sides {
 
 /// What the variables contribute to a [`KktResidual`], taken in one by one; the formulas are those given there.
 #[derive(Clone, Debug)]
-pub(super) struct Survey {
+pub(super) struct KktAccumulator {
     row_units: Vec<f64>,
     unit: f64,
     stationarity: f64,
@@ -125,7 +125,7 @@ pub(super) struct Survey {
     complementarity: f64,
 }
 
-impl Survey {
+impl KktAccumulator {
     pub fn new(rows: usize) -> Self {
         let row_units = vec![0.0; rows];
         Self { row_units, unit: 0.0, stationarity: 0.0, primal: 0.0, dual: 0.0, complementarity: 0.0 }
@@ -135,7 +135,7 @@ impl Survey {
     /// gives the multipliers of its bounds from the slope of f + Σ λᵢ gᵢ, which are returned.
     pub fn add(
         &mut self,
-        at: &Sides,
+        at: &VariableBounds,
         objective: [f64; 2],
         rows: &[f64],
         λ: &[f64],

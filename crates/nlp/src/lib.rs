@@ -9,7 +9,7 @@
 //! | [`SecondOrder`] | linear or convex quadratic objective with convex quadratic rows, through Clarabel |
 //! | [`Automatic`] | the one of these that fits |
 //! | [`MultiStart`] | any of these from several points, for non-convex programs |
-//! | [`Race`] | any two of these, compared |
+//! | [`ConcurrentSolver`] | any two of these, compared |
 //!
 //! Every [`Solution`] carries a [`KktResidual`] that is computed apart from the solver.
 
@@ -42,7 +42,7 @@ pub use low_rank::LowRank;
 pub use multi_start::MultiStart;
 pub use program::{Gradients, Program, Structure, Values};
 pub use quadratic_program::QuadraticProgram;
-pub use race::{Comparison, Race};
+pub use race::{Comparison, ConcurrentSolver};
 pub use second_order::SecondOrder;
 pub use separable::Separable;
 pub use solution::{Evaluations, Solution, Status};

@@ -59,12 +59,12 @@ impl<'a> Normalized<'a> {
 
     /// A candidate in the units of the program.
     pub fn restore(&self, c: Candidate) -> Candidate {
-        let priced = |μ: &[f64]| μ.iter().zip(&self.variable).map(|(μ, s)| μ * self.objective / s).collect();
+        let multipliers = |μ: &[f64]| μ.iter().zip(&self.variable).map(|(μ, s)| μ * self.objective / s).collect();
         Candidate {
             x: self.outward(&c.x),
             multipliers: c.multipliers.iter().zip(&self.row).map(|(λ, r)| λ * self.objective / r).collect(),
-            lower: priced(&c.lower),
-            upper: priced(&c.upper),
+            lower: multipliers(&c.lower),
+            upper: multipliers(&c.upper),
             ..c
         }
     }
@@ -168,13 +168,13 @@ impl Normalized<'_> {
 }
 
 /// A program whose gradients at one point are known already: with a real analysis behind it, they are not asked twice.
-pub(super) struct Known<'a> {
+pub(super) struct LinearizedRows<'a> {
     pub program: &'a dyn Program,
     pub at: &'a [f64],
     pub gradients: Gradients,
 }
 
-impl Program for Known<'_> {
+impl Program for LinearizedRows<'_> {
     fn variables(&self) -> usize {
         self.program.variables()
     }

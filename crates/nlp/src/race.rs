@@ -6,8 +6,8 @@ use error::Result;
 
 /// Runs two solvers side by side and keeps the better solution.
 ///
-/// [`Race::compare`] tells how far they are apart: a check of either solver on a program of one's own.
-pub struct Race {
+/// [`ConcurrentSolver::compare`] tells how far they are apart: a check of either solver on a program of one's own.
+pub struct ConcurrentSolver {
     first: Box<dyn SubproblemSolver>,
     second: Box<dyn SubproblemSolver>,
 }
@@ -43,7 +43,7 @@ impl Comparison {
     }
 }
 
-impl Race {
+impl ConcurrentSolver {
     /// Of `first` against `second`.
     pub fn new(first: impl SubproblemSolver + 'static, second: impl SubproblemSolver + 'static) -> Self {
         Self { first: Box::new(first), second: Box::new(second) }
@@ -66,7 +66,7 @@ impl Race {
     }
 }
 
-impl SubproblemSolver for Race {
+impl SubproblemSolver for ConcurrentSolver {
     fn name(&self) -> &'static str {
         "race"
     }

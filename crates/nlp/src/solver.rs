@@ -34,7 +34,7 @@ pub(crate) struct Candidate {
 
 impl Candidate {
     /// The solution with values and KKT residual, from `gradients` at the point and the objective's slope at the start.
-    pub fn judged(
+    pub fn certified(
         self,
         program: &dyn Program,
         start: &[f64],

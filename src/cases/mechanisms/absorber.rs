@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::mechanism::{Mechanism, Model};
+use mechanics::mechanism::{Mechanism, ParametricMechanism};
 
 /// A mass of 1 kg that hits a spring and damper at 1 m/s: ÿ + c ẏ + k y = 0, y(0) = 0, ẏ(0) = 1 m/s.
 ///
@@ -12,7 +12,7 @@ use mechanics::mechanism::{Mechanism, Model};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Absorber;
 
-impl Model for Absorber {
+impl ParametricMechanism for Absorber {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         Error::check_length("stiffness and damping", 2, b.len())?;
         let (zero, one) = (S::from(0.0), S::from(1.0));

@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::mechanism::Marker;
-use mechanics::mechanism::{Body, Mechanism, Model, Pose};
+use mechanics::mechanism::{Body, Mechanism, ParametricMechanism, Pose};
 use mechanics::motion::Fixed;
 
 /// Seven bodies, ten pins, three of them in one point, one spring, and a motor of constant torque.
@@ -75,7 +75,7 @@ impl Link {
     }
 }
 
-impl Model for Andrews {
+impl ParametricMechanism for Andrews {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         Error::check_length("torque, stiffness and length", 3, b.len())?;
         let mut m = Mechanism::new();

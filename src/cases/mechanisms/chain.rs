@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::mechanism::{Mechanism, Model, Pose};
+use mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 
 /// Slender rods pinned in a row, the first one to the ground, released from rest in a straight line.
 ///
@@ -32,7 +32,7 @@ impl Chain {
     }
 }
 
-impl Model for Chain {
+impl ParametricMechanism for Chain {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         Error::check_length("lengths and masses", 2 * self.links, b.len())?;
         let (lengths, masses) = b.split_at(self.links);

@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::mechanism::{Mechanism, Model, Pose};
+use mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use mechanics::motion::ConstantSpeed;
 
 /// A crank that turns by one radian per second, a coupler, and a slider on a horizontal line.
@@ -16,7 +16,7 @@ use mechanics::motion::ConstantSpeed;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CouplerPath;
 
-impl Model for CouplerPath {
+impl ParametricMechanism for CouplerPath {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         Error::check_length("design of the slider-crank", 8, b.len())?;
         let (zero, one) = (S::from(0.0), S::from(1.0));

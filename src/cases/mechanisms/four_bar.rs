@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::elements::{BeamSection, Shear};
-use mechanics::mechanism::{Mechanism, Model, Part};
+use mechanics::mechanism::{ElementIndex, Mechanism, ParametricMechanism};
 use mechanics::motion::StartUp;
 
 /// Bending moments of a driven four-bar mechanism of three flexible round links, as functions of their diameters.
@@ -130,14 +130,14 @@ impl FourBar {
     }
 }
 
-impl Model for FourBar {
+impl ParametricMechanism for FourBar {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         self.check(b)?;
         let [gx, gy] = self.gravity.map(S::from);
         let mut m = Mechanism::with_gravity(gx, gy);
         let [joint_b, joint_c] = self.joints(self.start_angle)?.map(|p| p.map(S::from));
         let (o, d) = ([S::from(0.0); 2], [S::from(self.ground), S::from(0.0)]);
-        let pivots = [m.pivot("O", o[0], o[1]), m.pivot("D", d[0], d[1])];
+        let pivots = [m.fixed_node("O", o[0], o[1]), m.fixed_node("D", d[0], d[1])];
         let mut link = |i: usize, from, to, ends| {
             let section = self.section(i, b[i]);
             m.beam(&format!("link {}", i + 1), [from, to], ends, self.elements, &section, self.shear)
@@ -155,7 +155,7 @@ impl Model for FourBar {
 }
 
 /// Outputs `moment link.node`: means of the adjoining elements.
-fn add_moments<S: Scalar>(m: &mut Mechanism<S>, link: usize, parts: &[Part]) -> Result<()> {
+fn add_moments<S: Scalar>(m: &mut Mechanism<S>, link: usize, parts: &[ElementIndex]) -> Result<()> {
     for node in 0..=parts.len() {
         let mut terms = Vec::with_capacity(2);
         if node > 0 {

@@ -2,7 +2,7 @@
 
 use crate::cases::mechanisms::FourBar;
 use crate::{Error, Result};
-use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
+use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize};
 use mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed};
 
 impl FourBar {
@@ -12,7 +12,7 @@ impl FourBar {
         Ok(Dynamics {
             scheme: GeneralizedAlpha::hht(self.damping)?,
             step: StepSize::Fixed(self.step),
-            origin: Origin::Built,
+            origin: InitialConfiguration::Built,
             initial: InitialAcceleration::Zero,
             prescribed: Prescribed::Newmark,
             ..Dynamics::fixed(self.step)
@@ -24,7 +24,7 @@ impl FourBar {
 mod tests {
     use super::*;
     use mechanics::analyses::dynamics::simulate;
-    use mechanics::mechanism::Model;
+    use mechanics::mechanism::ParametricMechanism;
 
     /// Largest stress over all nodes and times, over the allowed one, minus one, in %.
     fn violation(model: &FourBar, diameters_mm: [f64; 3]) -> f64 {

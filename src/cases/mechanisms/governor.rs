@@ -2,8 +2,8 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::elements::Law;
-use mechanics::mechanism::{Mechanism, Model};
+use mechanics::elements::StateFunction;
+use mechanics::mechanism::{Mechanism, ParametricMechanism};
 
 /// Porter's governor: two balls on rods from a pivot on the spindle, and two rods from the balls to a heavy sleeve.
 ///
@@ -23,8 +23,8 @@ pub struct Governor {
 /// m Ω² x.
 struct Centrifugal;
 
-impl Law for Centrifugal {
-    fn effort<T: Scalar>(&self, p: &[T], _t: T, q: &[T], _v: &[T]) -> T {
+impl StateFunction for Centrifugal {
+    fn generalized_force<T: Scalar>(&self, p: &[T], _t: T, q: &[T], _v: &[T]) -> T {
         p[0] * p[1] * p[1] * q[0]
     }
 }
@@ -34,7 +34,7 @@ impl Governor {
     pub const DESIGN: [f64; 5] = [1.2, 6.0, 0.25, 20.0, 9.81];
 }
 
-impl Model for Governor {
+impl ParametricMechanism for Governor {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         Error::check_length("ball, sleeve, rod, speed, gravity", 5, b.len())?;
         let zero = S::from(0.0);
@@ -45,9 +45,9 @@ impl Model for Governor {
         m.point_on_line("spindle", pivot, S::from(std::f64::consts::FRAC_PI_2), sleeve.origin());
         let side = |m: &mut Mechanism<S>, name: &str, side: f64| {
             let ball = m.point_mass(&format!("{name} ball"), b[0], b[2] * (side * sin), b[2] * -cos);
-            let upper = m.rod(&format!("{name} upper rod"), pivot, ball.origin(), b[2]);
-            m.rod(&format!("{name} lower rod"), ball.origin(), sleeve.origin(), b[2]);
-            m.state_load(&format!("{name} centrifugal force"), ball.x, &[ball.x], Centrifugal, &[b[0], b[3]]);
+            let upper = m.distance_constraint(&format!("{name} upper rod"), pivot, ball.origin(), b[2]);
+            m.distance_constraint(&format!("{name} lower rod"), ball.origin(), sleeve.origin(), b[2]);
+            m.feedback_force(&format!("{name} centrifugal force"), ball.x, &[ball.x], Centrifugal, &[b[0], b[3]]);
             (ball, upper)
         };
         side(&mut m, "left", -1.0);

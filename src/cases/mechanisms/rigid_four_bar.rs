@@ -3,7 +3,7 @@
 use super::FourBar;
 use crate::Result;
 use autodiff::Scalar;
-use mechanics::mechanism::{Body, Mechanism, Model, Part, Pose};
+use mechanics::mechanism::{Body, ElementIndex, Mechanism, ParametricMechanism, Pose};
 
 /// Bending moments of [`FourBar`] when nothing bends, by inverse dynamics.
 ///
@@ -18,7 +18,7 @@ pub struct RigidFourBar(pub FourBar);
 /// A link: its segments, and the welds between them.
 struct Link {
     segments: Vec<Body>,
-    welds: Vec<Part>,
+    welds: Vec<ElementIndex>,
 }
 
 impl RigidFourBar {
@@ -38,7 +38,7 @@ impl RigidFourBar {
         let (half, zero) = (S::from(0.5 * length), S::from(0.0));
         let weld = |(k, pair): (usize, &[Body])| {
             let name = format!("link {} node {}", i + 1, k + 2);
-            m.weld(&name, pair[0].at(half, zero), pair[1].at(-half, zero), zero)
+            m.fixed_joint(&name, pair[0].at(half, zero), pair[1].at(-half, zero), zero)
         };
         let welds = segments.windows(2).enumerate().map(weld).collect();
         Link { segments, welds }
@@ -50,7 +50,7 @@ impl RigidFourBar {
     }
 }
 
-impl Model for RigidFourBar {
+impl ParametricMechanism for RigidFourBar {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let FourBar { ground, gravity: [gx, gy], start_angle, start_up, .. } = self.0;
         self.0.check(b)?;
@@ -73,7 +73,7 @@ impl Model for RigidFourBar {
         let root = crank.segments[0].theta;
         m.drive(root, start_up, &[start_angle, self.0.speed, self.0.start_up_time].map(S::from));
         for (i, link) in links.iter().enumerate() {
-            let at_root = (i == 0).then(|| m.effort(root).times(S::from(-1.0)));
+            let at_root = (i == 0).then(|| m.driving_force(root).times(S::from(-1.0)));
             m.output(format!("moment {}.1", i + 1), at_root.as_slice());
             for (k, &weld) in link.welds.iter().enumerate() {
                 let moment = m.measure(weld, "couple")?.times(S::from(-1.0));

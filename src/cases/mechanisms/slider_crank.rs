@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::elements::{BeamSection, Shear};
-use mechanics::mechanism::{Mechanism, Model, Pose};
+use mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use mechanics::motion::ConstantSpeed;
 
 /// A crank at constant speed, a connecting rod, and a slider on the x axis.
@@ -40,7 +40,7 @@ impl SliderCrank {
     }
 }
 
-impl Model for SliderCrank {
+impl ParametricMechanism for SliderCrank {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         Error::check_length("crank, rod, slider mass, diameter", 4, b.len())?;
         let [crank_length, rod_length, slider_mass, diameter] = [b[0], b[1], b[2], b[3]];
@@ -79,7 +79,7 @@ impl Model for SliderCrank {
             let term = m.measure(sensor, name)?;
             m.output(format!("slider {name}"), &[term]);
         }
-        m.output("crank torque", &[m.effort(crank.theta)]);
+        m.output("crank torque", &[m.driving_force(crank.theta)]);
         Ok(m)
     }
 }

@@ -4,7 +4,7 @@ use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::elements::{BeamSection, Shear};
 use mechanics::mechanism::outputs::Formula;
-use mechanics::mechanism::{Mechanism, Model};
+use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use mechanics::motion::StartUp;
 
 /// A beam whose root is turned from rest to a constant speed within some time, in the plane and without gravity.
@@ -57,7 +57,7 @@ impl Formula for InRootAxes {
     }
 }
 
-impl Model for SpinningBeam {
+impl ParametricMechanism for SpinningBeam {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         Error::check_length("EA, GA, EI, mass, inertia, length", 6, b.len())?;
         let zero = S::from(0.0);
@@ -74,7 +74,7 @@ impl Model for SpinningBeam {
         let terms = [m.measure(tip, "x")?, m.measure(tip, "y")?, m.measure(hub, "theta")?, m.measure(scale, "x")?];
         m.output_formula("along", InRootAxes { across: false }, &terms);
         m.output_formula("across", InRootAxes { across: true }, &terms);
-        m.output("torque", &[m.effort(root.theta)]);
+        m.output("torque", &[m.driving_force(root.theta)]);
         Ok(m)
     }
 }

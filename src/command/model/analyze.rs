@@ -2,7 +2,7 @@
 
 use super::{design, load, located, tables};
 use crate::command::output::{folder, say, write};
-use crate::problem::{Evaluation, Instant, Problem, Responses, Sensitivities as Derivatives};
+use crate::problem::{Evaluation, Problem, ResponseAt, Responses, Sensitivities as Derivatives};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -85,8 +85,8 @@ impl Analyze {
 impl Sensitivities {
     pub fn run(&self) -> anyhow::Result<()> {
         let Analysed { problem, design, responses, evaluation } = self.given.analyse()?;
-        let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| Instant { response: h, point: p });
-        let instants: Vec<Instant> = responses.values.iter().enumerate().flat_map(of).collect();
+        let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
+        let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(of).collect();
         let rows = problem.sensitivities(&design, &responses, &instants)?;
         let table = tables::sensitivities(&problem, &responses, &instants, &rows)?;
         let known = Derivatives { instants, rows };

@@ -46,7 +46,7 @@ pub struct Versions {
 
 /// What a run needs to know about itself.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Run {
+pub struct RunDirectory {
     #[serde(flatten)]
     pub versions: Versions,
     pub title: String,
@@ -90,12 +90,12 @@ pub struct Change {
 /// The folder of a run.
 pub struct Folder {
     path: PathBuf,
-    run: Run,
+    run: RunDirectory,
     /// There while this process runs in the folder.
     claim: Option<(Claim, History)>,
 }
 
-impl Run {
+impl RunDirectory {
     /// Reads `run.json` of a folder.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.join("run.json");
@@ -114,7 +114,7 @@ impl Folder {
     pub fn create(path: &Path, model: &Model, text: &str, file: &Path) -> anyhow::Result<Self> {
         let versions =
             Versions { version: VERSION, program: env!("CARGO_PKG_VERSION").to_owned(), state: STATE_VERSION };
-        let run = Run {
+        let run = RunDirectory {
             versions,
             title: model.title().to_owned(),
             begun: clock::now(),
@@ -138,7 +138,7 @@ impl Folder {
 
     /// The folder of a run that has begun, with its model.
     pub fn open(path: &Path) -> anyhow::Result<(Self, Model, String)> {
-        let run = Run::read(path)?;
+        let run = RunDirectory::read(path)?;
         let file = path.join("model.toml");
         let (model, text) = load(&file)?;
         if format!("{:016x}", model.fingerprint()) != run.fingerprint {

@@ -11,7 +11,7 @@
 //! the lines of a run that was killed are those of a run that was not.
 
 use super::files;
-use super::folder::{Edit, Run};
+use super::folder::{Edit, RunDirectory};
 use super::progress::Line;
 use super::summary::Summary;
 use crate::sao::State;
@@ -54,10 +54,10 @@ impl History {
     }
 
     /// Adds what the state and the run have that the history has not yet.
-    pub fn follow(&mut self, run: &Run, state: &State) -> anyhow::Result<()> {
+    pub fn follow(&mut self, run: &RunDirectory, state: &State) -> anyhow::Result<()> {
         let mut lines = vec![];
         if self.last.is_empty() {
-            let Run { versions, fingerprint, input, .. } = run;
+            let RunDirectory { versions, fingerprint, input, .. } = run;
             lines.push(serde_json::to_string(&Begin { event: "begin", versions, fingerprint, input })?);
         }
         for cycle in state.history.iter().skip(self.cycles) {

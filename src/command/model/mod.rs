@@ -29,7 +29,7 @@ mod tables;
 
 pub use analyze::{Analyze, Sensitivities};
 pub(super) use files::Claim;
-pub(super) use folder::{Change, Run, changes};
+pub(super) use folder::{Change, RunDirectory, changes};
 pub use optimize::{Optimize, Resume};
 pub use report::Report;
 pub use starter::{New, Schema};

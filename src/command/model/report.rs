@@ -9,7 +9,7 @@ use crate::report::animation::{Animation, Scene};
 use crate::report::figure::Quantity;
 use crate::report::figure::literal;
 use crate::report::page::{Page, Section, Tone};
-use crate::report::run::{Run, Slice};
+use crate::report::run::{OptimizationReport, Slice};
 use crate::report::table::{Cell, Table};
 use crate::sao::State;
 use anyhow::Context;
@@ -79,7 +79,7 @@ fn of_run(
     slice: Option<u16>,
 ) -> anyhow::Result<(Page, Option<Animation>)> {
     let begun = Instant::now();
-    let run = Run::new(model.title(), problem, state)?;
+    let run = OptimizationReport::new(model.title(), problem, state)?;
     let slice = sampled(problem, state, slice.map(usize::from), begun.elapsed());
     let (section, motion) = mechanism(model, state)?;
     Ok((run.page(slice.as_ref(), section.into_iter().collect())?, motion))

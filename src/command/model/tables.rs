@@ -1,6 +1,6 @@
 //! Cycles, histories and derivatives as tables.
 
-use crate::problem::{Evaluation, Instant, Problem, Responses, RowId};
+use crate::problem::{Evaluation, Problem, ResponseAt, Responses, RowId};
 use crate::report::table::{Cell, Table};
 use crate::sao::State;
 use nalgebra::DMatrix;
@@ -74,7 +74,7 @@ fn over_time<'v>(
 pub fn sensitivities(
     problem: &Problem,
     values: &Responses,
-    instants: &[Instant],
+    instants: &[ResponseAt],
     rows: &DMatrix<f64>,
 ) -> crate::Result<Table> {
     let names = problem.variables.iter().map(|v| format!("d/d {}", v.name));

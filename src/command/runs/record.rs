@@ -1,6 +1,6 @@
 //! What the folder of a run says about it.
 
-use crate::command::model::{Claim, Run, Summary};
+use crate::command::model::{Claim, RunDirectory, Summary};
 use crate::model_file::settings;
 use crate::sao::Status;
 use serde::Serialize;
@@ -75,7 +75,7 @@ impl Record {
 
     /// The same, or what is wrong with it.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
-        let run = Run::read(folder)?;
+        let run = RunDirectory::read(folder)?;
         let (result, fault) = match Summary::read(folder) {
             Ok(result) => (result, None),
             Err(error) => (None, Some(format!("{error:#}"))),

@@ -4,7 +4,7 @@ use super::names::{Meaning, Order};
 use super::program::{Operation, Program};
 use super::tree::{Node, Operator, Tree};
 use super::{Function, Names};
-use crate::model_file::{Complaint, limits};
+use crate::model_file::{Diagnostic, limits};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -36,7 +36,7 @@ impl Names {
     /// The program of an expression.
     ///
     /// **Errors.** A name that is unknown or may not enter here; a constant part that is not finite; too many operations.
-    pub fn compile(&self, tree: &Tree, wants: &Wants) -> Result<Program, Complaint> {
+    pub fn compile(&self, tree: &Tree, wants: &Wants) -> Result<Program, Diagnostic> {
         let mut order = Order::default();
         for k in self.used(tree) {
             self.visit(k, &mut vec![], &mut order)?;
@@ -46,11 +46,11 @@ impl Names {
             let value = match code.tree(&self.expressions[k]) {
                 // The mistake is where a name enters that may not enter here.
                 Err(complaint) if complaint.message.contains(CANNOT) => {
-                    return Err(Complaint { span: tree.span.clone(), ..complaint });
+                    return Err(Diagnostic { span: tree.span.clone(), ..complaint });
                 }
                 result => result?,
             };
-            let named = value.map_or(Named::Place(code.top.saturating_sub(1)), Named::Constant);
+            let named = value.map_or(Named::TextPlace(code.top.saturating_sub(1)), Named::Constant);
             code.known.insert(k, named);
         }
         if let Some(value) = code.tree(tree)? {
@@ -60,7 +60,7 @@ impl Names {
         self.compiled.set(all);
         if all > limits::ALL_OPERATIONS {
             let message = format!("all expressions together take more than {} operations", limits::ALL_OPERATIONS);
-            return Err(Complaint::new(tree.span.clone(), message));
+            return Err(Diagnostic::new(tree.span.clone(), message));
         }
         Ok(Program { operations: code.operations, height: code.height })
     }
@@ -73,7 +73,7 @@ const CANNOT: &str = "cannot enter here";
 enum Named {
     Constant(f64),
     /// Its value is at this place of the stack.
-    Place(usize),
+    TextPlace(usize),
 }
 
 struct Code<'a> {
@@ -87,7 +87,7 @@ struct Code<'a> {
 
 impl Code<'_> {
     /// Emits operations that leave the value on the stack, or none if it is a constant, which is returned.
-    fn tree(&mut self, tree: &Tree) -> Result<Option<f64>, Complaint> {
+    fn tree(&mut self, tree: &Tree) -> Result<Option<f64>, Diagnostic> {
         let constant = match &tree.node {
             Node::Number(value) => Some(*value),
             Node::Name(name) => self.name(name, &tree.span)?,
@@ -106,7 +106,7 @@ impl Code<'_> {
     }
 
     /// Operands with signs between them, from the left to the right: a sum of a thousand terms is no thousand levels deep.
-    fn chain(&mut self, tree: &Tree) -> Result<Option<f64>, Complaint> {
+    fn chain(&mut self, tree: &Tree) -> Result<Option<f64>, Diagnostic> {
         let (mut links, mut first) = (vec![], tree);
         while let Node::Binary(operator, both) = &first.node {
             links.push((*operator, &both[1], &first.span));
@@ -119,11 +119,11 @@ impl Code<'_> {
         Ok(left)
     }
 
-    fn name(&mut self, name: &str, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+    fn name(&mut self, name: &str, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         let Wants { place, design, time, others, .. } = self.wants;
         let cannot = |what: &str| {
             let message = format!("{what}`{name}` {CANNOT}");
-            Err(Complaint::new(span.clone(), message).help(format!("{place} may be made of {}", self.wants.words())))
+            Err(Diagnostic::new(span.clone(), message).help(format!("{place} may be made of {}", self.wants.words())))
         };
         if name == "time" {
             return if *time { self.push(Operation::Time, span) } else { cannot("") };
@@ -134,7 +134,7 @@ impl Code<'_> {
             Some(Meaning::Design(i)) => self.push(Operation::Design(*i), span),
             Some(Meaning::Expression(k)) => match self.known[k] {
                 Named::Constant(value) => Ok(Some(value)),
-                Named::Place(place) => self.push(Operation::Copy(place), span),
+                Named::TextPlace(place) => self.push(Operation::Copy(place), span),
             },
             None => match others(name) {
                 Some(i) => self.push(Operation::Other(i), span),
@@ -143,16 +143,16 @@ impl Code<'_> {
         }
     }
 
-    fn unknown(&self, name: &str, span: &Range<usize>) -> Complaint {
+    fn unknown(&self, name: &str, span: &Range<usize>) -> Diagnostic {
         if Function::named(name).is_some() {
-            return Complaint::new(span.clone(), format!("the function `{name}` has no arguments"))
+            return Diagnostic::new(span.clone(), format!("the function `{name}` has no arguments"))
                 .label("expected `(`");
         }
         let time = self.wants.time.then_some("time");
         let design = |n: &&str| self.wants.design || !matches!(self.names.meanings.get(*n), Some(Meaning::Design(_)));
         let known = self.names.order.iter().map(String::as_str).filter(design).chain(["pi"]).chain(time);
         let more = (self.wants.suggestions)();
-        Complaint::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)))
+        Diagnostic::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)))
     }
 
     /// The left operand is a constant, or on the stack.
@@ -162,7 +162,7 @@ impl Code<'_> {
         left: Option<f64>,
         right: &Tree,
         span: &Range<usize>,
-    ) -> Result<Option<f64>, Complaint> {
+    ) -> Result<Option<f64>, Diagnostic> {
         let right = self.tree(right)?;
         let operation = match (operator, left, right) {
             (_, Some(a), Some(b)) => return Ok(Some(fold(operator, a, b))),
@@ -182,7 +182,7 @@ impl Code<'_> {
             }
             (Operator::Power, Some(c), None) if c <= 0.0 => {
                 let message = format!("a power of {c} is no number for most exponents");
-                return Err(Complaint::new(span.clone(), message).help("the base must be positive"));
+                return Err(Diagnostic::new(span.clone(), message).help("the base must be positive"));
             }
             (Operator::Power, Some(c), None) => {
                 self.apply(Operation::Scale(c.ln()), span)?;
@@ -197,7 +197,7 @@ impl Code<'_> {
         self.apply(operation, span)
     }
 
-    fn call(&mut self, function: Function, arguments: &[Tree], span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+    fn call(&mut self, function: Function, arguments: &[Tree], span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         let [first, rest @ ..] = arguments else { return Ok(None) };
         let x = self.tree(first)?;
         let Some(second) = rest.first() else {
@@ -225,22 +225,22 @@ impl Code<'_> {
         }
     }
 
-    fn push(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+    fn push(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         self.top += 1;
         self.height = self.height.max(self.top);
         self.emit(operation, span)
     }
 
-    fn apply(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+    fn apply(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         use Operation::{Add, Divide, Multiply, OfTwo, Subtract};
         self.top -= usize::from(matches!(operation, Add | Subtract | Multiply | Divide | OfTwo(_)));
         self.emit(operation, span)
     }
 
-    fn emit(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+    fn emit(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         if self.operations.len() >= limits::OPERATIONS {
             let message = format!("this takes more than {} operations", limits::OPERATIONS);
-            return Err(Complaint::new(span.clone(), message));
+            return Err(Diagnostic::new(span.clone(), message));
         }
         self.operations.push(operation);
         Ok(None)
@@ -259,10 +259,10 @@ impl Wants<'_> {
 }
 
 /// Refuses a constant that is not finite.
-fn finite(constant: Option<f64>, span: &Range<usize>) -> Result<Option<f64>, Complaint> {
+fn finite(constant: Option<f64>, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
     match constant {
         Some(value) if !value.is_finite() => {
-            Err(Complaint::new(span.clone(), format!("this is {value}, not a finite number")))
+            Err(Diagnostic::new(span.clone(), format!("this is {value}, not a finite number")))
         }
         constant => Ok(constant),
     }

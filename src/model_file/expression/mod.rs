@@ -11,11 +11,11 @@
 //! | `program` | operations on a stack, over any scalar |
 //!
 //! ```
-//! use linkwright::model_file::expression::{Inputs, Names, Place, Tree, Wants};
+//! use linkwright::model_file::expression::{Inputs, Names, TextPlace, Tree, Wants};
 //! let mut names = Names::default();
 //! names.design("r");
 //! names.constant("h", 2.0);
-//! let tree = Tree::parse("pi*r^2*h", Place::from(0))?;
+//! let tree = Tree::parse("pi*r^2*h", TextPlace::from(0))?;
 //! let volume = names.compile(&tree, &Wants::DESIGN)?;
 //! assert_eq!(volume.value(&Inputs::design(&[3.0])), std::f64::consts::PI * 9.0 * 2.0);
 //! # Ok::<(), linkwright::model_file::Complaint>(())
@@ -34,5 +34,5 @@ pub use function::Function;
 pub use names::Names;
 pub(crate) use names::check_name;
 pub use program::{Inputs, Program};
-pub use token::Place;
+pub use token::TextPlace;
 pub use tree::{Node, Operator, Tree};

@@ -2,7 +2,7 @@
 
 use super::Tree;
 use super::function::FUNCTIONS;
-use crate::model_file::{Complaint, limits};
+use crate::model_file::{Diagnostic, limits};
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -57,12 +57,12 @@ impl Names {
     }
 
     /// Adds named expressions, which may use each other in any order but not in a circle.
-    pub fn expressions(&mut self, named: Vec<(String, Tree)>) -> Result<(), Complaint> {
+    pub fn expressions(&mut self, named: Vec<(String, Tree)>) -> Result<(), Diagnostic> {
         let first = self.expressions.len();
         for (name, tree) in named {
             if self.expressions.len() >= limits::NAMES {
                 let message = format!("more than {} named expressions", limits::NAMES);
-                return Err(Complaint::new(tree.span, message));
+                return Err(Diagnostic::new(tree.span, message));
             }
             self.add(&name, Meaning::Expression(self.expressions.len()));
             self.expressions.push(tree);
@@ -82,16 +82,16 @@ impl Names {
     }
 
     /// Refuses a name that cannot be one or means something else already.
-    pub fn check(&self, name: &str, span: Range<usize>) -> Result<(), Complaint> {
+    pub fn check(&self, name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
         check_name(name, span.clone())?;
         if !self.meanings.contains_key(name) {
             return Ok(());
         }
-        Err(Complaint::new(span, format!("the name `{name}` is taken twice")).label("second use"))
+        Err(Diagnostic::new(span, format!("the name `{name}` is taken twice")).label("second use"))
     }
 
     /// Appends expression `k` to `done` behind all that it uses. `way` is how it was reached.
-    pub(super) fn visit(&self, k: usize, way: &mut Vec<usize>, done: &mut Order) -> Result<(), Complaint> {
+    pub(super) fn visit(&self, k: usize, way: &mut Vec<usize>, done: &mut Order) -> Result<(), Diagnostic> {
         if done.seen.contains(&k) {
             return Ok(());
         }
@@ -100,9 +100,9 @@ impl Names {
             let circle: Vec<&str> = way.iter().chain([&k]).map(|&k| self.name_of(k)).collect();
             return Err(if way.contains(&k) {
                 let message = format!("`{}` is defined by itself", self.name_of(k));
-                Complaint::new(tree.span.clone(), message).help(format!("the circle is {}", circle.join(" → ")))
+                Diagnostic::new(tree.span.clone(), message).help(format!("the circle is {}", circle.join(" → ")))
             } else {
-                Complaint::new(tree.span.clone(), format!("more than {} expressions upon each other", limits::NESTING))
+                Diagnostic::new(tree.span.clone(), format!("more than {} expressions upon each other", limits::NESTING))
             });
         }
         way.push(k);
@@ -135,13 +135,13 @@ impl Names {
 }
 
 /// Refuses what cannot be a name, or means something everywhere.
-pub(crate) fn check_name(name: &str, span: Range<usize>) -> Result<(), Complaint> {
+pub(crate) fn check_name(name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
     if !is_name(name) {
         let help = "a name starts with a letter and goes on with letters, digits and underscores";
-        return Err(Complaint::new(span, format!("`{name}` cannot be a name")).help(help));
+        return Err(Diagnostic::new(span, format!("`{name}` cannot be a name")).help(help));
     }
     if RESERVED.contains(&name) || FUNCTIONS.iter().any(|f| f.0 == name) {
-        return Err(Complaint::new(span, format!("`{name}` means something else already")).help("choose another name"));
+        return Err(Diagnostic::new(span, format!("`{name}` means something else already")).help("choose another name"));
     }
     Ok(())
 }

@@ -3,9 +3,9 @@
 //! **Source.** Pratt, *Proc. ACM Symp. Principles of Programming Languages* (1973) 41–51.
 
 use super::function::{FUNCTIONS, Function};
-use super::token::{Piece, Place, Token, tokens};
+use super::token::{Piece, TextPlace, Token, tokens};
 use super::tree::{Node, Operator, Tree};
-use crate::model_file::{Complaint, limits};
+use crate::model_file::{Diagnostic, limits};
 
 /// How tightly a sign before an operand binds: looser than a power, tighter than a product.
 const SIGN: u8 = 5;
@@ -35,11 +35,11 @@ impl Operator {
 
 impl Tree {
     /// Parses an expression that stands at `place` of a file.
-    pub fn parse(text: &str, place: Place) -> Result<Self, Complaint> {
+    pub fn parse(text: &str, place: TextPlace) -> Result<Self, Diagnostic> {
         if text.len() > limits::EXPRESSION {
             let message = format!("an expression of {} characters is too long", text.len());
             let help = format!("at most {} characters; give its parts names in [expressions]", limits::EXPRESSION);
-            return Err(Complaint::new(place.of(0..text.len()), message).help(help));
+            return Err(Diagnostic::new(place.of(0..text.len()), message).help(help));
         }
         let tokens = tokens(text, &place)?;
         let mut parser = Parser { tokens: &tokens, at: 0 };
@@ -68,13 +68,13 @@ impl<'t> Parser<'t> {
         token
     }
 
-    fn take(&mut self, sign: char, otherwise: &str) -> Result<&'t Token, Complaint> {
+    fn take(&mut self, sign: char, otherwise: &str) -> Result<&'t Token, Diagnostic> {
         let token = self.next();
         if token.piece == Piece::Sign(sign) { Ok(token) } else { Err(unexpected(token, otherwise)) }
     }
 
     /// An operand with everything behind it that binds more tightly than `least`.
-    fn operand(&mut self, least: u8, depth: usize) -> Result<Tree, Complaint> {
+    fn operand(&mut self, least: u8, depth: usize) -> Result<Tree, Diagnostic> {
         let mut left = self.prefix(depth)?;
         while let Some(operator) = Operator::of(&self.peek().piece) {
             let (to_left, to_right) = operator.binding();
@@ -90,11 +90,11 @@ impl<'t> Parser<'t> {
     }
 
     /// A number, a name, a call, something in parentheses, or one of these behind a sign.
-    fn prefix(&mut self, depth: usize) -> Result<Tree, Complaint> {
+    fn prefix(&mut self, depth: usize) -> Result<Tree, Diagnostic> {
         let token = self.next();
         if depth > limits::NESTING {
             let message = format!("more than {} levels inside each other", limits::NESTING);
-            return Err(Complaint::new(token.span.clone(), message).help("give inner parts names in [expressions]"));
+            return Err(Diagnostic::new(token.span.clone(), message).help("give inner parts names in [expressions]"));
         }
         match &token.piece {
             Piece::Number(value) => Ok(Tree::number(*value, token.span.clone())),
@@ -117,9 +117,9 @@ impl<'t> Parser<'t> {
     }
 
     /// The arguments of a function, and the call.
-    fn call(&mut self, name: &str, token: &Token, depth: usize) -> Result<Tree, Complaint> {
+    fn call(&mut self, name: &str, token: &Token, depth: usize) -> Result<Tree, Diagnostic> {
         let Some(function) = Function::named(name) else {
-            return Err(Complaint::unknown(token.span.clone(), "function", name, FUNCTIONS.iter().map(|f| f.0)));
+            return Err(Diagnostic::unknown(token.span.clone(), "function", name, FUNCTIONS.iter().map(|f| f.0)));
         };
         self.next();
         let mut arguments = vec![self.operand(0, depth + 1)?];
@@ -131,18 +131,18 @@ impl<'t> Parser<'t> {
         let span = token.span.start..close.span.end;
         if arguments.len() != function.arguments() {
             let message = format!("`{name}` takes {} arguments, got {}", function.arguments(), arguments.len());
-            return Err(Complaint::new(span, message.replace("1 arguments", "1 argument")));
+            return Err(Diagnostic::new(span, message.replace("1 arguments", "1 argument")));
         }
         Ok(Tree { node: Node::Call(function, arguments), span })
     }
 }
 
-fn unexpected(token: &Token, wanted: &str) -> Complaint {
+fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
     let got = match &token.piece {
         Piece::Number(value) => format!("the number {value}"),
         Piece::Name(name) => format!("the name `{name}`"),
         Piece::Sign(sign) => format!("`{sign}`"),
         Piece::End => "the end of the expression".to_owned(),
     };
-    Complaint::new(token.span.clone(), format!("expected {wanted}, got {got}")).label(format!("expected {wanted}"))
+    Diagnostic::new(token.span.clone(), format!("expected {wanted}, got {got}")).label(format!("expected {wanted}"))
 }

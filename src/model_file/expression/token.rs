@@ -1,24 +1,24 @@
 //! Numbers, names and signs of an expression, with their places.
 
-use crate::model_file::Complaint;
+use crate::model_file::Diagnostic;
 use std::ops::Range;
 
 /// Where the text of an expression stands in its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum TextPlace {
     /// Letter for letter from this byte on.
     From(usize),
     /// Somewhere in these bytes, not letter for letter.
     Within(Range<usize>),
 }
 
-impl From<usize> for Place {
+impl From<usize> for TextPlace {
     fn from(start: usize) -> Self {
         Self::From(start)
     }
 }
 
-impl Place {
+impl TextPlace {
     /// The bytes of the file for bytes of the expression.
     pub fn of(&self, span: Range<usize>) -> Range<usize> {
         match self {
@@ -46,7 +46,7 @@ pub struct Token {
 }
 
 /// All pieces of `text`, the end included.
-pub fn tokens(text: &str, place: &Place) -> Result<Vec<Token>, Complaint> {
+pub fn tokens(text: &str, place: &TextPlace) -> Result<Vec<Token>, Diagnostic> {
     let mut found = vec![];
     let mut at = 0;
     while let Some(c) = text[at..].chars().next() {
@@ -63,7 +63,7 @@ pub fn tokens(text: &str, place: &Place) -> Result<Vec<Token>, Complaint> {
             }
             '+' | '-' | '*' | '/' | '^' | '(' | ')' | ',' => (Piece::Sign(c), 1),
             c => {
-                let complaint = Complaint::new(place.of(at..at + c.len_utf8()), format!("`{c}` means nothing here"));
+                let complaint = Diagnostic::new(place.of(at..at + c.len_utf8()), format!("`{c}` means nothing here"));
                 return Err(complaint
                     .label("unexpected")
                     .help("an expression has numbers, names, + - * / ^ ( ) and ,"));
@@ -77,7 +77,7 @@ pub fn tokens(text: &str, place: &Place) -> Result<Vec<Token>, Complaint> {
 }
 
 /// A number such as `12`, `.5`, `1e-3` at the start of `rest`, which is at byte `at` of the expression.
-fn number(rest: &str, at: usize, place: &Place) -> Result<(Piece, usize), Complaint> {
+fn number(rest: &str, at: usize, place: &TextPlace) -> Result<(Piece, usize), Diagnostic> {
     let bytes = rest.as_bytes();
     let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let mut end = digits(0);
@@ -90,7 +90,7 @@ fn number(rest: &str, at: usize, place: &Place) -> Result<(Piece, usize), Compla
         // `2e` is the number 2 and the start of a name, which the parser refuses.
         end = if power > end + 1 + sign { power } else { end };
     }
-    let wrong = |message: String| Complaint::new(place.of(at..at + end.max(1)), message).label("expected a number");
+    let wrong = |message: String| Diagnostic::new(place.of(at..at + end.max(1)), message).label("expected a number");
     match rest[..end].parse::<f64>() {
         Ok(value) if value.is_finite() => Ok((Piece::Number(value), end)),
         Ok(_) => Err(wrong(format!("`{}` is larger than any number", &rest[..end]))),

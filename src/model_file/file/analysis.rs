@@ -1,7 +1,7 @@
 //! `[analysis]`: how the mechanism is analysed.
 
 use super::key::{Accepts, Key, Table, default, optional, required};
-use super::mechanism::Blueprint;
+use super::mechanism::MechanismTemplate;
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::expression::Names;
@@ -9,11 +9,11 @@ use crate::model_file::limits;
 #[cfg(feature = "report")]
 use crate::problem::Responses;
 use crate::problem::{Analysis, Differences, Differentiated, Problem, ProblemBuilder, TimeGrid};
-use crate::responses::mechanism::{Balanced, Driven, Integration, Transient};
-use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize};
+use crate::responses::mechanism::{Integration, KinematicResponses, StaticResponses, Transient};
+use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize};
 use mechanics::analyses::statics::Statics;
 use mechanics::initial_conditions::Assembly;
-use mechanics::integrators::explicit::{Explicit, Pace};
+use mechanics::integrators::explicit::{Explicit, StepControl};
 use mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed};
 
 const KEYS: &[Key] = &[
@@ -210,7 +210,7 @@ fn explicit(section: &Section<'_>, start: f64, step: Option<f64>, tolerance: Opt
         section.choice("scheme", &[("rk5", Explicit::adaptive as fn(f64) -> _), ("rk8", Explicit::eighth_order)])?;
     let settings = Explicit { start, ..make(tolerance.unwrap_or(1e-9)) };
     Ok(Integration::Explicit(match step {
-        Some(h) => settings.with_pace(Pace::Fixed(h)),
+        Some(h) => settings.with_pace(StepControl::Fixed(h)),
         None => settings,
     }))
 }
@@ -234,7 +234,10 @@ fn implicit(
         Some(tolerance) => Dynamics::adaptive(tolerance).step,
         None => StepSize::Fixed(step.unwrap_or(1e-3)),
     };
-    let origins = [("built", Origin::Built), ("equilibrium", Origin::Equilibrium(Statics::default()))];
+    let origins = [
+        ("built", InitialConfiguration::Built),
+        ("equilibrium", InitialConfiguration::Equilibrium(Statics::default())),
+    ];
     let initials = [("consistent", InitialAcceleration::Consistent), ("zero", InitialAcceleration::Zero)];
     Ok(Integration::Implicit(Dynamics {
         origin: section.choice("origin", &origins)?,
@@ -256,19 +259,21 @@ impl Settings {
 
     /// The outputs of a mechanism at design `b`.
     #[cfg(feature = "report")]
-    pub fn analyze(&self, model: Blueprint, times: &[f64], b: &[f64]) -> Result<Responses> {
+    pub fn analyze(&self, model: MechanismTemplate, times: &[f64], b: &[f64]) -> Result<Responses> {
         match &self.kind {
-            Kind::Kinematics => Driven::new(model, Assembly::default(), times)?.analyze(b),
-            Kind::Statics => Balanced::new(model, Statics::default(), times)?.analyze(b),
+            Kind::Kinematics => KinematicResponses::new(model, Assembly::default(), times)?.analyze(b),
+            Kind::Statics => StaticResponses::new(model, Statics::default(), times)?.analyze(b),
             Kind::Dynamics(integration) => Transient::new(model, integration.clone(), times)?.analyze(b),
         }
     }
 
     /// The problem whose responses are the outputs of this mechanism.
-    pub fn build(&self, parts: ProblemBuilder, model: Blueprint, times: &[f64]) -> Result<Problem> {
+    pub fn build(&self, parts: ProblemBuilder, model: MechanismTemplate, times: &[f64]) -> Result<Problem> {
         match &self.kind {
-            Kind::Kinematics => self.derivatives.build(parts, Driven::new(model, Assembly::default(), times)?),
-            Kind::Statics => self.derivatives.build(parts, Balanced::new(model, Statics::default(), times)?),
+            Kind::Kinematics => {
+                self.derivatives.build(parts, KinematicResponses::new(model, Assembly::default(), times)?)
+            }
+            Kind::Statics => self.derivatives.build(parts, StaticResponses::new(model, Statics::default(), times)?),
             Kind::Dynamics(integration) => {
                 self.derivatives.build(parts, Transient::new(model, integration.clone(), times)?)
             }

@@ -1,7 +1,7 @@
 //! `[[beam]]`: rows of flexible elements.
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
-use super::parts::{Frame, Named, Parts, World};
+use super::parts::{BuildContext, Frame, Parts, Symbol};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use crate::model_file::limits;
@@ -103,7 +103,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Be
             let message = format!("all beams together have more than {} elements", limits::ALL_ELEMENTS);
             return Err(section.complain("elements", message));
         }
-        parts.add(&section.need_word("name")?, Named::Beam(beams.len(), beam.elements))?;
+        parts.add(&section.need_word("name")?, Symbol::Beam(beams.len(), beam.elements))?;
         beams.push(beam);
         Ok(())
     })?;
@@ -152,7 +152,7 @@ fn beam(
 
 impl Beam {
     /// Adds the beam to a mechanism.
-    pub fn build<S: Scalar>(&self, world: &mut World<S>, b: &[S]) {
+    pub fn build<S: Scalar>(&self, world: &mut BuildContext<S>, b: &[S]) {
         let value = |program: &Program| program.value(&Inputs::design(b));
         let ends = self.ends.map(|end| end.map(|frame| world.frame(frame)));
         let span = [self.from.each_ref().map(value), self.to.each_ref().map(value)];

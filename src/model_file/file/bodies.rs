@@ -1,7 +1,7 @@
 //! `[[body]]`: what moves, and `[[point]]`: points fixed to it.
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
-use super::parts::{Frame, Named, Parts, SPOT, World};
+use super::parts::{BuildContext, Frame, Parts, SPOT, Symbol};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
@@ -86,7 +86,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Bo
         let kinds = KINDS.iter().map(|(name, kind, keys)| (*name, (*kind, *keys)));
         let (kind, keys) = Section::kind(&table, "body", "rigid", kinds)?;
         let section = Section::of(table, span, "body", &[COMMON, keys], file.source())?;
-        let named = if kind == Kind::Slide { Named::Slide(slides) } else { Named::Frame(Frame::Body(frames)) };
+        let named = if kind == Kind::Slide { Symbol::Slide(slides) } else { Symbol::Frame(Frame::Body(frames)) };
         parts.add(&section.need_word("name")?, named)?;
         bodies.push(body(kind, &section, names)?);
         if kind == Kind::Slide {
@@ -117,7 +117,7 @@ fn body(kind: Kind, section: &Section<'_>, names: &Names) -> Read<Body> {
 
 impl Body {
     /// Adds the body to a mechanism.
-    pub fn build<S: Scalar>(&self, world: &mut World<S>, b: &[S]) {
+    pub fn build<S: Scalar>(&self, world: &mut BuildContext<S>, b: &[S]) {
         let value = |program: &Program| program.value(&Inputs::design(b));
         let [x, y, theta] = self.position.each_ref().map(value);
         let [mass, inertia] = self.inertia.each_ref().map(value);
@@ -131,15 +131,15 @@ impl Body {
             }
             Kind::Rigid => m.body(name, mass, inertia, pose),
             Kind::Point => m.point_mass(name, mass, x, y),
-            Kind::Pivot => m.pivot(name, x, y),
-            Kind::Frame => m.frame(name, pose),
+            Kind::Pivot => m.fixed_node(name, x, y),
+            Kind::Frame => m.massless_node(name, pose),
         };
         self.set_velocity(world, body, velocity);
         world.bodies.push(body);
     }
 
     /// The coordinates that the body has for itself.
-    fn set_velocity<S: Scalar>(&self, world: &mut World<S>, body: Handle, velocity: [S; 3]) {
+    fn set_velocity<S: Scalar>(&self, world: &mut BuildContext<S>, body: Handle, velocity: [S; 3]) {
         let own = match self.kind {
             Kind::Rigid => 3,
             Kind::Point => 2,
@@ -156,11 +156,11 @@ pub fn read_points(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read
     let one = |table, span| {
         let section = Section::of(table, span, "point", &[POINT, SPOT], file.source())?;
         let body = section.need_word("body")?;
-        let spot = super::parts::Spot {
+        let spot = super::parts::PointRef {
             frame: parts.frame(&body.text, &body.span)?,
             at: section.pair("at", names, &Wants::DESIGN)?,
         };
-        parts.add(&section.need_word("name")?, Named::Point(parts.points.len()))?;
+        parts.add(&section.need_word("name")?, Symbol::Point(parts.points.len()))?;
         parts.points.push(spot);
         Ok(())
     };

@@ -2,7 +2,7 @@
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
 use super::outputs::intermediates;
-use super::quantity::{Explicit, Known, Quantified, Times};
+use super::quantity::{Explicit, Quantified, QuantityContext, Times};
 use super::section::{Read, Section};
 use crate::model_file::limits;
 use crate::problem::{Constraint, DesignVariable, Quantity, Selection, TimeGrid};
@@ -28,7 +28,7 @@ pub const TABLES: &[Table] = &[Table { name: "constraint", kind: None, about: "w
 /// Reads the constraints.
 pub fn read(
     file: &Section<'_>,
-    known: &Known<'_>,
+    known: &QuantityContext<'_>,
     grid: Option<&TimeGrid>,
     variables: &[DesignVariable],
 ) -> Read<Vec<Constraint>> {
@@ -53,7 +53,7 @@ pub fn read(
 
 fn one(
     section: &Section<'_>,
-    known: &Known<'_>,
+    known: &QuantityContext<'_>,
     grid: Option<&TimeGrid>,
     variables: &[DesignVariable],
 ) -> Read<Vec<Constraint>> {
@@ -98,7 +98,7 @@ fn one(
     continuous(section, &value, constraints, window.is_some())
 }
 
-fn scale(section: &Section<'_>, known: &Known<'_>) -> Read<Option<f64>> {
+fn scale(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Option<f64>> {
     match section.number("scale", known.names)? {
         Some(scale) if scale <= 0.0 => Err(section.complain("scale", "`scale` must be positive")),
         scale => Ok(scale),
@@ -108,7 +108,7 @@ fn scale(section: &Section<'_>, known: &Known<'_>) -> Read<Option<f64>> {
 /// The interval on which the constraint holds, if it is not the whole one.
 fn window(
     section: &Section<'_>,
-    known: &Known<'_>,
+    known: &QuantityContext<'_>,
     grid: Option<&TimeGrid>,
     value: &Quantified,
 ) -> Read<Option<[f64; 2]>> {
@@ -132,7 +132,7 @@ fn window(
 
 fn quantity(
     section: &Section<'_>,
-    known: &Known<'_>,
+    known: &QuantityContext<'_>,
     value: &Quantified,
     function: Times,
     variables: &[DesignVariable],

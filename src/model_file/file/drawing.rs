@@ -4,9 +4,9 @@ use super::Model;
 use super::bodies::Kind;
 use super::element_kinds::Element;
 use super::measures::Measure;
-use super::mechanism::{Blueprint, Plan};
+use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::outputs::Output;
-use super::parts::{Frame, Place, Spot};
+use super::parts::{CoordinateRef, Frame, PointRef};
 use crate::Result;
 use crate::model_file::expression::Inputs;
 use crate::problem::TimeGrid;
@@ -51,7 +51,7 @@ impl Model {
         let mut motions = vec![];
         for sketch in &sketches {
             let outputs = Arc::new(sketch.outputs());
-            let responses = settings.analyze(Blueprint::new(plan, &outputs), times, sketch.design)?;
+            let responses = settings.analyze(MechanismTemplate::new(plan, &outputs), times, sketch.design)?;
             motions.push(sketch.instants(&responses.values, times.len()));
         }
         // Guides are the same in all pictures.
@@ -62,7 +62,7 @@ impl Model {
 
 /// A plan with the numbers of one design.
 struct Sketch<'p> {
-    plan: &'p Plan,
+    plan: &'p MechanismSpec,
     design: &'p [f64],
     /// All frames that move, in the order of the outputs.
     frames: Vec<Frame>,
@@ -72,14 +72,14 @@ struct Sketch<'p> {
 }
 
 /// Everything at one time.
-struct Instant<'s> {
+struct DrawnState<'s> {
     sketch: &'s Sketch<'s>,
     poses: Vec<[f64; 3]>,
     slides: Vec<f64>,
 }
 
 impl<'p> Sketch<'p> {
-    fn new(plan: &'p Plan, design: &'p [f64]) -> Self {
+    fn new(plan: &'p MechanismSpec, design: &'p [f64]) -> Self {
         let kinds: Vec<Kind> = plan.bodies.iter().map(|b| b.kind).filter(|k| *k != Kind::Slide).collect();
         let nodes = |(beam, b): (usize, &super::beams::Beam)| (0..=b.elements).map(move |k| Frame::Node(beam, k));
         let frames = (0..kinds.len()).map(Frame::Body).chain(plan.beams.iter().enumerate().flat_map(nodes)).collect();
@@ -94,9 +94,9 @@ impl<'p> Sketch<'p> {
         measures.enumerate().map(|(k, measure)| Output::of_measure(format!("place {k}"), measure)).collect()
     }
 
-    fn instants(&self, values: &[Vec<f64>], count: usize) -> Vec<Instant<'_>> {
+    fn instants(&self, values: &[Vec<f64>], count: usize) -> Vec<DrawnState<'_>> {
         let n = self.frames.len();
-        let instant = |p: usize| Instant {
+        let instant = |p: usize| DrawnState {
             sketch: self,
             poses: (0..n).map(|k| [0, 1, 2].map(|i| values[3 * k + i][p])).collect(),
             slides: values[3 * n..].iter().map(|v| v[p]).collect(),
@@ -104,14 +104,14 @@ impl<'p> Sketch<'p> {
         (0..count).map(instant).collect()
     }
 
-    fn local(&self, spot: &Spot) -> [f64; 2] {
+    fn local(&self, spot: &PointRef) -> [f64; 2] {
         spot.at.each_ref().map(|program| program.value(&Inputs::design(self.design)))
     }
 
     /// Joints that let a point slide along a line of another body: the two points and the angle of the line.
-    fn sliding(&self) -> impl Iterator<Item = (&Spot, &Spot, f64)> {
+    fn sliding(&self) -> impl Iterator<Item = (&PointRef, &PointRef, f64)> {
         let is_sliding = |element| matches!(element, Element::Prismatic | Element::PointOnLine);
-        let one = |part: &'p super::elements::Attached| {
+        let one = |part: &'p super::elements::ElementSpec| {
             (&part.spots[0], &part.spots[1], part.numbers[0].value(&Inputs::design(self.design)))
         };
         self.plan.attached.iter().filter(move |part| is_sliding(part.element)).map(one)
@@ -140,7 +140,7 @@ struct Track {
 }
 
 impl Track {
-    fn of(motions: &[Vec<Instant<'_>>]) -> Self {
+    fn of(motions: &[Vec<DrawnState<'_>>]) -> Self {
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
         let widened = |[low, high]: [f64; 2], by: f64| {
             let margin = (by * (high - low)).max(0.02 * low.abs().max(high.abs())).max(1e-3);
@@ -161,7 +161,7 @@ impl Track {
     }
 }
 
-impl Instant<'_> {
+impl DrawnState<'_> {
     fn pose(&self, frame: Frame) -> [f64; 3] {
         let known = self.sketch.frames.iter().position(|f| *f == frame);
         known.map_or([0.0; 3], |k| self.poses[k])
@@ -173,13 +173,13 @@ impl Instant<'_> {
         [x0 + c * x - s * y, y0 + s * x + c * y]
     }
 
-    fn spot(&self, spot: &Spot) -> [f64; 2] {
+    fn spot(&self, spot: &PointRef) -> [f64; 2] {
         self.place(spot.frame, self.sketch.local(spot))
     }
 
     /// Where each sliding point is on its line.
     fn along_guides(&self) -> Vec<f64> {
-        let one = |(a, b, line): (&Spot, &Spot, f64)| {
+        let one = |(a, b, line): (&PointRef, &PointRef, f64)| {
             let ([x0, y0], [x, y]) = (self.spot(a), self.spot(b));
             let (s, c) = (self.pose(a.frame)[2] + line).sin_cos();
             (x - x0) * c + (y - y0) * s
@@ -246,12 +246,12 @@ impl Instant<'_> {
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
     }
 
-    fn draw_attached(&self, part: &super::elements::Attached, linkage: &mut Linkage) {
+    fn draw_attached(&self, part: &super::elements::ElementSpec, linkage: &mut Linkage) {
         let [Some(a), Some(b)] = [part.spots.first(), part.spots.get(1)] else { return };
         let ends = [self.spot(a), self.spot(b)];
         match part.element {
             Element::Revolute => self.draw_pin(ends[0], [a.frame, b.frame], linkage),
-            Element::Rod => linkage.bars.push(ends.to_vec()),
+            Element::DistanceConstraint => linkage.bars.push(ends.to_vec()),
             Element::Spring | Element::Actuator | Element::Length => linkage.springs.push(ends),
             _ => return,
         }
@@ -273,11 +273,12 @@ impl Instant<'_> {
         }
         for part in self.sketch.plan.attached.iter().filter(|p| p.element == Element::CoordinateSpring) {
             match (part.places[0], part.places[1]) {
-                (Place::Slide(k), Place::Of(Frame::Ground, _)) | (Place::Of(Frame::Ground, _), Place::Slide(k)) => {
+                (CoordinateRef::Slide(k), CoordinateRef::Of(Frame::Ground, _))
+                | (CoordinateRef::Of(Frame::Ground, _), CoordinateRef::Slide(k)) => {
                     linkage.springs.push([anchor(k), [self.slides[k], row(k)]]);
                     linkage.ground_joints.push(anchor(k));
                 }
-                (Place::Slide(a), Place::Slide(b)) => {
+                (CoordinateRef::Slide(a), CoordinateRef::Slide(b)) => {
                     linkage.springs.push([[self.slides[a], row(a)], [self.slides[b], row(b)]]);
                 }
                 _ => {}

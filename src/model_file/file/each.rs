@@ -1,7 +1,7 @@
 //! One table that stands for several: `each = { i = "1..10" }`.
 
 use super::section::{Read, Value, ordered, wrong_type};
-use crate::model_file::{Complaint, limits};
+use crate::model_file::{Diagnostic, limits};
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
@@ -23,7 +23,7 @@ pub fn copies<'a>(table: &DeTable<'a>, span: Range<usize>) -> Read<Vec<DeTable<'
     let size: usize = table.values().map(letters_in).sum();
     if count.is_none_or(|count| count > limits::PARTS || count * size > 16 * limits::FILE) {
         let message = format!("`each` makes more copies than can be used, at most {}", limits::PARTS);
-        return Err(Complaint::new(each.span(), message));
+        return Err(Diagnostic::new(each.span(), message));
     }
     let mut plain = table.clone();
     plain.remove("each");
@@ -53,13 +53,13 @@ fn row(letter: String, value: &Value<'_>) -> Read<Row> {
             let ends = range.split_once("..").and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
             let Some((first, last)): Option<(i64, i64)> = ends else {
                 return Err(
-                    Complaint::new(value.span(), format!("`{range}` is no range")).help(format!("give {wanted}"))
+                    Diagnostic::new(value.span(), format!("`{range}` is no range")).help(format!("give {wanted}"))
                 );
             };
             let count = last.checked_sub(first).and_then(|n| usize::try_from(n.checked_add(1)?).ok()).unwrap_or(0);
             if count > limits::PARTS || count == 0 {
                 let message = format!("a range of {count} values cannot be used");
-                return Err(Complaint::new(value.span(), message).help(format!("1 to {} are possible", limits::PARTS)));
+                return Err(Diagnostic::new(value.span(), message).help(format!("1 to {} are possible", limits::PARTS)));
             }
             (first..=last).map(|i| i.to_string()).collect()
         }
@@ -116,7 +116,10 @@ fn filled(text: &str, letter: &str, to: &str, span: Range<usize>) -> Read<String
         let value = match shift.chars().next() {
             None => to.to_owned(),
             Some('+' | '-') => shifted().ok_or_else(|| {
-                Complaint::new(span.clone(), format!("`{{{letter}{shift}}}` needs whole numbers, `{letter}` is `{to}`"))
+                Diagnostic::new(
+                    span.clone(),
+                    format!("`{{{letter}{shift}}}` needs whole numbers, `{letter}` is `{to}`"),
+                )
             })?,
             // Another, longer letter.
             Some(_) => rest[at..at + open.len() + close + 1].to_owned(),

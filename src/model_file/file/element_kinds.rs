@@ -60,10 +60,10 @@ pub struct Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Element {
     Revolute,
-    Weld,
+    FixedJoint,
     Prismatic,
     PointOnLine,
-    Rod,
+    DistanceConstraint,
     GearPair,
     Rack,
     Prescribed,
@@ -76,11 +76,11 @@ pub enum Element {
     Load,
     Force,
     Friction,
-    Stop,
+    BumpStop,
     Wall,
     RigidStop,
     RigidWall,
-    StateLoad,
+    FeedbackForce,
     Inertia,
 }
 
@@ -137,7 +137,7 @@ pub const JOINTS: &[Kind] = &[
     },
     Kind {
         name: "weld",
-        element: Element::Weld,
+        element: Element::FixedJoint,
         attach: Attach::Points,
         keys: &[TURN],
         measures: &["force_x", "force_y", "couple"],
@@ -161,7 +161,7 @@ pub const JOINTS: &[Kind] = &[
     },
     Kind {
         name: "rod",
-        element: Element::Rod,
+        element: Element::DistanceConstraint,
         attach: Attach::Points,
         keys: &[required("length", Accepts::Expression, "m")],
         measures: &["tension"],
@@ -308,7 +308,7 @@ pub const FORCES: &[Kind] = &[
     },
     Kind {
         name: "stop",
-        element: Element::Stop,
+        element: Element::BumpStop,
         attach: Attach::Coordinates,
         keys: &[
             required("stiffness", Accepts::Expression, "N/m^1.5"),
@@ -353,7 +353,7 @@ pub const FORCES: &[Kind] = &[
     },
     Kind {
         name: "state-load",
-        element: Element::StateLoad,
+        element: Element::FeedbackForce,
         attach: Attach::Coordinate,
         keys: &[required(
             "effort",

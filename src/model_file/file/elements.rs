@@ -3,8 +3,8 @@
 use super::element_kinds::{Attach, COMMON_DRIVER, COMMON_FORCE, COMMON_JOINT, DRIVERS, Element, FORCES, JOINTS, Kind};
 use super::feedback::{self, Feedback};
 use super::key::{Accepts, Key};
-use super::motion::{self, Law, TimeFunction};
-use super::parts::{Named, Parts, Place, Spot, World};
+use super::motion::{self, MotionLaw, TimeFunction};
+use super::parts::{BuildContext, CoordinateRef, Parts, PointRef, Symbol};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
@@ -12,18 +12,18 @@ use mechanics::mechanism::{Coordinate, Marker};
 
 /// A joint, drive or force with its numbers as programs of the design.
 #[derive(Clone, Debug)]
-pub struct Attached {
+pub struct ElementSpec {
     name: String,
     pub element: Element,
-    pub spots: Vec<Spot>,
-    pub places: Vec<Place>,
+    pub spots: Vec<PointRef>,
+    pub places: Vec<CoordinateRef>,
     pub numbers: Vec<Program>,
     function: Option<TimeFunction>,
     feedback: Option<Feedback>,
 }
 
 /// Reads joints, drives and forces in this order and enters their names.
-pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Attached>> {
+pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<ElementSpec>> {
     let families: [(&str, &'static [Key], &'static [Kind], &str); 3] = [
         ("joint", COMMON_JOINT, JOINTS, "revolute"),
         ("driver", COMMON_DRIVER, DRIVERS, "coordinate"),
@@ -37,12 +37,12 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<At
             let named = match kind.element {
                 Element::Prescribed => {
                     drives += 1;
-                    Named::Drive(drives - 1)
+                    Symbol::Drive(drives - 1)
                 }
-                Element::RigidStop | Element::RigidWall => Named::Contact,
+                Element::RigidStop | Element::RigidWall => Symbol::Contact,
                 _ => {
                     elements += 1;
-                    Named::Element(elements - 1, kind.measures)
+                    Symbol::Element(elements - 1, kind.measures)
                 }
             };
             all.push(attached(kind, &section, names, parts)?);
@@ -52,7 +52,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<At
     Ok(all)
 }
 
-fn attached(kind: &Kind, section: &Section<'_>, names: &Names, parts: &Parts) -> Read<Attached> {
+fn attached(kind: &Kind, section: &Section<'_>, names: &Names, parts: &Parts) -> Read<ElementSpec> {
     let spot = |key: &&str| parts.spot(section, key, names);
     let place = |key: &&str| parts.place(section, key);
     let (points, coordinates): (&[&str], &[&str]) = match kind.attach {
@@ -65,7 +65,7 @@ fn attached(kind: &Kind, section: &Section<'_>, names: &Names, parts: &Parts) ->
     let numbers = kind.keys.iter().filter(|key| key.accepts == Accepts::Expression);
     let function = kind.keys.iter().find(|key| key.accepts == Accepts::Motion);
     let feedback = kind.keys.iter().find(|key| key.accepts == Accepts::Feedback);
-    Ok(Attached {
+    Ok(ElementSpec {
         name: section.text("name")?,
         element: kind.element,
         spots: points.iter().map(spot).collect::<Read<_>>()?,
@@ -76,16 +76,16 @@ fn attached(kind: &Kind, section: &Section<'_>, names: &Names, parts: &Parts) ->
     })
 }
 
-impl Attached {
+impl ElementSpec {
     /// Adds the part to a mechanism.
-    pub fn build<S: Scalar>(&self, world: &mut World<S>, b: &[S]) {
+    pub fn build<S: Scalar>(&self, world: &mut BuildContext<S>, b: &[S]) {
         let value = |program: &Program| program.value(&Inputs::design(b));
         let markers: Vec<Marker<S>> = self.spots.iter().map(|spot| world.marker(spot, b)).collect();
         let coordinates: Vec<Coordinate> = self.places.iter().map(|place| world.coordinate(*place)).collect();
         let numbers: Vec<S> = self.numbers.iter().map(value).collect();
         let (law, parameters) = match &self.function {
             Some(function) => (function.law.clone(), function.parameters.iter().map(value).collect()),
-            None => (Law::ConstantSpeed, vec![]),
+            None => (MotionLaw::ConstantSpeed, vec![]),
         };
         if self.element == Element::Prescribed {
             world.mechanism.drive(coordinates[0], law, &parameters);
@@ -93,21 +93,28 @@ impl Attached {
         }
         if let Some(feedback) = &self.feedback {
             let (law, parameters, observed) = feedback.build(world, b);
-            let part = world.mechanism.state_load(&self.name, coordinates[0], &observed, law, &parameters);
+            let part = world.mechanism.feedback_force(&self.name, coordinates[0], &observed, law, &parameters);
             return world.elements.push(part);
         }
         self.add(world, &markers, &coordinates, &numbers, (law, &parameters));
     }
 
     /// Adds an element; points, coordinates and numbers are as many as its kind has declared.
-    fn add<S: Scalar>(&self, world: &mut World<S>, p: &[Marker<S>], c: &[Coordinate], n: &[S], time: (Law, &[S])) {
+    fn add<S: Scalar>(
+        &self,
+        world: &mut BuildContext<S>,
+        p: &[Marker<S>],
+        c: &[Coordinate],
+        n: &[S],
+        time: (MotionLaw, &[S]),
+    ) {
         let (m, name, (law, parameters)) = (&mut world.mechanism, self.name.as_str(), time);
         let part = match self.element {
             Element::Revolute => m.revolute(name, p[0], p[1]),
-            Element::Weld => m.weld(name, p[0], p[1], n[0]),
+            Element::FixedJoint => m.fixed_joint(name, p[0], p[1], n[0]),
             Element::Prismatic => m.prismatic(name, p[0], n[0], p[1], n[1]),
             Element::PointOnLine => m.point_on_line(name, p[0], n[0], p[1]),
-            Element::Rod => m.rod(name, p[0], p[1], n[0]),
+            Element::DistanceConstraint => m.distance_constraint(name, p[0], p[1], n[0]),
             Element::GearPair => m.gear_pair(name, [c[0], c[1]], c[2], [n[0], n[1], n[2]]),
             Element::Rack => m.rack(name, p[0].body, p[1].body, [n[0], n[1], n[2]]),
             Element::Relative => m.driver(name, c[0], c[1], law, parameters),
@@ -119,13 +126,13 @@ impl Attached {
             Element::Load => m.load(name, c[0], c[1], law, parameters),
             Element::Force => m.force(name, p[0], n[0], law, parameters),
             Element::Friction => m.friction(name, c[0], c[1], [n[0], n[1], n[2]]),
-            Element::Stop => m.stop(name, c[0], c[1], [n[0], n[1], n[2]]),
+            Element::BumpStop => m.bump_stop(name, c[0], c[1], [n[0], n[1], n[2]]),
             Element::Wall => m.wall_contact(name, p[0], [n[0], n[1]], n[2], [n[3], n[4]]),
             Element::RigidStop => return m.rigid_stop(name, c[0], c[1], n[0], n[1]),
             Element::RigidWall => return m.rigid_wall(name, p[0], n[0], p[1], n[1]),
             Element::Inertia => m.inertia(name, c[0], n[0]),
             Element::Prescribed => unreachable!("a prescribed coordinate is no element"),
-            Element::StateLoad => unreachable!("it is added with what it observes"),
+            Element::FeedbackForce => unreachable!("it is added with what it observes"),
         };
         world.elements.push(part);
     }

@@ -1,10 +1,10 @@
 //! Efforts that depend on time and motion.
 
-use super::parts::{Named, Parts, Place, World};
+use super::parts::{BuildContext, CoordinateRef, Parts, Symbol};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::elements::Law;
+use mechanics::elements::StateFunction;
 use mechanics::mechanism::Coordinate;
 use std::cell::RefCell;
 
@@ -12,7 +12,7 @@ use std::cell::RefCell;
 #[derive(Clone, Debug)]
 pub struct Feedback {
     law: Measured,
-    observed: Vec<Place>,
+    observed: Vec<CoordinateRef>,
     parameters: Vec<Program>,
 }
 
@@ -27,8 +27,8 @@ pub struct Measured {
 /// Most readings without an allocation at every evaluation.
 const FEW: usize = 16;
 
-impl Law for Measured {
-    fn effort<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T {
+impl StateFunction for Measured {
+    fn generalized_force<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T {
         let reading = |&(k, is_rate): &(usize, bool)| if is_rate { v[k] } else { q[k] };
         let value = |others: &[T]| self.program.value(&Inputs { design: p, time: t, others });
         if self.read.len() > FEW {
@@ -42,7 +42,7 @@ impl Law for Measured {
 
 /// The effort at `key` of a part.
 pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> Read<Feedback> {
-    let (observed, read) = (RefCell::<Vec<Place>>::default(), RefCell::<Vec<(usize, bool)>>::default());
+    let (observed, read) = (RefCell::<Vec<CoordinateRef>>::default(), RefCell::<Vec<(usize, bool)>>::default());
     let others = |text: &str| {
         let (place, is_rate) = find(text, parts)?;
         let k = position_or_push(&mut observed.borrow_mut(), place);
@@ -60,7 +60,7 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
 
 impl Feedback {
     /// The law with its parameters, and the coordinates that it observes.
-    pub fn build<S: Scalar>(&self, world: &World<S>, b: &[S]) -> (Measured, Vec<S>, Vec<Coordinate>) {
+    pub fn build<S: Scalar>(&self, world: &BuildContext<S>, b: &[S]) -> (Measured, Vec<S>, Vec<Coordinate>) {
         let parameters = self.parameters.iter().map(|program| program.value(&Inputs::design(b))).collect();
         (self.law.clone(), parameters, self.observed.iter().map(|&place| world.coordinate(place)).collect())
     }
@@ -77,10 +77,10 @@ fn position_or_push<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
 const RATES: [(&str, &str); 3] = [("vx", "x"), ("vy", "y"), ("omega", "theta")];
 
 /// The coordinate of a name such as `crank.theta` or `cart.position`, or of its velocity: `crank.omega`, `cart.velocity`.
-fn find(text: &str, parts: &Parts) -> Option<(Place, bool)> {
+fn find(text: &str, parts: &Parts) -> Option<(CoordinateRef, bool)> {
     let (owner, what) = text.rsplit_once('.')?;
-    if let Some(Named::Slide(k)) = parts.get(owner) {
-        return matches!(what, "position" | "velocity").then_some((Place::Slide(*k), what == "velocity"));
+    if let Some(Symbol::Slide(k)) = parts.get(owner) {
+        return matches!(what, "position" | "velocity").then_some((CoordinateRef::Slide(*k), what == "velocity"));
     }
     match RATES.iter().find(|(rate, _)| *rate == what) {
         Some((_, position)) => Some((parts.find_place(&format!("{owner}.{position}"))?, true)),
@@ -92,8 +92,8 @@ fn suggestions(parts: &Parts) -> Vec<String> {
     let of = |name: &String| -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
-            Some(Named::Slide(_)) => all(&["position", "velocity"]),
-            Some(Named::Frame(_)) => all(&["x", "y", "theta", "vx", "vy", "omega"]),
+            Some(Symbol::Slide(_)) => all(&["position", "velocity"]),
+            Some(Symbol::Frame(_)) => all(&["x", "y", "theta", "vx", "vy", "omega"]),
             _ => vec![],
         }
     };

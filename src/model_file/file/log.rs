@@ -1,7 +1,7 @@
 //! The mistakes of a file that is being read, and where its parts stand.
 
 use super::section::Read;
-use crate::model_file::Complaint;
+use crate::model_file::Diagnostic;
 use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -12,7 +12,7 @@ const MOST: usize = 10;
 /// What has been found so far.
 #[derive(Debug, Default)]
 pub struct Log {
-    mistakes: RefCell<Vec<Complaint>>,
+    mistakes: RefCell<Vec<Diagnostic>>,
     /// Names that would be known if what defines them were right.
     spoiled: RefCell<HashSet<String>>,
     all_spoiled: Cell<bool>,
@@ -21,14 +21,14 @@ pub struct Log {
 
 /// The text of a file with what has been found in it.
 #[derive(Clone, Copy, Debug)]
-pub struct Source<'a> {
+pub struct FileSource<'a> {
     pub text: &'a str,
     pub log: &'a Log,
 }
 
 impl Log {
     /// Notes a mistake, unless it follows from one that is known.
-    pub fn note(&self, mistake: Complaint) {
+    pub fn note(&self, mistake: Diagnostic) {
         let mut mistakes = self.mistakes.borrow_mut();
         let follows = mistake.asked.as_deref().is_some_and(|name| self.is_spoiled(name));
         let is_known = mistakes.iter().any(|m| m.span == mistake.span && m.message == mistake.message);
@@ -43,12 +43,12 @@ impl Log {
     }
 
     /// A name whose definition is wrong: that it is not known is no mistake of those who use it.
-    pub fn spoil(&self, name: &str) {
+    pub fn poison(&self, name: &str) {
         self.spoiled.borrow_mut().insert(name.to_owned());
     }
 
     /// The same for names that cannot be told.
-    pub fn spoil_all(&self) {
+    pub fn poison_all(&self) {
         self.all_spoiled.set(true);
     }
 
@@ -70,7 +70,7 @@ impl Log {
     }
 
     /// All mistakes in the order of the file, and where parts stand.
-    pub fn into_parts(self) -> (Vec<Complaint>, HashMap<String, Range<usize>>) {
+    pub fn into_parts(self) -> (Vec<Diagnostic>, HashMap<String, Range<usize>>) {
         let mut mistakes = self.mistakes.into_inner();
         mistakes.sort_by_key(|m| m.span.start);
         (mistakes, self.places.into_inner())

@@ -1,10 +1,10 @@
 //! Quantities of a mechanism that outputs are made of.
 
-use super::parts::{Frame, Named, Parts, Spot, World};
+use super::parts::{BuildContext, Frame, Parts, PointRef, Symbol};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Program};
 use autodiff::Scalar;
-use mechanics::mechanism::{Part, Term};
+use mechanics::mechanism::{ElementIndex, Term};
 use std::collections::HashMap;
 
 /// What a point with its body measures: position, velocity and acceleration, in the fixed axes.
@@ -42,10 +42,10 @@ pub fn find(text: &str, parts: &Parts) -> Option<Measure> {
     let (owner, what) = text.rsplit_once('.')?;
     let among = |known: &'static [&'static str]| known.iter().find(|k| **k == what).copied();
     match parts.get(owner) {
-        Some(Named::Element(k, known)) => return among(known).map(|what| Measure::Element(*k, what)),
-        Some(Named::Drive(k)) => return among(&["effort"]).map(|_| Measure::Effort(*k)),
-        Some(Named::Slide(k)) => return among(OF_SLIDE).map(|what| Measure::Slide(*k, what)),
-        Some(Named::Point(k)) => return among(OF_POINT).map(|what| Measure::Point(*k, what)),
+        Some(Symbol::Element(k, known)) => return among(known).map(|what| Measure::Element(*k, what)),
+        Some(Symbol::Drive(k)) => return among(&["effort"]).map(|_| Measure::Effort(*k)),
+        Some(Symbol::Slide(k)) => return among(OF_SLIDE).map(|what| Measure::Slide(*k, what)),
+        Some(Symbol::Point(k)) => return among(OF_POINT).map(|what| Measure::Point(*k, what)),
         _ => {}
     }
     let frame = parts.find_frame(owner)?;
@@ -60,17 +60,17 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
     let of = |name: &String| -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
-            Some(Named::Element(_, known)) => all(known),
-            Some(Named::Drive(_)) => all(&["effort"]),
-            Some(Named::Slide(_)) => all(OF_SLIDE),
-            Some(Named::Point(_) | Named::Frame(_)) => all(OF_POINT),
-            Some(Named::Beam(..)) => {
+            Some(Symbol::Element(_, known)) => all(known),
+            Some(Symbol::Drive(_)) => all(&["effort"]),
+            Some(Symbol::Slide(_)) => all(OF_SLIDE),
+            Some(Symbol::Point(_) | Symbol::Frame(_)) => all(OF_POINT),
+            Some(Symbol::Beam(..)) => {
                 let node = |end: &str| {
                     OF_NODE.iter().chain(OF_POINT).map(move |w| format!("{name}.{end}.{w}")).collect::<Vec<_>>()
                 };
                 [node("first"), node("last")].concat()
             }
-            Some(Named::Contact) | None => vec![],
+            Some(Symbol::Contact) | None => vec![],
         }
     };
     parts.order.iter().flat_map(of).chain(["kinetic_energy".into(), "potential_energy".into()]).collect()
@@ -87,21 +87,26 @@ enum Owner {
 
 /// Sensors of a mechanism that is being built, each made when it is first asked for.
 pub struct Sensors<'p> {
-    points: &'p [Spot],
-    made: HashMap<Owner, Part>,
+    points: &'p [PointRef],
+    made: HashMap<Owner, ElementIndex>,
 }
 
 impl<'p> Sensors<'p> {
-    pub fn new(points: &'p [Spot]) -> Self {
+    pub fn new(points: &'p [PointRef]) -> Self {
         Self { points, made: HashMap::new() }
     }
 
     /// The terms whose sum the quantity is.
-    pub fn terms<S: Scalar>(&mut self, measure: &Measure, world: &mut World<S>, b: &[S]) -> Result<Vec<Term<S>>> {
+    pub fn terms<S: Scalar>(
+        &mut self,
+        measure: &Measure,
+        world: &mut BuildContext<S>,
+        b: &[S],
+    ) -> Result<Vec<Term<S>>> {
         let owner = match measure {
             Measure::KineticEnergy => return Ok(vec![world.mechanism.kinetic_energy()]),
             Measure::PotentialEnergy => return Ok(vec![world.mechanism.potential_energy()]),
-            Measure::Effort(k) => return Ok(vec![world.mechanism.effort(world.drives[*k])]),
+            Measure::Effort(k) => return Ok(vec![world.mechanism.driving_force(world.drives[*k])]),
             Measure::Element(k, what) => return Ok(vec![world.mechanism.measure(world.elements[*k], what)?]),
             Measure::Node(beam, node, what) => return at_node(*beam, *node, what, world),
             Measure::Frame(frame, _) => Owner::Frame(*frame),
@@ -116,12 +121,12 @@ impl<'p> Sensors<'p> {
     }
 
     /// A quantity that is a design variable: the place of a point that stands so far from the origin.
-    pub fn design<S: Scalar>(&mut self, i: usize, world: &mut World<S>, b: &[S]) -> Result<Term<S>> {
+    pub fn design<S: Scalar>(&mut self, i: usize, world: &mut BuildContext<S>, b: &[S]) -> Result<Term<S>> {
         let part = self.sensor(Owner::Design(i), world, b);
         world.mechanism.measure(part, "x")
     }
 
-    fn sensor<S: Scalar>(&mut self, owner: Owner, world: &mut World<S>, b: &[S]) -> Part {
+    fn sensor<S: Scalar>(&mut self, owner: Owner, world: &mut BuildContext<S>, b: &[S]) -> ElementIndex {
         if let Some(part) = self.made.get(&owner) {
             return *part;
         }
@@ -149,7 +154,7 @@ impl<'p> Sensors<'p> {
 }
 
 /// The mean over the elements that adjoin a node.
-fn at_node<S: Scalar>(beam: usize, node: usize, what: &str, world: &World<S>) -> Result<Vec<Term<S>>> {
+fn at_node<S: Scalar>(beam: usize, node: usize, what: &str, world: &BuildContext<S>) -> Result<Vec<Term<S>>> {
     let parts = &world.beams[beam].1;
     let sides = [what.to_owned() + "_j", what.to_owned() + "_i"];
     let [before, after] = if what == "moment" { sides.each_ref().map(String::as_str) } else { [what; 2] };

@@ -2,36 +2,36 @@
 
 use super::beams::{self, Beam};
 use super::bodies::{self, Body};
-use super::elements::{self, Attached};
+use super::elements::{self, ElementSpec};
 use super::measures::Sensors;
 use super::outputs::Output;
-use super::parts::{Parts, World};
+use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::mechanism::{Mechanism, Model};
+use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use std::sync::Arc;
 
 /// Bodies, beams, joints, drives, forces and outputs.
 #[derive(Clone, Debug)]
-pub struct Blueprint {
-    plan: Arc<Plan>,
+pub struct MechanismTemplate {
+    plan: Arc<MechanismSpec>,
     outputs: Arc<Vec<Output>>,
 }
 
 /// A mechanism without its outputs.
 #[derive(Debug)]
-pub struct Plan {
+pub struct MechanismSpec {
     gravity: [Program; 2],
     pub bodies: Vec<Body>,
     pub beams: Vec<Beam>,
-    pub attached: Vec<Attached>,
+    pub attached: Vec<ElementSpec>,
     pub parts: Parts,
 }
 
 /// Reads the mechanism, if there is one.
-pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<Plan>> {
+pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let mut parts = Parts::default();
     let bodies = bodies::read(file, names, &mut parts)?;
     let beams = beams::read(file, names, &mut parts)?;
@@ -39,7 +39,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<Plan>> {
     let attached = elements::read(file, names, &mut parts)?;
     let gravity = file.pair("gravity", names, &Wants::DESIGN)?;
     if !(bodies.is_empty() && beams.is_empty()) {
-        return Ok(Some(Plan { gravity, bodies, beams, attached, parts }));
+        return Ok(Some(MechanismSpec { gravity, bodies, beams, attached, parts }));
     }
     match ["joint", "driver", "force", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
         Some(key) => Err(file.complain(key, format!("`{key}` without any body or beam")).help("add a [[body]] first")),
@@ -47,7 +47,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<Plan>> {
     }
 }
 
-impl Plan {
+impl MechanismSpec {
     /// Coordinates of bodies and beam nodes, at most.
     pub fn coordinates(&self) -> usize {
         let nodes: usize = self.beams.iter().map(|beam| beam.elements + 1).sum();
@@ -55,17 +55,17 @@ impl Plan {
     }
 }
 
-impl Blueprint {
-    pub fn new(plan: &Arc<Plan>, outputs: &Arc<Vec<Output>>) -> Self {
+impl MechanismTemplate {
+    pub fn new(plan: &Arc<MechanismSpec>, outputs: &Arc<Vec<Output>>) -> Self {
         Self { plan: plan.clone(), outputs: outputs.clone() }
     }
 }
 
-impl Model for Blueprint {
+impl ParametricMechanism for MechanismTemplate {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let plan = &self.plan;
         let [gx, gy] = plan.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));
-        let mut world = World {
+        let mut world = BuildContext {
             mechanism: Mechanism::with_gravity(gx, gy),
             bodies: vec![],
             slides: vec![],

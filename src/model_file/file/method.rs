@@ -3,7 +3,7 @@
 use super::constraints::neighbours;
 use super::key::{Accepts, Key, Table, default, optional};
 use super::section::{Read, Section};
-use crate::model_file::Complaint;
+use crate::model_file::Diagnostic;
 use crate::model_file::expression::Names;
 use crate::sao::{
     AcceptAlways, ErrorBased, Filter, FixedLimits, Globalization, Method, MoveLimits, RelativeLimits, StayFeasible,
@@ -68,7 +68,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
     let word = section.need_word("preset")?;
     let found = preset(&word.text);
     let found =
-        found.map_err(|_| Complaint::unknown(word.span, "method", &word.text, presets().iter().map(|p| p.name)))?;
+        found.map_err(|_| Diagnostic::unknown(word.span, "method", &word.text, presets().iter().map(|p| p.name)))?;
     let mut method = (found.method)();
     let number = |key, field: &mut f64| -> Read<()> {
         section.number(key, names)?.into_iter().for_each(|value| *field = value);

@@ -43,15 +43,15 @@ mod time;
 
 pub use key::{Accepts, Key, Need, Table};
 
-use super::{Complaint, Fault, limits};
+use super::{Diagnostic, DiagnosticReport, limits};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Program};
 use crate::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, TimeGrid};
 use crate::sao::Method;
 use autodiff::Scalar;
 use key::{default, optional, required};
-use log::{Log, Source};
-use mechanism::{Blueprint, Plan};
+use log::{FileSource, Log};
+use mechanism::{MechanismSpec, MechanismTemplate};
 use objective::Objective;
 use origin::Origin;
 use outputs::Output;
@@ -100,7 +100,7 @@ pub fn tables() -> Vec<Table> {
 pub struct Model {
     title: String,
     variables: Vec<DesignVariable>,
-    plan: Option<(Arc<Plan>, analysis::Settings)>,
+    plan: Option<(Arc<MechanismSpec>, analysis::Settings)>,
     grid: Option<TimeGrid>,
     outputs: Arc<Vec<Output>>,
     objective: Objective,
@@ -113,9 +113,9 @@ pub struct Model {
 /// Reads a model; `file` is its name in messages.
 ///
 /// **Errors.** The first mistakes, with their places; those that follow from others are left out.
-pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<Fault>> {
+pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<DiagnosticReport>> {
     let log = Log::default();
-    let model = log.keep(model(file, Source { text, log: &log }));
+    let model = log.keep(model(file, FileSource { text, log: &log }));
     let (mut mistakes, places) = log.into_parts();
     let origin = Origin { file: file.to_owned(), text: text.to_owned(), places };
     match model {
@@ -123,19 +123,19 @@ pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<Fault>> {
         _ => {
             let others = mistakes.split_off(1);
             let complaint = mistakes.remove(0);
-            Err(Box::new(Fault { file: origin.file, text: origin.text, complaint, others }))
+            Err(Box::new(DiagnosticReport { file: origin.file, text: origin.text, complaint, others }))
         }
     }
 }
 
-fn model(file: &str, source: Source<'_>) -> Read<Model> {
+fn model(file: &str, source: FileSource<'_>) -> Read<Model> {
     let text = source.text;
     if text.len() > limits::FILE {
         let message = format!("a file of {} bytes is too long", text.len());
-        return Err(Complaint::new(0..0, message).help(format!("at most {} are read", limits::FILE)));
+        return Err(Diagnostic::new(0..0, message).help(format!("at most {} are read", limits::FILE)));
     }
     let broken = |e: toml::de::Error| {
-        let complaint = |message: &str| Complaint::new(e.span().unwrap_or(0..0), message);
+        let complaint = |message: &str| Diagnostic::new(e.span().unwrap_or(0..0), message);
         match first_line(e.message()) {
             deep if deep.contains("recurs") => {
                 complaint("tables and lists are too deep inside each other").help("a model needs three levels")
@@ -158,7 +158,7 @@ fn model(file: &str, source: Source<'_>) -> Read<Model> {
     naming::some(&all, &section)?;
     check_times(&section, &outputs, grid.as_ref())?;
     let outputs = extended(outputs, &variables, &bound);
-    let known = quantity::Known { names: &names, outputs: &outputs, series: &series };
+    let known = quantity::QuantityContext { names: &names, outputs: &outputs, series: &series };
     let objective = source.log.keep(objective::read(&section, &known, grid.as_ref(), &all, bound));
     let constraints = constraints::read(&section, &known, grid.as_ref(), &all)?;
     let method = source.log.keep(method::read(&section, &names));
@@ -195,14 +195,14 @@ fn extended(outputs: Vec<Output>, variables: &[DesignVariable], bound: &Option<D
 fn check_version(table: &DeTable<'_>) -> Read<()> {
     let Some(value) = table.get("version") else {
         let help = format!("write version = {VERSION} in the first line");
-        return Err(Complaint::new(0..0, "the file lacks `version`").help(help));
+        return Err(Diagnostic::new(0..0, "the file lacks `version`").help(help));
     };
     let version = value.get_ref().as_integer().and_then(|i| i.as_str().parse().ok());
     if version == Some(VERSION) {
         return Ok(());
     }
     let message = format!("this program reads version {VERSION} of the format");
-    Err(Complaint::new(value.span(), message).label(format!("expected {VERSION}")))
+    Err(Diagnostic::new(value.span(), message).label(format!("expected {VERSION}")))
 }
 
 fn check_times(section: &Section<'_>, outputs: &[Output], grid: Option<&TimeGrid>) -> Read<()> {
@@ -276,7 +276,7 @@ impl Model {
 
     /// An error of this model's problem as a fault of the file: the part that is to blame, underlined. None if the error names
     /// no part of the file.
-    pub fn locate(&self, error: &crate::Error) -> Option<Fault> {
+    pub fn locate(&self, error: &crate::Error) -> Option<DiagnosticReport> {
         self.origin.locate(error)
     }
 
@@ -305,7 +305,7 @@ impl Model {
         }
         match (&self.plan, &self.grid) {
             (Some((plan, settings)), Some(grid)) => {
-                settings.build(parts, Blueprint::new(plan, &self.outputs), &grid.points)
+                settings.build(parts, MechanismTemplate::new(plan, &self.outputs), &grid.points)
             }
             _ => parts.build_analytic(Formulas(self.outputs.iter().map(|o| o.program.clone()).collect())),
         }

@@ -2,7 +2,7 @@
 
 use super::key::{Accepts, Key, Table as Declared, default, required};
 use super::section::{Read, Section, tree, wrong_type};
-use crate::model_file::Complaint;
+use crate::model_file::Diagnostic;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
 use mechanics::mechanism::scalars::MOST_MOTION_PARAMETERS;
@@ -67,7 +67,7 @@ pub const TABLES: &[Declared] = &[
 
 /// The form of a function of time; its parameters are given from outside.
 #[derive(Clone, Debug)]
-pub enum Law {
+pub enum MotionLaw {
     /// A formula of time whose design variables are the parameters.
     Formula(Program),
     ConstantSpeed,
@@ -77,7 +77,7 @@ pub enum Law {
     Table(Table),
 }
 
-impl Motion for Law {
+impl Motion for MotionLaw {
     fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
         match self {
             Self::Formula(program) => program.value(&Inputs::at(p, t)),
@@ -93,7 +93,7 @@ impl Motion for Law {
 /// A function of time with its parameters as programs of the design.
 #[derive(Clone, Debug)]
 pub struct TimeFunction {
-    pub law: Law,
+    pub law: MotionLaw,
     pub parameters: Vec<Program>,
 }
 
@@ -114,19 +114,19 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     let used = program.uses();
     if used.len() > MOST_MOTION_PARAMETERS {
         let message = format!("a motion of {} design variables; {MOST_MOTION_PARAMETERS} are possible", used.len());
-        return Err(Complaint::new(tree.span, message));
+        return Err(Diagnostic::new(tree.span, message));
     }
     let parameters = used.iter().map(|&i| Program::variable(i)).collect();
-    Ok(TimeFunction { law: Law::Formula(program.with_design(&used)), parameters })
+    Ok(TimeFunction { law: MotionLaw::Formula(program.with_design(&used)), parameters })
 }
 
 fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Read<TimeFunction> {
     let numbers = keys.iter().filter(|key| key.accepts == Accepts::Expression);
     let parameters = numbers.map(|key| section.program(key.name, names, &Wants::DESIGN)).collect::<Read<_>>()?;
     let law = match kind {
-        "constant-speed" => Law::ConstantSpeed,
-        "harmonic" => Law::Harmonic,
-        "ramp" => Law::Ramp(section.choice("profile", &[("smooth", Ramp::Smooth), ("linear", Ramp::Linear)])?),
+        "constant-speed" => MotionLaw::ConstantSpeed,
+        "harmonic" => MotionLaw::Harmonic,
+        "ramp" => MotionLaw::Ramp(section.choice("profile", &[("smooth", Ramp::Smooth), ("linear", Ramp::Linear)])?),
         "start-up" => {
             let profiles = [
                 StartUp::Sudden,
@@ -137,12 +137,12 @@ fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Re
                 StartUp::Polynomial,
             ];
             let choices: Vec<_> = PROFILES.iter().copied().zip(profiles).collect();
-            Law::StartUp(section.choice("profile", &choices)?)
+            MotionLaw::StartUp(section.choice("profile", &choices)?)
         }
         _ => {
             let list = |key| Ok(section.numbers(key, names)?.unwrap_or_default());
             let table = Table::new(&list("times")?, &list("values")?);
-            Law::Table(table.map_err(|e| section.complain("times", e.to_string()))?)
+            MotionLaw::Table(table.map_err(|e| section.complain("times", e.to_string()))?)
         }
     };
     Ok(TimeFunction { law, parameters })

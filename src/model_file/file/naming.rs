@@ -3,7 +3,7 @@
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, constant, tree, wrong_type};
 use crate::model_file::expression::{Names, Wants};
-use crate::model_file::{Complaint, limits};
+use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
 
 pub const DESIGN: &[Key] = &[
@@ -21,7 +21,7 @@ pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
     for (name, design) in &designs {
         log.place(name, design.span.clone());
         if log.keep(names.check(name, design.span.clone())).is_none() {
-            log.spoil_all();
+            log.poison_all();
         }
         names.design(name);
     }
@@ -53,7 +53,7 @@ fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
                 section.span = word.span;
                 found.push((word.text, section));
             }
-            None => file.source().log.spoil(&word.text),
+            None => file.source().log.poison(&word.text),
         }
     }
     Ok(found)
@@ -88,7 +88,7 @@ fn constants(file: &Section<'_>, names: &mut Names) -> Read<()> {
             Ok(value) => names.settle(name, value),
             // Bounds and limits are made of constants: nothing can be said of them without these.
             Err(mistake) => {
-                last = last.and(Err(mistake)).inspect_err(|m: &Complaint| file.source().log.note(m.clone()))
+                last = last.and(Err(mistake)).inspect_err(|m: &Diagnostic| file.source().log.note(m.clone()))
             }
         }
     }
@@ -116,7 +116,7 @@ fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, crat
         let read = names.check(&word.text, word.span).and_then(|()| tree(value, &word.text, file.source()));
         match file.source().log.keep(read) {
             Some(tree) => found.push((word.text, tree)),
-            None => file.source().log.spoil(&word.text),
+            None => file.source().log.poison(&word.text),
         }
     }
     Ok(found)
@@ -128,5 +128,5 @@ pub fn some(variables: &[DesignVariable], file: &Section<'_>) -> Read<()> {
         return Ok(());
     }
     let help = "add a table such as\n    [design.length]\n    start = 1.0";
-    Err(Complaint::new(file.span.start..file.span.start, "there is no design variable").help(help))
+    Err(Diagnostic::new(file.span.start..file.span.start, "there is no design variable").help(help))
 }

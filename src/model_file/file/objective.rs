@@ -3,9 +3,9 @@
 use super::key::{Accepts, Key, Table, default, optional};
 use super::naming;
 use super::outputs::intermediates;
-use super::quantity::{Explicit, Known, Quantified, Times};
+use super::quantity::{Explicit, Quantified, QuantityContext, Times};
 use super::section::{Read, Section};
-use crate::model_file::Complaint;
+use crate::model_file::Diagnostic;
 use crate::model_file::expression::Names;
 use crate::problem::{DesignVariable, ProblemBuilder, Quantity, TimeGrid};
 
@@ -57,14 +57,14 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<DesignVa
 /// Reads the section.
 pub fn read(
     file: &Section<'_>,
-    known: &Known<'_>,
+    known: &QuantityContext<'_>,
     grid: Option<&TimeGrid>,
     variables: &[DesignVariable],
     bound: Option<DesignVariable>,
 ) -> Read<Objective> {
     let Some(section) = file.inner("objective", &[KEYS])? else {
         let help = "add [objective] with minimize = \"…\"";
-        return Err(Complaint::new(file.span.start..file.span.start, "there is no objective").help(help));
+        return Err(Diagnostic::new(file.span.start..file.span.start, "there is no objective").help(help));
     };
     let (key, sign) = match (section.has("minimize"), section.has("maximize")) {
         (true, false) => ("minimize", 1.0),
@@ -95,7 +95,12 @@ pub fn read(
     }
 }
 
-fn peak(section: &Section<'_>, known: &Known<'_>, value: Quantified, bound: DesignVariable) -> Read<Objective> {
+fn peak(
+    section: &Section<'_>,
+    known: &QuantityContext<'_>,
+    value: Quantified,
+    bound: DesignVariable,
+) -> Read<Objective> {
     let scale = section.number("scale", known.names)?.unwrap_or(1.0);
     if scale <= 0.0 {
         return Err(section.complain("scale", "`scale` must be positive"));

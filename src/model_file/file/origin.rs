@@ -1,7 +1,7 @@
 //! Where what fails in an analysis stands in the file.
 
 use crate::Error;
-use crate::model_file::{Complaint, Fault};
+use crate::model_file::{Diagnostic, DiagnosticReport};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub struct Origin {
 
 impl Origin {
     /// The error at the part that it names; none if it names none.
-    pub fn locate(&self, error: &Error) -> Option<Fault> {
+    pub fn locate(&self, error: &Error) -> Option<DiagnosticReport> {
         let (what, message, remedy) = match error {
             Error::Analysis { what, why, remedy } => {
                 (what, format!("analysis failed in {what}: {why}"), remedy.clone())
@@ -27,8 +27,8 @@ impl Origin {
             _ => return None,
         };
         let span = self.named_in(what)?.clone();
-        let complaint = Complaint::new(span, message).label("here").help(remedy);
-        Some(Fault { file: self.file.clone(), text: self.text.clone(), complaint, others: vec![] })
+        let complaint = Diagnostic::new(span, message).label("here").help(remedy);
+        Some(DiagnosticReport { file: self.file.clone(), text: self.text.clone(), complaint, others: vec![] })
     }
 
     /// The place of the first part that a text names.

@@ -2,11 +2,11 @@
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
 use super::measures::{self, Measure, Sensors};
-use super::parts::{Parts, World};
+use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section, Word, find, ordered, tree};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
-use crate::model_file::{Complaint, limits};
+use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use autodiff::Scalar;
 use mechanics::mechanism::Term;
@@ -57,7 +57,7 @@ pub fn read(
         names.check(&word.text, word.span.clone())?;
         if outputs.iter().any(|o| o.name == word.text) {
             return Err(
-                Complaint::new(word.span, format!("the name `{}` is taken twice", word.text)).label("second use")
+                Diagnostic::new(word.span, format!("the name `{}` is taken twice", word.text)).label("second use")
             );
         }
         if outputs.len() >= most {
@@ -131,7 +131,7 @@ pub fn intermediates(
     for (word, value) in ordered(table) {
         let Some(k) = variables.iter().position(|v| v.name == word.text) else {
             let known = variables.iter().map(|v| v.name.as_str());
-            return Err(Complaint::unknown(word.span, "design variable", &word.text, known));
+            return Err(Diagnostic::unknown(word.span, "design variable", &word.text, known));
         };
         match value.get_ref() {
             // What is no word is a formula of the whole design.
@@ -177,7 +177,7 @@ impl Output {
     }
 
     /// Adds the output to a mechanism.
-    pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, world: &mut World<S>, b: &[S]) -> Result<()> {
+    pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, world: &mut BuildContext<S>, b: &[S]) -> Result<()> {
         let mut terms: Vec<Term<S>> = vec![];
         let mut counts = vec![];
         for measure in &self.measures {

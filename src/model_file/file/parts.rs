@@ -1,12 +1,12 @@
 //! Names of the parts of a mechanism, and what refers to them.
 
 use super::key::{Accepts, Key, required};
-use super::log::Source;
+use super::log::FileSource;
 use super::section::{Read, Section, Value, Word, pair, wrong_type};
-use crate::model_file::Complaint;
+use crate::model_file::Diagnostic;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
-use mechanics::mechanism::{Body, Coordinate, Marker, Mechanism, Part};
+use mechanics::mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism};
 use std::collections::HashMap;
 use std::ops::Range;
 use toml::de::DeValue;
@@ -22,7 +22,7 @@ pub enum Frame {
 
 /// What a name of a mechanism stands for.
 #[derive(Clone, Debug)]
-pub enum Named {
+pub enum Symbol {
     Frame(Frame),
     /// A single coordinate with a mass.
     Slide(usize),
@@ -39,14 +39,14 @@ pub enum Named {
 
 /// A point of a frame.
 #[derive(Clone, Debug)]
-pub struct Spot {
+pub struct PointRef {
     pub frame: Frame,
     pub at: [Program; 2],
 }
 
 /// A coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum CoordinateRef {
     Of(Frame, Axis),
     Slide(usize),
 }
@@ -66,18 +66,18 @@ pub const SPOT: &[Key] = &[
 /// The names that have been read.
 #[derive(Clone, Debug, Default)]
 pub struct Parts {
-    named: HashMap<String, Named>,
+    named: HashMap<String, Symbol>,
     pub order: Vec<String>,
-    pub points: Vec<Spot>,
+    pub points: Vec<PointRef>,
 }
 
 impl Parts {
     /// Adds a name.
-    pub fn add(&mut self, word: &Word, named: Named) -> Read<()> {
+    pub fn add(&mut self, word: &Word, named: Symbol) -> Read<()> {
         crate::model_file::expression::check_name(&word.text, word.span.clone())?;
         if self.named.contains_key(&word.text) {
             let message = format!("the name `{}` is taken twice", word.text);
-            return Err(Complaint::new(word.span.clone(), message)
+            return Err(Diagnostic::new(word.span.clone(), message)
                 .label("second use")
                 .help("give every part its own name"));
         }
@@ -86,18 +86,18 @@ impl Parts {
         Ok(())
     }
 
-    pub fn get(&self, name: &str) -> Option<&Named> {
+    pub fn get(&self, name: &str) -> Option<&Symbol> {
         self.named.get(name)
     }
 
     /// The frame of that name: `ground`, a body, a beam node such as `rod.first`, `rod.last`, `rod.3`.
     pub fn frame(&self, text: &str, span: &Range<usize>) -> Read<Frame> {
         self.find_frame(text).ok_or_else(|| {
-            let bodies = self.order.iter().filter(|n| matches!(self.named[*n], Named::Frame(_) | Named::Point(_)));
-            let beams = self.order.iter().filter(|n| matches!(self.named[*n], Named::Beam(..)));
+            let bodies = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Frame(_) | Symbol::Point(_)));
+            let beams = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Beam(..)));
             let nodes = beams.flat_map(|n| [format!("{n}.first"), format!("{n}.last")]);
             let known: Vec<String> = bodies.cloned().chain(nodes).chain(["ground".to_owned()]).collect();
-            Complaint::unknown(span.clone(), "body", text, known.iter().map(String::as_str))
+            Diagnostic::unknown(span.clone(), "body", text, known.iter().map(String::as_str))
         })
     }
 
@@ -106,12 +106,12 @@ impl Parts {
             return Some(Frame::Ground);
         }
         match self.named.get(text) {
-            Some(Named::Frame(frame)) => return Some(*frame),
+            Some(Symbol::Frame(frame)) => return Some(*frame),
             Some(_) => return None,
             None => {}
         }
         let (name, node) = text.rsplit_once('.')?;
-        let Some(Named::Beam(beam, elements)) = self.named.get(name) else { return None };
+        let Some(Symbol::Beam(beam, elements)) = self.named.get(name) else { return None };
         let node = match node {
             "first" => 0,
             "last" => *elements,
@@ -121,25 +121,25 @@ impl Parts {
     }
 
     /// The point at `key` of a part.
-    pub fn spot(&self, section: &Section<'_>, key: &str, names: &Names) -> Read<Spot> {
+    pub fn spot(&self, section: &Section<'_>, key: &str, names: &Names) -> Read<PointRef> {
         let value = section.get(key).expect("the key is required");
         self.spot_of(value, key, names, section.source())
     }
 
-    fn spot_of(&self, value: &Value<'_>, key: &str, names: &Names, source: Source<'_>) -> Read<Spot> {
+    fn spot_of(&self, value: &Value<'_>, key: &str, names: &Names, source: FileSource<'_>) -> Read<PointRef> {
         match value.get_ref() {
             DeValue::String(name) => {
-                if let Some(Named::Point(k)) = self.named.get(&**name) {
+                if let Some(Symbol::Point(k)) = self.named.get(&**name) {
                     return Ok(self.points[*k].clone());
                 }
                 let origin = [Program::constant(0.0), Program::constant(0.0)];
-                Ok(Spot { frame: self.frame(name, &value.span())?, at: origin })
+                Ok(PointRef { frame: self.frame(name, &value.span())?, at: origin })
             }
             DeValue::Table(_) => {
                 let inner = Section::open(value, &format!("`{key}`"), &[SPOT], source)?;
                 let body = inner.need_word("body")?;
                 let at = inner.get("at").expect("the key is required");
-                Ok(Spot {
+                Ok(PointRef {
                     frame: self.frame(&body.text, &body.span)?,
                     at: pair(at, "at", names, &Wants::DESIGN, source)?,
                 })
@@ -149,21 +149,21 @@ impl Parts {
     }
 
     /// The coordinate at `key` of a part: `crank.theta`, `ground.x`, or the name of a body that is one coordinate.
-    pub fn place(&self, section: &Section<'_>, key: &str) -> Read<Place> {
+    pub fn place(&self, section: &Section<'_>, key: &str) -> Read<CoordinateRef> {
         let word = section.need_word(key)?;
         self.find_place(&word.text).ok_or_else(|| {
-            let frames = self.order.iter().filter(|n| matches!(self.named[*n], Named::Frame(_)));
+            let frames = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Frame(_)));
             let axes = frames.flat_map(|n| ["x", "y", "theta"].map(|axis| format!("{n}.{axis}")));
-            let slides = self.order.iter().filter(|n| matches!(self.named[*n], Named::Slide(_))).cloned();
+            let slides = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Slide(_))).cloned();
             let known: Vec<String> = slides.chain(axes).chain(["ground.x".to_owned()]).collect();
-            Complaint::unknown(word.span.clone(), "coordinate", &word.text, known.iter().map(String::as_str))
+            Diagnostic::unknown(word.span.clone(), "coordinate", &word.text, known.iter().map(String::as_str))
         })
     }
 
     /// The coordinate of that name.
-    pub fn find_place(&self, text: &str) -> Option<Place> {
-        if let Some(Named::Slide(k)) = self.named.get(text) {
-            return Some(Place::Slide(*k));
+    pub fn find_place(&self, text: &str) -> Option<CoordinateRef> {
+        if let Some(Symbol::Slide(k)) = self.named.get(text) {
+            return Some(CoordinateRef::Slide(*k));
         }
         let (name, axis) = text.rsplit_once('.')?;
         let axis = match axis {
@@ -172,21 +172,21 @@ impl Parts {
             "theta" => Axis::Theta,
             _ => return None,
         };
-        Some(Place::Of(self.find_frame(name)?, axis))
+        Some(CoordinateRef::Of(self.find_frame(name)?, axis))
     }
 }
 
 /// The parts of a mechanism that is being built.
-pub struct World<S> {
+pub struct BuildContext<S> {
     pub mechanism: Mechanism<S>,
     pub bodies: Vec<Body>,
     pub slides: Vec<Coordinate>,
-    pub beams: Vec<(Vec<Body>, Vec<Part>)>,
-    pub elements: Vec<Part>,
+    pub beams: Vec<(Vec<Body>, Vec<ElementIndex>)>,
+    pub elements: Vec<ElementIndex>,
     pub drives: Vec<Coordinate>,
 }
 
-impl<S: Scalar> World<S> {
+impl<S: Scalar> BuildContext<S> {
     pub fn frame(&self, frame: Frame) -> Body {
         match frame {
             Frame::Ground => self.mechanism.ground(),
@@ -195,15 +195,15 @@ impl<S: Scalar> World<S> {
         }
     }
 
-    pub fn marker(&self, spot: &Spot, b: &[S]) -> Marker<S> {
+    pub fn marker(&self, spot: &PointRef, b: &[S]) -> Marker<S> {
         let [x, y] = [0, 1].map(|k| spot.at[k].value(&Inputs::design(b)));
         self.frame(spot.frame).at(x, y)
     }
 
-    pub fn coordinate(&self, place: Place) -> Coordinate {
+    pub fn coordinate(&self, place: CoordinateRef) -> Coordinate {
         match place {
-            Place::Slide(k) => self.slides[k],
-            Place::Of(frame, axis) => {
+            CoordinateRef::Slide(k) => self.slides[k],
+            CoordinateRef::Of(frame, axis) => {
                 let [x, y, theta] = self.frame(frame).coordinates();
                 match axis {
                     Axis::X => x,

@@ -2,7 +2,7 @@
 
 use super::outputs::Output;
 use super::section::{Read, Section, wrong_type};
-use crate::model_file::Complaint;
+use crate::model_file::Diagnostic;
 use crate::model_file::expression::{Inputs, Names, Program, Tree, Wants};
 use crate::problem::{Function, Point, TimeGrid};
 use autodiff::Scalar;
@@ -45,7 +45,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
         if values.len() != times.len() {
             let message =
                 format!("the series `{}` has {} values for {} time points", word.text, values.len(), times.len());
-            return Err(Complaint::new(value.span(), message));
+            return Err(Diagnostic::new(value.span(), message));
         }
         all.push(Series { name: word.text, times: times.clone(), values: Arc::new(values) });
     }
@@ -53,7 +53,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
 }
 
 /// What formulas of outputs may name.
-pub struct Known<'a> {
+pub struct QuantityContext<'a> {
     pub names: &'a Names,
     pub outputs: &'a [Output],
     pub series: &'a [Series],
@@ -77,7 +77,7 @@ pub struct Quantified {
     pub is_transient: bool,
 }
 
-impl Known<'_> {
+impl QuantityContext<'_> {
     /// The formula that a tree is.
     pub fn compile(&self, tree: &Tree, key: &str) -> Read<Quantified> {
         let output = |name: &str| self.outputs.iter().position(|o| o.name == name);

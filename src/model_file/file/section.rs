@@ -2,9 +2,9 @@
 
 use super::each::copies;
 use super::key::{Key, Need};
-use super::log::Source;
-use crate::model_file::expression::{Names, Place, Program, Tree, Wants};
-use crate::model_file::{Complaint, limits};
+use super::log::FileSource;
+use crate::model_file::expression::{Names, Program, TextPlace, Tree, Wants};
+use crate::model_file::{Diagnostic, limits};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -13,7 +13,7 @@ use toml::de::{DeTable, DeValue};
 pub type Value<'a> = Spanned<DeValue<'a>>;
 
 /// A result of reading.
-pub type Read<T> = Result<T, Complaint>;
+pub type Read<T> = Result<T, Diagnostic>;
 
 /// A word with its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,14 +31,14 @@ pub struct Section<'a> {
     /// What it is, for messages: "joint `A`".
     pub title: String,
     keys: Vec<&'static Key>,
-    source: Source<'a>,
+    source: FileSource<'a>,
 }
 
 impl<'a> Section<'a> {
     /// The table `value` whose keys are in `keys`.
     ///
     /// **Errors.** Something that is no table; a key that is not known; a required key that is missing.
-    pub fn open(value: &Value<'a>, title: &str, keys: &[&'static [Key]], source: Source<'a>) -> Read<Self> {
+    pub fn open(value: &Value<'a>, title: &str, keys: &[&'static [Key]], source: FileSource<'a>) -> Read<Self> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(wrong_type(value, title, "a table"));
         };
@@ -50,7 +50,7 @@ impl<'a> Section<'a> {
         span: Range<usize>,
         title: &str,
         keys: &[&'static [Key]],
-        source: Source<'a>,
+        source: FileSource<'a>,
     ) -> Read<Self> {
         let keys: Vec<&Key> = keys.iter().flat_map(|keys| keys.iter()).collect();
         let title = match table.get("name").and_then(|n| n.get_ref().as_str()) {
@@ -72,9 +72,9 @@ impl<'a> Section<'a> {
         let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
         let mut unknown = Ok(());
         for key in self.table.keys().filter(|key| !is_known(key.get_ref())) {
-            let complaint = Complaint::unknown(key.span(), "key", key.get_ref(), self.keys.iter().map(|k| k.name));
+            let complaint = Diagnostic::unknown(key.span(), "key", key.get_ref(), self.keys.iter().map(|k| k.name));
             let message = complaint.message.replacen("there is", &format!("{} has", self.title), 1);
-            let complaint = Complaint { message, asked: None, ..complaint };
+            let complaint = Diagnostic { message, asked: None, ..complaint };
             self.source.log.note(complaint.clone());
             unknown = Err(complaint);
         }
@@ -83,7 +83,7 @@ impl<'a> Section<'a> {
         let Some(missing) = self.keys.iter().find(lacks) else { return Ok(()) };
         let message = format!("{} lacks `{}`", self.title, missing.name);
         let help = format!("`{}` takes: {} — {}", missing.name, missing.accepts.words(), missing.about);
-        Err(Complaint::new(heading(&self.span, self.source), message).help(help))
+        Err(Diagnostic::new(heading(&self.span, self.source), message).help(help))
     }
 
     /// The value of a key, if it is there.
@@ -117,7 +117,7 @@ impl<'a> Section<'a> {
         if word.text.is_empty() {
             let known: Vec<String> = kinds.iter().map(|(k, _)| format!("`{k}`")).collect();
             let message = format!("this {what} lacks `kind`");
-            return Err(Complaint::new(word.span, message).help(format!("choose from {}", known.join(", "))));
+            return Err(Diagnostic::new(word.span, message).help(format!("choose from {}", known.join(", "))));
         }
         find(&word, &format!("kind of {what}"), &kinds)
     }
@@ -160,7 +160,7 @@ impl<'a> Section<'a> {
             (Some(count), _) if count <= most => Ok(Some(count)),
             (_, true) => {
                 let message = format!("`{key}` must be a whole number from 0 to {most}");
-                Err(Complaint::new(value.span(), message).label("out of range"))
+                Err(Diagnostic::new(value.span(), message).label("out of range"))
             }
             _ => Err(wrong_type(value, &format!("`{key}`"), "a whole number")),
         }
@@ -170,7 +170,9 @@ impl<'a> Section<'a> {
     pub fn tree(&self, key: &str) -> Read<Option<Tree>> {
         match self.get(key) {
             Some(value) => tree(value, key, self.source).map(Some),
-            None => self.default_of(key).map(|text| Tree::parse(text, Place::Within(self.span.clone()))).transpose(),
+            None => {
+                self.default_of(key).map(|text| Tree::parse(text, TextPlace::Within(self.span.clone()))).transpose()
+            }
         }
     }
 
@@ -178,7 +180,7 @@ impl<'a> Section<'a> {
     pub fn program(&self, key: &str, names: &Names, wants: &Wants) -> Read<Program> {
         match self.tree(key)? {
             Some(tree) => names.compile(&tree, &Wants { place: &format!("`{key}`"), ..*wants }),
-            None => Err(Complaint::new(heading(&self.span, self.source), format!("{} lacks `{key}`", self.title))),
+            None => Err(Diagnostic::new(heading(&self.span, self.source), format!("{} lacks `{key}`", self.title))),
         }
     }
 
@@ -199,7 +201,7 @@ impl<'a> Section<'a> {
         let Some(value) = self.get(key) else { return Ok(None) };
         let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), "a list [ … ]"))?;
         if list.len() > limits::POINTS {
-            return Err(Complaint::new(value.span(), format!("{} values are too many", list.len())));
+            return Err(Diagnostic::new(value.span(), format!("{} values are too many", list.len())));
         }
         list.iter().map(|item| constant(&tree(item, key, self.source)?, key, names)).collect::<Read<_>>().map(Some)
     }
@@ -224,12 +226,12 @@ impl<'a> Section<'a> {
         for item in list.iter() {
             let table = item.get_ref().as_table().ok_or_else(|| wrong_type(item, &format!("`{key}`"), "a table"))?;
             let Some(tables) = self.source.log.keep(copies(table, item.span())) else {
-                self.source.log.spoil_all();
+                self.source.log.poison_all();
                 continue;
             };
             all.extend(tables.into_iter().map(|table| (table, item.span())));
             if all.len() > limits::PARTS {
-                return Err(Complaint::new(item.span(), format!("more than {} parts under [[{key}]]", limits::PARTS)));
+                return Err(Diagnostic::new(item.span(), format!("more than {} parts under [[{key}]]", limits::PARTS)));
             }
         }
         Ok(all)
@@ -245,9 +247,9 @@ impl<'a> Section<'a> {
                 (Ok(item), _) => all.push(item),
                 (Err(mistake), name) => {
                     match name {
-                        Some((name, span)) if span != mistake.span => log.spoil(&name),
+                        Some((name, span)) if span != mistake.span => log.poison(&name),
                         // What it should be called, nobody knows.
-                        _ => log.spoil_all(),
+                        _ => log.poison_all(),
                     }
                     log.note(mistake);
                 }
@@ -256,14 +258,14 @@ impl<'a> Section<'a> {
         Ok(all)
     }
 
-    pub fn source(&self) -> Source<'a> {
+    pub fn source(&self) -> FileSource<'a> {
         self.source
     }
 
     /// A complaint about the value of a key, or about the table if the key is not there.
-    pub fn complain(&self, key: &str, message: impl Into<String>) -> Complaint {
+    pub fn complain(&self, key: &str, message: impl Into<String>) -> Diagnostic {
         let span = self.table.get(key).map_or_else(|| heading(&self.span, self.source), Spanned::span);
-        Complaint::new(span, message)
+        Diagnostic::new(span, message)
     }
 
     fn default_of(&self, key: &str) -> Option<&'static str> {
@@ -283,7 +285,7 @@ pub fn ordered<'t, 'a>(table: &'t DeTable<'a>) -> Vec<(Word, &'t Value<'a>)> {
 }
 
 /// The first line of a table.
-fn heading(span: &Range<usize>, source: Source<'_>) -> Range<usize> {
+fn heading(span: &Range<usize>, source: FileSource<'_>) -> Range<usize> {
     let line = source.text.get(span.clone()).and_then(|text| text.find('\n')).unwrap_or(span.len());
     span.start..span.start + line
 }
@@ -292,12 +294,12 @@ fn heading(span: &Range<usize>, source: Source<'_>) -> Range<usize> {
 pub fn find<T: Copy>(word: &Word, key: &str, choices: &[(&'static str, T)]) -> Read<T> {
     match choices.iter().find(|(known, _)| *known == word.text) {
         Some((_, value)) => Ok(*value),
-        None => Err(Complaint::unknown(word.span.clone(), key, &word.text, choices.iter().map(|c| c.0))),
+        None => Err(Diagnostic::unknown(word.span.clone(), key, &word.text, choices.iter().map(|c| c.0))),
     }
 }
 
 /// A number, or an expression in quotes.
-pub fn tree(value: &Value<'_>, key: &str, source: Source<'_>) -> Read<Tree> {
+pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<Tree> {
     let number = match value.get_ref() {
         DeValue::String(text) => return Tree::parse(text, place(value, text, source)),
         DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
@@ -307,20 +309,20 @@ pub fn tree(value: &Value<'_>, key: &str, source: Source<'_>) -> Read<Tree> {
     match number.filter(|x| x.is_finite()) {
         Some(x) => Ok(Tree::number(x, value.span())),
         None => {
-            let complaint = Complaint::new(value.span(), format!("`{key}` must be a finite number"));
+            let complaint = Diagnostic::new(value.span(), format!("`{key}` must be a finite number"));
             Err(complaint.help("leave a bound out where there is none"))
         }
     }
 }
 
 /// Where the letters of a text stand.
-pub fn place(value: &Value<'_>, text: &str, source: Source<'_>) -> Place {
+pub fn place(value: &Value<'_>, text: &str, source: FileSource<'_>) -> TextPlace {
     let span = value.span();
     let quoted = source.text.get(span.clone()).unwrap_or("");
     if quoted.len() == text.len() + 2 && &quoted[1..=text.len()] == text {
-        Place::From(span.start + 1)
+        TextPlace::From(span.start + 1)
     } else {
-        Place::Within(span)
+        TextPlace::Within(span)
     }
 }
 
@@ -331,11 +333,11 @@ pub fn constant(tree: &Tree, key: &str, names: &Names) -> Read<f64> {
 }
 
 /// A list of two expressions.
-pub fn pair(value: &Value<'_>, key: &str, names: &Names, wants: &Wants, source: Source<'_>) -> Read<[Program; 2]> {
+pub fn pair(value: &Value<'_>, key: &str, names: &Names, wants: &Wants, source: FileSource<'_>) -> Read<[Program; 2]> {
     let two = "two values [x, y]";
     let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), two))?;
     if list.len() != 2 {
-        return Err(Complaint::new(value.span(), format!("`{key}` takes {two}, got {}", list.len())));
+        return Err(Diagnostic::new(value.span(), format!("`{key}` takes {two}, got {}", list.len())));
     }
     let one = |k: usize| -> Read<Program> {
         let tree = tree(&list[k], key, source)?;
@@ -344,7 +346,7 @@ pub fn pair(value: &Value<'_>, key: &str, names: &Names, wants: &Wants, source: 
     Ok([one(0)?, one(1)?])
 }
 
-pub fn wrong_type(value: &Value<'_>, what: &str, wanted: &str) -> Complaint {
+pub fn wrong_type(value: &Value<'_>, what: &str, wanted: &str) -> Diagnostic {
     let got = match value.get_ref() {
         DeValue::String(_) => "text",
         DeValue::Integer(_) => "a whole number",
@@ -354,5 +356,5 @@ pub fn wrong_type(value: &Value<'_>, what: &str, wanted: &str) -> Complaint {
         DeValue::Array(_) => "a list",
         DeValue::Table(_) => "a table",
     };
-    Complaint::new(value.span(), format!("{what} must be {wanted}, got {got}")).label(format!("expected {wanted}"))
+    Diagnostic::new(value.span(), format!("{what} must be {wanted}, got {got}")).label(format!("expected {wanted}"))
 }

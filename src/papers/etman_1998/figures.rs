@@ -1,7 +1,7 @@
 //! The paper's figures 3 to 6, and what a run looks like: convergence and time histories.
 
 use super::four_bar_figures::{four_bar_animation, four_bar_figures};
-use super::{Regenerated, Run};
+use super::{Regenerated, ReproducedRun};
 use crate::cases::four_bar::StressConstrained;
 use crate::cases::impact_absorber::{self, ACCELERATION, DISPLACEMENT, motion};
 use crate::cases::slider_crank::{self, coupler_point};
@@ -65,7 +65,7 @@ fn largest(k: f64, c: f64, which: usize) -> f64 {
     (0..401).map(|p| motion(k, c, 0.03 * f64::from(p))[which].abs()).fold(0.0, f64::max)
 }
 
-fn path(run: &Run) -> Vec<Iterate> {
+fn path(run: &ReproducedRun) -> Vec<Iterate> {
     let corner = |side: &[f64]| [side[0], side[1]];
     let iterate = |c: &Cycle| Iterate {
         cycle: c.cycle,
@@ -76,7 +76,7 @@ fn path(run: &Run) -> Vec<Iterate> {
     run.state.history.iter().map(iterate).collect()
 }
 
-fn in_the_plane(run: &Run, name: &str, grid: &Grid, levels: &[f64]) -> Result<Figure> {
+fn in_the_plane(run: &ReproducedRun, name: &str, grid: &Grid, levels: &[f64]) -> Result<Figure> {
     let excess = plane(|k, c| largest(k, c, DISPLACEMENT) - 1.0)?;
     design_plane(&DesignPlane {
         variables: variables(),
@@ -87,12 +87,12 @@ fn in_the_plane(run: &Run, name: &str, grid: &Grid, levels: &[f64]) -> Result<Fi
     })
 }
 
-fn figure3(run: &Run) -> Result<Figure> {
+fn figure3(run: &ReproducedRun) -> Result<Figure> {
     let peak = plane(|k, c| largest(k, c, ACCELERATION))?;
     in_the_plane(run, "maximum acceleration [m s^{-2}]", &peak, &[])
 }
 
-fn figure5(run: &Run) -> Result<Figure> {
+fn figure5(run: &ReproducedRun) -> Result<Figure> {
     let weights = TimeGrid::uniform(0.0, impact_absorber::DURATION, 101)?.simpson()?;
     let square = |k, c| {
         let term = |(p, w): (usize, &f64)| w * motion(k, c, 0.12 * p as f64)[ACCELERATION].powi(2);
@@ -103,7 +103,7 @@ fn figure5(run: &Run) -> Result<Figure> {
 }
 
 /// Displacement and acceleration constraints at every 0.25 s near the optimum, for the optimal b₃.
-fn figure4(run: &Run) -> Result<Figure> {
+fn figure4(run: &ReproducedRun) -> Result<Figure> {
     let [low, high] = [[0.25, 0.4], [0.5, 0.6]];
     let excesses = |which: usize, limit: f64, sign: f64| -> Result<Vec<Grid>> {
         let at = |p: i32| {
@@ -147,7 +147,7 @@ pub fn slider_crank_at(b: &[f64], rotation: f64) -> ([f64; 2], Linkage) {
     (point, linkage)
 }
 
-fn figure6(run: &Run) -> Result<Figure> {
+fn figure6(run: &ReproducedRun) -> Result<Figure> {
     let curve = |b: &[f64]| -> Vec<[f64; 2]> {
         (0..=180).map(|k| slider_crank_at(b, f64::from(2 * k).to_radians()).0).collect()
     };
@@ -164,7 +164,7 @@ fn figure6(run: &Run) -> Result<Figure> {
 }
 
 /// Objective, errors, violation and steps over the cycles.
-fn convergence_of(run: &Run) -> Result<Figure> {
+fn convergence_of(run: &ReproducedRun) -> Result<Figure> {
     let history = &run.state.history;
     let column = |f: fn(&Cycle) -> f64| -> Vec<f64> { history.iter().map(f).collect() };
     let objective = column(|c| c.objective);
@@ -186,7 +186,7 @@ fn convergence_of(run: &Run) -> Result<Figure> {
 }
 
 /// A response at the first and the final design, with its limits and the points kept and active in the last cycle.
-fn history_of(run: &Run, response: usize, limits: &[f64]) -> Result<Figure> {
+fn history_of(run: &ReproducedRun, response: usize, limits: &[f64]) -> Result<Figure> {
     let (problem, state) = (&run.problem, &run.state);
     let declared = &problem.responses[response];
     let grid = &problem.grids[declared.grid.unwrap_or(0)];

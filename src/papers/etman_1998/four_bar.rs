@@ -1,8 +1,8 @@
 //! Tables V and VI: the stress-constrained flexible four-bar mechanism.
 
 use super::printed_rows::{PrintedRow, printed_rows};
-pub use super::runs::{Observer, Regenerated, Run};
-use crate::approximation::{ApproximateProblem, Known, Manner, Surroundings};
+pub use super::runs::{Observer, Regenerated, ReproducedRun};
+use crate::approximation::{ApproximateProblem, ApproximationOptions, LinearizationPoint, SubproblemBox};
 use crate::cases::four_bar::{Derivatives, StressConstrained, method};
 use crate::cases::mechanisms::FourBar;
 use crate::problem::{Evaluation, Problem, Responses, Sensitivities};
@@ -27,14 +27,14 @@ pub fn as_printed() -> StressConstrained {
     StressConstrained { derivatives: Derivatives::ForwardBy(PAPER_STEP), ..StressConstrained::as_published() }
 }
 
-fn solve(name: &str, setup: &StressConstrained, observe: &mut Observer) -> Result<Run> {
+fn solve(name: &str, setup: &StressConstrained, observe: &mut Observer) -> Result<ReproducedRun> {
     let problem = setup.problem()?;
     let state = method().solve(&problem, |s| observe(name, s))?;
-    Ok(Run { problem, state })
+    Ok(ReproducedRun { problem, state })
 }
 
 /// Table V: the start, the optima and a design from the literature; the runs of the optima I, II and III.
-pub fn table5(observe: &mut Observer) -> Result<(Regenerated, [Run; 3])> {
+pub fn table5(observe: &mut Observer) -> Result<(Regenerated, [ReproducedRun; 3])> {
     let published = StressConstrained::as_published();
     let mechanism = published.mechanism;
     let runs = [
@@ -82,10 +82,16 @@ pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<Regenerated> {
     let state = method.resume(&problem, state, |s| observe("table6_from_cycle_4", s))?;
     let title = "Table VI. Flexible four-bar mechanism, continued from the printed cycle 4 with forward differences";
     let notes = vec!["Row 4 is the printed design, un-rounded by its move limits; its E_g belongs to the step before."];
-    history("table6_from_cycle_4", title, rows[4].cycle, Run { problem, state }, notes)
+    history("table6_from_cycle_4", title, rows[4].cycle, ReproducedRun { problem, state }, notes)
 }
 
-fn history(name: &'static str, title: &str, first: usize, run: Run, notes: Vec<&'static str>) -> Result<Regenerated> {
+fn history(
+    name: &'static str,
+    title: &str,
+    first: usize,
+    run: ReproducedRun,
+    notes: Vec<&'static str>,
+) -> Result<Regenerated> {
     let columns = [
         "cycle",
         "accepted",
@@ -175,10 +181,10 @@ impl Start {
 
     fn check(&self, problem: &Problem, method: &Method, printed: PrintedRow) -> Result<RowCheck> {
         let Self { design, responses, evaluation, kept, sensitivities } = self;
-        let known = Known::first_order(design, responses, evaluation, sensitivities);
+        let known = LinearizationPoint::first_order(design, responses, evaluation, sensitivities);
         let region = method.move_limits.region(problem, design, &printed.factors);
-        let surroundings = Surroundings::new(problem, vec![design.clone()], (region.lower, region.upper));
-        let around = (surroundings, Manner::default());
+        let subproblem_box = SubproblemBox::new(problem, vec![design.clone()], (region.lower, region.upper));
+        let around = (subproblem_box, ApproximationOptions::default());
         let approximate = ApproximateProblem::new(problem, &*method.approximation, known, kept.clone(), around)?;
         let proposed = method.solver.solve(&approximate, design)?.x;
         let there = problem.evaluate(&printed.design, &problem.analyze(&printed.design)?)?;

@@ -1,6 +1,6 @@
 //! Pictures of the flexible four-bar: stresses over time and along the links, the mechanism, its motion.
 
-use super::runs::Run;
+use super::runs::ReproducedRun;
 use crate::cases::four_bar::LINKS;
 use crate::cases::mechanisms::FourBar;
 use crate::problem::Problem;
@@ -11,8 +11,8 @@ use crate::report::plots::{
 };
 use error::Result;
 use mechanics::analyses::sampling::interpolate;
-use mechanics::integrators::time_stepper::Run as Motion;
-use mechanics::mechanism::{Mechanism, Model};
+use mechanics::integrators::time_stepper::TimeStepper as Motion;
+use mechanics::mechanism::{Mechanism, ParametricMechanism};
 
 /// How many times the bending of the links is enlarged in pictures of the motion.
 const ENLARGED: f64 = 10.0;
@@ -20,7 +20,7 @@ const ENLARGED: f64 = 10.0;
 const MEGA: f64 = 1e6;
 
 /// Figures of a run of `model`, by file stem.
-pub fn four_bar_figures(name: &str, model: &FourBar, run: &Run) -> Result<Vec<(String, Figure)>> {
+pub fn four_bar_figures(name: &str, model: &FourBar, run: &ReproducedRun) -> Result<Vec<(String, Figure)>> {
     let first = run.problem.analyze(&run.state.history[0].design)?.values;
     let before = stresses(model, &run.state.history[0].design, &first);
     let after = stresses(model, &run.state.design, &run.state.responses.values);
@@ -37,7 +37,7 @@ pub fn four_bar_figures(name: &str, model: &FourBar, run: &Run) -> Result<Vec<(S
 /// The motion of the start and of the final design in the observed window, as a page and as a GIF, by file name.
 ///
 /// The bending of the links is enlarged ten times, and 0.2 s last 8 s.
-pub fn four_bar_animation(name: &str, model: &FourBar, run: &Run) -> Result<Vec<(String, Vec<u8>)>> {
+pub fn four_bar_animation(name: &str, model: &FourBar, run: &ReproducedRun) -> Result<Vec<(String, Vec<u8>)>> {
     let times: Vec<f64> = run.problem.grids[0].points.iter().copied().step_by(2).collect();
     let scene = |title: &str, design: &[f64]| -> Result<Scene> {
         let frames = shapes(model, design, &times)?.iter().map(|links| linkage(links, ENLARGED)).collect();
@@ -68,7 +68,7 @@ fn stresses(model: &FourBar, design: &[f64], moments: &[Vec<f64>]) -> Vec<Vec<f6
 /// The node of a link with the largest stress, over time; with the points kept and active in the last cycle.
 fn stress_history(
     problem: &Problem,
-    run: &Run,
+    run: &ReproducedRun,
     link: usize,
     nodes: usize,
     [before, after]: [&Vec<Vec<f64>>; 2],
@@ -97,7 +97,7 @@ fn stress_history(
 }
 
 /// Stress over time and along the links, active points marked.
-fn field(model: &FourBar, run: &Run, stresses: &[Vec<f64>]) -> Result<Figure> {
+fn field(model: &FourBar, run: &ReproducedRun, stresses: &[Vec<f64>]) -> Result<Figure> {
     let (times, nodes) = (&run.problem.grids[0].points, model.elements + 1);
     let place = |node: usize, link: usize| model.lengths[link] * node as f64 / model.elements as f64;
     let grid = |link: usize| {
@@ -156,7 +156,7 @@ fn shapes(model: &FourBar, design: &[f64], times: &[f64]) -> Result<Vec<[Vec<[f6
     let mut at = motion.integrator.step.new.clone();
     let mut shapes = Vec::with_capacity(times.len());
     for &t in times {
-        motion.reach(t)?;
+        motion.advance_to(t)?;
         interpolate(&motion.integrator.step.old, &motion.integrator.step.new, t, &mut at);
         shapes.push(nodes.each_ref().map(|link| link.iter().map(|&[x, y]| [at.q[x], at.q[y]]).collect()));
     }

@@ -11,5 +11,5 @@ mod summary;
 pub use figures::{animations, figures, slider_crank_at};
 pub use four_bar_figures::{four_bar_animation, four_bar_figures};
 pub use printed_rows::{PrintedRow, printed_rows};
-pub use runs::{Observer, Regenerated, Run, TABLES, regenerate, table1};
+pub use runs::{Observer, Regenerated, ReproducedRun, TABLES, regenerate, table1};
 pub use summary::{Active, Entry, SCHEMA, Summary, Variable};

@@ -20,11 +20,11 @@ pub struct Regenerated {
     /// What a reader must know: stand-ins, misprints, levels of rounding.
     pub notes: Vec<&'static str>,
     /// The run behind it; none for a table of data.
-    pub run: Option<Run>,
+    pub run: Option<ReproducedRun>,
 }
 
 /// A run that has ended.
-pub struct Run {
+pub struct ReproducedRun {
     /// The problem.
     pub problem: Problem,
     /// Its last state, with the whole history.
@@ -105,7 +105,7 @@ pub fn table1(problem: Problem, observe: &mut Observer) -> Result<Regenerated> {
         printed: Some(Printed::from_csv("table1.csv", include_str!("../../../papers/etman-1998/table1.csv"))?),
         keys: 2,
         notes: vec!["Errors and violations of cycles 4 and 5, below 1e-6 %, are at the level of rounding."],
-        run: Some(Run { problem, state }),
+        run: Some(ReproducedRun { problem, state }),
     })
 }
 
@@ -137,7 +137,7 @@ fn table2(observe: &mut Observer) -> Result<Regenerated> {
             "Cycles 5 and 6: E_f is a small difference; 1.5e-5 in the b2 that ends cycle 4 (a flat minimum) makes it.",
             "Cycles 7 and 8: errors and violations below 1e-6 % are at the level of rounding.",
         ],
-        run: Some(Run { problem, state }),
+        run: Some(ReproducedRun { problem, state }),
     })
 }
 
@@ -175,6 +175,6 @@ fn table4(observe: &mut Observer) -> Result<Regenerated> {
         notes: vec![
             "The paper does not print its start. This stand-in has F = 3505 (paper 3486); digits cannot agree.",
         ],
-        run: Some(Run { problem, state }),
+        run: Some(ReproducedRun { problem, state }),
     })
 }

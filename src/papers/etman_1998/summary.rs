@@ -1,6 +1,6 @@
 //! The machine-readable account of a reproduction.
 
-use super::{Regenerated, Run};
+use super::{Regenerated, ReproducedRun};
 use crate::problem::DesignVariable;
 use crate::sao::{ActiveRow, Counters, Status};
 use error::Result;
@@ -93,7 +93,7 @@ impl Summary {
 impl Entry {
     /// The entry of a table; none for a table of data.
     fn of(table: &Regenerated) -> Result<Option<Self>> {
-        let Some(Run { problem, state }) = &table.run else { return Ok(None) };
+        let Some(ReproducedRun { problem, state }) = &table.run else { return Ok(None) };
         let comparison = table.comparison()?;
         let variable =
             |(v, &value): (&DesignVariable, &f64)| Variable { name: v.name.clone(), unit: v.unit.clone(), value };

@@ -1,11 +1,11 @@
 //! What is found out about a derivative.
 
 use super::ridders::Slope;
-use crate::problem::Instant;
+use crate::problem::ResponseAt;
 
 /// What a derivative is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Finding {
+pub enum GradientStatus {
     /// All methods agree with the differences.
     Right,
     /// The response does not depend on the variable, and the methods say so.
@@ -20,7 +20,7 @@ pub enum Finding {
     Unclear,
 }
 
-impl Finding {
+impl GradientStatus {
     /// In words.
     pub fn text(self) -> &'static str {
         match self {
@@ -38,7 +38,7 @@ impl Finding {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
     /// Response and time point.
-    pub instant: Instant,
+    pub instant: ResponseAt,
     /// Number of the design variable.
     pub variable: usize,
     /// What each method says.
@@ -54,7 +54,7 @@ pub struct Checked {
     /// Whether the response has the same bits at all designs along the variable.
     pub is_constant: bool,
     /// The verdict.
-    pub finding: Finding,
+    pub finding: GradientStatus,
     /// Numbers of the methods that contradict the differences, or the other methods.
     pub suspects: Vec<usize>,
 }
@@ -62,7 +62,7 @@ pub struct Checked {
 impl Checked {
     /// Whether it is right, or constant and said to be.
     pub fn is_fine(&self) -> bool {
-        matches!(self.finding, Finding::Right | Finding::Constant)
+        matches!(self.finding, GradientStatus::Right | GradientStatus::Constant)
     }
 
     /// By how much the methods and the differences disagree at the most.
@@ -78,29 +78,29 @@ impl Checked {
             names.join(" and ")
         };
         match self.finding {
-            Finding::Right => "all methods agree with the differences".to_owned(),
-            Finding::Constant => "the response does not depend on the variable".to_owned(),
-            Finding::Kink => {
+            GradientStatus::Right => "all methods agree with the differences".to_owned(),
+            GradientStatus::Constant => "the response does not depend on the variable".to_owned(),
+            GradientStatus::Kink => {
                 let jump = self.jump.unwrap_or(f64::NAN);
                 format!("the slope jumps by {jump:.3e} here: there is no derivative; move the design, or smooth the response")
             }
-            Finding::NotRepeatable => {
+            GradientStatus::NotRepeatable => {
                 let drift = self.drift;
                 format!("two analyses of this design differ by {drift:.1e}: make the analysis a pure function of the design")
             }
-            Finding::Unclear if self.difference.is_none() => {
+            GradientStatus::Unclear if self.difference.is_none() => {
                 "the designs beside this one cannot be analysed: move the design away from there".to_owned()
             }
-            Finding::Unclear => {
+            GradientStatus::Unclear => {
                 let error = self.difference.map_or(f64::NAN, |slope| slope.error);
                 format!("the differences are only good to ± {error:.0e}: tighten the tolerances of the analysis")
             }
-            Finding::Wrong if self.suspects.len() == methods.len() => {
+            GradientStatus::Wrong if self.suspects.len() == methods.len() => {
                 "no method agrees with the differences: what they share is wrong, or the analysis takes other steps for \
                  another design"
                     .to_owned()
             }
-            Finding::Wrong => {
+            GradientStatus::Wrong => {
                 let (wrong, others) =
                     (named(&|k| self.suspects.contains(&k)), named(&|k| !self.suspects.contains(&k)));
                 let agree = if self.suspects.len() + 1 == methods.len() { "agrees" } else { "agree" };
@@ -113,21 +113,21 @@ impl Checked {
 
 /// The verdicts on all derivatives that were asked for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Proof {
+pub struct GradientCheck {
     /// Names of the methods.
     pub methods: Vec<String>,
     /// By instant, then variable.
     pub derivatives: Vec<Checked>,
 }
 
-impl Proof {
+impl GradientCheck {
     /// Whether no derivative is wrong and everything could be told.
     pub fn is_right(&self) -> bool {
         self.derivatives.iter().all(Checked::is_fine)
     }
 
     /// Number of derivatives with this verdict.
-    pub fn count(&self, finding: Finding) -> usize {
+    pub fn count(&self, finding: GradientStatus) -> usize {
         self.derivatives.iter().filter(|d| d.finding == finding).count()
     }
 
@@ -135,11 +135,11 @@ impl Proof {
     ///
     /// # Panics
     ///
-    /// Unless [`Proof::is_right`].
+    /// Unless [`GradientCheck::is_right`].
     pub fn expect_right(&self) {
         let bad = self.derivatives.iter().filter(|d| !d.is_fine());
         let line = |d: &Checked| {
-            let Instant { response, point } = d.instant;
+            let ResponseAt { response, point } = d.instant;
             let difference = d.difference.map_or("none".to_owned(), |s| format!("{} ± {:.0e}", s.value, s.error));
             format!(
                 "\nresponse {response} at point {point} by variable {}: {}, {:?} say {:?}, differences {difference}: {}",
@@ -185,7 +185,7 @@ pub(super) fn judge(derivatives: &mut [Checked], scales: &[f64]) {
         let floor = NEGLIGIBLE * largest / scales[d.variable];
         let size = size(d) / scales[d.variable];
         let Some(Slope { value, error, .. }) = d.difference else {
-            d.finding = Finding::Unclear;
+            d.finding = GradientStatus::Unclear;
             continue;
         };
         let off = |k: usize| {
@@ -200,14 +200,14 @@ pub(super) fn judge(derivatives: &mut [Checked], scales: &[f64]) {
         }
         let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest / scales[d.variable]);
         d.finding = match () {
-            () if d.drift > 0.0 => Finding::NotRepeatable,
-            () if d.jump.is_some() => Finding::Kink,
-            () if !d.suspects.is_empty() => Finding::Wrong,
-            () if d.is_constant => Finding::Constant,
-            () if is_noise => Finding::Unclear,
-            () => Finding::Right,
+            () if d.drift > 0.0 => GradientStatus::NotRepeatable,
+            () if d.jump.is_some() => GradientStatus::Kink,
+            () if !d.suspects.is_empty() => GradientStatus::Wrong,
+            () if d.is_constant => GradientStatus::Constant,
+            () if is_noise => GradientStatus::Unclear,
+            () => GradientStatus::Right,
         };
-        if matches!(d.finding, Finding::NotRepeatable | Finding::Kink) {
+        if matches!(d.finding, GradientStatus::NotRepeatable | GradientStatus::Kink) {
             d.suspects.clear();
         }
     }

@@ -10,10 +10,10 @@ mod finding;
 mod ridders;
 mod surroundings;
 
-pub use finding::{Checked, Finding, Proof};
+pub use finding::{Checked, GradientCheck, GradientStatus};
 pub use ridders::Slope;
 
-use super::{Alternative, Analysis, Instant, Problem};
+use super::{Analysis, GradientMethod, Problem, ResponseAt};
 use error::{Error, Result};
 use finding::judge;
 use ridders::jump;
@@ -25,14 +25,14 @@ impl Problem {
     /// `points` of its time points, spread evenly.
     ///
     /// **Errors.** As [`check`].
-    pub fn check_sensitivities(&self, b: &[f64], points: usize) -> Result<Proof> {
+    pub fn check_sensitivities(&self, b: &[f64], points: usize) -> Result<GradientCheck> {
         self.check_responses(b, points, &(0..self.responses.len()).collect::<Vec<_>>())
     }
 
     /// The same for some responses only, by number.
     ///
     /// **Errors.** As [`check`], and [`Error::Definition`] for a response that is not there.
-    pub fn check_responses(&self, b: &[f64], points: usize, responses: &[usize]) -> Result<Proof> {
+    pub fn check_responses(&self, b: &[f64], points: usize, responses: &[usize]) -> Result<GradientCheck> {
         Error::check_length("design", self.n(), b.len())?;
         Error::check_option("time points to check", "at least 1", points as f64, points > 0)?;
         if let Some(number) = responses.iter().find(|&&number| number >= self.responses.len()) {
@@ -43,7 +43,7 @@ impl Problem {
             let count = self.responses[response].grid.map_or(1, |grid| self.grids[grid].len());
             let taken = points.min(count);
             // At the ends a response is often given; the middles of equal parts are more telling.
-            (0..taken).map(move |k| Instant { response, point: (2 * k + 1) * count / (2 * taken) })
+            (0..taken).map(move |k| ResponseAt { response, point: (2 * k + 1) * count / (2 * taken) })
         });
         let analysis = self.analysis.as_ref();
         check(analysis, &methods(analysis), b, &self.sizes(b), &wanted.collect::<Vec<_>>())
@@ -59,10 +59,10 @@ impl Problem {
 }
 
 /// All ways in which an analysis can be differentiated, at least its own.
-pub fn methods(analysis: &dyn Analysis) -> Vec<Alternative<'_>> {
+pub fn methods(analysis: &dyn Analysis) -> Vec<GradientMethod<'_>> {
     let mut all = analysis.alternatives();
     if all.is_empty() {
-        all.push(Alternative::of("analysis", analysis));
+        all.push(GradientMethod::of("analysis", analysis));
     }
     all
 }
@@ -79,11 +79,11 @@ pub fn methods(analysis: &dyn Analysis) -> Vec<Alternative<'_>> {
 /// costs accuracy.
 pub fn check(
     analysis: &dyn Analysis,
-    methods: &[Alternative<'_>],
+    methods: &[GradientMethod<'_>],
     b: &[f64],
     scales: &[f64],
-    wanted: &[Instant],
-) -> Result<Proof> {
+    wanted: &[ResponseAt],
+) -> Result<GradientCheck> {
     Error::check_length("sizes of the design variables", b.len(), scales.len())?;
     let (here, again) = (analysis.analyze(b)?, analysis.analyze(b)?);
     let (mut claims, mut names) = (Vec::with_capacity(methods.len()), Vec::with_capacity(methods.len()));
@@ -115,11 +115,11 @@ pub fn check(
                 jump: jump(value, &steps, difference.map_or(0.0, |d| d.noise)),
                 drift,
                 is_constant: !steps.is_empty() && steps.iter().all(|s| s.ahead == s.behind && s.ahead == value),
-                finding: Finding::Right,
+                finding: GradientStatus::Right,
                 suspects: vec![],
             });
         }
         judge(&mut derivatives[first..], scales);
     }
-    Ok(Proof { methods: names, derivatives })
+    Ok(GradientCheck { methods: names, derivatives })
 }

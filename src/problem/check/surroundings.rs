@@ -1,7 +1,7 @@
 //! Responses on both sides of a design.
 
 use super::ridders::Step;
-use crate::problem::{Analysis, Instant, Responses};
+use crate::problem::{Analysis, ResponseAt, Responses};
 use rayon::prelude::*;
 
 /// Steps of extrapolated differences for each variable.
@@ -33,7 +33,7 @@ impl Surroundings {
     }
 
     /// The values of one response.
-    pub fn steps(&self, instant: Instant) -> Vec<Step> {
+    pub fn steps(&self, instant: ResponseAt) -> Vec<Step> {
         let step = |(h, [ahead, behind]): &(f64, [Responses; 2])| Step {
             h: *h,
             ahead: ahead.at(instant),

@@ -13,7 +13,7 @@ enum Level {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Run {
+struct TextRun {
     text: String,
     italic: bool,
     level: Level,
@@ -93,9 +93,9 @@ pub(crate) fn escape(text: &str) -> String {
     out
 }
 
-fn runs(markup: &str) -> Vec<Run> {
+fn runs(markup: &str) -> Vec<TextRun> {
     let chars: Vec<char> = markup.chars().collect();
-    let mut runs: Vec<Run> = Vec::new();
+    let mut runs: Vec<TextRun> = Vec::new();
     let mut italic = false;
     let mut k = 0;
     while k < chars.len() {
@@ -135,11 +135,11 @@ fn index_length(rest: &[char]) -> usize {
     if length == 0 { 0 } else { sign + length }
 }
 
-fn push(runs: &mut Vec<Run>, chars: &[char], italic: bool, level: Level) {
+fn push(runs: &mut Vec<TextRun>, chars: &[char], italic: bool, level: Level) {
     let text = chars.iter().map(|&c| if c == '-' && level != Level::Base { '−' } else { c });
     match runs.last_mut() {
         Some(last) if last.italic == italic && last.level == level => last.text.extend(text),
-        _ => runs.push(Run { text: text.collect(), italic, level }),
+        _ => runs.push(TextRun { text: text.collect(), italic, level }),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Objective, errors, violation, design variables and move limits over the cycles.
 
-use super::{Run, stem};
+use super::{OptimizationReport, stem};
 use crate::Result;
 use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, literal};
 use crate::report::page::Section;
@@ -11,7 +11,7 @@ use crate::sao::Cycle;
 /// Most design variables that have a figure of their own.
 const MOST: usize = 12;
 
-impl Run<'_> {
+impl OptimizationReport<'_> {
     pub(super) fn convergence(&self) -> Result<Section> {
         let history = &self.state.history;
         let section = Section::new("convergence", "Convergence");

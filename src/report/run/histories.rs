@@ -1,7 +1,7 @@
 //! Responses and constraints over time.
 
 use super::watched::Watched;
-use super::{Run, stem};
+use super::{OptimizationReport, stem};
 use crate::Result;
 use crate::report::figure::{Quantity, literal};
 use crate::report::page::Section;
@@ -11,7 +11,7 @@ use crate::report::plots::{History, TimeHistory, time_history};
 const MOST: usize = 12;
 const OTHERS: usize = 6;
 
-impl Run<'_> {
+impl OptimizationReport<'_> {
     pub(super) fn histories(&self) -> Result<Section> {
         let watched = self.watched();
         let mut order: Vec<usize> = (0..watched.len()).filter(|&k| watched[k].points.len() > 1).collect();

@@ -1,6 +1,6 @@
 //! Objective and violation along the only design variable that is free.
 
-use super::Run;
+use super::OptimizationReport;
 use super::plane::{axis, evaluate, peak, window};
 use crate::problem::{Evaluation, Problem};
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Stroke, literal};
@@ -41,7 +41,7 @@ fn without(evaluation: &Evaluation, upper: usize) -> f64 {
     kept.map(|(_, v)| 100.0 * v).fold(-100.0, f64::max)
 }
 
-impl Run<'_> {
+impl OptimizationReport<'_> {
     pub(super) fn line(&self, section: Section, line: &Line) -> Section {
         if line.points.len() < 2 {
             return section;

@@ -29,17 +29,17 @@ use crate::sao::{Cycle, State};
 /// A run at any stage, for reading.
 ///
 /// ```
-/// use linkwright::{library::impact_absorber, report::run::{Run, Slice}, sao::Method};
+/// use linkwright::{library::impact_absorber, report::run::{OptimizationReport, Slice}, sao::Method};
 ///
 /// let problem = impact_absorber::peak_acceleration()?;
 /// let state = Method::default().solve(&problem, |_| ())?;
-/// let run = Run::new("Impact absorber", &problem, &state)?;
+/// let run = OptimizationReport::new("Impact absorber", &problem, &state)?;
 /// let slice = Slice::sample(&problem, &state, 5)?;
 /// let page = run.page(slice.as_ref(), vec![])?;
 /// assert!(page.html()?.contains("Approximation against truth"));
 /// # Ok::<(), linkwright::Error>(())
 /// ```
-pub struct Run<'a> {
+pub struct OptimizationReport<'a> {
     title: &'a str,
     problem: &'a Problem,
     state: &'a State,
@@ -47,7 +47,7 @@ pub struct Run<'a> {
     first: (Responses, Evaluation),
 }
 
-impl<'a> Run<'a> {
+impl<'a> OptimizationReport<'a> {
     /// A run; its first design is analysed once more.
     ///
     /// **Errors.** As [`Problem::analyze`].

@@ -1,6 +1,6 @@
 //! Residuals of the optimality conditions, and multipliers.
 
-use super::{Run, number};
+use super::{OptimizationReport, number};
 use crate::Result;
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Stroke};
 use crate::report::page::Section;
@@ -10,7 +10,7 @@ use crate::sao::Cycle;
 /// Most multipliers in the table.
 const MOST: usize = 40;
 
-impl Run<'_> {
+impl OptimizationReport<'_> {
     pub(super) fn optimality(&self) -> Result<Section> {
         let mut section = Section::new("optimality", "Optimality conditions");
         let Some(last) = self.last() else { return Ok(section) };

@@ -1,6 +1,6 @@
 //! The head of the page; design variables, objective and constraints as tables.
 
-use super::{Run, change, number};
+use super::{OptimizationReport, change, number};
 use crate::Result;
 use crate::problem::{DesignVariable, RowId};
 use crate::report::page::{Page, Section, Tone};
@@ -12,7 +12,7 @@ const SATISFIED: f64 = 1e-3;
 /// Distance below the limit in percent up to which it counts as active.
 const ACTIVE: f64 = 1.0;
 
-impl Run<'_> {
+impl OptimizationReport<'_> {
     /// Title, status, and the numbers that matter most.
     pub(super) fn head(&self) -> Page {
         let (problem, state) = (self.problem, self.state);

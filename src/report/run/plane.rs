@@ -1,6 +1,6 @@
 //! A slice of the design space through the last design, with the path of the designs.
 
-use super::Run;
+use super::OptimizationReport;
 use super::line::Line;
 use crate::Result;
 use crate::problem::{Evaluation, Problem};
@@ -149,7 +149,7 @@ fn named(problem: &Problem, state: &State, mut kept: Vec<(usize, Grid)>) -> Resu
     Ok(bounds)
 }
 
-impl Run<'_> {
+impl OptimizationReport<'_> {
     pub(super) fn plane(&self, slice: Option<&Slice>) -> Result<Section> {
         let section = Section::new("design-space", "Design space");
         let slice = match slice.map(|slice| &slice.0) {

@@ -1,13 +1,13 @@
 //! What approximate problems promised beside what analyses found.
 
-use super::Run;
+use super::OptimizationReport;
 use crate::Result;
 use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Stroke, literal};
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
 use crate::sao::{Cycle, Prediction};
 
-impl Run<'_> {
+impl OptimizationReport<'_> {
     pub(super) fn truth(&self) -> Result<Section> {
         let section = Section::new("approximation", "Approximation against truth");
         let known: Vec<(&Cycle, &Prediction)> =

@@ -3,7 +3,7 @@
 //! A problem knows normalised constraints ĝ ≤ 1. For reading, the two sides of one quantity are put together, the sign is
 //! turned back where the quantity is a response, and the bound of a peak is added again.
 
-use super::Run;
+use super::OptimizationReport;
 use crate::problem::{Constraint, RowId};
 use crate::report::plots::{Side, TimeBound};
 
@@ -28,7 +28,7 @@ pub(super) struct Watched {
     pub remark: &'static str,
 }
 
-impl Run<'_> {
+impl OptimizationReport<'_> {
     /// All constrained histories, in the order of the constraints.
     pub(super) fn watched(&self) -> Vec<Watched> {
         let constraints = &self.problem.constraints;
@@ -148,7 +148,7 @@ mod tests {
     fn normalised_constraints_become_what_they_constrain() {
         let problem = impact_absorber::peak_acceleration().unwrap();
         let state = Method::default().solve(&problem, |_| ()).unwrap();
-        let run = Run::new("absorber", &problem, &state).unwrap();
+        let run = OptimizationReport::new("absorber", &problem, &state).unwrap();
         let watched = run.watched();
         let of = |name: &str| watched.iter().find(|w| w.name == name).unwrap_or_else(|| panic!("no {name}"));
         let close = |a: f64, b: f64| (a - b).abs() < 1e-9;

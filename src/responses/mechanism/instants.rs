@@ -1,7 +1,7 @@
 //! The outputs of a mechanism, instant by instant, as responses of an optimization problem: no integration.
 
 use crate::Result;
-use crate::problem::{Alternative, Analysis, Instant, Responses};
+use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use mechanics::analyses::dynamics::check_times;
 use mechanics::analyses::kinematics::kinematics;
 use mechanics::analyses::statics::{Statics, equilibria};
@@ -11,25 +11,25 @@ use mechanics::derivatives::forward::instants::{differentiate_equilibria, differ
 use mechanics::derivatives::history::SensitiveHistory;
 use mechanics::derivatives::method::{Cost, Differentiation};
 use mechanics::derivatives::second_order::{
-    Second, SecondHistory, differentiate_equilibria_twice, differentiate_kinematics_twice,
+    HessianHistory, HessianPart, differentiate_equilibria_twice, differentiate_kinematics_twice,
 };
 use mechanics::derivatives::semi_analytical;
 use mechanics::derivatives::semi_analytical::{difference_equilibria, difference_kinematics};
 use mechanics::initial_conditions::Assembly;
-use mechanics::mechanism::{Mechanism, Model};
+use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use nalgebra::DMatrix;
 
 /// The outputs of a mechanism in static equilibrium at given times: a load path where loads are functions of time.
-pub type Balanced<M> = Instants<M, Statics>;
+pub type StaticResponses<M> = QuasiStaticResponses<M, Statics>;
 
 /// The outputs of a mechanism whose every degree of freedom is driven, at given times: positions, velocities,
 /// accelerations, reactions and driving efforts, each instant assembled by itself.
-pub type Driven<M> = Instants<M, Assembly>;
+pub type KinematicResponses<M> = QuasiStaticResponses<M, Assembly>;
 
-/// The outputs of a mechanism at given times, each instant solved by itself: [`Balanced`] or [`Driven`].
+/// The outputs of a mechanism at given times, each instant solved by itself: [`StaticResponses`] or [`KinematicResponses`].
 ///
 /// Response h is the mechanism's output h, on the grid `times`.
-pub struct Instants<M, P> {
+pub struct QuasiStaticResponses<M, P> {
     model: M,
     procedure: P,
     times: Vec<f64>,
@@ -37,7 +37,7 @@ pub struct Instants<M, P> {
 }
 
 /// How an instant is solved, with its settings.
-pub trait Procedure: Send + Sync {
+pub trait InstantAnalysis: Send + Sync {
     /// What both ways of differentiating cost.
     #[doc(hidden)]
     const COST: Cost;
@@ -46,67 +46,103 @@ pub trait Procedure: Send + Sync {
     fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>>;
 
     /// Outputs with derivatives by the direct method.
-    fn direct<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory>;
+    fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory>;
 
     /// Outputs with derivatives by the semi-analytical method, with this relative step.
-    fn semi_analytical<M: Model>(&self, model: &M, b: &[f64], times: &[f64], step: f64) -> Result<SensitiveHistory>;
+    fn semi_analytical<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        step: f64,
+    ) -> Result<SensitiveHistory>;
 
     /// Outputs with their Hessians.
-    fn second<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SecondHistory>;
+    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory>;
 
     /// Derivatives of `responses` by the adjoint method.
-    fn adjoint<M: Model>(&self, model: &M, b: &[f64], times: &[f64], responses: &[Functional]) -> Result<DMatrix<f64>>;
+    fn adjoint<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        responses: &[Functional],
+    ) -> Result<DMatrix<f64>>;
 }
 
-impl Procedure for Statics {
+impl InstantAnalysis for Statics {
     const COST: Cost = Cost::EQUILIBRIUM;
 
     fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>> {
         equilibria(mechanism, self, times)
     }
 
-    fn direct<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
+    fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
         differentiate_equilibria(model, b, self, times)
     }
 
-    fn semi_analytical<M: Model>(&self, model: &M, b: &[f64], times: &[f64], step: f64) -> Result<SensitiveHistory> {
+    fn semi_analytical<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        step: f64,
+    ) -> Result<SensitiveHistory> {
         difference_equilibria(model, b, self, times, step)
     }
 
-    fn second<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SecondHistory> {
-        differentiate_equilibria_twice(model, b, self, times, Second::Full)
+    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory> {
+        differentiate_equilibria_twice(model, b, self, times, HessianPart::Full)
     }
 
-    fn adjoint<M: Model>(&self, model: &M, b: &[f64], times: &[f64], responses: &[Functional]) -> Result<DMatrix<f64>> {
+    fn adjoint<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        responses: &[Functional],
+    ) -> Result<DMatrix<f64>> {
         differentiate_equilibria_backwards(model, b, self, times, responses)
     }
 }
 
-impl Procedure for Assembly {
+impl InstantAnalysis for Assembly {
     const COST: Cost = Cost::KINEMATICS;
 
     fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>> {
         kinematics(mechanism, *self, times)
     }
 
-    fn direct<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
+    fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
         differentiate_kinematics(model, b, *self, times)
     }
 
-    fn semi_analytical<M: Model>(&self, model: &M, b: &[f64], times: &[f64], step: f64) -> Result<SensitiveHistory> {
+    fn semi_analytical<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        step: f64,
+    ) -> Result<SensitiveHistory> {
         difference_kinematics(model, b, *self, times, step)
     }
 
-    fn second<M: Model>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SecondHistory> {
-        differentiate_kinematics_twice(model, b, *self, times, Second::Full)
+    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory> {
+        differentiate_kinematics_twice(model, b, *self, times, HessianPart::Full)
     }
 
-    fn adjoint<M: Model>(&self, model: &M, b: &[f64], times: &[f64], responses: &[Functional]) -> Result<DMatrix<f64>> {
+    fn adjoint<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        responses: &[Functional],
+    ) -> Result<DMatrix<f64>> {
         differentiate_kinematics_backwards(model, b, *self, times, responses)
     }
 }
 
-impl<M: Model, P: Procedure> Instants<M, P> {
+impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
     /// For the outputs of `model` at `times` (s, increasing).
     ///
     /// **Errors.** [`crate::Error::Definition`] if times do not increase.
@@ -125,54 +161,54 @@ impl<M: Model, P: Procedure> Instants<M, P> {
     /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
     ///
     /// Counted at every time point by itself: one transposed solve carries four responses of one time point.
-    pub fn differentiation_for(&self, variables: usize, wanted: &[Instant]) -> Differentiation {
+    pub fn differentiation_for(&self, variables: usize, wanted: &[ResponseAt]) -> Differentiation {
         self.differentiation.at_points(variables, wanted.iter().map(|instant| instant.point), P::COST)
     }
 }
 
-impl<M: Model, P: Procedure> Analysis for Instants<M, P> {
+impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticResponses<M, P> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         Ok(Responses::new(self.procedure.values(&self.model.build(b)?, &self.times)?))
     }
 
-    fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.sensitivities_by(self.differentiation_for(b.len(), wanted), semi_analytical::STEP, b, wanted)
     }
 
-    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+    fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
         Some(self.differentiation_for(variables, wanted).name())
     }
 
-    fn alternatives(&self) -> Vec<Alternative<'_>> {
+    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
         use Differentiation::{Adjoint, Direct, SemiAnalytical};
         let by = |method, step| {
-            move |b: &[f64], _: &Responses, wanted: &[Instant]| self.sensitivities_by(method, step, b, wanted)
+            move |b: &[f64], _: &Responses, wanted: &[ResponseAt]| self.sensitivities_by(method, step, b, wanted)
         };
-        let semi = |step: f64, b: &[f64], _: &Responses, wanted: &[Instant]| {
+        let semi = |step: f64, b: &[f64], _: &Responses, wanted: &[ResponseAt]| {
             self.sensitivities_by(SemiAnalytical, step, b, wanted)
         };
         let step = semi_analytical::STEP;
         vec![
-            Alternative::exact("direct", by(Direct, step)),
-            Alternative::exact("adjoint", by(Adjoint, step)),
-            Alternative::approximate("semi-analytical", step, semi),
+            GradientMethod::exact("direct", by(Direct, step)),
+            GradientMethod::exact("adjoint", by(Adjoint, step)),
+            GradientMethod::approximate("semi-analytical", step, semi),
         ]
     }
 
-    fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+    fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let times = &self.times[..wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0)];
         let history = self.procedure.second(&self.model, b, times)?;
         Ok(wanted.iter().map(|instant| history.hessian(instant.response, instant.point)).collect())
     }
 }
 
-impl<M: Model, P: Procedure> Instants<M, P> {
+impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
     fn sensitivities_by(
         &self,
         method: Differentiation,
         step: f64,
         b: &[f64],
-        wanted: &[Instant],
+        wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
         // From the first time on, as the analysis: each instant is sought from the one before.
         let times = &self.times[..wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0)];
@@ -194,7 +230,10 @@ impl<M: Model, P: Procedure> Instants<M, P> {
 
 /// Rows for the wanted instants from `adjoint`, to which those of one time point are given in a row: they share what is
 /// solved there.
-fn by_points(wanted: &[Instant], adjoint: impl FnOnce(&[Functional]) -> Result<DMatrix<f64>>) -> Result<DMatrix<f64>> {
+fn by_points(
+    wanted: &[ResponseAt],
+    adjoint: impl FnOnce(&[Functional]) -> Result<DMatrix<f64>>,
+) -> Result<DMatrix<f64>> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by_key(|&k| wanted[k].point);
     let responses: Vec<_> = order.iter().map(|&k| Functional::at(wanted[k].response, wanted[k].point)).collect();
@@ -212,11 +251,11 @@ mod tests {
     #[test]
     fn wanted_instants_come_in_the_order_asked() {
         let times: Vec<f64> = (0..10).map(|k| 0.05 * f64::from(k)).collect();
-        let driven = || Driven::new(SliderCrank::rigid(), Assembly::default(), &times).unwrap();
+        let driven = || KinematicResponses::new(SliderCrank::rigid(), Assembly::default(), &times).unwrap();
         let analysis = driven().differentiating(Differentiation::Direct).unwrap();
         let b = SliderCrank::DESIGN;
         let responses = analysis.analyze(&b).unwrap();
-        let wanted = [(3, 7), (0, 2), (3, 1)].map(|(response, point)| Instant { response, point });
+        let wanted = [(3, 7), (0, 2), (3, 1)].map(|(response, point)| ResponseAt { response, point });
         let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
         let all = differentiate_kinematics(&SliderCrank::rigid(), &b, Assembly::default(), &times).unwrap();
         assert_eq!(responses.values, all.values);
@@ -226,6 +265,6 @@ mod tests {
         let adjoint = driven().differentiating(Differentiation::Adjoint).unwrap();
         let difference = adjoint.sensitivities(&b, &responses, &wanted).unwrap() - &rows;
         assert!(difference.amax() < 1e-11 * rows.amax());
-        assert!(Driven::new(SliderCrank::rigid(), Assembly::default(), &[0.1, 0.1]).is_err());
+        assert!(KinematicResponses::new(SliderCrank::rigid(), Assembly::default(), &[0.1, 0.1]).is_err());
     }
 }

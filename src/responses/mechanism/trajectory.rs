@@ -1,7 +1,7 @@
 //! The outputs of an ordinary differential equation as responses, at time points and between them.
 
 use crate::Result;
-use crate::problem::{Analysis, ContinuousTime, Instant, Responses};
+use crate::problem::{Analysis, ContinuousTime, ResponseAt, Responses};
 use autodiff::{BLOCK, HyperDual, Scalar};
 use mechanics::derivatives::forward::explicit::differentiate_ode;
 use mechanics::integrators::explicit::Explicit;
@@ -11,7 +11,7 @@ use num_dual::Derivative;
 use std::sync::{Arc, OnceLock};
 
 /// dy/dt = f(b, t, y) with y(t₀) = y₀(b), and outputs r_h(b, t, y), written once over the scalar, time included.
-pub trait Evolution: Send + Sync {
+pub trait OdeModel: Send + Sync {
     /// The state at the start.
     fn start<S: Scalar>(&self, b: &[S]) -> Vec<S>;
     /// Writes dy/dt at time `t` (s) to `out`. Branch on real parts only.
@@ -22,11 +22,11 @@ pub trait Evolution: Send + Sync {
     fn outputs(&self) -> usize;
 }
 
-/// The outputs of an [`Evolution`] over one time grid, as responses of an optimization problem in continuous time.
+/// The outputs of an [`OdeModel`] over one time grid, as responses of an optimization problem in continuous time.
 ///
 /// The state is integrated by explicit steps and differentiated along with them; between time points the integration goes on
 /// from the last one. Derivatives of outputs by design and time are those of dual numbers on state and rates.
-pub struct Trajectory<E> {
+pub struct OdeResponses<E> {
     evolution: E,
     settings: Explicit,
     times: Vec<f64>,
@@ -42,7 +42,7 @@ struct Trace {
 }
 
 /// The differential equation from any state on, which may depend on the design.
-struct From<'e, E> {
+struct Restarted<'e, E> {
     evolution: &'e E,
     /// None for the start of the evolution.
     state: Option<Known<'e>>,
@@ -57,7 +57,7 @@ struct Known<'e> {
     design: &'e [f64],
 }
 
-impl<E: Evolution> Ode for From<'_, E> {
+impl<E: OdeModel> Ode for Restarted<'_, E> {
     fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
         let Some(Known { values, slopes, design }) = &self.state else { return self.evolution.start(b) };
         let component = |(i, &y): (usize, &f64)| {
@@ -73,7 +73,7 @@ impl<E: Evolution> Ode for From<'_, E> {
     }
 }
 
-impl<E: Evolution> Trajectory<E> {
+impl<E: OdeModel> OdeResponses<E> {
     /// For the outputs of `evolution` at `times` (s, increasing).
     ///
     /// **Errors.** [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
@@ -82,8 +82,8 @@ impl<E: Evolution> Trajectory<E> {
         Ok(Self { evolution, settings, times: times.to_vec() })
     }
 
-    fn whole(&self) -> From<'_, E> {
-        From { evolution: &self.evolution, state: None }
+    fn whole(&self) -> Restarted<'_, E> {
+        Restarted { evolution: &self.evolution, state: None }
     }
 
     fn states(&self, b: &[f64]) -> Result<Trace> {
@@ -119,7 +119,7 @@ impl<E: Evolution> Trajectory<E> {
         if t <= self.times[p] {
             return Ok(trace.states[p].clone());
         }
-        let from = From {
+        let from = Restarted {
             evolution: &self.evolution,
             state: Some(Known { values: &trace.states[p], slopes: vec![], design: b }),
         };
@@ -134,7 +134,7 @@ impl<E: Evolution> Trajectory<E> {
         if t <= self.times[p] {
             return Ok(here.iter().map(|s| s.to_vec()).collect());
         }
-        let from = From {
+        let from = Restarted {
             evolution: &self.evolution,
             state: Some(Known { values: &trace.states[p], slopes: here, design: b }),
         };
@@ -166,7 +166,7 @@ fn mixed(value: &HyperDual) -> SVector<f64, BLOCK> {
     value.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>).column(0).into_owned()
 }
 
-impl<E: Evolution> Analysis for Trajectory<E> {
+impl<E: OdeModel> Analysis for OdeResponses<E> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let trace = self.states(b)?;
         let series = |h| self.times.iter().zip(&trace.states).map(move |(&t, y)| (h, t, y));
@@ -175,7 +175,7 @@ impl<E: Evolution> Analysis for Trajectory<E> {
         Ok(Responses { values, trace: Some(Arc::new(trace)) })
     }
 
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let trace = self.trace(b, responses)?;
         let slopes = self.slopes(b, &trace)?;
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
@@ -205,7 +205,7 @@ fn design(b: &[f64], start: usize) -> Vec<HyperDual> {
     b.iter().enumerate().map(seeded).collect()
 }
 
-impl<E: Evolution> ContinuousTime for Trajectory<E> {
+impl<E: OdeModel> ContinuousTime for OdeResponses<E> {
     fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]> {
         let trace = self.trace(b, responses)?;
         let y = self.state(b, &trace, t)?;
@@ -243,9 +243,9 @@ mod tests {
     use super::*;
 
     /// ẏ = −b₀ y + sin(b₁ t), y(0) = b₂; outputs y² and b₁ t y: five derivatives against differences.
-    struct Driven;
+    struct KinematicResponses;
 
-    impl Evolution for Driven {
+    impl OdeModel for KinematicResponses {
         fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
             vec![b[2]]
         }
@@ -262,7 +262,8 @@ mod tests {
 
     #[test]
     fn derivatives_by_design_and_time_are_those_of_differences() {
-        let trajectory = Trajectory::new(Driven, Explicit::eighth_order(1e-13), &[0.0, 0.5, 1.0, 2.0]).unwrap();
+        let trajectory =
+            OdeResponses::new(KinematicResponses, Explicit::eighth_order(1e-13), &[0.0, 0.5, 1.0, 2.0]).unwrap();
         let b = [0.7, 2.0, 0.4];
         let responses = trajectory.analyze(&b).unwrap();
         let value = |b: &[f64], h, t| trajectory.rates(b, &trajectory.analyze(b).unwrap(), h, t).unwrap();
@@ -281,7 +282,7 @@ mod tests {
         }
         // At a time point both ways agree, also without what the analysis left behind.
         let plain = Responses::new(responses.values.clone());
-        let row = trajectory.sensitivities(&b, &plain, &[Instant { response: 0, point: 2 }]).unwrap();
+        let row = trajectory.sensitivities(&b, &plain, &[ResponseAt { response: 0, point: 2 }]).unwrap();
         let [there, _] = trajectory.rate_sensitivities(&b, &responses, 0, 1.0).unwrap();
         (0..3).for_each(|k| assert!((row[(0, k)] - there[k]).abs() < 1e-12));
     }

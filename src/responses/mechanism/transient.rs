@@ -1,6 +1,6 @@
 //! The seam to the optimization wing: a mechanism's outputs as responses.
 
-use crate::problem::{Alternative, Analysis, Instant, Responses};
+use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
 use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded};
 use mechanics::checkpointing::recording::Recording;
@@ -11,13 +11,13 @@ use mechanics::derivatives::adjoint::{
 use mechanics::derivatives::forward::dynamics::{differentiate, differentiate_recorded};
 use mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use mechanics::derivatives::method::{Cost, Differentiation};
-use mechanics::derivatives::second_order::{Second, differentiate_recorded_twice, differentiate_twice};
+use mechanics::derivatives::second_order::{HessianPart, differentiate_recorded_twice, differentiate_twice};
 use mechanics::derivatives::semi_analytical;
 use mechanics::derivatives::semi_analytical::differentiate_semi_analytically;
 use mechanics::integrators::explicit::Explicit;
 use mechanics::integrators::explicit::ExplicitRecording;
 use mechanics::integrators::explicit::simulate_with_recording;
-use mechanics::mechanism::Model;
+use mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -74,7 +74,7 @@ impl Steps {
     }
 }
 
-impl<M: Model> Transient<M> {
+impl<M: ParametricMechanism> Transient<M> {
     /// For the outputs of `model` at `times` (s, increasing).
     ///
     /// **Errors.** [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
@@ -122,7 +122,7 @@ impl<M: Model> Transient<M> {
     }
 
     /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
-    pub fn differentiation_for(&self, variables: usize, wanted: &[Instant]) -> Differentiation {
+    pub fn differentiation_for(&self, variables: usize, wanted: &[ResponseAt]) -> Differentiation {
         let cost = match self.settings {
             Integration::Implicit(_) => Cost::IMPLICIT,
             Integration::Explicit(_) => Cost::EXPLICIT,
@@ -141,9 +141,9 @@ impl<M: Model> Transient<M> {
     }
 }
 
-impl<M: Model> Transient<M> {
+impl<M: ParametricMechanism> Transient<M> {
     /// The method for these derivatives; where it is not demanded, the adjoint does not meet impacts.
-    fn chosen(&self, b: &[f64], wanted: &[Instant]) -> Result<Differentiation> {
+    fn chosen(&self, b: &[f64], wanted: &[ResponseAt]) -> Result<Differentiation> {
         let chosen = self.differentiation_for(b.len(), wanted);
         let is_free = self.differentiation == Differentiation::Automatic && chosen == Differentiation::Adjoint;
         Ok(if is_free && self.model.build(b)?.has_impacts() { Differentiation::Direct } else { chosen })
@@ -154,7 +154,7 @@ impl<M: Model> Transient<M> {
         method: Differentiation,
         perturbation: f64,
         (b, left): (&[f64], &Responses),
-        wanted: &[Instant],
+        wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
         let (points, places) = points_of(wanted);
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
@@ -172,7 +172,7 @@ impl<M: Model> Transient<M> {
         &self,
         (b, left): (&[f64], &Responses),
         times: &[f64],
-        wanted: &[Instant],
+        wanted: &[ResponseAt],
         places: &[usize],
     ) -> Result<DMatrix<f64>> {
         let model = &self.model;
@@ -193,7 +193,7 @@ impl<M: Model> Transient<M> {
         step: f64,
         (b, left): (&[f64], &Responses),
         times: &[f64],
-        wanted: &[Instant],
+        wanted: &[ResponseAt],
         places: &[usize],
     ) -> Result<DMatrix<f64>> {
         let (model, Integration::Implicit(settings)) = (&self.model, &self.settings) else {
@@ -230,7 +230,7 @@ impl<M: Model> Transient<M> {
     }
 }
 
-impl<M: Model> Analysis for Transient<M> {
+impl<M: ParametricMechanism> Analysis for Transient<M> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let mechanism = self.model.build(b)?;
         let (history, steps) = match &self.settings {
@@ -251,52 +251,52 @@ impl<M: Model> Analysis for Transient<M> {
         Ok(Responses { values: history.values, trace: Some(Arc::new(trace)) })
     }
 
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<DMatrix<f64>> {
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.sensitivities_by(self.chosen(b, wanted)?, self.perturbation, (b, responses), wanted)
     }
 
-    fn differentiation(&self, variables: usize, wanted: &[Instant]) -> Option<&'static str> {
+    fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
         Some(self.differentiation_for(variables, wanted).name())
     }
 
-    fn alternatives(&self) -> Vec<Alternative<'_>> {
+    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
         let by = |method, step| {
-            move |b: &[f64], left: &Responses, wanted: &[Instant]| {
+            move |b: &[f64], left: &Responses, wanted: &[ResponseAt]| {
                 self.sensitivities_by(method, step, (b, left), wanted)
             }
         };
-        let exact = |name, method| Alternative::exact(name, by(method, self.perturbation));
+        let exact = |name, method| GradientMethod::exact(name, by(method, self.perturbation));
         let mut all = vec![exact("direct", Differentiation::Direct), exact("adjoint", Differentiation::Adjoint)];
         if matches!(self.settings, Integration::Implicit(_)) {
-            let semi = move |step: f64, b: &[f64], left: &Responses, wanted: &[Instant]| {
+            let semi = move |step: f64, b: &[f64], left: &Responses, wanted: &[ResponseAt]| {
                 self.sensitivities_by(Differentiation::SemiAnalytical, step, (b, left), wanted)
             };
-            all.push(Alternative::approximate("semi-analytical", self.perturbation, semi));
+            all.push(GradientMethod::approximate("semi-analytical", self.perturbation, semi));
         }
         all
     }
 
     /// By implicit steps; explicit ones offer none.
-    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[Instant]) -> Result<Option<Vec<DMatrix<f64>>>> {
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let Integration::Implicit(settings) = &self.settings else { return Ok(None) };
         let (points, at) = points_of(wanted);
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         let history = match steps(responses, b) {
             Some(Steps::Implicit(steps)) if steps.is_whole() => {
-                differentiate_recorded_twice(&self.model, b, settings, &times, Second::Full, steps)?
+                differentiate_recorded_twice(&self.model, b, settings, &times, HessianPart::Full, steps)?
             }
-            _ => differentiate_twice(&self.model, b, settings, &times, Second::Full)?,
+            _ => differentiate_twice(&self.model, b, settings, &times, HessianPart::Full)?,
         };
         Ok(wanted.iter().zip(at).map(|(instant, at)| history.hessian(instant.response, at)).collect())
     }
 }
 
 /// The time points that are wanted, in order, and for each instant the place of its own among them.
-fn points_of(wanted: &[Instant]) -> (Vec<usize>, Vec<usize>) {
+fn points_of(wanted: &[ResponseAt]) -> (Vec<usize>, Vec<usize>) {
     let mut points: Vec<usize> = wanted.iter().map(|instant| instant.point).collect();
     points.sort_unstable();
     points.dedup();
-    let place = |instant: &Instant| points.binary_search(&instant.point).expect("every wanted point is among them");
+    let place = |instant: &ResponseAt| points.binary_search(&instant.point).expect("every wanted point is among them");
     let places = wanted.iter().map(place).collect();
     (points, places)
 }
@@ -318,7 +318,7 @@ mod tests {
         let analysis = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap();
         let b = [0.0385, 0.0252, 0.02];
         let responses = analysis.analyze(&b).unwrap();
-        let wanted = [(2, 17), (20, 3), (2, 16)].map(|(response, point)| Instant { response, point });
+        let wanted = [(2, 17), (20, 3), (2, 16)].map(|(response, point)| ResponseAt { response, point });
         let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
         let all = differentiate(&model, &b, &model.dynamics().unwrap(), &FourBar::window()).unwrap();
         for (k, instant) in wanted.iter().enumerate() {

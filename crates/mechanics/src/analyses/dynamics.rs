@@ -4,10 +4,10 @@ use crate::analyses::sampling::{Sampler, interpolate};
 use crate::analyses::statics::Statics;
 use crate::checkpointing::recording::Recording;
 use crate::diagnostics;
-use crate::events::location::Impact;
+use crate::events::location::Event;
 use crate::initial_conditions::Assembly;
 use crate::integrators::generalized_alpha::{GeneralizedAlpha, Newton, Prescribed};
-use crate::integrators::time_stepper::Run;
+use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
 use crate::{Error, Result};
@@ -23,7 +23,7 @@ pub enum InitialAcceleration {
 
 /// Positions at the start of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Origin {
+pub enum InitialConfiguration {
     /// Those that the mechanism was built in, assembled.
     Built,
     /// Those of the static equilibrium at the start, which is sought from there. Velocities are still those that it was built
@@ -61,7 +61,7 @@ pub struct Dynamics {
     /// Assembly of the initial positions.
     pub assembly: Assembly,
     /// Positions at the start.
-    pub origin: Origin,
+    pub origin: InitialConfiguration,
     /// Accelerations at the start.
     pub initial: InitialAcceleration,
     /// Velocity and acceleration of prescribed coordinates.
@@ -77,7 +77,7 @@ impl Dynamics {
             step: StepSize::Fixed(h),
             newton: Newton::default(),
             assembly: Assembly::default(),
-            origin: Origin::Built,
+            origin: InitialConfiguration::Built,
             initial: InitialAcceleration::Consistent,
             prescribed: Prescribed::Exact,
         }
@@ -142,7 +142,7 @@ pub struct History {
     /// The state at the last time.
     pub last: State<f64>,
     /// Impacts, in their order.
-    pub impacts: Vec<Impact>,
+    pub impacts: Vec<Event>,
     /// Work done.
     pub work: Work,
 }
@@ -158,7 +158,7 @@ impl History {
 ///
 /// **Errors.** [`Error::Analysis`] naming element and time if the mechanism cannot be built, assembled or moved on.
 pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<History> {
-    record(mechanism, Run::new(mechanism, settings, times)?, times, None)
+    record(mechanism, TimeStepper::new(mechanism, settings, times)?, times, None)
 }
 
 /// As [`simulate`], and keeps the steps in at most `memory` bytes.
@@ -172,7 +172,7 @@ pub fn simulate_recorded(
     times: &[f64],
     memory: usize,
 ) -> Result<(History, Recording)> {
-    let run = Run::new(mechanism, settings, times)?;
+    let run = TimeStepper::new(mechanism, settings, times)?;
     let mut recording = Recording::of(&run, memory);
     let history = record(mechanism, run, times, Some(&mut recording))?;
     Ok((history, recording))
@@ -180,7 +180,7 @@ pub fn simulate_recorded(
 
 fn record(
     mechanism: &Mechanism<f64>,
-    mut run: Run<'_>,
+    mut run: TimeStepper<'_>,
     times: &[f64],
     mut recording: Option<&mut Recording>,
 ) -> Result<History> {
@@ -189,11 +189,11 @@ fn record(
     let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
     let mut at = run.integrator.step.old.clone();
     for &t in times {
-        while run.lags(t) {
+        while run.is_before(t) {
             run.advance()?;
             recording.iter_mut().for_each(|recording| recording.log.keep(&run));
         }
-        recording.iter_mut().for_each(|recording| recording.log.reach(t));
+        recording.iter_mut().for_each(|recording| recording.log.advance_to(t));
         interpolate(&run.integrator.step.old, &run.integrator.step.new, t, &mut at);
         sampler.outputs(mechanism, &at, &mut outputs);
         diagnostics::check(mechanism, &at, &outputs)?;
@@ -211,7 +211,7 @@ fn record(
     Ok(history)
 }
 
-pub(crate) fn check_finite<T: crate::mechanism::scalars::Real>(
+pub(crate) fn check_finite<T: crate::mechanism::scalars::StateScalar>(
     mechanism: &Mechanism<T>,
     outputs: &[T],
     t: f64,

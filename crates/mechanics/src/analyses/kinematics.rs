@@ -19,7 +19,7 @@ const SMALLEST: f64 = 1.0 / 256.0;
 ///
 /// With all degrees of freedom driven this is kinematics, and the multipliers and efforts are its inverse dynamics:
 /// what drives and joints must supply. Where freedom is left, positions stay nearest to the instant before.
-pub struct Walk<'m> {
+pub struct KinematicDriver<'m> {
     /// The mechanism.
     pub mechanism: &'m Mechanism<f64>,
     /// Its equations, with the factor of the accelerations.
@@ -32,14 +32,14 @@ pub struct Walk<'m> {
     solver: AccelerationSolver,
 }
 
-impl<'m> Walk<'m> {
+impl<'m> KinematicDriver<'m> {
     /// Assembled at time `t` from the positions that the mechanism was built in.
     pub fn new(mechanism: &'m Mechanism<f64>, assembly: Assembly, t: f64) -> Result<Self> {
         impact::refuse(mechanism, "kinematics")?;
         let (system, state) = (System::at(mechanism, t)?, State::built(mechanism, t));
         let (projection, solver) = (Projection::default(), AccelerationSolver::default());
         let mut walk = Self { mechanism, system, state, projection, assembly, solver };
-        walk.settle()?;
+        walk.solve_position()?;
         Ok(walk)
     }
 
@@ -81,14 +81,14 @@ impl<'m> Walk<'m> {
         }
         let guess = self.state.q.clone();
         self.state.t = t;
-        self.settle()?;
+        self.solve_position()?;
         for (i, guess) in guess.iter().enumerate().filter(|(i, _)| self.system.equation_of(*i).is_some()) {
             wrong = wrong.max((self.state.q[i] - guess).abs());
         }
         Ok(wrong <= GOOD_GUESS * moved.max(1e-6))
     }
 
-    fn settle(&mut self) -> Result<()> {
+    fn solve_position(&mut self) -> Result<()> {
         let Self { mechanism, system, state, .. } = self;
         state.prescribe(mechanism);
         self.projection = assemble(system, mechanism, state, self.assembly)?;
@@ -102,7 +102,7 @@ pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64])
     let (mut sampler, mut outputs) = (Sampler::new(mechanism), Vec::new());
     let mut series = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
     let Some(&first) = times.first() else { return Ok(series) };
-    let mut walk = Walk::new(mechanism, assembly, first)?;
+    let mut walk = KinematicDriver::new(mechanism, assembly, first)?;
     for &t in times {
         if t != walk.state.t {
             walk.go(t)?;

@@ -1,10 +1,10 @@
 //! States between steps, and named outputs of a state.
 
-use crate::elements::element::Local;
-use crate::elements::element::Room;
+use crate::elements::element::ElementState;
+use crate::elements::element::ElementWorkspace;
+use crate::mechanism::MeasuredQuantity;
 use crate::mechanism::Mechanism;
-use crate::mechanism::Source;
-use crate::mechanism::scalars::Real;
+use crate::mechanism::scalars::StateScalar;
 use crate::system::residual::{evaluate, gather};
 use crate::system::state::State;
 use autodiff::Scalar;
@@ -15,13 +15,13 @@ use std::ops::Mul;
 /// Positions by the cubic through positions and velocities, velocities by the cubic through velocities and
 /// accelerations, accelerations and multipliers linearly: of the order of the integrator. At the ends the states
 /// themselves, bit for bit.
-pub fn interpolate<T: Real>(old: &State<T>, new: &State<T>, t: f64, at: &mut State<T>) {
+pub fn interpolate<T: StateScalar>(old: &State<T>, new: &State<T>, t: f64, at: &mut State<T>) {
     let ends = [old.t, new.t];
     if ends.iter().all(T::is_constant) {
-        match Place::of(ends.map(|end| end.value()), t) {
-            Place::Old => at.copy_from(old),
-            Place::New => at.copy_from(new),
-            Place::Inside(weights) => blend(old, new, &weights, at),
+        match Interval::of(ends.map(|end| end.value()), t) {
+            Interval::Old => at.copy_from(old),
+            Interval::New => at.copy_from(new),
+            Interval::Inside(weights) => blend(old, new, &weights, at),
         }
     } else {
         // At a fixed time between ends that the design moves.
@@ -31,7 +31,12 @@ pub fn interpolate<T: Real>(old: &State<T>, new: &State<T>, t: f64, at: &mut Sta
 }
 
 /// The weighted mean of two states.
-fn blend<T: Real + Mul<W, Output = T>, W: Scalar>(old: &State<T>, new: &State<T>, by: &Weights<W>, at: &mut State<T>) {
+fn blend<T: StateScalar + Mul<W, Output = T>, W: Scalar>(
+    old: &State<T>,
+    new: &State<T>,
+    by: &Weights<W>,
+    at: &mut State<T>,
+) {
     let Weights { value, slope, linear } = *by;
     let cubic = |y0: &[T], d0: &[T], y1: &[T], d1: &[T], out: &mut [T]| {
         for (i, out) in out.iter_mut().enumerate() {
@@ -48,13 +53,13 @@ fn blend<T: Real + Mul<W, Output = T>, W: Scalar>(old: &State<T>, new: &State<T>
 }
 
 /// Where in a step a time is.
-enum Place {
+enum Interval {
     Old,
     New,
     Inside(Weights),
 }
 
-impl Place {
+impl Interval {
     fn of([old, new]: [f64; 2], t: f64) -> Self {
         let h = new - old;
         match () {
@@ -80,10 +85,10 @@ impl Weights {
     /// As [`interpolate`] weighs them: at an end that end alone.
     pub fn of(ends: [f64; 2], t: f64) -> Self {
         let alone = |end: [f64; 2]| Self { value: end, slope: [0.0; 2], linear: end };
-        match Place::of(ends, t) {
-            Place::Old => alone([1.0, 0.0]),
-            Place::New => alone([0.0, 1.0]),
-            Place::Inside(weights) => weights,
+        match Interval::of(ends, t) {
+            Interval::Old => alone([1.0, 0.0]),
+            Interval::New => alone([0.0, 1.0]),
+            Interval::Inside(weights) => weights,
         }
     }
 }
@@ -109,28 +114,28 @@ pub struct Sampler<T> {
     efforts: Vec<(usize, Vec<(usize, usize)>)>,
     energy: bool,
     terms: Vec<T>,
-    room: Room<T>,
+    workspace: ElementWorkspace<T>,
 }
 
-impl<T: Real> Sampler<T> {
+impl<T: StateScalar> Sampler<T> {
     /// For the outputs of `mechanism`.
     pub fn new(mechanism: &Mechanism<T>) -> Self {
         let mut place = vec![usize::MAX; mechanism.parts.len()];
         let (mut asked, mut count, mut efforts, mut energy) = (Vec::new(), 0, Vec::new(), false);
         for term in mechanism.outputs.iter().flat_map(|output| &output.terms) {
             match term.source {
-                Source::Measure { part, .. } if place[part] == usize::MAX => {
+                MeasuredQuantity::Measure { part, .. } if place[part] == usize::MAX => {
                     place[part] = count;
                     asked.push((part, count));
                     count += mechanism.parts[part].element.measures().len();
                 }
-                Source::Measure { .. } => {}
-                Source::Effort { coordinate } => efforts.push((coordinate, rows_of(mechanism, coordinate))),
-                Source::KineticEnergy | Source::PotentialEnergy => energy = true,
+                MeasuredQuantity::Measure { .. } => {}
+                MeasuredQuantity::Effort { coordinate } => efforts.push((coordinate, rows_of(mechanism, coordinate))),
+                MeasuredQuantity::KineticEnergy | MeasuredQuantity::PotentialEnergy => energy = true,
             }
         }
         let measured = vec![T::from(0.0); count];
-        Self { asked, place, measured, efforts, energy, terms: Vec::new(), room: Room::default() }
+        Self { asked, place, measured, efforts, energy, terms: Vec::new(), workspace: ElementWorkspace::default() }
     }
 
     /// Writes the outputs at `state`, in the order of the mechanism's outputs.
@@ -143,12 +148,12 @@ impl<T: Real> Sampler<T> {
             self.terms.clear();
             for term in &output.terms {
                 let quantity = match term.source {
-                    Source::Measure { part, measure } => self.measured[self.place[part] + measure],
-                    Source::KineticEnergy => kinetic,
-                    Source::PotentialEnergy => potential,
-                    Source::Effort { .. } => {
+                    MeasuredQuantity::Measure { part, measure } => self.measured[self.place[part] + measure],
+                    MeasuredQuantity::KineticEnergy => kinetic,
+                    MeasuredQuantity::PotentialEnergy => potential,
+                    MeasuredQuantity::Effort { .. } => {
                         efforts += 1;
-                        effort(mechanism, state, &self.efforts[efforts - 1].1, &mut self.room)
+                        generalized_force(mechanism, state, &self.efforts[efforts - 1].1, &mut self.workspace)
                     }
                 };
                 self.terms.push(quantity * term.weight);
@@ -164,8 +169,8 @@ impl<T: Real> Sampler<T> {
         self.measured.fill(T::from(0.0));
         for &(index, first) in &self.asked {
             let part = &mechanism.parts[index];
-            gather(part, state, &mut self.room);
-            let local = Local { p: &part.parameters, ..self.room.local(state.t) };
+            gather(part, state, &mut self.workspace);
+            let local = ElementState { p: &part.parameters, ..self.workspace.local(state.t) };
             let count = part.element.measures().len();
             T::measure(part.element.as_ref(), &local, &mut self.measured[first..first + count]);
         }
@@ -180,21 +185,26 @@ fn rows_of<T>(mechanism: &Mechanism<T>, coordinate: usize) -> Vec<(usize, usize)
 }
 
 /// Inertia minus force of all elements on a coordinate: what its drive must supply.
-fn effort<T: Real>(mechanism: &Mechanism<T>, state: &State<T>, rows: &[(usize, usize)], room: &mut Room<T>) -> T {
+fn generalized_force<T: StateScalar>(
+    mechanism: &Mechanism<T>,
+    state: &State<T>,
+    rows: &[(usize, usize)],
+    workspace: &mut ElementWorkspace<T>,
+) -> T {
     let share = |&(part, row): &(usize, usize)| {
-        evaluate(&mechanism.parts[part], state, room);
-        room.balance[row]
+        evaluate(&mechanism.parts[part], state, workspace);
+        workspace.dynamics[row]
     };
     rows.iter().map(share).sum()
 }
 
 /// Kinetic and potential energy of the whole mechanism in J.
-pub fn energy<T: Real>(mechanism: &Mechanism<T>, state: &State<T>) -> [T; 2] {
-    let mut room = Room::default();
+pub fn energy<T: StateScalar>(mechanism: &Mechanism<T>, state: &State<T>) -> [T; 2] {
+    let mut workspace = ElementWorkspace::default();
     let mut total = [T::from(0.0); 2];
     for part in &mechanism.parts {
-        gather(part, state, &mut room);
-        let local = Local { p: &part.parameters, ..room.local(state.t) };
+        gather(part, state, &mut workspace);
+        let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
         let energy = T::energy(part.element.as_ref(), &local);
         total[0] += energy.kinetic;
         total[1] += energy.potential;

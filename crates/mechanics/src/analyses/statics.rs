@@ -32,7 +32,7 @@ impl Default for Statics {
 /// The factor of the last iteration stays in `system`.
 ///
 /// **Errors.** [`Error::Analysis`] naming what is out of balance.
-pub fn balance(
+pub fn find_equilibrium(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
@@ -69,7 +69,7 @@ pub fn balance(
     if let Some(error) = diagnostics::not_finite(mechanism, state) {
         return Err(error);
     }
-    let what = diagnostics::culprit(system, mechanism, state, &rows);
+    let what = diagnostics::dominant_residual(system, mechanism, state, &rows);
     let why = format!("no static equilibrium found at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "apply the load in more steps, or add stiffness to free motions"))
 }
@@ -111,7 +111,7 @@ pub fn equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64])
     let mut series = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
     for &t in times {
         state.t = t;
-        balance(&mut system, mechanism, &mut state, settings)?;
+        find_equilibrium(&mut system, mechanism, &mut state, settings)?;
         sampler.outputs(mechanism, &state, &mut outputs);
         diagnostics::check(mechanism, &state, &outputs)?;
         series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));

@@ -1,11 +1,11 @@
 //! The converged steps of a motion, kept for derivatives.
 
 use crate::Result;
-use crate::checkpointing::trajectory_store::{Course, Log};
+use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::initial_conditions::Projection;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::predictor::Predictor;
-use crate::integrators::time_stepper::Run;
+use crate::integrators::time_stepper::TimeStepper;
 use crate::system::System;
 use crate::system::state::State;
 
@@ -21,14 +21,14 @@ pub struct Recording {
     /// Where the motion starts: assembled and consistent.
     pub(crate) start: State<f64>,
     /// The steps.
-    pub(crate) log: Log<Mark>,
+    pub(crate) log: TrajectoryStore<Checkpoint>,
 }
 
 impl Recording {
     /// Of a motion that has not begun; `limit` is the most memory in bytes.
-    pub(crate) fn of(run: &Run<'_>, limit: usize) -> Self {
+    pub(crate) fn of(run: &TimeStepper<'_>, limit: usize) -> Self {
         let (system, projection) = (run.integrator.system.clone(), run.projection.clone());
-        Self { system, projection, start: run.integrator.step.new.clone(), log: Log::of(run, limit) }
+        Self { system, projection, start: run.integrator.step.new.clone(), log: TrajectoryStore::of(run, limit) }
     }
 
     /// Whether every step was kept: the memory sufficed.
@@ -68,7 +68,7 @@ impl State<f64> {
 
 /// A check-point of a motion by implicit steps: besides the step what chooses its successors and their first guesses.
 #[derive(Clone)]
-pub struct Mark {
+pub struct Checkpoint {
     step: Step<f64>,
     predictor: Predictor,
     curvature: f64,
@@ -78,8 +78,8 @@ pub struct Mark {
     counts: [usize; 4],
 }
 
-impl Course for Run<'_> {
-    type Mark = Mark;
+impl Checkpointable for TimeStepper<'_> {
+    type Checkpoint = Checkpoint;
 
     fn taken(&self) -> usize {
         self.steps
@@ -89,9 +89,9 @@ impl Course for Run<'_> {
         self.advance().map(|_| ())
     }
 
-    fn mark(&self) -> Mark {
+    fn mark(&self) -> Checkpoint {
         let integrator = &self.integrator;
-        Mark {
+        Checkpoint {
             step: integrator.step.clone(),
             predictor: integrator.predictor.clone(),
             curvature: integrator.curvature,
@@ -104,10 +104,10 @@ impl Course for Run<'_> {
     fn mark_bytes(&self) -> usize {
         let State { q, l, .. } = &self.integrator.step.new;
         let step = 2 * (4 * q.len() + l.len());
-        size_of::<Mark>() + size_of::<f64>() * (step + self.integrator.predictor.numbers())
+        size_of::<Checkpoint>() + size_of::<f64>() * (step + self.integrator.predictor.numbers())
     }
 
-    fn resume(&mut self, mark: &Mark) -> Result<()> {
+    fn resume(&mut self, mark: &Checkpoint) -> Result<()> {
         let integrator = &mut self.integrator;
         integrator.step.clone_from(&mark.step);
         integrator.predictor.clone_from(&mark.predictor);

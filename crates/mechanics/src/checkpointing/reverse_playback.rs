@@ -1,6 +1,6 @@
 //! Steps from the last to the first, integrated again from check-points where they were not kept.
 
-use crate::checkpointing::trajectory_store::{Course, Log};
+use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::{Error, Result};
 
 /// The steps of a motion on the way back, in the memory that its log was given.
@@ -11,12 +11,12 @@ use crate::{Error, Result};
 /// stretches can be gone back.
 ///
 /// **Source.** Griewank & Walther, *ACM Trans. Math. Softw.* 26 (2000) 19–45 (algorithm 799, "revolve").
-pub(crate) struct Rewind<'l, C: Course> {
-    log: &'l Log<C::Mark>,
+pub(crate) struct ReversePlayback<'l, C: Checkpointable> {
+    log: &'l TrajectoryStore<C::Checkpoint>,
     /// The motion and its first check-point, if the log is not whole.
-    again: Option<(C, C::Mark)>,
+    again: Option<(C, C::Checkpoint)>,
     /// Check-points laid on the way back.
-    laid: Vec<(usize, C::Mark)>,
+    extra_checkpoints: Vec<(usize, C::Checkpoint)>,
     /// Steps in a row, from number `first` on.
     values: Vec<f64>,
     first: usize,
@@ -26,14 +26,22 @@ pub(crate) struct Rewind<'l, C: Course> {
     repeated: usize,
 }
 
-impl<'l, C: Course> Rewind<'l, C> {
+impl<'l, C: Checkpointable> ReversePlayback<'l, C> {
     /// At the end of the motion that left `log`; `course` makes the same before its first step.
     ///
     /// **Errors.** [`Error::Definition`] if the memory does not suffice for four check-points.
-    pub fn new(log: &'l Log<C::Mark>, course: impl FnOnce() -> Result<C>) -> Result<Self> {
+    pub fn new(log: &'l TrajectoryStore<C::Checkpoint>, course: impl FnOnce() -> Result<C>) -> Result<Self> {
         let (budget, peak) = (log.budget, log.bytes());
         if log.is_whole() {
-            return Ok(Self { log, again: None, laid: Vec::new(), values: Vec::new(), first: 0, peak, repeated: 0 });
+            return Ok(Self {
+                log,
+                again: None,
+                extra_checkpoints: Vec::new(),
+                values: Vec::new(),
+                first: 0,
+                peak,
+                repeated: 0,
+            });
         }
         if budget.limit < budget.least || budget.marks == 0 {
             let why = format!("the adjoint needs check-points, and {} bytes do not hold them", budget.limit);
@@ -43,7 +51,7 @@ impl<'l, C: Course> Rewind<'l, C> {
         let course = course()?;
         let begin = course.mark();
         let again = Some((course, begin));
-        Ok(Self { log, again, laid: Vec::new(), values: Vec::new(), first: 0, peak, repeated: 0 })
+        Ok(Self { log, again, extra_checkpoints: Vec::new(), values: Vec::new(), first: 0, peak, repeated: 0 })
     }
 
     /// What was kept of step `k` (from 0), which is not after the one asked for before.
@@ -68,19 +76,19 @@ impl<'l, C: Course> Rewind<'l, C> {
     }
 
     /// Makes a row of steps of which number `end` − 1 is the last.
-    fn integrate_to(&mut self, end: usize, course: &mut C, begin: &C::Mark) -> Result<()> {
+    fn integrate_to(&mut self, end: usize, course: &mut C, begin: &C::Checkpoint) -> Result<()> {
         self.values.clear();
-        self.laid.retain(|(count, _)| *count < end);
+        self.extra_checkpoints.retain(|(count, _)| *count < end);
         self.resume_before(end, course, begin)?;
         let (window, from) = (self.log.budget.window, course.taken());
         loop {
             let left = (end - course.taken()).div_ceil(window);
-            let free = self.log.budget.marks - self.laid.len();
+            let free = self.log.budget.marks - self.extra_checkpoints.len();
             if left <= 1 || free == 0 {
                 break;
             }
             go(course, window * first_part(left, free + 1))?;
-            self.laid.push((course.taken(), course.mark()));
+            self.extra_checkpoints.push((course.taken(), course.mark()));
         }
         let rest = end - course.taken();
         go(course, rest.saturating_sub(window))?;
@@ -91,31 +99,32 @@ impl<'l, C: Course> Rewind<'l, C> {
             course.write(&mut self.values);
         }
         self.repeated += end - from;
-        let used = self.log.bytes() + self.laid.len() * self.log.mark_bytes() + size_of_val(&self.values[..]);
+        let used =
+            self.log.bytes() + self.extra_checkpoints.len() * self.log.mark_bytes() + size_of_val(&self.values[..]);
         self.peak = self.peak.max(used);
         Ok(())
     }
 
     /// To the last check-point before step number `end` ends.
-    fn resume_before(&self, end: usize, course: &mut C, begin: &C::Mark) -> Result<()> {
+    fn resume_before(&self, end: usize, course: &mut C, begin: &C::Checkpoint) -> Result<()> {
         let of_log = self.log.marks.iter().rfind(|(count, _)| *count < end);
-        let all = self.laid.last().into_iter().chain(of_log);
+        let all = self.extra_checkpoints.last().into_iter().chain(of_log);
         course.resume(all.max_by_key(|(count, _)| *count).map_or(begin, |(_, mark)| mark))
     }
 }
 
-fn go(course: &mut impl Course, steps: usize) -> Result<()> {
+fn go(course: &mut impl Checkpointable, steps: usize) -> Result<()> {
     (0..steps).try_for_each(|_| course.step())
 }
 
 /// Of `stretches` > 1 in a row the number before the next check-point, if with the one at the beginning there can be
 /// `marks` > 1.
 fn first_part(stretches: usize, marks: usize) -> usize {
-    let reach = |marks: usize, times: usize| {
+    let advance_to = |marks: usize, times: usize| {
         (1..=times).fold(1usize, |product, k| (product.saturating_mul(marks + k) / k).min(1 << 48))
     };
-    let times = (0..).find(|&times| reach(marks, times) >= stretches).expect("it grows");
-    stretches.saturating_sub(reach(marks - 1, times)).clamp(1, stretches - 1)
+    let times = (0..).find(|&times| advance_to(marks, times) >= stretches).expect("it grows");
+    stretches.saturating_sub(advance_to(marks - 1, times)).clamp(1, stretches - 1)
 }
 
 #[cfg(test)]
@@ -128,8 +137,8 @@ mod tests {
         x: f64,
     }
 
-    impl Course for Map {
-        type Mark = (usize, f64);
+    impl Checkpointable for Map {
+        type Checkpoint = (usize, f64);
         fn taken(&self) -> usize {
             self.taken
         }
@@ -137,13 +146,13 @@ mod tests {
             (self.taken, self.x) = (self.taken + 1, 0.7 * self.x + 1.0);
             Ok(())
         }
-        fn mark(&self) -> Self::Mark {
+        fn mark(&self) -> Self::Checkpoint {
             (self.taken, self.x)
         }
         fn mark_bytes(&self) -> usize {
             16
         }
-        fn resume(&mut self, mark: &Self::Mark) -> Result<()> {
+        fn resume(&mut self, mark: &Self::Checkpoint) -> Result<()> {
             (self.taken, self.x) = *mark;
             Ok(())
         }
@@ -159,13 +168,13 @@ mod tests {
     fn back(steps: usize, limit: usize) -> (usize, usize) {
         let start = || Map { taken: 0, x: 0.3 };
         let mut course = start();
-        let (mut log, mut expected) = (Log::of(&course, limit), Vec::new());
+        let (mut log, mut expected) = (TrajectoryStore::of(&course, limit), Vec::new());
         for _ in 0..steps {
             course.step().unwrap();
             expected.push(course.x);
             log.keep(&course);
         }
-        let mut rewind = Rewind::new(&log, || Ok(start())).unwrap();
+        let mut rewind = ReversePlayback::new(&log, || Ok(start())).unwrap();
         for k in (0..steps).rev() {
             assert_eq!(rewind.row(k).unwrap(), [expected[k]]);
         }
@@ -191,9 +200,9 @@ mod tests {
 
     #[test]
     fn too_little_memory_is_refused() {
-        let mut log = Log::of(&Map { taken: 0, x: 0.0 }, 50);
+        let mut log = TrajectoryStore::of(&Map { taken: 0, x: 0.0 }, 50);
         (0..20).for_each(|_| log.keep(&Map { taken: 0, x: 0.0 }));
-        let error = Rewind::new(&log, || Ok(Map { taken: 0, x: 0.0 })).err().unwrap();
+        let error = ReversePlayback::new(&log, || Ok(Map { taken: 0, x: 0.0 })).err().unwrap();
         assert!(error.to_string().contains("64 bytes"), "{error}");
     }
 

@@ -3,9 +3,9 @@
 use crate::Result;
 
 /// A motion that goes on from step to step, and from any of its check-points with the same bits.
-pub trait Course {
+pub trait Checkpointable {
     /// All that it takes to go on.
-    type Mark: Clone;
+    type Checkpoint: Clone;
 
     /// Number of steps taken.
     fn taken(&self) -> usize;
@@ -14,13 +14,13 @@ pub trait Course {
     fn step(&mut self) -> Result<()>;
 
     /// A check-point after the steps taken.
-    fn mark(&self) -> Self::Mark;
+    fn mark(&self) -> Self::Checkpoint;
 
     /// Memory of a check-point in bytes.
     fn mark_bytes(&self) -> usize;
 
     /// Goes back, or forward, to a check-point of the same motion.
-    fn resume(&mut self, mark: &Self::Mark) -> Result<()>;
+    fn resume(&mut self, mark: &Self::Checkpoint) -> Result<()>;
 
     /// Adds what is kept of the step just taken: always as many numbers.
     fn write(&self, to: &mut Vec<f64>);
@@ -44,7 +44,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    fn of(course: &impl Course, limit: usize) -> Self {
+    fn of(course: &impl Checkpointable, limit: usize) -> Self {
         let (mark, row) = (course.mark_bytes().max(1), (size_of::<f64>() * course.width()).max(1));
         Self { limit, marks: limit / 4 / mark, window: (limit / 2 / row).max(1), least: (4 * mark).max(4 * row) }
     }
@@ -52,7 +52,7 @@ impl Budget {
 
 /// The steps of a motion, all of them if the memory suffices.
 #[derive(Clone)]
-pub struct Log<M> {
+pub struct TrajectoryStore<M> {
     pub budget: Budget,
     /// Check-points, each with the number of steps before it, evenly spread.
     pub marks: Vec<(usize, M)>,
@@ -67,9 +67,9 @@ pub struct Log<M> {
     reached: Vec<(f64, usize)>,
 }
 
-impl<M: Clone> Log<M> {
+impl<M: Clone> TrajectoryStore<M> {
     /// For a motion that has not begun, in at most `limit` bytes.
-    pub fn of(course: &impl Course<Mark = M>, limit: usize) -> Self {
+    pub fn of(course: &impl Checkpointable<Checkpoint = M>, limit: usize) -> Self {
         let budget = Budget::of(course, limit);
         Self {
             budget,
@@ -85,7 +85,7 @@ impl<M: Clone> Log<M> {
     }
 
     /// Takes note of the step just taken.
-    pub fn keep(&mut self, course: &impl Course<Mark = M>) {
+    pub fn keep(&mut self, course: &impl Checkpointable<Checkpoint = M>) {
         self.count += 1;
         if self.count.is_multiple_of(self.stride) && self.budget.marks > 0 {
             if self.marks.len() == self.budget.marks {
@@ -106,7 +106,7 @@ impl<M: Clone> Log<M> {
     }
 
     /// Takes note that an output time has been reached.
-    pub fn reach(&mut self, t: f64) {
+    pub fn advance_to(&mut self, t: f64) {
         self.reached.push((t, self.count));
     }
 

@@ -1,7 +1,7 @@
 //! What of a mechanism depends on the design.
 
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::Sensitive;
+use crate::mechanism::scalars::Dual8;
 
 /// Which parameters of elements and motions depend on the design at all.
 pub(crate) struct Dependence {
@@ -13,12 +13,12 @@ pub(crate) struct Dependence {
 
 impl Dependence {
     /// Of mechanisms whose design variables are seeded, a chunk each.
-    pub fn of(chunks: &[Mechanism<Sensitive>], mechanism: &Mechanism<f64>) -> Self {
-        let depends = |x: &Sensitive| x.eps.iter().any(|slope| *slope != 0.0);
+    pub fn of(chunks: &[Mechanism<Dual8>], mechanism: &Mechanism<f64>) -> Self {
+        let depends = |x: &Dual8| x.eps.iter().any(|slope| *slope != 0.0);
         let parameter = |part: usize, k: usize| chunks.iter().any(|c| depends(&c.parts[part].parameters[k]));
         let parameters =
             |part: usize| (0..mechanism.parts[part].parameters.len()).filter(|&k| parameter(part, k)).collect();
-        let moves = |c: &Mechanism<Sensitive>, i: usize| {
+        let moves = |c: &Mechanism<Dual8>, i: usize| {
             c.coordinates[i].motion.as_ref().is_some_and(|(_, parameters)| parameters.iter().any(depends))
         };
         Self {

@@ -2,14 +2,14 @@
 
 use crate::Result;
 use crate::analyses::modal::modes;
-use crate::analyses::statics::{Statics, balance};
+use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::initial_conditions::StartSolver;
 use crate::derivatives::forward::instants::equilibrium;
 use crate::derivatives::seeding::{build_sensitive, set_values};
-use crate::elements::element::Room;
+use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Assembly, assemble};
-use crate::mechanism::scalars::{Jet, Number, Sensitive};
-use crate::mechanism::{Mechanism, Model};
+use crate::mechanism::scalars::{Dual8, ElementScalar, Jet2};
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use autodiff::WIDTH;
@@ -52,11 +52,16 @@ const REPEATED: f64 = 1e-7;
 /// the direction φ and [`WIDTH`] design variables gives all of it. For a repeated frequency they are the eigenvalues of
 /// the matrix that this expression becomes with all pairs of its modes.
 ///
-/// **Errors.** As [`modes`], [`assemble`] and [`balance`].
+/// **Errors.** As [`modes`], [`assemble`] and [`dynamics`].
 ///
 /// **Source.** Fox & Kapoor, *AIAA J.* 6 (1968) 2426–2429; Seyranian, Lund & Olhoff, *Struct. Optim.* 8 (1994) 207–227,
 /// for repeated frequencies.
-pub fn differentiate_modes<M: Model>(model: &M, b: &[f64], about: About, t: f64) -> Result<ModeSensitivities> {
+pub fn differentiate_modes<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    about: About,
+    t: f64,
+) -> Result<ModeSensitivities> {
     let mechanism = model.build(b)?;
     let chunks = build_sensitive(model, b, &mechanism)?;
     let mut system = System::at(&mechanism, t)?;
@@ -101,15 +106,15 @@ fn clusters(squares: &[f64]) -> Vec<Range<usize>> {
 fn states_at_rest(
     system: &mut System,
     mechanism: &Mechanism<f64>,
-    chunks: &[Mechanism<Sensitive>],
+    chunks: &[Mechanism<Dual8>],
     about: About,
     t: f64,
-) -> Result<(State<f64>, Vec<State<Sensitive>>)> {
+) -> Result<(State<f64>, Vec<State<Dual8>>)> {
     let mut values = State::built(mechanism, t);
     let projection = assemble(system, mechanism, &mut values, Assembly::default())?;
     values.v.fill(0.0);
     if let About::Equilibrium(settings) = about {
-        balance(system, mechanism, &mut values, &settings)?;
+        find_equilibrium(system, mechanism, &mut values, &settings)?;
     }
     let mut states = Vec::with_capacity(chunks.len());
     for chunk in chunks {
@@ -131,39 +136,39 @@ fn states_at_rest(
 /// (K − ω² M) φ in the rows of the coordinates and Φ_q φ in those of the multipliers, with their derivatives.
 fn moved(
     system: &System,
-    mechanism: &Mechanism<Sensitive>,
-    state: &State<Sensitive>,
+    mechanism: &Mechanism<Dual8>,
+    state: &State<Dual8>,
     shape: &[f64],
     square: f64,
-) -> Vec<Sensitive> {
-    let (zero, mut room) = (Sensitive::constant(0.0), Room::<Jet<Sensitive>>::default());
+) -> Vec<Dual8> {
+    let (zero, mut workspace) = (Dual8::constant(0.0), ElementWorkspace::<Jet2<Dual8>>::default());
     let mut rows = vec![zero; system.size()];
-    let along = |x: Sensitive, slope: f64| Jet::new(x, Sensitive::constant(slope), zero);
+    let along = |x: Dual8, slope: f64| Jet2::new(x, Dual8::constant(slope), zero);
     for (index, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor()) {
         // A position along the mode and an acceleration against it: one pass gives K φ − ω² M φ.
-        let fill = |to: &mut Vec<Jet<Sensitive>>, from: &[Sensitive], factor: f64| {
+        let fill = |to: &mut Vec<Jet2<Dual8>>, from: &[Dual8], factor: f64| {
             to.clear();
             to.extend(part.coordinates.iter().map(|&i| along(from[i], factor * shape[i])));
         };
-        fill(&mut room.q, &state.q, 1.0);
-        fill(&mut room.v, &state.v, 0.0);
-        fill(&mut room.a, &state.a, -square);
-        room.p.clear();
-        room.p.extend(part.parameters.iter().map(|&p| along(p, 0.0)));
-        room.l.clear();
-        let multipliers = part.first_multiplier..part.first_multiplier + part.closures;
-        room.l.extend(multipliers.map(|m| along(state.l[m], 0.0)));
-        Jet::<Sensitive>::residual(part.element.as_ref(), along(state.t, 0.0), &mut room);
+        fill(&mut workspace.q, &state.q, 1.0);
+        fill(&mut workspace.v, &state.v, 0.0);
+        fill(&mut workspace.a, &state.a, -square);
+        workspace.p.clear();
+        workspace.p.extend(part.parameters.iter().map(|&p| along(p, 0.0)));
+        workspace.l.clear();
+        let multipliers = part.first_multiplier..part.first_multiplier + part.num_constraints;
+        workspace.l.extend(multipliers.map(|m| along(state.l[m], 0.0)));
+        Jet2::<Dual8>::residual(part.element.as_ref(), along(state.t, 0.0), &mut workspace);
         let n = part.coordinates.len();
         for (local, equation) in system.rows_of(index) {
-            rows[equation] += if local < n { room.balance[local].v1 } else { room.closure[local - n].v1 };
+            rows[equation] += if local < n { workspace.dynamics[local].v1 } else { workspace.constraint[local - n].v1 };
         }
     }
     rows
 }
 
 /// What a mode's rows are multiplied by: φ, and 2 μ from Φ_qᵀ μ = (ω² M − K) φ by least squares.
-fn test(system: &System, gradients: &[Vec<f64>], shape: &[f64], rows: &[Sensitive]) -> Vec<f64> {
+fn test(system: &System, gradients: &[Vec<f64>], shape: &[f64], rows: &[Dual8]) -> Vec<f64> {
     let mut force = vec![0.0; shape.len()];
     for (unknown, row) in system.unknowns().iter().zip(rows) {
         if let Unknown::Coordinate(i) = *unknown {

@@ -16,12 +16,12 @@ use crate::derivatives::seeding::take_values;
 use crate::events::impact;
 use crate::events::impact::{Border, Jump};
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::{Carrier, Jet, Number};
+use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
 use crate::system::state::State;
 
 /// Lets the state `values` bounce off contact number `contact`, in `state` with derivatives.
-pub(crate) fn strike<T: Carrier<L>, const L: usize>(
+pub(crate) fn apply_impact<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
     system: &mut System,
@@ -30,10 +30,10 @@ pub(crate) fn strike<T: Carrier<L>, const L: usize>(
     state: &mut State<T>,
 ) -> Result<()>
 where
-    Jet<T>: Number,
+    Jet2<T>: ElementScalar,
 {
     let mut after = values.clone();
-    let jump = impact::strike(system, plain, contact, &mut after)?;
+    let jump = impact::apply_impact(system, plain, contact, &mut after)?;
     let border = Border::new(system, plain, &plain.impacts[contact], values)?;
     let lift = |x: &[f64]| x.iter().map(|&x| T::from(x)).collect();
     let mut lifted =
@@ -41,7 +41,7 @@ where
     let mut rows = vec![T::from(0.0); system.size()];
     for _ in 0..T::ORDER {
         let off = mechanism.impacts[contact].rows(system, mechanism, state, &lifted, &mut rows);
-        let mut changes: Vec<[f64; L]> = rows.iter().map(Carrier::derivatives).collect();
+        let mut changes: Vec<[f64; L]> = rows.iter().map(DerivativeScalar::derivatives).collect();
         let impulse = border.solve(system, &mut changes, off.derivatives());
         lifted.add(system, |equation| -T::with(0.0, changes[equation]), -T::with(0.0, impulse));
     }
@@ -51,7 +51,7 @@ where
 }
 
 /// Passes a switch at the state `values`, in `state` with derivatives.
-pub(crate) fn pass<T: Carrier<L>, const L: usize>(
+pub(crate) fn apply_switch<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
     system: &mut System,
@@ -60,9 +60,9 @@ pub(crate) fn pass<T: Carrier<L>, const L: usize>(
     state: &mut State<T>,
 ) -> Result<()>
 where
-    Jet<T>: Number,
+    Jet2<T>: ElementScalar,
 {
-    let beyond = impact::pass(system, plain, ahead, &mut values.clone())?;
+    let beyond = impact::apply_switch(system, plain, ahead, &mut values.clone())?;
     let mut moved = impact::beyond(state, ahead);
     take_values(&mut moved, &beyond);
     StartSolver::new(plain, mechanism, system).accelerations(&beyond, &mut moved)?;

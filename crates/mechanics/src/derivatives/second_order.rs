@@ -5,20 +5,20 @@
 //! $$ \frac{\partial F}{\partial x} \frac{\partial^2 x}{\partial a\,\partial b} = -F_{ab}, $$
 //!
 //! where F_ab, everything that the first derivatives of x contribute, is the mixed part of one more evaluation of the
-//! residual in [`Curved`] numbers: one more back-substitution a step.
+//! residual in [`HyperDual4`] numbers: one more back-substitution a step.
 
 use crate::analyses::dynamics::Dynamics;
 use crate::analyses::statics::Statics;
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::dynamics::follow_all;
 use crate::derivatives::forward::instants::{follow_equilibria, follow_kinematics};
-use crate::derivatives::forward::step_block::Source;
+use crate::derivatives::forward::step_block::StepSource;
 use crate::derivatives::history::Record;
 use crate::derivatives::seeding::build_seeded;
 use crate::initial_conditions::Assembly;
-use crate::integrators::time_stepper::Run;
-use crate::mechanism::scalars::Curved;
-use crate::mechanism::{Mechanism, Model};
+use crate::integrators::time_stepper::TimeStepper;
+use crate::mechanism::scalars::HyperDual4;
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -27,7 +27,7 @@ const PAIRS: usize = 4;
 
 /// Which second derivatives with respect to the n design variables are wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Second<'v> {
+pub enum HessianPart<'v> {
     /// ∂²r/∂bᵢ²: n numbers.
     Diagonal,
     /// The Hessian ∂²r/∂bᵢ∂bⱼ: n (n + 1)/2 numbers.
@@ -40,40 +40,46 @@ pub enum Second<'v> {
 #[derive(Clone, Copy)]
 enum Direction<'v> {
     Unit(usize),
-    Along(&'v [f64]),
+    DifferenceSensitivity(&'v [f64]),
 }
 
 impl Direction<'_> {
     fn component(&self, variable: usize) -> f64 {
         match *self {
             Self::Unit(i) => f64::from(u8::from(i == variable)),
-            Self::Along(v) => v[variable],
+            Self::DifferenceSensitivity(v) => v[variable],
         }
     }
 }
 
-impl<'v> Second<'v> {
+impl<'v> HessianPart<'v> {
     fn pairs(self, n: usize) -> Vec<[Direction<'v>; 2]> {
-        use Direction::{Along, Unit};
+        use Direction::{DifferenceSensitivity, Unit};
         match self {
             Self::Diagonal => (0..n).map(|i| [Unit(i), Unit(i)]).collect(),
             Self::Full => (0..n).flat_map(|i| (i..n).map(move |j| [Unit(i), Unit(j)])).collect(),
-            Self::Times(v) => (0..n).map(|i| [Unit(i), Along(v)]).collect(),
+            Self::Times(v) => (0..n).map(|i| [Unit(i), DifferenceSensitivity(v)]).collect(),
         }
     }
 
     /// The design at `b` once for each [`PAIRS`] pairs of directions.
-    fn designs(self, b: &[f64]) -> Vec<Vec<Curved>> {
+    fn designs(self, b: &[f64]) -> Vec<Vec<HyperDual4>> {
         let seed = |pairs: &[[Direction<'_>; 2]], i: usize, side: usize| {
             std::array::from_fn(|k| pairs.get(k).map_or(0.0, |pair| pair[side].component(i)))
         };
-        let variable = |pairs: &[_], (i, &x): (usize, &f64)| Curved::seeded(x, seed(pairs, i, 0), seed(pairs, i, 1));
+        let variable =
+            |pairs: &[_], (i, &x): (usize, &f64)| HyperDual4::seeded(x, seed(pairs, i, 0), seed(pairs, i, 1));
         let design = |pairs: &[_]| b.iter().enumerate().map(|x| variable(pairs, x)).collect();
         self.pairs(b.len()).chunks(PAIRS).map(design).collect()
     }
 
     /// The mechanism once for each of these designs.
-    fn carriers<M: Model>(self, model: &M, b: &[f64], like: &Mechanism<f64>) -> Result<Vec<Mechanism<Curved>>> {
+    fn carriers<M: ParametricMechanism>(
+        self,
+        model: &M,
+        b: &[f64],
+        like: &Mechanism<f64>,
+    ) -> Result<Vec<Mechanism<HyperDual4>>> {
         if let Self::Times(v) = self {
             Error::check_length("vector to multiply the Hessian with", b.len(), v.len())?;
         }
@@ -83,7 +89,7 @@ impl<'v> Second<'v> {
 
 /// Outputs over time with first and second derivatives.
 #[derive(Clone, Debug)]
-pub struct SecondHistory {
+pub struct HessianHistory {
     /// Names of the outputs.
     pub names: Vec<String>,
     /// Times in s.
@@ -94,10 +100,10 @@ pub struct SecondHistory {
     chunks: Vec<Vec<f64>>,
 }
 
-impl SecondHistory {
-    fn new(mechanism: &Mechanism<f64>, b: &[f64], times: &[f64], what: Second<'_>, chunks: Vec<Vec<f64>>) -> Self {
+impl HessianHistory {
+    fn new(mechanism: &Mechanism<f64>, b: &[f64], times: &[f64], what: HessianPart<'_>, chunks: Vec<Vec<f64>>) -> Self {
         let names = mechanism.outputs.iter().map(|output| output.name.clone()).collect();
-        Self { names, times: times.to_vec(), variables: b.len(), is_full: what == Second::Full, chunks }
+        Self { names, times: times.to_vec(), variables: b.len(), is_full: what == HessianPart::Full, chunks }
     }
 
     /// First derivatives along the first directions, or mixed derivatives, of all pairs.
@@ -143,65 +149,65 @@ fn upper(n: usize, i: usize, j: usize) -> usize {
 /// four passes of [`differentiate`](crate::derivatives::forward::dynamics::differentiate).
 ///
 /// **Errors.** As [`differentiate`](crate::derivatives::forward::dynamics::differentiate), and [`Error::Length`] for a vector of another length than `b`.
-pub fn differentiate_twice<M: Model>(
+pub fn differentiate_twice<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
-    what: Second<'_>,
-) -> Result<SecondHistory> {
+    what: HessianPart<'_>,
+) -> Result<HessianHistory> {
     let mechanism = model.build(b)?;
     let carriers = what.carriers(model, b, &mechanism)?;
-    let run = Run::new(&mechanism, settings, times)?;
-    let mut source = Source::running(run, Record::new(&mechanism, 0, times), settings, times)?;
+    let run = TimeStepper::new(&mechanism, settings, times)?;
+    let mut source = StepSource::running(run, Record::new(&mechanism, 0, times), settings, times)?;
     let chunks = follow_all(&carriers, settings, times, &mut source)?;
-    Ok(SecondHistory::new(&mechanism, b, times, what, chunks))
+    Ok(HessianHistory::new(&mechanism, b, times, what, chunks))
 }
 
 /// The same at the steps of a recording of `model` at `b`, which reaches the last of `times`: nothing is iterated.
-pub fn differentiate_recorded_twice<M: Model>(
+pub fn differentiate_recorded_twice<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
-    what: Second<'_>,
+    what: HessianPart<'_>,
     recording: &Recording,
-) -> Result<SecondHistory> {
+) -> Result<HessianHistory> {
     let mechanism = model.build(b)?;
     let carriers = what.carriers(model, b, &mechanism)?;
-    let mut source = Source::recorded(&mechanism, recording, settings, times);
+    let mut source = StepSource::recorded(&mechanism, recording, settings, times);
     let chunks = follow_all(&carriers, settings, times, &mut source)?;
-    Ok(SecondHistory::new(&mechanism, b, times, what, chunks))
+    Ok(HessianHistory::new(&mechanism, b, times, what, chunks))
 }
 
 /// As [`differentiate_kinematics`](crate::derivatives::forward::instants::differentiate_kinematics), twice.
 ///
 /// **Errors.** As there.
-pub fn differentiate_kinematics_twice<M: Model>(
+pub fn differentiate_kinematics_twice<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     assembly: Assembly,
     times: &[f64],
-    what: Second<'_>,
-) -> Result<SecondHistory> {
+    what: HessianPart<'_>,
+) -> Result<HessianHistory> {
     let mechanism = model.build(b)?;
     let carriers = what.carriers(model, b, &mechanism)?;
     let chunks = follow_kinematics(&mechanism, &carriers, assembly, times, &mut Record::new(&mechanism, 0, times))?;
-    Ok(SecondHistory::new(&mechanism, b, times, what, chunks))
+    Ok(HessianHistory::new(&mechanism, b, times, what, chunks))
 }
 
 /// As [`differentiate_equilibria`](crate::derivatives::forward::instants::differentiate_equilibria), twice.
 ///
 /// **Errors.** As there.
-pub fn differentiate_equilibria_twice<M: Model>(
+pub fn differentiate_equilibria_twice<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Statics,
     times: &[f64],
-    what: Second<'_>,
-) -> Result<SecondHistory> {
+    what: HessianPart<'_>,
+) -> Result<HessianHistory> {
     let mechanism = model.build(b)?;
     let carriers = what.carriers(model, b, &mechanism)?;
     let chunks = follow_equilibria(&mechanism, &carriers, settings, times, &mut Record::new(&mechanism, 0, times))?;
-    Ok(SecondHistory::new(&mechanism, b, times, what, chunks))
+    Ok(HessianHistory::new(&mechanism, b, times, what, chunks))
 }

@@ -1,37 +1,37 @@
 //! For tests: what an element does in a given state.
 
-use crate::elements::element::{Element, Energy, Local, Slopes, Variable};
-use crate::mechanism::scalars::Jet;
-use autodiff::Tangent;
+use crate::elements::element::{ConstraintDerivatives, Element, ElementState, Energy, Variable};
+use crate::mechanism::scalars::Jet2;
+use autodiff::DualVec;
 
 /// Rows of the coordinates and of the multipliers.
-pub fn rows(element: &impl Element, x: &Local<'_, f64>) -> (Vec<f64>, Vec<f64>) {
-    let (mut balance, mut closure) = (vec![0.0; x.q.len()], vec![0.0; x.l.len()]);
-    Element::residual(element, x, &mut balance, &mut closure);
-    (balance, closure)
+pub fn rows(element: &impl Element, x: &ElementState<'_, f64>) -> (Vec<f64>, Vec<f64>) {
+    let (mut dynamics, mut constraint) = (vec![0.0; x.q.len()], vec![0.0; x.l.len()]);
+    Element::residual(element, x, &mut dynamics, &mut constraint);
+    (dynamics, constraint)
 }
 
 /// The outputs.
-pub fn measured(element: &impl Element, x: &Local<'_, f64>) -> Vec<f64> {
+pub fn measured(element: &impl Element, x: &ElementState<'_, f64>) -> Vec<f64> {
     let mut out = vec![0.0; Element::measures(element).len()];
     Element::measure(element, x, &mut out);
     out
 }
 
 /// Kinetic and potential energy.
-pub fn energies(element: &impl Element, x: &Local<'_, f64>) -> [f64; 2] {
+pub fn energies(element: &impl Element, x: &ElementState<'_, f64>) -> [f64; 2] {
     let Energy { kinetic, potential } = Element::energy(element, x);
     [kinetic, potential]
 }
 
 /// A state at rest at t = 0.
-pub fn at<'a>(p: &'a [f64], q: &'a [f64], l: &'a [f64]) -> Local<'a, f64> {
+pub fn at<'a>(p: &'a [f64], q: &'a [f64], l: &'a [f64]) -> ElementState<'a, f64> {
     moving(p, q, &REST[..q.len()], l)
 }
 
 /// A state without accelerations at t = 0.
-pub fn moving<'a>(p: &'a [f64], q: &'a [f64], v: &'a [f64], l: &'a [f64]) -> Local<'a, f64> {
-    Local { t: 0.0, p, q, v, a: &REST[..q.len()], l }
+pub fn moving<'a>(p: &'a [f64], q: &'a [f64], v: &'a [f64], l: &'a [f64]) -> ElementState<'a, f64> {
+    ElementState { t: 0.0, p, q, v, a: &REST[..q.len()], l }
 }
 
 const REST: [f64; 8] = [0.0; 8];
@@ -47,35 +47,36 @@ pub fn close(found: &[f64], expected: &[f64]) {
 
 /// Asserts that the closed form of a constraint's derivatives is what its residual gives in jets of dual numbers.
 #[track_caller]
-pub fn has_its_slopes(element: &impl Element, x: &Local<'_, f64>) {
+pub fn has_its_slopes(element: &impl Element, x: &ElementState<'_, f64>) {
     let coordinates = (0..x.q.len()).map(Variable::Coordinate);
     let variables: Vec<_> = coordinates.chain((0..x.p.len()).map(Variable::Parameter)).collect();
     let (n, m) = (x.q.len(), x.l.len());
-    let (mut balance, mut closure) = (vec![0.0; variables.len() * n], vec![[0.0; 3]; variables.len() * m]);
-    let mut slopes = Slopes { balance: &mut balance, closure: &mut closure };
-    assert!(Element::slopes(element, x, &variables, &mut slopes), "it has a closed form");
+    let (mut dynamics, mut constraint) = (vec![0.0; variables.len() * n], vec![[0.0; 3]; variables.len() * m]);
+    let mut slopes = ConstraintDerivatives { dynamics: &mut dynamics, constraint: &mut constraint };
+    assert!(Element::constraint_derivatives(element, x, &variables, &mut slopes), "it has a closed form");
     for (k, variable) in variables.iter().enumerate() {
-        let [rows, closures] = jets(element, x, *variable);
-        close(&balance[k * n..(k + 1) * n], &rows);
-        close(closure[k * m..(k + 1) * m].as_flattened(), &closures);
+        let [rows, num_constraints] = jets(element, x, *variable);
+        close(&dynamics[k * n..(k + 1) * n], &rows);
+        close(constraint[k * m..(k + 1) * m].as_flattened(), &num_constraints);
     }
 }
 
 /// Derivatives of the coordinates' rows, and of Φ, Φ̇ and Φ̈.
-fn jets(element: &impl Element, x: &Local<'_, f64>, variable: Variable) -> [Vec<f64>; 2] {
-    type Number = Jet<Tangent<1>>;
-    let number = Tangent::<1>::constant;
-    let jet = |re: f64, v1: f64, v2: f64| Number::new(number(re), number(v1), number(v2));
-    let constants = |values: &[f64]| -> Vec<Number> { values.iter().map(|&value| jet(value, 0.0, 0.0)).collect() };
+fn jets(element: &impl Element, x: &ElementState<'_, f64>, variable: Variable) -> [Vec<f64>; 2] {
+    type ElementScalar = Jet2<DualVec<1>>;
+    let number = DualVec::<1>::constant;
+    let jet = |re: f64, v1: f64, v2: f64| ElementScalar::new(number(re), number(v1), number(v2));
+    let constants =
+        |values: &[f64]| -> Vec<ElementScalar> { values.iter().map(|&value| jet(value, 0.0, 0.0)).collect() };
     let mut q: Vec<_> = (0..x.q.len()).map(|i| jet(x.q[i], x.v[i], x.a[i])).collect();
     let (mut p, l, still) = (constants(x.p), constants(x.l), constants(&vec![0.0; x.q.len()]));
     match variable {
         Variable::Coordinate(i) => q[i].re.eps[0] = 1.0,
         Variable::Parameter(i) => p[i].re.eps[0] = 1.0,
     }
-    let (mut balance, mut closure) = (still.clone(), constants(&vec![0.0; x.l.len()]));
-    let local = Local { t: jet(x.t, 1.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &l };
-    Element::residual(element, &local, &mut balance, &mut closure);
-    let slopes = |x: &Number| [x.re.eps[0], x.v1.eps[0], x.v2.eps[0]];
-    [balance.iter().map(|x| x.re.eps[0]).collect(), closure.iter().flat_map(slopes).collect()]
+    let (mut dynamics, mut constraint) = (still.clone(), constants(&vec![0.0; x.l.len()]));
+    let local = ElementState { t: jet(x.t, 1.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &l };
+    Element::residual(element, &local, &mut dynamics, &mut constraint);
+    let slopes = |x: &ElementScalar| [x.re.eps[0], x.v1.eps[0], x.v2.eps[0]];
+    [dynamics.iter().map(|x| x.re.eps[0]).collect(), constraint.iter().flat_map(slopes).collect()]
 }

@@ -1,6 +1,6 @@
 //! The straight line between two points of two bodies.
 
-use crate::elements::element::Local;
+use crate::elements::element::ElementState;
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{Coordinate, Marker};
 use autodiff::Scalar;
@@ -27,7 +27,7 @@ pub struct Line<T> {
 impl<T: Scalar> Line<T> {
     /// Between the points with body-fixed coordinates p\[0..2\] and p\[2..4\].
     #[inline]
-    pub fn of(x: &Local<'_, T>) -> Self {
+    pub fn of(x: &ElementState<'_, T>) -> Self {
         let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
         let (lever_a, lever_b) = (a.turned(x.p[0], x.p[1]), b.turned(x.p[2], x.p[3]));
         let (pa, pb) = (a.point(lever_a), b.point(lever_b));
@@ -53,15 +53,15 @@ impl<T: Scalar> Line<T> {
 
     /// A tension `f` (positive pulls the points together) as rows inertia − force.
     #[inline]
-    pub fn pull(&self, f: T, balance: &mut [T]) {
-        self.apply([f * self.direction[0], f * self.direction[1]], balance);
+    pub fn add_axial_force(&self, f: T, dynamics: &mut [T]) {
+        self.apply([f * self.direction[0], f * self.direction[1]], dynamics);
     }
 
     /// The force `f` on A and −`f` on B as rows inertia − force.
     #[inline]
-    pub fn apply(&self, [fx, fy]: [T; 2], balance: &mut [T]) {
-        add_force(balance, 0, self.lever_a, [-fx, -fy]);
-        add_force(balance, 3, self.lever_b, [fx, fy]);
+    pub fn apply(&self, [fx, fy]: [T; 2], dynamics: &mut [T]) {
+        add_force(dynamics, 0, self.lever_a, [-fx, -fy]);
+        add_force(dynamics, 3, self.lever_b, [fx, fy]);
     }
 }
 
@@ -73,7 +73,7 @@ fn norm<T: Scalar>([x, y]: [T; 2]) -> T {
 }
 
 /// What is wrong where the points of an element that needs a direction coincide.
-pub fn without_direction(x: &Local<'_, f64>) -> Option<String> {
+pub fn without_direction(x: &ElementState<'_, f64>) -> Option<String> {
     Line::of(x).is_point().then(|| "its two points coincide, so that it has no direction".to_owned())
 }
 
@@ -100,7 +100,7 @@ mod tests {
         let line = Line::of(&moving(&[0.0; 4], &q, &v, &[]));
         close(&[line.length, line.rate], &[5.0, 2.2]);
         let mut rows = [0.0; 6];
-        line.pull(10.0, &mut rows);
+        line.add_axial_force(10.0, &mut rows);
         close(&rows, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
     }
 

@@ -14,9 +14,9 @@ pub mod sensors;
 
 pub use beams::{Beam, BeamSection, Shear};
 pub use bodies::{Inertia, PointMass, RigidBody};
-pub use contacts::{Stop, WallContact};
+pub use contacts::{BumpStop, WallContact};
 pub use drives::{Actuator, Driver, LengthDriver};
-pub use element::{Element, Energy, Local};
-pub use forces::{Bushing, CoordinateSpring, Friction, Law, Load, PointForce, SpringDamper, StateLoad};
-pub use joints::{GearPair, PointOnLine, Prismatic, Rack, Revolute, Rod, Weld};
+pub use element::{Element, ElementState, Energy};
+pub use forces::{Bushing, CoordinateSpring, FeedbackForce, Friction, Load, PointForce, SpringDamper, StateFunction};
+pub use joints::{DistanceConstraint, FixedJoint, GearPair, PointOnLine, Prismatic, Rack, Revolute};
 pub use sensors::{CoordinateSensor, MarkerSensor};

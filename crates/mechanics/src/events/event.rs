@@ -1,18 +1,18 @@
 //! Rigid contacts that a mechanism bounces off, and switches that it passes.
 
 use crate::elements::drives::driver::Driver;
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::elements::joints::point_on_line::PointOnLine;
-use crate::mechanism::{Coordinate, Marker, Mechanism, PartData};
+use crate::mechanism::{Coordinate, ElementInstance, Marker, Mechanism};
 use crate::motion::Fixed;
 use crate::{Error, Result};
 use autodiff::Scalar;
 use std::sync::Arc;
 
 /// A contact that is open as long as its gap is positive, or a switch.
-pub(crate) struct ImpactData<S> {
+pub(crate) struct EventElement<S> {
     /// The constraint whose one closure is the gap; its multiplier is the impulse.
-    pub part: PartData<S>,
+    pub part: ElementInstance<S>,
     /// Coefficient of restitution; none of a switch.
     pub restitution: Option<S>,
 }
@@ -37,9 +37,9 @@ impl<S: Scalar> Mechanism<S> {
         parameters: &[S],
         restitution: S,
     ) -> Result<()> {
-        let (name, closures) = (name.into(), Element::closures(&gap));
-        if closures != 1 {
-            let why = format!("its gap has {closures} closures");
+        let (name, num_constraints) = (name.into(), Element::num_constraints(&gap));
+        if num_constraints != 1 {
+            let why = format!("its gap has {num_constraints} closures");
             return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
         }
         self.add_impact(name, gap, coordinates, parameters, Some(restitution));
@@ -54,10 +54,11 @@ impl<S: Scalar> Mechanism<S> {
         parameters: &[S],
         restitution: Option<S>,
     ) {
-        let (closures, coordinates) = (Element::closures(&gap), coordinates.iter().map(|c| c.0).collect());
+        let (num_constraints, coordinates) =
+            (Element::num_constraints(&gap), coordinates.iter().map(|c| c.0).collect());
         let (element, parameters) = (Arc::new(gap), parameters.to_vec());
-        let part = PartData { name, element, coordinates, first_multiplier: 0, closures, parameters };
-        self.impacts.push(ImpactData { part, restitution });
+        let part = ElementInstance { name, element, coordinates, first_multiplier: 0, num_constraints, parameters };
+        self.impacts.push(EventElement { part, restitution });
     }
 
     /// A rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
@@ -86,9 +87,9 @@ impl<S: Scalar> Mechanism<S> {
         coordinates: &[Coordinate],
         parameters: &[S],
     ) -> Result<()> {
-        let (name, closures) = (name.into(), Element::closures(&of));
-        if closures != 1 {
-            let why = format!("what it looks at has {closures} closures");
+        let (name, num_constraints) = (name.into(), Element::num_constraints(&of));
+        if num_constraints != 1 {
+            let why = format!("what it looks at has {num_constraints} closures");
             return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
         }
         self.add_impact(name, of, coordinates, parameters, None);
@@ -105,11 +106,11 @@ impl<S: Scalar> Mechanism<S> {
 struct Clock;
 
 impl Element for Clock {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, _balance: &mut [T], closure: &mut [T]) {
-        closure[0] = x.t - x.p[0];
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, _balance: &mut [T], constraint: &mut [T]) {
+        constraint[0] = x.t - x.p[0];
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         1
     }
 }

@@ -1,10 +1,10 @@
 //! Impacts: what velocities do when a rigid contact closes.
 
-use crate::elements::element::Room;
-use crate::events::event::ImpactData;
+use crate::elements::element::ElementWorkspace;
+use crate::events::event::EventElement;
 use crate::initial_conditions::AccelerationSolver;
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::{Jet, Number, Real};
+use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -21,7 +21,7 @@ pub(crate) struct Jump<T> {
     pub contact: T,
 }
 
-impl<T: Real> Jump<T> {
+impl<T: StateScalar> Jump<T> {
     /// None, in a state like `state`.
     pub fn none(state: &State<T>) -> Self {
         let zero = T::from(0.0);
@@ -40,44 +40,50 @@ impl<T: Real> Jump<T> {
     }
 }
 
-impl<T: Real> ImpactData<T>
+impl<T: StateScalar> EventElement<T>
 where
-    Jet<T>: Number,
+    Jet2<T>: ElementScalar,
 {
     /// The gap in m or rad.
     pub fn gap(&self, state: &State<T>) -> T {
-        self.evaluate(state, T::from(0.0)).closure[0]
+        self.evaluate(state, T::from(0.0)).constraint[0]
     }
 
     /// Its rate with the velocities `v` of all coordinates.
     pub fn rate(&self, state: &State<T>, v: &[T]) -> T {
         let (zero, one) = (T::from(0.0), T::from(1.0));
-        let constant = |x: T| Jet::new(x, zero, zero);
+        let constant = |x: T| Jet2::new(x, zero, zero);
         let coordinates = &self.part.coordinates;
-        let mut room = Room::<Jet<T>> {
+        let mut workspace = ElementWorkspace::<Jet2<T>> {
             p: self.part.parameters.iter().map(|&p| constant(p)).collect(),
-            q: coordinates.iter().map(|&i| Jet::new(state.q[i], v[i], zero)).collect(),
+            q: coordinates.iter().map(|&i| Jet2::new(state.q[i], v[i], zero)).collect(),
             v: vec![constant(zero); coordinates.len()],
             a: vec![constant(zero); coordinates.len()],
             l: vec![constant(zero)],
-            ..Room::default()
+            ..ElementWorkspace::default()
         };
-        Jet::<T>::residual(self.part.element.as_ref(), Jet::new(state.t, one, zero), &mut room);
-        room.closure[0].v1
+        Jet2::<T>::residual(self.part.element.as_ref(), Jet2::new(state.t, one, zero), &mut workspace);
+        workspace.constraint[0].v1
     }
 
     /// Rows of the coordinates with the `impulse`, and the gap.
-    fn evaluate(&self, state: &State<T>, impulse: T) -> Room<T> {
+    fn evaluate(&self, state: &State<T>, impulse: T) -> ElementWorkspace<T> {
         let of = |x: &[T]| self.part.coordinates.iter().map(|&i| x[i]).collect();
-        let mut room = Room { q: of(&state.q), v: of(&state.v), a: of(&state.a), l: vec![impulse], ..Room::default() };
-        T::residual_of(self.part.element.as_ref(), &self.part.parameters, state.t, &mut room);
-        room
+        let mut workspace = ElementWorkspace {
+            q: of(&state.q),
+            v: of(&state.v),
+            a: of(&state.a),
+            l: vec![impulse],
+            ..ElementWorkspace::default()
+        };
+        T::residual_of(self.part.element.as_ref(), &self.part.parameters, state.t, &mut workspace);
+        workspace
     }
 
     /// Adds Φ_qᵀ times the `impulse` to the rows.
     fn push(&self, system: &System, state: &State<T>, impulse: T, rows: &mut [T]) {
-        let room = self.evaluate(state, impulse);
-        for (&coordinate, &row) in self.part.coordinates.iter().zip(&room.balance) {
+        let workspace = self.evaluate(state, impulse);
+        for (&coordinate, &row) in self.part.coordinates.iter().zip(&workspace.dynamics) {
             if let Some(equation) = system.equation_of(coordinate) {
                 rows[equation] += row;
             }
@@ -99,16 +105,16 @@ where
         still.a.fill(zero);
         still.l.fill(zero);
         let mut forces = vec![zero; rows.len()];
-        let mut room = Room::default();
-        system.residual(mechanism, &still, 1.0, &mut room, &mut forces);
+        let mut workspace = ElementWorkspace::default();
+        system.residual(mechanism, &still, 1.0, &mut workspace, &mut forces);
         still.a.copy_from_slice(&jump.velocity);
         still.l.copy_from_slice(&jump.joints);
-        system.residual(mechanism, &still, 1.0, &mut room, rows);
+        system.residual(mechanism, &still, 1.0, &mut workspace, rows);
         rows.iter_mut().zip(&forces).for_each(|(row, &force)| *row -= force);
         self.push(system, before, jump.contact, rows);
         let mut after = before.clone();
         after.v.iter_mut().zip(&jump.velocity).for_each(|(v, &change)| *v += change);
-        system.closure_rates(mechanism, &after, 1, &mut Room::default(), rows);
+        system.closure_rates(mechanism, &after, 1, &mut ElementWorkspace::default(), rows);
         let restitution = self.restitution.unwrap_or(zero);
         self.rate(before, &after.v) + self.rate(before, &before.v) * restitution
     }
@@ -131,7 +137,7 @@ impl Border {
     pub fn new(
         system: &mut System,
         mechanism: &Mechanism<f64>,
-        impact: &ImpactData<f64>,
+        impact: &EventElement<f64>,
         before: &State<f64>,
     ) -> Result<Self> {
         let mut answer = vec![[0.0]; system.size()];
@@ -167,7 +173,7 @@ impl Border {
 }
 
 /// The state `state` a moment `ahead` (s) later, on the other side of a switch.
-pub(crate) fn beyond<T: Real>(state: &State<T>, ahead: f64) -> State<T> {
+pub(crate) fn beyond<T: StateScalar>(state: &State<T>, ahead: f64) -> State<T> {
     let mut beyond = state.clone();
     beyond.t += ahead;
     beyond.q.iter_mut().zip(&state.v).for_each(|(q, &v)| *q += v * ahead);
@@ -175,7 +181,7 @@ pub(crate) fn beyond<T: Real>(state: &State<T>, ahead: f64) -> State<T> {
 }
 
 /// Passes a switch: accelerations and reactions are those beyond it, velocities stay.
-pub(crate) fn pass(
+pub(crate) fn apply_switch(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     ahead: f64,
@@ -189,7 +195,7 @@ pub(crate) fn pass(
 }
 
 /// Lets the mechanism bounce off contact number `contact`: velocities jump, accelerations and reactions follow.
-pub(crate) fn strike(
+pub(crate) fn apply_impact(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     contact: usize,

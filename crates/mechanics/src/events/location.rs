@@ -1,13 +1,13 @@
 //! A run over time that bounces off rigid contacts and passes switches: a step ends where one of them closes.
 
 use crate::analyses::dynamics::StepSize;
-use crate::events::impact::{pass, strike};
-use crate::integrators::time_stepper::Run;
+use crate::events::impact::{apply_impact, apply_switch};
+use crate::integrators::time_stepper::TimeStepper;
 use crate::{Error, Result};
 
 /// An impact during a motion, or a switch that was passed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Impact {
+pub struct Event {
     /// Name of the contact.
     pub contact: String,
     /// When, in s.
@@ -26,7 +26,7 @@ const NEAR: f64 = 1e-6;
 /// How far beyond a switch what it switches is looked at, in nominal steps.
 const AHEAD: f64 = 1e-6;
 
-impl Run<'_> {
+impl TimeStepper<'_> {
     /// Refuses a start in which a contact is closed.
     pub(crate) fn check_contacts(&self) -> Result<()> {
         let state = &self.integrator.step.new;
@@ -50,11 +50,11 @@ impl Run<'_> {
         let integrator = &mut self.integrator;
         let (mechanism, mut state) = (integrator.mechanism, integrator.step.new.clone());
         match mechanism.impacts[contact].restitution {
-            Some(_) => _ = strike(&mut integrator.system, mechanism, contact, &mut state)?,
-            None => _ = pass(&mut integrator.system, mechanism, ahead, &mut state)?,
+            Some(_) => _ = apply_impact(&mut integrator.system, mechanism, contact, &mut state)?,
+            None => _ = apply_switch(&mut integrator.system, mechanism, ahead, &mut state)?,
         }
         integrator.step.restart(&state);
-        self.impacts.push(Impact { contact: mechanism.impacts[contact].part.name.clone(), t: state.t });
+        self.impacts.push(Event { contact: mechanism.impacts[contact].part.name.clone(), t: state.t });
         Ok(())
     }
 

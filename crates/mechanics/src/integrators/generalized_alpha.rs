@@ -1,10 +1,10 @@
 //! Implicit time steps of second order on the index-3 equations.
 
 use crate::diagnostics;
-use crate::elements::element::Room;
+use crate::elements::element::ElementWorkspace;
 use crate::integrators::predictor::Predictor;
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::Real;
+use crate::mechanism::scalars::StateScalar;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -67,7 +67,7 @@ impl GeneralizedAlpha {
     }
 
     /// Change of position (s²) and velocity (s) with the new acceleration in a step `h`.
-    pub fn seeds(&self, h: f64) -> (f64, f64) {
+    pub fn newmark_coefficients(&self, h: f64) -> (f64, f64) {
         (h * h * self.beta * self.ratio(), h * self.gamma * self.ratio())
     }
 }
@@ -108,7 +108,7 @@ pub struct Step<T> {
     new_auxiliary: Vec<T>,
 }
 
-impl<T: Real> Step<T> {
+impl<T: StateScalar> Step<T> {
     /// Before the first step.
     pub fn from(start: State<T>) -> Self {
         let auxiliary = start.a.clone();
@@ -186,7 +186,7 @@ impl<T: Real> Step<T> {
 
     /// Adds the solution of a linear system: `change(equation)` in accelerations and multipliers.
     pub fn correct(&mut self, system: &System, scheme: &GeneralizedAlpha, h: f64, change: impl Fn(usize) -> T) {
-        let (position, velocity) = scheme.seeds(h);
+        let (position, velocity) = scheme.newmark_coefficients(h);
         for (equation, unknown) in system.unknowns().iter().enumerate() {
             let change = change(equation);
             match *unknown {
@@ -202,7 +202,7 @@ impl<T: Real> Step<T> {
     }
 }
 
-impl<T: Real> State<T> {
+impl<T: StateScalar> State<T> {
     pub(crate) fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, how: Prescribed) {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if let Some((motion, parameters)) = &coordinate.motion {
@@ -255,7 +255,7 @@ pub struct Integrator<'m> {
     /// one before are not counted.
     pub iterations: usize,
     rows: Vec<[f64; 1]>,
-    room: Room<f64>,
+    workspace: ElementWorkspace<f64>,
     pub(crate) predictor: Predictor,
     /// A correction over the square of the one before, in 1/m or 1/rad: the last one seen.
     pub(crate) curvature: f64,
@@ -271,11 +271,11 @@ impl<'m> Integrator<'m> {
         newton: Newton,
         start: State<f64>,
     ) -> Self {
-        let (mut rows, mut room) = (vec![[0.0]; system.size()], Room::default());
-        system.residual(mechanism, &start, 1.0, &mut room, rows.as_flattened_mut()); // makes the room
+        let (mut rows, mut workspace) = (vec![[0.0]; system.size()], ElementWorkspace::default());
+        system.residual(mechanism, &start, 1.0, &mut workspace, rows.as_flattened_mut()); // makes the room
         let (predictor, step) = (Predictor::new(&start), Step::from(start));
         let (iterations, curvature) = (0, f64::INFINITY);
-        Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, room, predictor, curvature }
+        Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, workspace, predictor, curvature }
     }
 
     /// The end of the step becomes the beginning of the next.
@@ -286,7 +286,7 @@ impl<'m> Integrator<'m> {
 
     /// Factorizes the matrix at the end of the step: the derivatives of the converged step need it.
     pub fn linearize(&mut self, h: f64) -> Result<()> {
-        let (position, velocity) = self.scheme.seeds(h);
+        let (position, velocity) = self.scheme.newmark_coefficients(h);
         let how = Linearization::step(position, velocity);
         self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
         diagnostics::factorize(&mut self.system, self.mechanism, &self.step.new)
@@ -296,7 +296,7 @@ impl<'m> Integrator<'m> {
     ///
     /// **Errors.** [`Error::Analysis`] naming the equation that resists and the time.
     pub fn solve(&mut self, h: f64) -> Result<()> {
-        let (position, velocity) = self.scheme.seeds(h);
+        let (position, velocity) = self.scheme.newmark_coefficients(h);
         self.step.new.t = self.step.old.t + h;
         self.predictor.guess(&mut self.step.new);
         self.step.march(self.mechanism, &self.scheme, self.prescribed, h);
@@ -305,7 +305,7 @@ impl<'m> Integrator<'m> {
             let kept = before.is_some_and(|before| before.rate <= SLOW);
             if kept {
                 let rows = self.rows.as_flattened_mut();
-                self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, rows);
+                self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, rows);
             } else {
                 self.linearize(h)?;
                 self.iterations += 1;
@@ -350,7 +350,7 @@ impl<'m> Integrator<'m> {
         }
         let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
         self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
-        let what = diagnostics::culprit(&self.system, self.mechanism, &self.step.new, &self.rows);
+        let what = diagnostics::dominant_residual(&self.system, self.mechanism, &self.step.new, &self.rows);
         let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
         Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")
     }

@@ -10,14 +10,14 @@ use crate::system::state::State;
 #[derive(Clone, Debug)]
 pub struct Predictor {
     /// The latest first; the last of them only serves to judge.
-    past: Vec<Instant>,
+    past: Vec<StepEnd>,
     known: usize,
     /// Degree of the polynomial.
     degree: usize,
 }
 
 #[derive(Clone, Debug)]
-struct Instant {
+struct StepEnd {
     t: f64,
     a: Vec<f64>,
     l: Vec<f64>,
@@ -29,7 +29,7 @@ const DEGREE: usize = 2;
 impl Predictor {
     /// At the beginning.
     pub fn new(start: &State<f64>) -> Self {
-        let instant = Instant { t: start.t, a: start.a.clone(), l: start.l.clone() };
+        let instant = StepEnd { t: start.t, a: start.a.clone(), l: start.l.clone() };
         Self { past: vec![instant; DEGREE + 2], known: 1, degree: 0 }
     }
 
@@ -78,7 +78,7 @@ impl Predictor {
 }
 
 /// Lagrange's weights of the `points` at time `t`.
-fn weights(points: &[Instant], t: f64) -> [f64; DEGREE + 1] {
+fn weights(points: &[StepEnd], t: f64) -> [f64; DEGREE + 1] {
     std::array::from_fn(|i| {
         let others = (0..points.len()).filter(|&j| j != i && i < points.len());
         others.map(|j| (t - points[j].t) / (points[i].t - points[j].t)).product()

@@ -14,7 +14,7 @@ pub(crate) fn too_many_steps(t: f64) -> Error {
 #[cfg(test)]
 mod tests {
     use crate::integrators::explicit::ode::{Ode, integrate};
-    use crate::integrators::explicit::settings::{Explicit, Pace};
+    use crate::integrators::explicit::settings::{Explicit, StepControl};
     use autodiff::Scalar;
 
     struct Clock;
@@ -31,7 +31,7 @@ mod tests {
 
     #[test]
     fn a_motion_of_endless_steps_ends() {
-        let settings = |h: f64| Explicit::eighth_order(1.0).with_pace(Pace::Fixed(h));
+        let settings = |h: f64| Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
         let error = integrate(&Clock, &[], &settings(1e-6), &[1.0]).unwrap_err().to_string();
         assert!(error.contains("200000 time steps have come to t = 2.000000e-1 s only"), "{error}");
         assert!(integrate(&Clock, &[], &settings(1e-5), &[1.0]).is_ok());

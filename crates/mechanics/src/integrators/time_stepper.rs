@@ -1,8 +1,8 @@
 //! A running simulation by implicit steps.
 
-use crate::analyses::dynamics::{Dynamics, InitialAcceleration, Origin, StepSize, Work, is_before};
-use crate::analyses::statics::{Statics, balance};
-use crate::events::location::Impact;
+use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize, Work, is_before};
+use crate::analyses::statics::{Statics, find_equilibrium};
+use crate::events::location::Event;
 use crate::initial_conditions::{AccelerationSolver, Projection, assemble, make_velocities_consistent};
 use crate::integrators::generalized_alpha::Integrator;
 use crate::integrators::step_limit::{MOST_STEPS, too_many_steps};
@@ -12,27 +12,27 @@ use crate::system::state::State;
 use crate::{Error, Result};
 
 /// Moves `state` to the equilibrium at its time, with the velocities that it has. Returns the reactions there.
-fn settle(
+fn solve_initial_configuration(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
     statics: &Statics,
 ) -> Result<Vec<f64>> {
     let velocities = state.v.clone();
-    balance(system, mechanism, state, statics)?;
+    find_equilibrium(system, mechanism, state, statics)?;
     state.v = velocities;
     state.prescribe(mechanism);
     Ok(std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]))
 }
 
 /// A running simulation: advanced time by time, by one step after the other.
-pub struct Run<'m> {
+pub struct TimeStepper<'m> {
     /// The integrator with the current step.
     pub integrator: Integrator<'m>,
     /// Multipliers of the initial projections.
     pub projection: Projection,
     /// Impacts so far.
-    pub impacts: Vec<Impact>,
+    pub impacts: Vec<Event>,
     /// The contact that the current step has closed.
     pub(crate) closed: Option<usize>,
     /// The contact that the current step comes from.
@@ -55,15 +55,15 @@ const TINY: f64 = 1e-4;
 /// Smallest step in parts of the wanted one.
 const SMALLEST: f64 = 1.0 / 1024.0;
 
-impl<'m> Run<'m> {
+impl<'m> TimeStepper<'m> {
     /// Assembles the mechanism and puts it in its initial state.
     pub fn new(mechanism: &'m Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<Self> {
         settings.check(times)?;
         let mut system = System::at(mechanism, settings.start)?;
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
-        if let Origin::Equilibrium(statics) = &settings.origin {
-            projection.position = settle(&mut system, mechanism, &mut state, statics)?;
+        if let InitialConfiguration::Equilibrium(statics) = &settings.origin {
+            projection.position = solve_initial_configuration(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
         if settings.initial == InitialAcceleration::Consistent {
@@ -99,15 +99,15 @@ impl<'m> Run<'m> {
     }
 
     /// Takes steps until the current one ends at or after `t`.
-    pub fn reach(&mut self, t: f64) -> Result<()> {
-        while self.lags(t) {
+    pub fn advance_to(&mut self, t: f64) -> Result<()> {
+        while self.is_before(t) {
             self.advance()?;
         }
         Ok(())
     }
 
     /// Whether the current step ends before `t`.
-    pub fn lags(&self, t: f64) -> bool {
+    pub fn is_before(&self, t: f64) -> bool {
         is_before(self.settings.start, self.integrator.step.new.t, t)
     }
 

@@ -15,7 +15,7 @@ pub struct Banded {
     width: usize,
     entries: Vec<f64>,
     /// Last column of each row in the pattern, and in the factors.
-    reach: Vec<usize>,
+    advance_to: Vec<usize>,
     filled: Vec<usize>,
     pivots: Vec<usize>,
 }
@@ -30,10 +30,10 @@ impl Banded {
         let upper = rows.iter().enumerate().flat_map(|(i, r)| r.iter().map(move |&j| j.saturating_sub(i))).max();
         let (lower, upper) = (lower.unwrap_or(0), upper.unwrap_or(0));
         let width = 2 * lower + upper + 1;
-        let reach: Vec<usize> =
+        let advance_to: Vec<usize> =
             rows.iter().enumerate().map(|(i, r)| r.iter().copied().max().unwrap_or(i).max(i)).collect();
         let n = rows.len();
-        Self { lower, width, entries: vec![0.0; n * width], filled: reach.clone(), reach, pivots: vec![0; n] }
+        Self { lower, width, entries: vec![0.0; n * width], filled: advance_to.clone(), advance_to, pivots: vec![0; n] }
     }
 
     /// Number of stored entries, fill included: a measure of the work.
@@ -59,7 +59,7 @@ impl Banded {
     /// Factorizes in place. On a zero or non-finite pivot the error is its number.
     pub fn factorize(&mut self) -> Result<(), usize> {
         let n = self.pivots.len();
-        self.filled.copy_from_slice(&self.reach);
+        self.filled.copy_from_slice(&self.advance_to);
         for k in 0..n {
             let last = (k + self.lower).min(n - 1);
             let pivot = self.choose_pivot(k, last).ok_or(k)?;

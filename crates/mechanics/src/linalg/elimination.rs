@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// multiplications.
 ///
 /// **Source.** Markowitz, *Management Sci.* 3 (1957) 255–269; George & Liu, *SIAM Rev.* 31 (1989) 1–19.
-pub(crate) fn least_fill_order(rows: &[Vec<usize>], late: &[bool], most: usize) -> Option<Vec<(usize, Vec<usize>)>> {
+pub(crate) fn minimum_fill(rows: &[Vec<usize>], late: &[bool], most: usize) -> Option<Vec<(usize, Vec<usize>)>> {
     let n = rows.len();
     let others = |i: usize| rows[i].iter().copied().filter(move |&j| j != i);
     let mut coupled: Vec<Vec<usize>> = (0..n).map(|i| others(i).collect()).collect();
@@ -54,15 +54,15 @@ mod tests {
     fn a_star_is_eliminated_from_its_tips() {
         let mut rows = vec![vec![0, 1, 2, 3, 4]];
         rows.extend((1..5).map(|i| vec![0, i]));
-        let order = least_fill_order(&rows, &[false; 5], usize::MAX).unwrap();
+        let order = minimum_fill(&rows, &[false; 5], usize::MAX).unwrap();
         assert_eq!(order.iter().map(|(i, _)| *i).collect::<Vec<_>>(), [1, 2, 3, 0, 4]);
-        assert!(least_fill_order(&rows, &[false; 5], 3).is_none());
+        assert!(minimum_fill(&rows, &[false; 5], 3).is_none());
     }
 
     #[test]
     fn zero_diagonals_wait() {
         let rows = [vec![0, 1], vec![0, 1, 2], vec![1, 2]];
-        let order = least_fill_order(&rows, &[true, false, true], usize::MAX).unwrap();
+        let order = minimum_fill(&rows, &[true, false, true], usize::MAX).unwrap();
         assert_eq!(order.iter().map(|(i, _)| *i).collect::<Vec<_>>(), [1, 0, 2]);
     }
 }

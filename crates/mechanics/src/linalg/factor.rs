@@ -2,7 +2,7 @@
 
 use crate::linalg::banded::Banded;
 use crate::linalg::sparse::Sparse;
-use crate::linalg::static_order::Ordered;
+use crate::linalg::static_order::StaticOrderLu;
 use faer::dyn_stack::MemBuffer;
 
 /// A matrix of fixed pattern with whichever factorization is cheapest for it.
@@ -19,7 +19,7 @@ pub struct Factor {
 #[derive(Clone)]
 enum Kind {
     /// Chains, beams, loops: everything with little fill.
-    Ordered(Ordered),
+    StaticOrderLu(StaticOrderLu),
     /// Much fill.
     Pivoting(Pivoting),
 }
@@ -34,7 +34,7 @@ enum Pivoting {
 }
 
 /// Memory of one caller that solves with a shared factorization.
-pub struct SolveRoom(Option<MemBuffer>);
+pub struct SolveWorkspace(Option<MemBuffer>);
 
 /// A factorization met a zero or non-finite pivot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,15 +53,15 @@ impl Factor {
     /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), numbered so
     /// that the band is narrow. The diagonals of `multipliers` are zero.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool]) -> Self {
-        let ordered = Ordered::new(rows, multipliers, MUCH * rows.len());
-        let kind = ordered.map_or_else(|| Kind::Pivoting(Pivoting::new(rows)), Kind::Ordered);
+        let ordered = StaticOrderLu::new(rows, multipliers, MUCH * rows.len());
+        let kind = ordered.map_or_else(|| Kind::Pivoting(Pivoting::new(rows)), Kind::StaticOrderLu);
         Self { kind, pivoting: None, refused: false }
     }
 
     /// Where entry (`i`, `j`) of the pattern is in [`Factor::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
         match &self.kind {
-            Kind::Ordered(m) => m.slot(i, j),
+            Kind::StaticOrderLu(m) => m.slot(i, j),
             Kind::Pivoting(m) => m.slot(i, j),
         }
     }
@@ -69,7 +69,7 @@ impl Factor {
     /// The entries by slot: set them to zero, add to them, and factorize.
     pub fn entries_mut(&mut self) -> &mut [f64] {
         match &mut self.kind {
-            Kind::Ordered(m) => m.entries_mut(),
+            Kind::StaticOrderLu(m) => m.entries_mut(),
             Kind::Pivoting(m) => m.entries_mut(),
         }
     }
@@ -77,7 +77,7 @@ impl Factor {
     /// Factorizes; entries may be overwritten.
     pub fn factorize(&mut self) -> Result<(), Singular> {
         let done = match &mut self.kind {
-            Kind::Ordered(m) => {
+            Kind::StaticOrderLu(m) => {
                 self.refused = m.factorize().is_err();
                 if !self.refused {
                     return Ok(());
@@ -97,38 +97,38 @@ impl Factor {
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         match (&mut self.kind, &mut self.pivoting) {
-            (Kind::Ordered(_), Some(m)) if self.refused => m.solve(b),
-            (Kind::Ordered(m), _) => m.solve(b),
+            (Kind::StaticOrderLu(_), Some(m)) if self.refused => m.solve(b),
+            (Kind::StaticOrderLu(m), _) => m.solve(b),
             (Kind::Pivoting(m), _) => m.solve(b),
         }
     }
 
     /// Memory of a caller's own for [`Factor::solve_in`].
-    pub fn room(&self) -> SolveRoom {
+    pub fn workspace(&self) -> SolveWorkspace {
         match &self.kind {
-            Kind::Pivoting(Pivoting::Sparse(m)) => SolveRoom(Some(m.room())),
-            _ => SolveRoom(None),
+            Kind::Pivoting(Pivoting::Sparse(m)) => SolveWorkspace(Some(m.workspace())),
+            _ => SolveWorkspace(None),
         }
     }
 
-    /// [`Factor::solve`] by several callers at the same time, each with its own `room`.
-    pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], room: &mut SolveRoom) {
+    /// [`Factor::solve`] by several callers at the same time, each with its own `workspace`.
+    pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], workspace: &mut SolveWorkspace) {
         let pivoting = match (&self.kind, &self.pivoting) {
-            (Kind::Ordered(_), Some(m)) if self.refused => &**m,
-            (Kind::Ordered(m), _) => return m.solve(b),
+            (Kind::StaticOrderLu(_), Some(m)) if self.refused => &**m,
+            (Kind::StaticOrderLu(m), _) => return m.solve(b),
             (Kind::Pivoting(m), _) => m,
         };
         match pivoting {
             Pivoting::Banded(m) => m.solve(b),
-            Pivoting::Sparse(m) => m.solve_in(b, room.0.get_or_insert_with(|| m.room())),
+            Pivoting::Sparse(m) => m.solve_in(b, workspace.0.get_or_insert_with(|| m.workspace())),
         }
     }
 
     /// Solves Aᵀ X = B in place for `W` right-hand sides.
     pub fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         match (&mut self.kind, &mut self.pivoting) {
-            (Kind::Ordered(_), Some(m)) if self.refused => m.solve_transposed(b),
-            (Kind::Ordered(m), _) => m.solve_transposed(b),
+            (Kind::StaticOrderLu(_), Some(m)) if self.refused => m.solve_transposed(b),
+            (Kind::StaticOrderLu(m), _) => m.solve_transposed(b),
             (Kind::Pivoting(m), _) => m.solve_transposed(b),
         }
     }
@@ -142,7 +142,7 @@ impl Pivoting {
     }
 
     /// Of the same pattern.
-    fn like(matrix: &Ordered) -> Self {
+    fn like(matrix: &StaticOrderLu) -> Self {
         let mut rows = Vec::new();
         for (i, j, _) in matrix.entries() {
             rows.resize(i + 1, Vec::new());
@@ -152,7 +152,7 @@ impl Pivoting {
     }
 
     /// Factorizes a matrix of the same pattern.
-    fn take_over(&mut self, matrix: &Ordered) -> Result<(), usize> {
+    fn take_over(&mut self, matrix: &StaticOrderLu) -> Result<(), usize> {
         self.entries_mut().fill(0.0);
         for (i, j, value) in matrix.entries() {
             let slot = self.slot(i, j);
@@ -212,7 +212,10 @@ mod tests {
         let mut ordered = Factor::new(&rows, &vec![false; n]);
         let mut sparse = pivoting(Pivoting::new(&rows));
         let mut banded = pivoting(Pivoting::Banded(Banded::new(&rows)));
-        assert!(matches!(ordered.kind, Kind::Ordered(_)) && matches!(sparse.kind, Kind::Pivoting(Pivoting::Sparse(_))));
+        assert!(
+            matches!(ordered.kind, Kind::StaticOrderLu(_))
+                && matches!(sparse.kind, Kind::Pivoting(Pivoting::Sparse(_)))
+        );
         let solve = |matrix: &mut Factor, diagonal: f64| {
             matrix.entries_mut().fill(0.0);
             for (i, row) in rows.iter().enumerate() {

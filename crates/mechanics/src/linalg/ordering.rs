@@ -6,7 +6,7 @@
 /// others (found by repeated breadth-first search), which gives chains their natural order.
 ///
 /// **Source.** Cuthill & McKee, *Proc. 24th Nat. Conf. ACM* (1969) 157–172; George & Liu's start node (1979).
-pub fn bandwidth_order(neighbours: &[Vec<usize>]) -> Vec<usize> {
+pub fn reverse_cuthill_mckee(neighbours: &[Vec<usize>]) -> Vec<usize> {
     let mut placed = vec![false; neighbours.len()];
     let mut order = Vec::with_capacity(neighbours.len());
     for seed in 0..neighbours.len() {
@@ -66,7 +66,7 @@ mod tests {
             neighbours[name(k)].push(name(k - 1));
             neighbours[name(k - 1)].push(name(k));
         }
-        let order = bandwidth_order(&neighbours);
+        let order = reverse_cuthill_mckee(&neighbours);
         let mut number = vec![0; n];
         order.iter().enumerate().for_each(|(k, &node)| number[node] = k);
         let width = |i: usize| neighbours[i].iter().map(|&j| number[i].abs_diff(number[j])).max().unwrap();
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn every_component_is_numbered_once() {
-        let mut order = bandwidth_order(&[vec![2], vec![], vec![0], vec![]]);
+        let mut order = reverse_cuthill_mckee(&[vec![2], vec![], vec![0], vec![]]);
         order.sort_unstable();
         assert_eq!(order, [0, 1, 2, 3]);
     }

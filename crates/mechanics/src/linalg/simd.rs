@@ -11,7 +11,7 @@ pub(crate) trait Kernel {
 /// Does the work with the widest vector registers of the processor that it runs on, found out once.
 ///
 /// Numbers are rounded alike in all of them: no product is fused with a sum.
-pub(crate) fn widely(kernel: impl Kernel) {
+pub(crate) fn dispatch(kernel: impl Kernel) {
     Arch::new().dispatch(Dispatched(kernel));
 }
 
@@ -34,7 +34,7 @@ pub(crate) trait Substitute {
 
 /// Solves A X = B in place: with wide registers where there are columns enough to fill them.
 pub(crate) fn substitute<M: Substitute, const W: usize>(matrix: &M, b: &mut [[f64; W]]) {
-    if W < 4 { matrix.substitute(b) } else { widely(Substitution { matrix, b }) }
+    if W < 4 { matrix.substitute(b) } else { dispatch(Substitution { matrix, b }) }
 }
 
 struct Substitution<'a, M, const W: usize> {
@@ -74,7 +74,7 @@ mod tests {
     fn rounds_as_any_processor_does() {
         let mut values: Vec<f64> = (0..37).map(|i| (1.7 * i as f64).sin()).collect();
         let mut others = values.clone();
-        widely(Line(&mut values));
+        dispatch(Line(&mut values));
         Line(&mut others).run();
         assert_eq!(values, others);
     }

@@ -84,7 +84,7 @@ impl Sparse {
     }
 
     /// Memory for [`Sparse::solve_in`].
-    pub fn room(&self) -> MemBuffer {
+    pub fn workspace(&self) -> MemBuffer {
         room_for(&self.symbolic)
     }
 
@@ -111,7 +111,7 @@ impl Clone for Sparse {
             entries: self.entries.clone(),
             symbolic: self.symbolic.clone(),
             numeric: self.numeric.clone(),
-            memory: self.room(),
+            memory: self.workspace(),
             n: self.n,
         }
     }

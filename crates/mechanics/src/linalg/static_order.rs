@@ -1,6 +1,6 @@
 //! Sparse LU without interchanges, its order and its operations laid down once.
 
-use crate::linalg::elimination::least_fill_order;
+use crate::linalg::elimination::minimum_fill;
 use crate::linalg::simd::{Substitute, substitute, subtract};
 use std::sync::Arc;
 
@@ -14,8 +14,8 @@ use std::sync::Arc;
 /// **Source.** Duff, Erisman & Reid, *Direct Methods for Sparse Matrices*, 2nd ed. (2017), Chapters 9 and 10;
 /// Vanderbei, *SIAM J. Optim.* 5 (1995) 100–113, for the order of quasidefinite matrices.
 #[derive(Clone, Debug)]
-pub struct Ordered {
-    plan: Arc<Plan>,
+pub struct StaticOrderLu {
+    plan: Arc<EliminationPlan>,
     entries: Vec<f64>,
     factors: Vec<f64>,
     inverses: Vec<f64>,
@@ -23,7 +23,7 @@ pub struct Ordered {
 
 /// Where everything is, common to all matrices of one pattern.
 #[derive(Debug)]
-struct Plan {
+struct EliminationPlan {
     /// Columns of each row of the matrix, increasing, and where each row's entries begin.
     columns: Vec<usize>,
     starts: Vec<usize>,
@@ -49,12 +49,12 @@ struct PlannedRow {
 /// A pivot below this part of the numbers that it is the sum of has lost too many digits.
 const CANCELLED: f64 = 1e-7;
 
-impl Ordered {
+impl StaticOrderLu {
     /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), where the
     /// diagonals of `multipliers` are zero. `None` if factorizing would take more than `most` multiplications.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool], most: usize) -> Option<Self> {
-        let eliminated = least_fill_order(rows, multipliers, most)?;
-        let plan = Plan::new(rows, &eliminated);
+        let eliminated = minimum_fill(rows, multipliers, most)?;
+        let plan = EliminationPlan::new(rows, &eliminated);
         let (entries, factors) = (vec![0.0; plan.columns.len()], vec![0.0; plan.unknowns.len()]);
         let inverses = vec![0.0; rows.len()];
         Some(Self { plan: Arc::new(plan), entries, factors, inverses })
@@ -65,7 +65,7 @@ impl Ordered {
         self.plan.targets.len()
     }
 
-    /// Where entry (`i`, `j`) of the pattern is in [`Ordered::entries_mut`].
+    /// Where entry (`i`, `j`) of the pattern is in [`StaticOrderLu::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
         let columns = &self.plan.columns[self.plan.starts[i]..self.plan.starts[i + 1]];
         self.plan.starts[i] + columns.binary_search(&j).expect("the entry is in the pattern")
@@ -140,7 +140,7 @@ impl Ordered {
     }
 }
 
-impl Substitute for Ordered {
+impl Substitute for StaticOrderLu {
     #[inline(always)]
     fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
         let plan = &*self.plan;
@@ -161,7 +161,7 @@ impl Substitute for Ordered {
     }
 }
 
-impl Plan {
+impl EliminationPlan {
     /// From the unknowns in the order of elimination, each with those that it is coupled with when its turn comes.
     fn new(matrix: &[Vec<usize>], eliminated: &[(usize, Vec<usize>)]) -> Self {
         let n = eliminated.len();
@@ -211,11 +211,11 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     /// Masses in a row, each pinned to the next: unknown 2k is a mass, 2k + 1 the force between k and k + 1.
-    fn saddle_point(masses: usize) -> (Ordered, DMatrix<f64>) {
+    fn saddle_point(masses: usize) -> (StaticOrderLu, DMatrix<f64>) {
         let n = 2 * masses - 1;
         let rows: Vec<Vec<usize>> = (0..n).map(|i| (i.saturating_sub(1)..(i + 2).min(n)).collect()).collect();
         let late: Vec<bool> = (0..n).map(|i| i % 2 == 1).collect();
-        let mut matrix = Ordered::new(&rows, &late, usize::MAX).unwrap();
+        let mut matrix = StaticOrderLu::new(&rows, &late, usize::MAX).unwrap();
         let mut dense = DMatrix::zeros(n, n);
         for (i, row) in rows.iter().enumerate() {
             for &j in row {
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn lost_digits_and_zeros_are_refused() {
-        let mut matrix = Ordered::new(&[vec![0, 1], vec![0, 1]], &[false; 2], usize::MAX).unwrap();
+        let mut matrix = StaticOrderLu::new(&[vec![0, 1], vec![0, 1]], &[false; 2], usize::MAX).unwrap();
         matrix.entries_mut().copy_from_slice(&[1.0, 1.0, 1.0, 1.0 + 1e-9]);
         assert_eq!(matrix.factorize(), Err(1));
         matrix.entries_mut().copy_from_slice(&[0.0, 1.0, 1.0, 0.0]);

@@ -1,6 +1,6 @@
 //! Points, velocities and forces on a moving frame.
 
-use crate::elements::element::Local;
+use crate::elements::element::ElementState;
 use autodiff::Scalar;
 
 /// The frame of a body at an instant: position of its reference point, cosine and sine of its rotation.
@@ -21,7 +21,7 @@ pub struct Frame<T> {
 impl<T: Scalar> Frame<T> {
     /// The frame whose coordinates x, y, θ are the local coordinates `first .. first + 3`.
     #[inline(always)]
-    pub fn of(x: &Local<'_, T>, first: usize) -> Self {
+    pub fn of(x: &ElementState<'_, T>, first: usize) -> Self {
         let theta = x.q[first + 2];
         let (sin, cos) = theta.sin_cos();
         Self { x: x.q[first], y: x.q[first + 1], theta, cos, sin }
@@ -42,14 +42,14 @@ impl<T: Scalar> Frame<T> {
 
 /// Velocity of the point with lever `r` of the body whose velocities are the local ones from `first` on.
 #[inline]
-pub fn point_velocity<T: Scalar>(x: &Local<'_, T>, first: usize, r: [T; 2]) -> [T; 2] {
+pub fn point_velocity<T: Scalar>(x: &ElementState<'_, T>, first: usize, r: [T; 2]) -> [T; 2] {
     let spin = x.v[first + 2];
     [x.v[first] - spin * r[1], x.v[first + 1] + spin * r[0]]
 }
 
 /// Acceleration of the point with lever `r` of the body whose accelerations are the local ones from `first` on.
 #[inline]
-pub fn point_acceleration<T: Scalar>(x: &Local<'_, T>, first: usize, r: [T; 2]) -> [T; 2] {
+pub fn point_acceleration<T: Scalar>(x: &ElementState<'_, T>, first: usize, r: [T; 2]) -> [T; 2] {
     let (spin, turn) = (x.v[first + 2], x.a[first + 2]);
     [x.a[first] - turn * r[1] - spin * spin * r[0], x.a[first + 1] + turn * r[0] - spin * spin * r[1]]
 }

@@ -5,7 +5,7 @@ pub mod outputs;
 pub mod scalars;
 
 use crate::elements::element::{AnyElement, Element};
-use crate::events::event::ImpactData;
+use crate::events::event::EventElement;
 use crate::mechanism::outputs::{AnyFormula, Formula};
 use crate::motion::{AnyMotion, Fixed, Motion};
 use autodiff::Scalar;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// `build` is evaluated in `f64` for analyses and in dual numbers for sensitivities; seeding `b` makes masses,
 /// lengths, initial states and drivers carry derivatives at once. It must make the same elements in the same order
 /// for every design.
-pub trait Model: Send + Sync {
+pub trait ParametricMechanism: Send + Sync {
     /// The mechanism for the design variables `b`.
     fn build<S: Scalar>(&self, b: &[S]) -> crate::Result<Mechanism<S>>;
 }
@@ -27,7 +27,7 @@ pub struct Coordinate(pub(crate) usize);
 
 /// One element of a mechanism, by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Part(pub(crate) usize);
+pub struct ElementIndex(pub(crate) usize);
 
 /// A rigid body or a beam node: two translations in m and a rotation in rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,12 +86,12 @@ pub(crate) struct CoordinateData<S> {
     pub motion: Option<(Arc<dyn AnyMotion>, Vec<S>)>,
 }
 
-pub(crate) struct PartData<S> {
+pub(crate) struct ElementInstance<S> {
     pub name: String,
     pub element: Arc<dyn AnyElement>,
     pub coordinates: Vec<usize>,
     pub first_multiplier: usize,
-    pub closures: usize,
+    pub num_constraints: usize,
     pub parameters: Vec<S>,
 }
 
@@ -104,7 +104,7 @@ pub(crate) struct OutputData<S> {
 
 /// Where a quantity comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Source {
+pub(crate) enum MeasuredQuantity {
     /// The measure of an element.
     Measure { part: usize, measure: usize },
     /// The effort that keeps a prescribed coordinate on its motion.
@@ -118,7 +118,7 @@ pub(crate) enum Source {
 /// One quantity with its weight in an output.
 #[derive(Clone, Copy, Debug)]
 pub struct Term<S> {
-    pub(crate) source: Source,
+    pub(crate) source: MeasuredQuantity,
     pub(crate) weight: S,
 }
 
@@ -129,10 +129,10 @@ pub struct Term<S> {
 /// outside the crate.
 pub struct Mechanism<S> {
     pub(crate) coordinates: Vec<CoordinateData<S>>,
-    pub(crate) parts: Vec<PartData<S>>,
+    pub(crate) parts: Vec<ElementInstance<S>>,
     pub(crate) multipliers: usize,
     pub(crate) outputs: Vec<OutputData<S>>,
-    pub(crate) impacts: Vec<ImpactData<S>>,
+    pub(crate) impacts: Vec<EventElement<S>>,
     pub(crate) gravity: [S; 2],
     ground: Body,
 }
@@ -158,7 +158,7 @@ impl<S: Scalar> Mechanism<S> {
             gravity: [zero; 2],
             ground,
         };
-        mechanism.ground = mechanism.frame("ground", Pose { x: zero, y: zero, theta: zero });
+        mechanism.ground = mechanism.massless_node("ground", Pose { x: zero, y: zero, theta: zero });
         mechanism.ground.coordinates().into_iter().for_each(|c| mechanism.fix(c));
         mechanism
     }
@@ -180,7 +180,7 @@ impl<S: Scalar> Mechanism<S> {
     }
 
     /// Three new coordinates without any mass: a node, or a frame that elements will give mass to.
-    pub fn frame(&mut self, name: &str, pose: Pose<S>) -> Body {
+    pub fn massless_node(&mut self, name: &str, pose: Pose<S>) -> Body {
         let zero = S::from(0.0);
         Body {
             x: self.coordinate(format!("{name}.x"), pose.x, zero),
@@ -190,7 +190,7 @@ impl<S: Scalar> Mechanism<S> {
     }
 
     /// A point at rest that beam ends can share: its rotation is that of the ground.
-    pub fn pivot(&mut self, name: &str, x: S, y: S) -> Body {
+    pub fn fixed_node(&mut self, name: &str, x: S, y: S) -> Body {
         let zero = S::from(0.0);
         let pivot = Body {
             x: self.coordinate(format!("{name}.x"), x, zero),
@@ -235,46 +235,46 @@ impl<S: Scalar> Mechanism<S> {
         element: impl Element,
         coordinates: &[Coordinate],
         parameters: &[S],
-    ) -> Part {
-        let closures = Element::closures(&element);
-        self.parts.push(PartData {
+    ) -> ElementIndex {
+        let num_constraints = Element::num_constraints(&element);
+        self.parts.push(ElementInstance {
             name: name.into(),
             element: Arc::new(element),
             coordinates: coordinates.iter().map(|c| c.0).collect(),
             first_multiplier: self.multipliers,
-            closures,
+            num_constraints,
             parameters: parameters.to_vec(),
         });
-        self.multipliers += closures;
-        Part(self.parts.len() - 1)
+        self.multipliers += num_constraints;
+        ElementIndex(self.parts.len() - 1)
     }
 
     /// The measure `name` of an element with weight one.
     ///
     /// **Errors.** [`crate::Error::Definition`] if the element has no such measure.
-    pub fn measure(&self, part: Part, name: &str) -> crate::Result<Term<S>> {
+    pub fn measure(&self, part: ElementIndex, name: &str) -> crate::Result<Term<S>> {
         let data = &self.parts[part.0];
         let known = data.element.measures();
         let measure = known.iter().position(|&m| m == name).ok_or_else(|| {
             let remedy = format!("it measures: {}", known.join(", "));
             crate::Error::definition(&data.name, format!("has no measure \"{name}\""), remedy)
         })?;
-        Ok(Term { source: Source::Measure { part: part.0, measure }, weight: S::from(1.0) })
+        Ok(Term { source: MeasuredQuantity::Measure { part: part.0, measure }, weight: S::from(1.0) })
     }
 
     /// The effort (N or N·m) that keeps a prescribed coordinate on its motion: the torque of a driven crank.
-    pub fn effort(&self, coordinate: Coordinate) -> Term<S> {
-        Term { source: Source::Effort { coordinate: coordinate.0 }, weight: S::from(1.0) }
+    pub fn driving_force(&self, coordinate: Coordinate) -> Term<S> {
+        Term { source: MeasuredQuantity::Effort { coordinate: coordinate.0 }, weight: S::from(1.0) }
     }
 
     /// The kinetic energy of everything in J.
     pub fn kinetic_energy(&self) -> Term<S> {
-        Term { source: Source::KineticEnergy, weight: S::from(1.0) }
+        Term { source: MeasuredQuantity::KineticEnergy, weight: S::from(1.0) }
     }
 
     /// The potential energy of everything (strain and weight) in J.
     pub fn potential_energy(&self) -> Term<S> {
-        Term { source: Source::PotentialEnergy, weight: S::from(1.0) }
+        Term { source: MeasuredQuantity::PotentialEnergy, weight: S::from(1.0) }
     }
 
     /// A named output: the weighted sum of quantities.
@@ -290,8 +290,10 @@ impl<S: Scalar> Mechanism<S> {
 
     /// Whether `other` has the same coordinates, elements and outputs, connected in the same way.
     pub fn same_topology<T>(&self, other: &Mechanism<T>) -> bool {
-        let part = |(a, b): (&PartData<S>, &PartData<T>)| {
-            a.coordinates == b.coordinates && a.closures == b.closures && a.parameters.len() == b.parameters.len()
+        let part = |(a, b): (&ElementInstance<S>, &ElementInstance<T>)| {
+            a.coordinates == b.coordinates
+                && a.num_constraints == b.num_constraints
+                && a.parameters.len() == b.parameters.len()
         };
         self.coordinates.len() == other.coordinates.len()
             && self.parts.len() == other.parts.len()

@@ -1,6 +1,6 @@
 //! Outputs as formulas of measured quantities.
 
-use crate::mechanism::scalars::{Curved, Narrow, Sensitive};
+use crate::mechanism::scalars::{Dual4, Dual8, HyperDual4};
 use autodiff::Scalar;
 
 /// An output as a function of time and measured quantities, written once over the scalar type.
@@ -22,5 +22,5 @@ impl<F: Formula, T: Scalar> FormulaIn<T> for F {
 }
 
 /// [`Formula`] as an object. Implemented for every formula.
-pub trait AnyFormula: FormulaIn<f64> + FormulaIn<Narrow> + FormulaIn<Sensitive> + FormulaIn<Curved> {}
+pub trait AnyFormula: FormulaIn<f64> + FormulaIn<Dual4> + FormulaIn<Dual8> + FormulaIn<HyperDual4> {}
 impl<F: Formula> AnyFormula for F {}

@@ -1,51 +1,51 @@
 //! The closed set of numbers in which mechanisms are evaluated.
 
-use crate::elements::element::{AnyElement, Energy, Local, Room};
+use crate::elements::element::{AnyElement, ElementState, ElementWorkspace, Energy};
 use crate::mechanism::outputs::AnyFormula;
 use crate::motion::AnyMotion;
-use autodiff::{Hyper, Scalar, Tangent, WIDTH};
+use autodiff::{DualVec, HyperDualVec, Scalar, WIDTH};
 
 /// A value with its derivatives with respect to one chunk of [`WIDTH`] design variables.
-pub type Sensitive = Tangent<WIDTH>;
+pub type Dual8 = DualVec<WIDTH>;
 
 /// The same for few design variables: half the work.
-pub type Narrow = Tangent<4>;
+pub type Dual4 = DualVec<4>;
 
 /// A value with first and second derivatives along four pairs of directions in the space of the design variables.
-pub type Curved = Hyper<4>;
+pub type HyperDual4 = HyperDualVec<4>;
 
-pub use autodiff::Jet;
+pub use autodiff::Jet2;
 
 /// Most parameters of one prescribed motion (tables keep their points in the motion itself).
 pub const MOST_MOTION_PARAMETERS: usize = 8;
 
 /// A number in which elements and motions can be asked although they are objects.
-pub trait Number: Scalar {
-    /// Evaluates an element's residual on what is in `room`.
-    fn residual(element: &dyn AnyElement, t: Self, room: &mut Room<Self>);
-    /// Evaluates an element's residual on what is in `room`, but with the parameters `p`.
-    fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, room: &mut Room<Self>);
+pub trait ElementScalar: Scalar {
+    /// Evaluates an element's residual on what is in `workspace`.
+    fn residual(element: &dyn AnyElement, t: Self, workspace: &mut ElementWorkspace<Self>);
+    /// Evaluates an element's residual on what is in `workspace`, but with the parameters `p`.
+    fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, workspace: &mut ElementWorkspace<Self>);
     /// Evaluates an element's outputs.
-    fn measure(element: &dyn AnyElement, x: &Local<'_, Self>, out: &mut [Self]);
+    fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]);
     /// Evaluates an element's energy.
-    fn energy(element: &dyn AnyElement, x: &Local<'_, Self>) -> Energy<Self>;
+    fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self>;
     /// Evaluates a prescribed position.
     fn position(motion: &dyn AnyMotion, p: &[Self], t: Self) -> Self;
 }
 
 macro_rules! impl_number {
     ($($t:ty),*) => {$(
-        impl Number for $t {
-            fn residual(element: &dyn AnyElement, t: Self, room: &mut Room<Self>) {
-                room.residual(element as &dyn AnyElement, t);
+        impl ElementScalar for $t {
+            fn residual(element: &dyn AnyElement, t: Self, workspace: &mut ElementWorkspace<Self>) {
+                workspace.residual(element as &dyn AnyElement, t);
             }
-            fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, room: &mut Room<Self>) {
-                room.residual_of(element as &dyn AnyElement, p, t);
+            fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, workspace: &mut ElementWorkspace<Self>) {
+                workspace.residual_of(element as &dyn AnyElement, p, t);
             }
-            fn measure(element: &dyn AnyElement, x: &Local<'_, Self>, out: &mut [Self]) {
+            fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]) {
                 crate::elements::element::Evaluate::<$t>::measure(element, x, out);
             }
-            fn energy(element: &dyn AnyElement, x: &Local<'_, Self>) -> Energy<Self> {
+            fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self> {
                 crate::elements::element::Evaluate::<$t>::energy(element, x)
             }
             fn position(motion: &dyn AnyMotion, p: &[Self], t: Self) -> Self {
@@ -54,10 +54,10 @@ macro_rules! impl_number {
         }
     )*};
 }
-impl_number!(f64, Narrow, Sensitive, Curved, Jet<f64>, Jet<Narrow>, Jet<Sensitive>, Jet<Curved>);
+impl_number!(f64, Dual4, Dual8, HyperDual4, Jet2<f64>, Jet2<Dual4>, Jet2<Dual8>, Jet2<HyperDual4>);
 
 /// Numbers in which whole states are kept: the value itself, or the value with design derivatives.
-pub trait Real: Number {
+pub trait StateScalar: ElementScalar {
     /// The value without derivatives.
     fn value(&self) -> f64 {
         self.re()
@@ -72,7 +72,7 @@ pub trait Real: Number {
 
 macro_rules! impl_real {
     ($($t:ty, |$x:ident| $constant:expr);*) => {$(
-        impl Real for $t {
+        impl StateScalar for $t {
             fn is_constant(&self) -> bool {
                 let $x = self;
                 $constant
@@ -82,9 +82,9 @@ macro_rules! impl_real {
             }
             fn motion(motion: &dyn AnyMotion, p: &[Self], t: Self) -> [Self; 3] {
                 let (zero, one) = (<$t>::from(0.0), <$t>::from(1.0));
-                let mut lifted = [Jet::new(zero, zero, zero); MOST_MOTION_PARAMETERS];
+                let mut lifted = [Jet2::new(zero, zero, zero); MOST_MOTION_PARAMETERS];
                 lifted.iter_mut().zip(p).for_each(|(jet, &p)| jet.re = p);
-                let position = Jet::<$t>::position(motion, &lifted[..p.len()], Jet::new(t, one, zero));
+                let position = Jet2::<$t>::position(motion, &lifted[..p.len()], Jet2::new(t, one, zero));
                 [position.re, position.v1, position.v2]
             }
         }
@@ -92,17 +92,17 @@ macro_rules! impl_real {
 }
 impl_real!(
     f64, |_x| true;
-    Narrow, |x| x.eps == [0.0; 4];
-    Sensitive, |x| x.eps == [0.0; 8];
-    Curved, |x| [x.a, x.b, x.ab] == [[0.0; 4]; 3]
+    Dual4, |x| x.eps == [0.0; 4];
+    Dual8, |x| x.eps == [0.0; 8];
+    HyperDual4, |x| [x.a, x.b, x.ab] == [[0.0; 4]; 3]
 );
 
 /// A number that carries `L` derivatives beside its value.
 ///
 /// Where F(x) = 0 holds for the values, x − A⁻¹ F(x) with the plain matrix A = ∂F/∂x has exact first derivatives if x had
 /// none, and exact derivatives of one order more than x otherwise: products of enough derivatives vanish. So
-/// [`Carrier::ORDER`] corrections are enough, each of them one evaluation of F and one back-substitution.
-pub trait Carrier<const L: usize>: Real {
+/// [`DerivativeScalar::ORDER`] corrections are enough, each of them one evaluation of F and one back-substitution.
+pub trait DerivativeScalar<const L: usize>: StateScalar {
     /// Highest order of the derivatives.
     const ORDER: usize;
     /// From its parts.
@@ -113,7 +113,7 @@ pub trait Carrier<const L: usize>: Real {
 
 macro_rules! impl_carrier {
     ($($t:ty, $l:literal);*) => {$(
-        impl Carrier<$l> for $t {
+        impl DerivativeScalar<$l> for $t {
             const ORDER: usize = 1;
             #[inline]
             fn with(re: f64, eps: [f64; $l]) -> Self {
@@ -126,9 +126,9 @@ macro_rules! impl_carrier {
         }
     )*};
 }
-impl_carrier!(Narrow, 4; Sensitive, 8);
+impl_carrier!(Dual4, 4; Dual8, 8);
 
-impl Carrier<12> for Curved {
+impl DerivativeScalar<12> for HyperDual4 {
     const ORDER: usize = 2;
     fn with(re: f64, [a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3]: [f64; 12]) -> Self {
         Self { re, a: [a0, a1, a2, a3], b: [b0, b1, b2, b3], ab: [c0, c1, c2, c3] }

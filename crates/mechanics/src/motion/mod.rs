@@ -8,12 +8,12 @@ pub use ramp::Ramp;
 pub use start_up::StartUp;
 pub use table::Table;
 
-use crate::mechanism::scalars::{Curved, Jet, Narrow, Sensitive};
+use crate::mechanism::scalars::{Dual4, Dual8, HyperDual4, Jet2};
 use autodiff::Scalar;
 
 /// A position as a function of time, written once over the scalar type.
 ///
-/// Velocities and accelerations are had by evaluating it with a [`Jet`] in time, design derivatives by evaluating it
+/// Velocities and accelerations are had by evaluating it with a [`Jet2`] in time, design derivatives by evaluating it
 /// with parameters that carry them. Branch on real parts only.
 pub trait Motion: Send + Sync + 'static {
     /// Position (m or rad) at time `t` (s) for the parameters `p`.
@@ -35,13 +35,13 @@ impl<M: Motion, T: Scalar> Position<T> for M {
 /// [`Motion`] as an object. Implemented for every motion.
 pub trait AnyMotion:
     Position<f64>
-    + Position<Narrow>
-    + Position<Sensitive>
-    + Position<Curved>
-    + Position<Jet<f64>>
-    + Position<Jet<Narrow>>
-    + Position<Jet<Sensitive>>
-    + Position<Jet<Curved>>
+    + Position<Dual4>
+    + Position<Dual8>
+    + Position<HyperDual4>
+    + Position<Jet2<f64>>
+    + Position<Jet2<Dual4>>
+    + Position<Jet2<Dual8>>
+    + Position<Jet2<HyperDual4>>
 {
 }
 impl<M: Motion> AnyMotion for M {}
@@ -79,7 +79,7 @@ impl Motion for Harmonic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanism::scalars::Real;
+    use crate::mechanism::scalars::StateScalar;
 
     #[test]
     fn positions_speeds_and_accelerations_at_a_time() {

@@ -37,7 +37,7 @@ impl Motion for Ramp {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanism::scalars::Real;
+    use crate::mechanism::scalars::StateScalar;
 
     #[test]
     fn ramps_begin_and_end_where_they_should() {

@@ -56,7 +56,7 @@ impl Motion for StartUp {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanism::scalars::Real;
+    use crate::mechanism::scalars::StateScalar;
 
     #[test]
     fn start_ups_begin_at_rest_and_reach_the_speed_without_a_jump() {

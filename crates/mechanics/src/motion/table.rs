@@ -67,7 +67,7 @@ impl Motion for Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanism::scalars::Real;
+    use crate::mechanism::scalars::StateScalar;
 
     #[test]
     fn a_table_goes_through_its_points_smoothly() {

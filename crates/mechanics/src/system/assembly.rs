@@ -1,7 +1,7 @@
 //! The matrix and its rows, element by element.
 
-use crate::elements::element::Local;
-use crate::elements::element::{Room, Scratchpad};
+use crate::elements::element::ElementState;
+use crate::elements::element::{ElementWorkspace, JacobianWorkspace};
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::linearization::Linearization;
@@ -21,30 +21,30 @@ impl System {
         rows.fill([0.0]);
         self.begin_matrix(how);
         for (part, place) in mechanism.parts.iter().zip(&self.places) {
-            let constraint = part.closures > 0;
+            let constraint = part.num_constraints > 0;
             if place.active.is_empty() || (how.projection && !constraint) {
                 continue;
             }
-            gather(part, state, &mut self.room);
+            gather(part, state, &mut self.workspace);
             let (width, n) = (place.varying.len() + 1, part.coordinates.len());
-            let size = (n + part.closures) * width;
+            let size = (n + part.num_constraints) * width;
             if self.columns.len() < size {
                 self.columns.resize(size, 0.0);
             }
             let columns = &mut self.columns[..size];
-            let seeds = if constraint { how.constraint } else { how.balance };
-            let local = Local { p: &part.parameters, ..self.room.local(state.t) };
-            part.element.columns(&local, seeds, &place.varying, &mut self.pad, columns);
+            let tangent_weights = if constraint { how.constraint_weights } else { how.dynamics_weights };
+            let local = ElementState { p: &part.parameters, ..self.workspace.local(state.t) };
+            part.element.columns(&local, tangent_weights, &place.varying, &mut self.jacobian_workspace, columns);
             for (&r, &equation) in place.active.iter().zip(&place.equations) {
-                rows[equation][0] += columns[r * width] * if r < n { 1.0 } else { how.closure };
+                rows[equation][0] += columns[r * width] * if r < n { 1.0 } else { how.constraint_scale };
             }
             let entries = self.factor.entries_mut();
-            for &(from, slot) in &place.balance {
+            for &(from, slot) in &place.dynamics {
                 entries[slot] += columns[from];
             }
-            for &(from, [slot, mirrored]) in &place.closure {
-                entries[slot] += columns[from] * how.closure;
-                entries[mirrored] += columns[from] / seeds.position;
+            for &(from, [slot, mirrored]) in &place.constraint {
+                entries[slot] += columns[from] * how.constraint_scale;
+                entries[mirrored] += columns[from] / tangent_weights.position;
             }
         }
     }
@@ -56,28 +56,37 @@ impl System {
         if how.projection {
             self.free_diagonal.iter().for_each(|&slot| entries[slot] = 1.0);
         } else {
-            let seeds = how.balance;
-            for &(slot, [stiffness, damping, mass]) in &self.constants.balance {
-                entries[slot] += stiffness * seeds.position + damping * seeds.velocity + mass * seeds.acceleration;
+            let tangent_weights = how.dynamics_weights;
+            for &(slot, [stiffness, damping, mass]) in &self.constants.dynamics {
+                entries[slot] += stiffness * tangent_weights.position
+                    + damping * tangent_weights.velocity
+                    + mass * tangent_weights.acceleration;
             }
         }
-        for &([slot, mirrored], gradient) in &self.constants.closure {
-            entries[slot] += gradient * how.closure * how.constraint.position;
+        for &([slot, mirrored], gradient) in &self.constants.constraint {
+            entries[slot] += gradient * how.constraint_scale * how.constraint_weights.position;
             entries[mirrored] += gradient;
         }
     }
 
     /// Rows of Φ_q with respect to all coordinates, zero for prescribed ones; one row per multiplier.
     pub fn closure_gradients(&self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<Vec<f64>> {
-        let (mut pad, mut room, mut columns) = (Scratchpad::default(), Room::default(), Vec::new());
+        let (mut jacobian_workspace, mut workspace, mut columns) =
+            (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut gradients = vec![vec![0.0; mechanism.coordinates.len()]; mechanism.multipliers];
-        for (part, place) in mechanism.parts.iter().zip(&self.places).filter(|(part, _)| part.closures > 0) {
-            gather(part, state, &mut room);
+        for (part, place) in mechanism.parts.iter().zip(&self.places).filter(|(part, _)| part.num_constraints > 0) {
+            gather(part, state, &mut workspace);
             let (width, n) = (place.active.len() + 1, part.coordinates.len());
-            columns.resize((n + part.closures) * width, 0.0);
-            let local = Local { p: &part.parameters, ..room.local(state.t) };
-            part.element.columns(&local, Linearization::statics().constraint, &place.active, &mut pad, &mut columns);
-            for k in 0..part.closures {
+            columns.resize((n + part.num_constraints) * width, 0.0);
+            let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
+            part.element.columns(
+                &local,
+                Linearization::statics().constraint_weights,
+                &place.active,
+                &mut jacobian_workspace,
+                &mut columns,
+            );
+            for k in 0..part.num_constraints {
                 let row = &columns[(n + k) * width + 1..(n + k + 1) * width];
                 for (&local, &value) in place.active.iter().zip(row).filter(|(local, _)| **local < n) {
                     gradients[part.first_multiplier + k][part.coordinates[local]] += value;
@@ -103,18 +112,19 @@ impl System {
     /// The matrix again, by seeding every unknown of every element and using nothing that elements declare of themselves:
     /// slow, for checks.
     pub fn dense_by_seeding(&self, mechanism: &Mechanism<f64>, state: &State<f64>, how: Linearization) -> DMatrix<f64> {
-        let (mut pad, mut room, mut columns) = (Scratchpad::default(), Room::default(), Vec::new());
+        let (mut jacobian_workspace, mut workspace, mut columns) =
+            (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut dense = DMatrix::zeros(self.size(), self.size());
         for (part, place) in mechanism.parts.iter().zip(&self.places) {
-            gather(part, state, &mut room);
+            gather(part, state, &mut workspace);
             let (width, n) = (place.active.len() + 1, part.coordinates.len());
-            columns.resize((n + part.closures) * width, 0.0);
-            let local = Local { p: &part.parameters, ..room.local(state.t) };
-            let seeds = if part.closures > 0 { how.constraint } else { how.balance };
-            part.element.columns(&local, seeds, &place.active, &mut pad, &mut columns);
+            columns.resize((n + part.num_constraints) * width, 0.0);
+            let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
+            let tangent_weights = if part.num_constraints > 0 { how.constraint_weights } else { how.dynamics_weights };
+            part.element.columns(&local, tangent_weights, &place.active, &mut jacobian_workspace, &mut columns);
             for (&r, &i) in place.active.iter().zip(&place.equations) {
                 for (&j, value) in place.equations.iter().zip(&columns[r * width + 1..]) {
-                    dense[(i, j)] += value * if r < n { 1.0 } else { how.closure };
+                    dense[(i, j)] += value * if r < n { 1.0 } else { how.constraint_scale };
                 }
             }
         }

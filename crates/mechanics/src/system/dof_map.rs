@@ -1,16 +1,16 @@
 //! Where each element's share is in the equations, and what of it never changes.
 
-use crate::elements::element::Local;
-use crate::elements::element::{Room, Scratchpad, Seeds};
+use crate::elements::element::ElementState;
+use crate::elements::element::{ElementWorkspace, JacobianWorkspace, TangentWeights};
 use crate::linalg::factor::Factor;
+use crate::mechanism::ElementInstance;
 use crate::mechanism::Mechanism;
-use crate::mechanism::PartData;
 use crate::system::residual::gather;
 use crate::system::state::State;
 
 /// A derivative that is the same in every state: of a local row with respect to a local coordinate.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coefficient {
+pub(crate) struct ConstantEntry {
     pub row: usize,
     pub coordinate: usize,
     /// With respect to position, velocity and acceleration.
@@ -19,7 +19,7 @@ pub(crate) struct Coefficient {
 
 /// Where one element's rows and columns are in the system.
 #[derive(Clone, Debug)]
-pub(crate) struct Place {
+pub(crate) struct DofMap {
     /// Local variables that are unknowns: coordinates first, then multipliers.
     pub active: Vec<usize>,
     /// Equation of each active variable.
@@ -27,31 +27,31 @@ pub(crate) struct Place {
     /// Unknown coordinates that the element is not linear in: the columns to evaluate.
     pub varying: Vec<usize>,
     /// From where in the evaluated rows to which slot: rows of the coordinates.
-    pub balance: Vec<(usize, usize)>,
+    pub dynamics: Vec<(usize, usize)>,
     /// The same for closure rows, which are also columns of the multipliers.
-    pub closure: Vec<(usize, [usize; 2])>,
+    pub constraint: Vec<(usize, [usize; 2])>,
 }
 
 /// What is in the matrix whatever the state is, by slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Constants {
     /// Derivatives of coordinate rows with respect to position, velocity and acceleration.
-    pub balance: Vec<(usize, [f64; 3])>,
+    pub dynamics: Vec<(usize, [f64; 3])>,
     /// Entries of Φ_q and of its transpose.
-    pub closure: Vec<([usize; 2], f64)>,
+    pub constraint: Vec<([usize; 2], f64)>,
 }
 
-impl Place {
+impl DofMap {
     /// For an element whose variables have the unknowns `unknown` (coordinates, then multipliers); slots are not known
     /// yet.
-    pub fn new(part: &PartData<f64>, unknown: &[Option<usize>]) -> Self {
+    pub fn new(part: &ElementInstance<f64>, unknown: &[Option<usize>]) -> Self {
         let linear = part.element.linear();
         let active: Vec<usize> =
             (0..unknown.len()).filter(|&k| !part.element.is_sensor() && unknown[k].is_some()).collect();
         let equations = active.iter().filter_map(|&k| unknown[k]).collect();
         let varies = |k: &usize| *k < part.coordinates.len() && !linear.contains(k);
         let varying = active.iter().copied().filter(varies).collect();
-        Self { active, equations, varying, balance: Vec::new(), closure: Vec::new() }
+        Self { active, equations, varying, dynamics: Vec::new(), constraint: Vec::new() }
     }
 
     /// Renumbers the unknowns.
@@ -66,9 +66,9 @@ impl Place {
 
     /// Local rows and columns of the varying entries, and where they are in the evaluated rows. Entries of multipliers'
     /// columns are those of closure rows mirrored; a constraint's coordinate rows vary only with what they belong to.
-    fn entries(&self, part: &PartData<f64>) -> Vec<(usize, usize, usize)> {
+    fn entries(&self, part: &ElementInstance<f64>) -> Vec<(usize, usize, usize)> {
         let (n, width) = (part.coordinates.len(), self.varying.len() + 1);
-        let row = |&r: &usize| part.closures == 0 || r >= n || self.varying.contains(&r);
+        let row = |&r: &usize| part.num_constraints == 0 || r >= n || self.varying.contains(&r);
         let columns = |r: usize| self.varying.iter().enumerate().map(move |(k, &c)| (r, c, r * width + 1 + k));
         self.active.iter().copied().filter(row).flat_map(columns).collect()
     }
@@ -76,8 +76,8 @@ impl Place {
     /// Pairs of equations that this element couples.
     pub fn couplings<'a>(
         &'a self,
-        part: &PartData<f64>,
-        coefficients: &'a [Coefficient],
+        part: &ElementInstance<f64>,
+        coefficients: &'a [ConstantEntry],
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
         let varying = self.entries(part).into_iter().map(|(r, c, _)| (r, c));
         let constant = coefficients.iter().map(|k| (k.row, k.coordinate));
@@ -87,8 +87,8 @@ impl Place {
     /// Looks up the slots.
     pub fn find_slots(
         &mut self,
-        part: &PartData<f64>,
-        coefficients: &[Coefficient],
+        part: &ElementInstance<f64>,
+        coefficients: &[ConstantEntry],
         factor: &Factor,
         constants: &mut Constants,
     ) {
@@ -96,9 +96,9 @@ impl Place {
         for (r, c, from) in self.entries(part) {
             let (i, j) = (self.equation(r).expect("it is active"), self.equation(c).expect("it is active"));
             if r < n {
-                self.balance.push((from, factor.slot(i, j)));
+                self.dynamics.push((from, factor.slot(i, j)));
             } else {
-                self.closure.push((from, [factor.slot(i, j), factor.slot(j, i)]));
+                self.constraint.push((from, [factor.slot(i, j), factor.slot(j, i)]));
             }
         }
         for coefficient in coefficients {
@@ -106,9 +106,9 @@ impl Place {
                 continue;
             };
             if coefficient.row < n {
-                constants.balance.push((factor.slot(i, j), coefficient.values));
+                constants.dynamics.push((factor.slot(i, j), coefficient.values));
             } else {
-                constants.closure.push(([factor.slot(i, j), factor.slot(j, i)], coefficient.values[0]));
+                constants.constraint.push(([factor.slot(i, j), factor.slot(j, i)], coefficient.values[0]));
             }
         }
     }
@@ -116,28 +116,28 @@ impl Place {
 
 /// The derivatives of an element with respect to the coordinates that it is linear in, those that are not zero.
 pub(crate) fn coefficients(
-    part: &PartData<f64>,
+    part: &ElementInstance<f64>,
     state: &State<f64>,
-    room: &mut Room<f64>,
-    pad: &mut Scratchpad,
-) -> Vec<Coefficient> {
+    workspace: &mut ElementWorkspace<f64>,
+    jacobian_workspace: &mut JacobianWorkspace,
+) -> Vec<ConstantEntry> {
     let (linear, n) = (part.element.linear(), part.coordinates.len());
     if linear.is_empty() || part.element.is_sensor() {
         return Vec::new();
     }
-    gather(part, state, room);
-    let local = Local { p: &part.parameters, ..room.local(state.t) };
+    gather(part, state, workspace);
+    let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
     let width = linear.len() + 1;
     let [stiffness, damping, mass] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|[p, v, a]| {
-        let mut columns = vec![0.0; (n + part.closures) * width];
-        let seeds = Seeds { position: p, velocity: v, acceleration: a };
-        part.element.columns(&local, seeds, linear, pad, &mut columns);
+        let mut columns = vec![0.0; (n + part.num_constraints) * width];
+        let tangent_weights = TangentWeights { position: p, velocity: v, acceleration: a };
+        part.element.columns(&local, tangent_weights, linear, jacobian_workspace, &mut columns);
         columns
     });
-    let rows = if part.closures > 0 { n..n + part.closures } else { 0..n };
+    let rows = if part.num_constraints > 0 { n..n + part.num_constraints } else { 0..n };
     let all = rows.flat_map(|row| linear.iter().enumerate().map(move |(k, &c)| (row, c, row * width + 1 + k)));
     let known =
-        all.map(|(row, coordinate, k)| Coefficient { row, coordinate, values: [stiffness[k], damping[k], mass[k]] });
+        all.map(|(row, coordinate, k)| ConstantEntry { row, coordinate, values: [stiffness[k], damping[k], mass[k]] });
     known.filter(|coefficient| coefficient.values != [0.0; 3]).collect()
 }
 
@@ -156,9 +156,9 @@ pub(crate) fn pattern(unknowns: usize, pairs: impl Iterator<Item = (usize, usize
 }
 
 /// Number of each variable of an element among the nodes of the mechanism: coordinates, then multipliers.
-pub(crate) fn nodes_of(mechanism: &Mechanism<f64>, part: &PartData<f64>) -> Vec<usize> {
+pub(crate) fn nodes_of(mechanism: &Mechanism<f64>, part: &ElementInstance<f64>) -> Vec<usize> {
     let n = mechanism.coordinates.len();
     debug_assert!(part.coordinates.iter().all(|&c| c < n));
-    let multipliers = part.first_multiplier..part.first_multiplier + part.closures;
+    let multipliers = part.first_multiplier..part.first_multiplier + part.num_constraints;
     part.coordinates.iter().copied().chain(multipliers.map(|m| n + m)).collect()
 }

@@ -1,16 +1,16 @@
 //! Which derivatives a matrix is made of.
 
-use crate::elements::element::Seeds;
+use crate::elements::element::TangentWeights;
 
 /// How residual rows are linearized into a matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linearization {
     /// How variables of balancing elements move with an unknown.
-    pub balance: Seeds,
+    pub dynamics_weights: TangentWeights,
     /// How variables of constraints move with an unknown.
-    pub constraint: Seeds,
-    /// Factor on the closure rows.
-    pub closure: f64,
+    pub constraint_weights: TangentWeights,
+    /// Factor on the constraint rows.
+    pub constraint_scale: f64,
     /// Added to the diagonal of the free coordinates, while balancing elements are left out.
     pub projection: bool,
 }
@@ -22,21 +22,26 @@ impl Linearization {
     ///
     /// **Source.** Bottasso, Dopico & Trainelli, *Multibody Syst. Dyn.* 19 (2008) 3–20.
     pub fn step(position: f64, velocity: f64) -> Self {
-        let seeds = Seeds { position, velocity, acceleration: 1.0 };
-        Self { balance: seeds, constraint: seeds, closure: 1.0 / position, projection: false }
+        let weights = TangentWeights { position, velocity, acceleration: 1.0 };
+        Self {
+            dynamics_weights: weights,
+            constraint_weights: weights,
+            constraint_scale: 1.0 / position,
+            projection: false,
+        }
     }
 
     /// Accelerations and multipliers at a given state: the saddle-point matrix of M and Φ_q.
     pub fn accelerations() -> Self {
-        let balance = Seeds { position: 0.0, velocity: 0.0, acceleration: 1.0 };
-        let constraint = Seeds { position: 1.0, velocity: 0.0, acceleration: 0.0 };
-        Self { balance, constraint, closure: 1.0, projection: false }
+        let dynamics_weights = TangentWeights { position: 0.0, velocity: 0.0, acceleration: 1.0 };
+        let constraint_weights = TangentWeights { position: 1.0, velocity: 0.0, acceleration: 0.0 };
+        Self { dynamics_weights, constraint_weights, constraint_scale: 1.0, projection: false }
     }
 
     /// Positions only.
     pub fn statics() -> Self {
-        let seeds = Seeds { position: 1.0, velocity: 0.0, acceleration: 0.0 };
-        Self { balance: seeds, constraint: seeds, closure: 1.0, projection: false }
+        let weights = TangentWeights { position: 1.0, velocity: 0.0, acceleration: 0.0 };
+        Self { dynamics_weights: weights, constraint_weights: weights, constraint_scale: 1.0, projection: false }
     }
 
     /// The nearest point on the constraints.

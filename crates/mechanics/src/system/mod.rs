@@ -14,18 +14,18 @@ pub(crate) mod linearization;
 pub(crate) mod residual;
 pub mod state;
 
-pub(crate) use dof_map::Coefficient;
+pub(crate) use dof_map::ConstantEntry;
 pub use linearization::Linearization;
 
-use crate::elements::element::{Room, Scratchpad};
+use crate::elements::element::{ElementWorkspace, JacobianWorkspace};
 use crate::linalg::factor::Factor;
-use crate::linalg::ordering::bandwidth_order;
+use crate::linalg::ordering::reverse_cuthill_mckee;
+use crate::mechanism::ElementInstance;
 use crate::mechanism::Mechanism;
-use crate::mechanism::PartData;
 use crate::system::state::State;
 use crate::{Error, Result};
 use dof_map::Constants;
-use dof_map::Place;
+use dof_map::DofMap;
 use dof_map::coefficients;
 use dof_map::nodes_of;
 use dof_map::pattern;
@@ -59,9 +59,9 @@ impl Unknown {
 /// Made once per design; evaluating it allocates nothing after the first time.
 #[derive(Clone)]
 pub struct System {
-    places: Vec<Place>,
+    places: Vec<DofMap>,
     /// Derivatives of each element that are the same in every state.
-    coefficients: Vec<Vec<Coefficient>>,
+    coefficients: Vec<Vec<ConstantEntry>>,
     constants: Constants,
     /// Unknown of each equation.
     unknowns: Vec<Unknown>,
@@ -72,8 +72,8 @@ pub struct System {
     /// Slots of the free coordinates' diagonal entries.
     free_diagonal: Vec<usize>,
     factor: Factor,
-    pad: Scratchpad,
-    room: Room<f64>,
+    jacobian_workspace: JacobianWorkspace,
+    workspace: ElementWorkspace<f64>,
     columns: Vec<f64>,
 }
 
@@ -89,8 +89,10 @@ impl System {
     pub fn at(mechanism: &Mechanism<f64>, t: f64) -> Result<Self> {
         check_parameters(mechanism, t)?;
         let (n, parts) = (mechanism.coordinates.len(), &mechanism.parts);
-        let (mut room, mut pad, built) = (Room::default(), Scratchpad::default(), State::built(mechanism, t));
-        let coefficients: Vec<_> = parts.iter().map(|part| coefficients(part, &built, &mut room, &mut pad)).collect();
+        let (mut workspace, mut jacobian_workspace, built) =
+            (ElementWorkspace::default(), JacobianWorkspace::default(), State::built(mechanism, t));
+        let coefficients: Vec<_> =
+            parts.iter().map(|part| coefficients(part, &built, &mut workspace, &mut jacobian_workspace)).collect();
 
         let (mut places, unknowns) = numbered(mechanism, &coefficients);
         let pattern = couplings(mechanism, &places, &coefficients, unknowns.len());
@@ -115,8 +117,8 @@ impl System {
             pattern,
             free_diagonal,
             factor,
-            pad,
-            room,
+            jacobian_workspace,
+            workspace,
         })
     }
 
@@ -147,7 +149,7 @@ impl System {
     }
 
     /// The derivatives of an element that are the same in every state.
-    pub(crate) fn coefficients(&self, part: usize) -> &[Coefficient] {
+    pub(crate) fn coefficients(&self, part: usize) -> &[ConstantEntry] {
         &self.coefficients[part]
     }
 
@@ -162,8 +164,8 @@ impl System {
     }
 
     /// Memory for solving with a factorization of this pattern.
-    pub(crate) fn solve_room(&self) -> crate::linalg::factor::SolveRoom {
-        self.factor.room()
+    pub(crate) fn solve_workspace(&self) -> crate::linalg::factor::SolveWorkspace {
+        self.factor.workspace()
     }
 
     /// Factorizes what was assembled.
@@ -179,7 +181,7 @@ impl System {
     }
 
     /// The element whose rows are largest, and its row's name: for messages.
-    pub fn culprit(&self, mechanism: &Mechanism<f64>, rows: &[[f64; 1]]) -> String {
+    pub fn dominant_residual(&self, mechanism: &Mechanism<f64>, rows: &[[f64; 1]]) -> String {
         let worst = (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
         let not_finite = (0..rows.len()).find(|&i| !rows[i][0].is_finite());
         not_finite.or(worst).map_or("the mechanism".to_owned(), |i| name_of(mechanism, self.unknowns[i]))
@@ -187,15 +189,15 @@ impl System {
 }
 
 /// Every element's place, and the unknowns in an order that makes the matrix a narrow band.
-fn numbered(mechanism: &Mechanism<f64>, coefficients: &[Vec<Coefficient>]) -> (Vec<Place>, Vec<Unknown>) {
+fn numbered(mechanism: &Mechanism<f64>, coefficients: &[Vec<ConstantEntry>]) -> (Vec<DofMap>, Vec<Unknown>) {
     let (n, parts) = (mechanism.coordinates.len(), &mechanism.parts);
     let free = (0..n).filter(|&i| mechanism.coordinates[i].motion.is_none());
     let nodes: Vec<usize> = free.chain(n..n + mechanism.multipliers).collect();
     let mut unknown = vec![None; n + mechanism.multipliers];
     nodes.iter().enumerate().for_each(|(k, &node)| unknown[node] = Some(k));
     let variables = |part| nodes_of(mechanism, part).iter().map(|&node| unknown[node]).collect::<Vec<_>>();
-    let mut places: Vec<_> = parts.iter().map(|part| Place::new(part, &variables(part))).collect();
-    let order = bandwidth_order(&couplings(mechanism, &places, coefficients, nodes.len()));
+    let mut places: Vec<_> = parts.iter().map(|part| DofMap::new(part, &variables(part))).collect();
+    let order = reverse_cuthill_mckee(&couplings(mechanism, &places, coefficients, nodes.len()));
     let mut number = vec![0; order.len()];
     order.iter().enumerate().for_each(|(equation, &k)| number[k] = equation);
     places.iter_mut().for_each(|place| place.renumber(&number));
@@ -205,8 +207,8 @@ fn numbered(mechanism: &Mechanism<f64>, coefficients: &[Vec<Coefficient>]) -> (V
 /// For each unknown those that share an equation with it, itself among them.
 fn couplings(
     mechanism: &Mechanism<f64>,
-    places: &[Place],
-    coefficients: &[Vec<Coefficient>],
+    places: &[DofMap],
+    coefficients: &[Vec<ConstantEntry>],
     unknowns: usize,
 ) -> Vec<Vec<usize>> {
     let elements = places.iter().zip(&mechanism.parts).zip(coefficients);
@@ -216,11 +218,11 @@ fn couplings(
 fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
     let when = format!("before the motion starts at t = {t:.6e} s");
     for part in mechanism.parts.iter().chain(mechanism.impacts.iter().map(|impact| &impact.part)) {
-        let complaint = part.element.complaint(&part.parameters).or_else(|| {
+        let validate_parameters = part.element.validate_parameters(&part.parameters).or_else(|| {
             let bad = part.parameters.iter().find(|p| !p.is_finite());
             bad.map(|p| format!("a parameter is {p}"))
         });
-        if let Some(why) = complaint {
+        if let Some(why) = validate_parameters {
             return Err(Error::analysis(
                 &part.name,
                 format!("{why}, {when}"),
@@ -245,8 +247,9 @@ pub(crate) fn name_of<T>(mechanism: &Mechanism<T>, unknown: Unknown) -> String {
     match unknown {
         Unknown::Coordinate(i) => mechanism.coordinates[i].name.clone(),
         Unknown::Multiplier(m) => {
-            let holds =
-                |part: &&PartData<T>| (part.first_multiplier..part.first_multiplier + part.closures).contains(&m);
+            let holds = |part: &&ElementInstance<T>| {
+                (part.first_multiplier..part.first_multiplier + part.num_constraints).contains(&m)
+            };
             let part = mechanism.parts.iter().find(holds).expect("every multiplier belongs to a joint");
             format!("{} (closure {})", part.name, m - part.first_multiplier + 1)
         }

@@ -1,7 +1,7 @@
 //! The state of a mechanism at one instant.
 
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::Real;
+use crate::mechanism::scalars::StateScalar;
 
 /// Positions, velocities and accelerations of all coordinates, and all multipliers, at time `t` (s).
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct State<T> {
     pub l: Vec<T>,
 }
 
-impl<T: Real> State<T> {
+impl<T: StateScalar> State<T> {
     /// The state that the mechanism was built in, its prescribed coordinates where the motions want them at `t`.
     pub fn built(mechanism: &Mechanism<T>, t: f64) -> Self {
         let zero = T::from(0.0);

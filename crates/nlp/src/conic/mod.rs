@@ -95,7 +95,7 @@ impl Conic {
         let evaluations = Evaluations { values: 0, gradients: 2, hessians: usize::from(matrices.hessian.is_some()) };
         let gradients = program.gradients(&candidate.x)?;
         let first = Some(matrices.gradient.as_slice());
-        let mut solution = candidate.judged(program, &matrices.center, evaluations, &gradients, first);
+        let mut solution = candidate.certified(program, &matrices.center, evaluations, &gradients, first);
         solution.status = supported(solution.status, &solution.kkt, SUPPORTED);
         Ok(Some(solution))
     }

@@ -82,12 +82,12 @@ impl Scaling {
                 (program.center[j] + self.size[j] * v).clamp(program.lower[j], program.upper[j])
             }
         };
-        let priced = |μ: &[f64]| μ.iter().zip(&self.size).map(|(μ, s)| μ * self.objective / s).collect();
+        let multipliers = |μ: &[f64]| μ.iter().zip(&self.size).map(|(μ, s)| μ * self.objective / s).collect();
         Candidate {
             x: z.x.iter().enumerate().map(back).collect(),
             multipliers: z.multipliers.iter().zip(&self.row).map(|(λ, r)| λ * self.objective / r).collect(),
-            lower: priced(&z.lower),
-            upper: priced(&z.upper),
+            lower: multipliers(&z.lower),
+            upper: multipliers(&z.upper),
             ..z
         }
     }

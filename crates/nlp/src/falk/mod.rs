@@ -39,12 +39,12 @@ const ROUGH: f64 = 1e-3;
 pub struct Falk {
     tolerance: f64,
     iterations: usize,
-    rescue: InteriorPoint,
+    fallback: InteriorPoint,
 }
 
 impl Default for Falk {
     fn default() -> Self {
-        Self { tolerance: 1e-11, iterations: 200, rescue: InteriorPoint::default() }
+        Self { tolerance: 1e-11, iterations: 200, fallback: InteriorPoint::default() }
     }
 }
 
@@ -114,13 +114,13 @@ impl SubproblemSolver for Falk {
         let start = feasible_start(program, start)?;
         let bounded = |j: usize| program.lower()[j].is_finite() && program.upper()[j].is_finite();
         if !(0..start.len()).all(bounded) {
-            return self.rescue.solve(program, &start);
+            return self.fallback.solve(program, &start);
         }
         let mut state = self.maximize(parts, self.first(parts, &start)?)?;
-        let mut solution = judgement::judged(program, parts, &start, &state);
+        let mut solution = judgement::certified(program, parts, &start, &state);
         if state.foreseen && state.residual_at(parts, &solution) > self.least_residual(parts) {
             state = self.maximize(parts, FalkState { foreseen: false, verdict: None, ..state })?;
-            solution = judgement::judged(program, parts, &start, &state);
+            solution = judgement::certified(program, parts, &start, &state);
         }
         solution.iterations = state.get_iter() as usize;
         solution.evaluations = Evaluations { values: state.evaluations, gradients: 2, hessians: 0 };
@@ -131,9 +131,9 @@ impl SubproblemSolver for Falk {
         if solution.status == Status::Solved {
             return Ok(solution);
         }
-        let mut rescued = self.rescue.solve(program, &start)?;
-        rescued.iterations += solution.iterations;
-        Ok(rescued)
+        let mut fallback_solution = self.fallback.solve(program, &start)?;
+        fallback_solution.iterations += solution.iterations;
+        Ok(fallback_solution)
     }
 }
 
@@ -179,8 +179,8 @@ impl Falk {
 }
 
 impl FalkState {
-    fn new(Units { rows, objective, prices }: Units) -> Self {
-        Self { multipliers: prices, row_units: rows, objective_unit: objective, ..Self::default() }
+    fn new(Units { rows, objective, multipliers }: Units) -> Self {
+        Self { multipliers: multipliers, row_units: rows, objective_unit: objective, ..Self::default() }
     }
 
     fn with_limit(self, first: Self, limit: u64) -> Self {

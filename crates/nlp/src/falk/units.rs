@@ -13,7 +13,7 @@ pub(super) struct Units {
     /// The largest change of the objective by one variable; one if it is constant.
     pub objective: f64,
     /// Prices at which objective and rows pull alike: most variables are then off their bounds.
-    pub prices: Vec<f64>,
+    pub multipliers: Vec<f64>,
 }
 
 /// Largest change and sum of changes of each function, the objective first, and whether all numbers are finite.
@@ -50,7 +50,7 @@ impl Units {
         Some(Self {
             rows: all.largest[1..].iter().map(|v| or_one(*v)).collect(),
             objective: or_one(all.largest[0]),
-            prices: (0..rows).map(price).collect(),
+            multipliers: (0..rows).map(price).collect(),
         })
     }
 }

@@ -82,11 +82,11 @@ impl InteriorPoint {
         let (candidate, evaluations) = self.central_path(&Frame::new(&normalized), &normalized.inward(&start))?;
         let candidate = snapped(program, normalized.restore(candidate));
         let gradients = program.gradients(&candidate.x)?;
-        let judged = |c: Candidate| c.judged(program, &start, evaluations, &gradients, Some(&here.objective));
-        let mut solution = judged(priced(program, candidate.clone(), &gradients));
+        let certified = |c: Candidate| c.certified(program, &start, evaluations, &gradients, Some(&here.objective));
+        let mut solution = certified(multipliers(program, candidate.clone(), &gradients));
         if !(solution.kkt.largest() <= ACCEPTED) {
             // Near a bound that is hardly active the multipliers of the central path are the better ones.
-            let central = judged(candidate);
+            let central = certified(candidate);
             if central.kkt.largest() < solution.kkt.largest() {
                 solution = central;
             }
@@ -161,7 +161,7 @@ fn snapped(program: &dyn Program, mut c: Candidate) -> Candidate {
 }
 
 /// Multipliers of the bounds from the slope of the Lagrangian, none for variables off their bounds.
-fn priced(program: &dyn Program, mut c: Candidate, g: &Gradients) -> Candidate {
+fn multipliers(program: &dyn Program, mut c: Candidate, g: &Gradients) -> Candidate {
     (c.lower, c.upper) = super::falk::reduced(program, &c.x, g, &c.multipliers);
     c
 }
@@ -193,7 +193,7 @@ impl SubproblemSolver for InteriorPoint {
             };
             let settled = elastic::settle(program, &start, solution.into(), &plain)?;
             let gradients = program.gradients(&settled.x)?;
-            solution = settled.judged(program, &start, total.get(), &gradients, Some(&run.first));
+            solution = settled.certified(program, &start, total.get(), &gradients, Some(&run.first));
         }
         solution.status = supported(solution.status, &solution.kkt, 10.0 * ACCEPTED);
         Ok(solution)

@@ -1,7 +1,7 @@
 //! The Newton step of the perturbed optimality conditions, reduced to n or to m unknowns.
 
-use super::point::{Frame, Local, Point};
-use super::stiffness::Stiffness;
+use super::point::{Frame, LocalDerivatives, Point};
+use super::stiffness::CondensedKkt;
 use nalgebra::{DMatrix, DVector};
 
 /// Smallest curvature that is divided by.
@@ -18,7 +18,7 @@ const FLAT: f64 = 1e-14;
 ///
 /// **Source.** Svanberg, *MMA and GCMMA – two methods for nonlinear optimization* (2007), section 5, without the
 /// artificial variables.
-pub(super) fn step(frame: &Frame<'_>, p: &Point, at: &Local, μ: f64) -> Option<Point> {
+pub(super) fn step(frame: &Frame<'_>, p: &Point, at: &LocalDerivatives, μ: f64) -> Option<Point> {
     let (n, m) = (p.x.len(), p.λ.len());
     let (mut stiffness, mut a) = (vec![1.0; n], DVector::zeros(n));
     for j in (0..n).filter(|&j| !frame.fixed[j]) {
@@ -27,7 +27,7 @@ pub(super) fn step(frame: &Frame<'_>, p: &Point, at: &Local, μ: f64) -> Option<
         a[j] = -at.slope[j] + μ / below - μ / above;
     }
     let (columns, weights) = frame.outer_products();
-    let stiffness = Stiffness::new(stiffness, columns, weights);
+    let stiffness = CondensedKkt::new(stiffness, columns, weights);
     let g = &at.gradients.values.rows;
     let softness: Vec<f64> = (0..m).map(|i| if frame.equality[i] { 0.0 } else { p.s[i] / p.λ[i] }).collect();
     let b = DVector::from_fn(m, |i, _| g[i] + if frame.equality[i] { 0.0 } else { μ / p.λ[i] });
@@ -44,7 +44,7 @@ pub(super) fn step(frame: &Frame<'_>, p: &Point, at: &Local, μ: f64) -> Option<
 
 fn by_rows(
     frame: &Frame<'_>,
-    at: &Local,
+    at: &LocalDerivatives,
     stiffness: &[f64],
     softness: &[f64],
     a: &DVector<f64>,
@@ -74,8 +74,8 @@ fn by_rows(
 /// The same with a matrix that is not a diagonal.
 fn by_coupled_rows(
     frame: &Frame<'_>,
-    at: &Local,
-    stiffness: &Stiffness,
+    at: &LocalDerivatives,
+    stiffness: &CondensedKkt,
     softness: &[f64],
     a: &DVector<f64>,
     b: &DVector<f64>,
@@ -96,8 +96,8 @@ fn by_coupled_rows(
 
 fn by_variables(
     frame: &Frame<'_>,
-    at: &Local,
-    stiffness: &Stiffness,
+    at: &LocalDerivatives,
+    stiffness: &CondensedKkt,
     softness: &[f64],
     a: &DVector<f64>,
     b: &DVector<f64>,

@@ -14,7 +14,7 @@ pub(super) struct Point {
 }
 
 /// The program at a point: gradients and the curvature of the Lagrangian, variable by variable.
-pub(super) struct Local {
+pub(super) struct LocalDerivatives {
     pub gradients: Gradients,
     pub curvature: Vec<f64>,
     /// ∇f + Gᵀλ.
@@ -74,7 +74,7 @@ impl<'a> Frame<'a> {
         self.coupling.as_ref().map_or((&[], &[]), |b| (&b.columns, &b.weights))
     }
 
-    pub fn local(&self, p: &Point) -> Result<Local> {
+    pub fn local(&self, p: &Point) -> Result<LocalDerivatives> {
         let gradients = self.program.gradients(&p.x)?;
         let weights: Vec<f64> = [1.0].into_iter().chain(p.λ.iter().copied()).collect();
         let own = |j: usize| self.program.weighted(j, p.x[j], &weights).curvature.max(0.0);
@@ -82,11 +82,11 @@ impl<'a> Frame<'a> {
         let curvature = (0..p.x.len()).map(|j| own(j) + coupled(j)).collect();
         let row_slope = |j: usize| gradients.rows.column(j).iter().zip(&p.λ).fold(0.0, |a, (g, λ)| a + g * λ);
         let slope = (0..p.x.len()).map(|j| gradients.objective[j] + row_slope(j)).collect();
-        Ok(Local { gradients, curvature, slope })
+        Ok(LocalDerivatives { gradients, curvature, slope })
     }
 
     /// Largest entry and sum of squares of the residual of the conditions perturbed by μ.
-    pub fn residual(&self, p: &Point, at: &Local, μ: f64) -> (f64, f64) {
+    pub fn residual(&self, p: &Point, at: &LocalDerivatives, μ: f64) -> (f64, f64) {
         let (mut largest, mut squares) = (0.0f64, 0.0);
         let mut note = |v: f64| {
             largest = if v.is_nan() { f64::INFINITY } else { largest.max(v.abs()) };

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 /// $$ K^{-1} = D^{-1} - D^{-1} U (C^{-1} + U^T D^{-1} U)^{-1} U^T D^{-1} $$
 ///
 /// **Source.** Golub & Van Loan, *Matrix Computations*, 4th ed. (2013), section 2.1.4 (Sherman, Morrison, Woodbury).
-pub(super) struct Stiffness<'a> {
+pub(super) struct CondensedKkt<'a> {
     pub diagonal: Vec<f64>,
     pub coupling: Option<Coupling<'a>>,
 }
@@ -19,7 +19,7 @@ pub(super) struct Coupling<'a> {
     small: LU<f64, Dyn, Dyn>,
 }
 
-impl<'a> Stiffness<'a> {
+impl<'a> CondensedKkt<'a> {
     /// With outer products, of which there may be none.
     pub fn new(diagonal: Vec<f64>, columns: &'a [Vec<f64>], weights: &'a [f64]) -> Self {
         if columns.is_empty() {
@@ -79,7 +79,7 @@ mod tests {
     fn the_solution_is_that_of_the_whole_matrix() {
         let columns = [vec![1.0, 0.0, -2.0, 0.5], vec![0.2, 1.0, 1.0, 0.0]];
         let weights = [3.0, -0.5];
-        let k = Stiffness::new(vec![2.0, 3.0, 1.0, 1e9], &columns, &weights);
+        let k = CondensedKkt::new(vec![2.0, 3.0, 1.0, 1e9], &columns, &weights);
         let mut whole = DMatrix::zeros(4, 4);
         k.add_to(&mut whole);
         let right = DVector::from_vec(vec![1.0, -2.0, 0.3, 0.0]);

@@ -67,7 +67,7 @@ pub(super) fn solve(
             let candidate = Candidate { multipliers, iterations, relaxation: None, ..Candidate::from(run) };
             let gradients = program.gradients(&candidate.x)?;
             let first = here.objective.clone();
-            let mut solution = candidate.judged(program, start, evaluations, &gradients, Some(&first));
+            let mut solution = candidate.certified(program, start, evaluations, &gradients, Some(&first));
             let good = solved && solution.kkt.largest() <= ACCEPTED;
             solution.status = if good { Status::Solved } else { Status::Stalled };
             return Ok(Some(Run { solution, first }));

@@ -15,7 +15,7 @@ mod state;
 mod step;
 
 use super::kkt::supported;
-use super::normalized::{Known, Normalized};
+use super::normalized::{LinearizedRows, Normalized};
 use super::solver::{Candidate, SubproblemSolver, check_finite, feasible_start};
 use super::{Conic, Evaluations, Solution, Status, elastic};
 use crate::Program;
@@ -84,13 +84,13 @@ impl Sqp {
         let normalized = Normalized::new(program, &start, &here);
         let z = normalized.inward(&start);
         let limit = self.iterations as u64;
-        let known = Known { program: &normalized, at: &z, gradients: normalized.of(here) };
+        let known = LinearizedRows { program: &normalized, at: &z, gradients: normalized.of(here) };
         let executor = Executor::new(&known as &dyn Program, *self).configure(|s: SqpState| s.start(&z, limit));
         let state = executor.ctrlc(false).timer(false).run().map_err(iteration::from_argmin)?.state;
         let gradients = normalized.undo(state.gradients());
         let evaluations = state.evaluations;
         let solution =
-            normalized.restore(state.candidate()).judged(program, &start, evaluations, &gradients, Some(&first));
+            normalized.restore(state.candidate()).certified(program, &start, evaluations, &gradients, Some(&first));
         Ok(Run { solution: self.lenient(solution), first })
     }
 
@@ -133,7 +133,7 @@ impl SubproblemSolver for Sqp {
             let gradients = program.gradients(&settled.x)?;
             let evaluations = total.get() + Evaluations { gradients: 1, ..Evaluations::default() };
             let start = feasible_start(program, start)?;
-            solution = settled.judged(program, &start, evaluations, &gradients, Some(&run.first));
+            solution = settled.certified(program, &start, evaluations, &gradients, Some(&run.first));
         }
         solution.status = supported(solution.status, &solution.kkt, self.accepted());
         Ok(solution)

@@ -5,37 +5,37 @@ use crate::integrators::generalized_alpha::GeneralizedAlpha;
 use crate::mechanism::Mechanism;
 
 /// Responses that one pass backward carries side by side.
-pub(crate) const LANES: usize = 4;
+pub(crate) const BATCH: usize = 4;
 
 /// One number for each of these responses.
-pub(crate) type Lanes = [f64; LANES];
+pub(crate) type BatchValues = [f64; BATCH];
 
 /// Adds `factor` times `b` to `a`.
 #[inline]
-pub(crate) fn add(a: &mut Lanes, factor: f64, b: &Lanes) {
+pub(crate) fn add(a: &mut BatchValues, factor: f64, b: &BatchValues) {
     a.iter_mut().zip(b).for_each(|(a, b)| *a += factor * b);
 }
 
 /// The derivatives of responses with respect to a state of the motion, its auxiliary accelerations included.
 #[derive(Clone, Debug)]
-pub(crate) struct Bars {
+pub(crate) struct AdjointState {
     /// By positions.
-    pub q: Vec<Lanes>,
+    pub q: Vec<BatchValues>,
     /// By velocities.
-    pub v: Vec<Lanes>,
+    pub v: Vec<BatchValues>,
     /// By accelerations.
-    pub a: Vec<Lanes>,
+    pub a: Vec<BatchValues>,
     /// By multipliers.
-    pub l: Vec<Lanes>,
+    pub l: Vec<BatchValues>,
     /// By auxiliary accelerations.
-    pub w: Vec<Lanes>,
+    pub w: Vec<BatchValues>,
 }
 
-impl Bars {
+impl AdjointState {
     /// Zeros.
     pub fn new(mechanism: &Mechanism<f64>) -> Self {
         let n = mechanism.coordinates.len();
-        let zeros = |count| vec![[0.0; LANES]; count];
+        let zeros = |count| vec![[0.0; BATCH]; count];
         Self { q: zeros(n), v: zeros(n), a: zeros(n), l: zeros(mechanism.multipliers), w: zeros(n) }
     }
 
@@ -43,7 +43,7 @@ impl Bars {
     pub fn clear(&mut self) {
         [&mut self.q, &mut self.v, &mut self.a, &mut self.l, &mut self.w]
             .into_iter()
-            .for_each(|x| x.fill([0.0; LANES]));
+            .for_each(|x| x.fill([0.0; BATCH]));
     }
 
     /// At the start auxiliary accelerations are accelerations.
@@ -68,8 +68,8 @@ impl Bars {
     }
 
     /// By the new acceleration of a free coordinate, at fixed equations.
-    pub fn by_acceleration(&self, scheme: &GeneralizedAlpha, h: f64, i: usize) -> Lanes {
-        let (position, velocity) = scheme.seeds(h);
+    pub fn by_acceleration(&self, scheme: &GeneralizedAlpha, h: f64, i: usize) -> BatchValues {
+        let (position, velocity) = scheme.newmark_coefficients(h);
         let mut bar = self.a[i];
         add(&mut bar, scheme.ratio(), &self.w[i]);
         add(&mut bar, position, &self.q[i]);
@@ -87,7 +87,7 @@ impl Bars {
 
     /// The same for a coordinate whose velocity and acceleration follow from its prescribed positions by the method's own
     /// formulas. Returns the derivative by the prescribed position.
-    pub fn prescribed_to(&self, before: &mut Self, scheme: &GeneralizedAlpha, h: f64, i: usize) -> Lanes {
+    pub fn prescribed_to(&self, before: &mut Self, scheme: &GeneralizedAlpha, h: f64, i: usize) -> BatchValues {
         let mut auxiliary = self.w[i];
         add(&mut auxiliary, h * scheme.gamma, &self.v[i]);
         add(&mut auxiliary, 1.0 / scheme.ratio(), &self.a[i]);
@@ -101,7 +101,15 @@ impl Bars {
     }
 
     /// The transpose of a step's explicit part: q₀ + h v₀ + h² (½ − β) w₀ and v₀ + h (1 − γ) w₀, and the history of w₁.
-    fn coast(&mut self, scheme: &GeneralizedAlpha, h: f64, i: usize, q: &Lanes, v: &Lanes, history: &Lanes) {
+    fn coast(
+        &mut self,
+        scheme: &GeneralizedAlpha,
+        h: f64,
+        i: usize,
+        q: &BatchValues,
+        v: &BatchValues,
+        history: &BatchValues,
+    ) {
         let [old, auxiliary] = scheme.history();
         add(&mut self.q[i], 1.0, q);
         add(&mut self.v[i], h, q);

@@ -4,15 +4,15 @@ use crate::Result;
 use crate::analyses::dynamics::{Dynamics, is_before};
 use crate::analyses::sampling::{Weights, interpolate};
 use crate::checkpointing::recording::Recording;
-use crate::checkpointing::reverse_playback::Rewind;
+use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::derivatives::activity::Dependence;
 use crate::derivatives::adjoint::Functional;
-use crate::derivatives::adjoint::adjoint_state::{Bars, LANES, Lanes};
-use crate::derivatives::adjoint::batch::{Lane, Products};
-use crate::derivatives::adjoint::replay_statistics::Spent;
+use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues};
+use crate::derivatives::adjoint::batch::{AdjointBatch, ElementProducts};
+use crate::derivatives::adjoint::replay_statistics::ReplayStatistics;
 use crate::diagnostics;
 use crate::integrators::generalized_alpha::Prescribed;
-use crate::integrators::time_stepper::Run;
+use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::Unknown;
@@ -21,23 +21,23 @@ use crate::system::state::State;
 
 /// All responses on their way back along a recorded motion.
 pub(crate) struct Backward<'m> {
-    pub lanes: Vec<Lane>,
+    pub batches: Vec<AdjointBatch>,
     mechanism: &'m Mechanism<f64>,
     recording: &'m Recording,
-    rewind: Rewind<'m, Run<'m>>,
+    rewind: ReversePlayback<'m, TimeStepper<'m>>,
     settings: &'m Dynamics,
     times: &'m [f64],
     /// For each time, the responses that it counts in: lane, output and weight.
-    wanted: Vec<Vec<(usize, usize, Lanes)>>,
+    wanted: Vec<Vec<(usize, usize, BatchValues)>>,
     dependence: &'m Dependence,
-    products: Products,
+    products: ElementProducts,
     pub system: System,
     rows: Vec<[f64; 1]>,
-    before: Vec<Bars>,
+    before: Vec<AdjointState>,
     old: State<f64>,
     new: State<f64>,
     between: State<f64>,
-    between_bars: Bars,
+    between_bars: AdjointState,
 }
 
 impl<'m> Backward<'m> {
@@ -50,20 +50,20 @@ impl<'m> Backward<'m> {
         functionals: &[Functional],
         dependence: &'m Dependence,
     ) -> Result<Self> {
-        let rewind = Rewind::new(&recording.log, || Run::new(mechanism, settings, times))?;
+        let rewind = ReversePlayback::new(&recording.log, || TimeStepper::new(mechanism, settings, times))?;
         let system = recording.system.clone();
         let state = || recording.start.clone();
-        let count = functionals.len().div_ceil(LANES);
+        let count = functionals.len().div_ceil(BATCH);
         Ok(Self {
-            lanes: vec![Lane::new(mechanism, system.size()); count],
-            before: vec![Bars::new(mechanism); count],
+            batches: vec![AdjointBatch::new(mechanism, system.size()); count],
+            before: vec![AdjointState::new(mechanism); count],
             wanted: by_time(functionals, times.len()),
-            products: Products::new(mechanism, dependence, &system, count),
+            products: ElementProducts::new(mechanism, dependence, &system, count),
             rows: vec![[0.0]; system.size()],
             old: state(),
             new: state(),
             between: state(),
-            between_bars: Bars::new(mechanism),
+            between_bars: AdjointState::new(mechanism),
             mechanism,
             recording,
             rewind,
@@ -102,8 +102,8 @@ impl<'m> Backward<'m> {
     }
 
     /// What the way back takes.
-    pub fn spent(&self) -> Spent {
-        Spent::of(self.recording.steps(), &self.rewind)
+    pub fn spent(&self) -> ReplayStatistics {
+        ReplayStatistics::of(self.recording.steps(), &self.rewind)
     }
 
     /// Takes in the outputs at time number `k`, which is in the current step.
@@ -112,37 +112,37 @@ impl<'m> Backward<'m> {
         let weights = Weights::of([self.old.t, self.new.t], t);
         interpolate(&self.old, &self.new, t, &mut self.between);
         for (number, output, weight) in &self.wanted[k] {
-            let (lane, before) = (&mut self.lanes[*number], &mut self.before[*number]);
-            std::mem::swap(&mut lane.now, &mut self.between_bars);
-            lane.output(self.mechanism, &self.between, *output, weight, &mut self.products.probe);
-            std::mem::swap(&mut lane.now, &mut self.between_bars);
-            self.between_bars.spread(weights, [before, &mut lane.now]);
+            let (batch, before) = (&mut self.batches[*number], &mut self.before[*number]);
+            std::mem::swap(&mut batch.now, &mut self.between_bars);
+            batch.output(self.mechanism, &self.between, *output, weight, &mut self.products.probe);
+            std::mem::swap(&mut batch.now, &mut self.between_bars);
+            self.between_bars.spread(weights, [before, &mut batch.now]);
             self.between_bars.clear();
         }
     }
 
     /// From the end of the step `h` to its beginning.
     fn back(&mut self, h: f64) -> Result<()> {
-        let (position, velocity) = self.settings.scheme.seeds(h);
+        let (position, velocity) = self.settings.scheme.newmark_coefficients(h);
         let how = Linearization::step(position, velocity);
         self.system.assemble(self.mechanism, &self.new, how, &mut self.rows);
         diagnostics::factorize(&mut self.system, self.mechanism, &self.new)?;
-        for lane in &mut self.lanes {
-            lane.solve(&mut self.system, |bars, unknown| match unknown {
+        for batch in &mut self.batches {
+            batch.solve(&mut self.system, |bars, unknown| match unknown {
                 Unknown::Coordinate(i) => bars.by_acceleration(&self.settings.scheme, h, i),
                 Unknown::Multiplier(m) => bars.l[m],
             });
         }
-        let mut lanes: Vec<&mut Lane> = self.lanes.iter_mut().collect();
-        self.products.pull(self.mechanism, &self.system, &self.new, how.closure, &mut lanes);
-        (0..self.lanes.len()).for_each(|lane| self.hand_on(lane, h));
+        let mut batches: Vec<&mut AdjointBatch> = self.batches.iter_mut().collect();
+        self.products.vjp(self.mechanism, &self.system, &self.new, how.constraint_scale, &mut batches);
+        (0..self.batches.len()).for_each(|batch| self.propagate_to_step_start(batch, h));
         Ok(())
     }
 
     /// From the end of the step `h` to its beginning, where the step's own formulas lead.
-    fn hand_on(&mut self, number: usize, h: f64) {
+    fn propagate_to_step_start(&mut self, number: usize, h: f64) {
         let Dynamics { scheme, prescribed, .. } = self.settings;
-        let (Lane { now, design, .. }, before) = (&mut self.lanes[number], &mut self.before[number]);
+        let (AdjointBatch { now, design, .. }, before) = (&mut self.batches[number], &mut self.before[number]);
         for (i, coordinate) in self.mechanism.coordinates.iter().enumerate() {
             if coordinate.motion.is_none() {
                 now.free_to(before, scheme, h, i);
@@ -161,13 +161,13 @@ impl<'m> Backward<'m> {
 }
 
 /// The responses' terms by time.
-pub(crate) fn by_time(functionals: &[Functional], times: usize) -> Vec<Vec<(usize, usize, Lanes)>> {
+pub(crate) fn by_time(functionals: &[Functional], times: usize) -> Vec<Vec<(usize, usize, BatchValues)>> {
     let mut wanted = vec![Vec::new(); times];
     for (f, functional) in functionals.iter().enumerate() {
         for term in &functional.terms {
-            let mut weight = [0.0; LANES];
-            weight[f % LANES] = term.weight;
-            wanted[term.point].push((f / LANES, term.output, weight));
+            let mut weight = [0.0; BATCH];
+            weight[f % BATCH] = term.weight;
+            wanted[term.point].push((f / BATCH, term.output, weight));
         }
     }
     wanted

@@ -1,28 +1,28 @@
 //! The discrete adjoint of a mechanism's motion by explicit steps.
 
 use crate::Result;
-use crate::analyses::dynamics::Origin;
-use crate::checkpointing::reverse_playback::Rewind;
-use crate::checkpointing::trajectory_store::Course;
+use crate::analyses::dynamics::InitialConfiguration;
+use crate::checkpointing::reverse_playback::ReversePlayback;
+use crate::checkpointing::trajectory_store::Checkpointable;
 use crate::derivatives::activity::Dependence;
-use crate::derivatives::adjoint::adjoint_state::{LANES, Lanes};
+use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
 use crate::derivatives::adjoint::backward::by_time;
-use crate::derivatives::adjoint::batch::{Lane, Products};
-use crate::derivatives::adjoint::initial_conditions::Settling;
-use crate::derivatives::adjoint::replay_statistics::Spent;
+use crate::derivatives::adjoint::batch::{AdjointBatch, ElementProducts};
+use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
+use crate::derivatives::adjoint::replay_statistics::ReplayStatistics;
 use crate::derivatives::adjoint::stages::{Stages, Way};
 use crate::derivatives::adjoint::{Functional, check, contract};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
-use crate::derivatives::forward::explicit::step_records::Visits;
+use crate::derivatives::forward::explicit::step_records::StageRecords;
 use crate::derivatives::seeding::build_sensitive;
-use crate::integrators::explicit::mechanism::{MechanismFlow, SAMPLE};
-use crate::integrators::explicit::ode_driver::March;
+use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE};
+use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::recording::ExplicitRecording;
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::simulation::simulate_with_recording;
 use crate::integrators::explicit::simulation::{sample, start};
-use crate::integrators::explicit::stepper::Flow;
-use crate::mechanism::{Mechanism, Model};
+use crate::integrators::explicit::stepper::OdeRhs;
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use nalgebra::DMatrix;
 
 /// Simulates `model` at the design `b` by explicit steps and differentiates `responses` of its outputs at `times`, a row
@@ -33,7 +33,7 @@ use nalgebra::DMatrix;
 /// with the transposed matrix of each, and so are the projection at its end and the states inside it.
 ///
 /// **Errors.** As there, and [`crate::Error::Definition`] if a response has a term that there is not.
-pub fn differentiate_explicitly_backwards<M: Model>(
+pub fn differentiate_explicitly_backwards<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Explicit,
@@ -47,27 +47,27 @@ pub fn differentiate_explicitly_backwards<M: Model>(
 ///
 /// **Errors.** As [`differentiate_explicitly_backwards`], and [`crate::Error::Definition`] if the memory does not hold four
 /// check-points.
-pub fn differentiate_explicitly_backwards_within<M: Model>(
+pub fn differentiate_explicitly_backwards_within<M: ParametricMechanism>(
     memory: usize,
     model: &M,
     b: &[f64],
     settings: &Explicit,
     times: &[f64],
     responses: &[Functional],
-) -> Result<(DMatrix<f64>, Spent)> {
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     let (_, recording) = simulate_with_recording(&model.build(b)?, settings, times, memory)?;
     differentiate_explicit_recording_backwards(model, b, settings, times, responses, &recording)
 }
 
 /// The same at the steps of a recording of `model` at `b`.
-pub fn differentiate_explicit_recording_backwards<M: Model>(
+pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Explicit,
     times: &[f64],
     responses: &[Functional],
     recording: &ExplicitRecording,
-) -> Result<(DMatrix<f64>, Spent)> {
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     let mechanism = model.build(b)?;
     check(responses, mechanism.outputs.len(), times.len())?;
     let sensitive = build_sensitive(model, b, &mechanism)?;
@@ -75,32 +75,32 @@ pub fn differentiate_explicit_recording_backwards<M: Model>(
     let mut backward = Backward::new(&mechanism, &dependence, settings, times, responses, recording)?;
     backward.run()?;
     let Backward { ways, rewind, .. } = backward;
-    let spent = Spent::of(recording.log.steps(), &rewind);
-    let (mut lanes, mut system): (Vec<Lane>, _) =
-        (ways.into_iter().map(|way| way.lane).collect(), recording.system.clone());
-    let (mut all, begin): (Vec<&mut Lane>, _) = (lanes.iter_mut().collect(), &recording.start);
-    Settling::new(&mechanism, &dependence, &system).back(
+    let spent = ReplayStatistics::of(recording.log.steps(), &rewind);
+    let (mut batches, mut system): (Vec<AdjointBatch>, _) =
+        (ways.into_iter().map(|way| way.batch).collect(), recording.system.clone());
+    let (mut all, begin): (Vec<&mut AdjointBatch>, _) = (batches.iter_mut().collect(), &recording.start);
+    InitialConditionAdjoint::new(&mechanism, &dependence, &system).back(
         &mut system,
         &begin.state,
         &begin.projection,
         false,
-        Origin::Built,
+        InitialConfiguration::Built,
         &mut all,
     )?;
-    Ok((contract(&lanes, &sensitive, responses.len(), b.len()), spent))
+    Ok((contract(&batches, &sensitive, responses.len(), b.len()), spent))
 }
 
 /// All responses on their way back.
 struct Backward<'m> {
     ways: Vec<Way>,
-    rewind: Rewind<'m, March<MechanismFlow<'m>>>,
+    rewind: ReversePlayback<'m, OdeDriver<MechanismRhs<'m>>>,
     recording: &'m ExplicitRecording,
     /// Takes every step once more, and remembers its stages.
-    march: March<MechanismFlow<'m>>,
+    march: OdeDriver<MechanismRhs<'m>>,
     stages: Stages<'m>,
     times: &'m [f64],
     /// For each time, the responses that it counts in: lane, output and weight.
-    wanted: Vec<Vec<(usize, usize, Lanes)>>,
+    wanted: Vec<Vec<(usize, usize, BatchValues)>>,
     /// Number of `times` that are still to come.
     left: usize,
     between: Vec<f64>,
@@ -115,24 +115,24 @@ impl<'m> Backward<'m> {
         responses: &[Functional],
         recording: &'m ExplicitRecording,
     ) -> Result<Self> {
-        let rewind = Rewind::new(&recording.log, || Ok(start(mechanism, settings, times, false)?.0))?;
+        let rewind = ReversePlayback::new(&recording.log, || Ok(start(mechanism, settings, times, false)?.0))?;
         let (march, begin) = start(mechanism, settings, times, true)?;
         let system = &march.stepper.flow.system;
-        let (linearizer, lanes) = (Linearizer::new(mechanism, dependence, system), responses.len().div_ceil(LANES));
+        let (linearizer, batches) = (Linearizer::new(mechanism, dependence, system), responses.len().div_ceil(BATCH));
         let stages = Stages {
             mechanism,
             dependence,
             method: march.stepper.method,
-            visits: Visits::new(&linearizer, &begin.state),
-            sources: vec![[0.0; LANES]; linearizer.sources()],
+            visits: StageRecords::new(&linearizer, &begin.state),
+            sources: vec![[0.0; BATCH]; linearizer.sources()],
             linearizer,
             unknowns: system.unknowns().to_vec(),
-            products: Products::new(mechanism, dependence, system, lanes),
+            products: ElementProducts::new(mechanism, dependence, system, batches),
             h: 0.0,
         };
         let wanted = by_time(responses, times.len());
         let left = wanted.iter().rposition(|wanted| !wanted.is_empty()).map_or(0, |last| last + 1);
-        let ways = (0..lanes).map(|_| Way::new(mechanism, &stages)).collect();
+        let ways = (0..batches).map(|_| Way::new(mechanism, &stages)).collect();
         let between = march.stepper.old.clone();
         Ok(Self { ways, rewind, recording, march, stages, times, wanted, left, between })
     }
@@ -153,7 +153,7 @@ impl<'m> Backward<'m> {
         self.march.stepper.put(&first, false);
         self.stages.h = 0.0;
         self.sample_all(0)?;
-        let March { stepper, scratch, .. } = &mut self.march;
+        let OdeDriver { stepper, scratch, .. } = &mut self.march;
         scratch.resize(stepper.old.len(), 0.0);
         stepper.flow.rates(0, stepper.t[0], &stepper.old, scratch)?;
         self.with_tape(|ways, stages| {

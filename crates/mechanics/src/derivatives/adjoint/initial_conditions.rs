@@ -1,12 +1,12 @@
 //! The transposes of what puts a mechanism in a consistent state: positions, velocities, accelerations.
 
 use crate::Result;
-use crate::analyses::dynamics::Origin;
+use crate::analyses::dynamics::InitialConfiguration;
 use crate::derivatives::activity::Dependence;
-use crate::derivatives::adjoint::adjoint_state::{Bars, LANES, Lanes};
-use crate::derivatives::adjoint::batch::{Lane, Products};
+use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues};
+use crate::derivatives::adjoint::batch::{AdjointBatch, ElementProducts};
 use crate::derivatives::forward::explicit::entries::Entries;
-use crate::derivatives::forward::explicit::linearize::{Closure, Linearizer, Rooms};
+use crate::derivatives::forward::explicit::linearize::{ConstraintDerivative, ElementWorkspaces, Linearizer};
 use crate::derivatives::forward::initial_conditions::at_rest;
 use crate::initial_conditions::Projection;
 use crate::mechanism::Mechanism;
@@ -24,28 +24,28 @@ use crate::system::state::State;
 ///
 /// where q_b and v_b are those that the mechanism was built with. With the transposed matrices ψ of the last comes first:
 /// it adds to the derivatives by velocities and positions, ψ of the velocities to those by positions.
-pub(crate) struct Settling<'m> {
+pub(crate) struct InitialConditionAdjoint<'m> {
     mechanism: &'m Mechanism<f64>,
     dependence: &'m Dependence,
     linearizer: Linearizer,
     entries: Entries,
-    rooms: Rooms,
+    workspaces: ElementWorkspaces,
     unknowns: Vec<Unknown>,
     rows: Vec<[f64; 1]>,
     /// By each variable of the entries.
-    sources: Vec<Lanes>,
+    sources: Vec<BatchValues>,
     at: State<f64>,
 }
 
-impl<'m> Settling<'m> {
+impl<'m> InitialConditionAdjoint<'m> {
     /// For `mechanism` with the equations `system`.
     pub fn new(mechanism: &'m Mechanism<f64>, dependence: &'m Dependence, system: &System) -> Self {
         let linearizer = Linearizer::new(mechanism, dependence, system);
         Self {
             entries: linearizer.entries(),
-            sources: vec![[0.0; LANES]; linearizer.sources()],
+            sources: vec![[0.0; BATCH]; linearizer.sources()],
             linearizer,
-            rooms: Rooms::default(),
+            workspaces: ElementWorkspaces::default(),
             unknowns: system.unknowns().to_vec(),
             rows: vec![[0.0]; system.size()],
             at: State::built(mechanism, 0.0),
@@ -63,34 +63,41 @@ impl<'m> Settling<'m> {
         values: &State<f64>,
         projection: &Projection,
         solved: bool,
-        origin: Origin,
-        lanes: &mut [&mut Lane],
+        origin: InitialConfiguration,
+        batches: &mut [&mut AdjointBatch],
     ) -> Result<()> {
         if solved {
-            self.accelerations(system, values, lanes)?;
+            self.accelerations(system, values, batches)?;
         }
         if self.mechanism.multipliers > 0 {
-            self.velocities(system, values, projection, lanes)?;
+            self.velocities(system, values, projection, batches)?;
         }
         match origin {
-            Origin::Equilibrium(_) => self.equilibrium(system, values, projection, lanes)?,
-            Origin::Built if self.mechanism.multipliers > 0 => self.positions(system, values, projection, lanes)?,
-            Origin::Built => {}
+            InitialConfiguration::Equilibrium(_) => self.equilibrium(system, values, projection, batches)?,
+            InitialConfiguration::Built if self.mechanism.multipliers > 0 => {
+                self.positions(system, values, projection, batches)?
+            }
+            InitialConfiguration::Built => {}
         }
-        for lane in lanes {
-            lane.take_motions(self.mechanism, self.dependence, values.t);
+        for batch in batches {
+            batch.take_motions(self.mechanism, self.dependence, values.t);
         }
         Ok(())
     }
 
-    fn accelerations(&mut self, system: &mut System, values: &State<f64>, lanes: &mut [&mut Lane]) -> Result<()> {
+    fn accelerations(
+        &mut self,
+        system: &mut System,
+        values: &State<f64>,
+        batches: &mut [&mut AdjointBatch],
+    ) -> Result<()> {
         self.at.copy_from(values);
         self.at.l.fill(0.0);
         self.factorize(system, Linearization::accelerations())?;
-        self.linearizer.accelerations(self.mechanism, values, &mut self.rooms, &mut self.entries);
-        for lane in lanes {
-            lane.solve_accelerations(&self.unknowns, system.factor());
-            lane.pull(&self.entries, &self.linearizer, &mut self.sources);
+        self.linearizer.accelerations(self.mechanism, values, &mut self.workspaces, &mut self.entries);
+        for batch in batches {
+            batch.solve_accelerations(&self.unknowns, system.factor());
+            batch.vjp(&self.entries, &self.linearizer, &mut self.sources);
         }
         Ok(())
     }
@@ -100,15 +107,15 @@ impl<'m> Settling<'m> {
         system: &mut System,
         values: &State<f64>,
         projection: &Projection,
-        lanes: &mut [&mut Lane],
+        batches: &mut [&mut AdjointBatch],
     ) -> Result<()> {
         self.at.copy_from(values);
         self.at.l.fill(0.0);
         self.factorize(system, Linearization::projection())?;
         self.at.l.copy_from_slice(&projection.velocity);
-        self.closures(Closure::Rates);
-        for lane in lanes {
-            self.project(system, lane, |bars| &mut bars.v);
+        self.num_constraints(ConstraintDerivative::Rates);
+        for batch in batches {
+            self.project(system, batch, |bars| &mut bars.v);
         }
         Ok(())
     }
@@ -118,15 +125,15 @@ impl<'m> Settling<'m> {
         system: &mut System,
         values: &State<f64>,
         projection: &Projection,
-        lanes: &mut [&mut Lane],
+        batches: &mut [&mut AdjointBatch],
     ) -> Result<()> {
         self.at.copy_from(values);
         self.at.a.fill(0.0);
         self.at.l.copy_from_slice(&projection.position);
         self.factorize(system, Linearization::projection())?;
-        self.closures(Closure::Positions);
-        for lane in lanes {
-            self.project(system, lane, |bars| &mut bars.q);
+        self.num_constraints(ConstraintDerivative::Positions);
+        for batch in batches {
+            self.project(system, batch, |bars| &mut bars.q);
         }
         Ok(())
     }
@@ -137,25 +144,25 @@ impl<'m> Settling<'m> {
         system: &mut System,
         values: &State<f64>,
         projection: &Projection,
-        lanes: &mut [&mut Lane],
+        batches: &mut [&mut AdjointBatch],
     ) -> Result<()> {
         self.at.copy_from(&at_rest(values, projection));
         self.factorize(system, Linearization::statics())?;
-        for lane in lanes.iter_mut() {
-            let positions = lane.now.q.clone();
-            lane.solve_free(&self.unknowns, system.factor(), &positions);
+        for batch in batches.iter_mut() {
+            let positions = batch.now.q.clone();
+            batch.solve_free(&self.unknowns, system.factor(), &positions);
             for unknown in &self.unknowns {
                 if let Unknown::Coordinate(i) = *unknown {
-                    lane.now.q[i] = [0.0; LANES];
+                    batch.now.q[i] = [0.0; BATCH];
                 }
             }
         }
-        Products::at_rest(self.mechanism, self.dependence, system, lanes.len()).pull(
+        ElementProducts::at_rest(self.mechanism, self.dependence, system, batches.len()).vjp(
             self.mechanism,
             system,
             &self.at,
             1.0,
-            lanes,
+            batches,
         );
         Ok(())
     }
@@ -165,20 +172,25 @@ impl<'m> Settling<'m> {
         system.factorize(self.mechanism, self.at.t)
     }
 
-    fn closures(&mut self, closure: Closure) {
+    fn num_constraints(&mut self, constraint: ConstraintDerivative) {
         self.entries.clear();
-        self.linearizer.closures(self.mechanism, &self.at, closure, &mut self.rooms, &mut self.entries);
+        self.linearizer.num_constraints(self.mechanism, &self.at, constraint, &mut self.workspaces, &mut self.entries);
     }
 
     /// From what was projected to the nearest that the constraints allow, to what it was before.
-    fn project(&mut self, system: &mut System, lane: &mut Lane, which: impl Fn(&mut Bars) -> &mut Vec<Lanes>) {
-        let projected = std::mem::take(which(&mut lane.now));
-        lane.solve_free(&self.unknowns, system.factor(), &projected);
-        *which(&mut lane.now) = projected;
-        lane.pull(&self.entries, &self.linearizer, &mut self.sources);
-        for (psi, unknown) in lane.multipliers.iter().zip(system.unknowns()) {
+    fn project(
+        &mut self,
+        system: &mut System,
+        batch: &mut AdjointBatch,
+        which: impl Fn(&mut AdjointState) -> &mut Vec<BatchValues>,
+    ) {
+        let projected = std::mem::take(which(&mut batch.now));
+        batch.solve_free(&self.unknowns, system.factor(), &projected);
+        *which(&mut batch.now) = projected;
+        batch.vjp(&self.entries, &self.linearizer, &mut self.sources);
+        for (psi, unknown) in batch.multipliers.iter().zip(system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown {
-                which(&mut lane.now)[i] = psi.map(|x| -x);
+                which(&mut batch.now)[i] = psi.map(|x| -x);
             }
         }
     }

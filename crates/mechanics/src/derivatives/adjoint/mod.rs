@@ -19,7 +19,7 @@
 //! | `design` | p̄, and from there to the design variables |
 //! | `explicit` | the motion of a mechanism by explicit steps |
 //! | `instants` | equilibria, and kinematics with inverse dynamics |
-//! | `lane` | the responses on their way, and ψᵀ ∂F for all elements |
+//! | `batch` | the responses on their way, and ψᵀ ∂F for all elements |
 //! | `local` | weighted rows of one element, differentiated by its variables |
 //! | `outputs` | outputs differentiated by the state |
 //! | `settle` | the transposes of assembly, consistent velocities and accelerations |
@@ -44,21 +44,21 @@ use crate::checkpointing::recording::Recording;
 use crate::derivatives::activity::Dependence;
 use crate::derivatives::seeding::build_sensitive;
 use crate::events::impact;
-use crate::mechanism::scalars::Sensitive;
-use crate::mechanism::{Mechanism, Model};
+use crate::mechanism::scalars::Dual8;
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::{Error, Result};
-use adjoint_state::LANES;
+use adjoint_state::BATCH;
 use autodiff::WIDTH;
 use backward::Backward;
-use batch::Lane;
+use batch::AdjointBatch;
 pub use explicit::differentiate_explicit_recording_backwards;
 pub use explicit::differentiate_explicitly_backwards;
 pub use explicit::differentiate_explicitly_backwards_within;
-use initial_conditions::Settling;
+use initial_conditions::InitialConditionAdjoint;
 pub use instants::differentiate_equilibria_backwards;
 pub use instants::differentiate_kinematics_backwards;
 use nalgebra::DMatrix;
-pub use replay_statistics::Spent;
+pub use replay_statistics::ReplayStatistics;
 
 /// One output at one time point, with a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +102,7 @@ impl Functional {
 ///
 /// **Errors.** As [`differentiate`](crate::derivatives::forward::dynamics::differentiate), and [`Error::Definition`] if a response has a term that there
 /// is not.
-pub fn differentiate_backwards<M: Model>(
+pub fn differentiate_backwards<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
@@ -118,27 +118,27 @@ pub fn differentiate_backwards<M: Model>(
 /// same bits. A memory for the square root of all steps costs one more analysis.
 ///
 /// **Errors.** As [`differentiate_backwards`], and [`Error::Definition`] if the memory does not hold four check-points.
-pub fn differentiate_backwards_within<M: Model>(
+pub fn differentiate_backwards_within<M: ParametricMechanism>(
     memory: usize,
     model: &M,
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
     responses: &[Functional],
-) -> Result<(DMatrix<f64>, Spent)> {
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     let (_, recording) = simulate_recorded(&model.build(b)?, settings, times, memory)?;
     differentiate_recording_backwards(model, b, settings, times, responses, &recording)
 }
 
 /// The same at the steps of a recording of `model` at `b`.
-pub fn differentiate_recording_backwards<M: Model>(
+pub fn differentiate_recording_backwards<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
     responses: &[Functional],
     recording: &Recording,
-) -> Result<(DMatrix<f64>, Spent)> {
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     let mechanism = model.build(b)?;
     impact::refuse(&mechanism, "adjoint derivatives")?;
     check(responses, mechanism.outputs.len(), times.len())?;
@@ -147,21 +147,28 @@ pub fn differentiate_recording_backwards<M: Model>(
     let mut backward = Backward::new(&mechanism, recording, settings, times, responses, &dependence)?;
     backward.run()?;
     let spent = backward.spent();
-    let Backward { mut lanes, mut system, .. } = backward;
-    let mut settling = Settling::new(&mechanism, &dependence, &system);
+    let Backward { mut batches, mut system, .. } = backward;
+    let mut initial_conditions = InitialConditionAdjoint::new(&mechanism, &dependence, &system);
     let consistent = settings.initial == InitialAcceleration::Consistent;
-    let mut all: Vec<&mut Lane> = lanes.iter_mut().collect();
-    all.iter_mut().for_each(|lane| lane.now.join());
-    settling.back(&mut system, &recording.start, &recording.projection, consistent, settings.origin, &mut all)?;
-    Ok((contract(&lanes, &sensitive, responses.len(), b.len()), spent))
+    let mut all: Vec<&mut AdjointBatch> = batches.iter_mut().collect();
+    all.iter_mut().for_each(|batch| batch.now.join());
+    initial_conditions.back(
+        &mut system,
+        &recording.start,
+        &recording.projection,
+        consistent,
+        settings.origin,
+        &mut all,
+    )?;
+    Ok((contract(&batches, &sensitive, responses.len(), b.len()), spent))
 }
 
 /// The responses' derivatives with respect to the design, from those with respect to what depends on it.
-fn contract(lanes: &[Lane], chunks: &[Mechanism<Sensitive>], responses: usize, variables: usize) -> DMatrix<f64> {
+fn contract(batches: &[AdjointBatch], chunks: &[Mechanism<Dual8>], responses: usize, variables: usize) -> DMatrix<f64> {
     let mut rows = DMatrix::zeros(responses, variables);
     for (c, chunk) in chunks.iter().enumerate() {
-        for (k, lane) in lanes.iter().enumerate() {
-            lane.design.contract(chunk, &lane.now, &mut rows, [k * LANES, c * WIDTH]);
+        for (k, batch) in batches.iter().enumerate() {
+            batch.design.contract(chunk, &batch.now, &mut rows, [k * BATCH, c * WIDTH]);
         }
     }
     rows

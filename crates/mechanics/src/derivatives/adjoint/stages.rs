@@ -1,11 +1,11 @@
 //! One explicit step backwards: its stages, its projection, and the states inside it.
 
 use crate::derivatives::activity::Dependence;
-use crate::derivatives::adjoint::adjoint_state::{LANES, Lanes, add};
-use crate::derivatives::adjoint::batch::{Lane, Products};
+use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues, add};
+use crate::derivatives::adjoint::batch::{AdjointBatch, ElementProducts};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
-use crate::derivatives::forward::explicit::step_records::Visits;
-use crate::integrators::explicit::mechanism::{SAMPLE, Tape};
+use crate::derivatives::forward::explicit::step_records::StageRecords;
+use crate::integrators::explicit::mechanism::{SAMPLE, StepRecord};
 use crate::integrators::explicit::tableau::DenseWeights;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::mechanism::Mechanism;
@@ -17,16 +17,16 @@ pub(crate) struct Stages<'m> {
     pub dependence: &'m Dependence,
     pub method: &'static Tableau,
     pub linearizer: Linearizer,
-    pub visits: Visits,
+    pub visits: StageRecords,
     pub unknowns: Vec<Unknown>,
-    pub products: Products,
+    pub products: ElementProducts,
     /// By each variable of the entries.
-    pub sources: Vec<Lanes>,
+    pub sources: Vec<BatchValues>,
     /// Length of the step in s.
     pub h: f64,
 }
 
-/// Up to [`LANES`] responses on their way back through a step.
+/// Up to [`BATCH`] responses on their way back through a step.
 ///
 /// With k = f(Y) at the states Y = y₀ + h Σ a k of the stages and y₁ = P(Y_e), from the last stage to the first
 ///
@@ -35,21 +35,21 @@ pub(crate) struct Stages<'m> {
 ///
 /// **Source.** Hager, *Numer. Math.* 87 (2000) 247–282; Sandu, *Lect. Notes Comput. Sci.* 3994 (2006) 550–557.
 pub(crate) struct Way {
-    pub lane: Lane,
+    pub batch: AdjointBatch,
     /// By the state at the end of the step, positions and then velocities.
-    end: Vec<Lanes>,
+    end: Vec<BatchValues>,
     /// By the state at its beginning.
-    begin: Vec<Lanes>,
+    begin: Vec<BatchValues>,
     /// By the rates of each slot.
-    rates: Vec<Vec<Lanes>>,
+    rates: Vec<Vec<BatchValues>>,
 }
 
 impl Way {
     /// At the end of the motion.
     pub fn new(mechanism: &Mechanism<f64>, stages: &Stages<'_>) -> Self {
-        let zeros = vec![[0.0; LANES]; 2 * mechanism.coordinates.len()];
+        let zeros = vec![[0.0; BATCH]; 2 * mechanism.coordinates.len()];
         Self {
-            lane: Lane::new(mechanism, stages.unknowns.len()),
+            batch: AdjointBatch::new(mechanism, stages.unknowns.len()),
             rates: vec![zeros.clone(); stages.method.slots()],
             begin: zeros.clone(),
             end: zeros,
@@ -61,21 +61,21 @@ impl Way {
     pub fn sample<'w>(
         &mut self,
         stages: &mut Stages<'_>,
-        wanted: impl Iterator<Item = (usize, &'w Lanes)>,
+        wanted: impl Iterator<Item = (usize, &'w BatchValues)>,
         dense: Option<DenseWeights>,
     ) {
-        self.lane.now.clear();
+        self.batch.now.clear();
         let visits = stages.visits.tape();
         for (output, weight) in wanted {
             let state = &visits.visits[SAMPLE].state;
-            self.lane.output(stages.mechanism, state, output, weight, &mut stages.products.probe);
+            self.batch.output(stages.mechanism, state, output, weight, &mut stages.products.probe);
         }
         self.visit_back(stages, SAMPLE);
-        let Some(weights) = dense else { return self.lane.add_state(1.0, &mut self.end) };
-        self.lane.add_state(1.0 - weights.change, &mut self.begin);
-        self.lane.add_state(weights.change, &mut self.end);
+        let Some(weights) = dense else { return self.batch.add_state(1.0, &mut self.end) };
+        self.batch.add_state(1.0 - weights.change, &mut self.begin);
+        self.batch.add_state(weights.change, &mut self.end);
         for (rates, weight) in self.rates.iter_mut().zip(weights.slots).filter(|(_, weight)| *weight != 0.0) {
-            self.lane.add_state(stages.h * weight, rates);
+            self.batch.add_state(stages.h * weight, rates);
         }
     }
 
@@ -86,38 +86,39 @@ impl Way {
             (end + 1..method.slots()).rev().for_each(|slot| self.stage_back(stages, slot));
         }
         self.rates_back(stages, end, end);
-        self.lane.add_state(1.0, &mut self.end);
+        self.batch.add_state(1.0, &mut self.end);
         self.project_back(stages);
-        self.hand_on(stages, end, &self.end.clone());
+        self.propagate_to_step_start(stages, end, &self.end.clone());
         (1..end).rev().for_each(|slot| self.stage_back(stages, slot));
         std::mem::swap(&mut self.begin, &mut self.end);
-        self.begin.fill([0.0; LANES]);
+        self.begin.fill([0.0; BATCH]);
         self.rates.swap(0, end);
-        self.rates.iter_mut().enumerate().filter(|(slot, _)| *slot != end).for_each(|(_, r)| r.fill([0.0; LANES]));
+        self.rates.iter_mut().enumerate().filter(|(slot, _)| *slot != end).for_each(|(_, r)| r.fill([0.0; BATCH]));
     }
 
     /// At the start of the motion: what is left are derivatives by positions and velocities there.
     pub fn finish(&mut self, stages: &mut Stages<'_>) {
         self.rates_back(stages, stages.method.end, 0);
-        self.lane.add_state(1.0, &mut self.end);
-        self.lane.now.clear();
+        self.batch.add_state(1.0, &mut self.end);
+        self.batch.now.clear();
         let n = self.end.len() / 2;
-        self.lane.now.q.copy_from_slice(&self.end[..n]);
-        self.lane.now.v.copy_from_slice(&self.end[n..]);
+        self.batch.now.q.copy_from_slice(&self.end[..n]);
+        self.batch.now.v.copy_from_slice(&self.end[n..]);
     }
 
     fn stage_back(&mut self, stages: &mut Stages<'_>, slot: usize) {
         self.rates_back(stages, slot, slot);
-        let Self { lane, begin, rates, .. } = self;
-        lane.add_state(1.0, begin);
+        let Self { batch, begin, rates, .. } = self;
+        batch.add_state(1.0, begin);
         for &(j, weight) in stages.method.stages[slot] {
-            lane.add_state(stages.h * weight, &mut rates[j]);
+            batch.add_state(stages.h * weight, &mut rates[j]);
         }
     }
 
     /// The derivatives `bars` by the state at which `slot` is evaluated, handed on to what it is combined from.
-    fn hand_on(&mut self, stages: &Stages<'_>, slot: usize, bars: &[Lanes]) {
-        let hand = |to: &mut [Lanes], factor: f64| to.iter_mut().zip(bars).for_each(|(to, bar)| add(to, factor, bar));
+    fn propagate_to_step_start(&mut self, stages: &Stages<'_>, slot: usize, bars: &[BatchValues]) {
+        let hand =
+            |to: &mut [BatchValues], factor: f64| to.iter_mut().zip(bars).for_each(|(to, bar)| add(to, factor, bar));
         hand(&mut self.begin, 1.0);
         for &(j, weight) in stages.method.stages[slot] {
             hand(&mut self.rates[j], stages.h * weight);
@@ -126,7 +127,7 @@ impl Way {
 
     /// From the rates in a slot to the state that was visited for them, which the lane then has.
     fn rates_back(&mut self, stages: &mut Stages<'_>, rates: usize, visit: usize) {
-        let (now, bars) = (&mut self.lane.now, &self.rates[rates]);
+        let (now, bars) = (&mut self.batch.now, &self.rates[rates]);
         let n = now.q.len();
         now.clear();
         for unknown in &stages.unknowns {
@@ -141,9 +142,9 @@ impl Way {
     fn visit_back(&mut self, stages: &mut Stages<'_>, slot: usize) {
         let Stages { visits, linearizer, sources, unknowns, .. } = stages;
         let visit = &mut tape(&mut visits.tape).visits[slot];
-        self.lane.solve_accelerations(unknowns, &mut visit.factor);
-        self.lane.pull(&visits.entries[slot], linearizer, sources);
-        self.lane.take_motions(stages.mechanism, stages.dependence, visit.state.t);
+        self.batch.solve_accelerations(unknowns, &mut visit.factor);
+        self.batch.vjp(&visits.entries[slot], linearizer, sources);
+        self.batch.take_motions(stages.mechanism, stages.dependence, visit.state.t);
     }
 
     /// From the projected state to the one before.
@@ -152,33 +153,33 @@ impl Way {
         if visits.is_free {
             return;
         }
-        let (lane, n) = (&mut self.lane, self.end.len() / 2);
+        let (batch, n) = (&mut self.batch, self.end.len() / 2);
         let projected = &mut tape(&mut visits.tape).projected;
-        let [positions, closures, corrections] = &visits.projections;
-        lane.now.clear();
-        lane.now.q.copy_from_slice(&self.end[..n]);
-        lane.solve_free(unknowns, &mut projected.factor, &self.end[n..]);
-        lane.pull(closures, linearizer, sources);
-        let by_positions = lane.now.q.clone();
-        lane.pull(corrections, linearizer, sources);
-        let velocities = std::mem::replace(&mut lane.now.v, vec![[0.0; LANES]; n]);
-        lane.solve_free(unknowns, &mut projected.factor, &by_positions);
-        lane.pull(positions, linearizer, sources);
-        lane.now.v.iter_mut().zip(&velocities).for_each(|(to, bar)| add(to, 1.0, bar));
-        lane.take_motions(stages.mechanism, stages.dependence, projected.before.t);
-        let Self { lane, end, .. } = self;
-        end[..n].fill([0.0; LANES]);
-        lane.add_state(1.0, end);
+        let [positions, num_constraints, corrections] = &visits.projections;
+        batch.now.clear();
+        batch.now.q.copy_from_slice(&self.end[..n]);
+        batch.solve_free(unknowns, &mut projected.factor, &self.end[n..]);
+        batch.vjp(num_constraints, linearizer, sources);
+        let by_positions = batch.now.q.clone();
+        batch.vjp(corrections, linearizer, sources);
+        let velocities = std::mem::replace(&mut batch.now.v, vec![[0.0; BATCH]; n]);
+        batch.solve_free(unknowns, &mut projected.factor, &by_positions);
+        batch.vjp(positions, linearizer, sources);
+        batch.now.v.iter_mut().zip(&velocities).for_each(|(to, bar)| add(to, 1.0, bar));
+        batch.take_motions(stages.mechanism, stages.dependence, projected.before.t);
+        let Self { batch, end, .. } = self;
+        end[..n].fill([0.0; BATCH]);
+        batch.add_state(1.0, end);
     }
 }
 
-fn tape(tape: &mut Option<Tape>) -> &mut Tape {
+fn tape(tape: &mut Option<StepRecord>) -> &mut StepRecord {
     tape.as_mut().expect("the tape is here while derivatives go back")
 }
 
-impl Lane {
+impl AdjointBatch {
     /// Adds `factor` times the derivatives by positions and velocities to those by a state or its rates.
-    fn add_state(&self, factor: f64, to: &mut [Lanes]) {
+    fn add_state(&self, factor: f64, to: &mut [BatchValues]) {
         self.now.q.iter().chain(&self.now.v).zip(to).for_each(|(bar, to)| add(to, factor, bar));
     }
 }

@@ -3,13 +3,13 @@
 use crate::Result;
 use crate::analyses::dynamics::Dynamics;
 use crate::checkpointing::recording::Recording;
-use crate::derivatives::forward::forward_sensitivity::Companion;
-use crate::derivatives::forward::step_block::{Follow, Source, Stretch};
+use crate::derivatives::forward::forward_sensitivity::ForwardSensitivity;
+use crate::derivatives::forward::step_block::{StepBlock, StepConsumer, StepSource};
 use crate::derivatives::history::{Record, SensitiveHistory};
 use crate::derivatives::seeding::build_sensitive;
-use crate::integrators::time_stepper::Run;
-use crate::mechanism::scalars::{Carrier, Jet, Number};
-use crate::mechanism::{Mechanism, Model};
+use crate::integrators::time_stepper::TimeStepper;
+use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use autodiff::WIDTH;
 use rayon::prelude::*;
 
@@ -28,11 +28,16 @@ use rayon::prelude::*;
 ///
 /// **Source.** Haug, Wehage & Mani, *J. Mech. Trans. Autom. Des.* 106 (1984) 156–162, for the method; the paper's
 /// equations (22) to (25).
-pub fn differentiate<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times: &[f64]) -> Result<SensitiveHistory> {
+pub fn differentiate<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+) -> Result<SensitiveHistory> {
     let mechanism = model.build(b)?;
-    let run = Run::new(&mechanism, settings, times)?;
+    let run = TimeStepper::new(&mechanism, settings, times)?;
     let record = Record::new(&mechanism, b.len(), times);
-    let mut source = Source::running(run, record, settings, times)?;
+    let mut source = StepSource::running(run, record, settings, times)?;
     let slopes = follow(model, b, settings, times, &mut source)?;
     let (mut record, work) = source.finish().expect("it was simulated");
     slopes.enter(&mut record, times.len());
@@ -40,7 +45,7 @@ pub fn differentiate<M: Model>(model: &M, b: &[f64], settings: &Dynamics, times:
 }
 
 /// The derivatives at the steps of a recording of `model` at `b`, which reaches the last of `times`: nothing is iterated.
-pub fn differentiate_recorded<M: Model>(
+pub fn differentiate_recorded<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
@@ -48,7 +53,7 @@ pub fn differentiate_recorded<M: Model>(
     recording: &Recording,
 ) -> Result<Slopes> {
     let mechanism = model.build(b)?;
-    follow(model, b, settings, times, &mut Source::recorded(&mechanism, recording, settings, times))
+    follow(model, b, settings, times, &mut StepSource::recorded(&mechanism, recording, settings, times))
 }
 
 /// Derivatives of all outputs at all times.
@@ -79,12 +84,12 @@ impl Slopes {
 }
 
 /// In numbers that are not much wider than the design.
-fn follow<M: Model>(
+fn follow<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
-    source: &mut Source<'_>,
+    source: &mut StepSource<'_>,
 ) -> Result<Slopes> {
     let (mechanism, narrow) = (source.mechanism, b.len() <= 4);
     let chunks = match narrow {
@@ -96,26 +101,26 @@ fn follow<M: Model>(
 
 /// To the end of the motion with mechanisms that carry `L` derivatives each. For each of them the derivatives of the
 /// outputs, by time, output and number.
-pub(crate) fn follow_all<T: Carrier<L>, const L: usize>(
+pub(crate) fn follow_all<T: DerivativeScalar<L>, const L: usize>(
     carriers: &[Mechanism<T>],
     settings: &Dynamics,
     times: &[f64],
-    source: &mut Source<'_>,
+    source: &mut StepSource<'_>,
 ) -> Result<Vec<Vec<f64>>>
 where
-    Jet<T>: Number,
+    Jet2<T>: ElementScalar,
 {
     let mut companions = Vec::with_capacity(carriers.len());
     for carrier in carriers {
-        companions.push(Companion::start(carrier, source, settings, times)?);
+        companions.push(ForwardSensitivity::start(carrier, source, settings, times)?);
     }
     rayon::scope(|_| go(&mut companions, source))?; // once into the pool, not at every stretch
-    Ok(companions.into_iter().map(Companion::into_slopes).collect())
+    Ok(companions.into_iter().map(ForwardSensitivity::into_slopes).collect())
 }
 
 /// To the end of the motion.
-pub(crate) fn go<C: Follow>(companions: &mut [C], source: &mut Source<'_>) -> Result<()> {
-    let mut stretches = [Stretch::new(source), Stretch::new(source)];
+pub(crate) fn go<C: StepConsumer>(companions: &mut [C], source: &mut StepSource<'_>) -> Result<()> {
+    let mut stretches = [StepBlock::new(source), StepBlock::new(source)];
     stretches[0].fill(source)?;
     while !stretches[0].is_empty() {
         let [now, next] = &mut stretches;

@@ -3,20 +3,20 @@
 use crate::analyses::dynamics::{Dynamics, check_finite, is_before};
 use crate::analyses::sampling::{Sampler, interpolate};
 use crate::derivatives::forward::initial_conditions::StartSolver;
-use crate::derivatives::forward::step_block::{Follow, Source, Stretch, Taken};
-use crate::derivatives::saltation::{pass, strike};
+use crate::derivatives::forward::step_block::{ConvergedStep, StepBlock, StepConsumer, StepSource};
+use crate::derivatives::saltation::{apply_impact, apply_switch};
 use crate::derivatives::seeding::{set_values, take_values};
-use crate::elements::element::Room;
+use crate::elements::element::ElementWorkspace;
 use crate::integrators::generalized_alpha::Step;
-use crate::linalg::factor::{Factor, SolveRoom};
+use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::{Carrier, Jet, Number};
+use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
 
 /// One chunk of derivatives.
-pub(crate) struct Companion<'m, T, const L: usize> {
+pub(crate) struct ForwardSensitivity<'m, T, const L: usize> {
     plain: &'m Mechanism<f64>,
     mechanism: &'m Mechanism<T>,
     /// The equations, for their numbering and rows.
@@ -30,8 +30,8 @@ pub(crate) struct Companion<'m, T, const L: usize> {
     started: bool,
     /// The contact that the last step has closed, and the values there.
     closed: Option<(usize, State<f64>)>,
-    room: Room<T>,
-    solve_room: SolveRoom,
+    workspace: ElementWorkspace<T>,
+    solve_workspace: SolveWorkspace,
     rows: Vec<T>,
     changes: Vec<[f64; L]>,
     sampler: Sampler<T>,
@@ -39,24 +39,24 @@ pub(crate) struct Companion<'m, T, const L: usize> {
     slopes: Vec<f64>,
 }
 
-impl<'m, T: Carrier<L>, const L: usize> Companion<'m, T, L>
+impl<'m, T: DerivativeScalar<L>, const L: usize> ForwardSensitivity<'m, T, L>
 where
-    Jet<T>: Number,
+    Jet2<T>: ElementScalar,
 {
     /// Derivatives of the initial state.
     pub fn start<'s: 'm>(
         mechanism: &'m Mechanism<T>,
-        source: &mut Source<'s>,
+        source: &mut StepSource<'s>,
         settings: &'m Dynamics,
         times: &'m [f64],
     ) -> Result<Self> {
-        let Source { mechanism: plain, system, start: values, projection, .. } = source;
+        let StepSource { mechanism: plain, system, start: values, projection, .. } = source;
         let state = StartSolver::new(plain, mechanism, system).start(values, projection, settings)?;
         let (rows, changes) = (vec![T::from(0.0); system.size()], vec![[0.0; L]; system.size()]);
         let mut companion = Self {
             plain,
             mechanism,
-            solve_room: system.solve_room(),
+            solve_workspace: system.solve_workspace(),
             system: system.clone(),
             settings,
             times,
@@ -65,7 +65,7 @@ where
             step: Step::from(state),
             started: false,
             closed: None,
-            room: Room::default(),
+            workspace: ElementWorkspace::default(),
             rows,
             changes,
             sampler: Sampler::new(mechanism),
@@ -81,7 +81,7 @@ where
         self.slopes
     }
 
-    fn take(&mut self, taken: &Taken) -> Result<()> {
+    fn take(&mut self, taken: &ConvergedStep) -> Result<()> {
         self.bounce()?;
         if self.started {
             self.step.accept();
@@ -98,7 +98,7 @@ where
     }
 
     /// A step of given length.
-    fn correct(&mut self, Taken { h, end: values, factor, .. }: &Taken) {
+    fn correct(&mut self, ConvergedStep { h, end: values, factor, .. }: &ConvergedStep) {
         let Dynamics { scheme, prescribed, .. } = self.settings;
         set_values(&mut self.step.new.a, &values.a);
         set_values(&mut self.step.new.l, &values.l);
@@ -111,7 +111,7 @@ where
     }
 
     /// A step whose length `h` carries derivatives.
-    fn correct_for(&mut self, Taken { h: value, end: values, factor, .. }: &Taken, h: T) {
+    fn correct_for(&mut self, ConvergedStep { h: value, end: values, factor, .. }: &ConvergedStep, h: T) {
         let Dynamics { scheme, prescribed, .. } = self.settings;
         set_values(&mut self.step.new.a, &values.a);
         set_values(&mut self.step.new.l, &values.l);
@@ -127,14 +127,14 @@ where
 
     /// Corrections of accelerations and multipliers at the end of a step `h`.
     fn change(&mut self, h: f64, factor: &Factor) {
-        let (position, _) = self.settings.scheme.seeds(h);
-        self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.room, &mut self.rows);
+        let (position, _) = self.settings.scheme.newmark_coefficients(h);
+        self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, &mut self.rows);
         self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
-        factor.solve_in(&mut self.changes, &mut self.solve_room);
+        factor.solve_in(&mut self.changes, &mut self.solve_workspace);
     }
 
     /// A step that ends where `contact` closes, whenever that is.
-    fn close(&mut self, taken: &Taken, contact: usize) -> Result<()> {
+    fn close(&mut self, taken: &ConvergedStep, contact: usize) -> Result<()> {
         let (impact, given) = (&self.mechanism.impacts[contact], T::from(taken.h));
         let unit = T::with(0.0, std::array::from_fn(|k| f64::from(u8::from(k == 0))));
         let [still, moved] = [given, given + unit].map(|h| {
@@ -162,8 +162,8 @@ where
         let mut state = self.step.new.clone();
         let (plain, mechanism, system) = (self.plain, self.mechanism, &mut self.system);
         match plain.impacts[contact].restitution {
-            Some(_) => strike(plain, mechanism, system, contact, &values, &mut state)?,
-            None => pass(plain, mechanism, system, self.settings.step.ahead(), &values, &mut state)?,
+            Some(_) => apply_impact(plain, mechanism, system, contact, &values, &mut state)?,
+            None => apply_switch(plain, mechanism, system, self.settings.step.ahead(), &values, &mut state)?,
         }
         self.step.restart(&state);
         Ok(())
@@ -185,11 +185,11 @@ where
     }
 }
 
-impl<T: Carrier<L>, const L: usize> Follow for Companion<'_, T, L>
+impl<T: DerivativeScalar<L>, const L: usize> StepConsumer for ForwardSensitivity<'_, T, L>
 where
-    Jet<T>: Number,
+    Jet2<T>: ElementScalar,
 {
-    fn follow(&mut self, stretch: &Stretch) -> Result<()> {
+    fn follow(&mut self, stretch: &StepBlock) -> Result<()> {
         stretch.taken().iter().try_for_each(|taken| {
             self.take(taken)?;
             self.sample()

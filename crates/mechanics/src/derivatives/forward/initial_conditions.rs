@@ -1,13 +1,13 @@
 //! Derivatives of assembled positions, consistent velocities and accelerations.
 
 use crate::Result;
-use crate::analyses::dynamics::{Dynamics, InitialAcceleration, Origin};
+use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration};
 use crate::derivatives::forward::instants::equilibrium;
 use crate::derivatives::seeding::{set_values, take_values};
-use crate::elements::element::Room;
+use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::{Carrier, Jet, Number};
+use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -33,9 +33,9 @@ pub(crate) struct StartSolver<'s, 'm, T, const L: usize> {
 /// The unknowns of one of the three problems beside the multipliers.
 type Which<T> = fn(&mut State<T>) -> &mut Vec<T>;
 
-impl<'s, 'm, T: Carrier<L>, const L: usize> StartSolver<'s, 'm, T, L>
+impl<'s, 'm, T: DerivativeScalar<L>, const L: usize> StartSolver<'s, 'm, T, L>
 where
-    Jet<T>: Number,
+    Jet2<T>: ElementScalar,
 {
     /// For the derivatives of `mechanism`, with the matrices of `plain`.
     pub fn new(plain: &'s Mechanism<f64>, mechanism: &'m Mechanism<T>, system: &'s mut System) -> Self {
@@ -48,9 +48,9 @@ where
         let mut state = State::built(self.mechanism, values.t);
         let is_jointed = self.mechanism.multipliers > 0;
         match settings.origin {
-            Origin::Equilibrium(_) => state.q = self.equilibrium(values, projection)?,
-            Origin::Built if is_jointed => self.positions(values, projection, &mut state)?,
-            Origin::Built => {}
+            InitialConfiguration::Equilibrium(_) => state.q = self.equilibrium(values, projection)?,
+            InitialConfiguration::Built if is_jointed => self.positions(values, projection, &mut state)?,
+            InitialConfiguration::Built => {}
         }
         if is_jointed {
             self.velocities(values, projection, &mut state)?;
@@ -92,7 +92,7 @@ where
         self.hold(values, state, |state| &mut state.v);
         set_values(&mut state.l, &projection.velocity);
         self.factorize(&at, Linearization::projection())?;
-        let mut jets = Room::<Jet<T>>::default();
+        let mut jets = ElementWorkspace::<Jet2<T>>::default();
         for _ in 0..T::ORDER {
             self.projection_rows(state, &guess, |state| &mut state.v);
             self.system.closure_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
@@ -109,9 +109,9 @@ where
         self.hold(values, state, |state| &mut state.a);
         set_values(&mut state.l, &values.l);
         self.factorize(&at, Linearization::accelerations())?;
-        let (mut room, mut jets) = (Room::default(), Room::<Jet<T>>::default());
+        let (mut workspace, mut jets) = (ElementWorkspace::default(), ElementWorkspace::<Jet2<T>>::default());
         for _ in 0..T::ORDER {
-            acceleration_rows(self.system, self.mechanism, state, &mut room, &mut jets, &mut self.rows);
+            acceleration_rows(self.system, self.mechanism, state, &mut workspace, &mut jets, &mut self.rows);
             self.correct(state, |state| &mut state.a);
         }
         Ok(())
@@ -129,7 +129,7 @@ where
 
     /// Rows of the nearest point to `guess` on the constraints: x − guess + Φ_qᵀ μ, and Φ.
     fn projection_rows(&mut self, state: &mut State<T>, guess: &[T], which: Which<T>) {
-        self.system.constraint_rows(self.mechanism, state, &mut Room::default(), &mut self.rows);
+        self.system.constraint_rows(self.mechanism, state, &mut ElementWorkspace::default(), &mut self.rows);
         for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown {
                 *row += which(state)[i] - guess[i];

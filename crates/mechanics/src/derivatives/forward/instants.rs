@@ -1,19 +1,19 @@
 //! Derivatives of analyses that need no history: kinematics with inverse dynamics, and statics.
 
 use crate::analyses::dynamics::Work;
-use crate::analyses::kinematics::Walk;
+use crate::analyses::kinematics::KinematicDriver;
 use crate::analyses::sampling::Sampler;
-use crate::analyses::statics::{Statics, balance};
+use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::dynamics::Slopes;
 use crate::derivatives::forward::initial_conditions::StartSolver;
 use crate::derivatives::history::{Record, SensitiveHistory};
 use crate::derivatives::seeding::{build_sensitive, set_values};
 use crate::diagnostics;
-use crate::elements::element::Room;
+use crate::elements::element::ElementWorkspace;
 use crate::events::impact;
 use crate::initial_conditions::{Assembly, assemble};
-use crate::mechanism::scalars::{Carrier, Jet, Number, Real};
-use crate::mechanism::{Mechanism, Model};
+use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2, StateScalar};
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -24,7 +24,7 @@ use autodiff::WIDTH;
 ///
 /// **Errors.** [`Error::Definition`] unless every degree of freedom is driven (then an instant depends on the design
 /// alone and not on its predecessors); [`Error::Analysis`] where the mechanism cannot be assembled.
-pub fn differentiate_kinematics<M: Model>(
+pub fn differentiate_kinematics<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     assembly: Assembly,
@@ -39,7 +39,7 @@ pub fn differentiate_kinematics<M: Model>(
 }
 
 /// **Errors.** [`Error::Definition`] unless every degree of freedom is driven.
-pub(crate) fn check_driven(walk: &Walk<'_>) -> Result<()> {
+pub(crate) fn check_driven(walk: &KinematicDriver<'_>) -> Result<()> {
     match walk.system.size() as isize - 2 * walk.mechanism.multipliers as isize {
         0 => Ok(()),
         freedom => {
@@ -52,7 +52,7 @@ pub(crate) fn check_driven(walk: &Walk<'_>) -> Result<()> {
 /// Static equilibria of `model` at `times` (a load path) with derivatives of all outputs.
 ///
 /// **Errors.** As [`crate::analyses::statics::equilibria`].
-pub fn differentiate_equilibria<M: Model>(
+pub fn differentiate_equilibria<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Statics,
@@ -68,7 +68,7 @@ pub fn differentiate_equilibria<M: Model>(
 
 /// The driven motion of `mechanism`, its values to `record`. For each of the mechanisms that carry `L` derivatives those of
 /// the outputs, by time, output and number.
-pub(crate) fn follow_kinematics<T: Carrier<L>, const L: usize>(
+pub(crate) fn follow_kinematics<T: DerivativeScalar<L>, const L: usize>(
     mechanism: &Mechanism<f64>,
     carriers: &[Mechanism<T>],
     assembly: Assembly,
@@ -76,11 +76,11 @@ pub(crate) fn follow_kinematics<T: Carrier<L>, const L: usize>(
     record: &mut Record,
 ) -> Result<Vec<Vec<f64>>>
 where
-    Jet<T>: Number,
+    Jet2<T>: ElementScalar,
 {
     let mut chunks = vec![Vec::new(); carriers.len()];
     let Some(&first) = times.first() else { return Ok(chunks) };
-    let mut walk = Walk::new(mechanism, assembly, first)?;
+    let mut walk = KinematicDriver::new(mechanism, assembly, first)?;
     check_driven(&walk)?;
     for (k, &t) in times.iter().enumerate() {
         if t != walk.state.t {
@@ -93,14 +93,14 @@ where
             solver.positions(&walk.state, &walk.projection, &mut state)?;
             solver.velocities(&walk.state, &walk.projection, &mut state)?;
             solver.accelerations(&walk.state, &mut state)?;
-            chunk.extend(outputs(carrier, &state).iter().flat_map(Carrier::derivatives));
+            chunk.extend(outputs(carrier, &state).iter().flat_map(DerivativeScalar::derivatives));
         }
     }
     Ok(chunks)
 }
 
 /// The same for equilibria.
-pub(crate) fn follow_equilibria<T: Carrier<L>, const L: usize>(
+pub(crate) fn follow_equilibria<T: DerivativeScalar<L>, const L: usize>(
     mechanism: &Mechanism<f64>,
     carriers: &[Mechanism<T>],
     settings: &Statics,
@@ -115,20 +115,20 @@ pub(crate) fn follow_equilibria<T: Carrier<L>, const L: usize>(
     let mut rows = vec![[0.0]; system.size()];
     for (k, &t) in times.iter().enumerate() {
         values.t = t;
-        balance(&mut system, mechanism, &mut values, settings)?;
+        find_equilibrium(&mut system, mechanism, &mut values, settings)?;
         record.values(k, mechanism, &values)?;
         system.assemble(mechanism, &values, Linearization::statics(), &mut rows);
         diagnostics::factorize(&mut system, mechanism, &values)?;
         for (chunk, carrier) in chunks.iter_mut().zip(carriers) {
             let state = equilibrium(carrier, &values, &mut system);
-            chunk.extend(outputs(carrier, &state).iter().flat_map(Carrier::derivatives));
+            chunk.extend(outputs(carrier, &state).iter().flat_map(DerivativeScalar::derivatives));
         }
     }
     Ok(chunks)
 }
 
 /// Derivatives of the equilibrium `values`, with the factorization there.
-pub(crate) fn equilibrium<T: Carrier<L>, const L: usize>(
+pub(crate) fn equilibrium<T: DerivativeScalar<L>, const L: usize>(
     mechanism: &Mechanism<T>,
     values: &State<f64>,
     system: &mut System,
@@ -143,9 +143,9 @@ pub(crate) fn equilibrium<T: Carrier<L>, const L: usize>(
     set_values(&mut state.a, &values.a);
     set_values(&mut state.l, &values.l);
     let mut rows = vec![T::from(0.0); system.size()];
-    let mut room = Room::default();
+    let mut workspace = ElementWorkspace::default();
     for _ in 0..T::ORDER {
-        system.residual(mechanism, &state, 1.0, &mut room, &mut rows);
+        system.residual(mechanism, &state, 1.0, &mut workspace, &mut rows);
         let mut changes: Vec<[f64; L]> = rows.iter().map(|row| row.derivatives().map(|x| -x)).collect();
         system.factor().solve(&mut changes);
         for (unknown, change) in system.unknowns().iter().zip(&changes) {
@@ -158,7 +158,7 @@ pub(crate) fn equilibrium<T: Carrier<L>, const L: usize>(
     state
 }
 
-fn outputs<T: Real>(mechanism: &Mechanism<T>, state: &State<T>) -> Vec<T> {
+fn outputs<T: StateScalar>(mechanism: &Mechanism<T>, state: &State<T>) -> Vec<T> {
     let mut outputs = Vec::new();
     Sampler::new(mechanism).outputs(mechanism, state, &mut outputs);
     outputs

@@ -8,7 +8,7 @@ use crate::derivatives::history::Record;
 use crate::diagnostics;
 use crate::initial_conditions::Projection;
 use crate::integrators::generalized_alpha::GeneralizedAlpha;
-use crate::integrators::time_stepper::Run;
+use crate::integrators::time_stepper::TimeStepper;
 use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
 use crate::system::System;
@@ -20,7 +20,7 @@ const LENGTH: usize = 8;
 
 /// A converged step, linearized at its end.
 #[derive(Clone)]
-pub(crate) struct Taken {
+pub(crate) struct ConvergedStep {
     /// Length in s.
     pub h: f64,
     /// The state at the end.
@@ -34,28 +34,28 @@ pub(crate) struct Taken {
 }
 
 /// What goes along with converged steps.
-pub(crate) trait Follow: Send {
+pub(crate) trait StepConsumer: Send {
     /// Derivatives along a stretch of steps, and of the outputs there.
-    fn follow(&mut self, stretch: &Stretch) -> Result<()>;
+    fn follow(&mut self, stretch: &StepBlock) -> Result<()>;
 }
 
 /// Steps in a row.
-pub(crate) struct Stretch {
-    room: Vec<Taken>,
+pub(crate) struct StepBlock {
+    workspace: Vec<ConvergedStep>,
     count: usize,
 }
 
-impl Stretch {
+impl StepBlock {
     /// Room for steps of `source`.
-    pub fn new(source: &mut Source<'_>) -> Self {
+    pub fn new(source: &mut StepSource<'_>) -> Self {
         let (end, factor) = (source.start.clone(), source.system.factor().clone());
-        let taken = Taken { h: 0.0, end, factor, closed: None, is_on_grid: true };
-        Self { room: vec![taken; LENGTH], count: 0 }
+        let taken = ConvergedStep { h: 0.0, end, factor, closed: None, is_on_grid: true };
+        Self { workspace: vec![taken; LENGTH], count: 0 }
     }
 
     /// The steps.
-    pub fn taken(&self) -> &[Taken] {
-        &self.room[..self.count]
+    pub fn taken(&self) -> &[ConvergedStep] {
+        &self.workspace[..self.count]
     }
 
     /// Whether there are none.
@@ -64,9 +64,9 @@ impl Stretch {
     }
 
     /// Takes the next steps, none if the end has been reached.
-    pub fn fill(&mut self, source: &mut Source<'_>) -> Result<()> {
+    pub fn fill(&mut self, source: &mut StepSource<'_>) -> Result<()> {
         self.count = 0;
-        for taken in &mut self.room {
+        for taken in &mut self.workspace {
             if !source.next(taken)? {
                 break;
             }
@@ -77,7 +77,7 @@ impl Stretch {
 }
 
 /// Where converged steps come from, and what their matrices are made with.
-pub(crate) struct Source<'m> {
+pub(crate) struct StepSource<'m> {
     pub mechanism: &'m Mechanism<f64>,
     pub system: System,
     /// Where the motion starts.
@@ -98,9 +98,9 @@ enum Steps<'m> {
     },
 }
 
-impl<'m> Source<'m> {
+impl<'m> StepSource<'m> {
     /// A simulation that has not begun; its outputs go to `record`.
-    pub fn running(run: Run<'m>, record: Record, settings: &Dynamics, times: &'m [f64]) -> Result<Self> {
+    pub fn running(run: TimeStepper<'m>, record: Record, settings: &Dynamics, times: &'m [f64]) -> Result<Self> {
         let integrator = &run.integrator;
         let (mechanism, start) = (integrator.mechanism, integrator.step.new.clone());
         let (system, projection) = (integrator.system.clone(), run.projection.clone());
@@ -125,7 +125,7 @@ impl<'m> Source<'m> {
     }
 
     /// The next step, if there is one.
-    fn next(&mut self, taken: &mut Taken) -> Result<bool> {
+    fn next(&mut self, taken: &mut ConvergedStep) -> Result<bool> {
         match &mut self.steps {
             Steps::Running(running) => {
                 let Some(h) = running.advance()? else { return Ok(false) };
@@ -139,7 +139,7 @@ impl<'m> Source<'m> {
                 *next += 1;
             }
         }
-        let (position, velocity) = self.scheme.seeds(taken.h);
+        let (position, velocity) = self.scheme.newmark_coefficients(taken.h);
         self.system.assemble(self.mechanism, &taken.end, Linearization::step(position, velocity), &mut self.rows);
         diagnostics::factorize(&mut self.system, self.mechanism, &taken.end)?;
         self.system.swap_factor(&mut taken.factor);
@@ -157,7 +157,7 @@ impl<'m> Source<'m> {
 
 /// A simulation whose outputs are recorded as it runs.
 struct Running<'m> {
-    run: Run<'m>,
+    run: TimeStepper<'m>,
     record: Record,
     times: &'m [f64],
     /// Number of `times` that have been passed.
@@ -178,7 +178,7 @@ impl Running<'_> {
 
     /// Outputs at the times that the step has reached.
     fn sample(&mut self) -> Result<()> {
-        while let Some(&t) = self.times.get(self.passed).filter(|&&t| !self.run.lags(t)) {
+        while let Some(&t) = self.times.get(self.passed).filter(|&&t| !self.run.is_before(t)) {
             let step = &self.run.integrator.step;
             interpolate(&step.old, &step.new, t, &mut self.at);
             self.record.values(self.passed, self.run.integrator.mechanism, &self.at)?;

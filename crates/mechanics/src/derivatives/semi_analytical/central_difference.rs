@@ -1,11 +1,11 @@
 //! A mechanism on both sides of a design, and what differs between them.
 
-use crate::mechanism::{Mechanism, Model};
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::state::State;
 use crate::{Error, Result};
 
 /// The mechanism at the designs b + δ e_k and b − δ e_k.
-pub(crate) struct Beside {
+pub(crate) struct CentralDifference {
     mechanisms: [Mechanism<f64>; 2],
     /// Distance δ in the unit of the design variable.
     distance: f64,
@@ -13,11 +13,17 @@ pub(crate) struct Beside {
     values: [Vec<f64>; 2],
 }
 
-impl Beside {
+impl CentralDifference {
     /// For the derivatives by variable `k`, with δ the part `step` of its value, or `step` itself where that is zero.
     ///
     /// **Errors.** [`Error::Definition`] if the model makes another mechanism than `like` at one of the designs.
-    pub fn new<M: Model>(model: &M, b: &[f64], k: usize, step: f64, like: &Mechanism<f64>) -> Result<Self> {
+    pub fn new<M: ParametricMechanism>(
+        model: &M,
+        b: &[f64],
+        k: usize,
+        step: f64,
+        like: &Mechanism<f64>,
+    ) -> Result<Self> {
         let wished = step * if b[k] == 0.0 { 1.0 } else { b[k].abs() };
         let at = |by: f64| -> Result<(f64, Mechanism<f64>)> {
             let mut moved = b.to_vec();

@@ -3,18 +3,18 @@
 use crate::Result;
 use crate::analyses::dynamics::{Dynamics, check_finite, is_before};
 use crate::analyses::sampling::{Sampler, interpolate};
-use crate::derivatives::forward::step_block::{Follow, Stretch, Taken};
-use crate::derivatives::semi_analytical::central_difference::Beside;
-use crate::elements::element::Room;
+use crate::derivatives::forward::step_block::{ConvergedStep, StepBlock, StepConsumer};
+use crate::derivatives::semi_analytical::central_difference::CentralDifference;
+use crate::elements::element::ElementWorkspace;
 use crate::integrators::generalized_alpha::Step;
-use crate::linalg::factor::SolveRoom;
+use crate::linalg::factor::SolveWorkspace;
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
 
 /// Goes along with converged steps.
-pub(crate) struct Along<'m> {
-    beside: Beside,
+pub(crate) struct DifferenceSensitivity<'m> {
+    beside: CentralDifference,
     plain: &'m Mechanism<f64>,
     system: System,
     settings: &'m Dynamics,
@@ -29,17 +29,17 @@ pub(crate) struct Along<'m> {
     started: bool,
     at: State<f64>,
     slopes_at: State<f64>,
-    room: Room<f64>,
-    solve_room: SolveRoom,
+    workspace: ElementWorkspace<f64>,
+    solve_workspace: SolveWorkspace,
     changes: Vec<[f64; 1]>,
     sampler: Sampler<f64>,
     found: Vec<f64>,
 }
 
-impl<'m> Along<'m> {
+impl<'m> DifferenceSensitivity<'m> {
     /// From the start of a motion with its slopes.
     pub fn new(
-        (beside, slopes): (Beside, State<f64>),
+        (beside, slopes): (CentralDifference, State<f64>),
         plain: &'m Mechanism<f64>,
         system: &System,
         start: &State<f64>,
@@ -49,7 +49,7 @@ impl<'m> Along<'m> {
         let mut along = Self {
             beside,
             plain,
-            solve_room: system.solve_room(),
+            solve_workspace: system.solve_workspace(),
             changes: vec![[0.0]; system.size()],
             system: system.clone(),
             settings,
@@ -61,7 +61,7 @@ impl<'m> Along<'m> {
             slopes_at: slopes.clone(),
             slopes: Step::from(slopes),
             started: false,
-            room: Room::default(),
+            workspace: ElementWorkspace::default(),
             sampler: Sampler::new(plain),
             found: Vec::with_capacity(times.len() * plain.outputs.len()),
         };
@@ -74,7 +74,7 @@ impl<'m> Along<'m> {
         self.found
     }
 
-    fn take(&mut self, Taken { h, end, factor, .. }: &Taken) {
+    fn take(&mut self, ConvergedStep { h, end, factor, .. }: &ConvergedStep) {
         if self.started {
             self.slopes.accept();
         }
@@ -89,14 +89,14 @@ impl<'m> Along<'m> {
         slopes.l.fill(0.0);
         self.beside.prescribe(slopes, |mechanism, state| state.prescribe_positions(mechanism, *prescribed));
         self.slopes.march_prescribed(self.plain, scheme, *prescribed, *h);
-        let (position, _) = scheme.seeds(*h);
-        let (system, room, size) = (&self.system, &mut self.room, self.changes.len());
+        let (position, _) = scheme.newmark_coefficients(*h);
+        let (system, workspace, size) = (&self.system, &mut self.workspace, self.changes.len());
         let slope = self.beside.slope(end, &self.slopes.new, |mechanism, state, rows| {
             rows.resize(size, 0.0);
-            system.residual(mechanism, state, 1.0 / position, room, rows);
+            system.residual(mechanism, state, 1.0 / position, workspace, rows);
         });
         self.changes.iter_mut().zip(slope).for_each(|(change, slope)| *change = [-slope]);
-        factor.solve_in(&mut self.changes, &mut self.solve_room);
+        factor.solve_in(&mut self.changes, &mut self.solve_workspace);
         let changes = &self.changes;
         self.slopes.correct(&self.system, scheme, *h, |equation| changes[equation][0]);
     }
@@ -122,8 +122,8 @@ impl<'m> Along<'m> {
     }
 }
 
-impl Follow for Along<'_> {
-    fn follow(&mut self, stretch: &Stretch) -> Result<()> {
+impl StepConsumer for DifferenceSensitivity<'_> {
+    fn follow(&mut self, stretch: &StepBlock) -> Result<()> {
         stretch.taken().iter().try_for_each(|taken| {
             self.take(taken);
             self.sample()

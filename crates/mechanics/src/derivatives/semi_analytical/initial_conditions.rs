@@ -1,10 +1,10 @@
 //! Slopes of assembled positions, consistent velocities and accelerations, and of equilibria.
 
 use crate::Result;
-use crate::analyses::dynamics::{Dynamics, InitialAcceleration, Origin};
+use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration};
 use crate::derivatives::forward::initial_conditions::at_rest;
-use crate::derivatives::semi_analytical::central_difference::Beside;
-use crate::elements::element::Room;
+use crate::derivatives::semi_analytical::central_difference::CentralDifference;
+use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
 use crate::mechanism::Mechanism;
 use crate::system::linearization::Linearization;
@@ -25,14 +25,14 @@ impl Starter<'_> {
     /// Slopes of the state `values` at the start of a motion.
     pub fn start(
         &mut self,
-        besides: &mut [Beside],
+        besides: &mut [CentralDifference],
         values: &State<f64>,
         projection: &Projection,
         settings: &Dynamics,
     ) -> Result<Vec<State<f64>>> {
         let mut slopes = match settings.origin {
-            Origin::Built => self.built(besides, values, projection)?,
-            Origin::Equilibrium(_) => self.settled(besides, values, projection)?,
+            InitialConfiguration::Built => self.built(besides, values, projection)?,
+            InitialConfiguration::Equilibrium(_) => self.settled(besides, values, projection)?,
         };
         if settings.initial == InitialAcceleration::Consistent {
             self.accelerations(besides, values, &mut slopes)?;
@@ -43,7 +43,7 @@ impl Starter<'_> {
     /// Slopes of assembled positions and consistent velocities.
     pub fn built(
         &mut self,
-        besides: &mut [Beside],
+        besides: &mut [CentralDifference],
         values: &State<f64>,
         projection: &Projection,
     ) -> Result<Vec<State<f64>>> {
@@ -58,7 +58,7 @@ impl Starter<'_> {
     /// Slopes of positions in equilibrium and consistent velocities.
     fn settled(
         &mut self,
-        besides: &mut [Beside],
+        besides: &mut [CentralDifference],
         values: &State<f64>,
         projection: &Projection,
     ) -> Result<Vec<State<f64>>> {
@@ -77,20 +77,20 @@ impl Starter<'_> {
     /// q − q_guess + Φ_qᵀ μ = 0, Φ = 0.
     fn positions(
         &mut self,
-        besides: &mut [Beside],
+        besides: &mut [CentralDifference],
         values: &State<f64>,
         projection: &Projection,
         slopes: &mut [State<f64>],
     ) -> Result<()> {
         let at = with_multipliers(values, &projection.position);
-        let mut room = Room::default();
+        let mut workspace = ElementWorkspace::default();
         let mut rows = self.rows(
             besides,
             &at,
             slopes,
             |state| &mut state.q,
             |system, mechanism, state, rows| {
-                system.constraint_rows(mechanism, state, &mut room, rows);
+                system.constraint_rows(mechanism, state, &mut workspace, rows);
             },
         );
         self.solve(&at, Linearization::projection(), &mut rows)?;
@@ -101,20 +101,20 @@ impl Starter<'_> {
     /// v − v_guess + Φ_qᵀ μ = 0, Φ̇ = 0.
     fn velocities(
         &mut self,
-        besides: &mut [Beside],
+        besides: &mut [CentralDifference],
         values: &State<f64>,
         projection: &Projection,
         slopes: &mut [State<f64>],
     ) -> Result<()> {
         let at = with_multipliers(values, &projection.velocity);
-        let (mut room, mut jets) = (Room::default(), Room::default());
+        let (mut workspace, mut jets) = (ElementWorkspace::default(), ElementWorkspace::default());
         let mut rows = self.rows(
             besides,
             &at,
             slopes,
             |state| &mut state.v,
             |system, mechanism, state, rows| {
-                system.constraint_rows(mechanism, state, &mut room, rows);
+                system.constraint_rows(mechanism, state, &mut workspace, rows);
                 system.closure_rates(mechanism, state, 1, &mut jets, rows);
             },
         );
@@ -127,11 +127,11 @@ impl Starter<'_> {
     /// M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
     pub fn accelerations(
         &mut self,
-        besides: &mut [Beside],
+        besides: &mut [CentralDifference],
         values: &State<f64>,
         slopes: &mut [State<f64>],
     ) -> Result<()> {
-        let (mut room, mut jets) = (Room::default(), Room::default());
+        let (mut workspace, mut jets) = (ElementWorkspace::default(), ElementWorkspace::default());
         // Accelerations are built without a guess: their slopes are those of the solution alone.
         let mut rows = self.rows(
             besides,
@@ -139,7 +139,7 @@ impl Starter<'_> {
             slopes,
             |state| &mut state.a,
             |system, mechanism, state, rows| {
-                acceleration_rows(system, mechanism, state, &mut room, &mut jets, rows);
+                acceleration_rows(system, mechanism, state, &mut workspace, &mut jets, rows);
             },
         );
         self.solve(&without_multipliers(values), Linearization::accelerations(), &mut rows)?;
@@ -149,8 +149,8 @@ impl Starter<'_> {
     }
 
     /// Slopes of the equilibrium `values`, with the factorization that found it.
-    pub fn equilibrium(&mut self, besides: &mut [Beside], values: &State<f64>) -> Vec<State<f64>> {
-        let mut room = Room::default();
+    pub fn equilibrium(&mut self, besides: &mut [CentralDifference], values: &State<f64>) -> Vec<State<f64>> {
+        let mut workspace = ElementWorkspace::default();
         let mut slopes: Vec<_> = besides.iter().map(|beside| self.at_rest(beside.built(values.t))).collect();
         let mut rows = self.rows(
             besides,
@@ -158,7 +158,7 @@ impl Starter<'_> {
             &mut slopes,
             |state| &mut state.q,
             |system, mechanism, state, rows| {
-                system.residual(mechanism, state, 1.0, &mut room, rows);
+                system.residual(mechanism, state, 1.0, &mut workspace, rows);
             },
         );
         rows.iter_mut().for_each(|rows| self.system.factor().solve(rows));
@@ -183,14 +183,14 @@ impl Starter<'_> {
     /// nearest: right-hand sides with the sign turned round.
     fn rows(
         &self,
-        besides: &mut [Beside],
+        besides: &mut [CentralDifference],
         at: &State<f64>,
         slopes: &mut [State<f64>],
         which: Which,
         mut residual: impl FnMut(&System, &Mechanism<f64>, &State<f64>, &mut [f64]),
     ) -> Vec<Vec<[f64; 1]>> {
         let size = self.system.size();
-        let one = |(beside, slopes): (&mut Beside, &mut State<f64>)| {
+        let one = |(beside, slopes): (&mut CentralDifference, &mut State<f64>)| {
             let guess = std::mem::take(which(slopes));
             let held = |(i, &slope): (usize, &f64)| if self.system.equation_of(i).is_some() { 0.0 } else { slope };
             *which(slopes) = guess.iter().enumerate().map(held).collect();

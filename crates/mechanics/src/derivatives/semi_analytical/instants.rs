@@ -2,16 +2,16 @@
 
 use crate::Result;
 use crate::analyses::dynamics::Work;
-use crate::analyses::kinematics::Walk;
+use crate::analyses::kinematics::KinematicDriver;
 use crate::analyses::sampling::Sampler;
-use crate::analyses::statics::{Statics, balance};
+use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::instants::check_driven;
 use crate::derivatives::history::{Record, SensitiveHistory};
 use crate::derivatives::semi_analytical::besides;
-use crate::derivatives::semi_analytical::central_difference::Beside;
+use crate::derivatives::semi_analytical::central_difference::CentralDifference;
 use crate::derivatives::semi_analytical::initial_conditions::Starter;
 use crate::initial_conditions::{Assembly, assemble};
-use crate::mechanism::{Mechanism, Model};
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
 use crate::system::state::State;
 
@@ -19,7 +19,7 @@ use crate::system::state::State;
 /// has them, with differenced residuals: `step` as [`STEP`](crate::derivatives::semi_analytical::STEP).
 ///
 /// **Errors.** As there, and for a step that is not positive.
-pub fn difference_kinematics<M: Model>(
+pub fn difference_kinematics<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     assembly: Assembly,
@@ -30,7 +30,7 @@ pub fn difference_kinematics<M: Model>(
     let mut besides = besides(model, b, &mechanism, step)?;
     let mut record = Record::new(&mechanism, b.len(), times);
     let Some(&first) = times.first() else { return Ok(record.finish(Work::default())) };
-    let mut walk = Walk::new(&mechanism, assembly, first)?;
+    let mut walk = KinematicDriver::new(&mechanism, assembly, first)?;
     check_driven(&walk)?;
     for (time, &t) in times.iter().enumerate() {
         if t != walk.state.t {
@@ -49,7 +49,7 @@ pub fn difference_kinematics<M: Model>(
 /// differenced residuals: `step` as [`STEP`](crate::derivatives::semi_analytical::STEP).
 ///
 /// **Errors.** As there, and for a step that is not positive.
-pub fn difference_equilibria<M: Model>(
+pub fn difference_equilibria<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Statics,
@@ -64,7 +64,7 @@ pub fn difference_equilibria<M: Model>(
     assemble(&mut system, &mechanism, &mut values, Assembly::default())?;
     for (time, &t) in times.iter().enumerate() {
         values.t = t;
-        balance(&mut system, &mechanism, &mut values, settings)?;
+        find_equilibrium(&mut system, &mechanism, &mut values, settings)?;
         record.values(time, &mechanism, &values)?;
         let slopes = Starter { plain: &mechanism, system: &mut system }.equilibrium(&mut besides, &values);
         enter(&mut record, time, &mechanism, &mut besides, &values, &slopes);
@@ -77,7 +77,7 @@ fn enter(
     record: &mut Record,
     time: usize,
     mechanism: &Mechanism<f64>,
-    besides: &mut [Beside],
+    besides: &mut [CentralDifference],
     values: &State<f64>,
     slopes: &[State<f64>],
 ) {

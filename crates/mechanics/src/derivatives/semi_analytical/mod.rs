@@ -34,14 +34,14 @@ pub use instants::difference_kinematics;
 use crate::analyses::dynamics::Dynamics;
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::dynamics::go;
-use crate::derivatives::forward::step_block::Source;
+use crate::derivatives::forward::step_block::StepSource;
 use crate::derivatives::history::{Record, SensitiveHistory};
 use crate::events::impact;
-use crate::integrators::time_stepper::Run;
-use crate::mechanism::{Mechanism, Model};
+use crate::integrators::time_stepper::TimeStepper;
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::{Error, Result};
-use central_difference::Beside;
-use dynamics::Along;
+use central_difference::CentralDifference;
+use dynamics::DifferenceSensitivity;
 use initial_conditions::Starter;
 
 /// The part ε of a design variable by which residuals are differenced unless told otherwise.
@@ -52,7 +52,7 @@ pub const STEP: f64 = 1e-5;
 ///
 /// **Errors.** As [`crate::analyses::dynamics::simulate`]; [`Error::Option`] for a step that is not positive; [`Error::Definition`] if
 /// the design decides which elements there are.
-pub fn differentiate_semi_analytically<M: Model>(
+pub fn differentiate_semi_analytically<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
@@ -60,9 +60,9 @@ pub fn differentiate_semi_analytically<M: Model>(
     step: f64,
 ) -> Result<SensitiveHistory> {
     let mechanism = model.build(b)?;
-    let run = Run::new(&mechanism, settings, times)?;
+    let run = TimeStepper::new(&mechanism, settings, times)?;
     let record = Record::new(&mechanism, b.len(), times);
-    let mut source = Source::running(run, record, settings, times)?;
+    let mut source = StepSource::running(run, record, settings, times)?;
     let slopes = follow(besides(model, b, &mechanism, step)?, settings, times, &mut source)?;
     let (mut record, work) = source.finish().expect("it was simulated");
     let outputs = slopes.outputs;
@@ -89,7 +89,7 @@ impl Slopes {
 }
 
 /// The same from a recording of `model` at `b`, which reaches the last of `times`.
-pub fn differentiate_recorded<M: Model>(
+pub fn differentiate_recorded<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
@@ -99,13 +99,18 @@ pub fn differentiate_recorded<M: Model>(
 ) -> Result<Slopes> {
     let mechanism = model.build(b)?;
     let besides = besides(model, b, &mechanism, step)?;
-    follow(besides, settings, times, &mut Source::recorded(&mechanism, recording, settings, times))
+    follow(besides, settings, times, &mut StepSource::recorded(&mechanism, recording, settings, times))
 }
 
 /// Both sides of every design variable.
-fn besides<M: Model>(model: &M, b: &[f64], mechanism: &Mechanism<f64>, step: f64) -> Result<Vec<Beside>> {
+fn besides<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    mechanism: &Mechanism<f64>,
+    step: f64,
+) -> Result<Vec<CentralDifference>> {
     check_step(step)?;
-    (0..b.len()).map(|k| Beside::new(model, b, k, step, mechanism)).collect()
+    (0..b.len()).map(|k| CentralDifference::new(model, b, k, step, mechanism)).collect()
 }
 
 /// **Errors.** [`Error::Option`] for a relative step that is not positive or too large to be one.
@@ -118,16 +123,21 @@ pub fn check_step(step: f64) -> Result<()> {
     )
 }
 
-fn follow(mut besides: Vec<Beside>, settings: &Dynamics, times: &[f64], source: &mut Source<'_>) -> Result<Slopes> {
+fn follow(
+    mut besides: Vec<CentralDifference>,
+    settings: &Dynamics,
+    times: &[f64],
+    source: &mut StepSource<'_>,
+) -> Result<Slopes> {
     let (plain, start) = (source.mechanism, source.start.clone());
     impact::refuse(plain, "semi-analytical derivatives")?;
     let mut starter = Starter { plain, system: &mut source.system };
     let slopes = starter.start(&mut besides, &start, &source.projection, settings)?;
     let mut all = Vec::with_capacity(besides.len());
     for pair in besides.into_iter().zip(slopes) {
-        all.push(Along::new(pair, plain, &source.system, &start, settings, times)?);
+        all.push(DifferenceSensitivity::new(pair, plain, &source.system, &start, settings, times)?);
     }
     rayon::scope(|_| go(&mut all, source))?; // once into the pool, not at every stretch
-    let by_variable = all.into_iter().map(Along::into_slopes).collect();
+    let by_variable = all.into_iter().map(DifferenceSensitivity::into_slopes).collect();
     Ok(Slopes { outputs: plain.outputs.len(), by_variable })
 }

@@ -1,8 +1,8 @@
 //! A geometrically exact planar beam element with two nodes.
 
 use crate::elements::beams::section::{BeamSection, Shear};
-use crate::elements::element::{Element, Energy, Local};
-use crate::mechanism::{Body, Mechanism, Part, Pose, Term};
+use crate::elements::element::{Element, ElementState, Energy};
+use crate::mechanism::{Body, ElementIndex, Mechanism, Pose, Term};
 use autodiff::Scalar;
 
 /// A two-node Simo–Reissner beam element, straight when unloaded, with large displacements and rotations.
@@ -38,7 +38,7 @@ struct Strained<T> {
 
 impl<T: Scalar> Strained<T> {
     #[inline]
-    fn of(x: &Local<'_, T>) -> Self {
+    fn of(x: &ElementState<'_, T>) -> Self {
         let (length, q) = (x.p[0], x.q);
         let (sin, cos) = ((q[2] + q[5]) * 0.5).sin_cos();
         let inverse = length.recip();
@@ -63,32 +63,32 @@ impl<T: Scalar> Strained<T> {
 }
 
 impl Element for Beam {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
         let s = Strained::of(x);
         let force = [s.normal_force * s.cos - s.shear_force * s.sin, s.normal_force * s.sin + s.shear_force * s.cos];
         let couple = s.half_couple(x.p[0]);
         let (mass, inertia) = (x.p[0] * x.p[4] * (1.0 / 6.0), x.p[0] * x.p[5] * (1.0 / 6.0));
         for k in 0..2 {
             let (ai, aj) = (x.a[k] - x.p[6 + k], x.a[3 + k] - x.p[6 + k]);
-            balance[k] = mass * (ai * 2.0 + aj) - force[k];
-            balance[3 + k] = mass * (ai + aj * 2.0) + force[k];
+            dynamics[k] = mass * (ai * 2.0 + aj) - force[k];
+            dynamics[3 + k] = mass * (ai + aj * 2.0) + force[k];
         }
-        balance[2] = inertia * (x.a[2] * 2.0 + x.a[5]) + couple - s.moment;
-        balance[5] = inertia * (x.a[2] + x.a[5] * 2.0) + couple + s.moment;
+        dynamics[2] = inertia * (x.a[2] * 2.0 + x.a[5]) + couple - s.moment;
+        dynamics[5] = inertia * (x.a[2] + x.a[5] * 2.0) + couple + s.moment;
     }
 
     fn measures(&self) -> &'static [&'static str] {
         &["moment_i", "moment_j", "normal_force", "shear_force"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let s = Strained::of(x);
         let couple = s.half_couple(x.p[0]);
         (out[0], out[1]) = (s.moment - couple, s.moment + couple);
         (out[2], out[3]) = (s.normal_force, s.shear_force);
     }
 
-    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let (s, length, v) = (Strained::of(x), x.p[0], x.v);
         let strain = s.normal_force * (s.stretch - 1.0) + s.shear_force * s.shear;
         let bend = s.moment * (x.q[5] - x.q[2]);
@@ -100,7 +100,7 @@ impl Element for Beam {
         }
     }
 
-    fn complaint(&self, p: &[f64]) -> Option<String> {
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         let names = ["length", "EA", "GA*", "EI", "mass per length"];
         let bad = names.iter().zip(p).find(|(_, value)| !(**value > 0.0 && value.is_finite()));
         bad.map(|(name, value)| format!("{name} is {value}"))
@@ -116,7 +116,7 @@ impl<S: Scalar> Mechanism<S> {
         length: S,
         section: &BeamSection<S>,
         shear: Shear,
-    ) -> Part {
+    ) -> ElementIndex {
         let parameters = section.parameters(length, shear, self.gravity);
         self.add(name, Beam, &[i.x, i.y, i.theta, j.x, j.y, j.theta], &parameters)
     }
@@ -133,7 +133,7 @@ impl<S: Scalar> Mechanism<S> {
         elements: usize,
         section: &BeamSection<S>,
         shear: Shear,
-    ) -> (Vec<Body>, Vec<Part>) {
+    ) -> (Vec<Body>, Vec<ElementIndex>) {
         let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
         let (length, theta) = ((dx * dx + dy * dy).sqrt(), dy.atan2(dx));
         let mut nodes = Vec::with_capacity(elements + 1);
@@ -151,7 +151,7 @@ impl<S: Scalar> Mechanism<S> {
                 Some(end) => {
                     Body { theta: self.coordinate(format!("{name}.{}.theta", k + 1), theta, S::from(0.0)), ..end }
                 }
-                None => self.frame(&format!("{name}.{}", k + 1), pose),
+                None => self.massless_node(&format!("{name}.{}", k + 1), pose),
             });
         }
         let piece = length * (1.0 / elements as f64);
@@ -172,7 +172,7 @@ impl<S: Scalar> Mechanism<S> {
     /// **Errors.** [`crate::Error::Definition`] if the element is no beam or there is no such end.
     pub fn fibre_stress(
         &self,
-        element: Part,
+        element: ElementIndex,
         end: usize,
         section: &BeamSection<S>,
         young: S,
@@ -207,7 +207,7 @@ mod tests {
     fn moves_as_a_rigid_bar_of_its_mass() {
         // Both ends accelerate by 1 m/s²: 6 kg; turning by 1 rad/s: kinetic energy of the rotary inertia ½·0.5·2.
         let q = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0];
-        let x = Local {
+        let x = ElementState {
             t: 0.0,
             p: &P,
             q: &q,
@@ -215,9 +215,9 @@ mod tests {
             a: &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0],
             l: &[],
         };
-        let (balance, _) = rows(&Beam, &x);
-        close(&[balance[0] + balance[3]], &[6.0]);
+        let (dynamics, _) = rows(&Beam, &x);
+        close(&[dynamics[0] + dynamics[3]], &[6.0]);
         close(&energies(&Beam, &x)[..1], &[0.5]);
-        assert!(Beam.complaint(&[1.0, 1.0, 1.0, -1.0, 1.0]).unwrap().contains("EI"));
+        assert!(Beam.validate_parameters(&[1.0, 1.0, 1.0, -1.0, 1.0]).unwrap().contains("EI"));
     }
 }

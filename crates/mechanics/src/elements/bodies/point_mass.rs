@@ -1,6 +1,6 @@
 //! A point mass.
 
-use crate::elements::element::{Element, Energy, Local};
+use crate::elements::element::{Element, ElementState, Energy};
 use crate::mechanism::{Body, Mechanism};
 use autodiff::Scalar;
 
@@ -11,21 +11,21 @@ use autodiff::Scalar;
 pub struct PointMass;
 
 impl Element for PointMass {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        balance[0] = x.p[0] * (x.a[0] - x.p[1]);
-        balance[1] = x.p[0] * (x.a[1] - x.p[2]);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+        dynamics[0] = x.p[0] * (x.a[0] - x.p[1]);
+        dynamics[1] = x.p[0] * (x.a[1] - x.p[2]);
     }
 
     fn linear(&self) -> &'static [usize] {
         &[0, 1]
     }
 
-    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let kinetic = x.p[0] * (x.v[0] * x.v[0] + x.v[1] * x.v[1]) * 0.5;
         Energy { kinetic, potential: -x.p[0] * (x.p[1] * x.q[0] + x.p[2] * x.q[1]) }
     }
 
-    fn complaint(&self, p: &[f64]) -> Option<String> {
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         (!(p[0] > 0.0)).then(|| format!("mass is {} kg", p[0]))
     }
 }
@@ -52,9 +52,9 @@ mod tests {
 
     #[test]
     fn half_a_kilogram_under_gravity() {
-        let x = Local { t: 0.0, p: &[0.5, 1.0, -10.0], q: &[2.0, 3.0], v: &[3.0, 4.0], a: &[3.0, 0.0], l: &[] };
+        let x = ElementState { t: 0.0, p: &[0.5, 1.0, -10.0], q: &[2.0, 3.0], v: &[3.0, 4.0], a: &[3.0, 0.0], l: &[] };
         close(&rows(&PointMass, &x).0, &[1.0, 5.0]);
         close(&energies(&PointMass, &x), &[6.25, 14.0]);
-        assert!(PointMass.complaint(&[f64::NAN]).is_some());
+        assert!(PointMass.validate_parameters(&[f64::NAN]).is_some());
     }
 }

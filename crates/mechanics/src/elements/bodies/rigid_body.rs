@@ -1,6 +1,6 @@
 //! A rigid body in absolute coordinates.
 
-use crate::elements::element::{Element, Energy, Local};
+use crate::elements::element::{Element, ElementState, Energy};
 use crate::mechanism::{Body, Mechanism, Pose};
 use autodiff::Scalar;
 
@@ -15,18 +15,18 @@ use autodiff::Scalar;
 pub struct RigidBody;
 
 impl Element for RigidBody {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
         let (mass, inertia) = (x.p[0], x.p[1]);
-        balance[0] = mass * (x.a[0] - x.p[2]);
-        balance[1] = mass * (x.a[1] - x.p[3]);
-        balance[2] = inertia * x.a[2];
+        dynamics[0] = mass * (x.a[0] - x.p[2]);
+        dynamics[1] = mass * (x.a[1] - x.p[3]);
+        dynamics[2] = inertia * x.a[2];
     }
 
     fn linear(&self) -> &'static [usize] {
         &[0, 1, 2]
     }
 
-    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let (mass, inertia) = (x.p[0], x.p[1]);
         let speed = x.v[0] * x.v[0] + x.v[1] * x.v[1];
         Energy {
@@ -35,7 +35,7 @@ impl Element for RigidBody {
         }
     }
 
-    fn complaint(&self, p: &[f64]) -> Option<String> {
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         match p {
             [m, ..] if !(*m > 0.0) => Some(format!("mass is {m} kg")),
             [_, j, ..] if !(*j > 0.0) => Some(format!("moment of inertia is {j} kg·m²")),
@@ -47,7 +47,7 @@ impl Element for RigidBody {
 impl<S: Scalar> Mechanism<S> {
     /// Adds a rigid body with its centre of mass at `pose`.
     pub fn body(&mut self, name: &str, mass: S, inertia: S, pose: Pose<S>) -> Body {
-        let body = self.frame(name, pose);
+        let body = self.massless_node(name, pose);
         let [gx, gy] = self.gravity;
         self.add(name, RigidBody, &body.coordinates(), &[mass, inertia, gx, gy]);
         body
@@ -62,9 +62,12 @@ mod tests {
     #[test]
     fn two_kilograms_under_gravity() {
         let p = [2.0, 0.5, 0.0, -10.0];
-        let x = Local { t: 0.0, p: &p, q: &[7.0, 3.0, 1.0], v: &[3.0, 4.0, 2.0], a: &[1.0, -2.0, 6.0], l: &[] };
+        let x = ElementState { t: 0.0, p: &p, q: &[7.0, 3.0, 1.0], v: &[3.0, 4.0, 2.0], a: &[1.0, -2.0, 6.0], l: &[] };
         close(&rows(&RigidBody, &x).0, &[2.0, 16.0, 3.0]);
         close(&energies(&RigidBody, &x), &[26.0, 60.0]);
-        assert!(RigidBody.complaint(&[0.0, 1.0]).is_some() && RigidBody.complaint(&[1.0, -1.0]).is_some());
+        assert!(
+            RigidBody.validate_parameters(&[0.0, 1.0]).is_some()
+                && RigidBody.validate_parameters(&[1.0, -1.0]).is_some()
+        );
     }
 }

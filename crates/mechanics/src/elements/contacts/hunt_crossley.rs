@@ -10,12 +10,12 @@ use autodiff::Scalar;
 /// derivatives are continuous where contact begins.
 ///
 /// **Source.** Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
-pub fn push<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T) -> T {
+pub fn contact_force<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T) -> T {
     if depth.re() <= 0.0 {
         return T::zero();
     }
-    let push = stiffness * depth * depth.sqrt() * (damping * rate * 1.5 + 1.0);
-    if push.re() > 0.0 { push } else { T::zero() }
+    let contact_force = stiffness * depth * depth.sqrt() * (damping * rate * 1.5 + 1.0);
+    if contact_force.re() > 0.0 { contact_force } else { T::zero() }
 }
 
 #[cfg(test)]
@@ -24,8 +24,8 @@ mod tests {
 
     #[test]
     fn pushes_in_contact_only_and_never_pulls() {
-        assert_eq!(push(1000.0, 0.2, 0.04, 0.5), 1000.0 * 0.008 * 1.15);
-        assert_eq!(push(1000.0, 0.2, -0.04, 5.0), 0.0);
-        assert_eq!(push(1000.0, 0.2, 0.04, -5.0), 0.0);
+        assert_eq!(contact_force(1000.0, 0.2, 0.04, 0.5), 1000.0 * 0.008 * 1.15);
+        assert_eq!(contact_force(1000.0, 0.2, -0.04, 5.0), 0.0);
+        assert_eq!(contact_force(1000.0, 0.2, 0.04, -5.0), 0.0);
     }
 }

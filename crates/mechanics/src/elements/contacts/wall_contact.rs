@@ -1,9 +1,9 @@
 //! Contact of a point with a straight wall.
 
-use crate::elements::contacts::hunt_crossley::push;
-use crate::elements::element::{Element, Local};
+use crate::elements::contacts::hunt_crossley::contact_force;
+use crate::elements::element::{Element, ElementState};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// Contact of a point of a body with a straight wall, without friction: k δ^{3/2} (1 + 1.5 c δ̇), never pulling.
@@ -16,36 +16,36 @@ use autodiff::Scalar;
 pub struct WallContact;
 
 impl WallContact {
-    fn push<T: Scalar>(x: &Local<'_, T>) -> (T, [T; 2], [T; 2]) {
+    fn contact_force<T: Scalar>(x: &ElementState<'_, T>) -> (T, [T; 2], [T; 2]) {
         let frame = Frame::of(x, 0);
         let lever = frame.turned(x.p[0], x.p[1]);
         let (point, velocity) = (frame.point(lever), point_velocity(x, 0, lever));
         let (sin, cos) = x.p[4].sin_cos();
         let depth = (x.p[2] - point[0]) * cos + (x.p[3] - point[1]) * sin;
         let rate = -(velocity[0] * cos + velocity[1] * sin);
-        (push(x.p[5], x.p[6], depth, rate), lever, [cos, sin])
+        (contact_force(x.p[5], x.p[6], depth, rate), lever, [cos, sin])
     }
 }
 
 impl Element for WallContact {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        let (push, lever, normal) = Self::push(x);
-        add_force(balance, 0, lever, [-push * normal[0], -push * normal[1]]);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+        let (contact_force, lever, normal) = Self::contact_force(x);
+        add_force(dynamics, 0, lever, [-contact_force * normal[0], -contact_force * normal[1]]);
     }
 
     fn measures(&self) -> &'static [&'static str] {
         &["push"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
-        out[0] = Self::push(x).0;
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
+        out[0] = Self::contact_force(x).0;
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
     /// Keeps a point on the outer side of a wall through `wall` whose outward normal has the direction `normal` (rad);
     /// `law` is stiffness and damping.
-    pub fn wall_contact(&mut self, name: &str, at: Marker<S>, wall: [S; 2], normal: S, law: [S; 2]) -> Part {
+    pub fn wall_contact(&mut self, name: &str, at: Marker<S>, wall: [S; 2], normal: S, law: [S; 2]) -> ElementIndex {
         let parameters = [at.x, at.y, wall[0], wall[1], normal, law[0], law[1]];
         self.add(name, WallContact, &at.body.coordinates(), &parameters)
     }

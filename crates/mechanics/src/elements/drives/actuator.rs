@@ -1,8 +1,8 @@
 //! A linear actuator.
 
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::elements::line::{Line, ends, without_direction};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
@@ -16,27 +16,34 @@ use autodiff::Scalar;
 pub struct Actuator<F>(pub F);
 
 impl<F: Motion> Element for Actuator<F> {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        Line::of(x).pull(self.0.position(&x.p[4..], x.t), balance);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+        Line::of(x).add_axial_force(self.0.position(&x.p[4..], x.t), dynamics);
     }
 
     fn measures(&self) -> &'static [&'static str] {
         &["tension", "length", "rate"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line::of(x);
         (out[0], out[1], out[2]) = (self.0.position(&x.p[4..], x.t), line.length, line.rate);
     }
 
-    fn trouble(&self, x: &Local<'_, f64>) -> Option<String> {
+    fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
         without_direction(x)
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
     /// Pulls two points together with a tension (N) that is a function of time.
-    pub fn actuator(&mut self, name: &str, a: Marker<S>, b: Marker<S>, tension: impl Motion, parameters: &[S]) -> Part {
+    pub fn actuator(
+        &mut self,
+        name: &str,
+        a: Marker<S>,
+        b: Marker<S>,
+        tension: impl Motion,
+        parameters: &[S],
+    ) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
         self.add(name, Actuator(tension), &coordinates, &[&p[..], parameters].concat())
     }
@@ -52,7 +59,7 @@ mod tests {
     #[test]
     fn a_tension_of_ten_newtons_after_two_seconds() {
         let ((q, v), pull) = (three_four_five(), Actuator(ConstantSpeed));
-        let x = Local { t: 2.0, p: &[0.0, 0.0, 0.0, 0.0, 4.0, 3.0], q: &q, v: &v, a: &[0.0; 6], l: &[] };
+        let x = ElementState { t: 2.0, p: &[0.0, 0.0, 0.0, 0.0, 4.0, 3.0], q: &q, v: &v, a: &[0.0; 6], l: &[] };
         close(&rows(&pull, &x).0, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
         close(&measured(&pull, &x), &[10.0, 5.0, 2.2]);
     }

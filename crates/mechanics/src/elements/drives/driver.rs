@@ -1,7 +1,7 @@
 //! A drive between two coordinates.
 
-use crate::elements::element::{Element, Local};
-use crate::mechanism::{Coordinate, Mechanism, Part};
+use crate::elements::element::{Element, ElementState};
+use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
@@ -14,12 +14,12 @@ use autodiff::Scalar;
 pub struct Driver<F>(pub F);
 
 impl<F: Motion> Element for Driver<F> {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
-        closure[0] = x.q[1] - x.q[0] - self.0.position(x.p, x.t);
-        (balance[0], balance[1]) = (-x.l[0], x.l[0]);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
+        constraint[0] = x.q[1] - x.q[0] - self.0.position(x.p, x.t);
+        (dynamics[0], dynamics[1]) = (-x.l[0], x.l[0]);
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         1
     }
 
@@ -31,14 +31,21 @@ impl<F: Motion> Element for Driver<F> {
         &["effort", "power"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         (out[0], out[1]) = (-x.l[0], -x.l[0] * (x.v[1] - x.v[0]));
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
     /// Prescribes `b` − `a` as a function of time.
-    pub fn driver(&mut self, name: &str, a: Coordinate, b: Coordinate, motion: impl Motion, parameters: &[S]) -> Part {
+    pub fn driver(
+        &mut self,
+        name: &str,
+        a: Coordinate,
+        b: Coordinate,
+        motion: impl Motion,
+        parameters: &[S],
+    ) -> ElementIndex {
         self.add(name, Driver(motion), &[a, b], parameters)
     }
 }
@@ -52,10 +59,10 @@ mod tests {
     #[test]
     fn the_effort_is_the_reaction_and_the_closure_the_lag() {
         let drive = Driver(ConstantSpeed);
-        let x = Local { t: 2.0, p: &[0.5, 3.0], q: &[1.0, 7.0], v: &[1.0, 4.0], a: &[0.0; 2], l: &[-5.0] };
-        let (balance, closure) = rows(&drive, &x);
-        close(&balance, &[5.0, -5.0]);
-        close(&closure, &[-0.5]);
+        let x = ElementState { t: 2.0, p: &[0.5, 3.0], q: &[1.0, 7.0], v: &[1.0, 4.0], a: &[0.0; 2], l: &[-5.0] };
+        let (dynamics, constraint) = rows(&drive, &x);
+        close(&dynamics, &[5.0, -5.0]);
+        close(&constraint, &[-0.5]);
         close(&measured(&drive, &x), &[5.0, 15.0]);
     }
 }

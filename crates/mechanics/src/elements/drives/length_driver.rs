@@ -1,8 +1,8 @@
 //! A linear drive.
 
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::elements::line::{Line, ends, without_direction};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
@@ -16,13 +16,13 @@ use autodiff::Scalar;
 pub struct LengthDriver<F>(pub F);
 
 impl<F: Motion> Element for LengthDriver<F> {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let line = Line::of(x);
-        closure[0] = line.length - self.0.position(&x.p[4..], x.t);
-        line.pull(x.l[0], balance);
+        constraint[0] = line.length - self.0.position(&x.p[4..], x.t);
+        line.add_axial_force(x.l[0], dynamics);
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         1
     }
 
@@ -30,11 +30,11 @@ impl<F: Motion> Element for LengthDriver<F> {
         &["tension", "length"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         (out[0], out[1]) = (x.l[0], Line::of(x).length);
     }
 
-    fn trouble(&self, x: &Local<'_, f64>) -> Option<String> {
+    fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
         without_direction(x)
     }
 }
@@ -48,7 +48,7 @@ impl<S: Scalar> Mechanism<S> {
         b: Marker<S>,
         length: impl Motion,
         parameters: &[S],
-    ) -> Part {
+    ) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
         self.add(name, LengthDriver(length), &coordinates, &[&p[..], parameters].concat())
     }
@@ -64,9 +64,9 @@ mod tests {
     #[test]
     fn half_a_metre_ahead_after_a_second() {
         let (q, v) = three_four_five();
-        let x = Local { t: 1.0, p: &[0.0, 0.0, 0.0, 0.0, 4.0, 0.5], q: &q, v: &v, a: &[0.0; 6], l: &[10.0] };
-        let (balance, closure) = rows(&LengthDriver(ConstantSpeed), &x);
-        close(&closure, &[0.5]);
-        close(&balance, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
+        let x = ElementState { t: 1.0, p: &[0.0, 0.0, 0.0, 0.0, 4.0, 0.5], q: &q, v: &v, a: &[0.0; 6], l: &[10.0] };
+        let (dynamics, constraint) = rows(&LengthDriver(ConstantSpeed), &x);
+        close(&constraint, &[0.5]);
+        close(&dynamics, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
     }
 }

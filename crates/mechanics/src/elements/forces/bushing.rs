@@ -1,8 +1,8 @@
 //! An elastic joint.
 
-use crate::elements::element::{Element, Energy, Local};
+use crate::elements::element::{Element, ElementState, Energy};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A bushing: linear springs and dampers between two points along the axes of body A, and between the rotations.
@@ -24,7 +24,7 @@ struct Deformed<T> {
 }
 
 impl<T: Scalar> Deformed<T> {
-    fn of(x: &Local<'_, T>) -> Self {
+    fn of(x: &ElementState<'_, T>) -> Self {
         let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
         let (ra, lever_b) = (a.turned(x.p[0], x.p[1]), b.turned(x.p[2], x.p[3]));
         let pb = b.point(lever_b);
@@ -39,31 +39,31 @@ impl<T: Scalar> Deformed<T> {
         Self { gap, rate: [rx, ry, x.v[5] - x.v[2]], frame: a, lever_a, lever_b }
     }
 
-    fn effort(&self, x: &Local<'_, T>) -> [T; 3] {
+    fn generalized_force(&self, x: &ElementState<'_, T>) -> [T; 3] {
         [0, 1, 2].map(|k| x.p[4 + k] * self.gap[k] + x.p[7 + k] * self.rate[k])
     }
 }
 
 impl Element for Bushing {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
         let deformed = Deformed::of(x);
-        let effort = deformed.effort(x);
+        let effort = deformed.generalized_force(x);
         let [fx, fy] = deformed.frame.turned(effort[0], effort[1]);
-        add_force(balance, 0, deformed.lever_a, [-fx, -fy]);
-        add_force(balance, 3, deformed.lever_b, [fx, fy]);
-        balance[2] -= effort[2];
-        balance[5] += effort[2];
+        add_force(dynamics, 0, deformed.lever_a, [-fx, -fy]);
+        add_force(dynamics, 3, deformed.lever_b, [fx, fy]);
+        dynamics[2] -= effort[2];
+        dynamics[5] += effort[2];
     }
 
     fn measures(&self) -> &'static [&'static str] {
         &["force_x", "force_y", "couple"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
-        out.copy_from_slice(&Deformed::of(x).effort(x));
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
+        out.copy_from_slice(&Deformed::of(x).generalized_force(x));
     }
 
-    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let gap = Deformed::of(x).gap;
         let potential = [0, 1, 2].map(|k| x.p[4 + k] * gap[k] * gap[k] * 0.5).into_iter().sum();
         Energy { kinetic: T::zero(), potential }
@@ -72,7 +72,14 @@ impl Element for Bushing {
 
 impl<S: Scalar> Mechanism<S> {
     /// Joins two points elastically: stiffnesses along x and y of the body of `a` and in rotation, and dampings.
-    pub fn bushing(&mut self, name: &str, a: Marker<S>, b: Marker<S>, stiffness: [S; 3], damping: [S; 3]) -> Part {
+    pub fn bushing(
+        &mut self,
+        name: &str,
+        a: Marker<S>,
+        b: Marker<S>,
+        stiffness: [S; 3],
+        damping: [S; 3],
+    ) -> ElementIndex {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
         let parameters = [&[a.x, a.y, b.x, b.y], &stiffness[..], &damping[..]].concat();
         self.add(name, Bushing, &coordinates, &parameters)

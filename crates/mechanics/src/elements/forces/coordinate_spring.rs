@@ -1,7 +1,7 @@
 //! A spring and damper between two coordinates.
 
-use crate::elements::element::{Element, Energy, Local};
-use crate::mechanism::{Coordinate, Mechanism, Part};
+use crate::elements::element::{Element, ElementState, Energy};
+use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
 /// A spring and damper on the difference u = q_B − q_A − u₀ of two coordinates: k u + k₃ u³ + c u̇.
@@ -13,27 +13,27 @@ use autodiff::Scalar;
 pub struct CoordinateSpring;
 
 impl CoordinateSpring {
-    fn effort<T: Scalar>(x: &Local<'_, T>) -> T {
+    fn generalized_force<T: Scalar>(x: &ElementState<'_, T>) -> T {
         let u = x.q[1] - x.q[0] - x.p[2];
         x.p[0] * u + x.p[3] * u.powi(3) + x.p[1] * (x.v[1] - x.v[0])
     }
 }
 
 impl Element for CoordinateSpring {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        let effort = Self::effort(x);
-        (balance[0], balance[1]) = (-effort, effort);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+        let effort = Self::generalized_force(x);
+        (dynamics[0], dynamics[1]) = (-effort, effort);
     }
 
     fn measures(&self) -> &'static [&'static str] {
         &["effort", "stretch", "rate"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
-        (out[0], out[1], out[2]) = (Self::effort(x), x.q[1] - x.q[0] - x.p[2], x.v[1] - x.v[0]);
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
+        (out[0], out[1], out[2]) = (Self::generalized_force(x), x.q[1] - x.q[0] - x.p[2], x.v[1] - x.v[0]);
     }
 
-    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let u = x.q[1] - x.q[0] - x.p[2];
         Energy { kinetic: T::zero(), potential: x.p[0] * u * u * 0.5 + x.p[3] * u.powi(4) * 0.25 }
     }
@@ -41,7 +41,7 @@ impl Element for CoordinateSpring {
 
 impl<S: Scalar> Mechanism<S> {
     /// Puts a spring and damper on `b` − `a`: stiffness, damping, unloaded difference, cubic stiffness.
-    pub fn coordinate_spring(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 4]) -> Part {
+    pub fn coordinate_spring(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 4]) -> ElementIndex {
         self.add(name, CoordinateSpring, &[a, b], &parameters)
     }
 }

@@ -1,7 +1,7 @@
 //! Smooth friction between two coordinates.
 
-use crate::elements::element::{Element, Local};
-use crate::mechanism::{Coordinate, Mechanism, Part};
+use crate::elements::element::{Element, ElementState};
+use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
 /// Friction between two coordinates, smooth through zero: F_c tanh(v / v_s) + c v.
@@ -13,34 +13,34 @@ use autodiff::Scalar;
 pub struct Friction;
 
 impl Friction {
-    fn effort<T: Scalar>(x: &Local<'_, T>) -> T {
+    fn generalized_force<T: Scalar>(x: &ElementState<'_, T>) -> T {
         let rate = x.v[1] - x.v[0];
         x.p[0] * (rate / x.p[1]).tanh() + x.p[2] * rate
     }
 }
 
 impl Element for Friction {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
-        let effort = Self::effort(x);
-        (balance[0], balance[1]) = (-effort, effort);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+        let effort = Self::generalized_force(x);
+        (dynamics[0], dynamics[1]) = (-effort, effort);
     }
 
     fn measures(&self) -> &'static [&'static str] {
         &["effort"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
-        out[0] = Self::effort(x);
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
+        out[0] = Self::generalized_force(x);
     }
 
-    fn complaint(&self, p: &[f64]) -> Option<String> {
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         (!(p[1] > 0.0)).then(|| format!("its transition velocity is {}", p[1]))
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
     /// Lets `b` rub on `a`: Coulomb effort, transition velocity, viscous coefficient.
-    pub fn friction(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 3]) -> Part {
+    pub fn friction(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 3]) -> ElementIndex {
         self.add(name, Friction, &[a, b], &parameters)
     }
 }
@@ -56,6 +56,6 @@ mod tests {
         close(&[effort(0.0)], &[0.0]);
         close(&[effort(0.01)], &[5.0 * 1f64.tanh() + 0.02]);
         close(&[effort(1.0), effort(-1.0)], &[7.0, -7.0]);
-        assert!(Friction.complaint(&[5.0, 0.0, 0.0]).is_some());
+        assert!(Friction.validate_parameters(&[5.0, 0.0, 0.0]).is_some());
     }
 }

@@ -1,7 +1,7 @@
 //! An effort that is a function of time.
 
-use crate::elements::element::{Element, Local};
-use crate::mechanism::{Coordinate, Mechanism, Part};
+use crate::elements::element::{Element, ElementState};
+use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
@@ -14,9 +14,9 @@ use autodiff::Scalar;
 pub struct Load<F>(pub F);
 
 impl<F: Motion> Element for Load<F> {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
         let effort = self.0.position(x.p, x.t);
-        (balance[0], balance[1]) = (effort, -effort);
+        (dynamics[0], dynamics[1]) = (effort, -effort);
     }
 
     fn linear(&self) -> &'static [usize] {
@@ -27,7 +27,7 @@ impl<F: Motion> Element for Load<F> {
         &["effort", "power"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = self.0.position(x.p, x.t);
         out[1] = out[0] * (x.v[1] - x.v[0]);
     }
@@ -35,7 +35,14 @@ impl<F: Motion> Element for Load<F> {
 
 impl<S: Scalar> Mechanism<S> {
     /// Drives `b` against `a` by an effort that is a function of time.
-    pub fn load(&mut self, name: &str, a: Coordinate, b: Coordinate, effort: impl Motion, parameters: &[S]) -> Part {
+    pub fn load(
+        &mut self,
+        name: &str,
+        a: Coordinate,
+        b: Coordinate,
+        effort: impl Motion,
+        parameters: &[S],
+    ) -> ElementIndex {
         self.add(name, Load(effort), &[a, b], parameters)
     }
 }
@@ -49,7 +56,7 @@ mod tests {
     #[test]
     fn a_torque_that_grows_with_time_and_its_power() {
         let motor = Load(ConstantSpeed);
-        let x = Local { t: 3.0, p: &[1.0, 2.0], q: &[0.0; 2], v: &[1.0, 5.0], a: &[0.0; 2], l: &[] };
+        let x = ElementState { t: 3.0, p: &[1.0, 2.0], q: &[0.0; 2], v: &[1.0, 5.0], a: &[0.0; 2], l: &[] };
         close(&rows(&motor, &x).0, &[7.0, -7.0]);
         close(&measured(&motor, &x), &[7.0, 28.0]);
     }

@@ -10,7 +10,7 @@ pub(crate) mod spring_damper;
 
 pub use bushing::Bushing;
 pub use coordinate_spring::CoordinateSpring;
-pub use feedback_force::{Law, StateLoad};
+pub use feedback_force::{FeedbackForce, StateFunction};
 pub use friction::Friction;
 pub use load::Load;
 pub use point_force::PointForce;

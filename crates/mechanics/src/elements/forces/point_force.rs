@@ -1,8 +1,8 @@
 //! A force on a point of a body.
 
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::mechanism::frame::{Frame, add_force};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
@@ -15,25 +15,32 @@ use autodiff::Scalar;
 pub struct PointForce<F>(pub F);
 
 impl<F: Motion> Element for PointForce<F> {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
         let lever = Frame::of(x, 0).turned(x.p[0], x.p[1]);
         let force = self.0.position(&x.p[3..], x.t);
         let (sin, cos) = x.p[2].sin_cos();
-        add_force(balance, 0, lever, [-force * cos, -force * sin]);
+        add_force(dynamics, 0, lever, [-force * cos, -force * sin]);
     }
 
     fn measures(&self) -> &'static [&'static str] {
         &["force"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = self.0.position(&x.p[3..], x.t);
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
     /// Applies a force (N) at a point, in the fixed `direction` (rad), as a function of time.
-    pub fn force(&mut self, name: &str, at: Marker<S>, direction: S, force: impl Motion, parameters: &[S]) -> Part {
+    pub fn force(
+        &mut self,
+        name: &str,
+        at: Marker<S>,
+        direction: S,
+        force: impl Motion,
+        parameters: &[S],
+    ) -> ElementIndex {
         let all = [&[at.x, at.y, direction], parameters].concat();
         self.add(name, PointForce(force), &at.body.coordinates(), &all)
     }

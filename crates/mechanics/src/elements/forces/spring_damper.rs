@@ -1,8 +1,8 @@
 //! A spring and damper between two points.
 
-use crate::elements::element::{Element, Energy, Local};
+use crate::elements::element::{Element, ElementState, Energy};
 use crate::elements::line::{Line, ends};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A spring and damper between two points: tension k (L − L₀) + k₃ (L − L₀)³ + c L̇.
@@ -18,21 +18,21 @@ use autodiff::Scalar;
 pub struct SpringDamper;
 
 impl SpringDamper {
-    fn tension<T: Scalar>(x: &Local<'_, T>, line: &Line<T>) -> T {
+    fn tension<T: Scalar>(x: &ElementState<'_, T>, line: &Line<T>) -> T {
         let stretch = line.length - x.p[6];
         x.p[4] * stretch + x.p[7] * stretch.powi(3) + x.p[5] * line.rate
     }
 }
 
 impl Element for SpringDamper {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
         let line = Line::of(x);
         if line.is_point() {
             let stiffness = x.p[4] + x.p[7] * x.p[6] * x.p[6] * 3.0;
             let force = [0, 1].map(|k| stiffness * line.gap[k] + x.p[5] * line.parting[k]);
-            line.apply(force, balance);
+            line.apply(force, dynamics);
         } else {
-            line.pull(Self::tension(x, &line), balance);
+            line.add_axial_force(Self::tension(x, &line), dynamics);
         }
     }
 
@@ -40,12 +40,12 @@ impl Element for SpringDamper {
         &["tension", "length", "rate"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line::of(x);
         (out[0], out[1], out[2]) = (Self::tension(x, &line), line.length, line.rate);
     }
 
-    fn energy<T: Scalar>(&self, x: &Local<'_, T>) -> Energy<T> {
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let stretch = Line::of(x).length - x.p[6];
         let potential = x.p[4] * stretch.powi(2) * 0.5 + x.p[7] * stretch.powi(4) * 0.25;
         Energy { kinetic: T::zero(), potential }
@@ -54,12 +54,12 @@ impl Element for SpringDamper {
 
 impl<S: Scalar> Mechanism<S> {
     /// Puts a linear spring and damper between two points.
-    pub fn spring_damper(&mut self, name: &str, a: Marker<S>, b: Marker<S>, [k, c, rest]: [S; 3]) -> Part {
+    pub fn spring_damper(&mut self, name: &str, a: Marker<S>, b: Marker<S>, [k, c, rest]: [S; 3]) -> ElementIndex {
         self.nonlinear_spring(name, a, b, [k, c, rest, S::from(0.0)])
     }
 
     /// Puts a spring with a cubic part and a damper between two points: k, c, rest length, k₃.
-    pub fn nonlinear_spring(&mut self, name: &str, a: Marker<S>, b: Marker<S>, parameters: [S; 4]) -> Part {
+    pub fn nonlinear_spring(&mut self, name: &str, a: Marker<S>, b: Marker<S>, parameters: [S; 4]) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
         self.add(name, SpringDamper, &coordinates, &[&p[..], &parameters[..]].concat())
     }
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::elements::element_tests::{close, energies, measured, moving, rows};
     use crate::elements::line::three_four_five;
-    use autodiff::Tangent;
+    use autodiff::DualVec;
 
     fn parameters(rest: f64) -> [f64; 8] {
         [0.0, 0.0, 0.0, 0.0, 7.0, 10.0, rest, 2.0]
@@ -102,14 +102,14 @@ mod tests {
     #[test]
     fn at_zero_length_derivatives_are_those_of_a_vector_spring() {
         // Moving B by (1, 2): k (1, 2) for an unloaded length of zero; nothing is NaN, not even in measures and energy.
-        let seeded = |value: f64, slope: f64| Tangent::<1> { re: value, eps: [slope] };
+        let seeded = |value: f64, slope: f64| DualVec::<1> { re: value, eps: [slope] };
         let p = parameters(0.0).map(|p| seeded(p, 0.0));
         let q = [0.0, 0.0, 0.0, 1.0, 2.0, 0.0].map(|slope| seeded(0.0, slope));
         let still = [seeded(0.0, 0.0); 6];
-        let x = Local { t: seeded(0.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &[] };
-        let mut balance = still;
-        Element::residual(&SpringDamper, &x, &mut balance, &mut []);
-        close(&balance.map(|row| row.eps[0]), &[-7.0, -14.0, 0.0, 7.0, 14.0, 0.0]);
+        let x = ElementState { t: seeded(0.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &[] };
+        let mut dynamics = still;
+        Element::residual(&SpringDamper, &x, &mut dynamics, &mut []);
+        close(&dynamics.map(|row| row.eps[0]), &[-7.0, -14.0, 0.0, 7.0, 14.0, 0.0]);
         let mut out = [seeded(0.0, 0.0); 3];
         Element::measure(&SpringDamper, &x, &mut out);
         assert!(out.iter().all(|m| m.re.is_finite() && m.eps[0].is_finite()));

@@ -1,8 +1,8 @@
 //! A massless rod.
 
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::elements::line::{Line, ends, without_direction};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A massless rod: two points keep their distance, Φ = |r_B − r_A| − L.
@@ -11,16 +11,16 @@ use autodiff::Scalar;
 ///
 /// **Source.** Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
-pub struct Rod;
+pub struct DistanceConstraint;
 
-impl Element for Rod {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+impl Element for DistanceConstraint {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let line = Line::of(x);
-        closure[0] = line.length - x.p[4];
-        line.pull(x.l[0], balance);
+        constraint[0] = line.length - x.p[4];
+        line.add_axial_force(x.l[0], dynamics);
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         1
     }
 
@@ -28,24 +28,24 @@ impl Element for Rod {
         &["tension"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = x.l[0];
     }
 
-    fn complaint(&self, p: &[f64]) -> Option<String> {
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         (!(p[4] > 0.0)).then(|| format!("its length is {} m", p[4]))
     }
 
-    fn trouble(&self, x: &Local<'_, f64>) -> Option<String> {
+    fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
         without_direction(x)
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
     /// Keeps the points `a` and `b` at the distance `length` (m).
-    pub fn rod(&mut self, name: &str, a: Marker<S>, b: Marker<S>, length: S) -> Part {
+    pub fn distance_constraint(&mut self, name: &str, a: Marker<S>, b: Marker<S>, length: S) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
-        self.add(name, Rod, &coordinates, &[&p[..], &[length]].concat())
+        self.add(name, DistanceConstraint, &coordinates, &[&p[..], &[length]].concat())
     }
 }
 
@@ -58,9 +58,9 @@ mod tests {
     #[test]
     fn a_rod_of_four_metres_is_a_metre_too_short() {
         let (q, _) = three_four_five();
-        let (balance, closure) = rows(&Rod, &at(&[0.0, 0.0, 0.0, 0.0, 4.0], &q, &[10.0]));
-        close(&closure, &[1.0]);
-        close(&balance, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
-        assert!(Rod.complaint(&[0.0; 5]).is_some());
+        let (dynamics, constraint) = rows(&DistanceConstraint, &at(&[0.0, 0.0, 0.0, 0.0, 4.0], &q, &[10.0]));
+        close(&constraint, &[1.0]);
+        close(&dynamics, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
+        assert!(DistanceConstraint.validate_parameters(&[0.0; 5]).is_some());
     }
 }

@@ -1,8 +1,8 @@
 //! Two bodies joined rigidly.
 
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::elements::joints::revolute::Revolute;
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A weld: a [`Revolute`] whose bodies also keep their relative rotation.
@@ -12,17 +12,17 @@ use autodiff::Scalar;
 ///
 /// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.3.
 #[derive(Clone, Copy, Debug)]
-pub struct Weld;
+pub struct FixedJoint;
 
-impl Element for Weld {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
-        Element::residual(&Revolute, x, balance, closure);
-        closure[2] = x.q[2] - x.q[5] + x.p[4];
-        balance[2] += x.l[2];
-        balance[5] -= x.l[2];
+impl Element for FixedJoint {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
+        Element::residual(&Revolute, x, dynamics, constraint);
+        constraint[2] = x.q[2] - x.q[5] + x.p[4];
+        dynamics[2] += x.l[2];
+        dynamics[5] -= x.l[2];
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         3
     }
 
@@ -34,16 +34,16 @@ impl Element for Weld {
         &["force_x", "force_y", "couple"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out.copy_from_slice(&x.l[..3]);
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
     /// Joins the bodies of `a` and `b` at these points, the second turned against the first by `turn` (rad).
-    pub fn weld(&mut self, name: &str, a: Marker<S>, b: Marker<S>, turn: S) -> Part {
+    pub fn fixed_joint(&mut self, name: &str, a: Marker<S>, b: Marker<S>, turn: S) -> ElementIndex {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add(name, Weld, &coordinates, &[a.x, a.y, b.x, b.y, turn])
+        self.add(name, FixedJoint, &coordinates, &[a.x, a.y, b.x, b.y, turn])
     }
 }
 
@@ -55,9 +55,9 @@ mod tests {
     #[test]
     fn a_pin_with_a_couple() {
         let x = at(&[0.5, 0.0, -0.5, 0.0, 0.3], &[0.0, 0.0, 0.0, 1.1, 0.2, 0.0], &[3.0, 4.0, 6.0]);
-        let (balance, closure) = rows(&Weld, &x);
-        close(&closure, &[-0.1, -0.2, 0.3]);
-        close(&balance, &[3.0, 4.0, 8.0, -3.0, -4.0, -4.0]);
-        close(&measured(&Weld, &x), &[3.0, 4.0, 6.0]);
+        let (dynamics, constraint) = rows(&FixedJoint, &x);
+        close(&constraint, &[-0.1, -0.2, 0.3]);
+        close(&dynamics, &[3.0, 4.0, 8.0, -3.0, -4.0, -4.0]);
+        close(&measured(&FixedJoint, &x), &[3.0, 4.0, 6.0]);
     }
 }

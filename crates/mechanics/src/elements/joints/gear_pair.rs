@@ -1,7 +1,7 @@
 //! A pair of gears.
 
-use crate::elements::element::{Element, Local};
-use crate::mechanism::{Coordinate, Mechanism, Part};
+use crate::elements::element::{Element, ElementState};
+use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
 /// A pair of gears: r₁ (θ₁ − θ_c) + r₂ (θ₂ − θ_c) = u₀, for external teeth; r₂ < 0 for a ring gear.
@@ -13,13 +13,13 @@ use autodiff::Scalar;
 pub struct GearPair;
 
 impl Element for GearPair {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let (one, two) = (x.p[0], x.p[1]);
-        closure[0] = one * (x.q[0] - x.q[2]) + two * (x.q[1] - x.q[2]) - x.p[2];
-        (balance[0], balance[1], balance[2]) = (one * x.l[0], two * x.l[0], -(one + two) * x.l[0]);
+        constraint[0] = one * (x.q[0] - x.q[2]) + two * (x.q[1] - x.q[2]) - x.p[2];
+        (dynamics[0], dynamics[1], dynamics[2]) = (one * x.l[0], two * x.l[0], -(one + two) * x.l[0]);
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         1
     }
 
@@ -31,11 +31,11 @@ impl Element for GearPair {
         &["tooth_force"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = x.l[0];
     }
 
-    fn complaint(&self, p: &[f64]) -> Option<String> {
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         (p[0] == 0.0 || p[1] == 0.0).then(|| format!("its radii are {} m and {} m", p[0], p[1]))
     }
 }
@@ -48,7 +48,7 @@ impl<S: Scalar> Mechanism<S> {
         [one, two]: [Coordinate; 2],
         carrier: Coordinate,
         [r1, r2, offset]: [S; 3],
-    ) -> Part {
+    ) -> ElementIndex {
         self.add(name, GearPair, &[one, two, carrier], &[r1, r2, offset])
     }
 }
@@ -61,11 +61,11 @@ mod tests {
     #[test]
     fn a_large_wheel_turns_back_half_as_far() {
         let p = [0.1, 0.2, 0.0];
-        let (balance, closure) = rows(&GearPair, &at(&p, &[0.8, -0.4, 0.0], &[30.0]));
-        close(&closure, &[0.0]);
-        close(&balance, &[3.0, 6.0, -9.0]);
+        let (dynamics, constraint) = rows(&GearPair, &at(&p, &[0.8, -0.4, 0.0], &[30.0]));
+        close(&constraint, &[0.0]);
+        close(&dynamics, &[3.0, 6.0, -9.0]);
         // With the carrier, everything turns as one.
         close(&rows(&GearPair, &at(&p, &[0.3, 0.3, 0.3], &[0.0])).1, &[0.0]);
-        assert!(GearPair.complaint(&[0.0, 0.2, 0.0]).is_some());
+        assert!(GearPair.validate_parameters(&[0.0, 0.2, 0.0]).is_some());
     }
 }

@@ -8,8 +8,8 @@ pub(crate) mod prismatic;
 pub(crate) mod rack;
 pub(crate) mod revolute;
 
-pub use distance::Rod;
-pub use fixed_joint::Weld;
+pub use distance::DistanceConstraint;
+pub use fixed_joint::FixedJoint;
 pub use gear_pair::GearPair;
 pub use point_on_line::PointOnLine;
 pub use prismatic::Prismatic;

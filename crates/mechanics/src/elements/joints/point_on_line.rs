@@ -1,8 +1,8 @@
 //! A point of one body on a straight line of another: a pin in a slot.
 
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::mechanism::frame::{Frame, add_force};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A pin in a straight slot: point B of one body stays on a line through point A of another.
@@ -27,7 +27,7 @@ pub(crate) struct Offset<T> {
 
 impl<T: Scalar> Offset<T> {
     #[inline]
-    pub fn of(x: &Local<'_, T>) -> Self {
+    pub fn of(x: &ElementState<'_, T>) -> Self {
         let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
         let ra = a.turned(x.p[0], x.p[1]);
         let (sin, cos) = (a.theta + x.p[2]).sin_cos();
@@ -42,21 +42,21 @@ impl<T: Scalar> Offset<T> {
 
     /// Reaction of the slot on both bodies; on A it acts where B is.
     #[inline]
-    pub fn react(&self, l: T, balance: &mut [T]) {
+    pub fn react(&self, l: T, dynamics: &mut [T]) {
         let [nx, ny] = self.normal;
-        add_force(balance, 0, self.lever_a, [-l * nx, -l * ny]);
-        add_force(balance, 3, self.lever_b, [l * nx, l * ny]);
+        add_force(dynamics, 0, self.lever_a, [-l * nx, -l * ny]);
+        add_force(dynamics, 3, self.lever_b, [l * nx, l * ny]);
     }
 }
 
 impl Element for PointOnLine {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let offset = Offset::of(x);
-        closure[0] = offset.value;
-        offset.react(x.l[0], balance);
+        constraint[0] = offset.value;
+        offset.react(x.l[0], dynamics);
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         1
     }
 
@@ -64,14 +64,14 @@ impl Element for PointOnLine {
         &["force", "position"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         (out[0], out[1]) = (x.l[0], Offset::of(x).along);
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
     /// Keeps point `b` on the line through point `a` at the angle `line` (rad) in the body of `a`.
-    pub fn point_on_line(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>) -> Part {
+    pub fn point_on_line(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>) -> ElementIndex {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
         self.add(name, PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y])
     }
@@ -86,9 +86,9 @@ mod tests {
     fn a_pin_two_metres_along_a_slot_and_a_tenth_beside_it() {
         // The slot is along +x of A; the pin is at (2, 0.1). A force of 5 N of the pin on the slot, upwards.
         let x = at(&[0.0; 5], &[0.0, 0.0, 0.0, 2.0, 0.1, 0.7], &[5.0]);
-        let (balance, closure) = rows(&PointOnLine, &x);
-        close(&closure, &[0.1]);
-        close(&balance, &[0.0, -5.0, -10.0, 0.0, 5.0, 0.0]);
+        let (dynamics, constraint) = rows(&PointOnLine, &x);
+        close(&constraint, &[0.1]);
+        close(&dynamics, &[0.0, -5.0, -10.0, 0.0, 5.0, 0.0]);
         close(&measured(&PointOnLine, &x), &[5.0, 2.0]);
     }
 }

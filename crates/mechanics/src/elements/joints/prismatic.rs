@@ -1,8 +1,8 @@
 //! A slider in a straight guide.
 
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::elements::joints::point_on_line::Offset;
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A slider: as [`PointOnLine`](crate::elements::joints::point_on_line::PointOnLine), and both bodies keep their relative rotation.
@@ -15,16 +15,16 @@ use autodiff::Scalar;
 pub struct Prismatic;
 
 impl Element for Prismatic {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let offset = Offset::of(x);
-        closure[0] = offset.value;
-        closure[1] = x.q[5] - x.q[2] - x.p[5];
-        offset.react(x.l[0], balance);
-        balance[2] -= x.l[1];
-        balance[5] += x.l[1];
+        constraint[0] = offset.value;
+        constraint[1] = x.q[5] - x.q[2] - x.p[5];
+        offset.react(x.l[0], dynamics);
+        dynamics[2] -= x.l[1];
+        dynamics[5] += x.l[1];
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         2
     }
 
@@ -32,7 +32,7 @@ impl Element for Prismatic {
         &["force", "couple", "position"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         (out[0], out[1], out[2]) = (x.l[0], x.l[1], Offset::of(x).along);
     }
 }
@@ -40,7 +40,7 @@ impl Element for Prismatic {
 impl<S: Scalar> Mechanism<S> {
     /// Lets the body of `b` slide along the line through `a` at the angle `line` in the body of `a`, turned against it
     /// by `turn` (rad).
-    pub fn prismatic(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, turn: S) -> Part {
+    pub fn prismatic(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, turn: S) -> ElementIndex {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
         self.add(name, Prismatic, &coordinates, &[a.x, a.y, line, b.x, b.y, turn])
     }
@@ -54,9 +54,9 @@ mod tests {
     #[test]
     fn a_slider_two_metres_along_and_turned_too_far() {
         let x = at(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.5], &[0.0, 0.0, 0.0, 2.0, 0.1, 0.7], &[5.0, 3.0]);
-        let (balance, closure) = rows(&Prismatic, &x);
-        close(&closure, &[0.1, 0.2]);
-        close(&balance, &[0.0, -5.0, -13.0, 0.0, 5.0, 3.0]);
+        let (dynamics, constraint) = rows(&Prismatic, &x);
+        close(&constraint, &[0.1, 0.2]);
+        close(&dynamics, &[0.0, -5.0, -13.0, 0.0, 5.0, 3.0]);
         close(&measured(&Prismatic, &x), &[5.0, 3.0, 2.0]);
     }
 }

@@ -1,8 +1,8 @@
 //! A pin that holds two points together.
 
-use crate::elements::element::{Element, Local, Slopes, Variable};
+use crate::elements::element::{ConstraintDerivatives, Element, ElementState, Variable};
 use crate::mechanism::frame::{Frame, add_force};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A pin: the points A and B of two bodies coincide.
@@ -17,17 +17,17 @@ use autodiff::Scalar;
 pub struct Revolute;
 
 impl Element for Revolute {
-    fn residual<T: Scalar>(&self, x: &Local<'_, T>, balance: &mut [T], closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
         let (ra, rb) = (a.turned(x.p[0], x.p[1]), b.turned(x.p[2], x.p[3]));
         let (pa, pb) = (a.point(ra), b.point(rb));
-        closure[0] = pa[0] - pb[0];
-        closure[1] = pa[1] - pb[1];
-        add_force(balance, 0, ra, [x.l[0], x.l[1]]);
-        add_force(balance, 3, rb, [-x.l[0], -x.l[1]]);
+        constraint[0] = pa[0] - pb[0];
+        constraint[1] = pa[1] - pb[1];
+        add_force(dynamics, 0, ra, [x.l[0], x.l[1]]);
+        add_force(dynamics, 3, rb, [-x.l[0], -x.l[1]]);
     }
 
-    fn closures(&self) -> usize {
+    fn num_constraints(&self) -> usize {
         2
     }
 
@@ -37,7 +37,12 @@ impl Element for Revolute {
 
     /// A lever r turns with its body: its derivatives with respect to θ and to its own components are levers r′ as well,
     /// with rates ω r′⊥ and α r′⊥ − ω² r′.
-    fn slopes(&self, x: &Local<'_, f64>, variables: &[Variable], out: &mut Slopes<'_>) -> bool {
+    fn constraint_derivatives(
+        &self,
+        x: &ElementState<'_, f64>,
+        variables: &[Variable],
+        out: &mut ConstraintDerivatives<'_>,
+    ) -> bool {
         let frames = [Frame::of(x, 0), Frame::of(x, 3)];
         for (k, variable) in variables.iter().enumerate() {
             let (side, lever) = match *variable {
@@ -47,7 +52,7 @@ impl Element for Revolute {
                     (side, [-ry, rx])
                 }
                 Variable::Coordinate(i) => {
-                    out.closure[2 * k + i % 3][0] = if i < 3 { 1.0 } else { -1.0 };
+                    out.constraint[2 * k + i % 3][0] = if i < 3 { 1.0 } else { -1.0 };
                     continue;
                 }
                 Variable::Parameter(i) if i % 2 == 0 => (i / 2, [frames[i / 2].cos, frames[i / 2].sin]),
@@ -55,9 +60,9 @@ impl Element for Revolute {
             };
             let [ux, uy] = if side == 0 { lever } else { lever.map(|u| -u) };
             let (spin, turn) = (x.v[3 * side + 2], x.a[3 * side + 2]);
-            out.balance[6 * k + 3 * side + 2] = ux * x.l[1] - uy * x.l[0];
-            out.closure[2 * k] = [ux, -spin * uy, -turn * uy - spin * spin * ux];
-            out.closure[2 * k + 1] = [uy, spin * ux, turn * ux - spin * spin * uy];
+            out.dynamics[6 * k + 3 * side + 2] = ux * x.l[1] - uy * x.l[0];
+            out.constraint[2 * k] = [ux, -spin * uy, -turn * uy - spin * spin * ux];
+            out.constraint[2 * k + 1] = [uy, spin * ux, turn * ux - spin * spin * uy];
         }
         true
     }
@@ -66,7 +71,7 @@ impl Element for Revolute {
         &["force_x", "force_y", "force"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         (out[0], out[1]) = (x.l[0], x.l[1]);
         out[2] = (x.l[0] * x.l[0] + x.l[1] * x.l[1]).sqrt();
     }
@@ -74,7 +79,7 @@ impl Element for Revolute {
 
 impl<S: Scalar> Mechanism<S> {
     /// Pins the points `a` and `b` of two bodies together.
-    pub fn revolute(&mut self, name: &str, a: Marker<S>, b: Marker<S>) -> Part {
+    pub fn revolute(&mut self, name: &str, a: Marker<S>, b: Marker<S>) -> ElementIndex {
         let [ax, ay, at] = a.body.coordinates();
         let [bx, by, bt] = b.body.coordinates();
         self.add(name, Revolute, &[ax, ay, at, bx, by, bt], &[a.x, a.y, b.x, b.y])
@@ -90,9 +95,9 @@ mod tests {
     fn a_pin_half_a_metre_out_on_both_bodies() {
         // A at the origin, B's reference point at (1.1, 0.2): the pin points are (0.5, 0) and (0.6, 0.2).
         let x = at(&[0.5, 0.0, -0.5, 0.0], &[0.0, 0.0, 0.0, 1.1, 0.2, 0.0], &[3.0, 4.0]);
-        let (balance, closure) = rows(&Revolute, &x);
-        close(&closure, &[-0.1, -0.2]);
-        close(&balance, &[3.0, 4.0, 2.0, -3.0, -4.0, 2.0]);
+        let (dynamics, constraint) = rows(&Revolute, &x);
+        close(&constraint, &[-0.1, -0.2]);
+        close(&dynamics, &[3.0, 4.0, 2.0, -3.0, -4.0, 2.0]);
         close(&measured(&Revolute, &x), &[3.0, 4.0, 5.0]);
     }
 
@@ -100,6 +105,9 @@ mod tests {
     fn the_closed_form_is_what_jets_of_dual_numbers_give() {
         let (p, l) = ([0.5, 0.1, -0.4, 0.2], [3.0, -4.0]);
         let (q, v) = ([0.0, 0.1, 0.3, 1.1, 0.2, -0.7], [0.3, 0.1, 2.0, -1.0, 0.5, -3.0]);
-        has_its_slopes(&Revolute, &Local { t: 0.0, p: &p, q: &q, v: &v, a: &[0.2, -1.0, 5.0, 0.1, 0.7, 8.0], l: &l });
+        has_its_slopes(
+            &Revolute,
+            &ElementState { t: 0.0, p: &p, q: &q, v: &v, a: &[0.2, -1.0, 5.0, 0.1, 0.7, 8.0], l: &l },
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! A sensor for the motion of a point of a body.
 
-use crate::elements::element::{Element, Local};
+use crate::elements::element::{Element, ElementState};
 use crate::mechanism::frame::{Frame, point_acceleration, point_velocity};
-use crate::mechanism::{Marker, Mechanism, Part};
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// Measures position, velocity and acceleration of a point of a body, and of the body's rotation.
@@ -12,7 +12,7 @@ use autodiff::Scalar;
 pub struct MarkerSensor;
 
 impl Element for MarkerSensor {
-    fn residual<T: Scalar>(&self, _x: &Local<'_, T>, _balance: &mut [T], _closure: &mut [T]) {}
+    fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _balance: &mut [T], _closure: &mut [T]) {}
 
     fn is_sensor(&self) -> bool {
         true
@@ -22,7 +22,7 @@ impl Element for MarkerSensor {
         &["x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha"]
     }
 
-    fn measure<T: Scalar>(&self, x: &Local<'_, T>, out: &mut [T]) {
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let frame = Frame::of(x, 0);
         let lever = frame.turned(x.p[0], x.p[1]);
         [out[0], out[1]] = frame.point(lever);
@@ -36,7 +36,7 @@ impl Element for MarkerSensor {
 
 impl<S: Scalar> Mechanism<S> {
     /// Adds a sensor for the motion of a point.
-    pub fn sensor(&mut self, name: &str, marker: Marker<S>) -> Part {
+    pub fn sensor(&mut self, name: &str, marker: Marker<S>) -> ElementIndex {
         self.add(name, MarkerSensor, &marker.body.coordinates(), &[marker.x, marker.y])
     }
 }
@@ -49,7 +49,14 @@ mod tests {
     #[test]
     fn a_point_two_metres_out_on_a_turning_body() {
         // ω = 3 rad/s, α = 5 rad/s²: v = ω × r, a = α × r − ω² r, on top of the motion of the reference point.
-        let x = Local { t: 0.0, p: &[2.0, 0.0], q: &[1.0, 0.0, 0.0], v: &[0.1, 0.2, 3.0], a: &[0.3, 0.4, 5.0], l: &[] };
+        let x = ElementState {
+            t: 0.0,
+            p: &[2.0, 0.0],
+            q: &[1.0, 0.0, 0.0],
+            v: &[0.1, 0.2, 3.0],
+            a: &[0.3, 0.4, 5.0],
+            l: &[],
+        };
         close(&measured(&MarkerSensor, &x), &[3.0, 0.0, 0.0, 0.1, 6.2, 3.0, -17.7, 10.4, 5.0]);
     }
 }

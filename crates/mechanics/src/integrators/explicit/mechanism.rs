@@ -1,12 +1,12 @@
 //! A constrained mechanism as a system of first-order equations.
 
 use crate::diagnostics::not_finite;
-use crate::elements::element::Room;
-use crate::integrators::explicit::stepper::Flow;
+use crate::elements::element::ElementWorkspace;
+use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::explicit::tableau::SLOTS;
 use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::Jet;
+use crate::mechanism::scalars::Jet2;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -26,7 +26,7 @@ pub const SAMPLE: usize = SLOTS;
 /// one least-squares step each, with one factorization; entries of prescribed coordinates are not used.
 ///
 /// **Source.** Hairer & Wanner, *Solving Ordinary Differential Equations II*, 2nd ed. (1996), Sections VII.1 and VII.2.
-pub struct MechanismFlow<'m> {
+pub struct MechanismRhs<'m> {
     /// The mechanism.
     pub mechanism: &'m Mechanism<f64>,
     /// Its equations.
@@ -34,22 +34,22 @@ pub struct MechanismFlow<'m> {
     /// Where it was evaluated last: accelerations and multipliers included.
     pub state: State<f64>,
     /// What was done, if it is to be differentiated.
-    pub tape: Option<Tape>,
+    pub tape: Option<StepRecord>,
     rows: Vec<[f64; 1]>,
     rates: Vec<f64>,
-    jets: Room<Jet<f64>>,
+    jets: ElementWorkspace<Jet2<f64>>,
 }
 
 /// States and factorizations of one step.
-pub struct Tape {
+pub struct StepRecord {
     /// One evaluation per slot; the last is for output.
-    pub visits: Vec<Visit>,
+    pub visits: Vec<StageRecord>,
     /// The projections at the end of the step.
     pub projected: Projected,
 }
 
 /// One evaluation of accelerations.
-pub struct Visit {
+pub struct StageRecord {
     /// The state with its accelerations and multipliers.
     pub state: State<f64>,
     /// The factorized saddle-point matrix.
@@ -66,21 +66,21 @@ pub struct Projected {
     pub factor: Factor,
 }
 
-impl Tape {
+impl StepRecord {
     /// Room for one step of a mechanism in the state `state`.
     pub fn new(system: &mut System, state: &State<f64>) -> Self {
-        let mut visit = || Visit { state: state.clone(), factor: system.factor().clone() };
+        let mut visit = || StageRecord { state: state.clone(), factor: system.factor().clone() };
         let visits = (0..=SAMPLE).map(|_| visit()).collect();
         let projected = Projected { before: state.clone(), after: state.clone(), factor: system.factor().clone() };
         Self { visits, projected }
     }
 }
 
-impl<'m> MechanismFlow<'m> {
+impl<'m> MechanismRhs<'m> {
     /// From the consistent state `state`.
     pub fn new(mechanism: &'m Mechanism<f64>, system: System, state: State<f64>) -> Self {
         let (rows, rates) = (vec![[0.0]; system.size()], vec![0.0; system.size()]);
-        Self { mechanism, system, state, tape: None, rows, rates, jets: Room::default() }
+        Self { mechanism, system, state, tape: None, rows, rates, jets: ElementWorkspace::default() }
     }
 
     /// Positions and velocities of `state` as one vector.
@@ -125,7 +125,7 @@ impl<'m> MechanismFlow<'m> {
     fn blame(&self) -> Error {
         not_finite(self.mechanism, &self.state).unwrap_or_else(|| {
             let why = format!("its rates are not finite at t = {:.6e} s", self.state.t);
-            Error::analysis(self.system.culprit(self.mechanism, &self.rows), why, "take a smaller tolerance")
+            Error::analysis(self.system.dominant_residual(self.mechanism, &self.rows), why, "take a smaller tolerance")
         })
     }
 
@@ -158,7 +158,7 @@ impl<'m> MechanismFlow<'m> {
     }
 }
 
-impl Flow for MechanismFlow<'_> {
+impl OdeRhs for MechanismRhs<'_> {
     fn size(&self) -> usize {
         2 * self.state.q.len()
     }

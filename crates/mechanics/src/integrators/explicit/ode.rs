@@ -1,9 +1,9 @@
 //! Systems of ordinary differential equations, written once over the scalar.
 
 use crate::analyses::dynamics::Work;
-use crate::integrators::explicit::ode_driver::March;
+use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::stepper::Flow;
+use crate::integrators::explicit::stepper::OdeRhs;
 use crate::{Error, Result};
 use autodiff::Scalar;
 
@@ -54,11 +54,11 @@ pub struct OdeHistory {
 ///
 /// **Errors.** [`Error::Analysis`] naming component and time if a rate is not finite or steps become too small.
 pub fn integrate<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times: &[f64]) -> Result<OdeHistory> {
-    let mut march = March::new(OdeFlow::new(ode, b), settings, ode.start(b), times)?;
+    let mut march = OdeDriver::new(OdeModelRhs::new(ode, b), settings, ode.start(b), times)?;
     let mut values = vec![Vec::with_capacity(times.len()); march.stepper.old.len()];
     let mut y = march.stepper.old.clone();
     for &t in times {
-        while march.lags(t) {
+        while march.is_before(t) {
             march.advance()?;
         }
         march.sample(t, &mut y)?;
@@ -68,7 +68,7 @@ pub fn integrate<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times: &[f64])
     Ok(OdeHistory { times: times.to_vec(), values, steps: march.steps, work })
 }
 
-impl<F: Flow> March<F> {
+impl<F: OdeRhs> OdeDriver<F> {
     /// Work so far.
     pub fn work(&self) -> Work {
         Work { steps: self.steps.len(), failed_steps: self.failed_steps, iterations: self.stepper.evaluations }
@@ -76,7 +76,7 @@ impl<F: Flow> March<F> {
 }
 
 /// [`Ode`] at one design, in `f64`; it remembers where it was evaluated if asked to.
-pub struct OdeFlow<'o, O> {
+pub struct OdeModelRhs<'o, O> {
     ode: &'o O,
     b: &'o [f64],
     size: usize,
@@ -84,14 +84,14 @@ pub struct OdeFlow<'o, O> {
     pub visited: Option<Vec<(f64, Vec<f64>)>>,
 }
 
-impl<'o, O: Ode> OdeFlow<'o, O> {
+impl<'o, O: Ode> OdeModelRhs<'o, O> {
     /// At the design variables `b`.
     pub fn new(ode: &'o O, b: &'o [f64]) -> Self {
         Self { ode, b, size: ode.start(b).len(), visited: None }
     }
 }
 
-impl<O: Ode> Flow for OdeFlow<'_, O> {
+impl<O: Ode> OdeRhs for OdeModelRhs<'_, O> {
     fn size(&self) -> usize {
         self.size
     }

@@ -1,13 +1,13 @@
 //! The choice of steps.
 
-use crate::integrators::explicit::settings::{Explicit, Pace};
-use crate::integrators::explicit::stepper::{Flow, Stepper};
+use crate::integrators::explicit::settings::{Explicit, StepControl};
+use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::step_limit::{MOST_STEPS, too_many_steps};
 use crate::{Error, Result};
 
 /// A running integration: advanced step by step to wanted times.
 #[derive(Debug)]
-pub struct March<F> {
+pub struct OdeDriver<F> {
     /// The current step.
     pub stepper: Stepper<F>,
     /// Lengths of the steps taken, in s.
@@ -17,7 +17,7 @@ pub struct March<F> {
     /// Room for a rate that is not kept.
     pub(crate) scratch: Vec<f64>,
     start: f64,
-    pace: Pace,
+    pace: StepControl,
     end: f64,
     pub(crate) next: f64,
 }
@@ -25,7 +25,7 @@ pub struct March<F> {
 /// Room for step lengths that is made at the start, so that steps allocate nothing.
 const EXPECTED_STEPS: usize = 1 << 14;
 
-impl<F: Flow> March<F> {
+impl<F: OdeRhs> OdeDriver<F> {
     /// From `settings.start` in the state `y` up to the last of `times`.
     pub fn new(flow: F, settings: &Explicit, y: Vec<f64>, times: &[f64]) -> Result<Self> {
         settings.check(times)?;
@@ -33,12 +33,12 @@ impl<F: Flow> March<F> {
         let mut stepper = Stepper::new(flow, settings.method, settings.start, y)?;
         let end = times.last().copied().unwrap_or(settings.start);
         let next = match &settings.pace {
-            Pace::Fixed(h) => *h,
-            Pace::Given(_) => 0.0,
-            Pace::Adaptive { tolerance, longest } if end > settings.start => {
+            StepControl::Fixed(h) => *h,
+            StepControl::Given(_) => 0.0,
+            StepControl::Adaptive { tolerance, longest } if end > settings.start => {
                 stepper.first_step(tolerance)?.min(*longest)
             }
-            Pace::Adaptive { longest, .. } => *longest,
+            StepControl::Adaptive { longest, .. } => *longest,
         };
         let steps = Vec::with_capacity(EXPECTED_STEPS);
         let (start, pace, scratch) = (settings.start, settings.pace.clone(), Vec::new());
@@ -46,7 +46,7 @@ impl<F: Flow> March<F> {
     }
 
     /// Whether the current step ends before `t`.
-    pub fn lags(&self, t: f64) -> bool {
+    pub fn is_before(&self, t: f64) -> bool {
         t - self.stepper.t[1] > 1e-12 * (t - self.start).abs()
     }
 
@@ -63,25 +63,25 @@ impl<F: Flow> March<F> {
             return Err(too_many_steps(old));
         }
         match &self.pace {
-            Pace::Fixed(h) => {
+            StepControl::Fixed(h) => {
                 let target = self.start + h * (self.steps.len() + 1) as f64;
                 self.stepper.attempt(target, None)?;
             }
-            Pace::Given(steps) => {
+            StepControl::Given(steps) => {
                 let h = *steps.get(self.steps.len()).ok_or_else(|| {
                     let why = format!("{} steps end at t = {old:.6e} s, before the last output", steps.len());
                     Error::definition("given steps", why, "give steps up to the last output time")
                 })?;
                 self.stepper.attempt(old + h, None)?;
             }
-            Pace::Adaptive { .. } => self.advance_adaptive()?,
+            StepControl::Adaptive { .. } => self.advance_adaptive()?,
         }
         self.steps.push(self.stepper.t[1] - old);
         Ok(())
     }
 
     fn advance_adaptive(&mut self) -> Result<()> {
-        let Pace::Adaptive { tolerance, longest } = &self.pace else { unreachable!("the pace is adaptive") };
+        let StepControl::Adaptive { tolerance, longest } = &self.pace else { unreachable!("the pace is adaptive") };
         let (old, exponent, mut rejected) = (self.stepper.t[0], self.stepper.exponent(), false);
         let mut h = self.next;
         loop {

@@ -1,11 +1,11 @@
 //! Explicit steps in a limited memory, kept for derivatives.
 
 use crate::Result;
-use crate::checkpointing::trajectory_store::{Course, Log};
-use crate::integrators::explicit::mechanism::MechanismFlow;
-use crate::integrators::explicit::ode_driver::March;
+use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
+use crate::integrators::explicit::mechanism::MechanismRhs;
+use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::simulation::Start;
-use crate::integrators::explicit::stepper::Flow;
+use crate::integrators::explicit::stepper::OdeRhs;
 use crate::system::System;
 
 /// The steps of a mechanism's motion.
@@ -15,19 +15,19 @@ pub struct ExplicitRecording {
     /// Where the motion starts.
     pub start: Start,
     /// Ends of steps: time, state and rates.
-    pub log: Log<Mark>,
+    pub log: TrajectoryStore<Checkpoint>,
 }
 
 impl ExplicitRecording {
     /// Of a motion that has not begun; `limit` is the most memory in bytes.
-    pub fn of(march: &March<MechanismFlow<'_>>, start: Start, limit: usize) -> Self {
-        Self { system: march.stepper.flow.system.clone(), start, log: Log::of(march, limit) }
+    pub fn of(march: &OdeDriver<MechanismRhs<'_>>, start: Start, limit: usize) -> Self {
+        Self { system: march.stepper.flow.system.clone(), start, log: TrajectoryStore::of(march, limit) }
     }
 }
 
 /// A check-point: the end of a step.
 #[derive(Clone)]
-pub struct Mark {
+pub struct Checkpoint {
     /// Time, state and rates.
     end: Vec<f64>,
     next: f64,
@@ -35,8 +35,8 @@ pub struct Mark {
     failed_steps: usize,
 }
 
-impl<F: Flow> Course for March<F> {
-    type Mark = Mark;
+impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
+    type Checkpoint = Checkpoint;
 
     fn taken(&self) -> usize {
         self.steps.len()
@@ -46,17 +46,17 @@ impl<F: Flow> Course for March<F> {
         self.advance()
     }
 
-    fn mark(&self) -> Mark {
+    fn mark(&self) -> Checkpoint {
         let mut end = Vec::with_capacity(self.width());
         self.write(&mut end);
-        Mark { end, next: self.next, taken: self.steps.len(), failed_steps: self.failed_steps }
+        Checkpoint { end, next: self.next, taken: self.steps.len(), failed_steps: self.failed_steps }
     }
 
     fn mark_bytes(&self) -> usize {
-        size_of::<Mark>() + size_of::<f64>() * self.width()
+        size_of::<Checkpoint>() + size_of::<f64>() * self.width()
     }
 
-    fn resume(&mut self, mark: &Mark) -> Result<()> {
+    fn resume(&mut self, mark: &Checkpoint) -> Result<()> {
         self.stepper.put(&mark.end, mark.taken > 0);
         self.steps.resize(mark.taken, 0.0);
         (self.next, self.failed_steps) = (mark.next, mark.failed_steps);

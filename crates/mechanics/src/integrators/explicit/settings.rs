@@ -44,7 +44,7 @@ impl Tolerance {
 
 /// How long the steps are.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Pace {
+pub enum StepControl {
     /// Steps of this length in s.
     Fixed(f64),
     /// Steps chosen so that the local error stays below a tolerance.
@@ -66,7 +66,7 @@ pub struct Explicit {
     /// The method.
     pub method: &'static Tableau,
     /// Step sizes.
-    pub pace: Pace,
+    pub pace: StepControl,
     /// Assembly of a mechanism's initial positions.
     pub assembly: Assembly,
 }
@@ -74,7 +74,7 @@ pub struct Explicit {
 impl Explicit {
     /// Adaptive steps by Dormand and Prince's method of order 5.
     pub fn adaptive(tolerance: f64) -> Self {
-        let pace = Pace::Adaptive { tolerance: Tolerance::same(tolerance), longest: f64::INFINITY };
+        let pace = StepControl::Adaptive { tolerance: Tolerance::same(tolerance), longest: f64::INFINITY };
         Self { start: 0.0, method: &DOPRI5, pace, assembly: Assembly::default() }
     }
 
@@ -84,7 +84,7 @@ impl Explicit {
     }
 
     /// The same with other steps.
-    pub fn with_pace(self, pace: Pace) -> Self {
+    pub fn with_pace(self, pace: StepControl) -> Self {
         Self { pace, ..self }
     }
 
@@ -92,12 +92,12 @@ impl Explicit {
     pub fn check(&self, times: &[f64]) -> Result<()> {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         match &self.pace {
-            Pace::Fixed(h) => Error::check_option("time step", "positive", *h, positive(*h))?,
-            Pace::Adaptive { tolerance, longest } => {
+            StepControl::Fixed(h) => Error::check_option("time step", "positive", *h, positive(*h))?,
+            StepControl::Adaptive { tolerance, longest } => {
                 tolerance.check()?;
                 Error::check_option("longest step", "positive", *longest, *longest > 0.0)?;
             }
-            Pace::Given(steps) => {
+            StepControl::Given(steps) => {
                 for &h in steps {
                     Error::check_option("given step", "positive", h, positive(h))?;
                 }
@@ -108,7 +108,7 @@ impl Explicit {
 
     /// **Errors.** [`Error::Length`] if there are tolerances for another number of components than `size`.
     pub fn check_size(&self, size: usize) -> Result<()> {
-        if let Pace::Adaptive { tolerance, .. } = &self.pace {
+        if let StepControl::Adaptive { tolerance, .. } = &self.pace {
             for (name, values) in
                 [("relative tolerances", &tolerance.relative), ("absolute tolerances", &tolerance.absolute)]
             {

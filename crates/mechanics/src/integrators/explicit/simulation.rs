@@ -6,11 +6,11 @@ use crate::analyses::sampling::Sampler;
 use crate::diagnostics;
 use crate::events::impact;
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
-use crate::integrators::explicit::mechanism::{MechanismFlow, SAMPLE, Tape};
-use crate::integrators::explicit::ode_driver::March;
+use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, StepRecord};
+use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::recording::ExplicitRecording;
 use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::stepper::Flow;
+use crate::integrators::explicit::stepper::OdeRhs;
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
@@ -26,7 +26,7 @@ pub fn simulate_explicitly(mechanism: &Mechanism<f64>, settings: &Explicit, time
     Ok(simulate_with_steps(mechanism, settings, times)?.0)
 }
 
-/// [`simulate_explicitly`], with the lengths of the steps (s): given as [`crate::integrators::explicit::settings::Pace::Given`] they repeat the run.
+/// [`simulate_explicitly`], with the lengths of the steps (s): given as [`crate::integrators::explicit::settings::StepControl::Given`] they repeat the run.
 pub fn simulate_with_steps(
     mechanism: &Mechanism<f64>,
     settings: &Explicit,
@@ -51,7 +51,7 @@ pub fn simulate_with_recording(
 
 fn record(
     mechanism: &Mechanism<f64>,
-    mut march: March<MechanismFlow<'_>>,
+    mut march: OdeDriver<MechanismRhs<'_>>,
     times: &[f64],
     mut recording: Option<&mut ExplicitRecording>,
 ) -> Result<(History, Vec<f64>)> {
@@ -60,11 +60,11 @@ fn record(
     let mut outputs = Vec::new();
     let mut values = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
     for &t in times {
-        while march.lags(t) {
+        while march.is_before(t) {
             march.advance()?;
             recording.iter_mut().for_each(|recording| recording.log.keep(&march));
         }
-        recording.iter_mut().for_each(|recording| recording.log.reach(t));
+        recording.iter_mut().for_each(|recording| recording.log.advance_to(t));
         sample(&mut march, &mut y, t)?;
         sampler.outputs(mechanism, &march.stepper.flow.state, &mut outputs);
         diagnostics::check(mechanism, &march.stepper.flow.state, &outputs)?;
@@ -83,7 +83,7 @@ pub(crate) fn start<'m>(
     settings: &Explicit,
     times: &[f64],
     recorded: bool,
-) -> Result<(March<MechanismFlow<'m>>, Start)> {
+) -> Result<(OdeDriver<MechanismRhs<'m>>, Start)> {
     settings.check(times)?;
     impact::refuse(mechanism, "explicit steps")?;
     let mut system = System::at(mechanism, settings.start)?;
@@ -91,11 +91,11 @@ pub(crate) fn start<'m>(
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
     state.l.fill(0.0);
-    let y = MechanismFlow::vector(&state);
-    let tape = recorded.then(|| Tape::new(&mut system, &state));
-    let mut flow = MechanismFlow::new(mechanism, system, state.clone());
+    let y = MechanismRhs::vector(&state);
+    let tape = recorded.then(|| StepRecord::new(&mut system, &state));
+    let mut flow = MechanismRhs::new(mechanism, system, state.clone());
     flow.tape = tape;
-    Ok((March::new(flow, settings, y, times)?, Start { state, projection }))
+    Ok((OdeDriver::new(flow, settings, y, times)?, Start { state, projection }))
 }
 
 /// The consistent initial state and the multipliers of its projections.
@@ -105,7 +105,7 @@ pub struct Start {
 }
 
 /// Leaves the state at `t`, accelerations and multipliers included, in the flow. Returns whether by dense output.
-pub(crate) fn sample(march: &mut March<MechanismFlow<'_>>, y: &mut [f64], t: f64) -> Result<bool> {
+pub(crate) fn sample(march: &mut OdeDriver<MechanismRhs<'_>>, y: &mut [f64], t: f64) -> Result<bool> {
     let dense = march.sample(t, y)?;
     let mut rates = std::mem::take(&mut march.scratch);
     rates.resize(y.len(), 0.0);

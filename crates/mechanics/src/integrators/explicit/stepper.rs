@@ -5,7 +5,7 @@ use crate::integrators::explicit::settings::Tolerance;
 use crate::integrators::explicit::tableau::Tableau;
 
 /// A system of first-order equations that an explicit method steps through.
-pub trait Flow {
+pub trait OdeRhs {
     /// Number of components.
     fn size(&self) -> usize;
 
@@ -42,7 +42,7 @@ pub struct Stepper<F> {
     is_dense: bool,
 }
 
-impl<F: Flow> Stepper<F> {
+impl<F: OdeRhs> Stepper<F> {
     /// At time `t` in the state `y`.
     pub fn new(flow: F, method: &'static Tableau, t: f64, y: Vec<f64>) -> Result<Self> {
         let size = y.len();

@@ -5,20 +5,20 @@ use crate::derivatives::forward::explicit::Block;
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::nystrom::Nystrom;
-use crate::derivatives::forward::explicit::step_records::Visits;
+use crate::derivatives::forward::explicit::step_records::StageRecords;
 use crate::derivatives::forward::explicit::steps::Steps;
 use crate::integrators::explicit::mechanism::SAMPLE;
 use crate::integrators::explicit::tableau::Tableau;
-use crate::linalg::factor::SolveRoom;
+use crate::linalg::factor::SolveWorkspace;
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::{Real, Sensitive};
+use crate::mechanism::scalars::{Dual8, StateScalar};
 use crate::system::System;
 use crate::system::Unknown;
 use crate::system::state::State;
 use autodiff::WIDTH;
 
 /// How a method visits states: the same for all tiles.
-pub(crate) struct Plan {
+pub(crate) struct SensitivityPlan {
     pub method: &'static Tableau,
     pub weights: Vec<Nystrom>,
     /// Coordinates whose positions and velocities accelerations depend on.
@@ -30,7 +30,7 @@ pub(crate) struct Plan {
 /// Derivatives with respect to `W` design variables, along with the steps in `f64`.
 ///
 /// Two chunks of dual numbers may share a tile: their columns go through one back-substitution.
-pub(crate) struct Tile<'m, const W: usize> {
+pub(crate) struct SensitivityBlock<'m, const W: usize> {
     /// Output side, chunk by chunk of [`WIDTH`] design variables.
     pub probes: Vec<Probe<'m>>,
     steps: Steps<W>,
@@ -40,24 +40,24 @@ pub(crate) struct Tile<'m, const W: usize> {
     active: Vec<bool>,
     rows: Vec<Block<W>>,
     velocity_rows: Vec<Block<W>>,
-    room: SolveRoom,
+    workspace: SolveWorkspace,
     is_dense: bool,
 }
 
 /// Outputs in dual numbers.
 pub(crate) struct Probe<'m> {
-    mechanism: &'m Mechanism<Sensitive>,
-    state: State<Sensitive>,
-    sampler: Sampler<Sensitive>,
+    mechanism: &'m Mechanism<Dual8>,
+    state: State<Dual8>,
+    sampler: Sampler<Dual8>,
     /// The outputs that were sampled last.
-    pub outputs: Vec<Sensitive>,
+    pub outputs: Vec<Dual8>,
 }
 
-impl<'m, const W: usize> Tile<'m, W> {
+impl<'m, const W: usize> SensitivityBlock<'m, W> {
     /// At the start, after slot 0 was visited; each of the `chunks` has initial derivatives.
     pub fn new(
-        chunks: &'m [Mechanism<Sensitive>],
-        start: &[State<Sensitive>],
+        chunks: &'m [Mechanism<Dual8>],
+        start: &[State<Dual8>],
         linearizer: &Linearizer,
         system: &System,
         values: &State<f64>,
@@ -80,13 +80,13 @@ impl<'m, const W: usize> Tile<'m, W> {
             active,
             velocity_rows: rows.clone(),
             rows,
-            room: system.solve_room(),
+            workspace: system.solve_workspace(),
             is_dense: false,
         }
     }
 
     /// Goes along with the first visit, or with the step from `t[0]` to `t[1]` that has just been accepted.
-    pub fn follow(&mut self, plan: &Plan, visits: &Visits, step: Option<[f64; 2]>) {
+    pub fn follow(&mut self, plan: &SensitivityPlan, visits: &StageRecords, step: Option<[f64; 2]>) {
         let Some(t) = step else { return self.accelerate(plan, visits, 0) };
         self.is_dense = false;
         self.steps.advance(plan.method, t);
@@ -99,7 +99,7 @@ impl<'m, const W: usize> Tile<'m, W> {
     }
 
     /// Outputs at `t`, where the values were visited: inside the step or at its end.
-    pub fn sample(&mut self, plan: &Plan, visits: &Visits, t: f64, dense: bool) {
+    pub fn sample(&mut self, plan: &SensitivityPlan, visits: &StageRecords, t: f64, dense: bool) {
         let n = self.n();
         if dense && !std::mem::replace(&mut self.is_dense, true) {
             (plan.method.end + 1..plan.method.slots()).for_each(|slot| self.evaluate(plan, visits, slot));
@@ -122,12 +122,12 @@ impl<'m, const W: usize> Tile<'m, W> {
         self.steps.accelerations.len()
     }
 
-    fn evaluate(&mut self, plan: &Plan, visits: &Visits, slot: usize) {
+    fn evaluate(&mut self, plan: &SensitivityPlan, visits: &StageRecords, slot: usize) {
         self.steps.combine(&plan.weights[slot], plan.felt.iter().copied(), &mut self.sources);
         self.accelerate(plan, visits, slot);
     }
 
-    fn accelerate(&mut self, plan: &Plan, visits: &Visits, slot: usize) {
+    fn accelerate(&mut self, plan: &SensitivityPlan, visits: &StageRecords, slot: usize) {
         self.solve_accelerations(plan, visits, slot);
         for (unknown, &slopes) in plan.unknowns.iter().zip(&self.rows) {
             if let Unknown::Coordinate(i) = *unknown {
@@ -136,34 +136,33 @@ impl<'m, const W: usize> Tile<'m, W> {
         }
     }
 
-    fn solve_accelerations(&mut self, plan: &Plan, visits: &Visits, slot: usize) {
+    fn solve_accelerations(&mut self, plan: &SensitivityPlan, visits: &StageRecords, slot: usize) {
         let visit = &visits.tape().visits[slot];
         self.place(plan, visit.state.t);
         self.rows.fill([0.0; W]);
         visits.entries[slot].subtract(&self.sources, &self.active, &mut self.rows);
-        visit.factor.solve_in(&mut self.rows, &mut self.room);
+        visit.factor.solve_in(&mut self.rows, &mut self.workspace);
     }
 
     /// Puts the derivatives of prescribed coordinates at the time `t` among the sources.
-    fn place(&mut self, plan: &Plan, t: f64) {
+    fn place(&mut self, plan: &SensitivityPlan, t: f64) {
         let n = self.n();
         for (c, probe) in self.probes.iter().enumerate() {
             for &i in &plan.moving {
                 let (motion, parameters) = probe.mechanism.coordinates[i].motion.as_ref().expect("it is prescribed");
-                for (k, x) in Sensitive::motion(motion.as_ref(), parameters, Sensitive::constant(t)).iter().enumerate()
-                {
+                for (k, x) in Dual8::motion(motion.as_ref(), parameters, Dual8::constant(t)).iter().enumerate() {
                     columns(&mut self.sources[k * n + i], c).copy_from_slice(&x.eps);
                 }
             }
         }
     }
 
-    fn project(&mut self, plan: &Plan, visits: &Visits) {
+    fn project(&mut self, plan: &SensitivityPlan, visits: &StageRecords) {
         let (n, projected) = (self.n(), &visits.tape().projected);
         if visits.is_free {
             return;
         }
-        let [positions, closures, corrections] = &visits.projections;
+        let [positions, num_constraints, corrections] = &visits.projections;
         self.place(plan, projected.before.t);
         let clear = |rows: &mut Vec<Block<W>>| rows.fill([0.0; W]);
         let subtract = |entries: &Entries, sources: &[Block<W>], active: &[bool], rows: &mut [Block<W>]| {
@@ -173,16 +172,16 @@ impl<'m, const W: usize> Tile<'m, W> {
         subtract(corrections, &self.sources, &self.active, &mut self.velocity_rows);
         clear(&mut self.rows);
         subtract(positions, &self.sources, &self.active, &mut self.rows);
-        projected.factor.solve_in(&mut self.rows, &mut self.room);
+        projected.factor.solve_in(&mut self.rows, &mut self.workspace);
         add_changes(plan, &self.rows, &mut self.sources[..n]);
-        subtract(closures, &self.sources, &self.active, &mut self.velocity_rows);
-        projected.factor.solve_in(&mut self.velocity_rows, &mut self.room);
+        subtract(num_constraints, &self.sources, &self.active, &mut self.velocity_rows);
+        projected.factor.solve_in(&mut self.velocity_rows, &mut self.workspace);
         add_changes(plan, &self.velocity_rows, &mut self.sources[n..2 * n]);
     }
 }
 
 /// Adds the solution of a projection to positions or velocities.
-fn add_changes<const W: usize>(plan: &Plan, rows: &[Block<W>], y: &mut [Block<W>]) {
+fn add_changes<const W: usize>(plan: &SensitivityPlan, rows: &[Block<W>], y: &mut [Block<W>]) {
     for (unknown, changes) in plan.unknowns.iter().zip(rows) {
         if let Unknown::Coordinate(i) = *unknown {
             y[i].iter_mut().zip(changes).for_each(|(y, change)| *y += change);
@@ -190,7 +189,7 @@ fn add_changes<const W: usize>(plan: &Plan, rows: &[Block<W>], y: &mut [Block<W>
     }
 }
 
-const ZERO: Sensitive = Sensitive { re: 0.0, eps: [0.0; WIDTH] };
+const ZERO: Dual8 = Dual8 { re: 0.0, eps: [0.0; WIDTH] };
 
 /// The columns of the chunk `c` of a tile.
 fn columns<const W: usize>(block: &mut Block<W>, c: usize) -> &mut [f64] {
@@ -198,10 +197,10 @@ fn columns<const W: usize>(block: &mut Block<W>, c: usize) -> &mut [f64] {
 }
 
 impl<'m> Probe<'m> {
-    fn new(mechanism: &'m Mechanism<Sensitive>, values: &State<f64>) -> Self {
+    fn new(mechanism: &'m Mechanism<Dual8>, values: &State<f64>) -> Self {
         let zeros = |x: &[f64]| vec![ZERO; x.len()];
         let [q, v, a, l] = [&values.q, &values.v, &values.a, &values.l].map(|x| zeros(x));
-        let state = State { t: Sensitive::constant(values.t), q, v, a, l };
+        let state = State { t: Dual8::constant(values.t), q, v, a, l };
         Self { mechanism, state, sampler: Sampler::new(mechanism), outputs: Vec::new() }
     }
 
@@ -211,16 +210,16 @@ impl<'m> Probe<'m> {
         values: &State<f64>,
         sources: &[Block<W>],
         rows: &[Block<W>],
-        plan: &Plan,
+        plan: &SensitivityPlan,
         c: usize,
     ) {
         let (n, state) = (values.q.len(), &mut self.state);
         let dual = |re: f64, block: &Block<W>| {
             let mut eps = [0.0; WIDTH];
             eps.copy_from_slice(&block[c * WIDTH..(c + 1) * WIDTH]);
-            Sensitive { re, eps }
+            Dual8 { re, eps }
         };
-        state.t = Sensitive::constant(values.t);
+        state.t = Dual8::constant(values.t);
         for i in 0..n {
             state.q[i] = dual(values.q[i], &sources[i]);
             state.v[i] = dual(values.v[i], &sources[n + i]);

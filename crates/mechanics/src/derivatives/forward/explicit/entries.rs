@@ -1,7 +1,7 @@
 //! Sparse derivatives of rows, and their products with the derivatives of states.
 
 use crate::derivatives::forward::explicit::Block;
-use crate::linalg::simd::{Kernel, subtract, widely};
+use crate::linalg::simd::{Kernel, dispatch, subtract};
 
 /// A derivative of one row of the equations with respect to one source.
 ///
@@ -50,11 +50,11 @@ impl Entries {
 
     /// rows −= entries · sources; parameters that are not `active` have no derivatives.
     pub fn subtract<const W: usize>(&self, sources: &[Block<W>], active: &[bool], rows: &mut [Block<W>]) {
-        widely(Product { entries: self, sources, active, rows });
+        dispatch(Product { entries: self, sources, active, rows });
     }
 
     /// sources += entriesᵀ · rows.
-    pub fn pull<const W: usize>(&self, rows: &[Block<W>], sources: &mut [Block<W>]) {
+    pub fn vjp<const W: usize>(&self, rows: &[Block<W>], sources: &mut [Block<W>]) {
         for entry in self.states.iter().chain(&self.parameters) {
             subtract(&mut sources[entry.source as usize], -entry.value, &rows[entry.row as usize]);
         }

@@ -1,6 +1,6 @@
 //! A step, its end and states inside it, for one chunk of derivatives.
 
-use crate::derivatives::forward::explicit::ode::{LinearOde, Tape};
+use crate::derivatives::forward::explicit::ode::{LinearOde, StepRecord};
 use crate::integrators::explicit::ode::Ode;
 use crate::integrators::explicit::tableau::Tableau;
 use autodiff::WIDTH;
@@ -9,7 +9,7 @@ use autodiff::WIDTH;
 pub(crate) type Block = crate::derivatives::forward::explicit::Block<WIDTH>;
 
 /// One chunk of derivatives that goes along with a [`Stepper`](crate::integrators::explicit::stepper::Stepper).
-pub(crate) struct Follower<'o, O> {
+pub(crate) struct OdeForwardSensitivity<'o, O> {
     linear: LinearOde<'o, O>,
     method: &'static Tableau,
     /// Beginning and end of the step in s.
@@ -22,9 +22,15 @@ pub(crate) struct Follower<'o, O> {
     is_dense: bool,
 }
 
-impl<'o, O: Ode> Follower<'o, O> {
+impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
     /// At the start, after slot 0 was visited.
-    pub fn new(linear: LinearOde<'o, O>, method: &'static Tableau, start: Vec<Block>, t: f64, tape: &Tape) -> Self {
+    pub fn new(
+        linear: LinearOde<'o, O>,
+        method: &'static Tableau,
+        start: Vec<Block>,
+        t: f64,
+        tape: &StepRecord,
+    ) -> Self {
         let (mut linear, stage) = (linear, start.clone());
         let mut slots = vec![vec![[0.0; WIDTH]; start.len()]; method.slots()];
         linear.rates(tape, 0, &stage, &mut slots[0]);
@@ -33,7 +39,7 @@ impl<'o, O: Ode> Follower<'o, O> {
     }
 
     /// Goes along with the step that has just been accepted.
-    pub fn follow(&mut self, tape: &Tape, t: [f64; 2]) {
+    pub fn follow(&mut self, tape: &StepRecord, t: [f64; 2]) {
         if self.started {
             std::mem::swap(&mut self.old, &mut self.new);
             self.slots.swap(0, self.method.end);
@@ -49,7 +55,7 @@ impl<'o, O: Ode> Follower<'o, O> {
     }
 
     /// Goes along with the evaluations for dense output, once per step.
-    pub fn make_dense(&mut self, tape: &Tape) {
+    pub fn make_dense(&mut self, tape: &StepRecord) {
         if !std::mem::replace(&mut self.is_dense, true) {
             for slot in self.method.end + 1..self.method.slots() {
                 self.evaluate(tape, slot);
@@ -74,7 +80,7 @@ impl<'o, O: Ode> Follower<'o, O> {
         }
     }
 
-    fn evaluate(&mut self, tape: &Tape, slot: usize) {
+    fn evaluate(&mut self, tape: &StepRecord, slot: usize) {
         self.combine(slot);
         self.linear.rates(tape, slot, &self.stage, &mut self.slots[slot]);
     }

@@ -1,17 +1,17 @@
 //! Elements in dual numbers, once per stage for all design variables.
 
 use crate::derivatives::activity::Dependence;
-use crate::derivatives::forward::explicit::constraint::ConstraintSlopes;
+use crate::derivatives::forward::explicit::constraint::ConstraintTerms;
 use crate::derivatives::forward::explicit::entries::Entries;
-use crate::elements::element::{Room, Variable};
+use crate::elements::element::{ElementWorkspace, Variable};
 use crate::integrators::explicit::mechanism::Projected;
+use crate::mechanism::ElementInstance;
 use crate::mechanism::Mechanism;
-use crate::mechanism::PartData;
-use crate::mechanism::scalars::{Narrow, Number, Sensitive};
+use crate::mechanism::scalars::{Dual4, Dual8, ElementScalar};
 use crate::system::System;
-use crate::system::dof_map::Coefficient;
+use crate::system::dof_map::ConstantEntry;
 use crate::system::state::State;
-use autodiff::{Tangent, WIDTH};
+use autodiff::{DualVec, WIDTH};
 use std::collections::BTreeSet;
 
 /// What a local variable of an element is.
@@ -25,7 +25,7 @@ enum Kind {
 
 /// A local variable that can change with the design.
 #[derive(Clone, Copy, Debug)]
-struct Source {
+struct DifferentiatedVariable {
     kind: Kind,
     local: usize,
     number: usize,
@@ -33,7 +33,7 @@ struct Source {
 
 /// Which time derivative of Φ stands in the closure rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Closure {
+pub(crate) enum ConstraintDerivative {
     /// Φ̈ with the accelerations of the state.
     Accelerations,
     /// Φ + Φ_q δ, where δ are the accelerations of the state.
@@ -46,7 +46,7 @@ pub(crate) enum Closure {
     Corrections,
 }
 
-impl Closure {
+impl ConstraintDerivative {
     /// Whether positions move with the velocities of the state, and time goes on.
     pub fn follows_motion(self) -> bool {
         matches!(self, Self::Accelerations | Self::Velocities | Self::Rates)
@@ -69,7 +69,7 @@ impl Closure {
 /// same at every stage.
 pub(crate) struct Linearizer {
     /// Variables and rows of each element.
-    elements: Vec<(Vec<Source>, Rows)>,
+    elements: Vec<(Vec<DifferentiatedVariable>, Rows)>,
     /// The variables of each constraint once more, as it sees them.
     constraint_variables: Vec<Vec<Variable>>,
     /// Derivatives that are the same at every stage: of the accelerations' rows, of the position step's and of the
@@ -97,10 +97,10 @@ struct Row {
 
 /// Room for one linearization.
 #[derive(Clone, Default)]
-pub(crate) struct Rooms {
-    narrow: Room<Narrow>,
-    wide: Room<Sensitive>,
-    constraint: ConstraintSlopes,
+pub(crate) struct ElementWorkspaces {
+    narrow: ElementWorkspace<Dual4>,
+    wide: ElementWorkspace<Dual8>,
+    constraint: ConstraintTerms,
 }
 
 impl Linearizer {
@@ -121,20 +121,24 @@ impl Linearizer {
                 if (prescribed && !moves) || part.element.linear().contains(&local) {
                     continue;
                 }
-                variables.push(Source { kind: Kind::Position, local, number: i });
-                if part.closures == 0 {
-                    variables.push(Source { kind: Kind::Velocity, local, number: n + i });
+                variables.push(DifferentiatedVariable { kind: Kind::Position, local, number: i });
+                if part.num_constraints == 0 {
+                    variables.push(DifferentiatedVariable { kind: Kind::Velocity, local, number: n + i });
                     if moves {
-                        variables.push(Source { kind: Kind::Acceleration, local, number: 2 * n + i });
+                        variables.push(DifferentiatedVariable { kind: Kind::Acceleration, local, number: 2 * n + i });
                     }
                 }
             }
             for &local in &dependence.parameters[k] {
-                variables.push(Source { kind: Kind::Parameter, local, number: 3 * n + parameters.len() });
+                variables.push(DifferentiatedVariable {
+                    kind: Kind::Parameter,
+                    local,
+                    number: 3 * n + parameters.len(),
+                });
                 parameters.push((k, local));
             }
             let first_parameter = variables.iter().take_while(|source| source.kind != Kind::Parameter).count();
-            let still = |local| part.closures > 0 && part.element.linear().contains(&local);
+            let still = |local| part.num_constraints > 0 && part.element.linear().contains(&local);
             let row =
                 |(local, equation)| Row { local, equation, first: if still(local) { first_parameter } else { 0 } };
             (variables, system.rows_of(k).map(row).collect())
@@ -142,7 +146,7 @@ impl Linearizer {
         let elements: Vec<(_, Rows)> = elements.collect();
         let mut constants = [(); 3].map(|()| Entries::new(3 * n));
         for (k, (part, (_, rows))) in mechanism.parts.iter().zip(&elements).enumerate() {
-            let carries = |c: &&Coefficient| {
+            let carries = |c: &&ConstantEntry| {
                 let i = part.coordinates[c.coordinate];
                 mechanism.coordinates[i].motion.is_none() || moving.contains(&i)
             };
@@ -150,12 +154,12 @@ impl Linearizer {
                 add_constants(part, coefficient, rows, n, &moving, &mut constants);
             }
         }
-        let as_seen = |source: &Source| match source.kind {
+        let as_seen = |source: &DifferentiatedVariable| match source.kind {
             Kind::Parameter => Variable::Parameter(source.local),
             _ => Variable::Coordinate(source.local),
         };
-        let seen = |(part, (sources, _)): (&PartData<f64>, &(Vec<Source>, Rows))| {
-            if part.closures > 0 { sources.iter().map(as_seen).collect() } else { Vec::new() }
+        let seen = |(part, (sources, _)): (&ElementInstance<f64>, &(Vec<DifferentiatedVariable>, Rows))| {
+            if part.num_constraints > 0 { sources.iter().map(as_seen).collect() } else { Vec::new() }
         };
         let constraint_variables = mechanism.parts.iter().zip(&elements).map(seen).collect();
         Self { elements, constraint_variables, constants, parameters, moving, coordinates: n }
@@ -181,18 +185,24 @@ impl Linearizer {
     }
 
     /// Derivatives of M q̈ + Φ_qᵀ λ − f and Φ̈ at fixed accelerations and multipliers.
-    pub fn accelerations(&self, mechanism: &Mechanism<f64>, state: &State<f64>, rooms: &mut Rooms, out: &mut Entries) {
+    pub fn accelerations(
+        &self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        workspaces: &mut ElementWorkspaces,
+        out: &mut Entries,
+    ) {
         out.copy_from(&self.constants[0]);
         for (k, (part, (sources, rows))) in mechanism.parts.iter().zip(&self.elements).enumerate() {
-            if part.closures > 0 {
-                self.constraint(part, k, state, Closure::Accelerations, &mut rooms.constraint, out);
+            if part.num_constraints > 0 {
+                self.constraint(part, k, state, ConstraintDerivative::Accelerations, &mut workspaces.constraint, out);
             } else {
                 match sources.len() {
                     0 => {}
-                    1..=4 => balance(part, sources, rows, state, &mut rooms.narrow, out),
-                    _ => {
-                        sources.chunks(WIDTH).for_each(|chunk| balance(part, chunk, rows, state, &mut rooms.wide, out))
-                    }
+                    1..=4 => dynamics(part, sources, rows, state, &mut workspaces.narrow, out),
+                    _ => sources
+                        .chunks(WIDTH)
+                        .for_each(|chunk| dynamics(part, chunk, rows, state, &mut workspaces.wide, out)),
                 }
             }
         }
@@ -204,63 +214,63 @@ impl Linearizer {
         mechanism: &Mechanism<f64>,
         projected: &Projected,
         corrections: &State<f64>,
-        rooms: &mut Rooms,
+        workspaces: &mut ElementWorkspaces,
         out: &mut [Entries; 3],
     ) {
         let cases = [
-            (&projected.before, Closure::Positions),
-            (&projected.after, Closure::Velocities),
-            (corrections, Closure::Corrections),
+            (&projected.before, ConstraintDerivative::Positions),
+            (&projected.after, ConstraintDerivative::Velocities),
+            (corrections, ConstraintDerivative::Corrections),
         ];
-        for (out, (state, closure)) in out.iter_mut().zip(cases) {
+        for (out, (state, constraint)) in out.iter_mut().zip(cases) {
             out.clear();
-            self.closures(mechanism, state, closure, rooms, out);
+            self.num_constraints(mechanism, state, constraint, workspaces, out);
         }
     }
 
     /// Derivatives of all constraints.
-    pub fn closures(
+    pub fn num_constraints(
         &self,
         mechanism: &Mechanism<f64>,
         state: &State<f64>,
-        closure: Closure,
-        rooms: &mut Rooms,
+        constraint: ConstraintDerivative,
+        workspaces: &mut ElementWorkspaces,
         out: &mut Entries,
     ) {
         let [_, positions, velocities] = &self.constants;
-        match closure {
-            Closure::Positions => out.copy_from(positions),
-            Closure::Velocities | Closure::Rates => out.copy_from(velocities),
-            Closure::Accelerations | Closure::Corrections => {}
+        match constraint {
+            ConstraintDerivative::Positions => out.copy_from(positions),
+            ConstraintDerivative::Velocities | ConstraintDerivative::Rates => out.copy_from(velocities),
+            ConstraintDerivative::Accelerations | ConstraintDerivative::Corrections => {}
         }
-        for (k, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| part.closures > 0) {
-            self.constraint(part, k, state, closure, &mut rooms.constraint, out);
+        for (k, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| part.num_constraints > 0) {
+            self.constraint(part, k, state, constraint, &mut workspaces.constraint, out);
         }
     }
 
     /// Derivatives of the rows of the constraint `part`, the `k`-th element.
     fn constraint(
         &self,
-        part: &PartData<f64>,
+        part: &ElementInstance<f64>,
         k: usize,
         state: &State<f64>,
-        closure: Closure,
-        slopes: &mut ConstraintSlopes,
+        constraint: ConstraintDerivative,
+        slopes: &mut ConstraintTerms,
         out: &mut Entries,
     ) {
         let (sources, rows) = &self.elements[k];
         if sources.is_empty() {
             return;
         }
-        slopes.evaluate(part, &self.constraint_variables[k], state, closure);
+        slopes.evaluate(part, &self.constraint_variables[k], state, constraint);
         let n = part.coordinates.len();
         for &Row { local, equation, first } in rows {
             if local >= n {
-                let sources = sources.iter().enumerate().map(|(k, source)| (source, slopes.closure(local - n, k)));
-                self.push_closure(sources, equation, closure, out);
-            } else if closure != Closure::Velocities {
+                let sources = sources.iter().enumerate().map(|(k, source)| (source, slopes.constraint(local - n, k)));
+                self.push_closure(sources, equation, constraint, out);
+            } else if constraint != ConstraintDerivative::Velocities {
                 for (k, source) in sources.iter().enumerate().skip(first) {
-                    out.push(equation, source.number, slopes.balance(local, k));
+                    out.push(equation, source.number, slopes.dynamics(local, k));
                 }
             }
         }
@@ -269,22 +279,22 @@ impl Linearizer {
     /// Derivatives of a closure row: those with respect to velocities and accelerations come from those to positions.
     fn push_closure<'s>(
         &self,
-        sources: impl Iterator<Item = (&'s Source, [f64; 3])>,
+        sources: impl Iterator<Item = (&'s DifferentiatedVariable, [f64; 3])>,
         row: usize,
-        closure: Closure,
+        constraint: ConstraintDerivative,
         out: &mut Entries,
     ) {
         let n = self.coordinates;
         for (source, slopes) in sources {
-            out.push(row, source.number, closure.of(slopes));
-            match closure {
-                Closure::Accelerations if source.kind == Kind::Position => {
+            out.push(row, source.number, constraint.of(slopes));
+            match constraint {
+                ConstraintDerivative::Accelerations if source.kind == Kind::Position => {
                     out.push(row, source.number + n, 2.0 * slopes[1]);
                     if !self.moving.is_empty() && self.moving.contains(&source.number) {
                         out.push(row, source.number + 2 * n, slopes[0]);
                     }
                 }
-                Closure::Velocities | Closure::Rates if source.kind == Kind::Position => {
+                ConstraintDerivative::Velocities | ConstraintDerivative::Rates if source.kind == Kind::Position => {
                     out.push(row, source.number + n, slopes[0])
                 }
                 _ => {}
@@ -295,8 +305,8 @@ impl Linearizer {
 
 /// Adds the entries of a derivative that never changes.
 fn add_constants(
-    part: &PartData<f64>,
-    coefficient: &Coefficient,
+    part: &ElementInstance<f64>,
+    coefficient: &ConstantEntry,
     rows: &[Row],
     n: usize,
     moving: &[usize],
@@ -304,11 +314,11 @@ fn add_constants(
 ) {
     let Some(&Row { equation: row, .. }) = rows.iter().find(|row| row.local == coefficient.row) else { return };
     let (i, [stiffness, damping, mass]) = (part.coordinates[coefficient.coordinate], coefficient.values);
-    let inertia = if part.closures > 0 { stiffness } else { mass };
+    let inertia = if part.num_constraints > 0 { stiffness } else { mass };
     if moving.contains(&i) {
         accelerations.push(row, 2 * n + i, inertia);
     }
-    if part.closures > 0 {
+    if part.num_constraints > 0 {
         positions.push(row, i, stiffness);
         velocities.push(row, n + i, stiffness);
     } else {
@@ -318,34 +328,34 @@ fn add_constants(
 }
 
 /// Derivatives of the rows of an element without closures, for one chunk of its variables.
-fn balance<const N: usize>(
-    part: &PartData<f64>,
-    chunk: &[Source],
+fn dynamics<const N: usize>(
+    part: &ElementInstance<f64>,
+    chunk: &[DifferentiatedVariable],
     rows: &[Row],
     state: &State<f64>,
-    room: &mut Room<Tangent<N>>,
+    workspace: &mut ElementWorkspace<DualVec<N>>,
     out: &mut Entries,
 ) where
-    Tangent<N>: Number,
+    DualVec<N>: ElementScalar,
 {
-    room.p.clear();
-    room.p.extend(part.parameters.iter().map(|&p| Tangent::constant(p)));
-    for (to, from) in [(&mut room.q, &state.q), (&mut room.v, &state.v), (&mut room.a, &state.a)] {
+    workspace.p.clear();
+    workspace.p.extend(part.parameters.iter().map(|&p| DualVec::constant(p)));
+    for (to, from) in [(&mut workspace.q, &state.q), (&mut workspace.v, &state.v), (&mut workspace.a, &state.a)] {
         to.clear();
-        to.extend(part.coordinates.iter().map(|&i| Tangent::constant(from[i])));
+        to.extend(part.coordinates.iter().map(|&i| DualVec::constant(from[i])));
     }
     for (k, source) in chunk.iter().enumerate() {
         let values = match source.kind {
-            Kind::Position => &mut room.q,
-            Kind::Velocity => &mut room.v,
-            Kind::Acceleration => &mut room.a,
-            Kind::Parameter => &mut room.p,
+            Kind::Position => &mut workspace.q,
+            Kind::Velocity => &mut workspace.v,
+            Kind::Acceleration => &mut workspace.a,
+            Kind::Parameter => &mut workspace.p,
         };
         values[source.local].eps[k] = 1.0;
     }
-    Tangent::<N>::residual(part.element.as_ref(), Tangent::constant(state.t), room);
+    DualVec::<N>::residual(part.element.as_ref(), DualVec::constant(state.t), workspace);
     for row in rows {
-        let slopes = room.balance[row.local].eps;
+        let slopes = workspace.dynamics[row.local].eps;
         chunk.iter().zip(slopes).for_each(|(source, slope)| out.push(row.equation, source.number, slope));
     }
 }

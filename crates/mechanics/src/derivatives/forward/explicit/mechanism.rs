@@ -3,19 +3,19 @@
 use crate::Result;
 use crate::analyses::dynamics::Work;
 use crate::derivatives::activity::Dependence;
-use crate::derivatives::forward::explicit::block::{Plan, Tile};
+use crate::derivatives::forward::explicit::block::{SensitivityBlock, SensitivityPlan};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::nystrom::Nystrom;
-use crate::derivatives::forward::explicit::step_records::Visits;
+use crate::derivatives::forward::explicit::step_records::StageRecords;
 use crate::derivatives::forward::initial_conditions::StartSolver;
 use crate::derivatives::history::{Record, SensitiveHistory};
 use crate::derivatives::seeding::build_sensitive;
-use crate::integrators::explicit::mechanism::{MechanismFlow, SAMPLE};
-use crate::integrators::explicit::ode_driver::March;
+use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE};
+use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::simulation::{Start, sample, start};
-use crate::mechanism::scalars::Sensitive;
-use crate::mechanism::{Mechanism, Model};
+use crate::mechanism::scalars::Dual8;
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
 use crate::system::state::State;
 use autodiff::WIDTH;
@@ -33,7 +33,7 @@ use rayon::prelude::*;
 ///
 /// **Errors.** As [`simulate_explicitly`](crate::integrators::explicit::simulation::simulate_explicitly), and
 /// [`crate::Error::Definition`] if the model makes another mechanism in dual numbers than in `f64`.
-pub fn differentiate_explicitly<M: Model>(
+pub fn differentiate_explicitly<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Explicit,
@@ -53,7 +53,7 @@ const WORTH_THREADS: usize = 3200;
 /// The whole motion, for `W` design variables at a time.
 fn run<const W: usize>(
     mechanism: &Mechanism<f64>,
-    chunks: &[Mechanism<Sensitive>],
+    chunks: &[Mechanism<Dual8>],
     settings: &Explicit,
     times: &[f64],
     record: &mut Record,
@@ -72,9 +72,9 @@ fn run<const W: usize>(
 struct Team<'m, const W: usize> {
     mechanism: &'m Mechanism<f64>,
     linearizer: Linearizer,
-    plan: Plan,
-    tiles: Vec<Tile<'m, W>>,
-    visits: Visits,
+    plan: SensitivityPlan,
+    tiles: Vec<SensitivityBlock<'m, W>>,
+    visits: StageRecords,
     parallel: bool,
     dense: bool,
 }
@@ -83,8 +83,8 @@ impl<'m, const W: usize> Team<'m, W> {
     /// Derivatives of the initial state.
     fn new(
         mechanism: &'m Mechanism<f64>,
-        chunks: &'m [Mechanism<Sensitive>],
-        march: &mut March<MechanismFlow<'m>>,
+        chunks: &'m [Mechanism<Dual8>],
+        march: &mut OdeDriver<MechanismRhs<'m>>,
         begin: &Start,
     ) -> Result<Self> {
         let (method, system) = (march.stepper.method, &mut march.stepper.flow.system);
@@ -92,9 +92,15 @@ impl<'m, const W: usize> Team<'m, W> {
         let mut tiles = Vec::new();
         for chunks in chunks.chunks(W / WIDTH) {
             let starts = chunks.iter().map(|chunk| initial_derivatives(mechanism, chunk, system, begin));
-            tiles.push(Tile::new(chunks, &starts.collect::<Result<Vec<_>>>()?, &linearizer, system, &begin.state));
+            tiles.push(SensitivityBlock::new(
+                chunks,
+                &starts.collect::<Result<Vec<_>>>()?,
+                &linearizer,
+                system,
+                &begin.state,
+            ));
         }
-        let plan = Plan {
+        let plan = SensitivityPlan {
             method,
             weights: Nystrom::table(method),
             felt: linearizer.felt(),
@@ -102,7 +108,7 @@ impl<'m, const W: usize> Team<'m, W> {
             moving: linearizer.moving.clone(),
         };
         let parallel = system.size() * chunks.len() * WIDTH >= WORTH_THREADS;
-        let visits = Visits::new(&linearizer, &begin.state);
+        let visits = StageRecords::new(&linearizer, &begin.state);
         let mut team = Self { mechanism, linearizer, plan, tiles, visits, parallel, dense: false };
         team.with_tape(march, |team| {
             team.linearize(0..1);
@@ -112,10 +118,10 @@ impl<'m, const W: usize> Team<'m, W> {
     }
 
     /// To the last of `times`.
-    fn go(&mut self, march: &mut March<MechanismFlow<'m>>, times: &[f64], record: &mut Record) -> Result<()> {
+    fn go(&mut self, march: &mut OdeDriver<MechanismRhs<'m>>, times: &[f64], record: &mut Record) -> Result<()> {
         let mut y = march.stepper.old.clone();
         for (k, &t) in times.iter().enumerate() {
-            while march.lags(t) {
+            while march.is_before(t) {
                 march.advance()?;
                 self.follow(march);
             }
@@ -130,7 +136,7 @@ impl<'m, const W: usize> Team<'m, W> {
     }
 
     /// Goes along with the step that was just accepted.
-    fn follow(&mut self, march: &mut March<MechanismFlow<'_>>) {
+    fn follow(&mut self, march: &mut OdeDriver<MechanismRhs<'_>>) {
         let step = march.stepper.t;
         self.dense = false;
         self.with_tape(march, |team| {
@@ -141,7 +147,7 @@ impl<'m, const W: usize> Team<'m, W> {
     }
 
     /// Outputs at `t`, where the flow stands.
-    fn sample(&mut self, march: &mut March<MechanismFlow<'_>>, t: f64, dense: bool) {
+    fn sample(&mut self, march: &mut OdeDriver<MechanismRhs<'_>>, t: f64, dense: bool) {
         self.with_tape(march, |team| {
             if dense && !std::mem::replace(&mut team.dense, true) {
                 team.linearize(team.plan.method.end + 1..team.plan.method.slots());
@@ -152,13 +158,13 @@ impl<'m, const W: usize> Team<'m, W> {
     }
 
     /// Borrows the tape of the flow meanwhile.
-    fn with_tape(&mut self, march: &mut March<MechanismFlow<'_>>, action: impl FnOnce(&mut Self)) {
+    fn with_tape(&mut self, march: &mut OdeDriver<MechanismRhs<'_>>, action: impl FnOnce(&mut Self)) {
         self.visits.tape = march.stepper.flow.tape.take();
         action(self);
         march.stepper.flow.tape = self.visits.tape.take();
     }
 
-    fn each(&mut self, action: impl Fn(&mut Tile<'m, W>, &Plan, &Visits) + Sync) {
+    fn each(&mut self, action: impl Fn(&mut SensitivityBlock<'m, W>, &SensitivityPlan, &StageRecords) + Sync) {
         let (plan, visits) = (&self.plan, &self.visits);
         if self.parallel {
             self.tiles.par_iter_mut().for_each(|tile| action(tile, plan, visits));
@@ -175,10 +181,10 @@ impl<'m, const W: usize> Team<'m, W> {
 /// Derivatives of the consistent initial positions and velocities.
 fn initial_derivatives(
     plain: &Mechanism<f64>,
-    chunk: &Mechanism<Sensitive>,
+    chunk: &Mechanism<Dual8>,
     system: &mut System,
     begin: &Start,
-) -> Result<State<Sensitive>> {
+) -> Result<State<Dual8>> {
     let mut state = State::built(chunk, begin.state.t);
     if plain.multipliers > 0 {
         let mut solver = StartSolver::new(plain, chunk, system);

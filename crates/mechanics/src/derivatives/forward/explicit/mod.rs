@@ -5,7 +5,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `follower` | a step, its end and dense output, for one chunk of derivatives of a differential equation |
+//! | `sensitivity` | a step, its end and dense output, for one chunk of derivatives of a differential equation |
 //! | `ode` | the right-hand side of a differential equation in dual numbers |
 //! | `linearize` | elements in dual numbers, once per stage for all design variables |
 //! | `constraint` | one constraint along a motion, in closed form or in jets |

@@ -1,12 +1,12 @@
 //! Derivatives of the solution of a differential equation.
 
 use crate::Result;
-use crate::derivatives::forward::explicit::forward_step::{Block, Follower};
-use crate::integrators::explicit::ode::OdeFlow;
+use crate::derivatives::forward::explicit::forward_step::{Block, OdeForwardSensitivity};
+use crate::integrators::explicit::ode::OdeModelRhs;
 use crate::integrators::explicit::ode::{Ode, OdeHistory};
-use crate::integrators::explicit::ode_driver::March;
+use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
-use autodiff::{Tangent, WIDTH};
+use autodiff::{DualVec, WIDTH};
 use rayon::prelude::*;
 
 /// A solution with its derivatives.
@@ -29,29 +29,29 @@ pub struct OdeSensitivity {
 /// "internal differentiation" after Bock (1981).
 pub fn differentiate_ode<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times: &[f64]) -> Result<OdeSensitivity> {
     let start = ode.start(b);
-    let mut flow = OdeFlow::new(ode, b);
+    let mut flow = OdeModelRhs::new(ode, b);
     flow.visited = Some(vec![(settings.start, start.clone()); settings.method.slots()]);
     let size = start.len();
-    let mut march = March::new(flow, settings, start, times)?;
+    let mut march = OdeDriver::new(flow, settings, start, times)?;
     let chunks: Vec<usize> = (0..b.len()).step_by(WIDTH).collect();
-    let mut followers: Vec<_> = chunks.iter().map(|&first| follower(ode, b, first, &march)).collect();
+    let mut followers: Vec<_> = chunks.iter().map(|&first| sensitivity(ode, b, first, &march)).collect();
     let mut values = vec![Vec::with_capacity(times.len()); size];
     let mut slopes = vec![vec![vec![0.0; b.len()]; times.len()]; size];
     let (mut y, mut dy) = (march.stepper.old.clone(), vec![[0.0; WIDTH]; size]);
     for (k, &t) in times.iter().enumerate() {
-        while march.lags(t) {
+        while march.is_before(t) {
             march.advance()?;
             let (tape, span) = (march.stepper.flow.visited.as_ref().expect("it remembers"), march.stepper.t);
-            followers.par_iter_mut().for_each(|follower| follower.follow(tape, span));
+            followers.par_iter_mut().for_each(|sensitivity| sensitivity.follow(tape, span));
         }
         let dense = march.sample(t, &mut y)?;
         let tape = march.stepper.flow.visited.as_ref().expect("it remembers");
-        for (follower, &first) in followers.iter_mut().zip(&chunks) {
+        for (sensitivity, &first) in followers.iter_mut().zip(&chunks) {
             if dense {
-                follower.make_dense(tape);
-                follower.interpolate(t, &mut dy);
+                sensitivity.make_dense(tape);
+                sensitivity.interpolate(t, &mut dy);
             } else {
-                dy.copy_from_slice(follower.end());
+                dy.copy_from_slice(sensitivity.end());
             }
             for (series, slope) in slopes.iter_mut().zip(&dy) {
                 series[k][first..].iter_mut().zip(slope).for_each(|(to, from)| *to = *from);
@@ -64,20 +64,25 @@ pub fn differentiate_ode<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times:
     Ok(OdeSensitivity { history, slopes })
 }
 
-type Dual = Tangent<WIDTH>;
+type Dual = DualVec<WIDTH>;
 
-fn follower<'o, O: Ode>(ode: &'o O, b: &[f64], first: usize, march: &March<OdeFlow<'o, O>>) -> Follower<'o, O> {
+fn sensitivity<'o, O: Ode>(
+    ode: &'o O,
+    b: &[f64],
+    first: usize,
+    march: &OdeDriver<OdeModelRhs<'o, O>>,
+) -> OdeForwardSensitivity<'o, O> {
     let seed = |(i, &value): (usize, &f64)| match i.checked_sub(first) {
         Some(k) if k < WIDTH => Dual::seeded(value, k),
         _ => Dual::constant(value),
     };
     let b: Vec<Dual> = b.iter().enumerate().map(seed).collect();
     let start: Vec<Block> = ode.start(&b).iter().map(|y| y.eps).collect();
-    let room = vec![Dual::constant(0.0); start.len()];
-    let linear = LinearOde { ode, b, y: room.clone(), k: room };
+    let workspace = vec![Dual::constant(0.0); start.len()];
+    let linear = LinearOde { ode, b, y: workspace.clone(), k: workspace };
     let stepper = &march.stepper;
     let tape = stepper.flow.visited.as_ref().expect("it remembers");
-    Follower::new(linear, stepper.method, start, stepper.t[0], tape)
+    OdeForwardSensitivity::new(linear, stepper.method, start, stepper.t[0], tape)
 }
 
 /// The right-hand side in dual numbers.
@@ -89,11 +94,11 @@ pub(crate) struct LinearOde<'o, O> {
 }
 
 /// Time and state of each slot.
-pub(crate) type Tape = Vec<(f64, Vec<f64>)>;
+pub(crate) type StepRecord = Vec<(f64, Vec<f64>)>;
 
 impl<O: Ode> LinearOde<'_, O> {
     /// Writes the derivatives of dy/dt at the visit of `slot`, where those of the state are `y`.
-    pub fn rates(&mut self, tape: &Tape, slot: usize, y: &[Block], k: &mut [Block]) {
+    pub fn rates(&mut self, tape: &StepRecord, slot: usize, y: &[Block], k: &mut [Block]) {
         let (t, values) = &tape[slot];
         for ((dual, &re), &eps) in self.y.iter_mut().zip(values).zip(y) {
             *dual = Dual { re, eps };

@@ -1,16 +1,16 @@
 //! What a step leaves behind for its derivatives.
 
 use crate::derivatives::forward::explicit::entries::Entries;
-use crate::derivatives::forward::explicit::linearize::{Linearizer, Rooms};
-use crate::integrators::explicit::mechanism::{SAMPLE, Tape, Visit};
+use crate::derivatives::forward::explicit::linearize::{ElementWorkspaces, Linearizer};
+use crate::integrators::explicit::mechanism::{SAMPLE, StageRecord, StepRecord};
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
 use rayon::prelude::*;
 
 /// What a step leaves behind for its derivatives, linearized once for all design variables.
-pub(crate) struct Visits {
+pub(crate) struct StageRecords {
     /// What was done; it is lent by the flow while derivatives follow.
-    pub tape: Option<Tape>,
+    pub tape: Option<StepRecord>,
     /// Derivatives of the rows at each visit.
     pub entries: Vec<Entries>,
     /// Derivatives of both projections, see [`Linearizer::projections`].
@@ -19,10 +19,10 @@ pub(crate) struct Visits {
     pub is_free: bool,
     /// Positions before the projection with the correction of velocities.
     corrections: State<f64>,
-    rooms: Vec<Rooms>,
+    workspaces: Vec<ElementWorkspaces>,
 }
 
-impl Visits {
+impl StageRecords {
     /// Room for the visits of a mechanism in the state `state`.
     pub fn new(linearizer: &Linearizer, state: &State<f64>) -> Self {
         Self {
@@ -31,12 +31,12 @@ impl Visits {
             projections: [(); 3].map(|()| linearizer.entries()),
             is_free: state.l.is_empty(),
             corrections: state.clone(),
-            rooms: vec![Rooms::default(); SAMPLE + 2],
+            workspaces: vec![ElementWorkspaces::default(); SAMPLE + 2],
         }
     }
 
     /// What was done.
-    pub fn tape(&self) -> &Tape {
+    pub fn tape(&self) -> &StepRecord {
         self.tape.as_ref().expect("the tape is here while derivatives follow")
     }
 
@@ -48,11 +48,11 @@ impl Visits {
         slots: std::ops::Range<usize>,
         parallel: bool,
     ) {
-        let Self { tape, entries, rooms, .. } = self;
+        let Self { tape, entries, workspaces, .. } = self;
         let visits = &tape.as_ref().expect("the tape is here").visits[slots.clone()];
-        let tasks = (&mut entries[slots.clone()], visits, &mut rooms[slots]);
-        let task = |(entries, visit, rooms): (&mut Entries, &Visit, &mut Rooms)| {
-            linearizer.accelerations(mechanism, &visit.state, rooms, entries);
+        let tasks = (&mut entries[slots.clone()], visits, &mut workspaces[slots]);
+        let task = |(entries, visit, workspaces): (&mut Entries, &StageRecord, &mut ElementWorkspaces)| {
+            linearizer.accelerations(mechanism, &visit.state, workspaces, entries);
         };
         if parallel {
             tasks.into_par_iter().for_each(task);
@@ -63,7 +63,7 @@ impl Visits {
 
     /// Differentiates the projections at the end of a step.
     pub fn linearize_projections(&mut self, linearizer: &Linearizer, mechanism: &Mechanism<f64>) {
-        let Self { tape, corrections, rooms, projections, is_free, .. } = self;
+        let Self { tape, corrections, workspaces, projections, is_free, .. } = self;
         if *is_free {
             return;
         }
@@ -71,6 +71,6 @@ impl Visits {
         corrections.copy_from(&projected.before);
         corrections.a.copy_from_slice(&projected.after.a);
         corrections.l.copy_from_slice(&projected.after.l);
-        linearizer.projections(mechanism, projected, corrections, &mut rooms[SAMPLE + 1], projections);
+        linearizer.projections(mechanism, projected, corrections, &mut workspaces[SAMPLE + 1], projections);
     }
 }

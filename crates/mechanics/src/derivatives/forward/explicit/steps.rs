@@ -3,7 +3,7 @@
 use crate::derivatives::forward::explicit::Block;
 use crate::derivatives::forward::explicit::nystrom::Nystrom;
 use crate::integrators::explicit::tableau::{SLOTS, Tableau};
-use crate::linalg::simd::{Kernel, widely};
+use crate::linalg::simd::{Kernel, dispatch};
 
 /// Derivatives of positions and velocities at the ends of a step, and of the accelerations in between.
 pub(crate) struct Steps<const W: usize> {
@@ -79,7 +79,7 @@ impl<const W: usize> Steps<W> {
     }
 
     fn sum(&self, weights: &Nystrom, h: f64, which: impl Iterator<Item = usize>, y: &mut [Block<W>]) {
-        widely(Sum { steps: self, weights, h, which, y });
+        dispatch(Sum { steps: self, weights, h, which, y });
     }
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// A design accepted before, with what was differentiated there.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Past {
+pub struct PreviousPoint {
     /// The design.
     pub design: Vec<f64>,
     /// Responses there.
@@ -16,7 +16,7 @@ pub struct Past {
 
 /// The designs accepted so far, and the box of the cycle.
 #[derive(Clone, Debug)]
-pub struct Surroundings {
+pub struct SubproblemBox {
     /// Accepted designs, the oldest first; the last is the start design of the cycle.
     pub trail: Vec<Vec<f64>>,
     /// Lower sides of the search subregion.
@@ -27,7 +27,7 @@ pub struct Surroundings {
     pub scale: Vec<f64>,
 }
 
-impl Surroundings {
+impl SubproblemBox {
     /// The surroundings of a cycle.
     pub fn new(problem: &Problem, trail: Vec<Vec<f64>>, (lower, upper): (Vec<f64>, Vec<f64>)) -> Self {
         Self { trail, lower, upper, scale: problem.scales() }
