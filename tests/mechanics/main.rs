@@ -2,12 +2,14 @@
 
 mod adaptive;
 mod adjoint;
+mod allocations;
 mod beams;
 mod derivatives;
 mod drift;
 mod elements;
 mod explicit;
 mod failures;
+mod four_bar;
 mod four_bar_moments;
 mod hessian;
 mod impacts;

@@ -1,5 +1,4 @@
 //! The tables of the paper, cell by cell: what is printed must come out, and every exception is named here with its reason.
-#![cfg(all(feature = "report", feature = "mechanics"))]
 
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::papers::etman_1998::{Regenerated, ReproducedRun, regenerate, table1};

@@ -1,5 +1,4 @@
 //! The flexible four-bar mechanism of Tables V and VI.
-#![cfg(all(feature = "mechanics", feature = "report"))]
 
 use linkwright::Error;
 use linkwright::cases::four_bar::{

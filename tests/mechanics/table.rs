@@ -1,6 +1,6 @@
 //! The table of docs/sensitivities.md: every element and every kind of parameter against differences.
 //!
-//! `WRITE_DOCS=1 cargo test --test multibody table` writes it anew.
+//! `WRITE_DOCS=1 cargo test --test mechanics table` writes it anew.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::cases::mechanisms::SpinningBeam;
@@ -128,7 +128,7 @@ fn text(rows: &[Row]) -> String {
     text
 }
 
-const BEGIN: &str = "<!-- table of elements: made by tests/multibody/table.rs -->\n";
+const BEGIN: &str = "<!-- table of elements: made by tests/mechanics/table.rs -->\n";
 const END: &str = "<!-- end of the table of elements -->";
 
 #[test]

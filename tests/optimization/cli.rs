@@ -1,5 +1,4 @@
 //! Exit codes and messages of the command line.
-#![cfg(feature = "cli")]
 
 use std::process::{Command, Output};
 

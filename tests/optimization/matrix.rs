@@ -3,7 +3,6 @@
 //! A cell is the work, analyses + sensitivity analyses, up to the first design within 1e-5 of a known optimum that violates
 //! nothing by more than a millionth, where the run converges there; else how the run ended: `other` optimum, cycle `limit`,
 //! `stalled`, `refused`. Optima of the field are mostly reached; that no cell says FALSE is the point.
-#![cfg(feature = "mechanics")]
 
 use linkwright::cases::{Attempt, Conclusion, Entry, catalogue, compare, impact_absorber};
 use linkwright::sao::{FixedLimits, Method, PostOptimal, Preset, Status, presets};

@@ -1,13 +1,13 @@
 //! Nonlinear programs of Hock & Schittkowski (*Test Examples for Nonlinear Programming Codes*, 1981), others with
 //! known answers, and failures.
 
-use linkwright::autodiff::{Scalar, hessian, jacobian};
-use linkwright::nlp::{
+use autodiff::{Scalar, hessian, jacobian};
+use linkwright_nlp::{
     Automatic, ConcurrentSolver, Conic, Curvature, MultiStart, QuadraticProgram, SecondOrder, Solution, Sqp, Status,
     SubproblemSolver,
 };
-use linkwright::nlp::{Gradients, Program, Structure, Values};
-use linkwright::{Error, Result};
+use linkwright_nlp::{Error, Result};
+use linkwright_nlp::{Gradients, Program, Structure, Values};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -64,7 +64,7 @@ impl<M: Model> Program for Smooth<M> {
         Ok(Values { objective, rows })
     }
     fn gradients(&self, x: &[f64]) -> Result<Gradients> {
-        let all = |x: &[linkwright::autodiff::Dual]| {
+        let all = |x: &[autodiff::Dual]| {
             let (f, mut g) = self.model.functions(x);
             g.push(f);
             g
@@ -82,7 +82,7 @@ impl<M: Model> Program for Smooth<M> {
         if !self.exact {
             return Ok(None);
         }
-        let lagrangian = |x: &[linkwright::autodiff::HyperDual]| {
+        let lagrangian = |x: &[autodiff::HyperDual]| {
             let (f, g) = self.model.functions(x);
             g.into_iter().zip(λ).fold(f, |sum, (g, λ)| sum + g * *λ)
         };

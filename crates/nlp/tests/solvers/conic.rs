@@ -1,8 +1,8 @@
 //! Linear and quadratic programs with known answers, and random ones judged by their optimality conditions.
 
-use linkwright::Error;
-use linkwright::nlp::{ActiveSet, Conic, QuadraticProgram, Solution, Status, SubproblemSolver};
-use linkwright::nlp::{Gradients, Program, Structure, Values};
+use linkwright_nlp::Error;
+use linkwright_nlp::{ActiveSet, Conic, QuadraticProgram, Solution, Status, SubproblemSolver};
+use linkwright_nlp::{Gradients, Program, Structure, Values};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -158,10 +158,10 @@ impl Program for Shy {
     fn structure(&self) -> Structure {
         Structure::Quadratic
     }
-    fn values(&self, x: &[f64]) -> linkwright::Result<Values> {
+    fn values(&self, x: &[f64]) -> linkwright_nlp::Result<Values> {
         self.0.values(x)
     }
-    fn gradients(&self, x: &[f64]) -> linkwright::Result<Gradients> {
+    fn gradients(&self, x: &[f64]) -> linkwright_nlp::Result<Gradients> {
         self.0.gradients(x)
     }
 }

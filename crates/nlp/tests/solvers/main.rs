@@ -1,0 +1,4 @@
+//! Solvers held to published optima, second solvers and optimality conditions.
+
+mod conic;
+mod sqp;
