@@ -3,7 +3,7 @@
 
 use linkwright::Result;
 use linkwright::cases::{Conclusion, compare, find};
-use linkwright::report::methods::table;
+use linkwright::report::benchmark::table;
 use linkwright::sao::preset;
 
 fn main() -> Result<()> {

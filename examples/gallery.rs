@@ -68,7 +68,13 @@ fn figure_3_and_5() -> Result<[Figure; 2]> {
     );
     let draw = |name, grid, levels, path, optimum| {
         let objective = Objective { name, grid, levels };
-        design_plane(&DesignPlane { variables: variables(), objective, bounds: &bounds, path, optimum: Some(optimum) })
+        design_space_slice(&DesignSpaceSlice {
+            variables: variables(),
+            objective,
+            bounds: &bounds,
+            path,
+            optimum: Some(optimum),
+        })
     };
     Ok([
         draw("maximum acceleration [m s^{-2}]", &acceleration, &[], &first, [0.3606, 0.4852])?,

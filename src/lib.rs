@@ -57,6 +57,7 @@ pub mod problem;
 pub mod report;
 pub mod responses;
 pub mod sao;
+pub mod storage;
 
 pub use autodiff;
 pub use error;

@@ -1,12 +1,15 @@
 //! `linkwright compare PROBLEM` and `linkwright compare FILE`.
 
-use super::model::{compare as compare_file, is_file, load};
-use super::output::{folder, results, say, write};
+use super::model::{is_file, load};
+use super::output::{create_folder, results, say, write};
 use clap::Args;
 use linkwright::cases::{Attempt, Conclusion, Entry, catalogue, compare, find};
-use linkwright::report::methods::{distances, profile, summary, table};
-use linkwright::report::table::Table;
-use linkwright::sao::{Preset, preset, presets};
+use linkwright::model_file::Model;
+use linkwright::problem::Problem;
+use linkwright::report::benchmark::{distances, profile, summary, table};
+use linkwright::report::table::{Cell, Table};
+use linkwright::sao::{Method, PostOptimal, Preset, State, preset, presets};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -17,26 +20,30 @@ use std::path::{Path, PathBuf};
   linkwright compare --all
   linkwright compare lift.toml --methods paper,mma,gcmma
 
-Of a model file, the method that it has itself is run, too, and its stop test holds for all.
-The end of a run of a problem whose optima are known: `optimum` converged to a known optimum; `other optimum` converged elsewhere, where the optimality
-conditions hold; `cycle limit`, `stalled`, `infeasible` not converged, and it says so; `FALSE` converged, it says, but is not.")]
+For a model file, its own method is run, too, and all methods use its stop test.
+The column `end` for a problem with known optima:
+  optimum         converged to a known optimum
+  other optimum   converged to another point that satisfies the optimality conditions
+  cycle limit, stalled, infeasible
+                  not converged, and reported as such
+  FALSE           reported as converged, but the optimality conditions do not hold")]
 pub struct Compare {
     /// Name of a problem, see --list, or a model file
     #[arg(value_name = "PROBLEM|FILE", required_unless_present_any = ["all", "list"], conflicts_with_all = ["all", "list"])]
     problem: Option<String>,
-    /// All problems whose analysis is cheap, with a performance profile
+    /// Run all problems with a cheap analysis, and draw a performance profile
     #[arg(long, conflicts_with = "list")]
     all: bool,
-    /// Only these methods, separated by commas
+    /// Names of methods, separated by commas [default: all]
     #[arg(long, value_name = "METHODS", value_delimiter = ',')]
     methods: Vec<String>,
     /// Folder for tables and figures [default: out/compare]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// A line of JSON for each row in place of the table
+    /// Print a line of JSON for each row instead of the table
     #[arg(long, conflicts_with = "list")]
     json: bool,
-    /// Names of problems and methods
+    /// Print the names of problems and methods
     #[arg(long)]
     list: bool,
 }
@@ -55,7 +62,7 @@ impl Compare {
             Some(name) => vec![find(name)?],
             None => catalogue().iter().filter(|e| !e.expensive).collect(),
         };
-        folder(&out)?;
+        create_folder(&out)?;
         let mut all = vec![];
         for entry in entries {
             all.push(self.one(entry, &methods, &out)?);
@@ -69,16 +76,16 @@ impl Compare {
         self.end("Tables and figures are", &out)
     }
 
-    /// The methods on the problem of a model file.
+    /// Runs the methods on the problem of a model file; prints and writes the table.
     fn file(&self, path: &Path, methods: &[&'static Preset], out: &Path) -> anyhow::Result<()> {
         let (model, _) = load(path)?;
-        let rows = compare_file::rows(&model, methods)?;
-        let table = compare_file::table(&model, &rows)?;
+        let rows = file_runs(&model, methods)?;
+        let table = file_table(&model, &rows)?;
         self.show(&table)?;
-        folder(out)?;
+        create_folder(out)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         write(&out.join(format!("{name}.csv")), table.csv().as_bytes())?;
-        self.notes(rows.iter().filter_map(|row| Some((row.method, row.refused()?))))?;
+        self.notes(rows.iter().filter_map(|row| Some((row.method, row.rejected()?))))?;
         self.end("The table is", out)
     }
 
@@ -86,17 +93,17 @@ impl Compare {
         if self.json { table.json_lines().iter().try_for_each(|line| say(line)) } else { say(&table.text()) }
     }
 
-    /// Why methods did not run.
-    fn notes<'a>(&self, refused: impl Iterator<Item = (&'a str, &'a str)>) -> anyhow::Result<()> {
-        let mut refused = refused.filter(|_| !self.json);
-        refused.try_for_each(|(method, why)| say(&format!("Note: {method} refused: {why}")))
+    /// Prints the reasons why methods did not run.
+    fn notes<'a>(&self, rejected: impl Iterator<Item = (&'a str, &'a str)>) -> anyhow::Result<()> {
+        let mut rejected = rejected.filter(|_| !self.json);
+        rejected.try_for_each(|(method, why)| say(&format!("Note: {method} refused: {why}")))
     }
 
     fn end(&self, what: &str, out: &Path) -> anyhow::Result<()> {
         if self.json { Ok(()) } else { say(&format!("{what} in {}", out.display())) }
     }
 
-    /// All methods on one problem: table, file, figure.
+    /// Runs the methods on one problem; prints and writes the table and the figure.
     fn one(&self, entry: &'static Entry, methods: &[&'static Preset], out: &Path) -> anyhow::Result<Vec<Attempt>> {
         let attempts = compare(entry, methods)?;
         let table = table(entry, &attempts)?;
@@ -128,4 +135,100 @@ fn list() -> anyhow::Result<()> {
     }
     say("\nMethods")?;
     presets().iter().try_for_each(|p| say(&format!("  {:<22} {}", p.name, p.title)))
+}
+
+/// A method with the final state of its run, or the reason why it did not run.
+struct FileRun {
+    method: &'static str,
+    end: Result<FinalState, String>,
+}
+
+struct FinalState {
+    state: State,
+    /// Largest residual of the optimality conditions, computed independently of the method.
+    kkt: f64,
+}
+
+/// Name of the method of the model file.
+const OWN: &str = "(the file's)";
+
+/// Runs the method of the file and the given ones on its problem, in parallel. All use the stop test of the file.
+fn file_runs(model: &Model, presets: &[&'static Preset]) -> linkwright::Result<Vec<FileRun>> {
+    let problem = model.problem()?;
+    let stop = model.method().stop;
+    let own = [file_run(OWN, model.method(), &problem)];
+    let others: Vec<FileRun> = presets
+        .par_iter()
+        .map(|preset| file_run(preset.name, &Method { stop, ..(preset.method)() }, &problem))
+        .collect();
+    let mut all: Vec<FileRun> = own.into_iter().chain(others).collect();
+    all.sort_by_key(FileRun::rank);
+    Ok(all)
+}
+
+fn file_run(method: &'static str, settings: &Method, problem: &Problem) -> FileRun {
+    let end = settings.solve(problem, |_| ()).map(|state| {
+        let kkt = PostOptimal::new(problem, &state).map_or(f64::NAN, |post| post.kkt(problem));
+        FinalState { state, kkt }
+    });
+    FileRun { method, end: end.map_err(|error| error.to_string()) }
+}
+
+impl FileRun {
+    /// The reason why the method did not run.
+    fn rejected(&self) -> Option<&str> {
+        self.end.as_ref().err().map(String::as_str)
+    }
+
+    /// Solutions first, then the least work.
+    fn rank(&self) -> (u8, usize) {
+        match &self.end {
+            Ok(FinalState { state, .. }) => {
+                let counters = state.counters;
+                (u8::from(!state.status.is_success()), counters.analyses + counters.sensitivity_analyses)
+            }
+            Err(_) => (2, 0),
+        }
+    }
+}
+
+/// One row for each method, successful runs with the least work first. `above_best` is (F − F*) / |F*| with the least
+/// objective F* of all successful runs.
+fn file_table(model: &Model, rows: &[FileRun]) -> linkwright::Result<Table> {
+    let columns = [
+        "method",
+        "end",
+        "cycles",
+        "analyses",
+        "sensitivity_analyses",
+        "objective",
+        "above_best",
+        "violation_pct",
+        "kkt_residual",
+    ];
+    let solutions = rows.iter().filter_map(|row| row.end.as_ref().ok()).filter(|end| end.state.status.is_success());
+    let best = solutions.map(|end| end.state.evaluation.objective).fold(f64::INFINITY, f64::min);
+    let mut table = Table::new(model.title(), columns);
+    for row in rows {
+        let name = Cell::from(row.method);
+        let Ok(FinalState { state, kkt }) = &row.end else {
+            let nothing = std::iter::repeat_n(Cell::Empty, columns.len() - 2);
+            table.push([name, "refused".into()].into_iter().chain(nothing))?;
+            continue;
+        };
+        let objective = state.evaluation.objective;
+        let number = |v: f64| if v.is_finite() { Cell::Number(v) } else { Cell::Empty };
+        table.push([
+            name,
+            format!("{:?}", state.status).as_str().into(),
+            state.cycles().into(),
+            state.counters.analyses.into(),
+            state.counters.sensitivity_analyses.into(),
+            number(objective),
+            number((objective - best) / best.abs()),
+            number(state.evaluation.max_violation_pct()),
+            number(*kkt),
+        ])?;
+    }
+    Ok(table)
 }

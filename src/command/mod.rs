@@ -1,16 +1,30 @@
 //! The command line.
 //!
-//! Exit codes: 0 done, 1 something went wrong (the message says what and what to do: an unknown problem, a mistake in a model
-//! file, a file that cannot be written), 2 wrong arguments, 3 an optimization that ended without a solution.
+//! | file | command or subject |
+//! |---|---|
+//! | `new`, `check`, `analyze`, `optimize`, `report`, `runs`, `compare`, `reproduce` | one command each; `optimize` has `resume`, `analyze` has `sensitivities`, `new` has `schema` and `completion` |
+//! | `run_directory` | the files of a run, safe against a kill at any moment |
+//! | `progress`, `eta` | the table of cycles while a run goes on, and the estimated time to its end |
+//! | `tables` | cycles, histories and derivatives as tables |
+//! | `model`, `output` | reading of model files; standard output, files, dates and durations |
+//!
+//! Exit codes: 0 done, 1 an error (the message says what to do: an unknown problem, a mistake in a model file, a file that
+//! cannot be written), 2 wrong arguments, 3 an optimization that ended without a solution.
 
+mod analyze;
 mod check;
-mod clock;
 mod compare;
-mod completion;
+mod eta;
 mod model;
+mod new;
+mod optimize;
 mod output;
+mod progress;
+mod report;
 mod reproduce;
+mod run_directory;
 mod runs;
+mod tables;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
@@ -22,11 +36,11 @@ use std::process::ExitCode;
     about,
     max_term_width = 100,
     after_help = "Examples:
-  linkwright new lift                 a commented model file
+  linkwright new lift                 write a model file with comments
   linkwright optimize lift.toml       optimize it
-  linkwright report out/lift          look at it in a browser
-  linkwright resume out/lift          go on where it was stopped
-  linkwright runs                     what has been run
+  linkwright report out/lift          write a report for a browser
+  linkwright resume out/lift          continue an interrupted run
+  linkwright runs                     list past runs
 
 `linkwright COMMAND --help` shows examples of a command."
 )]
@@ -38,28 +52,28 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Write a commented model file to start from.
-    New(model::New),
+    New(new::New),
     /// Optimize the problem of a model file.
-    Optimize(model::Optimize),
+    Optimize(optimize::Optimize),
     /// Continue an optimization from its folder.
-    Resume(model::Resume),
-    /// List past runs, or put two of them beside each other.
+    Resume(optimize::Resume),
+    /// List past runs, or compare two of them.
     Runs(runs::Runs),
     /// Write the report of a run: one page for a browser, and its figures.
-    Report(model::Report),
+    Report(report::Report),
     /// Analyse one design of a model file.
-    Analyze(model::Analyze),
-    /// Differentiate one design of a model file.
-    Sensitivities(model::Sensitivities),
+    Analyze(analyze::Analyze),
+    /// Compute the derivatives at one design of a model file.
+    Sensitivities(analyze::Sensitivities),
     /// Print the JSON schema of model files, for editors.
-    Schema(model::Schema),
-    /// Regenerate the tables and figures of a paper and put them beside the printed ones.
+    Schema(new::Schema),
+    /// Compute the tables and figures of a paper and compare them with the printed ones.
     Reproduce(reproduce::Reproduce),
-    /// Run all methods on a problem of the library, or on all problems, and put them beside each other.
+    /// Compare all methods on a problem of the library, on all its problems, or on a model file.
     Compare(compare::Compare),
     /// Print a script that makes a shell complete commands and options.
-    Completion(completion::Completion),
-    /// Read a model file, or take a problem of the library, and prove its derivatives against differences.
+    Completion(new::Completion),
+    /// Check a model file or a problem of the library, and its derivatives by finite differences.
     Check(check::Check),
 }
 
@@ -76,7 +90,7 @@ fn command() -> clap::Command {
     with_codes(Arguments::command()).mut_subcommands(with_codes)
 }
 
-/// Reads the arguments, runs the command, reports an error in one line.
+/// Reads the arguments, runs the command, and prints an error to standard error.
 pub fn main() -> ExitCode {
     let matches = command().get_matches();
     let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
@@ -95,11 +109,8 @@ pub fn main() -> ExitCode {
         Command::Reproduce(command) => command.run().map(done),
         Command::Compare(command) => command.run().map(done),
     };
-    match result {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::FAILURE
+    })
 }

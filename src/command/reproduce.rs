@@ -1,6 +1,6 @@
 //! `linkwright reproduce PAPER`.
 
-use super::output::{folder, results, say, write};
+use super::output::{create_folder, results, say, write};
 use anyhow::bail;
 use clap::Args;
 use linkwright::papers::etman_1998::{self, Regenerated, ReproducedRun, Summary, TABLES};
@@ -32,7 +32,7 @@ impl Reproduce {
             bail!("no table `{unknown}`; choose from {}", TABLES.join(", "));
         }
         let out = self.out.clone().unwrap_or_else(|| results().join(&self.paper));
-        folder(&out)?;
+        create_folder(&out)?;
         let mut tables = vec![];
         for name in TABLES.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
             for table in etman_1998::regenerate(name, &mut progress)? {
@@ -54,7 +54,7 @@ impl Reproduce {
     }
 }
 
-/// The table beside the printed one, with its notes and a line on how the run went.
+/// Prints the comparison with the printed table, notes, and the counters of the run.
 fn print(table: &Regenerated) -> anyhow::Result<()> {
     say(&table.comparison()?.to_string())?;
     table.notes.iter().try_for_each(|note| say(&format!("Note: {note}")))?;
@@ -71,7 +71,7 @@ fn print(table: &Regenerated) -> anyhow::Result<()> {
     ))
 }
 
-/// A line for each cycle on a terminal, nothing when piped.
+/// Prints a line for each cycle if standard error is a terminal.
 fn progress(table: &str, state: &State) {
     let (Some(cycle), true) = (state.history.last(), std::io::stderr().is_terminal()) else { return };
     let mark = if cycle.accepted { "accepted" } else { "rejected" };

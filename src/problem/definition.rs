@@ -247,8 +247,7 @@ impl Problem {
                 text += &format!(" {} {}", c.is_equality, c.is_continuous);
             }
         }
-        // FNV-1a, which is the same on every machine and in every version.
-        text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+        crate::storage::fnv1a(&text)
     }
 
     /// Whether the parts fit together. Checked when a problem is built, and again when a run starts: fields are public.

@@ -1,13 +1,13 @@
-//! What a reader sees of a run: figures, animations, tables, CSV files.
+//! Tables, CSV files, figures, animations and HTML pages.
 //!
-//! Everything here takes plain numbers with names and units, so that any method or analysis can be shown; [`methods`],
-//! [`proof`] and [`run`] alone know what the library's comparison, the check of derivatives and an optimization hand over.
+//! [`figure`], [`plots`], [`animation`], [`table`] and [`page`] take plain numbers with names and units. [`benchmark`],
+//! [`gradient_check`] and [`run`] report a comparison of methods, a gradient check and an optimization.
 
 pub mod animation;
+pub mod benchmark;
 pub mod figure;
-pub mod methods;
+pub mod gradient_check;
 pub mod page;
 pub mod plots;
-pub mod proof;
 pub mod run;
 pub mod table;

@@ -129,9 +129,7 @@ impl State {
     ///
     /// Errors with [`Error::File`] if that is not possible.
     pub fn save(&self, path: &Path) -> Result<()> {
-        let beside = path.with_extension("part");
-        let written = std::fs::write(&beside, self.to_json()).and_then(|()| std::fs::rename(&beside, path));
-        written.map_err(|e| {
+        crate::storage::replace_file(path, self.to_json().as_bytes(), false).map_err(|e| {
             file_fault(path, &format!("it cannot be written: {e}"), "give a folder that can be written to")
         })
     }

@@ -104,7 +104,7 @@ fn a_run_that_was_stopped_gives_a_report_too() {
         std::fs::remove_file(place.0.join("run").join(name)).unwrap();
     }
     let page = report(&place);
-    assert!(page.contains(">unfinished</span>") && page.contains("the 3 tries so far"));
+    assert!(page.contains(">unfinished</span>") && page.contains("the 3 trial steps so far"));
     assert!(!page.contains("href=\"summary.json\"") && page.contains("href=\"cycles.csv\""));
     // Killed before the first design was analysed.
     std::fs::remove_file(place.0.join("run/state.json")).unwrap();

@@ -1,39 +1,37 @@
-//! Two runs beside each other.
+//! Comparison of two runs.
 
-use super::record::Record;
-use crate::command::model::{Change, Named, Summary, changes};
+use super::entry::RunEntry;
+use crate::command::run_directory::{Change, Named, Nearest, Summary, changes};
 use linkwright::report::table::{Cell, Table};
 use serde::Serialize;
 use std::path::Path;
 
-/// What two runs have in common, and in what they differ.
+/// Settings and results of two runs.
 #[derive(Serialize)]
 pub struct Comparison {
     version: u32,
-    /// Whether both solve one problem: their models differ in bounds, method and title at most.
+    /// Whether both solve the same problem: their models differ at most in bounds, method and title.
     one_problem: bool,
-    /// Settings in which their models differ.
+    /// Settings in which the models differ.
     settings: Vec<Change>,
-    /// Objective, violation, work, and design variables by name.
+    /// Work, objective, violation, design variables and constraints.
     quantities: Vec<Quantity>,
-    runs: [Record; 2],
+    runs: [RunEntry; 2],
 }
 
-/// A number of both runs.
+/// A number with its values in both runs.
 #[derive(Serialize)]
 struct Quantity {
     name: String,
     unit: String,
-    /// Of the first and of the second run; none where a run has no such number.
+    /// Values in the first and second run; `None` where a run lacks the number.
     values: [Option<f64>; 2],
 }
 
 impl Comparison {
-    /// Compares the runs in two folders.
-    ///
-    /// **Errors.** A folder without a run that can be read.
-    pub fn of(a: &Path, b: &Path) -> anyhow::Result<Self> {
-        let runs = [Record::read(a)?, Record::read(b)?];
+    /// Compares the runs in two folders. Fails if one of them has no readable run.
+    pub fn new(a: &Path, b: &Path) -> anyhow::Result<Self> {
+        let runs = [RunEntry::read(a)?, RunEntry::read(b)?];
         let results = [&runs[0], &runs[1]].map(|run| run.result.as_ref());
         Ok(Self {
             version: 1,
@@ -44,7 +42,7 @@ impl Comparison {
         })
     }
 
-    /// The comparison for a reader.
+    /// The comparison as text for the terminal.
     pub fn text(&self) -> anyhow::Result<String> {
         let [a, b] = &self.runs;
         let mut text =
@@ -93,7 +91,7 @@ impl Comparison {
     }
 }
 
-/// Objective, violation, work, design variables, constraints: those of the first run, then those that only the second one has.
+/// Work, objective, violation, design variables and constraints: those of the first run, then those that only the second has.
 fn quantities(results: [Option<&Summary>; 2]) -> Vec<Quantity> {
     let of = |name: &str, unit: &str, value: fn(&Summary) -> f64| Quantity {
         name: name.to_owned(),
@@ -109,20 +107,20 @@ fn quantities(results: [Option<&Summary>; 2]) -> Vec<Quantity> {
         of("largest violation", "%", |r| r.violation_pct),
     ];
     let designs = results.map(|r| r.map_or(vec![], |r| r.design.clone()));
-    all.extend(beside(&designs));
+    all.extend(paired(&designs));
     let constraint = |r: &Summary| -> Vec<Named> {
-        let named = |c: &crate::command::model::Nearest| Named {
+        let named = |c: &Nearest| Named {
             name: format!("constraint {}", c.name),
             unit: "of its limit".to_owned(),
             value: c.value,
         };
         r.constraints.iter().map(named).collect()
     };
-    all.extend(beside(&results.map(|r| r.map_or(vec![], constraint))));
+    all.extend(paired(&results.map(|r| r.map_or(vec![], constraint))));
     all
 }
 
-fn beside([a, b]: &[Vec<Named>; 2]) -> Vec<Quantity> {
+fn paired([a, b]: &[Vec<Named>; 2]) -> Vec<Quantity> {
     let only_b = b.iter().filter(|n| !a.iter().any(|m| m.name == n.name));
     let find = |among: &[Named], name: &str| among.iter().find(|n| n.name == name).map(|n| n.value);
     let quantity = |n: &Named| Quantity {

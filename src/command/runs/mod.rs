@@ -1,38 +1,33 @@
-//! `linkwright runs`: past runs, and two of them beside each other.
+//! `linkwright runs`: list of past runs, comparison of two runs.
 //!
-//! | file | what |
-//! |---|---|
-//! | `record` | what the folder of a run says about it, and where such folders are |
-//! | `comparison` | two runs beside each other |
-//!
-//! The folders of the runs are the index: each says by itself what it holds, so it may be moved, copied and deleted, any number
-//! of runs may write at once, and a folder that is damaged hides no other one.
+//! There is no index file: every folder describes its own run. So folders may be moved, copied and deleted, any number of runs may
+//! write at the same time, and a damaged folder does not hide the others.
 
 mod comparison;
-mod record;
+mod entry;
 
 use super::output::{results, say};
+use super::run_directory::Summary;
 use clap::Args;
 use comparison::Comparison;
+use entry::RunEntry;
 use linkwright::report::table::{Cell, Table};
-use record::Record;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
-  linkwright runs                     runs below the folder `out`, the oldest first
-  linkwright runs studies             runs below another folder
-  linkwright runs lift lift-filter    two runs beside each other
+  linkwright runs                     list the runs below the folder `out`, the oldest first
+  linkwright runs studies             list the runs below another folder
+  linkwright runs lift lift-filter    compare two runs
   linkwright runs --json | jq .status
 
-Runs are found by their folders, which may be moved, copied and deleted; nothing is written. Without a folder, runs are
-looked for where `optimize` puts them: below `out`, or below the folder that LINKWRIGHT_OUT names.
-The end of a run: how it ended, `running`, or `interrupted`, which `linkwright resume` goes on with.")]
+The default folder is `out`, or the folder LINKWRIGHT_OUT. Folders of runs may be moved, copied and deleted.
+The column `end` is the status of a run: how it ended, `Running`, or `Interrupted`; `linkwright resume` continues the latter.")]
 pub struct Runs {
-    /// A folder to look in, or the two runs to compare
+    /// A folder to search, or two runs to compare
     #[arg(value_name = "FOLDER", num_args = 0..=2)]
     folders: Vec<PathBuf>,
-    /// A line of JSON for each run, or for the comparison
+    /// Print a line of JSON for each run, or for the comparison
     #[arg(long)]
     json: bool,
 }
@@ -48,7 +43,7 @@ impl Runs {
 
     fn list(&self, folder: &Path) -> anyhow::Result<()> {
         anyhow::ensure!(folder.is_dir(), "there is no folder {}; name the one that runs are in", folder.display());
-        let runs = record::below(folder);
+        let runs = entry::below(folder);
         if self.json {
             return runs.iter().try_for_each(|run| say(&serde_json::to_string(run)?));
         }
@@ -61,7 +56,7 @@ impl Runs {
     }
 
     fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
-        let comparison = Comparison::of(a, b)?;
+        let comparison = Comparison::new(a, b)?;
         if self.json {
             return say(&serde_json::to_string(&comparison)?);
         }
@@ -69,13 +64,13 @@ impl Runs {
     }
 }
 
-/// A run by its path, or by its name among the results.
+/// Path of a run, given as path or as name in the folder of results.
 fn named(folder: &Path) -> PathBuf {
     let among = results().join(folder);
     if !folder.exists() && among.exists() { among } else { folder.to_owned() }
 }
 
-fn listing(folder: &Path, runs: &[Record]) -> linkwright::Result<Table> {
+fn listing(folder: &Path, runs: &[RunEntry]) -> linkwright::Result<Table> {
     let columns = [
         "folder",
         "begun",
@@ -92,7 +87,7 @@ fn listing(folder: &Path, runs: &[Record]) -> linkwright::Result<Table> {
     let text = |text: &str| Cell::from(text);
     for run in runs {
         let result = run.result.as_ref();
-        let number = |of: fn(&super::model::Summary) -> Cell| result.map_or(Cell::Empty, of);
+        let number = |of: fn(&Summary) -> Cell| result.map_or(Cell::Empty, of);
         table.push([
             text(&run.folder),
             text(&run.begun.replace('T', " ").replace('Z', "")),

@@ -229,8 +229,7 @@ fn fingerprint(table: &DeTable<'_>) -> u64 {
             write_plainly(value.get_ref(), &mut text);
         }
     }
-    // FNV-1a, which is the same on every machine and in every version.
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    crate::storage::fnv1a(&text)
 }
 
 fn write_plainly(value: &DeValue<'_>, out: &mut String) {

@@ -8,8 +8,8 @@ use crate::cases::slider_crank::{self, coupler_point};
 use crate::problem::{ClosedForm, TimeGrid};
 use crate::report::figure::{Figure, Grid, Quantity, literal};
 use crate::report::plots::{
-    Bound, Convergence, CouplerCurve, DesignPlane, Family, History, Iterate, Linkage, Measure, Objective, Side,
-    TimeBound, TimeHistory, TimePointConstraints, convergence, coupler_curve, design_plane, time_history,
+    Bound, Convergence, CouplerCurve, DesignSpaceSlice, Family, History, Iterate, Linkage, Measure, Objective, Side,
+    TimeBound, TimeHistory, TimePointConstraints, convergence, coupler_curve, design_space_slice, time_history,
     time_point_constraints,
 };
 use crate::sao::Cycle;
@@ -78,7 +78,7 @@ fn path(run: &ReproducedRun) -> Vec<Iterate> {
 
 fn in_the_plane(run: &ReproducedRun, name: &str, grid: &Grid, levels: &[f64]) -> Result<Figure> {
     let excess = plane(|k, c| largest(k, c, DISPLACEMENT) - 1.0)?;
-    design_plane(&DesignPlane {
+    design_space_slice(&DesignSpaceSlice {
         variables: variables(),
         objective: Objective { name, grid, levels },
         bounds: &[Bound { name: "displacement bound", excess: &excess }],

@@ -7,15 +7,16 @@ use super::Animation;
 use crate::report::figure::pixels;
 use crate::{Error, Result};
 
-/// The shortest time a frame stands, in hundredths of a second: viewers slow down what is faster.
+/// Shortest duration of a frame in hundredths of a second; viewers slow down faster ones.
 const SHORTEST_DELAY: f64 = 4.0;
 
 impl Animation {
-    /// The animated GIF, endless, at a resolution in pixels per inch of paper; 96 suits a screen.
+    /// The animated GIF, repeated endlessly, at a resolution in pixels per inch of paper: 96 for a screen.
     ///
-    /// Frames that come faster than 25 a second are left out.
+    /// Frames above 25 per second are omitted.
     ///
-    /// **Errors.** A resolution outside 10 to 2400, or so fine that a frame has more than 65 535 pixels along a side.
+    /// # Errors
+    /// [`Error::Option`] for a resolution outside 10 to 2400, [`Error::Definition`] for more than 65 535 pixels along a side.
     pub fn gif(&self, resolution: f64) -> Result<Vec<u8>> {
         let windows = self.windows();
         let stride = (SHORTEST_DELAY * self.times.len() as f64 / (100.0 * self.seconds)).ceil().max(1.0) as usize;
@@ -35,7 +36,7 @@ impl Animation {
         let pixmap = pixels(&self.figure(k, windows).svg()?, resolution)?;
         let side = |length: u32| u16::try_from(length).map_err(|_| unwritable(format!("a side has {length} pixels")));
         let (width, height) = (side(pixmap.width())?, side(pixmap.height())?);
-        // The paper is opaque, so premultiplied and plain colours agree.
+        // The background is opaque, so premultiplied and plain colours are equal.
         let mut rgba = pixmap.take();
         const THOROUGH: i32 = 10;
         Ok(Frame { delay, ..Frame::from_rgba_speed(width, height, &mut rgba, THOROUGH) })
@@ -67,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn fast_frames_are_left_out() {
+    fn fast_frames_are_omitted() {
         let bytes = crank(100).lasting(1.0).unwrap().gif(30.0).unwrap();
         let mut decoder = gif::DecodeOptions::new().read_info(bytes.as_slice()).unwrap();
         let mut count = 0;

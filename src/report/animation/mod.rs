@@ -1,4 +1,4 @@
-//! Mechanisms in motion: a page for a browser, or an animated GIF.
+//! Animations of mechanisms, as HTML and as animated GIF.
 
 mod gif;
 mod page;
@@ -8,18 +8,18 @@ use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Panel, Quantity,
 use crate::report::plots::{Linkage, window};
 use crate::{Error, Result};
 
-/// One design in motion.
+/// The motion of one design.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// What stands above it, as plain text.
+    /// Title, as plain text.
     pub title: String,
     /// The mechanism at each time.
     pub frames: Vec<Linkage>,
-    /// Curves that stand still, such as the path of a coupler point.
+    /// Fixed curves, such as the path of a coupler point.
     pub traces: Vec<Vec<[f64; 2]>>,
 }
 
-/// Designs in motion beside each other, in one scale and one time.
+/// The motion of several designs side by side, in one scale and over the same times.
 ///
 /// ```
 /// use linkwright::report::animation::{Animation, Scene};
@@ -51,9 +51,10 @@ pub struct Animation {
 }
 
 impl Animation {
-    /// An animation of all scenes at the given times in seconds; it plays in real time.
+    /// An animation of all scenes at the given times in seconds, played in real time.
     ///
-    /// **Errors.** Times that do not increase, no scenes, as many frames as times expected, coordinates not finite.
+    /// # Errors
+    /// If times do not increase, there is no scene, a scene has another number of frames than times, or a coordinate is not finite.
     pub fn new(
         description: impl Into<String>,
         axes: [Quantity; 2],
@@ -72,9 +73,10 @@ impl Animation {
         Ok(Self { description, axes, times, scenes, seconds, time, compared: false })
     }
 
-    /// The same animation played in another number of seconds, as for a vibration too fast for the eye.
+    /// Sets the duration in seconds, for instance to slow down a vibration.
     ///
-    /// **Errors.** Outside 0.1 to 3600 s.
+    /// # Errors
+    /// [`Error::Option`] outside 0.1 to 3600 s.
     pub fn lasting(self, seconds: f64) -> Result<Self> {
         Error::check_option(
             "duration of the animation",
@@ -85,22 +87,22 @@ impl Animation {
         Ok(Self { seconds, ..self })
     }
 
-    /// The same animation over another parameter than the time in seconds, such as the number of a load case.
+    /// Sets another parameter than the time in seconds, such as the number of a load case.
     pub fn over(self, time: Quantity) -> Self {
         Self { time, ..self }
     }
 
-    /// The same animation whose page shows the first scene faintly behind the others, if that is wanted.
+    /// Adds the first scene faintly behind the others, with a check box to hide it.
     pub fn compared(self) -> Self {
         Self { compared: true, ..self }
     }
 
-    /// How many frames there are.
+    /// Number of frames.
     pub fn frames(&self) -> usize {
         self.times.len()
     }
 
-    /// The limits along both axes that hold every scene at every time.
+    /// Limits along both axes of all scenes at all times.
     fn windows(&self) -> [[f64; 2]; 2] {
         let frames = self.scenes.iter().flat_map(|scene| &scene.frames).flat_map(Linkage::extent);
         let traces = self.scenes.iter().flat_map(|scene| scene.traces.concat());
@@ -108,9 +110,10 @@ impl Animation {
         [0, 1].map(|k| window(everything.iter().map(|p| p[k])))
     }
 
-    /// The picture at one time, for print: scenes beside each other.
+    /// The figure at one time, scenes side by side.
     ///
-    /// **Errors.** An index outside the times.
+    /// # Errors
+    /// [`Error::Option`] for an index outside the times.
     pub fn still(&self, frame: usize) -> Result<Figure> {
         let inside = frame < self.times.len();
         Error::check_option("frame", "less than the number of times", frame as f64, inside)?;
@@ -129,7 +132,7 @@ impl Animation {
             let title = format!("{} ({name} = {time} {unit})", literal(&scene.title)).replace(" )", ")");
             let mut panel = Panel::new(x_axis, y_axis).equal().titled(title).legend(Legend::Absent);
             panel.add(Mark::curves(scene.traces.clone(), Stroke::solid(Colour::BLUE, 0.6)));
-            // Notes seek their own places and would jump from frame to frame.
+            // The placement of notes would change from frame to frame.
             Linkage { notes: Vec::new(), ..scene.frames[frame].clone() }.draw(&mut panel);
             figure = figure.with(panel);
         }
@@ -157,7 +160,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn bad_animations_are_refused() {
+    fn bad_animations_are_rejected() {
         let good = crank(4);
         let again = |times: Vec<f64>, scenes: Vec<Scene>| Animation::new("", good.axes.clone(), times, scenes);
         assert!(again(vec![], vec![]).is_err());

@@ -1,69 +1,89 @@
-//! The animation as HTML that needs nothing but a browser.
-
-use serde_json::{Value, json};
+//! The animation as HTML without external files.
 
 use super::Animation;
-use super::scene::Stage;
-use crate::report::figure::markup;
+use super::scene::Viewport;
+use crate::report::figure::markup::plain;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde_json::{Value, json};
 
 const PLAYER: &str = include_str!("player.js");
 const STYLE: &str = include_str!("player.css");
+const PAGE_STYLE: &str =
+    ":root { color-scheme: light dark; }\nbody { margin: 1.5rem auto; max-width: 72rem; padding: 0 1rem; }";
 
 impl Animation {
-    /// A whole page: it plays at once, with a slider for time and a choice of speed, without any network.
+    /// A whole page without network access. It plays at once and has a slider for the time and a choice of speed.
     ///
-    /// `#t=0.3` behind the address shows that time and stands still.
+    /// An address that ends with `#t=0.3` shows that time and pauses.
     pub fn page(&self) -> String {
-        let title = markup::escape(&markup::plain(&self.description));
-        format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
-             <style>:root {{ color-scheme: light dark; }}\nbody {{ margin: 1.5rem auto; max-width: 72rem; padding: 0 1rem; }}\n\
-             </style>\n</head>\n<body>\n{}</body>\n</html>\n",
-            self.fragment()
-        )
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (plain(&self.description)) }
+                    style { (PreEscaped(PAGE_STYLE)) }
+                }
+                body { (self.figure_element()) }
+            }
+        };
+        page.into_string()
     }
 
-    /// A `<figure>` to put into a larger page; several of them do not disturb each other. Without scripts it is a picture
-    /// of the first frame.
+    /// A `<figure>` for a larger page, which may hold several of them. Without scripts it shows the first frame.
     pub fn fragment(&self) -> String {
-        let caption = markup::escape(&markup::plain(&self.description));
-        // No tag inside a text may end the script that holds it, or begin another one.
-        let data = self.data().to_string().replace('<', "\\u003c");
-        let overlay = match self.compared {
-            true => "<label><input type=\"checkbox\" checked> first design behind the other</label>",
-            false => "",
-        };
-        format!(
-            "<figure class=\"linkwright-animation\">\n<style>\n{STYLE}</style>\n\
-             <div class=\"scenes\" tabindex=\"0\" role=\"group\" aria-label=\"Mechanism; space plays, arrows step\">\n{}</div>\n\
-             <div class=\"controls\" hidden><button type=\"button\">Pause</button>\
-             <input type=\"range\" min=\"0\" step=\"1\" value=\"0\" aria-label=\"time\"><output></output>\
-             <label>speed <select></select></label>{overlay}</div>\n<figcaption>{caption}</figcaption>\n\
-             <script type=\"application/json\">{data}</script>\n<script>\n{PLAYER}</script>\n</figure>\n",
-            self.scenes_svg()
-        )
+        self.figure_element().into_string()
     }
 
-    fn scenes_svg(&self) -> String {
-        let stage = Stage::new(&self.windows());
-        let unit = markup::plain(&self.axes[0].unit);
-        let one = |(k, scene): (usize, &super::Scene)| {
-            let behind = (self.compared && k > 0).then(|| &self.scenes[0].frames[0]);
-            let svg = stage.svg(&scene.title, &scene.traces, &scene.frames[0], behind, &unit);
-            format!("<section><h3>{}</h3>\n{svg}</section>\n", markup::escape(&scene.title))
-        };
-        self.scenes.iter().enumerate().map(one).collect()
+    fn figure_element(&self) -> Markup {
+        // A `<` inside the data could end the script element or begin another one.
+        let data = self.data().to_string().replace('<', "\\u003c");
+        html! {
+            figure class="linkwright-animation" {
+                style { (PreEscaped(STYLE)) }
+                div class="scenes" tabindex="0" role="group" aria-label="Mechanism; space plays, arrows step" {
+                    (self.scene_elements())
+                }
+                div class="controls" hidden {
+                    button type="button" { "Pause" }
+                    input type="range" min="0" step="1" value="0" aria-label="time";
+                    output {}
+                    label { "speed " select {} }
+                    @if self.compared {
+                        label { input type="checkbox" checked; " first design behind the other" }
+                    }
+                }
+                figcaption { (plain(&self.description)) }
+                script type="application/json" { (PreEscaped(data)) }
+                script { (PreEscaped(PLAYER)) }
+            }
+        }
+    }
+
+    fn scene_elements(&self) -> Markup {
+        let viewport = Viewport::new(&self.windows());
+        let unit = plain(&self.axes[0].unit);
+        html! {
+            @for (k, scene) in self.scenes.iter().enumerate() {
+                @let behind = (self.compared && k > 0).then(|| &self.scenes[0].frames[0]);
+                section {
+                    h3 { (scene.title) }
+                    (viewport.svg(scene, behind, &unit))
+                }
+            }
+        }
     }
 
     fn data(&self) -> Value {
-        let stage = Stage::new(&self.windows());
-        let scene = |scene: &super::Scene| scene.frames.iter().map(|f| stage.data(f)).collect::<Vec<Value>>();
+        let viewport = Viewport::new(&self.windows());
+        let frames =
+            |scene: &super::Scene| scene.frames.iter().map(|f| json!(viewport.frame(f))).collect::<Vec<Value>>();
         json!({
             "seconds": self.seconds,
             "times": self.times,
-            "time": [markup::plain(&self.time.name), markup::plain(&self.time.unit)],
-            "scenes": self.scenes.iter().map(scene).collect::<Vec<_>>(),
+            "time": [plain(&self.time.name), plain(&self.time.unit)],
+            "scenes": self.scenes.iter().map(frames).collect::<Vec<_>>(),
         })
     }
 }
@@ -73,7 +93,7 @@ mod tests {
     use super::super::tests::crank;
 
     #[test]
-    fn the_page_holds_its_data_and_asks_nobody() {
+    fn the_page_holds_its_data_and_loads_nothing() {
         let page = crank(5).page();
         for text in
             ["requestAnimationFrame", "type=\"range\"", "<h3>optimum</h3>", "<h3>first &lt;/script&gt; design</h3>"]
@@ -99,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_frame_is_there_without_the_script() {
+    fn the_first_frame_is_shown_without_the_script() {
         let (alone, compared) = (crank(4).fragment(), crank(4).compared().fragment());
         assert_eq!(
             (alone.matches("<g class=\"bars\"><path").count(), alone.matches("class=\"behind\"").count()),

@@ -1,14 +1,13 @@
-//! An axis: what it measures, how it is scaled, what it shows.
+//! Axes: quantity, scale and limits.
 
-use super::markup;
 use super::ticks::Ticks;
 
-/// How numbers become lengths.
+/// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal differences, equal lengths.
+    /// Equal differences have equal lengths.
     Linear,
-    /// Equal ratios, equal lengths; what is not positive is not shown.
+    /// Equal ratios have equal lengths; only positive numbers are shown.
     Logarithmic,
 }
 
@@ -25,12 +24,12 @@ impl Scale {
     }
 }
 
-/// The name of a quantity and its unit, both in the markup of labels (`*b*_1`, `N/m^2`).
+/// Name and unit of a quantity, both in the markup of labels (`*b*_1`, `N/m^2`).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Quantity {
     /// Its name.
     pub name: String,
-    /// Its unit; empty if it has none.
+    /// Its unit; may be empty.
     pub unit: String,
 }
 
@@ -55,50 +54,50 @@ impl Quantity {
 /// One axis of a panel.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// What it measures.
+    /// The quantity along the axis.
     pub quantity: Quantity,
-    /// How it is scaled.
+    /// Its scale.
     pub scale: Scale,
-    /// First and last value; without them the data decide.
+    /// First and last value; `None` for those of the data with a margin.
     pub limits: Option<[f64; 2]>,
-    /// Whether numbers and label are written.
+    /// Whether it has numbers and a label.
     pub labelled: bool,
-    /// Whether only whole numbers carry ticks, as for cycles.
+    /// Whether ticks are at whole numbers only, as for cycles.
     pub whole: bool,
 }
 
 impl Axis {
-    /// A linear axis around its data.
+    /// A linear axis with limits from the data.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self::of(&Quantity::new(name, unit))
     }
 
-    /// A linear axis around its data.
+    /// A linear axis with limits from the data.
     pub fn of(quantity: &Quantity) -> Self {
         Self { quantity: quantity.clone(), scale: Scale::Linear, limits: None, labelled: true, whole: false }
     }
 
-    /// The same axis with a logarithmic scale.
+    /// Sets a logarithmic scale.
     pub fn logarithmic(self) -> Self {
         Self { scale: Scale::Logarithmic, ..self }
     }
 
-    /// The same axis from end to end.
+    /// Sets the limits.
     pub fn limits(self, low: f64, high: f64) -> Self {
         Self { limits: Some([low, high]), ..self }
     }
 
-    /// The same axis with ticks at whole numbers only.
+    /// Restricts ticks to whole numbers.
     pub fn whole(self) -> Self {
         Self { whole: true, ..self }
     }
 
-    /// The same axis without numbers and label, above another one that has them.
+    /// Removes numbers and label, for a panel above another one with the same axis.
     pub fn unlabelled(self) -> Self {
         Self { labelled: false, ..self }
     }
 
-    /// Limits that hold the data with a margin (relative to their width), or the given ones.
+    /// The given limits, or those of the data with a margin relative to their range.
     pub(crate) fn span(&self, values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] {
         if let Some(limits) = self.limits {
             return limits;
@@ -118,23 +117,19 @@ impl Axis {
         }
     }
 
-    pub(crate) fn ticks(&self, [low, high]: [f64; 2], room: usize) -> Ticks {
+    pub(crate) fn ticks(&self, [low, high]: [f64; 2], count: usize) -> Ticks {
         match self.scale {
             Scale::Linear if self.whole => {
-                let ticks = Ticks::linear(low, high, room.min((high - low).floor().max(1.0) as usize));
+                let ticks = Ticks::linear(low, high, count.min((high - low).floor().max(1.0) as usize));
                 let minor = ticks.minor.into_iter().filter(|v| (v - v.round()).abs() < 1e-6).collect();
                 Ticks { minor, ..ticks }
             }
-            Scale::Linear => Ticks::linear(low, high, room),
-            Scale::Logarithmic => Ticks::logarithmic(low, high, room),
+            Scale::Linear => Ticks::linear(low, high, count),
+            Scale::Logarithmic => Ticks::logarithmic(low, high, count),
         }
     }
 
     pub(crate) fn label(&self, ticks: &Ticks) -> String {
         self.quantity.label(ticks.exponent)
-    }
-
-    pub(crate) fn widest_number(&self, ticks: &Ticks, size: f64) -> f64 {
-        ticks.major.iter().map(|(_, label)| markup::width(label, size)).fold(0.0, f64::max)
     }
 }

@@ -1,13 +1,13 @@
-//! What a figure asks of its data, and the errors when it does not get it.
+//! Checks of the data of figures.
 
 use crate::{Error, Result};
 
-/// An [`Error::NotFinite`] at `place`.
+/// [`Error::NotFinite`] at `place`.
 pub(crate) fn not_finite(what: &str, value: f64, place: String) -> Error {
     Error::NotFinite { what: what.to_owned(), value, place, remedy: "leave out what has no value before drawing" }
 }
 
-/// At least one number, all of them finite.
+/// Checks for at least one number, all finite.
 pub(crate) fn finite(what: &str, values: &[f64]) -> Result<()> {
     not_empty(what, values.len())?;
     match values.iter().position(|v| !v.is_finite()) {
@@ -16,17 +16,17 @@ pub(crate) fn finite(what: &str, values: &[f64]) -> Result<()> {
     }
 }
 
-/// At least one point, all of them finite.
+/// Checks for at least one point, all finite.
 pub(crate) fn finite_points(what: &str, points: &[[f64; 2]]) -> Result<()> {
     finite(what, points.as_flattened())
 }
 
-/// Something to draw.
+/// Checks that there is something to draw.
 pub(crate) fn not_empty(what: &str, count: usize) -> Result<()> {
     if count > 0 { Ok(()) } else { Err(Error::definition(what, "there is nothing to draw", "give at least one value")) }
 }
 
-/// At least two finite numbers, each larger than the one before.
+/// Checks for at least two finite, increasing numbers.
 pub(crate) fn increasing(what: &str, values: &[f64]) -> Result<()> {
     finite(what, values)?;
     if values.len() >= 2 && values.windows(2).all(|pair| pair[1] > pair[0]) {
@@ -35,7 +35,7 @@ pub(crate) fn increasing(what: &str, values: &[f64]) -> Result<()> {
     Err(Error::definition(what, "it does not increase from end to end", "give two or more increasing numbers"))
 }
 
-/// Finite numbers, as many as there are instants.
+/// Checks for the expected number of finite values.
 pub(crate) fn series(what: &str, expected: usize, values: &[f64]) -> Result<()> {
     Error::check_length(what, expected, values.len())?;
     finite(what, values)

@@ -1,4 +1,4 @@
-//! Colours that survive colour blindness and a black-and-white printer.
+//! Colours for readers with colour vision deficiency and for grey prints.
 
 /// An sRGB colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +9,7 @@ impl Colour {
     pub const BLACK: Self = Self(0, 0, 0);
     /// White.
     pub const WHITE: Self = Self(255, 255, 255);
-    /// A mid grey for what should stay in the background.
+    /// A mid grey for the background.
     pub const GREY: Self = Self(128, 128, 128);
     /// A light grey for fills and move limits.
     pub const LIGHT_GREY: Self = Self(205, 205, 205);
@@ -26,7 +26,7 @@ impl Colour {
     /// Okabe and Ito's sky blue.
     pub const SKY: Self = Self(86, 180, 233);
 
-    /// The colour of the `index`-th series: black first, then Okabe and Ito's, dark ones before light ones.
+    /// Colour of the `index`-th series: black, then those of Okabe and Ito, dark ones first.
     pub fn of_series(index: usize) -> Self {
         const CYCLE: [Colour; 7] = [
             Colour::BLACK,
@@ -51,17 +51,17 @@ impl Colour {
     }
 }
 
-/// A map from a number in `[0, 1]` to a colour.
+/// Colour map from `[0, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColourMap {
-    /// Dark blue to yellow with steadily rising lightness, so that a grey print keeps the order.
+    /// Dark blue to yellow with increasing lightness, also in grey.
     Sequential,
     /// Blue through white to red, for signed values: `0.5` is white.
     Diverging,
 }
 
 impl ColourMap {
-    /// The colour at `fraction`, which is cut to `[0, 1]`.
+    /// The colour at `fraction`, clamped to `[0, 1]`.
     pub fn at(self, fraction: f64) -> Colour {
         const SEQUENTIAL: [Colour; 7] = [
             Colour(0, 32, 76),

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::Grid;
 
-/// The curves `value = level`, each oriented so that larger values lie on its left; a closed one ends where it begins.
+/// The curves `value = level`, with larger values on their left. The last point of a closed curve equals the first.
 ///
 /// Values are interpolated linearly along the edges of the grid, so a curve is off by the order of the cell size
-/// squared. A cell whose diagonal corners agree is split by the mean of its corners. Cells with a NaN are left out.
+/// squared. A saddle cell is resolved by the mean of its corners. Cells with NaN are omitted.
 pub fn contour(grid: &Grid, level: f64) -> Vec<Vec<[f64; 2]>> {
     let mut next = BTreeMap::new();
     for j in 0..grid.y().len() - 1 {
@@ -39,8 +39,8 @@ struct Edge {
     up: bool,
 }
 
-/// Counter-clockwise around the cell a curve enters where values fall below the level and leaves where they rise:
-/// that puts the larger values on its left.
+/// Adds the pieces of a cell. Counter-clockwise around it, a curve enters at an edge where values fall below the level and leaves
+/// where they rise, which puts larger values on its left.
 fn cross_cell(grid: &Grid, level: f64, i: usize, j: usize, next: &mut BTreeMap<Edge, Edge>) {
     let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| grid.value(i, j));
     if corners.iter().any(|v| v.is_nan()) {
@@ -57,7 +57,7 @@ fn cross_cell(grid: &Grid, level: f64, i: usize, j: usize, next: &mut BTreeMap<E
     let rises = |k: usize| !above[k] && above[(k + 1) % 4];
     let middle_above = corners.iter().sum::<f64>() / 4.0 > level;
     for start in (0..4).filter(|&k| falls(k)) {
-        // Beyond a saddle the nearest exit goes around the low corner, or around the high one.
+        // At a saddle, the mean decides whether the curve goes around the low corner or the high one.
         let order = if middle_above { [1, 2, 3] } else { [3, 2, 1] };
         if let Some(end) = order.into_iter().map(|step| (start + step) % 4).find(|&k| rises(k)) {
             next.insert(edges[start], edges[end]);
@@ -65,7 +65,7 @@ fn cross_cell(grid: &Grid, level: f64, i: usize, j: usize, next: &mut BTreeMap<E
     }
 }
 
-/// Chains the directed pieces: first those with a beginning, then the loops.
+/// Joins the directed pieces: first the open chains, then the loops.
 fn join(mut next: BTreeMap<Edge, Edge>) -> Vec<Vec<Edge>> {
     let ends: std::collections::BTreeSet<Edge> = next.values().copied().collect();
     let starts: Vec<Edge> = next.keys().copied().filter(|edge| !ends.contains(edge)).collect();

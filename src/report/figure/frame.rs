@@ -1,10 +1,12 @@
-//! The frame of a panel with ticks, numbers and labels.
+//! The frame of a panel with ticks, numbers and labels, and the colour bar.
 
 use super::mark::{Anchor, Stroke};
 use super::svg::{Area, Lettering, Svg};
+use super::ticks::Ticks;
 use super::view::View;
-use super::{Colour, Panel, style};
+use super::{Colour, ColourBar, Panel, style};
 
+/// Draws frame, ticks, numbers and labels.
 pub(crate) fn draw(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
     let area = view.area;
     let line = Stroke::solid(Colour::BLACK, style::FRAME_WIDTH);
@@ -19,13 +21,13 @@ pub(crate) fn draw(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
     let y_major: Vec<f64> = view.y_ticks.major.iter().map(|tick| tick.0).collect();
     let middle = [view.x[0], view.y[0]];
     for (values, length) in [(&view.x_ticks.minor, style::MINOR_LENGTH), (&x_major, style::TICK_LENGTH)] {
-        for [x, _] in values.iter().filter_map(|&v| view.place([v, middle[1]])).filter(|&p| view.area.contains(p)) {
+        for [x, _] in values.iter().filter_map(|&v| view.position([v, middle[1]])).filter(|&p| view.area.contains(p)) {
             lines.push(vec![[x, area.bottom()], [x, area.bottom() - length]]);
             lines.push(vec![[x, area.top], [x, area.top + length]]);
         }
     }
     for (values, length) in [(&view.y_ticks.minor, style::MINOR_LENGTH), (&y_major, style::TICK_LENGTH)] {
-        for [_, y] in values.iter().filter_map(|&v| view.place([middle[0], v])).filter(|&p| view.area.contains(p)) {
+        for [_, y] in values.iter().filter_map(|&v| view.position([middle[0], v])).filter(|&p| view.area.contains(p)) {
             lines.push(vec![[area.left, y], [area.left + length, y]]);
             lines.push(vec![[area.right(), y], [area.right() - length, y]]);
         }
@@ -35,7 +37,7 @@ pub(crate) fn draw(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
         numbers_below(svg, panel, view);
     }
     if panel.y.labelled {
-        numbers_beside(svg, panel, view, outer);
+        numbers_on_the_left(svg, panel, view, outer);
     }
 }
 
@@ -43,7 +45,7 @@ fn numbers_below(svg: &mut Svg, panel: &Panel, view: &View) {
     let area = view.area;
     let baseline = area.bottom() + style::GAP + 0.78 * style::TICK_SIZE;
     for (value, text) in &view.x_ticks.major {
-        if let Some([x, _]) = view.place([*value, view.y[0]]) {
+        if let Some([x, _]) = view.position([*value, view.y[0]]) {
             svg.text([x, baseline], text, Lettering::new(style::TICK_SIZE, Anchor::Middle));
         }
     }
@@ -51,10 +53,10 @@ fn numbers_below(svg: &mut Svg, panel: &Panel, view: &View) {
     svg.text(at, &panel.x.label(&view.x_ticks), Lettering::new(style::LABEL_SIZE, Anchor::Middle));
 }
 
-fn numbers_beside(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
+fn numbers_on_the_left(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
     let area = view.area;
     for (value, text) in &view.y_ticks.major {
-        if let Some([_, y]) = view.place([view.x[0], *value]) {
+        if let Some([_, y]) = view.position([view.x[0], *value]) {
             let at = [area.left - style::GAP, y + 0.36 * style::TICK_SIZE];
             svg.text(at, text, Lettering::new(style::TICK_SIZE, Anchor::End));
         }
@@ -62,4 +64,46 @@ fn numbers_beside(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
     let at = [outer.left + style::LABEL_SIZE + 0.5, area.top + area.height / 2.0];
     let style = Lettering { turned: -90.0, ..Lettering::new(style::LABEL_SIZE, Anchor::Middle) };
     svg.text(at, &panel.y.label(&view.y_ticks), style);
+}
+
+/// Width of the colour bar.
+const BAR_WIDTH: f64 = 8.0;
+/// Distance between the frames and the colour bar.
+const BAR_DISTANCE: f64 = 8.0;
+
+/// Width of the colour bar with its numbers and its label, on the right of the frames.
+pub(crate) fn colour_bar_width(bar: &ColourBar) -> f64 {
+    BAR_DISTANCE
+        + BAR_WIDTH
+        + style::GAP
+        + bar_ticks(bar, 120.0).widest_label(style::TICK_SIZE)
+        + 1.6 * style::LABEL_SIZE
+}
+
+/// Draws the colour bar on the right of `frames`.
+pub(crate) fn colour_bar(svg: &mut Svg, bar: &ColourBar, frames: Area) {
+    const STEPS: usize = 96;
+    let area = Area { left: frames.right() + BAR_DISTANCE, width: BAR_WIDTH, ..frames };
+    let step = area.height / STEPS as f64;
+    for k in 0..STEPS {
+        let cell = Area { top: area.bottom() - step * (k + 1) as f64, height: step, ..area };
+        svg.cells(&[cell], bar.map.at((k as f64 + 0.5) / STEPS as f64));
+    }
+    let line = Stroke::solid(Colour::BLACK, style::FRAME_WIDTH);
+    let (l, r, t, b) = (area.left, area.right(), area.top, area.bottom());
+    svg.polyline(&[[l, t], [r, t], [r, b], [l, b], [l, t]], line);
+    let ticks = bar_ticks(bar, area.height);
+    for (value, text) in &ticks.major {
+        let y = b - area.height * (value - bar.range[0]) / (bar.range[1] - bar.range[0]);
+        svg.polyline(&[[r, y], [r - 2.5, y]], line);
+        let at = [r + style::GAP, y + 0.36 * style::TICK_SIZE];
+        svg.text(at, text, Lettering::new(style::TICK_SIZE, Anchor::Start));
+    }
+    let at = [r + style::GAP + ticks.widest_label(style::TICK_SIZE) + 1.4 * style::LABEL_SIZE, t + area.height / 2.0];
+    let label = Lettering { turned: -90.0, ..Lettering::new(style::LABEL_SIZE, Anchor::Middle) };
+    svg.text(at, &bar.quantity.label(ticks.exponent), label);
+}
+
+fn bar_ticks(bar: &ColourBar, height: f64) -> Ticks {
+    Ticks::linear(bar.range[0], bar.range[1], (height / 24.0).max(2.0) as usize)
 }

@@ -1,8 +1,8 @@
-//! Values of a function on a rectangular grid: what contours and fields are drawn from.
+//! Values of a function on a rectangular grid, for contours and fields.
 
 use crate::{Error, Result};
 
-/// `values[j * x.len() + i]` belongs to `(x[i], y[j])`. NaN marks a point where the function has no value.
+/// Values on a rectangular grid: `values[j * x.len() + i]` at `(x[i], y[j])`. NaN marks a point without value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     x: Vec<f64>,
@@ -11,18 +11,19 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid that is finite everywhere.
+    /// A grid with finite values.
     ///
-    /// **Errors.** Fewer than two points along an axis, an axis that does not increase, a wrong number of values, a
-    /// value that is not finite.
+    /// # Errors
+    /// If an axis has fewer than two points or does not increase, the number of values is wrong, or a value is not finite.
     pub fn new(x: &[f64], y: &[f64], values: &[f64]) -> Result<Self> {
         super::check::finite("values of the grid", values)?;
         Self::with_holes(x, y, values)
     }
 
-    /// A grid with NaN where the function has no value, such as a design that cannot be assembled.
+    /// A grid with NaN for points without value, such as a design that cannot be assembled.
     ///
-    /// **Errors.** As [`Grid::new`], but NaN is allowed unless nothing else is there.
+    /// # Errors
+    /// Those of [`Grid::new`], except for NaN unless all values are NaN.
     pub fn with_holes(x: &[f64], y: &[f64], values: &[f64]) -> Result<Self> {
         super::check::increasing("first axis of the grid", x)?;
         super::check::increasing("second axis of the grid", y)?;
@@ -40,9 +41,10 @@ impl Grid {
         Ok(Self { x: x.to_vec(), y: y.to_vec(), values: values.to_vec() })
     }
 
-    /// Samples `function` at `counts[0] × counts[1]` equally spaced points of the box; NaN becomes a hole.
+    /// Samples `function` at `counts[0] × counts[1]` equally spaced points of a box.
     ///
-    /// **Errors.** As [`Grid::with_holes`].
+    /// # Errors
+    /// Those of [`Grid::with_holes`].
     pub fn sample(
         x: [f64; 2],
         y: [f64; 2],
@@ -70,13 +72,13 @@ impl Grid {
         self.values[j * self.x.len() + i]
     }
 
-    /// Smallest and largest value, holes left out.
+    /// Smallest and largest value that is not NaN.
     pub fn range(&self) -> [f64; 2] {
         let kept = self.values.iter().filter(|v| !v.is_nan());
         kept.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &v| [low.min(v), high.max(v)])
     }
 
-    /// Bilinear interpolation; NaN outside and in holes.
+    /// Bilinear interpolation; NaN outside and next to points without value.
     pub fn interpolate(&self, x: f64, y: f64) -> f64 {
         let (Some((i, u)), Some((j, v))) = (locate(&self.x, x), locate(&self.y, y)) else { return f64::NAN };
         let along = |j: usize| self.value(i, j) * (1.0 - u) + self.value(i + 1, j) * u;
@@ -111,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_grids_are_refused() {
+    fn bad_grids_are_rejected() {
         assert!(Grid::new(&[], &[], &[]).is_err());
         assert!(Grid::new(&[0.0, 1.0], &[0.0, 1.0], &[1.0, 2.0, f64::NAN, 4.0]).is_err());
         assert!(Grid::with_holes(&[0.0, 1.0], &[0.0, 1.0], &[1.0, 2.0, f64::NAN, 4.0]).is_ok());

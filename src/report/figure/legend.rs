@@ -1,13 +1,13 @@
-//! The legend: a sample and a name for every named mark.
+//! Legends: a sample and a name for every named mark.
 
 use super::mark::{Anchor, Kind, Stroke};
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
-use super::{Colour, Mark, Panel, draw, markup, style};
+use super::{Colour, Mark, Panel, label_placement, markup, shapes, style};
 
 const SIZE: f64 = style::TICK_SIZE;
 
-/// Marks of one name stand in one line: a curve with its points.
+/// Names with their marks; marks of the same name, such as a curve and its points, share an entry.
 fn entries(panel: &Panel) -> Vec<(&str, Vec<&Mark>)> {
     let mut entries: Vec<(&str, Vec<&Mark>)> = Vec::new();
     for mark in &panel.marks {
@@ -27,7 +27,7 @@ fn entry_width(name: &str) -> f64 {
 const BETWEEN_COLUMNS: f64 = 9.0;
 const EDGE: f64 = 4.0;
 
-/// The widths of as many columns as fit; entries run from left to right.
+/// Widths of the columns, as many as fit; entries are ordered row by row.
 fn columns_below(panel: &Panel, width: f64) -> Vec<f64> {
     let widths: Vec<f64> = entries(panel).iter().map(|(name, _)| entry_width(name)).collect();
     let columns = |count: usize| -> Vec<f64> {
@@ -44,11 +44,12 @@ pub(crate) fn height_below(panel: &Panel, width: f64) -> f64 {
     entries(panel).len().div_ceil(columns_below(panel, width).len()) as f64 * style::LEGEND_LINE
 }
 
+/// Draws the legend under the panel.
 pub(crate) fn below(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
     let columns = columns_below(panel, outer.width);
     let top = outer.bottom() - height_below(panel, outer.width) - 2.0;
     let total = columns.iter().map(|w| w + BETWEEN_COLUMNS).sum::<f64>() - BETWEEN_COLUMNS;
-    // Centred under the frame, unless that would leave the paper.
+    // Centred under the frame, but not beyond the edge of the paper.
     let middle = area.left + area.width / 2.0;
     let left = (middle - total / 2.0).min(outer.right() - EDGE - total).max(outer.left + EDGE);
     for (k, (name, marks)) in entries(panel).into_iter().enumerate() {
@@ -58,12 +59,12 @@ pub(crate) fn below(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
     }
 }
 
-/// In the corner where it covers the fewest points of the curves.
+/// Draws the legend in the corner where it covers least.
 pub(crate) fn inside(svg: &mut Svg, panel: &Panel, view: &View) {
     let entries = entries(panel);
     let widest = entries.iter().map(|(name, _)| entry_width(name)).fold(0.0, f64::max);
     let (width, height) = (widest + 7.0, style::LEGEND_LINE * entries.len() as f64 + 4.0);
-    let busy = super::place::busy(panel, view);
+    let ink = label_placement::ink(panel, view);
     let area = view.area;
     let (near, far) = (5.0, 5.0);
     let corners = [
@@ -73,7 +74,7 @@ pub(crate) fn inside(svg: &mut Svg, panel: &Panel, view: &View) {
         [area.left + near, area.bottom() - height - far],
     ];
     let boxes = corners.map(|[left, top]| Area { left, top, width, height });
-    let covered = |b: &Area| busy.iter().filter(|&&p| b.contains(p)).count();
+    let covered = |b: &Area| ink.iter().filter(|&&p| b.contains(p)).count();
     let Some(place) = boxes.iter().min_by_key(|b| covered(b)) else { return };
     let (l, r, t, b) = (place.left, place.right(), place.top, place.bottom());
     let line = Stroke::solid(Colour::GREY, 0.4);
@@ -100,7 +101,7 @@ fn sample(svg: &mut Svg, mark: &Mark, left: f64, y: f64) {
             let strokes: Vec<_> = feet.map(|x| [[x, y], [x + 2.6, y - 2.6]]).collect();
             svg.polylines(&strokes, *stroke);
         }
-        Kind::Points { marker, colour, size, .. } => draw::draw_marker(svg, [middle, y], *marker, *colour, *size),
+        Kind::Points { marker, colour, size, .. } => shapes::marker(svg, [middle, y], *marker, *colour, *size),
         Kind::Region { colour, opacity, .. } => {
             let (t, b) = (y - 2.8, y + 2.8);
             svg.polygon(&[[left, t], [right, t], [right, b], [left, b]], *colour, *opacity, None);

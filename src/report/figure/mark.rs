@@ -1,8 +1,8 @@
-//! What can be drawn inside a panel, in data coordinates; sizes and widths are in points (1/72 inch) on paper.
+//! Marks: everything drawn inside a panel, in data coordinates; sizes and widths are in points (1/72 inch) on paper.
 
 use super::{Colour, ColourMap, Grid};
 
-/// The rhythm of a line.
+/// Dash pattern of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dash {
     /// Without gaps.
@@ -11,34 +11,34 @@ pub enum Dash {
     Dashed,
     /// Dots.
     Dotted,
-    /// Strokes and dots in turn.
+    /// Alternating strokes and dots.
     DashDot,
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
     /// Its colour.
     pub colour: Colour,
     /// Its width in points.
     pub width: f64,
-    /// Its rhythm.
+    /// Its dash pattern.
     pub dash: Dash,
 }
 
 impl Stroke {
-    /// A line without gaps.
+    /// A solid line.
     pub const fn solid(colour: Colour, width: f64) -> Self {
         Self { colour, width, dash: Dash::Solid }
     }
 
-    /// The same line in another rhythm.
+    /// Sets the dash pattern.
     pub const fn dash(self, dash: Dash) -> Self {
         Self { dash, ..self }
     }
 }
 
-/// The sign at a data point.
+/// Marker of a data point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
     /// A ring, white inside.
@@ -59,25 +59,25 @@ pub enum Marker {
     Plus,
 }
 
-/// The signs of a mechanism, sized for paper.
+/// Symbol of a mechanism, in a fixed size on paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Symbol {
     /// A revolute joint: a ring.
     Joint,
     /// A revolute joint on the ground: a triangle on a hatched line.
     GroundJoint,
-    /// A slider block; the angle of its guide in radians from the x-axis.
+    /// A slider block, with the angle of its guide in radians from the x-axis.
     Slider(f64),
 }
 
-/// Where a text stands relative to its point.
+/// Horizontal alignment of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// It begins there.
+    /// It begins at its point.
     Start,
-    /// It is centred there.
+    /// It is centred at its point.
     Middle,
-    /// It ends there.
+    /// It ends at its point.
     End,
 }
 
@@ -94,7 +94,7 @@ pub(crate) enum Kind {
     Symbol { at: [f64; 2], symbol: Symbol },
 }
 
-/// Something drawn in a panel; later marks cover earlier ones.
+/// A mark; later marks cover earlier ones.
 #[derive(Clone, Debug)]
 pub struct Mark {
     pub(crate) kind: Kind,
@@ -106,7 +106,7 @@ impl Mark {
         Self { kind, name: None }
     }
 
-    /// The same mark with a line in the legend.
+    /// Adds an entry in the legend.
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = Some(name.into());
         self
@@ -117,12 +117,12 @@ impl Mark {
         Self::curves(vec![points.into()], stroke)
     }
 
-    /// Polylines that belong together.
+    /// Several polylines with one style.
     pub fn curves(curves: Vec<Vec<[f64; 2]>>, stroke: Stroke) -> Self {
         Self::of(Kind::Curves { curves, stroke })
     }
 
-    /// Steps that keep each value until the next abscissa.
+    /// A step function: each value holds until the next abscissa.
     pub fn steps(points: &[[f64; 2]], stroke: Stroke) -> Self {
         let mut corners = Vec::with_capacity(2 * points.len());
         for pair in points.windows(2) {
@@ -147,33 +147,33 @@ impl Mark {
         Self::of(Kind::Points { at: at.into(), marker, colour, size })
     }
 
-    /// Short strokes on the left of the curves: the forbidden side of a bound.
+    /// Short strokes on the left of the curves, for the infeasible side of a bound.
     pub fn hatching(curves: Vec<Vec<[f64; 2]>>, stroke: Stroke, length: f64) -> Self {
         Self::of(Kind::Hatching { curves, stroke, length })
     }
 
-    /// A text beside a point; the offset is in points to the right and up.
+    /// A text with an offset from a point, in points to the right and up.
     pub fn text(at: [f64; 2], text: impl Into<String>, anchor: Anchor, offset: [f64; 2]) -> Self {
         let (colour, size) = (Colour::BLACK, super::style::TICK_SIZE);
         Self::of(Kind::Text { at, text: text.into(), anchor, offset, colour, size })
     }
 
-    /// A text near a point, on the side where it covers least; left out where it would cover another one.
+    /// A text near a point, where it covers least; omitted if it would cover another note.
     pub fn note(at: [f64; 2], text: impl Into<String>) -> Self {
         Self::of(Kind::Note { at, text: text.into() })
     }
 
-    /// A label in a gap of the longest of the curves, where there is room.
+    /// A label on one of the curves, far from other marks.
     pub fn contour_label(curves: Vec<Vec<[f64; 2]>>, text: impl Into<String>, colour: Colour) -> Self {
         Self::of(Kind::ContourLabel { curves, text: text.into(), colour })
     }
 
-    /// A coloured field; the colours span `range`.
+    /// A coloured field; `range` has the values of the first and last colour.
     pub fn field(grid: Grid, map: ColourMap, range: [f64; 2]) -> Self {
         Self::of(Kind::Field { grid, map, range })
     }
 
-    /// A sign of a mechanism.
+    /// A symbol of a mechanism.
     pub fn symbol(at: [f64; 2], symbol: Symbol) -> Self {
         Self::of(Kind::Symbol { at, symbol })
     }

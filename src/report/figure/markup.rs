@@ -1,7 +1,7 @@
-//! The little markup of labels: `*b*_1` is an italic b with index 1, `10^{-3}` a power.
+//! Markup of labels: `*b*_1` is an italic b with index 1, `10^{-3}` a power.
 //!
 //! `*…*` sets italics, `_` and `^` lower or raise the letters and digits after them or a group in braces, and a
-//! backslash takes the next character as it is.
+//! backslash shows the next character literally.
 
 use std::fmt::Write;
 
@@ -27,7 +27,7 @@ pub(crate) fn plain(markup: &str) -> String {
     runs(markup).into_iter().map(|run| run.text).collect()
 }
 
-/// The markup that shows `text` as it is.
+/// Markup that shows `text` literally.
 pub fn literal(text: &str) -> String {
     text.chars().fold(String::with_capacity(text.len()), |mut out, c| {
         if matches!(c, '*' | '_' | '^' | '\\') {
@@ -49,7 +49,7 @@ pub(crate) fn width(markup: &str, size: f64) -> f64 {
         .sum()
 }
 
-/// The inside of an SVG `<text>` element.
+/// Content of an SVG `<text>` element.
 pub(crate) fn tspans(markup: &str, size: f64) -> String {
     let mut out = String::new();
     let mut lowered = 0.0;
@@ -77,7 +77,7 @@ pub(crate) fn tspans(markup: &str, size: f64) -> String {
     out
 }
 
-/// Text made safe for XML, with control characters dropped.
+/// Escapes text for XML and drops control characters.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -125,7 +125,7 @@ fn runs(markup: &str) -> Vec<TextRun> {
     runs
 }
 
-/// How many characters after `_` or `^` belong to it: a group in braces, or a sign with letters and digits.
+/// Number of characters that `_` or `^` applies to: a group in braces, or a sign with letters and digits.
 fn index_length(rest: &[char]) -> usize {
     if rest.first() == Some(&'{') {
         return rest.iter().position(|&c| c == '}').map_or(0, |end| end + 1);
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_markup_is_shown_as_it_is() {
+    fn odd_markup_is_shown_literally() {
         for odd in ["5 * 3", "a_", "x^", "_{open", "\\", "*"] {
             assert_eq!(plain(odd), odd, "{odd}");
         }

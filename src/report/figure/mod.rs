@@ -1,4 +1,4 @@
-//! Figures for print: one value, written as SVG or painted as PNG.
+//! Figures for print, written as SVG or PNG.
 //!
 //! A [`Figure`] has a size on paper and panels; a [`Panel`] has two axes and [`Mark`]s in data coordinates. Sizes of
 //! letters, lines and markers are in points on paper, so a figure of 85 mm fits one column of a journal as it is.
@@ -16,19 +16,20 @@
 //! ```
 
 mod axis;
-mod bar;
 pub(crate) mod check;
 mod colour;
 mod contour;
 mod draw;
 mod frame;
 mod grid;
+mod label_placement;
 mod legend;
+mod margins;
 mod mark;
 pub(crate) mod markup;
 mod panel;
-mod place;
 mod raster;
+mod shapes;
 pub(crate) mod style;
 mod svg;
 mod ticks;
@@ -46,13 +47,13 @@ pub(crate) use raster::pixels;
 pub(crate) use ticks::short;
 
 use crate::{Error, Result};
+use margins::Margins;
 use svg::{Area, Svg};
-use view::Margins;
 
-/// A picture with a size on paper.
+/// A figure with a size on paper.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// What the picture shows, in words: read out instead of it.
+    /// Text alternative for screen readers.
     pub description: String,
     width: f64,
     height: f64,
@@ -67,23 +68,23 @@ impl Figure {
         Self { description: description.into(), width, height, columns: 1, panels: Vec::new(), colour_bar: None }
     }
 
-    /// The same figure with one more panel, to the right of the last or below it.
+    /// Appends a panel, on the right of the last one or below it.
     pub fn with(mut self, panel: Panel) -> Self {
         self.panels.push(panel);
         self
     }
 
-    /// The same figure with its panels in the given number of columns.
+    /// Sets the number of columns of panels.
     pub fn in_columns(self, columns: usize) -> Self {
         Self { columns: columns.max(1), ..self }
     }
 
-    /// The same figure with a scale of colours on its right.
+    /// Adds a colour bar on the right.
     pub fn with_colour_bar(self, bar: ColourBar) -> Self {
         Self { colour_bar: Some(bar), ..self }
     }
 
-    /// The same figure in another size; width and height in millimetres.
+    /// Sets width and height in millimetres.
     pub fn sized(self, width: f64, height: f64) -> Self {
         Self { width, height, ..self }
     }
@@ -98,13 +99,23 @@ impl Figure {
         [self.width, self.height]
     }
 
-    /// The SVG file. Text stays text.
+    /// The SVG file, with text as text elements.
     ///
-    /// **Errors.** A size outside 10 to 2000 mm, no panels, limits of an axis that are not increasing, finite and (on a
-    /// logarithmic scale) positive.
+    /// # Errors
+    /// [`Error::Option`] or [`Error::Definition`] for a size outside 10 to 2000 mm, no panels, or limits of an axis that are not
+    /// increasing, finite and, on a logarithmic scale, positive.
     pub fn svg(&self) -> Result<String> {
+        Ok(self.draw("")?.file(self.size(), &markup::plain(&self.description)))
+    }
+
+    /// The SVG element for an HTML page; `id` is unique in the page.
+    pub(crate) fn inline_svg(&self, id: &str) -> Result<String> {
+        Ok(self.draw(id)?.inline(self.size(), &markup::plain(&self.description)))
+    }
+
+    fn draw(&self, prefix: &str) -> Result<Svg> {
         self.check()?;
-        let mut svg = Svg::new();
+        let mut svg = Svg::new(prefix);
         let outers: Vec<Area> = (0..self.panels.len()).map(|k| self.outer(k)).collect();
         let margins: Vec<Margins> =
             self.panels.iter().zip(&outers).map(|(panel, &outer)| Margins::around(panel, outer)).collect();
@@ -116,25 +127,24 @@ impl Figure {
             draw::panel(&mut svg, panel, insides[k], outers[k]);
         }
         if let (Some(bar), Some(first), Some(last)) = (&self.colour_bar, insides.first(), insides.last()) {
-            bar::draw(
-                &mut svg,
-                bar,
-                Area { height: last.bottom() - first.top, left: last.left, width: last.width, ..*first },
-            );
+            let height = last.bottom() - first.top;
+            frame::colour_bar(&mut svg, bar, Area { height, left: last.left, width: last.width, ..*first });
         }
-        Ok(svg.finish(self.width, self.height, &markup::plain(&self.description)))
+        Ok(svg)
     }
 
-    /// The PNG file at a resolution in pixels per inch; 300 suits print, 144 a screen.
+    /// The PNG file at a resolution in pixels per inch: 300 for print, 144 for a screen.
     ///
-    /// **Errors.** As [`Figure::svg`], and a resolution outside 10 to 2400.
+    /// # Errors
+    /// Those of [`Figure::svg`], and [`Error::Option`] for a resolution outside 10 to 2400.
     pub fn png(&self, resolution: f64) -> Result<Vec<u8>> {
         raster::png(&self.svg()?, resolution)
     }
 
     /// Writes `name.svg` and `name.png` (300 pixels per inch) into a folder that exists.
     ///
-    /// **Errors.** As [`Figure::svg`], and [`Error::File`] if a file cannot be written.
+    /// # Errors
+    /// Those of [`Figure::svg`], and [`Error::File`] if a file cannot be written.
     pub fn save(&self, folder: &std::path::Path, name: &str) -> Result<()> {
         let write = |extension: &str, bytes: &[u8]| {
             let file = folder.join(format!("{name}.{extension}"));
@@ -150,7 +160,7 @@ impl Figure {
     }
 
     fn outer(&self, k: usize) -> Area {
-        let bar = self.colour_bar.as_ref().map_or(0.0, bar::room);
+        let bar = self.colour_bar.as_ref().map_or(0.0, frame::colour_bar_width);
         let width = (self.width * style::POINTS_PER_MM - bar) / self.columns as f64;
         let shares: Vec<f64> = self.panels.chunks(self.columns).map(|row| row[0].share).collect();
         let unit = self.height * style::POINTS_PER_MM / shares.iter().sum::<f64>();

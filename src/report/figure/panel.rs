@@ -1,45 +1,45 @@
-//! A pair of axes and what is drawn in them.
+//! Panels: a pair of axes with marks.
 
 use super::{Axis, ColourMap, Mark, Quantity};
 
-/// Where the legend stands.
+/// Position of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Legend {
     /// In the corner where it covers least.
     Inside,
     /// Under the panel, in as many columns as fit.
     Below,
-    /// Nowhere.
+    /// No legend.
     Absent,
 }
 
-/// The scale of colours beside a field.
+/// Colour bar of a field.
 #[derive(Clone, Debug)]
 pub struct ColourBar {
-    /// What the colours mean.
+    /// Quantity that the colours show.
     pub quantity: Quantity,
-    /// The colours.
+    /// Colour map.
     pub map: ColourMap,
     /// The values at its ends.
     pub range: [f64; 2],
 }
 
-/// A pair of axes and what is drawn in them.
+/// A pair of axes with marks.
 #[derive(Clone, Debug)]
 pub struct Panel {
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// A line above the frame; may be empty.
+    /// Title above the frame; may be empty.
     pub title: String,
-    /// Where the legend stands.
+    /// Position of the legend.
     pub legend: Legend,
-    /// One unit is as long on both axes.
+    /// Whether both axes have the same scale.
     pub equal: bool,
     /// Whether the frame with its ticks is drawn.
     pub framed: bool,
-    /// Its part of the height of the figure, relative to that of the other rows.
+    /// Its share of the height of the figure, relative to the other rows.
     pub share: f64,
     pub(crate) marks: Vec<Mark>,
 }
@@ -59,39 +59,39 @@ impl Panel {
         }
     }
 
-    /// Draws one more mark over the others.
+    /// Appends a mark; later marks cover earlier ones.
     pub fn add(&mut self, mark: Mark) -> &mut Self {
         self.marks.push(mark);
         self
     }
 
-    /// Draws more marks over the others.
+    /// Appends marks.
     pub fn extend(&mut self, marks: impl IntoIterator<Item = Mark>) -> &mut Self {
         self.marks.extend(marks);
         self
     }
 
-    /// The same panel with a line above the frame.
+    /// Sets the title.
     pub fn titled(self, title: impl Into<String>) -> Self {
         Self { title: title.into(), ..self }
     }
 
-    /// The same panel with its legend elsewhere.
+    /// Sets the position of the legend.
     pub fn legend(self, legend: Legend) -> Self {
         Self { legend, ..self }
     }
 
-    /// The same panel with one unit as long on both axes.
+    /// Sets the same scale for both axes.
     pub fn equal(self) -> Self {
         Self { equal: true, ..self }
     }
 
-    /// The same panel with another part of the height.
+    /// Sets the share of the height.
     pub fn share(self, share: f64) -> Self {
         Self { share, ..self }
     }
 
-    /// The same panel without frame, ticks and labels.
+    /// Removes frame, ticks and labels.
     pub fn unframed(self) -> Self {
         Self { framed: false, ..self }
     }

@@ -1,4 +1,4 @@
-//! From SVG to pixels with the embedded font, so that text never depends on the machine.
+//! Conversion of SVG to pixels with an embedded font, independent of the fonts of the machine.
 
 use std::sync::{Arc, OnceLock};
 
@@ -7,7 +7,7 @@ use resvg::usvg::{self, fontdb};
 
 use crate::{Error, Result};
 
-/// DejaVu Sans Condensed, upright and oblique: free to embed (Bitstream Vera licence), with Greek and mathematics.
+/// DejaVu Sans Condensed, upright and oblique (Bitstream Vera licence, which allows embedding).
 fn fonts() -> Arc<fontdb::Database> {
     static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
     FONTS
@@ -21,7 +21,7 @@ fn fonts() -> Arc<fontdb::Database> {
         .clone()
 }
 
-/// Paints an SVG; `resolution` is in pixels per inch.
+/// Renders an SVG; `resolution` is in pixels per inch.
 pub(crate) fn pixels(svg: &str, resolution: f64) -> Result<Pixmap> {
     Error::check_option(
         "resolution",

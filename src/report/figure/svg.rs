@@ -1,14 +1,14 @@
-//! A sheet of SVG in points, y downwards.
+//! Writer of SVG elements; coordinates in points, y downwards.
 
 use std::fmt::Write;
 
 use super::mark::{Anchor, Dash, Stroke};
 use super::{Colour, markup};
 
-/// The face of all text: the embedded one, or what the reader has that is as narrow.
+/// Font of all text: that of the PNG files, or another narrow one.
 const FONT: &str = "'DejaVu Sans Condensed','DejaVu Sans',Helvetica,Arial,sans-serif";
 
-/// A part of the page in points.
+/// A rectangle in points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Area {
     pub left: f64,
@@ -26,7 +26,7 @@ impl Area {
         self.top + self.height
     }
 
-    /// The area with a rim around it.
+    /// The area enlarged by a margin on all sides.
     pub fn grown(&self, rim: f64) -> Self {
         let (width, height) = (self.width + 2.0 * rim, self.height + 2.0 * rim);
         Self { left: self.left - rim, top: self.top - rim, width, height }
@@ -43,7 +43,7 @@ impl Area {
     }
 }
 
-/// How a text is set.
+/// Style of a text.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lettering {
     pub size: f64,
@@ -51,7 +51,7 @@ pub(crate) struct Lettering {
     pub colour: Colour,
     /// Degrees, clockwise.
     pub turned: f64,
-    /// A white rim that keeps the text legible on lines.
+    /// Whether a white outline keeps the text legible on lines.
     pub rim: bool,
 }
 
@@ -61,41 +61,51 @@ impl Lettering {
     }
 }
 
-/// The growing text of an SVG file.
+/// Elements of an SVG.
 pub(crate) struct Svg {
     body: String,
     clips: usize,
+    /// Prefix of ids, so that several SVGs fit into one page.
+    prefix: String,
 }
 
 impl Svg {
-    pub fn new() -> Self {
-        Self { body: String::new(), clips: 0 }
+    pub fn new(prefix: &str) -> Self {
+        Self { body: String::new(), clips: 0, prefix: prefix.to_owned() }
     }
 
-    /// The file: sizes in millimetres on paper, coordinates in points.
-    pub fn finish(self, width_mm: f64, height_mm: f64, description: &str) -> String {
-        let points = super::style::POINTS_PER_MM;
-        let (width, height) = (number(width_mm * points), number(height_mm * points));
+    /// The file; the size in millimetres on paper.
+    pub fn file(self, [width, height]: [f64; 2], description: &str) -> String {
+        let (width_mm, height_mm) = (number(width), number(height));
+        let head = format!("xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_mm}mm\" height=\"{height_mm}mm\"");
+        self.element(&head, "", [width, height], description)
+    }
+
+    /// The element for an HTML page, which decides on the size; the id of the title is the prefix.
+    pub fn inline(self, size: [f64; 2], description: &str) -> String {
+        let prefix = self.prefix.clone();
+        self.element(&format!("aria-labelledby=\"{prefix}\""), &format!(" id=\"{prefix}\""), size, description)
+    }
+
+    fn element(self, head: &str, id: &str, size: [f64; 2], description: &str) -> String {
+        let [width, height] = size.map(|mm| number(mm * super::style::POINTS_PER_MM));
         format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {width} {height}\" \
-             role=\"img\" font-family=\"{FONT}\">\n<title>{}</title>\n\
+            "<svg {head} viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"{FONT}\">\n<title{id}>{}</title>\n\
              <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{}</svg>\n",
-            number(width_mm),
-            number(height_mm),
             markup::escape(description),
             self.body
         )
     }
 
-    /// What `draw` draws is cut off at the edge of the area.
+    /// Clips what `draw` draws at the edge of the area.
     pub fn clipped(&mut self, area: Area, draw: impl FnOnce(&mut Self)) {
         self.clips += 1;
-        let id = self.clips;
+        let id = format!("{}clip{}", self.prefix, self.clips);
         let Area { left, top, width, height } = area;
         let _ = writeln!(
             self.body,
-            "<clipPath id=\"clip{id}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>\n\
-             <g clip-path=\"url(#clip{id})\">",
+            "<clipPath id=\"{id}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>\n\
+             <g clip-path=\"url(#{id})\">",
             number(left),
             number(top),
             number(width),
@@ -130,7 +140,7 @@ impl Svg {
         let _ = writeln!(self.body, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" fill=\"{}\"{outline}/>", fill.hex());
     }
 
-    /// Boxes of one colour; each overlaps its neighbours to the right and below a little, so that no seam shows.
+    /// Boxes of one colour; each overlaps its neighbours to the right and below a little, which avoids visible seams.
     pub fn cells(&mut self, cells: &[Area], fill: Colour) {
         const OVERLAP: f64 = 0.25;
         let mut d = String::new();

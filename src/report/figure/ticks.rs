@@ -1,20 +1,22 @@
 //! Round numbers along an axis.
 
-/// Where an axis carries marks and what stands beside them.
+use super::markup;
+
+/// Ticks of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ticks {
-    /// Values and labels of the long marks.
+    /// Values and labels of the major ticks.
     pub major: Vec<(f64, String)>,
-    /// Values of the short marks.
+    /// Values of the minor ticks.
     pub minor: Vec<f64>,
-    /// Power of ten taken out of the labels; it belongs to the axis label.
+    /// Exponent of the power of ten that the labels omit; it is part of the axis label.
     pub exponent: i32,
 }
 
 impl Ticks {
-    /// At most about `room` ticks at multiples of 1, 2 or 5 times a power of ten between `low` and `high`.
-    pub fn linear(low: f64, high: f64, room: usize) -> Self {
-        let step = round_step((high - low) / room.max(1) as f64);
+    /// At most about `count` ticks at multiples of 1, 2 or 5 times a power of ten between `low` and `high`.
+    pub fn linear(low: f64, high: f64, count: usize) -> Self {
+        let step = round_step((high - low) / count.max(1) as f64);
         let exponent = common_exponent(low.abs().max(high.abs()));
         let scale = 10f64.powi(exponent);
         let decimals = (-(step / scale).log10().floor()).clamp(0.0, 12.0) as usize;
@@ -24,7 +26,7 @@ impl Ticks {
     }
 
     /// Powers of ten between `low` and `high` (both positive); with less than two of them also 2 and 5 times those.
-    pub fn logarithmic(low: f64, high: f64, room: usize) -> Self {
+    pub fn logarithmic(low: f64, high: f64, count: usize) -> Self {
         let slack = 1e-9;
         let power = |log: f64| log.clamp(-307.0, 308.0) as i32;
         let first = power((low.log10() - slack).ceil());
@@ -40,7 +42,7 @@ impl Ticks {
         }
         let stride = [1, 2, 3, 4, 5, 10, 20, 50]
             .into_iter()
-            .find(|stride| ((last - first) / stride) < room.max(2) as i32)
+            .find(|stride| ((last - first) / stride) < count.max(2) as i32)
             .unwrap_or(100);
         let major = (first..=last)
             .filter(|n| n.rem_euclid(stride) == 0)
@@ -51,6 +53,11 @@ impl Ticks {
             _ => parts(&[1]),
         };
         Self { major, minor, exponent: 0 }
+    }
+
+    /// Width of the widest label in points, set in `size` points.
+    pub fn widest_label(&self, size: f64) -> f64 {
+        self.major.iter().map(|(_, label)| markup::width(label, size)).fold(0.0, f64::max)
     }
 }
 
@@ -94,7 +101,7 @@ fn leading_digit(step: f64) -> i32 {
     (step / 10f64.powf((step.log10() + 1e-9).floor())).round() as i32
 }
 
-/// A multiple of three that keeps labels short, zero where they are short anyway.
+/// A multiple of three that keeps labels short; zero if they are short anyway.
 fn common_exponent(largest: f64) -> i32 {
     if largest == 0.0 || (1e-2..1e5).contains(&largest) {
         return 0;
@@ -102,7 +109,7 @@ fn common_exponent(largest: f64) -> i32 {
     ((largest.log10() / 3.0).floor() * 3.0) as i32
 }
 
-/// None where numbers are too close together or too far apart for `f64` to step through.
+/// Multiples of `step` from `low` to `high`; none if there are too many, or if `f64` cannot tell them apart.
 pub(crate) fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
     const MOST: f64 = 1000.0;
     if !(step > 0.0 && (high - low) / step < MOST && low.abs() / step < 1e15) {

@@ -1,43 +1,39 @@
-//! A self-contained HTML page: headings, tables, figures, animations; no network, light and dark, for screen and paper.
+//! Self-contained HTML pages of headings, tables, figures and animations; no network, light and dark, for screen and paper.
 //!
 //! ```
-//! use linkwright::report::page::{Page, Section, Tone};
+//! use linkwright::report::page::{Page, Section, Severity};
 //! use linkwright::report::table::Table;
 //!
 //! let mut table = Table::new("Two cycles", ["cycle", "objective"]);
 //! table.push([0usize.into(), 0.85.into()])?;
 //! let page = Page::new("absorber <1>")
-//!     .status("Converged", Tone::Good)
-//!     .with(Section::new("cycles", "Cycles").paragraph("What happened.").table(table));
+//!     .status("Converged", Severity::Good)
+//!     .with(Section::new("cycles", "Cycles").paragraph("All cycles of the run.").table(table));
 //! let html = page.html()?;
 //! assert!(html.starts_with("<!DOCTYPE html>") && html.contains("absorber &lt;1&gt;"));
 //! # Ok::<(), linkwright::Error>(())
 //! ```
 
-mod embed;
-mod section;
-
-pub use section::Section;
-
+use super::figure::Figure;
+use super::table::Table;
 use crate::Result;
-use crate::report::figure::{Figure, markup::escape};
-use section::Block;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// How good a piece of news is.
+/// Severity of a badge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tone {
-    /// As wished.
+pub enum Severity {
+    /// A success.
     Good,
-    /// Worth a look.
+    /// A warning.
     Fair,
-    /// Not as wished.
+    /// A failure.
     Bad,
 }
 
-impl Tone {
+impl Severity {
     fn class(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -47,7 +43,7 @@ impl Tone {
     }
 }
 
-/// A number that matters, with what it is and a remark.
+/// A number in the head of a page, with a label and a remark.
 #[derive(Clone, Debug)]
 struct Card {
     label: String,
@@ -55,11 +51,11 @@ struct Card {
     remark: String,
 }
 
-/// A page. All text is escaped; only [`Section::html`] takes HTML as it is.
+/// A page. All text is escaped, except [`Section::html`].
 #[derive(Clone, Debug)]
 pub struct Page {
     title: String,
-    status: Option<(String, Tone)>,
+    status: Option<(String, Severity)>,
     lead: String,
     cards: Vec<Card>,
     sections: Vec<Section>,
@@ -73,34 +69,34 @@ impl Page {
         Self { title: title.into(), status, lead, cards: vec![], sections: vec![], foot }
     }
 
-    /// The same page with a word beside its title.
-    pub fn status(self, word: impl Into<String>, tone: Tone) -> Self {
-        Self { status: Some((word.into(), tone)), ..self }
+    /// Adds a badge after the title.
+    pub fn status(self, word: impl Into<String>, severity: Severity) -> Self {
+        Self { status: Some((word.into(), severity)), ..self }
     }
 
-    /// The same page with a sentence below its title.
+    /// Adds a sentence below the title.
     pub fn lead(self, text: impl Into<String>) -> Self {
         Self { lead: text.into(), ..self }
     }
 
-    /// The same page with one more number in its head: what it is, the number, and a remark that may be empty.
+    /// Appends a number to the head, with a label and a remark that may be empty.
     pub fn card(mut self, label: impl Into<String>, value: impl Into<String>, remark: impl Into<String>) -> Self {
         self.cards.push(Card { label: label.into(), value: value.into(), remark: remark.into() });
         self
     }
 
-    /// The same page with one more section.
+    /// Appends a section.
     pub fn with(mut self, section: Section) -> Self {
         self.sections.push(section);
         self
     }
 
-    /// The same page with a line at its foot.
+    /// Adds a line at the foot of the page.
     pub fn foot(self, text: impl Into<String>) -> Self {
         Self { foot: text.into(), ..self }
     }
 
-    /// All figures with their names, for files.
+    /// All figures with their file names.
     pub fn figures(&self) -> impl Iterator<Item = (&str, &Figure)> {
         self.sections.iter().flat_map(|section| &section.blocks).filter_map(|block| match block {
             Block::Figure { name, figure, .. } => Some((name.as_str(), &**figure)),
@@ -108,52 +104,181 @@ impl Page {
         })
     }
 
-    /// The page. `data-state` of its root is `ready` once all scripts have run, or says which error stopped one.
+    /// The page as HTML. After all scripts have run, `data-state` of the root element is `ready` or holds the first error.
     ///
-    /// **Errors.** As [`Figure::svg`].
+    /// # Errors
+    /// Those of [`Figure::svg`].
     pub fn html(&self) -> Result<String> {
         let mut figures = 0;
-        let sections: Vec<String> = self.sections.iter().map(|s| s.render(&mut figures)).collect::<Result<_>>()?;
-        let title = escape(&self.title);
-        Ok(format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n\
-             <script>\n{SCRIPT}</script>\n</head>\n<body>\n<a class=\"skip\" href=\"#main\">Skip to the content</a>\n\
-             {}{}<main id=\"main\">\n{}</main>\n<footer><p>{}</p></footer>\n\
-             <script>document.documentElement.dataset.state ||= \"ready\";</script>\n</body>\n</html>\n",
-            self.head(),
-            self.contents(),
-            sections.concat(),
-            escape(&self.foot)
-        ))
+        let sections: Vec<Markup> = self.sections.iter().map(|s| s.render(&mut figures)).collect::<Result<_>>()?;
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                    script { (PreEscaped(SCRIPT)) }
+                }
+                body {
+                    a class="skip" href="#main" { "Skip to the content" }
+                    (self.head())
+                    nav aria-label="Contents" {
+                        ul {
+                            @for section in &self.sections {
+                                li { a href={ "#" (section.id) } { (section.title) } }
+                            }
+                        }
+                    }
+                    main id="main" {
+                        @for section in &sections { (section) }
+                    }
+                    footer { p { (self.foot) } }
+                    script { (PreEscaped("document.documentElement.dataset.state ||= \"ready\";")) }
+                }
+            }
+        };
+        Ok(page.into_string())
     }
 
-    fn head(&self) -> String {
-        let pill =
-            |(word, tone): &(String, Tone)| format!(" <span class=\"pill {}\">{}</span>", tone.class(), escape(word));
-        let card = |card: &Card| {
-            let remark = if card.remark.is_empty() {
-                String::new()
-            } else {
-                format!("<dd class=\"remark\">{}</dd>", escape(&card.remark))
-            };
-            format!("<div><dt>{}</dt><dd>{}</dd>{remark}</div>\n", escape(&card.label), escape(&card.value))
-        };
-        let cards: String = self.cards.iter().map(card).collect();
-        let cards = if cards.is_empty() { cards } else { format!("<dl class=\"cards\">\n{cards}</dl>\n") };
-        let lead = if self.lead.is_empty() {
-            String::new()
-        } else {
-            format!("<p class=\"lead\">{}</p>\n", escape(&self.lead))
-        };
-        let status = self.status.as_ref().map(pill).unwrap_or_default();
-        format!("<header>\n<h1>{}{status}</h1>\n{lead}{cards}</header>\n", escape(&self.title))
+    fn head(&self) -> Markup {
+        html! {
+            header {
+                h1 {
+                    (self.title)
+                    @if let Some((word, severity)) = &self.status {
+                        " " span class={ "pill " (severity.class()) } { (word) }
+                    }
+                }
+                @if !self.lead.is_empty() { p class="lead" { (self.lead) } }
+                @if !self.cards.is_empty() {
+                    dl class="cards" {
+                        @for card in &self.cards {
+                            div {
+                                dt { (card.label) }
+                                dd { (card.value) }
+                                @if !card.remark.is_empty() { dd class="remark" { (card.remark) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A part of a section.
+#[derive(Clone, Debug)]
+enum Block {
+    Paragraph(String),
+    Table(Table),
+    Figure { name: String, caption: String, figure: Box<Figure> },
+    Links(Vec<(String, String)>),
+    Listing { summary: String, text: String },
+    Html(String),
+}
+
+/// A part of a page with a heading.
+#[derive(Clone, Debug)]
+pub struct Section {
+    id: String,
+    title: String,
+    blocks: Vec<Block>,
+}
+
+impl Section {
+    /// An empty section; `id` is the fragment of links to it.
+    pub fn new(id: impl Into<String>, title: impl Into<String>) -> Self {
+        Self { id: id.into(), title: title.into(), blocks: vec![] }
     }
 
-    fn contents(&self) -> String {
-        let link = |s: &Section| format!("<li><a href=\"#{}\">{}</a></li>\n", escape(&s.id), escape(&s.title));
-        let links: String = self.sections.iter().map(link).collect();
-        format!("<nav aria-label=\"Contents\"><ul>\n{links}</ul></nav>\n")
+    fn and(mut self, block: Block) -> Self {
+        self.blocks.push(block);
+        self
+    }
+
+    /// Appends a paragraph.
+    pub fn paragraph(self, text: impl Into<String>) -> Self {
+        self.and(Block::Paragraph(text.into()))
+    }
+
+    /// Appends a table.
+    pub fn table(self, table: Table) -> Self {
+        self.and(Block::Table(table))
+    }
+
+    /// Appends a figure; `name` is that of its files.
+    pub fn figure(self, name: impl Into<String>, caption: impl Into<String>, figure: Figure) -> Self {
+        self.and(Block::Figure { name: name.into(), caption: caption.into(), figure: Box::new(figure) })
+    }
+
+    /// Appends links to files in the folder of the page: addresses and descriptions.
+    pub fn links(self, links: impl IntoIterator<Item = (String, String)>) -> Self {
+        self.and(Block::Links(links.into_iter().collect()))
+    }
+
+    /// Appends a text that is folded at first.
+    pub fn listing(self, summary: impl Into<String>, text: impl Into<String>) -> Self {
+        self.and(Block::Listing { summary: summary.into(), text: text.into() })
+    }
+
+    /// Appends HTML without escaping it.
+    pub fn html(self, html: impl Into<String>) -> Self {
+        self.and(Block::Html(html.into()))
+    }
+
+    /// Whether the section has no content.
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// The section as HTML; `figures` counts those of the page.
+    fn render(&self, figures: &mut usize) -> Result<Markup> {
+        let is_figure = |block: &Block| matches!(block, Block::Figure { .. });
+        let mut groups: Vec<(bool, Vec<Markup>)> = vec![];
+        // Consecutive figures share a grid.
+        for group in self.blocks.chunk_by(|a, b| is_figure(a) && is_figure(b)) {
+            let blocks = group.iter().map(|block| block.render(figures)).collect::<Result<_>>()?;
+            groups.push((is_figure(&group[0]), blocks));
+        }
+        Ok(html! {
+            section id=(self.id) aria-labelledby={ (self.id) "-title" } {
+                h2 id={ (self.id) "-title" } { (self.title) }
+                @for (are_figures, blocks) in &groups {
+                    @if *are_figures {
+                        div class="figures" { @for block in blocks { (block) } }
+                    } @else {
+                        @for block in blocks { (block) }
+                    }
+                }
+            }
+        })
+    }
+}
+
+impl Block {
+    fn render(&self, figures: &mut usize) -> Result<Markup> {
+        Ok(match self {
+            Self::Paragraph(text) => html! { p { (text) } },
+            Self::Table(table) => table.markup(),
+            Self::Figure { caption, figure, .. } => {
+                *figures += 1;
+                let svg = figure.inline_svg(&format!("f{figures}"))?;
+                html! { figure { (PreEscaped(svg)) figcaption { (caption) } } }
+            }
+            Self::Links(links) => html! {
+                ul class="files" {
+                    @for (address, text) in links {
+                        li { a href=(address) { code { (address) } } " " (text) }
+                    }
+                }
+            },
+            Self::Listing { summary, text } => html! {
+                details { summary { (summary) } pre tabindex="0" { (text) } }
+            },
+            Self::Html(html) => PreEscaped(html.clone()),
+        })
     }
 }

@@ -1,39 +1,40 @@
-//! How a run converges: the objective, and errors, violation and steps on a logarithmic scale.
+//! Convergence of a run: the objective, and errors, violation and steps on a logarithmic scale.
 
 use crate::Result;
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
 
-/// One measure over the tries of a run.
+/// A measure of convergence over the trial steps of a run.
 #[derive(Clone, Debug)]
 pub struct Measure<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// Its value at each try. Zero and negative values stand at the foot of the logarithmic scale.
+    /// Its value at each trial step. Zero and negative values are drawn below the logarithmic scale.
     pub values: &'a [f64],
 }
 
-/// Everything in the picture.
+/// Data of the plot.
 #[derive(Clone, Debug)]
 pub struct Convergence<'a> {
-    /// The cycle of each try.
+    /// Number of the cycle of each trial step.
     pub cycles: &'a [usize],
-    /// Whether each try was accepted.
+    /// Whether each trial step was accepted.
     pub accepted: &'a [bool],
     /// The objective, name and unit.
     pub objective: Quantity,
-    /// The objective at each try.
+    /// The objective at each trial step.
     pub objective_values: &'a [f64],
-    /// Whether the objective is better seen on a logarithmic scale.
+    /// Whether the scale of the objective is logarithmic.
     pub objective_logarithmic: bool,
-    /// Errors, violation, steps: what should go to zero.
+    /// Errors, violation, steps: measures that should go to zero.
     pub measures: &'a [Measure<'a>],
-    /// What the measures have in common, name and unit.
+    /// Name and unit of the common axis of the measures.
     pub measure: Quantity,
 }
 
-/// Draws the objective above the measures, both over the cycles; rejected tries are crosses beside the lines.
+/// Draws the objective above the measures, both over the cycles; crosses mark rejected trial steps.
 ///
-/// **Errors.** No tries, lengths that differ, values that are not finite.
+/// # Errors
+/// If there are no trial steps, lengths differ, or a value is not finite.
 pub fn convergence(data: &Convergence) -> Result<Figure> {
     check_data(data)?;
     let last = data.cycles.iter().copied().max().unwrap_or(0).max(1) as f64;
@@ -60,13 +61,13 @@ pub fn convergence(data: &Convergence) -> Result<Figure> {
 }
 
 fn check_data(data: &Convergence) -> Result<()> {
-    check::not_empty("tries of the run", data.cycles.len())?;
-    crate::Error::check_length("accepted tries", data.cycles.len(), data.accepted.len())?;
+    check::not_empty("trial steps of the run", data.cycles.len())?;
+    crate::Error::check_length("accepted trial steps", data.cycles.len(), data.accepted.len())?;
     check::series("objective of the run", data.cycles.len(), data.objective_values)?;
     data.measures.iter().try_for_each(|measure| check::series(measure.name, data.cycles.len(), measure.values))
 }
 
-/// The decades that hold the positive values, and below them a row for each measure that has others.
+/// Limits of the positive values, extended by a row below them for each measure, and the positions of the rows.
 fn limits(measures: &[Measure]) -> ([f64; 2], Vec<f64>) {
     let positive = measures.iter().flat_map(|m| m.values).filter(|&&v| v > 0.0);
     let [low, high] = positive.fold([f64::INFINITY, 0.0], |[l, h]: [f64; 2], &v| [l.min(v), h.max(v)]);
@@ -81,29 +82,29 @@ const MARKERS: [Marker; 5] = [Marker::Disc, Marker::Square, Marker::Diamond, Mar
 
 fn add_series(panel: &mut Panel, data: &Convergence, values: &[f64], index: usize, name: Option<&str>) {
     let colour = Colour::of_series(index);
-    let tries = |wanted: bool| -> Vec<[f64; 2]> {
+    let steps = |wanted: bool| -> Vec<[f64; 2]> {
         let all = data.cycles.iter().zip(data.accepted).zip(values);
         all.filter(|((_, accepted), _)| **accepted == wanted).map(|((&cycle, _), &v)| [cycle as f64, v]).collect()
     };
-    let mut curve = Mark::curve(tries(true), Stroke::solid(colour, 0.8));
-    let mut points = Mark::points(tries(true), MARKERS[index % MARKERS.len()], colour, 3.6);
+    let mut curve = Mark::curve(steps(true), Stroke::solid(colour, 0.8));
+    let mut points = Mark::points(steps(true), MARKERS[index % MARKERS.len()], colour, 3.6);
     if let Some(name) = name {
         (curve, points) = (curve.named(name), points.named(name));
     }
     panel.add(curve).add(points);
-    let rejected = tries(false);
+    let rejected = steps(false);
     if !rejected.is_empty() {
         let crosses = Mark::points(rejected, Marker::Cross, colour, 4.6);
-        panel.add(if name.is_some() && index == 0 { crosses.named("rejected try") } else { crosses });
+        panel.add(if name.is_some() && index == 0 { crosses.named("rejected step") } else { crosses });
     }
 }
 
-/// Triangles at the foot of the scale, a row for each measure, for zero and negative values.
+/// Adds triangles below the scale, in a row for each measure, for zero and negative values.
 fn add_floor(panel: &mut Panel, data: &Convergence, rows: &[f64]) {
     let mut named = false;
     for (k, (measure, &row)) in data.measures.iter().zip(rows).enumerate() {
-        let without = data.cycles.iter().zip(measure.values).filter(|(_, v)| **v <= 0.0);
-        let at: Vec<[f64; 2]> = without.map(|(&cycle, _)| [cycle as f64, row]).collect();
+        let below = data.cycles.iter().zip(measure.values).filter(|(_, v)| **v <= 0.0);
+        let at: Vec<[f64; 2]> = below.map(|(&cycle, _)| [cycle as f64, row]).collect();
         if !at.is_empty() {
             let mark = Mark::points(at, Marker::Down, Colour::of_series(k), 3.6);
             panel.add(if named { mark } else { mark.named("zero or less") });
@@ -117,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rejected_tries_and_zeros_are_shown() {
+    fn rejected_steps_and_zeros_are_shown() {
         let measures =
             [Measure { name: "*E*_g", values: &[0.0, 0.5, 0.1] }, Measure { name: "*V*", values: &[-1.0, 0.4, 0.2] }];
         let data = Convergence {
@@ -130,7 +131,7 @@ mod tests {
             measure: Quantity::new("error, violation", "%"),
         };
         let svg = convergence(&data).unwrap().svg().unwrap();
-        for text in ["rejected try", "zero or less", "cycle", "[%]"] {
+        for text in ["rejected step", "zero or less", "cycle", "[%]"] {
             assert!(svg.contains(text), "{text} is missing");
         }
         assert!(convergence(&Convergence { cycles: &[], ..data.clone() }).is_err());

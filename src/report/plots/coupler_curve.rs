@@ -1,27 +1,28 @@
-//! The curve of a coupler point against the points it should pass.
+//! Coupler curve of a mechanism and the desired points.
 
 use super::Linkage;
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
 use crate::{Error, Result};
 
-/// Everything in the picture.
+/// Data of the plot.
 #[derive(Clone, Debug)]
 pub struct CouplerCurve<'a> {
-    /// The coordinates along the axes.
+    /// Quantities along the axes.
     pub axes: [Quantity; 2],
-    /// Curves with names, such as those of the first and the last design; the last one is the one judged.
+    /// Curves with names, such as those of the first and the last design.
     pub curves: &'a [(&'a str, &'a [[f64; 2]])],
-    /// The points to pass.
+    /// The points that the curve should pass.
     pub desired: &'a [[f64; 2]],
-    /// Where the coupler point of the judged curve is at the prescribed times, one for each desired point, or none.
+    /// Positions of the last curve at the prescribed times, one for each desired point, or none.
     pub reached: &'a [[f64; 2]],
     /// The mechanism in one position.
     pub linkage: Option<&'a Linkage>,
 }
 
-/// Draws curves, desired points with their numbers, and a short line from each to where the coupler point is.
+/// Draws curves, desired points with their numbers, and a short line from each to the reached point.
 ///
-/// **Errors.** No curve, data that are not finite, as many reached as desired points expected.
+/// # Errors
+/// If there is no curve, data are not finite, or the numbers of reached and desired points differ.
 pub fn coupler_curve(data: &CouplerCurve) -> Result<Figure> {
     check_data(data)?;
     let [x, y] = &data.axes;
@@ -30,8 +31,8 @@ pub fn coupler_curve(data: &CouplerCurve) -> Result<Figure> {
         linkage.draw(&mut panel);
     }
     for (k, (name, curve)) in data.curves.iter().enumerate() {
-        let judged = k + 1 == data.curves.len();
-        let stroke = if judged { Stroke::solid(Colour::BLUE, 1.1) } else { Stroke::solid(Colour::GREY, 0.7) };
+        let is_last = k + 1 == data.curves.len();
+        let stroke = if is_last { Stroke::solid(Colour::BLUE, 1.1) } else { Stroke::solid(Colour::GREY, 0.7) };
         panel.add(Mark::curve(*curve, stroke).named(*name));
     }
     let errors = data.desired.iter().zip(data.reached).map(|(d, r)| vec![*d, *r]).collect();

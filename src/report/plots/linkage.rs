@@ -1,9 +1,9 @@
-//! A planar mechanism in one position.
+//! Drawing of a planar mechanism in one position.
 
 use crate::Result;
 use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, Symbol, check};
 
-/// A planar mechanism in one position; coordinates in the unit of the picture.
+/// A planar mechanism in one position; coordinates in the unit of the axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Linkage {
     /// Bars, straight or bent: polylines of at least two points.
@@ -14,7 +14,7 @@ pub struct Linkage {
     pub joints: Vec<[f64; 2]>,
     /// Revolute joints on the ground.
     pub ground_joints: Vec<[f64; 2]>,
-    /// Sliders: place, and the angle of the guide in radians.
+    /// Sliders: position, and angle of the guide in radians.
     pub sliders: Vec<([f64; 2], f64)>,
     /// Guides of sliders, from end to end.
     pub guides: Vec<[[f64; 2]; 2]>,
@@ -22,7 +22,7 @@ pub struct Linkage {
     pub springs: Vec<[[f64; 2]; 2]>,
     /// Point masses.
     pub masses: Vec<[f64; 2]>,
-    /// Texts beside points, such as names of links.
+    /// Texts near points, such as names of links.
     pub notes: Vec<(String, [f64; 2])>,
 }
 
@@ -33,9 +33,9 @@ impl Linkage {
         for body in self.bars.iter().chain(&self.plates) {
             check::finite_points("body of the mechanism", body)?;
         }
-        let places = self.places();
-        for place in places.chain(self.sliders.iter().map(|s| &s.0)).chain(self.notes.iter().map(|n| &n.1)) {
-            check::finite("joint of the mechanism", place)?;
+        let points = self.points();
+        for point in points.chain(self.sliders.iter().map(|s| &s.0)).chain(self.notes.iter().map(|n| &n.1)) {
+            check::finite("joint of the mechanism", point)?;
         }
         self.sliders.iter().try_for_each(|slider| check::finite("angle of a slider", &[slider.1]))
     }
@@ -67,30 +67,30 @@ impl Linkage {
         panel.extend(self.notes.iter().map(|(text, at)| Mark::note(*at, text)));
     }
 
-    /// Points that joints, masses and springs stand at.
-    fn places(&self) -> impl Iterator<Item = &[f64; 2]> {
+    /// Points of joints, masses, guides and springs.
+    fn points(&self) -> impl Iterator<Item = &[f64; 2]> {
         let joints = self.joints.iter().chain(&self.ground_joints).chain(&self.masses);
         joints.chain(self.guides.as_flattened()).chain(self.springs.as_flattened())
     }
 
-    /// Width of a spring that suits the size of the mechanism.
+    /// Width of a spring, relative to the size of the mechanism.
     fn spring_width(&self) -> f64 {
-        let places = self.extent();
-        let along = |k: usize| {
+        let points = self.extent();
+        let range = |k: usize| {
             let [low, high] =
-                places.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| [l.min(p[k]), h.max(p[k])]);
+                points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| [l.min(p[k]), h.max(p[k])]);
             high - low
         };
-        0.05 * along(0).max(along(1))
+        0.05 * range(0).max(range(1))
     }
 
     pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
         let bodies = self.bars.iter().chain(&self.plates).flatten();
-        bodies.chain(self.places()).copied().chain(self.sliders.iter().map(|slider| slider.0)).collect()
+        bodies.chain(self.points()).copied().chain(self.sliders.iter().map(|slider| slider.0)).collect()
     }
 }
 
-/// A spring from end to end: six strokes across, between straight ends of a fifth of the length.
+/// A spring as a zigzag of six strokes between straight ends of a fifth of the length.
 fn zigzag([from, to]: [[f64; 2]; 2], width: f64) -> Vec<[f64; 2]> {
     const STROKES: usize = 6;
     let along = [to[0] - from[0], to[1] - from[1]];
@@ -102,11 +102,12 @@ fn zigzag([from, to]: [[f64; 2]; 2], width: f64) -> Vec<[f64; 2]> {
     [from, at(0.2, 0.0)].into_iter().chain((0..STROKES).map(stroke)).chain([at(0.8, 0.0), to]).collect()
 }
 
-/// Draws mechanisms beside each other in one scale: positions of one design, or designs.
+/// Draws mechanisms side by side in one scale: positions of one design, or several designs.
 ///
 /// `axes` are the quantities along x and y; each linkage comes with a title, which may be empty.
 ///
-/// **Errors.** No mechanism, no bodies, coordinates that are not finite.
+/// # Errors
+/// If there is no mechanism, one has no bodies, or a coordinate is not finite.
 pub fn mechanism(axes: &[Quantity; 2], linkages: &[(&str, &Linkage)]) -> Result<Figure> {
     check::not_empty("mechanisms", linkages.len())?;
     let mut figure = Figure::new("Mechanism", if linkages.len() == 1 { 85.0 } else { 120.0 }, 65.0);
@@ -124,7 +125,7 @@ pub fn mechanism(axes: &[Quantity; 2], linkages: &[(&str, &Linkage)]) -> Result<
     Ok(figure.in_columns(2.min(linkages.len())))
 }
 
-/// Limits that hold all values, with room for the signs of joints.
+/// Limits of all values, with a margin for the symbols of joints.
 pub(crate) fn window(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
     let margin = (0.1 * (high - low)).max(1e-3 * low.abs().max(high.abs())).max(1e-9);

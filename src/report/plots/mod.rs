@@ -1,25 +1,23 @@
-//! The pictures of an optimization and of a mechanism, each from plain numbers.
+//! Plots of an optimization and of a mechanism, each from plain numbers.
 //!
-//! Names and units use the markup of [`figure`](super::figure) labels (`*b*_1`, `N/m^2`); names that come from users
-//! and should be shown as they are go through [`literal`](super::figure::literal).
+//! Names and units use the markup of [`figure`](super::figure) labels (`*b*_1`, `N/m^2`). Names that come from users pass through
+//! [`literal`](super::figure::literal), so that they are shown as they are.
 
-mod approach;
+mod benchmark;
 mod convergence;
 mod coupler_curve;
-mod design_plane;
-mod field;
+mod design_space_slice;
 mod linkage;
-mod profile;
+mod stress_field;
 mod time_history;
-mod time_points;
+mod time_point_constraints;
 
-pub use approach::{Approach, approach};
+pub use benchmark::{Approach, Solver, approach, performance_profile};
 pub use convergence::{Convergence, Measure, convergence};
 pub use coupler_curve::{CouplerCurve, coupler_curve};
-pub use design_plane::{Bound, DesignPlane, Iterate, Objective, design_plane};
-pub use field::{StressField, stress_field};
+pub use design_space_slice::{Bound, DesignSpaceSlice, Iterate, Objective, design_space_slice};
 pub(crate) use linkage::window;
 pub use linkage::{Linkage, mechanism};
-pub use profile::{Solver, performance_profile};
+pub use stress_field::{StressField, stress_field};
 pub use time_history::{History, Side, TimeBound, TimeHistory, time_history};
-pub use time_points::{Family, TimePointConstraints, time_point_constraints};
+pub use time_point_constraints::{Family, TimePointConstraints, time_point_constraints};

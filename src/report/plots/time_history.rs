@@ -1,9 +1,9 @@
-//! A response over time: before and after, its bounds, the time points that were kept and those that are active.
+//! A response over time: before and after, with bounds and with retained and active time points.
 
 use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
 use crate::{Error, Result};
 
-/// One course of the response.
+/// A history of the response.
 #[derive(Clone, Debug)]
 pub struct History<'a> {
     /// Its name for the legend.
@@ -12,7 +12,7 @@ pub struct History<'a> {
     pub values: &'a [f64],
 }
 
-/// On which side of its bound a response must stay.
+/// Feasible side of a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// At or below it.
@@ -26,32 +26,33 @@ pub enum Side {
 pub struct TimeBound {
     /// Its value, in the unit of the response.
     pub value: f64,
-    /// Where the response must stay; the other side is hatched.
+    /// The feasible side; the other one is hatched.
     pub side: Side,
 }
 
-/// Everything in the picture.
+/// Data of the plot.
 #[derive(Clone, Debug)]
 pub struct TimeHistory<'a> {
-    /// What runs along the horizontal axis.
+    /// Quantity along the horizontal axis.
     pub time: Quantity,
-    /// What the curves show.
+    /// Quantity along the vertical axis.
     pub response: Quantity,
     /// The time points, increasing.
     pub times: &'a [f64],
-    /// The courses, earlier designs first; points belong to the last one.
+    /// The histories, earlier designs first; points are marked on the last one.
     pub histories: &'a [History<'a>],
     /// The bounds.
     pub bounds: &'a [TimeBound],
-    /// Indices of the time points kept in the approximate problem.
+    /// Indices of the time points retained in the approximate problem.
     pub kept: &'a [usize],
     /// Indices of the time points whose constraint is active.
     pub active: &'a [usize],
 }
 
-/// Draws all courses, bounds and points.
+/// Draws all histories, bounds and points.
 ///
-/// **Errors.** Times that do not increase, no courses, lengths that differ, values that are not finite, indices outside.
+/// # Errors
+/// If times do not increase, there is no history, lengths differ, a value is not finite, or an index is outside.
 pub fn time_history(data: &TimeHistory) -> Result<Figure> {
     check_data(data)?;
     let ends = [data.times[0], data.times[data.times.len() - 1]];
@@ -67,7 +68,7 @@ pub fn time_history(data: &TimeHistory) -> Result<Figure> {
         indices.iter().map(|&p| [data.times[p], data.histories[last].values[p]]).collect()
     };
     if !data.kept.is_empty() {
-        panel.add(Mark::points(at(data.kept), Marker::Circle, Colour::BLUE, 3.4).named("kept points"));
+        panel.add(Mark::points(at(data.kept), Marker::Circle, Colour::BLUE, 3.4).named("retained points"));
     }
     if !data.active.is_empty() {
         panel.add(Mark::points(at(data.active), Marker::Disc, Colour::VERMILLION, 3.8).named("active points"));
@@ -75,7 +76,7 @@ pub fn time_history(data: &TimeHistory) -> Result<Figure> {
     Ok(Figure::new(format!("{} over time", data.response.name), 85.0, 62.0).with(panel))
 }
 
-/// Limits that hold courses and bounds, with room for the hatching.
+/// Limits of histories and bounds, with a margin for the hatching.
 fn limits(data: &TimeHistory) -> [f64; 2] {
     let values = data.histories.iter().flat_map(|h| h.values).copied().chain(data.bounds.iter().map(|b| b.value));
     let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
@@ -83,7 +84,7 @@ fn limits(data: &TimeHistory) -> [f64; 2] {
     [low - margin, high + margin]
 }
 
-/// The last course is black and solid; what came before it grows fainter.
+/// Line of a history: the last one is black and solid, earlier ones are fainter.
 fn stroke(age: usize) -> Stroke {
     match age {
         0 => Stroke::solid(Colour::BLACK, 1.0),
@@ -93,7 +94,7 @@ fn stroke(age: usize) -> Stroke {
 }
 
 fn add_bound(panel: &mut Panel, bound: TimeBound, [start, end]: [f64; 2]) {
-    // The left of the direction of travel is hatched: to the right for an upper bound, to the left for a lower one.
+    // Hatching is on the left of the direction of the line: rightwards for an upper bound, leftwards for a lower one.
     let line = match bound.side {
         Side::Below => vec![[start, bound.value], [end, bound.value]],
         Side::Above => vec![[end, bound.value], [start, bound.value]],
@@ -104,7 +105,7 @@ fn add_bound(panel: &mut Panel, bound: TimeBound, [start, end]: [f64; 2]) {
 
 fn check_data(data: &TimeHistory) -> Result<()> {
     check::increasing("time points", data.times)?;
-    check::not_empty("courses of the response", data.histories.len())?;
+    check::not_empty("histories of the response", data.histories.len())?;
     for history in data.histories {
         check::series(history.name, data.times.len(), history.values)?;
     }
@@ -137,7 +138,7 @@ mod tests {
             active: &[1],
         };
         let svg = time_history(&data).unwrap().svg().unwrap();
-        for text in ["first design", "optimum", "bound", "kept points", "active points", "[s]"] {
+        for text in ["first design", "optimum", "bound", "retained points", "active points", "[s]"] {
             assert!(svg.contains(text), "{text} is missing");
         }
         assert!(time_history(&TimeHistory { kept: &[3], ..data.clone() }).is_err());

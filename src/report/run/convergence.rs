@@ -8,7 +8,7 @@ use crate::report::plots::{self, Convergence, Measure};
 use crate::report::table::{Cell, Table};
 use crate::sao::Cycle;
 
-/// Most design variables that have a figure of their own.
+/// Largest number of design variables with a plot.
 const MOST: usize = 12;
 
 impl OptimizationReport<'_> {
@@ -16,24 +16,24 @@ impl OptimizationReport<'_> {
         let history = &self.state.history;
         let section = Section::new("convergence", "Convergence");
         if history.len() < 2 {
-            let text = "Not even the first cycle is done: only the first design has been analysed.";
+            let text = "No cycle has been completed; only the first design has been analysed.";
             return Ok(section.paragraph(text));
         }
         let mut section = section
             .paragraph(
                 "A cycle solves an approximate problem inside move limits and analyses its solution. E_f and E_g are the errors \
-                 of the approximate objective and constraints there, V is the largest violation, step the largest change of a \
-                 design variable. A cross is a rejected try, after which the move limits shrink.",
+                 of the approximate objective and constraints at the solution, V is the largest violation, step the largest change \
+                 of a design variable. A cross is a rejected step; the move limits shrink after it.",
             )
             .figure("convergence", "Objective, approximation errors, violation and step over the cycles.", self.measures()?)
-            .figure("move-limits", "Move-limit factors: half widths of the search region relative to the design.", self.factors());
-        let changes = super::plane::changes(self.problem, self.state);
-        for &k in changes.iter().take(MOST) {
+            .figure("move-limits", "Move-limit factors: half widths of the subregion relative to the design.", self.factors());
+        let order = super::design_space_slice::by_change(self.problem, self.state);
+        for &k in order.iter().take(MOST) {
             let name = &self.problem.variables[k].name;
-            let caption = format!("{name}: designs, and the search region of each cycle as a grey bar.");
+            let caption = format!("{name}: designs, and the subregion of each cycle as a grey bar.");
             section = section.figure(format!("variable-{}-{}", k + 1, stem(name)), caption, self.variable(k));
         }
-        if changes.len() > MOST {
+        if order.len() > MOST {
             let text = format!("The {MOST} design variables that change most are shown; all are in cycles.csv.");
             section = section.paragraph(text);
         }
@@ -63,7 +63,7 @@ impl OptimizationReport<'_> {
         Ok(figure.sized(100.0, 105.0))
     }
 
-    /// Whether the objective is better seen on a logarithmic scale.
+    /// Whether the objective is positive and varies by more than a factor of 30.
     pub(super) fn spans_decades(&self) -> bool {
         let values =
             self.state.history.iter().flat_map(|c| [Some(c.objective), c.prediction.as_ref().map(|p| p.objective)]);
@@ -72,11 +72,11 @@ impl OptimizationReport<'_> {
     }
 
     fn factors(&self) -> Figure {
-        let tries = || self.state.history.iter().filter(|c| c.region.is_some());
+        let steps = || self.state.history.iter().filter(|c| c.region.is_some());
         let mut panel =
             Panel::new(self.cycle_axis(), Axis::new("move-limit factor", "").logarithmic()).legend(Legend::Below);
         for (k, variable) in self.problem.variables.iter().enumerate().take(MOST) {
-            let at: Vec<[f64; 2]> = tries().map(|c| [c.cycle as f64, c.factors[k]]).collect();
+            let at: Vec<[f64; 2]> = steps().map(|c| [c.cycle as f64, c.factors[k]]).collect();
             let dash = [Dash::Solid, Dash::Dashed][k / 7 % 2];
             let stroke = Stroke::solid(Colour::of_series(k), 0.9).dash(dash);
             panel.add(Mark::curve(at.clone(), stroke).named(literal(&variable.name)));
@@ -100,7 +100,7 @@ impl OptimizationReport<'_> {
         panel.add(Mark::curves(regions, Stroke::solid(Colour::LIGHT_GREY, 3.0)));
         let last = history.last().map_or(1.0, |c| c.cycle as f64);
         for (bound, ends) in [(variable.upper, [-0.3, last + 0.3]), (variable.lower, [last + 0.3, -0.3])] {
-            // Bounds far away would hide everything else.
+            // A distant bound would compress everything else.
             if bound.is_finite() && bound >= low - 0.3 * (high - low) && bound <= high + 0.3 * (high - low) {
                 let line = vec![[ends[0], bound], [ends[1], bound]];
                 panel.add(Mark::hatching(vec![line.clone()], Stroke::solid(Colour::BLACK, 0.4), 3.6));
@@ -124,22 +124,22 @@ impl OptimizationReport<'_> {
     fn cycles(&self) -> Result<Table> {
         let fixed = [
             "cycle",
-            "try",
+            "trial step",
             "objective",
             "E_f in %",
             "E_g in %",
             "V in %",
             "step in %",
             "at move limits",
-            "kept rows",
-            "active rows",
+            "retained constraints",
+            "active constraints",
         ];
         let names = self.problem.variables.iter().map(|v| v.name.as_str());
         let mut table = Table::new("Cycles", fixed.into_iter().chain(names));
         for c in &self.state.history {
             let fixed: [Cell; 10] = [
                 c.cycle.into(),
-                super::verdict(c).into(),
+                super::outcome(c).into(),
                 c.objective.into(),
                 c.objective_error_pct.into(),
                 c.constraint_error_pct.into(),

@@ -1,83 +1,80 @@
 //! Responses and constraints over time.
 
-use super::watched::Watched;
+use super::constrained_histories::ConstrainedHistory;
 use super::{OptimizationReport, stem};
 use crate::Result;
-use crate::report::figure::{Quantity, literal};
+use crate::report::figure::{Figure, Quantity, literal};
 use crate::report::page::Section;
 use crate::report::plots::{History, TimeHistory, time_history};
 
-/// Most constrained histories, and most others.
+/// Largest numbers of plots: of constrained histories, and of other responses.
 const MOST: usize = 12;
 const OTHERS: usize = 6;
 
 impl OptimizationReport<'_> {
     pub(super) fn histories(&self) -> Result<Section> {
-        let watched = self.watched();
-        let mut order: Vec<usize> = (0..watched.len()).filter(|&k| watched[k].points.len() > 1).collect();
-        order.sort_by(|a, b| watched[*b].worst.total_cmp(&watched[*a].worst).then(a.cmp(b)));
+        let constrained = self.constrained_histories();
+        let mut order: Vec<usize> = (0..constrained.len()).filter(|&k| constrained[k].points.len() > 1).collect();
+        order.sort_by(|a, b| constrained[*b].largest.total_cmp(&constrained[*a].largest).then(a.cmp(b)));
         let hidden = order.len().saturating_sub(MOST);
         order.truncate(MOST);
         order.sort_unstable();
-        let shown: Vec<usize> = watched.iter().filter_map(|w| w.response).collect();
+        let shown: Vec<usize> = constrained.iter().filter_map(|w| w.response).collect();
         let is_other = |h: &usize| {
             let grid = self.problem.responses[*h].grid;
             grid.is_some_and(|g| self.problem.grids[g].len() > 1) && !shown.contains(h)
         };
         let enters = |h: &usize| self.problem.constraints.iter().any(|c| c.quantity.responses().contains(h));
         let mut others: Vec<usize> = (0..self.problem.responses.len()).filter(is_other).collect();
-        // What enters no constraint is seen nowhere else.
+        // Responses that enter no constraint first: no other plot shows them.
         others.sort_by_key(enters);
         let mut section = Section::new("histories", "Histories over time");
         if order.is_empty() && others.is_empty() {
             return Ok(section);
         }
         section = section.paragraph(
-            "Dashed: the first design; black: the last one. A bound is hatched on its forbidden side. Rings are time points that \
-             the approximate problem of the last cycle kept, filled ones those that held its solution.",
+            "Dashed: first design. Black: last design. Bounds are hatched on their infeasible side. Rings mark the time points that \
+             the approximate problem of the last cycle retained, discs those with an active constraint at its solution.",
         );
         for k in order {
-            let caption = format!("{}{}.", watched[k].name, watched[k].remark);
+            let caption = format!("{}{}.", constrained[k].name, constrained[k].remark);
             section = section.figure(
-                format!("history-{}-{}", k + 1, stem(&watched[k].name)),
+                format!("history-{}-{}", k + 1, stem(&constrained[k].name)),
                 caption,
-                self.of_watched(&watched[k])?,
+                self.constrained_plot(&constrained[k])?,
             );
         }
-        let behind = others.len().saturating_sub(OTHERS);
+        let more = others.len().saturating_sub(OTHERS);
         for h in others.into_iter().take(OTHERS) {
             let name = &self.problem.responses[h].name;
             let role = if enters(&h) { "which enters constraints" } else { "not constrained" };
             section = section.figure(
                 format!("response-{}-{}", h + 1, stem(name)),
                 format!("{name}, {role}."),
-                self.of_response(h)?,
+                self.response_plot(h)?,
             );
         }
-        if hidden + behind > 0 {
-            let text = format!(
-                "{} more histories, farther from their limits, are in constraints.csv and responses.csv.",
-                hidden + behind
-            );
+        if hidden + more > 0 {
+            let text = format!("{} more histories are in constraints.csv and responses.csv.", hidden + more);
             section = section.paragraph(text);
         }
         Ok(section)
     }
 
-    fn of_watched(&self, w: &Watched) -> Result<crate::report::figure::Figure> {
+    fn constrained_plot(&self, w: &ConstrainedHistory) -> Result<Figure> {
         time_history(&TimeHistory {
             time: self.time(w.grid),
             response: Quantity::new(literal(&w.name), literal(&w.unit)),
             times: &self.problem.grids[w.grid].points[w.points.clone()],
             histories: &pair(&w.first, &w.last),
             bounds: &w.bounds,
-            kept: &w.kept,
+            kept: &w.retained,
             active: &w.active,
         })
         .map(|figure| figure.sized(100.0, 70.0))
     }
 
-    fn of_response(&self, h: usize) -> Result<crate::report::figure::Figure> {
+    fn response_plot(&self, h: usize) -> Result<Figure> {
         let response = &self.problem.responses[h];
         let grid = response.grid.unwrap_or(0);
         time_history(&TimeHistory {

@@ -1,42 +1,41 @@
-//! An optimization as a page: what was sought, what was found, how, and how far to trust it.
+//! Report of an optimization as a page.
 //!
 //! | file | section |
 //! |---|---|
 //! | `overview` | the head of the page; design variables, objective, constraints |
 //! | `convergence` | objective, errors, violation, design variables and move limits over the cycles |
-//! | `histories` | responses and constraints over time with their bounds, kept and active points |
-//! | `watched` | what is constrained, in its own unit, from normalised constraints |
-//! | `truth` | what approximate problems promised beside what analyses found |
-//! | `plane`, `line` | a slice of the design space with the path of the designs |
+//! | `histories` | responses and constraints over time with their bounds, retained and active points |
+//! | `constrained_histories` | constrained quantities in their own units, from normalized constraints |
+//! | `prediction_accuracy` | predicted and computed values of each cycle |
+//! | `design_space_slice` | a slice of the design space with the path of the designs |
 //! | `optimality` | residuals of the optimality conditions, multipliers |
 
+mod constrained_histories;
 mod convergence;
+mod design_space_slice;
 mod histories;
-mod line;
 mod optimality;
 mod overview;
-mod plane;
-mod truth;
-mod watched;
+mod prediction_accuracy;
 
-pub use plane::Slice;
+pub use design_space_slice::Slice;
 
 use super::page::{Page, Section};
 use crate::Result;
 use crate::problem::{Evaluation, Problem, Responses};
 use crate::sao::{Cycle, State};
 
-/// A run at any stage, for reading.
+/// Report of a run at any stage.
 ///
 /// ```
-/// use linkwright::{library::impact_absorber, report::run::{OptimizationReport, Slice}, sao::Method};
+/// use linkwright::{cases::impact_absorber, report::run::{OptimizationReport, Slice}, sao::Method};
 ///
 /// let problem = impact_absorber::peak_acceleration()?;
 /// let state = Method::default().solve(&problem, |_| ())?;
 /// let run = OptimizationReport::new("Impact absorber", &problem, &state)?;
 /// let slice = Slice::sample(&problem, &state, 5)?;
 /// let page = run.page(slice.as_ref(), vec![])?;
-/// assert!(page.html()?.contains("Approximation against truth"));
+/// assert!(page.html()?.contains("Predicted and computed responses"));
 /// # Ok::<(), linkwright::Error>(())
 /// ```
 pub struct OptimizationReport<'a> {
@@ -48,9 +47,10 @@ pub struct OptimizationReport<'a> {
 }
 
 impl<'a> OptimizationReport<'a> {
-    /// A run; its first design is analysed once more.
+    /// The report of a state. Analyses the first design once more.
     ///
-    /// **Errors.** As [`Problem::analyze`].
+    /// # Errors
+    /// Those of [`Problem::analyze`].
     pub fn new(title: &'a str, problem: &'a Problem, state: &'a State) -> Result<Self> {
         let design = state.history.first().map_or(&state.design, |cycle| &cycle.design);
         let responses = problem.analyze(design)?;
@@ -58,14 +58,15 @@ impl<'a> OptimizationReport<'a> {
         Ok(Self { title, problem, state, first: (responses, evaluation) })
     }
 
-    /// The page; `more` is put behind the tables of the design, such as an animation of the mechanism.
+    /// The page. The sections `more`, such as an animation of the mechanism, follow the table of the design variables.
     ///
-    /// **Errors.** As the figures, where a number is not finite.
+    /// # Errors
+    /// Those of the figures, if a number is not finite.
     pub fn page(&self, slice: Option<&Slice>, more: Vec<Section>) -> Result<Page> {
         let mut sections = vec![self.design()?];
         sections.extend(more);
-        sections.extend([self.constraints()?, self.convergence()?, self.histories()?, self.truth()?]);
-        sections.push(self.plane(slice)?);
+        sections.extend([self.constraints()?, self.convergence()?, self.histories()?, self.prediction_accuracy()?]);
+        sections.push(self.design_space(slice)?);
         sections.push(self.optimality()?);
         let page = self.head();
         Ok(sections.into_iter().filter(|section| !section.is_empty()).fold(page, Page::with))
@@ -81,14 +82,14 @@ impl<'a> OptimizationReport<'a> {
         self.state.history.iter().rev().find(|c| c.accepted && c.cycle > 0)
     }
 
-    /// Tries whose analysis succeeded, the start first.
-    fn tries(&self) -> impl Iterator<Item = &Cycle> {
+    /// Trial steps with a successful analysis, the start first.
+    fn successful_steps(&self) -> impl Iterator<Item = &Cycle> {
         self.state.history.iter().filter(|c| c.failure.is_none())
     }
 }
 
-/// What became of a try.
-fn verdict(cycle: &Cycle) -> &'static str {
+/// Outcome of a trial step.
+fn outcome(cycle: &Cycle) -> &'static str {
     match (&cycle.failure, cycle.accepted) {
         (Some(_), _) => "analysis failed",
         (None, false) => "rejected",
@@ -97,7 +98,7 @@ fn verdict(cycle: &Cycle) -> &'static str {
     }
 }
 
-/// A number for sentences: at most five significant digits.
+/// A number in at most five significant digits.
 fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.abs().to_string();
@@ -111,12 +112,12 @@ fn number(value: f64) -> String {
     format!("{value:.3e}").replace('-', "\u{2212}")
 }
 
-/// A change in percent; none from zero.
+/// A change in percent; `None` from zero.
 fn change(from: f64, to: f64) -> Option<f64> {
     (from != 0.0).then(|| 100.0 * (to - from) / from.abs())
 }
 
-/// A part of a file name: letters and digits of a name.
+/// The letters and digits of a name, for a file name.
 fn stem(name: &str) -> String {
     let kept: String = name.chars().take(40).map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     kept.trim_matches('-').to_lowercase()

@@ -7,7 +7,7 @@ use crate::report::page::Section;
 use crate::report::table::Table;
 use crate::sao::Cycle;
 
-/// Most multipliers in the table.
+/// Largest number of multipliers in the table.
 const MOST: usize = 40;
 
 impl OptimizationReport<'_> {
@@ -15,22 +15,22 @@ impl OptimizationReport<'_> {
         let mut section = Section::new("optimality", "Optimality conditions");
         let Some(last) = self.last() else { return Ok(section) };
         section = section.paragraph(
-            "The residual of the problem says how far the start of a cycle was from the first-order conditions, relative to the \
-             objective; it is computed where the objective has settled. That of the subproblem says how well the approximate \
-             problem was solved, computed independently of its solver.",
+            "The residual of the problem is that of the first-order optimality conditions at the start of a cycle, relative to the \
+             objective; it is computed once the objective has nearly converged. The residual of the subproblem is that of its \
+             solution, computed independently of the solver.",
         );
         if let Some(residual) = last.residual {
-            section = section.paragraph(format!("At the end the conditions hold to {}.", number(residual)));
+            section = section.paragraph(format!("At the end the residual of the problem is {}.", number(residual)));
         }
         if let Some(figure) = self.residuals() {
             section = section.figure("residuals", "Residuals of the optimality conditions.", figure);
         }
         if last.active.is_empty() {
-            let text = "No constraint holds the last design: only bounds and move limits, or nothing at all.";
+            let text = "No constraint is active at the last design; only bounds or move limits may be.";
             return Ok(section.paragraph(text));
         }
         section = section.paragraph(
-            "A multiplier is what the objective gains where a limit gives way: a limit wider by one percent of its scale lowers \
+            "A multiplier is the sensitivity of the objective to a limit: relaxing the limit by one percent of its scale lowers \
              the objective by about a hundredth of the multiplier.",
         );
         Ok(section.table(self.multipliers(last)?))
@@ -38,8 +38,8 @@ impl OptimizationReport<'_> {
 
     fn residuals(&self) -> Option<Figure> {
         let of = |value: fn(&Cycle) -> Option<f64>| -> Vec<[f64; 2]> {
-            let tries = self.state.history.iter().filter(|c| c.region.is_some());
-            tries.filter_map(|c| Some([c.cycle as f64, value(c)?])).filter(|p| p[1] > 0.0).collect()
+            let steps = self.state.history.iter().filter(|c| c.region.is_some());
+            steps.filter_map(|c| Some([c.cycle as f64, value(c)?])).filter(|p| p[1] > 0.0).collect()
         };
         let (problem, subproblem) = (of(|c| c.residual), of(|c| Some(c.kkt)));
         if problem.is_empty() && subproblem.is_empty() {
@@ -63,7 +63,7 @@ impl OptimizationReport<'_> {
             "" => "multiplier".to_owned(),
             unit => format!("multiplier in {unit}"),
         };
-        let title = format!("Multipliers of cycle {}: the {} that hold its solution", last.cycle, last.active.len());
+        let title = format!("Multipliers of the {1} active constraints of cycle {0}", last.cycle, last.active.len());
         let mut table = Table::new(title, ["constraint".to_owned(), unit, "value at the last design".to_owned()]);
         let mut active = last.active.clone();
         active.sort_by(|a, b| b.multiplier.abs().total_cmp(&a.multiplier.abs()).then(a.row.cmp(&b.row)));

@@ -2,74 +2,74 @@
 
 use super::{OptimizationReport, change, number};
 use crate::Result;
-use crate::problem::{DesignVariable, RowId};
-use crate::report::page::{Page, Section, Tone};
+use crate::problem::{DesignVariable, Evaluation, RowId};
+use crate::report::page::{Page, Section, Severity};
 use crate::report::table::{Cell, Table};
 use crate::sao::Status;
 
-/// Violation in percent up to which a constraint counts as satisfied.
+/// Largest violation of a satisfied constraint in percent.
 const SATISFIED: f64 = 1e-3;
-/// Distance below the limit in percent up to which it counts as active.
+/// Largest distance of an active constraint from its limit in percent.
 const ACTIVE: f64 = 1.0;
 
 impl OptimizationReport<'_> {
-    /// Title, status, and the numbers that matter most.
+    /// The head of the page: title, status and main results.
     pub(super) fn head(&self) -> Page {
         let (problem, state) = (self.problem, self.state);
-        let (word, tone, lead) = self.status();
+        let (word, severity, lead) = self.status();
         let (before, after) = (self.first.1.objective, state.evaluation.objective);
         let unit = |value: f64| format!("{} {}", number(value), problem.objective_unit).trim_end().to_owned();
         let changed = change(before, after).map_or_else(String::new, |c| format!(", {}", percent(c)));
         let violation = state.evaluation.max_violation_pct();
         let nearest = state.evaluation.worst().map_or_else(String::new, |(row, _)| problem.row_in_words(row));
-        let (held, value) = match violation {
+        let (label, value) = match violation {
             v if v > SATISFIED => ("largest violation", format!("{} %", number(v))),
             v if v <= -100.0 && nearest.is_empty() => ("constraints", "none".to_owned()),
             _ => ("constraints", "all satisfied".to_owned()),
         };
         let rejected = state.history.iter().filter(|c| !c.accepted).count();
-        let solved = format!("{} iterations of the subproblem solver", state.counters.subproblem_iterations);
+        let iterations = format!("{} iterations of the subproblem solver", state.counters.subproblem_iterations);
         Page::new(self.title)
-            .status(word, tone)
+            .status(word, severity)
             .lead(lead)
             .card(&problem.objective_name, unit(after), format!("from {}{changed}", unit(before)))
-            .card(held, value, if nearest.is_empty() { nearest } else { format!("nearest: {nearest}") })
-            .card("cycles", state.cycles().to_string(), format!("and {rejected} rejected tries"))
+            .card(label, value, if nearest.is_empty() { nearest } else { format!("nearest: {nearest}") })
+            .card("cycles", state.cycles().to_string(), format!("and {rejected} rejected steps"))
             .card(
                 "analyses",
                 state.counters.analyses.to_string(),
-                format!("{} sensitivity analyses, {solved}", state.counters.sensitivity_analyses),
+                format!("{} sensitivity analyses, {iterations}", state.counters.sensitivity_analyses),
             )
     }
 
-    fn status(&self) -> (&'static str, Tone, String) {
+    fn status(&self) -> (&'static str, Severity, String) {
         let reason = |text: &str| {
             let mut letters = text.chars();
             letters.next().map_or_else(String::new, |c| format!("{}{}.", c.to_uppercase(), letters.as_str()))
         };
         let state = self.state;
         match state.status {
-            Status::Converged => ("converged", Tone::Good, reason(&state.reason)),
+            Status::Converged => ("converged", Severity::Good, reason(&state.reason)),
             Status::Running => {
                 let done = state.history.len() - 1;
                 let text = format!(
-                    "The run was interrupted or still goes on: the page shows the {done} tries so far and the last accepted \
-                     design."
+                    "The run was interrupted or is not finished: the page shows the {done} trial steps so far and the last \
+                     accepted design."
                 );
-                ("unfinished", Tone::Fair, text)
+                ("unfinished", Severity::Fair, text)
             }
-            Status::CycleLimit => ("cycle limit", Tone::Fair, reason(&state.reason)),
-            Status::Stalled => ("stalled", Tone::Bad, reason(&state.reason)),
-            Status::Infeasible => ("infeasible", Tone::Bad, reason(&state.reason)),
+            Status::CycleLimit => ("cycle limit", Severity::Fair, reason(&state.reason)),
+            Status::Stalled => ("stalled", Severity::Bad, reason(&state.reason)),
+            Status::Infeasible => ("infeasible", Severity::Bad, reason(&state.reason)),
         }
     }
 
-    /// Design variables from first to last.
+    /// Design variables at the first and at the last design.
     pub(super) fn design(&self) -> Result<Section> {
         let columns = ["variable", "unit", "first", "last", "change in %", "lower bound", "upper bound", "remark"];
         let mut table = Table::new("Design variables", columns);
         let bound = |b: f64| if b.is_finite() { Cell::from(b) } else { Cell::Empty };
-        let peak = super::plane::peak(self.problem).map(|(k, _)| &self.problem.variables[k].name);
+        let peak = super::design_space_slice::peak(self.problem).map(|(k, _)| &self.problem.variables[k].name);
         for ((variable, &from), &to) in self.problem.variables.iter().zip(self.start()).zip(&self.state.design) {
             table.push([
                 variable.name.as_str().into(),
@@ -111,12 +111,12 @@ impl OptimizationReport<'_> {
             return Ok(section);
         }
         let columns = ["constraint", "limit", "first", "last", "violation in %", "worst at", "remark"];
-        let title = "Constraints where they are nearest to their limits; values are normalised so that 1 is the limit";
+        let title = "Largest values of the constraints, normalized: the limit is 1";
         let mut table = Table::new(title, columns);
         for (j, constraint) in self.problem.constraints.iter().enumerate() {
-            let (row, last) = self.worst(&self.state.evaluation, j);
-            let (_, first) = self.worst(&self.first.1, j);
-            let violation = settled(100.0 * self.state.evaluation.violation(j, last));
+            let (row, last) = self.largest(&self.state.evaluation, j);
+            let (_, first) = self.largest(&self.first.1, j);
+            let violation = rounded(100.0 * self.state.evaluation.violation(j, last));
             let quantity = &constraint.quantity;
             let at = if quantity.is_transient() {
                 self.problem.time_in_words(quantity.grid(), row.point)
@@ -132,27 +132,27 @@ impl OptimizationReport<'_> {
                 last.into(),
                 violation.into(),
                 at.as_str().into(),
-                standing(violation).into(),
+                constraint_status(violation).into(),
             ])?;
         }
         Ok(section.table(table))
     }
 
-    /// The time point of constraint `j` that is nearest to its limit, and ĝ there.
-    pub(super) fn worst(&self, evaluation: &crate::problem::Evaluation, j: usize) -> (RowId, f64) {
+    /// The time point of the largest violation of constraint `j`, or of its smallest margin, and ĝ there.
+    pub(super) fn largest(&self, evaluation: &Evaluation, j: usize) -> (RowId, f64) {
         let history = &evaluation.constraints[j];
-        let beyond = |p: &usize| evaluation.violation(j, history[*p]);
-        let point = (0..history.len()).max_by(|a, b| beyond(a).total_cmp(&beyond(b)).then(b.cmp(a))).unwrap_or(0);
+        let violation = |p: &usize| evaluation.violation(j, history[*p]);
+        let point = (0..history.len()).max_by(|a, b| violation(a).total_cmp(&violation(b)).then(b.cmp(a))).unwrap_or(0);
         (RowId { constraint: j, point }, history[point])
     }
 }
 
-/// Zero where rounding decides.
-fn settled(violation: f64) -> f64 {
+/// Zero instead of a violation of the order of rounding errors.
+fn rounded(violation: f64) -> f64 {
     if violation.abs() < 1e-9 { 0.0 } else { violation }
 }
 
-fn standing(violation: f64) -> &'static str {
+fn constraint_status(violation: f64) -> &'static str {
     match violation {
         v if v > SATISFIED => "violated",
         v if v > -ACTIVE => "active",
@@ -161,11 +161,11 @@ fn standing(violation: f64) -> &'static str {
 }
 
 fn remark(variable: &DesignVariable, value: f64, is_peak: bool) -> &'static str {
-    let near =
+    let is_at =
         |bound: f64| bound.is_finite() && (value - bound).abs() <= 1e-6 * value.abs().max(bound.abs()).max(1e-12);
     match () {
-        () if near(variable.lower) => "at its lower bound",
-        () if near(variable.upper) => "at its upper bound",
+        () if is_at(variable.lower) => "at its lower bound",
+        () if is_at(variable.upper) => "at its upper bound",
         () if is_peak => "bounds the peak",
         () => "",
     }

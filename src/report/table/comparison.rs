@@ -1,11 +1,11 @@
-//! Our table beside a printed one, in the printed digits, with the differences marked.
+//! Comparison of a computed table with a printed one, in the printed digits.
 
 use std::fmt;
 
 use super::{Cell, Table, aligned, csv, readable};
 use crate::{Error, Result};
 
-/// A table as it was printed: numbers keep their digits.
+/// A printed table; numbers are texts and keep their digits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Printed {
     columns: Vec<String>,
@@ -13,9 +13,10 @@ pub struct Printed {
 }
 
 impl Printed {
-    /// Reads the printed table from CSV with the names of the columns in the first line; `file` names it in errors.
+    /// Reads a printed table from CSV with the names of the columns in the first line; `file` is its name in errors.
     ///
-    /// **Errors.** [`Error::File`] if it is empty, ragged or not CSV.
+    /// # Errors
+    /// [`Error::File`] if the text is empty, not CSV, or has rows of different lengths.
     pub fn from_csv(file: &str, text: &str) -> Result<Self> {
         let mut records = csv::records(file, text)?;
         let columns = records.remove(0);
@@ -23,18 +24,18 @@ impl Printed {
     }
 }
 
-/// Two tables beside each other.
+/// Comparison of two tables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// The text: title, columns in pairs of ours and printed, one line of summary.
+    /// Title, pairs of computed and printed columns, and a line of summary.
     pub text: String,
-    /// How many printed values have a counterpart of ours.
+    /// Number of printed values with a computed counterpart.
     pub compared: usize,
-    /// How many of them differ in the printed digits.
+    /// Number of these that differ in the printed digits.
     pub differing: usize,
 }
 
-/// A row of ours and its printed counterpart.
+/// A computed row and its printed counterpart.
 type RowPair<'a> = (Option<&'a Vec<Cell>>, Option<&'a Vec<String>>);
 
 impl fmt::Display for Comparison {
@@ -44,13 +45,14 @@ impl fmt::Display for Comparison {
 }
 
 impl Table {
-    /// This table beside a printed one.
+    /// Compares this table with a printed one.
     ///
-    /// The first `keys` columns identify a row, such as cycle and acceptance: rows with equal keys stand in one line, in
-    /// the order of both tables; a row without counterpart faces dashes. Every other number is rounded to the digits
-    /// and the form (`0.3628`, `4.703e-1`) of its counterpart, and marked `≠` if it then differs.
+    /// The first `keys` columns identify a row, such as cycle and acceptance. Rows with equal keys are paired in the order of both
+    /// tables; a row without counterpart is paired with dashes. Every other number is rounded to the digits and the form (`0.3628`,
+    /// `4.703e-1`) of its counterpart, and marked `≠` if it then differs.
     ///
-    /// **Errors.** Other names of columns than the printed ones; no columns besides the keys.
+    /// # Errors
+    /// [`Error::Definition`] if the names of the columns differ from the printed ones, or all columns are keys.
     pub fn beside(&self, printed: &Printed, keys: usize) -> Result<Comparison> {
         if self.columns != printed.columns || keys >= self.columns.len() {
             let why = format!("its columns are {:?}, the printed ones {:?}", self.columns, printed.columns);
@@ -80,7 +82,7 @@ impl Table {
         Ok(Comparison { text, compared, differing })
     }
 
-    /// Rows of both tables in order, with equal keys together wherever possible (longest common subsequence).
+    /// Pairs of rows with equal keys, in the order of both tables: the longest common subsequence.
     fn pairs<'a>(&'a self, printed: &'a Printed, keys: usize) -> Vec<RowPair<'a>> {
         let (ours, theirs) = (&self.rows, &printed.rows);
         let same = |a: usize, b: usize| (0..keys).all(|c| agrees(&like(&ours[a][c], &theirs[b][c]), &theirs[b][c]));
@@ -109,7 +111,7 @@ impl Table {
     }
 }
 
-/// The two cells of a column, and whether they agree if both are there.
+/// Texts of a computed and a printed cell, and whether they agree if both exist.
 fn pair(ours: Option<&Cell>, printed: Option<&str>) -> ([String; 2], Option<bool>) {
     let dash = || "–".to_owned();
     match (ours, printed) {
@@ -124,7 +126,7 @@ fn pair(ours: Option<&Cell>, printed: Option<&str>) -> ([String; 2], Option<bool
     }
 }
 
-/// Our cell in the form of the printed one: as many decimals, with an exponent if it has one.
+/// A computed cell in the form of the printed one: with as many decimals, and with an exponent if that has one.
 fn like(ours: &Cell, printed: &str) -> String {
     let value = match ours {
         Cell::Number(value) => *value,
@@ -156,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn our_numbers_take_the_printed_form() {
+    fn computed_numbers_have_the_printed_form() {
         let cases = [
             (0.47034, "4.703e-1", "4.703e-1"),
             (0.36276112, "0.3628", "0.3628"),

@@ -2,13 +2,18 @@
 
 use super::{Cell, Table};
 use crate::{Error, Result};
+use csv::{ReaderBuilder, Writer};
 
 impl Table {
-    /// The CSV file: names, then rows; every number in the fewest digits that give the same `f64` again.
+    /// The table as CSV: names, then rows. Numbers have the fewest digits that read back as the same `f64`.
     pub fn csv(&self) -> String {
-        let names = self.columns.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",");
-        let rows = self.rows.iter().map(|row| row.iter().map(exact).collect::<Vec<_>>().join(","));
-        std::iter::once(names).chain(rows).map(|line| line + "\n").collect()
+        let mut writer = Writer::from_writer(vec![]);
+        let rows = self.rows.iter().map(|row| row.iter().map(exact).collect());
+        for record in std::iter::once(self.columns.clone()).chain(rows) {
+            writer.write_record(record).expect("a vector takes all bytes, and rows have equal lengths");
+        }
+        let bytes = writer.into_inner().expect("a vector takes all bytes");
+        String::from_utf8(bytes).expect("the fields are UTF-8")
     }
 }
 
@@ -18,48 +23,23 @@ fn exact(cell: &Cell) -> String {
         Cell::Number(v) if v.fract() == 0.0 && v.abs() < 1e15 => format!("{v}"),
         Cell::Number(v) => format!("{v:?}"),
         Cell::Whole(v) => v.to_string(),
-        Cell::Text(text) => quoted(text),
+        Cell::Text(text) => text.clone(),
         Cell::Empty => String::new(),
     }
 }
 
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
-}
-
-/// The records of a CSV file, all of one length; `file` names it in errors.
+/// The records of a CSV file, all of one length; `file` is its name in errors.
 pub(super) fn records(file: &str, text: &str) -> Result<Vec<Vec<String>>> {
     let bad =
         |why: String| Error::File { file: file.to_owned(), why, remedy: "give plain CSV after RFC 4180".to_owned() };
-    let mut records: Vec<Vec<String>> = Vec::new();
-    let (mut record, mut field, mut inside) = (Vec::new(), String::new(), false);
-    let mut chars = text.chars().peekable();
-    while let Some(c) = chars.next() {
-        match c {
-            '"' if inside && chars.peek() == Some(&'"') => field.extend(chars.next()),
-            '"' => inside = !inside,
-            ',' if !inside => record.push(std::mem::take(&mut field)),
-            '\r' if !inside => {}
-            '\n' if !inside => {
-                record.push(std::mem::take(&mut field));
-                records.push(std::mem::take(&mut record));
-            }
-            c => field.push(c),
-        }
-    }
-    if inside {
+    // The reader accepts a quoted field without an end.
+    if text.matches('"').count() % 2 == 1 {
         return Err(bad("a quoted field does not end".to_owned()));
     }
-    if !(field.is_empty() && record.is_empty()) {
-        record.push(field);
-        records.push(record);
-    }
-    records.retain(|record| record.iter().any(|field| !field.is_empty()));
-    let Some(first) = records.first() else { return Err(bad("it is empty".to_owned())) };
-    match records.iter().position(|record| record.len() != first.len()) {
-        Some(k) => Err(bad(format!("record {} has {} fields, the first {}", k + 1, records[k].len(), first.len()))),
-        None => Ok(records),
-    }
+    let mut reader = ReaderBuilder::new().has_headers(false).from_reader(text.as_bytes());
+    let records: Vec<Vec<String>> =
+        reader.deserialize().collect::<std::result::Result<_, csv::Error>>().map_err(|e| bad(e.to_string()))?;
+    if records.is_empty() { Err(bad("it is empty".to_owned())) } else { Ok(records) }
 }
 
 #[cfg(test)]
@@ -76,9 +56,10 @@ mod tests {
     }
 
     #[test]
-    fn quotes_survive_and_ragged_files_are_refused() {
+    fn quotes_are_read_back_and_ragged_files_are_rejected() {
         let mut table = Table::new("", ["a,b", "c"]);
         table.push(["say \"x\"".into(), "two\nlines".into()]).unwrap();
+        assert_eq!(table.csv(), "\"a,b\",c\n\"say \"\"x\"\"\",\"two\nlines\"\n");
         let records = records("t.csv", &table.csv()).unwrap();
         assert_eq!(records, [["a,b", "c"], ["say \"x\"", "two\nlines"]]);
         for bad in ["", "a,b\n1\n", "a\n\"open\n"] {

@@ -1,4 +1,4 @@
-//! Tables: as text for people, as CSV for programs, beside printed ones for comparison.
+//! Tables as text, CSV, JSON lines, HTML and Parquet, and their comparison with printed ones.
 
 mod comparison;
 mod csv;
@@ -10,16 +10,16 @@ pub use comparison::{Comparison, Printed};
 
 use crate::{Error, Result};
 
-/// What stands in a table.
+/// A cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// A number.
     Number(f64),
-    /// A whole number.
+    /// An integer.
     Whole(i64),
-    /// A word.
+    /// A text.
     Text(String),
-    /// Nothing.
+    /// No value.
     Empty,
 }
 
@@ -56,7 +56,7 @@ impl From<&str> for Cell {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// The line above it.
+    /// Title, shown above the table.
     pub title: String,
     columns: Vec<String>,
     headings: Option<Vec<String>>,
@@ -64,7 +64,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table without rows.
+    /// An empty table.
     pub fn new<N: Into<String>>(title: impl Into<String>, columns: impl IntoIterator<Item = N>) -> Self {
         Self {
             title: title.into(),
@@ -74,9 +74,10 @@ impl Table {
         }
     }
 
-    /// The same table with other names of columns where it is read as text; files keep the first.
+    /// Sets headings for text and HTML; CSV and JSON keep the names of the columns.
     ///
-    /// **Errors.** [`Error::Length`] unless there is a heading for every column.
+    /// # Errors
+    /// [`Error::Length`] unless every column has a heading.
     pub fn headed<N: Into<String>>(mut self, headings: impl IntoIterator<Item = N>) -> Result<Self> {
         let headings: Vec<String> = headings.into_iter().map(Into::into).collect();
         Error::check_length(&format!("headings of the table '{}'", self.title), self.columns.len(), headings.len())?;
@@ -84,14 +85,15 @@ impl Table {
         Ok(self)
     }
 
-    /// What stands above the columns of the text.
+    /// The headings, or the names of the columns.
     fn headings(&self) -> &[String] {
         self.headings.as_deref().unwrap_or(&self.columns)
     }
 
-    /// One more row.
+    /// Appends a row.
     ///
-    /// **Errors.** [`Error::Length`] unless there is a cell for every column.
+    /// # Errors
+    /// [`Error::Length`] unless the row has a cell for every column.
     pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) -> Result<()> {
         let row: Vec<Cell> = row.into_iter().collect();
         Error::check_length(&format!("row of the table '{}'", self.title), self.columns.len(), row.len())?;
@@ -109,7 +111,7 @@ impl Table {
         &self.rows
     }
 
-    /// A JSON object for each row; nothing and numbers that are not finite are null.
+    /// A JSON object for each row; empty cells and numbers that are not finite are null.
     pub fn json_lines(&self) -> Vec<String> {
         use serde_json::{Map, Value};
         let value = |cell: &Cell| match cell {
@@ -124,14 +126,14 @@ impl Table {
         self.rows.iter().map(|row| Value::Object(object(row)).to_string()).collect()
     }
 
-    /// Title, names and rows in columns aligned on the right; numbers in five significant digits.
+    /// The table as text: title, headings, and columns aligned on the right; numbers have five significant digits.
     pub fn text(&self) -> String {
         let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(readable).collect()).collect();
         format!("{}\n{}", self.title, aligned(self.headings(), &rows))
     }
 }
 
-/// A cell for a reader.
+/// A cell as text for people.
 fn readable(cell: &Cell) -> String {
     match cell {
         Cell::Number(v) => significant(*v),
@@ -141,7 +143,7 @@ fn readable(cell: &Cell) -> String {
     }
 }
 
-/// Five significant digits, with an exponent where zeros would hide them.
+/// Five significant digits, with an exponent for very small and large numbers.
 fn significant(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.abs().to_string().replace("inf", if value < 0.0 { "-inf" } else { "inf" });
@@ -152,7 +154,7 @@ fn significant(value: f64) -> String {
     if (-3..5).contains(&exponent) { format!("{value:.*}", (4 - exponent) as usize) } else { scientific }
 }
 
-/// Columns aligned on the right under their names, which are broken at spaces and underscores, and a line.
+/// Columns aligned on the right, under headings that are broken at spaces and underscores, and a rule.
 pub(super) fn aligned(names: &[String], rows: &[Vec<String>]) -> String {
     let cells: Vec<usize> =
         (0..names.len()).map(|c| rows.iter().map(|row| width(&row[c])).max().unwrap_or(0)).collect();
@@ -164,7 +166,7 @@ pub(super) fn aligned(names: &[String], rows: &[Vec<String>]) -> String {
         padded.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
     };
     let height = broken.iter().map(Vec::len).max().unwrap_or(0);
-    // Names end just above the line.
+    // Headings are aligned at their last line.
     let part = |parts: &'_ Vec<String>, k: usize| (k + parts.len()).checked_sub(height).map(|k| parts[k].clone());
     let header = (0..height).map(|k| {
         let parts: Vec<String> = broken.iter().map(|parts| part(parts, k).unwrap_or_default()).collect();
@@ -179,14 +181,14 @@ fn width(text: &str) -> usize {
     text.chars().count()
 }
 
-/// A name in lines of at most `room` characters where spaces and underscores allow; underscores are read as spaces.
-fn broken(name: &str, room: usize) -> Vec<String> {
+/// A name broken at spaces and underscores into lines of at most `most` characters if possible.
+fn broken(name: &str, most: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in name.split([' ', '_']).filter(|word| !word.is_empty()) {
         let last = lines.len() - 1;
         if lines[last].is_empty() {
             lines[last].push_str(word);
-        } else if width(&lines[last]) + 1 + width(word) <= room {
+        } else if width(&lines[last]) + 1 + width(word) <= most {
             lines[last] = format!("{} {word}", lines[last]);
         } else {
             lines.push(word.to_owned());
@@ -225,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_another_length_are_refused() {
+    fn rows_of_another_length_are_rejected() {
         let mut table = Table::new("t", ["a", "b"]);
         assert!(table.push([Cell::Empty]).is_err());
         table.push(["x".into(), Cell::Empty]).unwrap();

@@ -11,10 +11,11 @@ use parquet::schema::types::{Type, TypePtr};
 use std::sync::Arc;
 
 impl Table {
-    /// The table as a Parquet file, every bit of its numbers kept. A column of whole numbers is one of 64-bit integers, one with
-    /// other numbers of doubles, one with any word of text; a cell with nothing in it is null.
+    /// The table as a Parquet file with all bits of its numbers. Columns of integers are 64-bit integers, columns of other numbers
+    /// doubles, columns with any text strings; empty cells are null.
     ///
-    /// **Errors.** [`Error::File`] if the writer refuses the table.
+    /// # Errors
+    /// [`Error::File`] if the writer rejects the table.
     pub fn parquet(&self) -> Result<Vec<u8>> {
         self.write_parquet().map_err(|e| Error::File {
             file: format!("table '{}'", self.title),
@@ -47,7 +48,7 @@ impl Table {
         file.into_inner()
     }
 
-    /// The type that all cells of a column fit in.
+    /// The physical type of a column.
     fn physical(&self, column: usize) -> Physical {
         let cells = || self.rows.iter().map(|row| &row[column]);
         if cells().any(|cell| matches!(cell, Cell::Text(_))) {
@@ -66,7 +67,7 @@ fn field(name: &str, kind: Physical) -> std::result::Result<TypePtr, ParquetErro
     Ok(Arc::new(field.with_logical_type(text).build()?))
 }
 
-/// Values are written without those that are null; of each row a level tells whether it has one.
+/// Writes the values that are not null; the definition level of a row is 1 if it has a value.
 fn column<T: DataType>(
     rows: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
     cells: Vec<Option<T::T>>,

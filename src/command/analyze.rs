@@ -1,16 +1,17 @@
 //! `linkwright analyze FILE` and `linkwright sensitivities FILE`.
 
-use super::{design, load, located, tables};
-use crate::command::output::{folder, say, write};
+use super::model::{design, load, located};
+use super::output::{create_folder, say, write};
+use super::tables;
 use clap::Args;
 use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses, Sensitivities as Derivatives};
 use std::path::PathBuf;
 
 #[derive(Args)]
-struct Where {
+struct DesignArguments {
     /// The model file
     file: PathBuf,
-    /// Values of design variables in place of their start: k=0.4,c=0.5
+    /// Values of design variables, for instance k=0.4,c=0.5; the others have their start values
     #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',')]
     at: Vec<String>,
     /// Folder for the tables
@@ -23,10 +24,10 @@ struct Where {
   linkwright analyze absorber.toml
   linkwright analyze absorber.toml --at k=0.36,c=0.48 --out optimum
 
-Prints the objective and where each constraint is nearest to its limit; writes responses.csv and constraints.csv.")]
+Prints the objective and the largest value of each constraint; with --out, writes responses.csv and constraints.csv.")]
 pub struct Analyze {
     #[command(flatten)]
-    given: Where,
+    given: DesignArguments,
 }
 
 #[derive(Args)]
@@ -34,23 +35,23 @@ pub struct Analyze {
   linkwright sensitivities absorber.toml
   linkwright sensitivities absorber.toml --at k=0.36 --out here
 
-Prints derivatives of the objective and of each constraint where it is nearest to its limit; writes the derivatives of all
-responses at all time points to sensitivities.csv.")]
+Prints the gradients of the objective and of each constraint at its largest value; with --out, writes the derivatives of
+all responses at all time points to sensitivities.csv.")]
 pub struct Sensitivities {
     #[command(flatten)]
-    given: Where,
+    given: DesignArguments,
 }
 
-/// A design that has been analysed.
-struct Analysed {
+/// A design and the results of its analysis.
+struct AnalysedDesign {
     problem: Problem,
     design: Vec<f64>,
     responses: Responses,
     evaluation: Evaluation,
 }
 
-impl Where {
-    fn analyse(&self) -> anyhow::Result<Analysed> {
+impl DesignArguments {
+    fn analyse(&self) -> anyhow::Result<AnalysedDesign> {
         let (model, _) = load(&self.file)?;
         let problem = located(&model, model.problem())?;
         let design = design(&problem, &self.at)?;
@@ -58,12 +59,12 @@ impl Where {
         let evaluation = located(&model, problem.evaluate(&design, &responses))?;
         say(&format!("{} at {}", model.title(), problem.design_in_words(&design)))?;
         say(&format!("  {:<32} {:>16.9e} {}", problem.objective_name, evaluation.objective, problem.objective_unit))?;
-        Ok(Analysed { problem, design, responses, evaluation })
+        Ok(AnalysedDesign { problem, design, responses, evaluation })
     }
 
     fn write(&self, name: &str, csv: &str) -> anyhow::Result<()> {
         let Some(out) = &self.out else { return Ok(()) };
-        folder(out)?;
+        create_folder(out)?;
         write(&out.join(name), csv.as_bytes())?;
         say(&format!("Wrote {}", out.join(name).display()))
     }
@@ -71,7 +72,7 @@ impl Where {
 
 impl Analyze {
     pub fn run(&self) -> anyhow::Result<()> {
-        let Analysed { problem, responses, evaluation, .. } = self.given.analyse()?;
+        let AnalysedDesign { problem, responses, evaluation, .. } = self.given.analyse()?;
         for row in tables::worst(&problem, &evaluation) {
             let value = evaluation.constraints[row.constraint][row.point];
             let violation = 100.0 * evaluation.violation(row.constraint, value);
@@ -84,22 +85,23 @@ impl Analyze {
 
 impl Sensitivities {
     pub fn run(&self) -> anyhow::Result<()> {
-        let Analysed { problem, design, responses, evaluation } = self.given.analyse()?;
-        let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
-        let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(of).collect();
+        let AnalysedDesign { problem, design, responses, evaluation } = self.given.analyse()?;
+        let points_of =
+            |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
+        let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(points_of).collect();
         let rows = problem.sensitivities(&design, &responses, &instants)?;
         let table = tables::sensitivities(&problem, &responses, &instants, &rows)?;
         let known = Derivatives { instants, rows };
-        let line = |name: &str, slopes: &[f64]| {
-            let slopes: String = slopes.iter().map(|s| format!(" {s:>13.6e}")).collect();
-            say(&format!("  {name:<40}{slopes}"))
+        let line = |name: &str, gradient: &[f64]| {
+            let numbers: String = gradient.iter().map(|s| format!(" {s:>13.6e}")).collect();
+            say(&format!("  {name:<40}{numbers}"))
         };
         let names: String = problem.variables.iter().map(|v| format!(" {:>13}", format!("d/d {}", v.name))).collect();
         say(&format!("  {:<40}{names}", ""))?;
-        let slopes = |quantity, p| problem.total_derivative(quantity, p, &design, &responses, &known);
-        line(&problem.objective_name, &slopes(&problem.objective, 0))?;
+        let gradient = |quantity, p| problem.total_derivative(quantity, p, &design, &responses, &known);
+        line(&problem.objective_name, &gradient(&problem.objective, 0))?;
         for row in tables::worst(&problem, &evaluation) {
-            line(&problem.row_in_words(row), &slopes(&problem.constraints[row.constraint].quantity, row.point))?;
+            line(&problem.row_in_words(row), &gradient(&problem.constraints[row.constraint].quantity, row.point))?;
         }
         self.given.write("sensitivities.csv", &table.csv())
     }

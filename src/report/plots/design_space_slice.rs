@@ -1,4 +1,4 @@
-//! The plane of two design variables: contours of the objective, bounds, and the way to the optimum.
+//! A slice of the design space along two design variables: contours of the objective, bounds, and the path to the optimum.
 
 use crate::Result;
 use crate::report::figure::{
@@ -6,58 +6,59 @@ use crate::report::figure::{
     short,
 };
 
-/// The objective over the plane.
+/// The objective on a grid of the slice.
 #[derive(Clone, Debug)]
 pub struct Objective<'a> {
     /// Its name for the legend.
     pub name: &'a str,
     /// Its values.
     pub grid: &'a Grid,
-    /// The contours; with none, about a dozen round ones.
+    /// Contour levels; if empty, about twelve round ones.
     pub levels: &'a [f64],
 }
 
-/// A constraint over the plane.
+/// A constraint on a grid of the slice.
 #[derive(Clone, Debug)]
 pub struct Bound<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// Response minus bound: positive is forbidden, and that side is hatched.
+    /// Response minus bound; the infeasible side, where it is positive, is hatched.
     pub excess: &'a Grid,
 }
 
-/// One try of the optimization.
+/// A trial step of the optimization.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Iterate {
-    /// The cycle it belongs to, shown beside it.
+    /// Number of its cycle, shown next to it.
     pub cycle: usize,
     /// The design.
     pub design: [f64; 2],
-    /// Whether it became the start of the next cycle.
+    /// Whether it was accepted.
     pub accepted: bool,
-    /// Lower and upper corner of the subregion it was sought in.
+    /// Lower and upper corner of the move limits.
     pub move_limits: Option<[[f64; 2]; 2]>,
 }
 
-/// Everything in the picture.
+/// Data of the plot.
 #[derive(Clone, Debug)]
-pub struct DesignPlane<'a> {
+pub struct DesignSpaceSlice<'a> {
     /// The variables along the axes.
     pub variables: [Quantity; 2],
-    /// What is minimized.
+    /// The objective.
     pub objective: Objective<'a>,
-    /// What must hold.
+    /// The constraints.
     pub bounds: &'a [Bound<'a>],
-    /// The tries in their order.
+    /// The trial steps in order.
     pub path: &'a [Iterate],
     /// The optimum, if it is known.
     pub optimum: Option<[f64; 2]>,
 }
 
-/// Draws objective, bounds, path and optimum in the plane of the objective's grid.
+/// Draws objective, bounds, path and optimum on the grid of the objective.
 ///
-/// **Errors.** A path or an optimum that is not finite.
-pub fn design_plane(data: &DesignPlane) -> Result<Figure> {
+/// # Errors
+/// [`Error::NotFinite`](crate::Error::NotFinite) for a path or an optimum that is not finite.
+pub fn design_space_slice(data: &DesignSpaceSlice) -> Result<Figure> {
     check_path(data)?;
     let grid = data.objective.grid;
     let ends = |axis: &[f64]| (axis[0], axis[axis.len() - 1]);
@@ -78,7 +79,7 @@ pub fn design_plane(data: &DesignPlane) -> Result<Figure> {
     Ok(Figure::new(description, 85.0, 88.0).with(panel))
 }
 
-fn check_path(data: &DesignPlane) -> Result<()> {
+fn check_path(data: &DesignSpaceSlice) -> Result<()> {
     for iterate in data.path {
         check::finite("design of the path", &iterate.design)?;
         if let Some(limits) = iterate.move_limits {
@@ -126,12 +127,12 @@ fn add_path(panel: &mut Panel, path: &[Iterate], span: [f64; 2]) {
         panel.add(Mark::points(accepted, Marker::Disc, Colour::BLUE, 3.4).named("cycles"));
     }
     if !rejected.is_empty() {
-        panel.add(Mark::points(rejected, Marker::Cross, Colour::VERMILLION, 4.6).named("rejected tries"));
+        panel.add(Mark::points(rejected, Marker::Cross, Colour::VERMILLION, 4.6).named("rejected steps"));
     }
     add_numbers(panel, path, span);
 }
 
-/// The numbers of the cycles; those that coincide on paper share a label.
+/// Adds the numbers of the cycles; designs that coincide on paper share a label.
 fn add_numbers(panel: &mut Panel, path: &[Iterate], span: [f64; 2]) {
     let near = |a: &Iterate, b: &Iterate| {
         let [u, v] = [0, 1].map(|k| (a.design[k] - b.design[k]) / span[k]);
@@ -152,8 +153,8 @@ mod tests {
         Grid::sample([0.0, 2.0], [0.0, 1.0], [21, 21], |x, y| (x - 1.0).powi(2) + (y - 0.5).powi(2)).unwrap()
     }
 
-    fn plane<'a>(grid: &'a Grid, bounds: &'a [Bound<'a>], path: &'a [Iterate]) -> DesignPlane<'a> {
-        DesignPlane {
+    fn plane<'a>(grid: &'a Grid, bounds: &'a [Bound<'a>], path: &'a [Iterate]) -> DesignSpaceSlice<'a> {
+        DesignSpaceSlice {
             variables: [Quantity::new("*b*_1", "N/m"), Quantity::new("*b*_2", "N s/m")],
             objective: Objective { name: "objective", grid, levels: &[0.1, 0.2] },
             bounds,
@@ -173,8 +174,8 @@ mod tests {
             move_limits: Some([[x - 0.1, 0.1], [x + 0.1, 0.3]]),
         };
         let path = [at(0, 1.8, true), at(1, 1.5, false), at(1, 1.4, true), at(2, 1.0, true), at(3, 1.001, true)];
-        let svg = design_plane(&plane(&grid, &bounds, &path)).unwrap().svg().unwrap();
-        for text in ["displacement", "optimum", "move limits", "rejected tries", ">2–3<", "[N s/m]", ">0.2<"] {
+        let svg = design_space_slice(&plane(&grid, &bounds, &path)).unwrap().svg().unwrap();
+        for text in ["displacement", "optimum", "move limits", "rejected steps", ">2–3<", "[N s/m]", ">0.2<"] {
             assert!(svg.contains(text), "{text} is missing");
         }
     }
@@ -183,7 +184,7 @@ mod tests {
     fn designs_without_value_are_refused() {
         let grid = bowl();
         let path = [Iterate { cycle: 0, design: [0.0, f64::NAN], accepted: true, move_limits: None }];
-        assert!(design_plane(&plane(&grid, &[], &path)).is_err());
-        assert!(design_plane(&plane(&grid, &[], &[])).is_ok());
+        assert!(design_space_slice(&plane(&grid, &[], &path)).is_err());
+        assert!(design_space_slice(&plane(&grid, &[], &[])).is_ok());
     }
 }

@@ -1,49 +1,49 @@
-//! What is constrained over time, in its own unit.
+//! Constrained quantities over time in their own units, from normalized constraints ĝ ≤ 1.
 //!
-//! A problem knows normalised constraints ĝ ≤ 1. For reading, the two sides of one quantity are put together, the sign is
-//! turned back where the quantity is a response, and the bound of a peak is added again.
+//! The two sides of a quantity are combined, the sign is restored if the quantity is a response, and the bound of a peak is
+//! added again.
 
 use super::OptimizationReport;
 use crate::problem::{Constraint, RowId};
 use crate::report::plots::{Side, TimeBound};
 
 /// A constrained quantity over time.
-pub(super) struct Watched {
+pub(super) struct ConstrainedHistory {
     pub name: String,
     pub unit: String,
     pub grid: usize,
-    /// The time points at which it is constrained.
+    /// Time points at which it is constrained.
     pub points: std::ops::Range<usize>,
-    /// Its values there, at the first and at the last design.
+    /// Values at these time points, for the first and the last design.
     pub first: Vec<f64>,
     pub last: Vec<f64>,
     pub bounds: Vec<TimeBound>,
-    /// Kept and active time points of the last cycle.
-    pub kept: Vec<usize>,
+    /// Retained and active time points of the last cycle.
+    pub retained: Vec<usize>,
     pub active: Vec<usize>,
     /// Largest ĝ at the last design.
-    pub worst: f64,
-    /// The response that it is, if it is one.
+    pub largest: f64,
+    /// Index of the response, if the quantity is one.
     pub response: Option<usize>,
     pub remark: &'static str,
 }
 
 impl OptimizationReport<'_> {
     /// All constrained histories, in the order of the constraints.
-    pub(super) fn watched(&self) -> Vec<Watched> {
+    pub(super) fn constrained_histories(&self) -> Vec<ConstrainedHistory> {
         let constraints = &self.problem.constraints;
         let (mut all, mut j) = (vec![], 0);
         while j < constraints.len() {
             let pair = constraints.get(j + 1).filter(|next| is_pair(&constraints[j], next)).is_some();
             if constraints[j].quantity.is_transient() {
-                all.push(self.watch(j, pair));
+                all.push(self.constrained_history(j, pair));
             }
             j += if pair { 2 } else { 1 };
         }
         all
     }
 
-    fn watch(&self, j: usize, pair: bool) -> Watched {
+    fn constrained_history(&self, j: usize, pair: bool) -> ConstrainedHistory {
         let (constraint, grid) =
             (&self.problem.constraints[j], self.problem.constraints[j].quantity.grid().unwrap_or(0));
         let stem = constraint.name.strip_suffix(" upper").filter(|_| pair).unwrap_or(&constraint.name);
@@ -61,11 +61,11 @@ impl OptimizationReport<'_> {
         let response = self.response_like(constraint.quantity.responses(), &points, &last);
         if let Some((_, true)) = response {
             [&mut first, &mut last].into_iter().flatten().for_each(|v| *v = -*v);
-            bounds.iter_mut().for_each(|bound| *bound = turned(*bound));
+            bounds.iter_mut().for_each(|bound| *bound = mirrored(*bound));
         }
         let both = j..j + 1 + usize::from(pair);
-        let (kept, active) = self.marked(both.clone(), &points);
-        let worst = both.map(|j| self.worst(&self.state.evaluation, j).1).fold(f64::NEG_INFINITY, f64::max);
+        let (retained, active) = self.marked(both.clone(), &points);
+        let largest = both.map(|j| self.largest(&self.state.evaluation, j).1).fold(f64::NEG_INFINITY, f64::max);
         let response = response.map(|(h, _)| h);
         let unit = match (response, peak) {
             (Some(h), _) => self.problem.responses[h].unit.clone(),
@@ -77,22 +77,35 @@ impl OptimizationReport<'_> {
             (Some(h), Some(_)) => self.problem.responses[h].name.clone(),
             _ => stem.to_owned(),
         };
-        Watched { name, unit, grid, points, first, last, bounds, kept, active, worst, response, remark }
+        ConstrainedHistory {
+            name,
+            unit,
+            grid,
+            points,
+            first,
+            last,
+            bounds,
+            retained,
+            active,
+            largest,
+            response,
+            remark,
+        }
     }
 
-    /// Time points without those before and behind the interval on which the constraint holds, where ĝ is zero.
+    /// Time points of the interval of the constraint; outside, ĝ is zero.
     fn window(&self, j: usize) -> std::ops::Range<usize> {
         const LEAST: usize = 3;
         let (first, last) = (&self.first.1.constraints[j], &self.state.evaluation.constraints[j]);
         let outside = |p: &usize| first[*p].abs() < 1e-9 && last[*p].abs() < 1e-9;
         let n = last.len();
-        let (before, behind) = ((0..n).take_while(outside).count(), (0..n).rev().take_while(outside).count());
+        let (before, after) = ((0..n).take_while(outside).count(), (0..n).rev().take_while(outside).count());
         let begin = if before >= LEAST && before < n { before } else { 0 };
-        let end = if behind >= LEAST && behind < n { n - behind } else { n };
+        let end = if after >= LEAST && after < n { n - after } else { n };
         begin..end
     }
 
-    /// The response that has the values of a history, or their negatives.
+    /// The response that equals a history, or its negative, with whether it is the negative.
     fn response_like(&self, among: &[usize], points: &std::ops::Range<usize>, values: &[f64]) -> Option<(usize, bool)> {
         let same = |h: usize, sign: f64| {
             let response = self.state.responses.values.get(h).filter(|r| r.len() >= points.end);
@@ -106,9 +119,9 @@ impl OptimizationReport<'_> {
     fn marked(&self, constraints: std::ops::Range<usize>, points: &std::ops::Range<usize>) -> (Vec<usize>, Vec<usize>) {
         let Some(cycle) = self.last() else { return (vec![], vec![]) };
         let inside = |row: &RowId| constraints.contains(&row.constraint) && points.contains(&row.point);
-        let place = |row: &RowId| row.point - points.start;
-        let kept = cycle.kept.iter().filter(|row| inside(row)).map(place).collect();
-        (kept, cycle.active.iter().map(|a| &a.row).filter(|row| inside(row)).map(place).collect())
+        let index = |row: &RowId| row.point - points.start;
+        let retained = cycle.kept.iter().filter(|row| inside(row)).map(index).collect();
+        (retained, cycle.active.iter().map(|a| &a.row).filter(|row| inside(row)).map(index).collect())
     }
 }
 
@@ -129,7 +142,7 @@ fn bounds(constraint: &Constraint, lower: Option<&Constraint>, peak: Option<f64>
     }
 }
 
-fn turned(bound: TimeBound) -> TimeBound {
+fn mirrored(bound: TimeBound) -> TimeBound {
     let side = match bound.side {
         Side::Below => Side::Above,
         Side::Above => Side::Below,
@@ -145,12 +158,12 @@ mod tests {
 
     /// The absorber's acceleration is bounded by the objective from both sides, its displacement by one metre.
     #[test]
-    fn normalised_constraints_become_what_they_constrain() {
+    fn normalized_constraints_become_the_constrained_quantities() {
         let problem = impact_absorber::peak_acceleration().unwrap();
         let state = Method::default().solve(&problem, |_| ()).unwrap();
         let run = OptimizationReport::new("absorber", &problem, &state).unwrap();
-        let watched = run.watched();
-        let of = |name: &str| watched.iter().find(|w| w.name == name).unwrap_or_else(|| panic!("no {name}"));
+        let histories = run.constrained_histories();
+        let of = |name: &str| histories.iter().find(|w| w.name == name).unwrap_or_else(|| panic!("no {name}"));
         let close = |a: f64, b: f64| (a - b).abs() < 1e-9;
         for (name, limit) in [("acceleration", state.evaluation.objective), ("displacement", 1.0)] {
             let (w, h) = (of(name), problem.responses.iter().position(|r| r.name == name).unwrap());

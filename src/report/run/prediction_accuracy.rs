@@ -1,4 +1,4 @@
-//! What approximate problems promised beside what analyses found.
+//! Accuracy of the approximate problems: predicted and computed values of each cycle.
 
 use super::OptimizationReport;
 use crate::Result;
@@ -8,36 +8,33 @@ use crate::report::table::{Cell, Table};
 use crate::sao::{Cycle, Prediction};
 
 impl OptimizationReport<'_> {
-    pub(super) fn truth(&self) -> Result<Section> {
-        let section = Section::new("approximation", "Approximation against truth");
+    pub(super) fn prediction_accuracy(&self) -> Result<Section> {
+        let section = Section::new("approximation", "Predicted and computed responses");
         let known: Vec<(&Cycle, &Prediction)> =
             self.state.history.iter().filter_map(|c| Some((c, c.prediction.as_ref()?))).collect();
         if known.is_empty() {
             let done = self.state.history.len() > 1;
-            let text = if done {
-                "The history does not hold what the approximate problems promised."
-            } else {
-                "No cycle yet."
-            };
+            let text =
+                if done { "The history has no predictions of the approximate problems." } else { "No cycle yet." };
             return Ok(section.paragraph(text));
         }
         let section = section
             .paragraph(
-                "Each cycle promises an objective and the values of the constraints that it kept; the analysis of the proposed \
-                 design says what is true. The closer the two, the wider the move limits may be.",
+                "The approximate problem of each cycle predicts the objective and the retained constraints at the proposed \
+                 design; the analysis of that design computes them. The smaller the differences, the wider the move limits may be.",
             )
-            .figure("promised-objective", "The objective as promised and as analysed.", self.objectives(&known));
+            .figure("promised-objective", "Predicted and computed objective.", self.objectives(&known));
         let rows = known.iter().any(|(_, p)| !p.analysed.is_empty());
         let section = match rows {
             true => section.figure(
                 "promised-constraints",
-                "Kept constraints at kept time points, normalised: a point on the diagonal keeps its promise, one to the right \
-                 of 1 violates its limit.",
+                "Retained constraints at retained time points, normalized: on the diagonal, prediction and computation agree; to \
+                 the right of 1, the limit is violated.",
                 rows_figure(&known),
             ),
             false => section,
         };
-        Ok(section.table(self.promises(&known)?))
+        Ok(section.table(self.predictions(&known)?))
     }
 
     fn objectives(&self, known: &[(&Cycle, &Prediction)]) -> Figure {
@@ -46,58 +43,59 @@ impl OptimizationReport<'_> {
         let objective = if self.spans_decades() { objective.logarithmic() } else { objective };
         let mut panel = Panel::new(self.cycle_axis(), objective).legend(Legend::Below);
         let of = |accepted: bool| -> Vec<[f64; 2]> {
-            self.tries().filter(|c| c.accepted == accepted).map(|c| [c.cycle as f64, c.objective]).collect()
+            self.successful_steps().filter(|c| c.accepted == accepted).map(|c| [c.cycle as f64, c.objective]).collect()
         };
         let succeeded = known.iter().filter(|(c, _)| c.failure.is_none());
         let gaps = succeeded.map(|(c, p)| [c.objective, p.objective].map(|v| [c.cycle as f64, v]).to_vec()).collect();
-        let promised: Vec<[f64; 2]> = known.iter().map(|(c, p)| [c.cycle as f64, p.objective]).collect();
+        let predicted: Vec<[f64; 2]> = known.iter().map(|(c, p)| [c.cycle as f64, p.objective]).collect();
         panel.add(Mark::curves(gaps, Stroke::solid(Colour::VERMILLION, 1.1)));
-        panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLACK, 0.9)).named("analysed"));
-        panel.add(Mark::points(of(true), Marker::Disc, Colour::BLACK, 3.4).named("analysed"));
-        panel.add(Mark::points(promised, Marker::Circle, Colour::BLUE, 4.4).named("promised"));
+        panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLACK, 0.9)).named("computed"));
+        panel.add(Mark::points(of(true), Marker::Disc, Colour::BLACK, 3.4).named("computed"));
+        panel.add(Mark::points(predicted, Marker::Circle, Colour::BLUE, 4.4).named("predicted"));
         if !of(false).is_empty() {
-            panel.add(Mark::points(of(false), Marker::Cross, Colour::VERMILLION, 4.6).named("rejected try"));
+            panel.add(Mark::points(of(false), Marker::Cross, Colour::VERMILLION, 4.6).named("rejected step"));
         }
-        Figure::new("Objective as promised by the approximate problems and as analysed", 100.0, 78.0).with(panel)
+        Figure::new("Predicted and computed objective", 100.0, 78.0).with(panel)
     }
 
-    fn promises(&self, known: &[(&Cycle, &Prediction)]) -> Result<Table> {
+    fn predictions(&self, known: &[(&Cycle, &Prediction)]) -> Result<Table> {
         let columns = [
             "cycle",
-            "try",
-            "objective promised",
-            "objective analysed",
+            "trial step",
+            "objective predicted",
+            "objective computed",
             "E_f in %",
             "E_g in %",
-            "largest miss",
-            "constraint promised",
-            "constraint analysed",
+            "largest difference at",
+            "constraint predicted",
+            "constraint computed",
         ];
-        let mut table = Table::new("Promised and analysed; constraints are normalised so that 1 is the limit", columns);
+        let mut table =
+            Table::new("Predicted and computed values; constraints are normalized, their limit is 1", columns);
         for (cycle, p) in known {
-            let misses = p.rows.iter().zip(&p.analysed).map(|(a, b)| (a - b).abs());
-            let most = misses.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
+            let differences = p.rows.iter().zip(&p.analysed).map(|(a, b)| (a - b).abs());
+            let largest = differences.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
             let failed = cycle.failure.is_some();
             let value = |v: f64| if failed { Cell::Empty } else { Cell::from(v) };
             let row =
-                most.and_then(|k| cycle.kept.get(k)).map_or_else(String::new, |row| self.problem.row_in_words(*row));
+                largest.and_then(|k| cycle.kept.get(k)).map_or_else(String::new, |row| self.problem.row_in_words(*row));
             table.push([
                 cycle.cycle.into(),
-                super::verdict(cycle).into(),
+                super::outcome(cycle).into(),
                 p.objective.into(),
                 value(cycle.objective),
                 value(cycle.objective_error_pct),
                 value(cycle.constraint_error_pct),
                 row.as_str().into(),
-                most.map_or(Cell::Empty, |k| p.rows[k].into()),
-                most.map_or(Cell::Empty, |k| p.analysed[k].into()),
+                largest.map_or(Cell::Empty, |k| p.rows[k].into()),
+                largest.map_or(Cell::Empty, |k| p.analysed[k].into()),
             ])?;
         }
         Ok(table)
     }
 }
 
-/// Promised over analysed values of kept rows; those of the last cycle on top.
+/// Predicted over computed values of the retained constraints; those of the last cycle on top.
 fn rows_figure(known: &[(&Cycle, &Prediction)]) -> Figure {
     let points = |p: &Prediction| -> Vec<[f64; 2]> { p.analysed.iter().zip(&p.rows).map(|(a, b)| [*a, *b]).collect() };
     let earlier: Vec<[f64; 2]> = known.iter().rev().skip(1).flat_map(|(_, p)| points(p)).collect();
@@ -107,7 +105,7 @@ fn rows_figure(known: &[(&Cycle, &Prediction)]) -> Figure {
     let margin = 0.06 * (high - low).max(0.02);
     let [low, high] = [low - margin, high + margin];
     let axis = |name: &str| Axis::new(name, "").limits(low, high);
-    let mut panel = Panel::new(axis("analysed"), axis("promised")).legend(Legend::Below);
+    let mut panel = Panel::new(axis("computed"), axis("predicted")).legend(Legend::Below);
     let limit = Stroke::solid(Colour::GREY, 0.7).dash(Dash::Dashed);
     panel.add(Mark::curve(vec![[1.0, low], [1.0, high]], limit).named("limit"));
     panel.add(Mark::curve(vec![[low, 1.0], [high, 1.0]], limit));
@@ -116,5 +114,5 @@ fn rows_figure(known: &[(&Cycle, &Prediction)]) -> Figure {
         panel.add(Mark::points(earlier, Marker::Disc, Colour::SKY, 2.6).named("earlier cycles"));
     }
     panel.add(Mark::points(last, Marker::Disc, Colour::VERMILLION, 3.4).named("last cycle"));
-    Figure::new("Kept constraints as promised and as analysed", 100.0, 98.0).with(panel)
+    Figure::new("Predicted and computed retained constraints", 100.0, 98.0).with(panel)
 }

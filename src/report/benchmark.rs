@@ -1,4 +1,4 @@
-//! Methods beside each other, on one problem and on many.
+//! Comparison of methods on one problem and on many.
 
 use super::figure::Figure;
 use super::plots::{Approach, Solver, approach, performance_profile};
@@ -6,13 +6,16 @@ use super::table::{Cell, Table};
 use crate::cases::{Attempt, Conclusion, Entry, Work};
 use error::Result;
 
-/// What is counted in the pictures.
+/// Label of the work in the figures.
 const WORK: &str = "analyses + sensitivity analyses";
 
-/// One row for each method, those that reach a known optimum with the least work first.
+/// A row for each method: first those that reach a known optimum, with increasing work.
 ///
-/// Columns: how the run ended; work to the known optimum (analyses + sensitivity analyses up to the first design within 1e-5);
+/// Columns: conclusion; work to the known optimum (analyses and sensitivity analyses up to the first design within 1e-5);
 /// accepted cycles and work to the end; objective, violation, KKT residual, and relative distance from the optimum at the end.
+///
+/// # Errors
+/// None in practice: the rows fit the columns.
 pub fn table(entry: &Entry, attempts: &[Attempt]) -> Result<Table> {
     let columns = [
         "method",
@@ -31,7 +34,7 @@ pub fn table(entry: &Entry, attempts: &[Attempt]) -> Result<Table> {
         ["method", "end", "to 1e-5: analyses", "grad", "cycles", "analyses", "grad", "F", "V", "KKT", "F/F* - 1"];
     let mut table = Table::new(format!("{}: {}", entry.name, entry.title), columns).headed(headings)?;
     for a in ranked(attempts) {
-        // Below 1e-12 rounding decides.
+        // Numbers below 1e-12 are rounding errors.
         let number = |v: f64| match v {
             v if !v.is_finite() => Cell::Empty,
             v if v.abs() < 1e-12 => Cell::Number(0.0),
@@ -56,20 +59,22 @@ pub fn table(entry: &Entry, attempts: &[Attempt]) -> Result<Table> {
     Ok(table)
 }
 
-/// Distance from the known optimum over the work, of all methods that ran.
+/// Draws the distance from the known optimum over the work for all methods that ran.
 ///
-/// **Errors.** No method ran.
+/// # Errors
+/// If no method ran.
 pub fn distances(attempts: &[Attempt]) -> Result<Figure> {
     let ran = ranked(attempts).into_iter().filter(|a| !a.approach.is_empty());
     let lines: Vec<Approach> = ran.map(|a| Approach { name: a.method, designs: &a.approach }).collect();
     approach(WORK, &lines)
 }
 
-/// Performance profile over problems: the cost is the work to the known optimum, infinite where a method does not converge to it.
+/// Draws the performance profile over problems. The cost is the work to the known optimum, infinite without convergence to it.
 ///
-/// `problems` holds the attempts of the same methods in the same order for each problem. Problems that no method solves are left out.
+/// `problems` has the attempts of the same methods in the same order for each problem. Problems that no method solves are omitted.
 ///
-/// **Errors.** No problem that a method solves, or other methods for one problem than for another.
+/// # Errors
+/// If no method solves any problem, or the methods differ between problems.
 pub fn profile(problems: &[Vec<Attempt>]) -> Result<Figure> {
     let cost = |a: &Attempt| match (&a.conclusion, a.to_optimum) {
         (Conclusion::Reached(_), Some(work)) => work.total() as f64,
@@ -84,9 +89,10 @@ pub fn profile(problems: &[Vec<Attempt>]) -> Result<Figure> {
     Ok(performance_profile(WORK, &solvers)?.sized(150.0, 140.0))
 }
 
-/// How often each method reaches a known optimum, in how much work in the median, and how it fails.
+/// Counts of successes and failures of each method, and its median work relative to the best method.
 ///
-/// **Errors.** Other methods for one problem than for another.
+/// # Errors
+/// If the methods differ between problems.
 pub fn summary(problems: &[Vec<Attempt>]) -> Result<Table> {
     let columns = ["method", "optimum", "other_optimum", "unfinished", "false", "refused", "median_work_ratio"];
     let title = format!("{} problems; work relative to the least of all methods", problems.len());
@@ -96,14 +102,14 @@ pub fn summary(problems: &[Vec<Attempt>]) -> Result<Table> {
         _ => None,
     };
     for k in 0..problems.first().map_or(0, Vec::len) {
-        let mine: Vec<&Attempt> = problems.iter().filter_map(|p| p.get(k)).collect();
-        let count = |of: fn(&Conclusion) -> bool| Cell::from(mine.iter().filter(|a| of(&a.conclusion)).count());
+        let runs: Vec<&Attempt> = problems.iter().filter_map(|p| p.get(k)).collect();
+        let count = |of: fn(&Conclusion) -> bool| Cell::from(runs.iter().filter(|a| of(&a.conclusion)).count());
         let least = |p: &Vec<Attempt>| p.iter().filter_map(work).min();
         let ratio = |p: &Vec<Attempt>| Some(work(p.get(k)?)? as f64 / least(p)? as f64);
         let mut ratios: Vec<f64> = problems.iter().filter_map(ratio).collect();
         ratios.sort_by(f64::total_cmp);
         table.push([
-            mine.first().map_or(Cell::Empty, |a| a.method.into()),
+            runs.first().map_or(Cell::Empty, |a| a.method.into()),
             count(|c| matches!(c, Conclusion::Reached(_))),
             count(|c| *c == Conclusion::OtherOptimum),
             count(|c| matches!(c, Conclusion::Unfinished(_))),
@@ -115,7 +121,7 @@ pub fn summary(problems: &[Vec<Attempt>]) -> Result<Table> {
     Ok(table)
 }
 
-/// The order of the table.
+/// Attempts in the order of the table.
 fn ranked(attempts: &[Attempt]) -> Vec<&Attempt> {
     let mut all: Vec<&Attempt> = attempts.iter().collect();
     let class = |a: &Attempt| match a.conclusion {

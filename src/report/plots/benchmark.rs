@@ -1,14 +1,43 @@
-//! Performance profiles: how often a method is how close to the best one.
+//! Comparison of methods: distance from a known optimum over the work, and performance profiles.
 
 use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Panel, Quantity, Stroke, check};
 use crate::{Error, Result};
 
-/// A method and what it cost on each problem.
+/// Smallest distance from the optimum that is drawn.
+const FLOOR: f64 = 1e-10;
+
+/// A method and the distances of its designs from the optimum.
+#[derive(Clone, Debug)]
+pub struct Approach<'a> {
+    /// Its name for the legend.
+    pub name: &'a str,
+    /// For each accepted design: work up to it, and its distance from the optimum.
+    pub designs: &'a [[f64; 2]],
+}
+
+/// Draws the distance from the optimum over the work for each method; `work` is the label of the axis.
+///
+/// Distances are positive and may be infinite. NaN is omitted, and distances below 1e-10 are drawn at 1e-10.
+///
+/// # Errors
+/// [`Error::Definition`] if there are no methods.
+pub fn approach(work: &str, methods: &[Approach]) -> Result<Figure> {
+    check::not_empty("methods", methods.len())?;
+    let distance = Axis::new("distance from the optimum", "").logarithmic().limits(FLOOR, 10.0);
+    let mut panel = Panel::new(Axis::new(work, "").logarithmic(), distance).legend(Legend::Below);
+    for (k, method) in methods.iter().enumerate() {
+        let points = method.designs.iter().filter(|d| !d[1].is_nan()).map(|d| [d[0], d[1].clamp(FLOOR, 10.0)]);
+        panel.add(Mark::curve(points.collect::<Vec<_>>(), line(k, 0.9)).named(method.name));
+    }
+    Ok(Figure::new("Distance from the optimum over the work", 120.0, 100.0).with(panel))
+}
+
+/// A method and its costs on all problems.
 #[derive(Clone, Debug)]
 pub struct Solver<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// Positive costs, the same problems for every method; infinite where the method failed.
+    /// Positive costs, one for each problem in the order that all methods share; infinite where the method failed.
     pub costs: &'a [f64],
 }
 
@@ -16,10 +45,15 @@ pub struct Solver<'a> {
 ///
 /// $$ \rho_s(\tau) = \frac1{n_p} \left|\left\{ p : c_{ps} \le \tau \min_{s'} c_{ps'} \right\}\right| $$
 ///
-/// The height at the left end is how often it is the best, the height at the right end how often it succeeds.
-/// `cost` names what was counted. **Source.** E. D. Dolan and J. J. Moré, *Math. Program.* 91 (2002) 201–213.
+/// The height at the left end is the fraction where the method is the best, the height at the right end the fraction that it
+/// solves. `cost` is the label of the axis.
 ///
-/// **Errors.** No methods or problems, lengths that differ, a cost that is not positive.
+/// # Errors
+/// [`Error::Definition`] without methods or problems, [`Error::Length`] for costs of different lengths, [`Error::Option`] for a
+/// cost that is not positive.
+///
+/// # Sources
+/// E. D. Dolan and J. J. Moré, *Math. Program.* 91 (2002) 201–213.
 pub fn performance_profile(cost: &str, solvers: &[Solver]) -> Result<Figure> {
     check::not_empty("methods", solvers.len())?;
     let problems = solvers[0].costs.len();
@@ -40,11 +74,9 @@ pub fn performance_profile(cost: &str, solvers: &[Solver]) -> Result<Figure> {
     let end = (largest * 1.15).max(2.0);
     let x = Axis::of(&Quantity::new(format!("{cost}, relative to the best *τ*"), "")).logarithmic().limits(1.0, end);
     let mut panel =
-        Panel::new(x, Axis::new("part of the problems *ρ*(*τ*)", "").limits(0.0, 1.04)).legend(Legend::Below);
+        Panel::new(x, Axis::new("fraction of problems *ρ*(*τ*)", "").limits(0.0, 1.04)).legend(Legend::Below);
     for (k, (solver, ratios)) in solvers.iter().zip(&ratios).enumerate() {
-        let dash = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted][k / 7 % 4];
-        let stroke = Stroke::solid(Colour::of_series(k), 1.1).dash(dash);
-        panel.add(Mark::steps(&steps(ratios, end), stroke).named(solver.name));
+        panel.add(Mark::steps(&steps(ratios, end), line(k, 1.1)).named(solver.name));
     }
     Ok(Figure::new("Performance profile", 85.0, 72.0).with(panel))
 }
@@ -58,15 +90,32 @@ fn ratios(solvers: &[Solver]) -> Vec<Vec<f64>> {
 
 /// The corners of `ρ(τ)` from 1 to `end`.
 fn steps(ratios: &[f64], end: f64) -> Vec<[f64; 2]> {
-    let part = |tau: f64| ratios.iter().filter(|&&r| r <= tau).count() as f64 / ratios.len() as f64;
+    let fraction = |tau: f64| ratios.iter().filter(|&&r| r <= tau).count() as f64 / ratios.len() as f64;
     let mut taus: Vec<f64> = ratios.iter().copied().filter(|r| r.is_finite()).chain([1.0, end]).collect();
     taus.sort_by(f64::total_cmp);
-    taus.into_iter().map(|tau| [tau, part(tau)]).collect()
+    taus.into_iter().map(|tau| [tau, fraction(tau)]).collect()
+}
+
+/// Line of the `k`-th method: seven colours, then other dashes.
+fn line(k: usize, width: f64) -> Stroke {
+    let dash = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted][k / 7 % 4];
+    Stroke::solid(Colour::of_series(k), width).dash(dash)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_method_has_a_line() {
+        let methods = [
+            Approach { name: "first", designs: &[[1.0, 0.5], [3.0, 1e-14]] },
+            Approach { name: "second", designs: &[[1.0, f64::NAN]] },
+        ];
+        let svg = approach("analyses", &methods).unwrap().svg().unwrap();
+        assert!(svg.contains("first") && svg.contains("second") && !svg.contains("NaN"));
+        assert!(approach("analyses", &[]).is_err());
+    }
 
     #[test]
     fn the_profile_counts_wins_and_successes() {

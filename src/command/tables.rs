@@ -5,7 +5,7 @@ use linkwright::report::table::{Cell, Table};
 use linkwright::sao::State;
 use nalgebra::DMatrix;
 
-/// Every cycle and every rejected try of it.
+/// All trial steps, accepted and rejected.
 pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
     let fixed = [
         "cycle",
@@ -41,12 +41,12 @@ pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
     Ok(table)
 }
 
-/// All histories over time; responses that do not change with time stand in the first row alone.
+/// All responses over time; a response without time has a value in the first row only.
 pub fn responses(problem: &Problem, values: &Responses) -> linkwright::Result<Table> {
     over_time(problem, "Responses", problem.responses.iter().zip(&values.values).map(|(r, v)| (r.name.clone(), v)))
 }
 
-/// All constraints over time, normalised: feasible means at most one.
+/// All constraints over time, normalized: feasible up to one.
 pub fn constraints(problem: &Problem, evaluation: &Evaluation) -> linkwright::Result<Table> {
     let columns = problem.constraints.iter().zip(&evaluation.constraints).map(|(c, v)| (c.name.clone(), v));
     over_time(problem, "Constraints", columns)
@@ -89,13 +89,13 @@ pub fn sensitivities(
     Ok(table)
 }
 
-/// Where each constraint is nearest to or farthest beyond its limit.
+/// The time point of the largest violation of each constraint, or of its smallest margin.
 pub fn worst(problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
-    let of = |(constraint, history): (usize, &Vec<f64>)| {
-        let beyond = |p: usize| evaluation.violation(constraint, history[p]);
-        let point = (0..history.len()).max_by(|a, b| beyond(*a).total_cmp(&beyond(*b)).then(b.cmp(a)))?;
+    let largest = |(constraint, history): (usize, &Vec<f64>)| {
+        let violation = |p: usize| evaluation.violation(constraint, history[p]);
+        let point = (0..history.len()).max_by(|a, b| violation(*a).total_cmp(&violation(*b)).then(b.cmp(a)))?;
         Some(RowId { constraint, point })
     };
     debug_assert_eq!(problem.constraints.len(), evaluation.constraints.len());
-    evaluation.constraints.iter().enumerate().filter_map(of).collect()
+    evaluation.constraints.iter().enumerate().filter_map(largest).collect()
 }

@@ -1,4 +1,4 @@
-//! A stress over the length of the links and time, as a coloured field.
+//! Stress over position along the links and time, as a coloured field.
 
 use crate::report::figure::{
     Axis, Colour, ColourBar, ColourMap, Dash, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, check,
@@ -6,28 +6,29 @@ use crate::report::figure::{
 };
 use crate::{Error, Result};
 
-/// Everything in the picture.
+/// Data of the plot.
 #[derive(Clone, Debug)]
 pub struct StressField<'a> {
-    /// What runs along the horizontal axis of the grid.
+    /// Quantity along the horizontal axis of the grids.
     pub time: Quantity,
-    /// What runs along its vertical axis.
+    /// Quantity along the vertical axis.
     pub position: Quantity,
-    /// What the colours show.
+    /// Quantity that the colours show.
     pub stress: Quantity,
     /// One field for each link, with its name.
     pub links: &'a [(&'a str, &'a Grid)],
-    /// The allowable size of the stress, drawn as a contour at plus and minus this value.
+    /// Allowable absolute stress, drawn as contours at plus and minus this value.
     pub allowable: Option<f64>,
     /// The worst points: link, time, position.
     pub marked: &'a [(usize, [f64; 2])],
 }
 
-/// Draws one field for each link, all in one scale of colours.
+/// Draws one field for each link, all with the same colour map.
 ///
 /// Signed stresses are blue where negative, white at zero and red where positive.
 ///
-/// **Errors.** No links, an allowable stress that is not positive, marks that are not finite or on no link.
+/// # Errors
+/// If there are no links, the allowable stress is not positive, or a mark is not finite or on no link.
 pub fn stress_field(data: &StressField) -> Result<Figure> {
     check::not_empty("links", data.links.len())?;
     if let Some(allowable) = data.allowable {
@@ -43,7 +44,7 @@ pub fn stress_field(data: &StressField) -> Result<Figure> {
         Error::check_option("link of a marked point", "one of the links", *link as f64, *link < data.links.len())?;
     }
     let (map, range) = colours(data);
-    // Only the last panel carries numbers and label along time; its share makes up for them.
+    // Only the last panel has numbers and a label along time; its share of the height includes them.
     let height = LINK_HEIGHT * data.links.len() as f64 + TIME_LABEL;
     let mut figure = Figure::new(format!("{} over position and time", data.stress.name), 120.0, height);
     for (k, (name, grid)) in data.links.iter().enumerate() {
@@ -52,7 +53,7 @@ pub fn stress_field(data: &StressField) -> Result<Figure> {
     Ok(figure.with_colour_bar(ColourBar { quantity: data.stress.clone(), map, range }))
 }
 
-/// Millimetres for a link, and for what stands under the last one.
+/// Heights in millimetres of a link, and of the numbers and label under the last one.
 const LINK_HEIGHT: f64 = 28.0;
 const TIME_LABEL: f64 = 6.5;
 

@@ -1,4 +1,4 @@
-//! Time point constraints as curves in the plane of two design variables.
+//! Time point constraints as curves over two design variables.
 
 use crate::Result;
 use crate::report::figure::{
@@ -10,28 +10,29 @@ use crate::report::figure::{
 pub struct Family<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// For each time point response minus bound over the plane; each is drawn where it vanishes.
+    /// Response minus bound over the plane, one grid for each time point; the zero contour is drawn.
     pub excesses: &'a [Grid],
 }
 
-/// Everything in the picture.
+/// Data of the plot.
 #[derive(Clone, Debug)]
 pub struct TimePointConstraints<'a> {
     /// The variables along the axes.
     pub variables: [Quantity; 2],
     /// The families; the first is drawn solid, the second dashed, then dotted and dash-dotted.
     pub families: &'a [Family<'a>],
-    /// The feasible side of each curve is the one without short strokes, if they are wanted.
+    /// Whether the infeasible side of each curve is hatched.
     pub hatched: bool,
     /// The optimum, if it is known.
     pub optimum: Option<[f64; 2]>,
-    /// The window: lower and upper corner. Without it, the first grid decides.
+    /// Lower and upper corner of the window; `None` for that of the first grid.
     pub window: Option<[[f64; 2]; 2]>,
 }
 
 /// Draws every constraint curve of every family.
 ///
-/// **Errors.** No curve at all, an optimum or a window that is not finite.
+/// # Errors
+/// If there is no curve, or the optimum or the window is not finite.
 pub fn time_point_constraints(data: &TimePointConstraints) -> Result<Figure> {
     let first = data.families.iter().find_map(|family| family.excesses.first());
     check::not_empty("time point constraints", usize::from(first.is_some()))?;

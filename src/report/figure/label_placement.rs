@@ -1,118 +1,118 @@
-//! Where notes and the labels of contours stand.
+//! Placement of notes and contour labels.
 
 use super::mark::{Anchor, Kind};
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{Colour, Panel, markup, style};
 
-/// Points of the paper that a label should leave free: markers, texts, signs, hatched bounds.
-pub(crate) fn taken(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
-    let mut taken = Vec::new();
+/// Points on paper that a label should keep free: markers, texts, symbols, hatched bounds.
+pub(crate) fn obstacles(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
+    let mut obstacles = Vec::new();
     for mark in &panel.marks {
         match &mark.kind {
-            Kind::Points { at, .. } => taken.extend(at.iter().filter_map(|&p| view.place(p))),
+            Kind::Points { at, .. } => obstacles.extend(at.iter().filter_map(|&p| view.position(p))),
             Kind::Hatching { curves, .. } => {
-                let pieces = curves.iter().flat_map(|curve| view.place_curve(curve));
-                taken.extend(pieces.flat_map(|piece| along(&piece, 4.0)).map(|(at, _)| at));
+                let pieces = curves.iter().flat_map(|curve| view.curve(curve));
+                obstacles.extend(pieces.flat_map(|piece| along(&piece, 4.0)).map(|(at, _)| at));
             }
-            Kind::Text { at, .. } | Kind::Symbol { at, .. } => taken.extend(view.place(*at)),
+            Kind::Text { at, .. } | Kind::Symbol { at, .. } => obstacles.extend(view.position(*at)),
             _ => {}
         }
     }
-    taken
+    obstacles
 }
 
-/// Points all along what is drawn, a point or two apart on paper; a marker or a text weighs as much as a long line.
-pub(crate) fn busy(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
+/// Points along everything drawn, 1.5 points apart on paper; a marker or a text counts as 20 of them.
+pub(crate) fn ink(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     const WEIGHT: usize = 20;
-    let mut busy = Vec::new();
+    let mut ink = Vec::new();
     for mark in &panel.marks {
         match &mark.kind {
             Kind::Curves { curves, .. } | Kind::Hatching { curves, .. } => {
-                for piece in curves.iter().flat_map(|curve| view.place_curve(curve)) {
-                    busy.extend(along(&piece, 1.5).into_iter().map(|(at, _)| at));
+                for piece in curves.iter().flat_map(|curve| view.curve(curve)) {
+                    ink.extend(along(&piece, 1.5).into_iter().map(|(at, _)| at));
                 }
             }
             Kind::Points { at, .. } => {
-                busy.extend(at.iter().filter_map(|&p| view.place(p)).flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
+                ink.extend(at.iter().filter_map(|&p| view.position(p)).flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
             }
             Kind::Text { at, .. } | Kind::Symbol { at, .. } => {
-                busy.extend(view.place(*at).into_iter().flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
+                ink.extend(view.position(*at).into_iter().flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
             }
             _ => {}
         }
     }
-    busy
+    ink
 }
 
-/// Where a note of the given width beside `at` covers least; `None` if it would cover another note wherever it stands.
-pub(crate) fn beside(
+/// The area near `at` where a note of the given width covers least; `None` if it covers another note everywhere.
+pub(crate) fn note_area(
     at: [f64; 2],
     width: f64,
     size: f64,
-    busy: &[[f64; 2]],
+    ink: &[[f64; 2]],
     notes: &[Area],
     view: &View,
 ) -> Option<Area> {
     let height = 0.75 * size;
-    let spot = |k: usize| {
+    let candidate = |k: usize| {
         let distance = if k < 16 { 4.0 } else { 8.0 };
         let (s, c) = (k as f64 * std::f64::consts::TAU / 16.0).sin_cos();
         let middle = [at[0] + c * (distance + width / 2.0), at[1] - s * (distance + height / 2.0)];
         Area { left: middle[0] - width / 2.0, top: middle[1] - height / 2.0, width, height }
     };
     let cost = |k: usize| {
-        let rim = spot(k).grown(2.5);
-        let covered = busy.iter().filter(|&&p| rim.contains(p)).count();
+        let rim = candidate(k).grown(2.5);
+        let covered = ink.iter().filter(|&&p| rim.contains(p)).count();
         let inside = view.area.contains([rim.left, rim.top]) && view.area.contains([rim.right(), rim.bottom()]);
         3 * covered + usize::from(!inside) * 30 + usize::from(k >= 16)
     };
     // To the upper right first, as in a map.
     let order = (0..32).map(|k| (k & 16) | ((k + 2) & 15));
-    order.filter(|&k| !notes.iter().any(|note| note.overlaps(spot(k)))).min_by_key(|&k| cost(k)).map(spot)
+    order.filter(|&k| !notes.iter().any(|note| note.overlaps(candidate(k)))).min_by_key(|&k| cost(k)).map(candidate)
 }
 
-/// Places on a polyline `step` points apart, with the direction there.
+/// Points on a polyline, `step` points apart on paper, with the directions there.
 pub(crate) fn along(curve: &[[f64; 2]], step: f64) -> Vec<([f64; 2], [f64; 2])> {
-    let mut places = Vec::new();
+    let mut points = Vec::new();
     let mut ahead = 0.0;
     for pair in curve.windows(2) {
         let d = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
         let length = d[0].hypot(d[1]);
         while ahead < length {
             let part = ahead / length;
-            places.push(([pair[0][0] + part * d[0], pair[0][1] + part * d[1]], [d[0] / length, d[1] / length]));
+            points.push(([pair[0][0] + part * d[0], pair[0][1] + part * d[1]], [d[0] / length, d[1] / length]));
             ahead += step;
         }
         ahead -= length;
     }
-    places
+    points
 }
 
-/// Sets the label where it is far from everything taken, from the frame, and where the curve is straight.
+/// Draws a contour label far from all obstacles and from the frame, where the curve is straight.
 pub(crate) fn contour_label(
     svg: &mut Svg,
     curves: &[Vec<[f64; 2]>],
     text: &str,
     colour: Colour,
     view: &View,
-    taken: &mut Vec<[f64; 2]>,
+    obstacles: &mut Vec<[f64; 2]>,
 ) {
     const STEP: f64 = 2.0;
     let size = style::CONTOUR_SIZE;
     let width = markup::width(text, size);
     let half = (0.5 * width / STEP).ceil() as usize + 1;
     let mut best: Option<(f64, [f64; 2], [f64; 2])> = None;
-    for piece in curves.iter().flat_map(|curve| view.place_curve(curve)) {
-        let places = along(&piece, STEP);
-        for k in half..places.len().saturating_sub(half) {
-            let (from, at, to) = (places[k - half].0, places[k].0, places[k + half].0);
+    for piece in curves.iter().flat_map(|curve| view.curve(curve)) {
+        let points = along(&piece, STEP);
+        for k in half..points.len().saturating_sub(half) {
+            let (from, at, to) = (points[k - half].0, points[k].0, points[k + half].0);
             let chord = distance(from, to) / (2.0 * half as f64 * STEP);
             let edge = [from, to].iter().map(|p| inset(view, *p)).fold(f64::INFINITY, f64::min);
             if edge < 3.0 || chord < 0.93 {
                 continue;
             }
-            let free = taken.iter().map(|&p| distance(p, at)).fold(45.0, f64::min);
+            let free = obstacles.iter().map(|&p| distance(p, at)).fold(45.0, f64::min);
             let score = free + 0.3 * edge.min(30.0) + 200.0 * chord;
             if best.is_none_or(|b| score > b.0) {
                 best = Some((score, at, [to[0] - from[0], to[1] - from[1]]));
@@ -120,7 +120,7 @@ pub(crate) fn contour_label(
         }
     }
     let Some((_, at, along)) = best else { return };
-    taken.push(at);
+    obstacles.push(at);
     let angle = along[1].atan2(along[0]).to_degrees();
     let upright = if angle.abs() > 90.0 { angle - 180.0 * angle.signum() } else { angle };
     let (s, c) = upright.to_radians().sin_cos();
@@ -133,7 +133,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// How far inside the frame a place is.
+/// Distance of a point from the frame, positive inside.
 fn inset(view: &View, [x, y]: [f64; 2]) -> f64 {
     let a = view.area;
     (x - a.left).min(a.right() - x).min(y - a.top).min(a.bottom() - y)

@@ -1,9 +1,10 @@
 //! `linkwright optimize FILE` and `linkwright resume DIR`.
 
-use super::folder::Folder;
+use super::model::{load, located};
+use super::output::results;
 use super::progress::{Progress, Show};
-use super::{load, located};
-use crate::command::output::results;
+use super::report::write_report;
+use super::run_directory::RunDirectory;
 use clap::Args;
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
@@ -17,8 +18,8 @@ use std::process::ExitCode;
   linkwright optimize four-bar.toml --out runs/four-bar --quiet
   linkwright optimize absorber.toml --json | jq .objective
 
-The folder is out/NAME, or NAME in the folder that LINKWRIGHT_OUT names. Every cycle is in it before the next one begins; a run
-that was killed goes on with `linkwright resume`.")]
+Results are written to out/NAME, or to NAME in the folder LINKWRIGHT_OUT. Every cycle is stored before the next one begins;
+`linkwright resume` continues an interrupted run.")]
 pub struct Optimize {
     /// The model file
     file: PathBuf,
@@ -36,8 +37,8 @@ pub struct Optimize {
 #[command(after_help = "Examples:
   linkwright resume out/four-bar
 
-Reads model.toml and state.json of the folder. [method] and bounds of model.toml may be edited in between, for instance
-max_cycles; history.jsonl and summary.json say so.")]
+Reads model.toml and state.json of the folder. You may edit [method], title and bounds of model.toml before, for instance
+max_cycles; history.jsonl and summary.json record the edit.")]
 pub struct Resume {
     /// The folder of the run
     folder: PathBuf,
@@ -47,10 +48,10 @@ pub struct Resume {
 
 #[derive(Args)]
 struct Shown {
-    /// One line of JSON for each cycle and the summary
+    /// Print a line of JSON for each cycle, and one for the summary
     #[arg(long)]
     json: bool,
-    /// Nothing on standard output
+    /// Print nothing on standard output
     #[arg(long, conflicts_with = "json")]
     quiet: bool,
 }
@@ -61,21 +62,21 @@ impl Optimize {
         let name = self.file.file_stem().unwrap_or_default();
         let out = self.out.clone().unwrap_or_else(|| results().join(name));
         let problem = located(&model, model.problem())?;
-        let mut folder = Folder::create(&out, &model, &text, &self.file)?;
+        let mut folder = RunDirectory::create(&out, &model, &text, &self.file)?;
         let begun = located(&model, model.method().start(&problem))?;
         let code = self.shown.run(&model, &problem, &mut folder, begun, &out)?;
         let next = if self.report {
-            format!("The report is {}", super::report::write_report(&out, None, true)?.display())
+            format!("The report is {}", write_report(&out, None, true)?.display())
         } else {
             format!("Next: linkwright report {}", out.display())
         };
-        self.shown.note(&next).map(|()| code)
+        self.shown.show().note(&next).map(|()| code)
     }
 }
 
 impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let (mut folder, model, text) = Folder::open(&self.folder)?;
+        let (mut folder, model, text) = RunDirectory::open(&self.folder)?;
         let problem = located(&model, model.problem())?;
         folder.claim()?;
         let state = match folder.resume(&problem, &text)? {
@@ -87,21 +88,20 @@ impl Resume {
 }
 
 impl Shown {
-    /// Says what is for people only.
-    fn note(&self, text: &str) -> anyhow::Result<()> {
-        Show::of(self.json, self.quiet).note(text)
+    fn show(&self) -> Show {
+        Show::of(self.json, self.quiet)
     }
 
-    /// Goes on to the end; every cycle is written before the next one begins.
+    /// Runs to the end; writes every cycle before the next one begins.
     fn run(
         &self,
         model: &Model,
         problem: &Problem,
-        folder: &mut Folder,
+        folder: &mut RunDirectory,
         mut state: State,
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
-        let show = Show::of(self.json, self.quiet);
+        let show = self.show();
         let progress = Progress::new(problem, show, model.method().stop);
         progress.head()?;
         (state.status, state.reason) = model.method().stop.test(problem, &state);
@@ -115,7 +115,7 @@ impl Shown {
         }
         folder.finish(problem, &state, &summary)?;
         progress.end(&summary)?;
-        self.note(&format!("Results are in {}", out.display()))?;
+        show.note(&format!("Results are in {}", out.display()))?;
         Ok(if state.status.is_success() { ExitCode::SUCCESS } else { ExitCode::from(3) })
     }
 }

@@ -1,8 +1,7 @@
 //! `linkwright report DIR`: a run as one page for a browser, and its figures as files.
 
-use super::files;
-use super::folder::Folder;
-use crate::command::output::{folder as make_folder, say, write};
+use super::output::{create_folder, say, write};
+use super::run_directory::{RunDirectory, files, fingerprint};
 use anyhow::Context;
 use clap::Args;
 use linkwright::model_file::Model;
@@ -10,7 +9,7 @@ use linkwright::problem::Problem;
 use linkwright::report::animation::{Animation, Scene};
 use linkwright::report::figure::Quantity;
 use linkwright::report::figure::literal;
-use linkwright::report::page::{Page, Section, Tone};
+use linkwright::report::page::{Page, Section, Severity};
 use linkwright::report::run::{OptimizationReport, Slice};
 use linkwright::report::table::{Cell, Table};
 use linkwright::sao::State;
@@ -18,9 +17,9 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The page.
+/// File name of the page.
 const PAGE: &str = "report.html";
-/// Points along each side of the design-space slice that are tried, and the time that it may take.
+/// Numbers of points along each side of the design-space slice, and its largest estimated time.
 const SLICES: [usize; 4] = [21, 15, 11, 7];
 const SLICE_TIME: Duration = Duration::from_secs(5);
 /// Pixels per inch of PNG files and of the animated file.
@@ -32,15 +31,15 @@ const SCREEN: f64 = 96.0;
   linkwright report out/lift
   linkwright report out/four-bar --slice 9
 
-Writes DIR/report.html, a page that needs nothing but a browser, and every figure as SVG and PNG in DIR/figures, with the
-mechanism in motion as mechanism.gif. An unfinished run gives a report, too.")]
+Writes DIR/report.html, a page without external files, and every figure as SVG and PNG to DIR/figures, with an animation of
+the mechanism as mechanism.gif. Works for unfinished runs, too.")]
 pub struct Report {
     /// The folder of the run
     folder: PathBuf,
-    /// Points along each side of the design-space slice, each an analysis; 0 for none [default: what 5 seconds allow]
+    /// Points along each side of the design-space slice; each point is an analysis, 0 for no slice [default: as many as fit into 5 seconds]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(0..=101))]
     slice: Option<u16>,
-    /// The page alone, without files of figures
+    /// Write only the page, no figure files
     #[arg(long)]
     page_only: bool,
 }
@@ -52,19 +51,19 @@ impl Report {
     }
 }
 
-/// Writes the page of a run, and the files of its figures if they are wanted.
+/// Writes the page of a run and, with `with_figures`, the files of its figures. Returns the path of the page.
 pub fn write_report(path: &Path, slice: Option<u16>, with_figures: bool) -> anyhow::Result<PathBuf> {
-    let (folder, model, text) = Folder::open(path)?;
+    let (folder, model, text) = RunDirectory::open(path)?;
     let problem = model.problem()?;
     let (page, motion) = match folder.last(&problem)? {
         Some(state) => of_run(&model, &problem, &state, slice)?,
-        None => (not_begun(&model, &problem)?, None),
+        None => (without_state(&model, &problem)?, None),
     };
     if with_figures {
         write_figures(&path.join("figures"), &page, motion.as_ref())?;
     }
     let page = page.with(listed(path, &model, &folder, &text)).foot(format!(
-        "Written by linkwright {}. The page loads nothing: it can be sent and kept as one file.",
+        "Written by linkwright {}. The page is self-contained: it can be sent and stored as one file.",
         env!("CARGO_PKG_VERSION")
     ));
     let place = path.join(PAGE);
@@ -80,21 +79,21 @@ fn of_run(
 ) -> anyhow::Result<(Page, Option<Animation>)> {
     let begun = Instant::now();
     let run = OptimizationReport::new(model.title(), problem, state)?;
-    let slice = sampled(problem, state, slice.map(usize::from), begun.elapsed());
+    let slice = sample(problem, state, slice.map(usize::from), begun.elapsed());
     let (section, motion) = mechanism(model, state)?;
     Ok((run.page(slice.as_ref(), section.into_iter().collect())?, motion))
 }
 
-/// The slice with the wanted number of points, or with as many as the time allows where an analysis takes as long as `one`.
-fn sampled(problem: &Problem, state: &State, wanted: Option<usize>, one: Duration) -> Option<Slice> {
+/// The slice with the given number of points per side, or with as many as fit into the time if an analysis takes `one`.
+fn sample(problem: &Problem, state: &State, wanted: Option<usize>, one: Duration) -> Option<Slice> {
     let time = |n: &usize| one.as_secs_f64() * (n * n) as f64 / rayon::current_num_threads() as f64;
     let fits = || SLICES.into_iter().find(|n| time(n) <= SLICE_TIME.as_secs_f64());
     let count = wanted.or_else(fits)?;
-    // A plane in which nothing can be analysed is no reason to have no report.
+    // The report is written without the slice if no design of the plane can be analysed.
     Slice::sample(problem, state, count).ok().flatten()
 }
 
-/// The mechanism of the first and of the last design in motion, if there is a mechanism.
+/// The animated mechanism at the first and at the last design; `None` for a model without a mechanism.
 fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<Section>, Option<Animation>)> {
     let (Some(times), Some(grid)) = (model.drawing_times(), model.grid()) else { return Ok((None, None)) };
     let first = &state.history[0].design;
@@ -122,58 +121,59 @@ fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<Section>, O
         _ => "The mechanism in motion, as fast as in reality.".to_owned(),
     };
     let time = Quantity::new(literal(&grid.name), literal(&grid.unit));
-    // What has no body to be drawn has no picture.
+    // A mechanism without a visible body has no animation.
     let Ok(motion) = Animation::new(literal(&description), axes, times, scenes) else { return Ok((None, None)) };
     let motion = motion.lasting(shown)?.over(time).compared();
     Ok((Some(Section::new("mechanism", "Mechanism").html(motion.fragment())), Some(motion)))
 }
 
-/// The page of a run that was stopped before its first design was analysed.
-fn not_begun(model: &Model, problem: &Problem) -> anyhow::Result<Page> {
+/// The page of a run that was stopped before the start design was analysed.
+fn without_state(model: &Model, problem: &Problem) -> anyhow::Result<Page> {
     let mut table = Table::new("Design variables", ["variable", "unit", "lower bound", "start", "upper bound"]);
     let bound = |b: f64| if b.is_finite() { Cell::from(b) } else { Cell::Empty };
     for v in &problem.variables {
         let (lower, upper) = (bound(v.lower), bound(v.upper));
         table.push([v.name.as_str().into(), v.unit.as_str().into(), lower, v.start.into(), upper])?;
     }
-    let lead = "The run was stopped before its first design was analysed; `linkwright resume` begins it.";
+    let lead = "The run was stopped before its first design was analysed; continue it with `linkwright resume`.";
     let section = Section::new("design", "Design").table(table);
-    Ok(Page::new(model.title()).status("unfinished", Tone::Fair).lead(lead).with(section))
+    Ok(Page::new(model.title()).status("unfinished", Severity::Fair).lead(lead).with(section))
 }
 
-/// Files of the folder, and what they are.
+/// Files of the folder with their descriptions.
 const FILES: [(&str, &str); 9] = [
-    ("cycles.csv", "the history, a row for each try"),
+    ("cycles.csv", "the history, a row for each trial step"),
     ("responses.csv", "responses of the last design over time"),
-    ("constraints.csv", "constraints of the last design over time, normalised so that 1 is the limit"),
+    ("constraints.csv", "constraints of the last design over time, normalized: the limit is 1"),
     ("summary.json", "the result, for programs"),
     ("model.toml", "the model file"),
-    ("state.json", "everything that resume needs"),
+    ("state.json", "the complete state, read by resume"),
     ("run.json", "versions, fingerprint, edits"),
     ("figures", "every figure of this page as SVG and PNG"),
-    ("figures/mechanism.gif", "the mechanism in motion"),
+    ("figures/mechanism.gif", "animation of the mechanism"),
 ];
 
-fn listed(path: &Path, model: &Model, folder: &Folder, text: &str) -> Section {
-    let there = FILES.into_iter().filter(|(name, _)| path.join(name).exists());
+fn listed(path: &Path, model: &Model, folder: &RunDirectory, text: &str) -> Section {
+    let present = FILES.into_iter().filter(|(name, _)| path.join(name).exists());
     let mut section = Section::new("data", "Data and settings")
-        .links(there.map(|(name, what)| (name.to_owned(), what.to_owned())))
+        .links(present.map(|(name, what)| (name.to_owned(), what.to_owned())))
         .paragraph(format!(
-            "Begun with linkwright {}. Fingerprint of the problem: {:016x}; two runs with the same one differ at most in method, \
+            "Begun with linkwright {}. Fingerprint of the problem: {}; runs with the same fingerprint differ at most in method, \
              bounds and title.",
-            folder.program(),
-            model.fingerprint()
+            folder.record().versions.program,
+            fingerprint(model)
         ));
-    for edit in folder.edits() {
+    for edit in &folder.record().edits {
         let lines = edit.lines.join("\n");
-        section = section.listing(format!("The model was edited after {} tries; new lines", edit.after_tries), lines);
+        section =
+            section.listing(format!("The model was edited after {} trial steps; new lines", edit.after_tries), lines);
     }
     section.listing("The model file of this run", text)
 }
 
-/// Every figure as SVG and PNG, and the mechanism as a picture and as an animated file.
+/// Writes every figure as SVG and PNG, and the mechanism as a figure and as an animated GIF.
 fn write_figures(place: &Path, page: &Page, motion: Option<&Animation>) -> anyhow::Result<()> {
-    make_folder(place)?;
+    create_folder(place)?;
     let figures: Vec<_> = page.figures().collect();
     let save = |name: &str, figure: &linkwright::report::figure::Figure| -> anyhow::Result<()> {
         write(&place.join(format!("{name}.svg")), figure.svg()?.as_bytes())?;

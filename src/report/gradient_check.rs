@@ -1,4 +1,4 @@
-//! Checked derivatives as a table.
+//! Results of a gradient check, as a table and as text.
 
 use super::table::{Cell, Table, aligned};
 use crate::problem::Problem;
@@ -6,44 +6,45 @@ use crate::problem::check::{Checked, GradientCheck, GradientStatus};
 use error::Result;
 use std::fmt::Write;
 
-/// One row for each derivative: what the methods say, what differences say and how sure they are, by how much all of them
-/// disagree, the verdict, whom it suspects, and why.
-pub fn table(problem: &Problem, proof: &GradientCheck) -> Result<Table> {
+/// A row for each derivative: values of the methods, of the finite differences with their error estimate, disagreement, verdict,
+/// suspected methods, explanation.
+///
+/// # Errors
+/// If the number of methods and that of the derivatives differ.
+pub fn table(problem: &Problem, checked: &GradientCheck) -> Result<Table> {
     let fixed = ["response", "time", "variable"].map(String::from);
     let found = ["differences", "error", "disagreement", "finding", "suspect", "explanation"].map(String::from);
-    let columns = fixed.into_iter().chain(proof.methods.iter().cloned()).chain(found);
+    let columns = fixed.into_iter().chain(checked.methods.iter().cloned()).chain(found);
     let mut table = Table::new(format!("{}: derivatives", problem.name), columns);
-    for derivative in &proof.derivatives {
-        table.push(row(problem, proof, derivative))?;
+    for derivative in &checked.derivatives {
+        table.push(row(problem, checked, derivative))?;
     }
     Ok(table)
 }
 
-fn row(problem: &Problem, proof: &GradientCheck, d: &Checked) -> Vec<Cell> {
+fn row(problem: &Problem, checked: &GradientCheck, d: &Checked) -> Vec<Cell> {
     let response = &problem.responses[d.instant.response];
     let time = response.grid.map_or(Cell::Empty, |grid| Cell::Number(problem.grids[grid].points[d.instant.point]));
     let mut cells = vec![response.name.as_str().into(), time, problem.variables[d.variable].name.as_str().into()];
     cells.extend(d.claimed.iter().map(|&claimed| Cell::Number(claimed)));
     let [value, error] = d.difference.map_or([Cell::Empty, Cell::Empty], |s| [s.value, s.error].map(Cell::Number));
-    let (suspects, explanation) = (suspects(proof, d), d.explanation(&proof.methods));
+    let (suspects, explanation) = (suspects(checked, d), d.explanation(&checked.methods));
     cells.extend([value, error, d.disagreement().into(), d.finding.text().into()]);
     cells.extend([suspects.as_str().into(), explanation.as_str().into()]);
     cells
 }
 
-fn suspects(proof: &GradientCheck, d: &Checked) -> String {
-    d.suspects.iter().map(|&k| proof.methods[k].as_str()).collect::<Vec<_>>().join(", ")
+fn suspects(checked: &GradientCheck, d: &Checked) -> String {
+    d.suspects.iter().map(|&k| checked.methods[k].as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// The same for a terminal: the derivatives of one response at one time under each other, numbers in four digits, those of
-/// suspects with a star.
+/// The results as text for a terminal: derivatives grouped by response and time, in four digits; suspected methods have a star.
 ///
-/// Unless `all` are wanted, of those that are right or constant only the least certain of each response is shown, and the others
-/// are counted.
-pub fn text(problem: &Problem, proof: &GradientCheck, all: bool) -> String {
-    let shown: Vec<&Checked> = proof.derivatives.iter().filter(|d| all || is_telling(proof, d)).collect();
+/// Without `all`, only the least accurate of the right derivatives of each response and those that are not right are shown.
+pub fn text(problem: &Problem, checked: &GradientCheck, all: bool) -> String {
+    let shown: Vec<&Checked> = checked.derivatives.iter().filter(|d| all || is_notable(checked, d)).collect();
     let found = ["differences", "±", "apart", "verdict"].map(String::from);
-    let methods = proof.methods.iter().map(|name| name.replace('-', " "));
+    let methods = checked.methods.iter().map(|name| name.replace('-', " "));
     let headings: Vec<String> = std::iter::once("variable".to_owned()).chain(methods).chain(found).collect();
     let rows: Vec<Vec<String>> = shown.iter().map(|d| cells(problem, d)).collect();
     let aligned = aligned(&headings, &rows);
@@ -58,42 +59,42 @@ pub fn text(problem: &Problem, proof: &GradientCheck, all: bool) -> String {
     let mut before = None;
     for (line, d) in lines.zip(&shown) {
         if before.replace(d.instant) != Some(d.instant) {
-            let _ = writeln!(text, "{}", place(problem, d));
+            let _ = writeln!(text, "{}", response_at(problem, d));
         }
         let _ = writeln!(text, "{line}");
     }
-    let hidden = proof.derivatives.len() - shown.len();
+    let hidden = checked.derivatives.len() - shown.len();
     if hidden > 0 {
         let _ = writeln!(text, "… and {hidden} more that agree at least as well (--all shows them)");
     }
-    text + &explanations(problem, proof)
+    text + &explanations(problem, checked)
 }
 
-/// Most explanations under the table.
+/// Largest number of explanations under the table.
 const EXPLAINED: usize = 12;
 
-/// A sentence for everything that is neither right nor constant.
-fn explanations(problem: &Problem, proof: &GradientCheck) -> String {
-    let bad: Vec<&Checked> = proof.derivatives.iter().filter(|d| !d.is_fine()).collect();
+/// A sentence for each derivative that is neither right nor constant.
+fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
+    let bad: Vec<&Checked> = checked.derivatives.iter().filter(|d| !d.is_fine()).collect();
     let line = |d: &&Checked| {
         let variable = &problem.variables[d.variable].name;
-        format!("{} by {variable}: {}\n", place(problem, d), d.explanation(&proof.methods))
+        format!("{} by {variable}: {}\n", response_at(problem, d), d.explanation(&checked.methods))
     };
     let more = bad.len().saturating_sub(EXPLAINED);
     let rest = if more > 0 { format!("… and {more} more\n") } else { String::new() };
     bad.iter().take(EXPLAINED).map(line).collect::<String>() + &rest
 }
 
-/// Whether a derivative is shown: it is not fine, or the least certain of its response.
-fn is_telling(proof: &GradientCheck, d: &Checked) -> bool {
+/// Whether a derivative is neither right nor constant, or is the least accurate of its response.
+fn is_notable(checked: &GradientCheck, d: &Checked) -> bool {
     let relative = |d: &Checked| d.disagreement() / d.claimed.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));
     let same =
         |other: &&Checked| other.instant.response == d.instant.response && other.finding == GradientStatus::Right;
-    let worst = proof.derivatives.iter().filter(same).max_by(|a, b| relative(a).total_cmp(&relative(b)));
+    let worst = checked.derivatives.iter().filter(same).max_by(|a, b| relative(a).total_cmp(&relative(b)));
     !d.is_fine() || worst.is_some_and(|worst| std::ptr::eq(worst, d))
 }
 
-fn place(problem: &Problem, d: &Checked) -> String {
+fn response_at(problem: &Problem, d: &Checked) -> String {
     let response = &problem.responses[d.instant.response];
     match response.grid {
         Some(_) => format!("{} at {}", response.name, problem.time_in_words(response.grid, d.instant.point)),
@@ -105,8 +106,8 @@ fn cells(problem: &Problem, d: &Checked) -> Vec<String> {
     let mut cells = vec![problem.variables[d.variable].name.clone()];
     let star = |k: usize| if d.suspects.contains(&k) { "*" } else { "" };
     cells.extend(d.claimed.iter().enumerate().map(|(k, &claimed)| four_digits(claimed) + star(k)));
-    let [value, error] = d.difference.map_or(Default::default(), |s| [four_digits(s.value), size(s.error)]);
-    cells.extend([value, error, size(d.disagreement()), d.finding.text().to_owned()]);
+    let [value, error] = d.difference.map_or(Default::default(), |s| [four_digits(s.value), one_digit(s.error)]);
+    cells.extend([value, error, one_digit(d.disagreement()), d.finding.text().to_owned()]);
     cells
 }
 
@@ -114,7 +115,7 @@ fn four_digits(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.3e}") }
 }
 
-/// What is known to a digit at best.
-fn size(value: f64) -> String {
+/// One digit, for error estimates.
+fn one_digit(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.0e}") }
 }

@@ -1,0 +1,43 @@
+//! Model files and designs on the command line.
+
+use anyhow::{Context, bail};
+use linkwright::model_file::{Model, read};
+use linkwright::problem::Problem;
+use std::path::Path;
+
+/// Reads a model file. Returns the model and its text.
+pub fn load(path: &Path) -> anyhow::Result<(Model, String)> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the model {}", path.display()))?;
+    let model = read(&path.display().to_string(), &text)?;
+    Ok((model, text))
+}
+
+/// Adds to an error the lines of the model file that cause it, if they are known.
+pub fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: linkwright::Result<T>) -> anyhow::Result<T> {
+    result.map_err(|error| match model.into().and_then(|model| model.locate(&error)) {
+        Some(fault) => fault.into(),
+        None => error.into(),
+    })
+}
+
+/// Whether an argument is a model file rather than the name of a problem of the library.
+pub fn is_file(what: &str) -> bool {
+    let is_known = linkwright::cases::catalogue().iter().any(|entry| entry.name == what);
+    let path = Path::new(what);
+    !is_known && (path.exists() || path.extension().is_some())
+}
+
+/// The start design with the values of `--at k=0.5,c=0.2`.
+pub fn design(problem: &Problem, at: &[String]) -> anyhow::Result<Vec<f64>> {
+    let mut design = problem.start();
+    for item in at {
+        let Some((name, value)) = item.split_once('=') else { bail!("`{item}` does not read NAME=VALUE") };
+        let Some(k) = problem.variables.iter().position(|v| v.name == name.trim()) else {
+            let known: Vec<&str> = problem.variables.iter().map(|v| v.name.as_str()).collect();
+            bail!("there is no design variable `{}`; choose from {}", name.trim(), known.join(", "));
+        };
+        design[k] = value.trim().parse().with_context(|| format!("`{}` is no number", value.trim()))?;
+    }
+    problem.check_design(&design)?;
+    Ok(design)
+}

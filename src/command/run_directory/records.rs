@@ -1,0 +1,243 @@
+//! Records of the JSON files: `run.json`, `summary.json` and the lines of `history.jsonl`.
+
+use crate::command::output::now;
+use crate::command::tables;
+use anyhow::{Context, bail};
+use linkwright::model_file::{Model, settings};
+use linkwright::problem::{DesignVariable, Problem, RowId};
+use linkwright::sao::{Cycle, STATE_VERSION, State, Status};
+use linkwright::storage::fnv1a;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Version of the files of a run directory.
+const VERSION: u32 = 1;
+
+/// Versions of the files and of the program that wrote them.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Versions {
+    /// Of the files of the folder.
+    pub version: u32,
+    /// Of linkwright.
+    pub program: String,
+    /// Of `state.json`.
+    #[serde(default)]
+    pub state: u32,
+}
+
+/// `run.json`: identity of a run, its model, and the edits of the model.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunRecord {
+    #[serde(flatten)]
+    pub versions: Versions,
+    pub title: String,
+    /// Time at which the run began, in UTC.
+    #[serde(default)]
+    pub begun: String,
+    /// Path of the model file, as given on the command line.
+    #[serde(default)]
+    pub file: String,
+    /// Hash of the bytes of the model file.
+    #[serde(default)]
+    pub input: String,
+    /// Hash of the problem without bounds and method, in hexadecimal.
+    pub fingerprint: String,
+    /// Text of the model that was used last.
+    pub model: String,
+    pub edits: Vec<Edit>,
+}
+
+/// An edit of the model between two parts of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Edit {
+    /// Number of trial steps with the model before the edit.
+    pub after_tries: usize,
+    /// Lines of the edited model that the former one does not have.
+    pub lines: Vec<String>,
+    /// Settings with other values than before.
+    #[serde(default)]
+    pub changes: Vec<Change>,
+}
+
+/// A setting with different values in two models; `None` where a model lacks the key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    pub key: String,
+    pub before: Option<String>,
+    pub after: Option<String>,
+}
+
+impl RunRecord {
+    /// A run of `model`, with the text `text` of the file `file`, that begins now.
+    pub fn new(model: &Model, text: &str, file: &Path) -> anyhow::Result<Self> {
+        Ok(Self {
+            versions: Versions {
+                version: VERSION,
+                program: env!("CARGO_PKG_VERSION").to_owned(),
+                state: STATE_VERSION,
+            },
+            title: model.title().to_owned(),
+            begun: now()?,
+            file: file.display().to_string(),
+            input: format!("fnv1a64:{:016x}", fnv1a(text)),
+            fingerprint: fingerprint(model),
+            model: text.to_owned(),
+            edits: vec![],
+        })
+    }
+
+    /// Reads `run.json` of a folder.
+    pub fn read(folder: &Path) -> anyhow::Result<Self> {
+        let name = folder.join("run.json");
+        let text = std::fs::read_to_string(&name).with_context(|| format!("{} has no run in it", folder.display()))?;
+        let run: Self = serde_json::from_str(&text).with_context(|| format!("{} is not readable", name.display()))?;
+        if run.versions.version != VERSION {
+            let got = run.versions.version;
+            bail!("{} has version {got}, this program reads version {VERSION}", name.display());
+        }
+        Ok(run)
+    }
+}
+
+/// Fingerprint of a model's problem in hexadecimal.
+pub fn fingerprint(model: &Model) -> String {
+    format!("{:016x}", model.fingerprint())
+}
+
+/// The settings in which two models differ.
+pub fn changes(before: &str, after: &str) -> anyhow::Result<Vec<Change>> {
+    let [old, new] = [settings("the model before", before)?, settings("the model after", after)?];
+    let keys: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
+    let different = keys.into_iter().filter(|key| old.get(*key) != new.get(*key));
+    let change =
+        |key: &String| Change { key: key.clone(), before: old.get(key).cloned(), after: new.get(key).cloned() };
+    Ok(different.map(change).collect())
+}
+
+/// The line of a cycle in `history.jsonl` and in the output of `--json`.
+pub fn cycle_line(cycle: &Cycle) -> anyhow::Result<String> {
+    #[derive(Serialize)]
+    struct Line<'s> {
+        event: &'static str,
+        #[serde(flatten)]
+        cycle: &'s Cycle,
+    }
+    Ok(serde_json::to_string(&Line { event: "cycle", cycle })?)
+}
+
+/// `summary.json`: progress of a run while its status is `Running`, then its result.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Summary {
+    event: String,
+    /// Version of this file.
+    pub version: u32,
+    program: String,
+    pub title: String,
+    fingerprint: String,
+    pub status: Status,
+    pub reason: String,
+    /// Accepted cycles.
+    pub cycles: usize,
+    /// Trial steps, rejected ones included.
+    #[serde(default)]
+    pub tries: usize,
+    pub analyses: usize,
+    pub sensitivity_analyses: usize,
+    /// Method of the sensitivity analysis, if the analysis offers several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    differentiation: Option<String>,
+    pub subproblem_iterations: usize,
+    pub objective: Named,
+    pub violation_pct: f64,
+    pub design: Vec<Named>,
+    pub constraints: Vec<Nearest>,
+    /// Edits of the model during the run.
+    pub edits: Vec<Edit>,
+}
+
+/// A number with its name and unit.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Named {
+    pub name: String,
+    pub unit: String,
+    pub value: f64,
+}
+
+/// A constraint at the time of its largest value relative to the limit.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Nearest {
+    pub name: String,
+    /// Normalized value: feasible up to one.
+    pub value: f64,
+    pub time: Option<f64>,
+}
+
+impl Summary {
+    /// The summary of a state.
+    pub fn new(model: &Model, problem: &Problem, state: &State, edits: &[Edit]) -> Self {
+        let named = |(v, b): (&DesignVariable, &f64)| Named { name: v.name.clone(), unit: v.unit.clone(), value: *b };
+        let objective = Named {
+            name: problem.objective_name.clone(),
+            unit: problem.objective_unit.clone(),
+            value: state.evaluation.objective,
+        };
+        let worst = tables::worst(problem, &state.evaluation).into_iter();
+        Self {
+            event: "end".to_owned(),
+            version: VERSION,
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            title: model.title().to_owned(),
+            fingerprint: fingerprint(model),
+            status: state.status,
+            reason: state.reason.clone(),
+            cycles: state.cycles(),
+            tries: state.history.len() - 1,
+            analyses: state.counters.analyses,
+            sensitivity_analyses: state.counters.sensitivity_analyses,
+            differentiation: model.method().differentiation(problem, state).map(str::to_owned),
+            subproblem_iterations: state.counters.subproblem_iterations,
+            objective,
+            violation_pct: state.evaluation.max_violation_pct(),
+            design: problem.variables.iter().zip(&state.design).map(named).collect(),
+            constraints: worst.map(|row| nearest(problem, state, row)).collect(),
+            edits: edits.to_vec(),
+        }
+    }
+
+    /// Reads `summary.json` of a folder; `None` before the first analysis.
+    pub fn read(folder: &Path) -> anyhow::Result<Option<Self>> {
+        let path = folder.join("summary.json");
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(e).with_context(|| format!("cannot read {}", path.display())),
+        };
+        serde_json::from_str(&text).map(Some).with_context(|| format!("{} is not readable", path.display()))
+    }
+
+    /// The summary as text for the terminal.
+    pub fn text(&self) -> String {
+        let mut lines = vec![format!("\n{:?}: {}.", self.status, self.reason)];
+        let method = self.differentiation.as_ref().map_or_else(String::new, |name| format!(" ({name})"));
+        lines.push(format!(
+            "{} cycles, {} analyses, {} sensitivity analyses{method}.",
+            self.cycles, self.analyses, self.sensitivity_analyses
+        ));
+        let row = |n: &Named| format!("  {:<24} {:>16.9e} {}", n.name, n.value, n.unit).trim_end().to_owned();
+        lines.push(row(&self.objective));
+        // The variable that bounds a peak is the objective itself.
+        lines.extend(self.design.iter().filter(|b| b.name != self.objective.name).map(row));
+        lines.push(format!("  {:<24} {:>16.3e} %", "largest violation", self.violation_pct));
+        lines.join("\n")
+    }
+}
+
+fn nearest(problem: &Problem, state: &State, row: RowId) -> Nearest {
+    let constraint = &problem.constraints[row.constraint];
+    let grid = constraint.quantity.grid().filter(|_| constraint.quantity.is_transient());
+    Nearest {
+        name: constraint.name.clone(),
+        value: state.evaluation.constraints[row.constraint][row.point],
+        time: grid.map(|g| problem.grids[g].points[row.point]),
+    }
+}

@@ -1,0 +1,306 @@
+//! A slice of the design space through the last design, along two variables or the only free one, with the path of the designs.
+
+use super::OptimizationReport;
+use crate::Result;
+use crate::problem::{Evaluation, Problem};
+use crate::report::figure::{Axis, Colour, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, literal};
+use crate::report::page::Section;
+use crate::report::plots::{Bound, DesignSpaceSlice, Iterate, Objective, design_space_slice};
+use crate::sao::{Cycle, State};
+use rayon::prelude::*;
+
+/// Largest number of constraints with separate contours.
+const MOST: usize = 3;
+
+/// Objective and constraints on a grid of two design variables, or along one, from analyses. The other variables have their
+/// values at the last design.
+pub struct Slice(Kind);
+
+enum Kind {
+    Plane(Plane),
+    Line(Line),
+}
+
+struct Plane {
+    variables: [usize; 2],
+    count: usize,
+    failed: usize,
+    objective: Grid,
+    /// Whether the objective bounds a peak; the peak is shown instead.
+    is_peak: bool,
+    /// Names and violations of constraints that change sign in the window.
+    bounds: Vec<(String, Grid)>,
+}
+
+/// Index of the variable that bounds a peak, and of its upper constraint; the lower one follows.
+pub(super) fn peak(problem: &Problem) -> Option<(usize, usize)> {
+    let name = &problem.objective_name;
+    let variable = problem.variables.iter().position(|v| v.name == *name)?;
+    let upper = problem.constraints.iter().position(|c| c.name == format!("{name} upper"))?;
+    let lower = problem.constraints.get(upper + 1).is_some_and(|c| c.name == format!("{name} lower"));
+    (lower && problem.objective.is_explicit()).then_some((variable, upper))
+}
+
+/// Design variables in decreasing order of their change relative to their scales.
+pub(super) fn by_change(problem: &Problem, state: &State) -> Vec<usize> {
+    let scales = problem.scales();
+    let change = |k: &usize| {
+        let [low, high] = range(state, *k);
+        (high - low) / scales[*k]
+    };
+    let mut order: Vec<usize> = (0..problem.n()).collect();
+    order.sort_by(|a, b| change(b).total_cmp(&change(a)).then(a.cmp(b)));
+    order
+}
+
+fn range(state: &State, k: usize) -> [f64; 2] {
+    let all = state.history.iter().map(|c| c.design[k]);
+    all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
+}
+
+impl Slice {
+    /// Analyses `count` × `count` designs on a grid of the two variables that change most, or as many along the only free one.
+    /// Returns `None` if `count` is less than 2 or no variable is free. Designs whose analysis fails are omitted.
+    ///
+    /// # Errors
+    /// [`Error::Definition`](crate::Error::Definition) if all analyses fail.
+    pub fn sample(problem: &Problem, state: &State, count: usize) -> Result<Option<Self>> {
+        let peak = peak(problem);
+        let bound = peak.map(|(bound, _)| bound);
+        let is_free = |k: &usize| problem.variables[*k].lower < problem.variables[*k].upper;
+        let mut order = by_change(problem, state).into_iter().filter(is_free).filter(|k| bound != Some(*k));
+        match (order.next(), order.next()) {
+            _ if count < 2 => Ok(None),
+            (Some(i), Some(j)) => Ok(Some(Self(Kind::Plane(Plane::sample(problem, state, [i, j], count)?)))),
+            (Some(k), None) => Ok(Some(Self(Kind::Line(Line::sample(problem, state, k, count * count))))),
+            (None, _) => Ok(None),
+        }
+    }
+}
+
+impl Plane {
+    fn sample(problem: &Problem, state: &State, [i, j]: [usize; 2], count: usize) -> Result<Self> {
+        let peak = peak(problem);
+        let [x, y] = [i, j].map(|k| axis(window(problem, state, k), count));
+        let points: Vec<[f64; 2]> = y.iter().flat_map(|y| x.iter().map(|x| [*x, *y])).collect();
+        let evaluated: Vec<Option<Evaluation>> =
+            points.par_iter().map(|at| evaluate(problem, state, &[i, j], at)).collect();
+        let failed = evaluated.iter().filter(|e| e.is_none()).count();
+        let grid = |of: &dyn Fn(&Evaluation) -> f64| {
+            let values: Vec<f64> = evaluated.iter().map(|e| e.as_ref().map_or(f64::NAN, of)).collect();
+            Grid::with_holes(&x, &y, &values)
+        };
+        let objective = match peak {
+            Some((bound, upper)) => grid(&|e| least_peak(problem, e, state.design[bound], upper))?,
+            None => grid(&|e| e.objective)?,
+        };
+        let mut crossing: Vec<(usize, Grid)> = vec![];
+        for c in (0..problem.constraints.len()).filter(|c| peak.is_none_or(|(_, upper)| *c != upper && *c != upper + 1))
+        {
+            let excess = grid(&|e| e.violations()[c])?;
+            let [low, high] = excess.range();
+            if low < 0.0 && high > 0.0 {
+                crossing.push((c, excess));
+            }
+        }
+        let bounds = named(problem, state, crossing)?;
+        Ok(Self { variables: [i, j], count, failed, objective, is_peak: peak.is_some(), bounds })
+    }
+}
+
+/// Objective and largest violation along a variable.
+struct Line {
+    variable: usize,
+    /// Variable, objective, and violation in percent, for each successful analysis.
+    points: Vec<[f64; 3]>,
+}
+
+impl Line {
+    /// Analyses `count` designs along the variable.
+    fn sample(problem: &Problem, state: &State, variable: usize, count: usize) -> Self {
+        let bound = peak(problem);
+        let values = axis(window(problem, state, variable), count);
+        let one = |x: &f64| {
+            let evaluation = evaluate(problem, state, &[variable], &[*x])?;
+            let (value, violation) = match bound {
+                Some((k, upper)) => {
+                    (least_peak(problem, &evaluation, state.design[k], upper), violation_without(&evaluation, upper))
+                }
+                None => (evaluation.objective, evaluation.max_violation_pct()),
+            };
+            Some([*x, value, violation])
+        };
+        Self { variable, points: values.par_iter().filter_map(one).collect() }
+    }
+}
+
+/// The largest violation in percent, without the two constraints that bound a peak.
+fn violation_without(evaluation: &Evaluation, upper: usize) -> f64 {
+    let others = evaluation.violations().into_iter().enumerate().filter(|(j, _)| *j != upper && *j != upper + 1);
+    others.map(|(_, v)| 100.0 * v).fold(-100.0, f64::max)
+}
+
+/// Range of a variable over the path with a margin, within its bounds.
+fn window(problem: &Problem, state: &State, k: usize) -> [f64; 2] {
+    let ([low, high], variable) = (range(state, k), &problem.variables[k]);
+    let margin = (0.25 * (high - low)).max(0.02 * problem.scales()[k]);
+    let [from, to] = [(low - margin).max(variable.lower), (high + margin).min(variable.upper)];
+    if from < to { [from, to] } else { [low - margin, high + margin] }
+}
+
+/// `count` equally spaced numbers.
+fn axis([from, to]: [f64; 2], count: usize) -> Vec<f64> {
+    (0..count).map(|k| from + (to - from) * k as f64 / (count - 1) as f64).collect()
+}
+
+/// Evaluation at the last design with other values of some variables; `None` if the analysis fails.
+fn evaluate(problem: &Problem, state: &State, variables: &[usize], values: &[f64]) -> Option<Evaluation> {
+    let mut design = state.design.clone();
+    variables.iter().zip(values).for_each(|(k, value)| design[*k] = *value);
+    let responses = problem.analyze(&design).ok()?;
+    problem.evaluate(&design, &responses).ok()
+}
+
+/// The peak: the least value of the variable β that its two constraints allow, β + s·max(ĝ − 1).
+fn least_peak(problem: &Problem, evaluation: &Evaluation, bound: f64, upper: usize) -> f64 {
+    let largest = evaluation.constraints[upper..upper + 2].concat().into_iter().fold(f64::NEG_INFINITY, f64::max);
+    bound + problem.constraints[upper].scale * (largest - 1.0)
+}
+
+/// The constraints nearest to their limits at the last design with their names, and the maximum of the others.
+fn named(problem: &Problem, state: &State, mut crossing: Vec<(usize, Grid)>) -> Result<Vec<(String, Grid)>> {
+    let nearest = state.evaluation.violations();
+    crossing.sort_by(|a, b| nearest[b.0].total_cmp(&nearest[a.0]).then(a.0.cmp(&b.0)));
+    let rest = crossing.split_off(crossing.len().min(MOST));
+    let mut bounds: Vec<(String, Grid)> =
+        crossing.into_iter().map(|(c, grid)| (literal(&problem.constraints[c].name), grid)).collect();
+    if let Some((_, first)) = rest.first() {
+        let largest = |i: usize, j: usize| rest.iter().map(|(_, g)| g.value(i, j)).fold(f64::NAN, f64::max);
+        let points = (0..first.y().len()).flat_map(|j| (0..first.x().len()).map(move |i| (i, j)));
+        let values: Vec<f64> = points.map(|(i, j)| largest(i, j)).collect();
+        bounds.push((format!("{} other constraints", rest.len()), Grid::with_holes(first.x(), first.y(), &values)?));
+    }
+    Ok(bounds)
+}
+
+impl OptimizationReport<'_> {
+    pub(super) fn design_space(&self, slice: Option<&Slice>) -> Result<Section> {
+        let section = Section::new("design-space", "Design space");
+        let slice = match slice.map(|slice| &slice.0) {
+            None => return Ok(section),
+            Some(Kind::Line(line)) => return Ok(self.line_section(section, line)),
+            Some(Kind::Plane(plane)) => plane,
+        };
+        let [i, j] = slice.variables.map(|k| &self.problem.variables[k]);
+        let what = if slice.is_peak { "the peak that the objective bounds" } else { "the objective" };
+        let failed = match slice.failed {
+            0 => String::new(),
+            failed => format!(" {failed} of the analyses failed; their designs are omitted."),
+        };
+        let text = format!(
+            "Slice through the last design along the two design variables that changed most, {} and {}; all other variables have \
+             their last values. Contours of {what} and the limits of the constraints come from analyses of {n} × {n} designs, not \
+             from an approximation.{failed} Earlier designs differ in the other variables, too; they are projected onto the slice.",
+            i.name,
+            j.name,
+            n = slice.count
+        );
+        let caption = "Numbers are cycles; limits are hatched on their infeasible side.";
+        Ok(section.paragraph(text).figure("design-plane", caption, self.plane_figure(slice)?))
+    }
+
+    fn plane_figure(&self, slice: &Plane) -> Result<Figure> {
+        let [i, j] = slice.variables;
+        let quantity = |k: usize| {
+            let variable = &self.problem.variables[k];
+            Quantity::new(literal(&variable.name), literal(&variable.unit))
+        };
+        let path: Vec<Iterate> = self
+            .state
+            .history
+            .iter()
+            .map(|c| Iterate {
+                cycle: c.cycle,
+                design: [c.design[i], c.design[j]],
+                accepted: c.accepted,
+                move_limits: None,
+            })
+            .collect();
+        let bounds: Vec<Bound> = slice.bounds.iter().map(|(name, excess)| Bound { name, excess }).collect();
+        let name = literal(&self.problem.objective_name);
+        let plane = DesignSpaceSlice {
+            variables: [quantity(i), quantity(j)],
+            objective: Objective { name: &name, grid: &slice.objective, levels: &[] },
+            bounds: &bounds,
+            path: &path,
+            optimum: None,
+        };
+        Ok(design_space_slice(&plane)?.sized(110.0, 105.0))
+    }
+
+    fn line_section(&self, section: Section, line: &Line) -> Section {
+        if line.points.len() < 2 {
+            return section;
+        }
+        let variable = &self.problem.variables[line.variable];
+        let text = format!(
+            "Objective and largest violation along {}, the only free design variable, from analyses of {} designs, not from an \
+             approximation.",
+            variable.name,
+            line.points.len()
+        );
+        section.paragraph(text).figure("design-line", "Dots are the designs of the cycles.", self.line_figure(line))
+    }
+
+    fn line_figure(&self, line: &Line) -> Figure {
+        let (problem, k) = (self.problem, line.variable);
+        let x = Axis::new(literal(&problem.variables[k].name), literal(&problem.variables[k].unit));
+        let ends = [line.points[0][0], line.points[line.points.len() - 1][0]];
+        let x = x.limits(ends[0], ends[1]);
+        let curve = |i: usize| {
+            Mark::curve(line.points.iter().map(|p| [p[0], p[i]]).collect::<Vec<_>>(), Stroke::solid(Colour::BLACK, 1.0))
+        };
+        let designs = |value: fn(&Cycle) -> f64| {
+            let at: Vec<[f64; 2]> =
+                self.successful_steps().filter(|c| c.accepted).map(|c| [c.design[k], value(c)]).collect();
+            Mark::points(at, Marker::Disc, Colour::BLUE, 3.6)
+        };
+        let objective = Axis::new(literal(&problem.objective_name), literal(&problem.objective_unit));
+        let mut top = Panel::new(x.clone().unlabelled(), objective).legend(Legend::Absent);
+        top.add(curve(1)).add(designs(|c| c.objective));
+        let mut bottom = Panel::new(x, Axis::new("largest violation", "%")).legend(Legend::Absent);
+        let zero = vec![[ends[0], 0.0], [ends[1], 0.0]];
+        bottom.add(curve(2)).add(designs(|c| c.violation_pct));
+        bottom.add(Mark::hatching(vec![zero.clone()], Stroke::solid(Colour::BLACK, 0.4), 3.6));
+        bottom.add(Mark::curve(zero, Stroke::solid(Colour::BLACK, 0.8)));
+        Figure::new("Objective and largest violation along the design variable", 100.0, 100.0).with(top).with(bottom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::impact_absorber;
+    use crate::sao::Method;
+
+    /// Away from the last design the objective of a peak problem is the peak itself.
+    #[test]
+    fn the_least_bound_is_the_peak() {
+        let problem = impact_absorber::peak_acceleration().unwrap();
+        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let (bound, upper) = peak(&problem).unwrap();
+        let acceleration = problem.responses.iter().position(|r| r.name == "acceleration").unwrap();
+        for at in [[0.9, 0.2], [0.4, 0.5], [state.design[0], state.design[1]]] {
+            let evaluation = evaluate(&problem, &state, &[0, 1], &at).unwrap();
+            let found = least_peak(&problem, &evaluation, state.design[bound], upper);
+            let responses = problem.analyze(&[at[0], at[1], 0.0]).unwrap();
+            let expected = responses.values[acceleration].iter().fold(0.0f64, |a, v| a.max(v.abs()));
+            assert!((found - expected).abs() < 1e-9, "{found} and {expected}");
+        }
+        let Some(Slice(Kind::Plane(plane))) = Slice::sample(&problem, &state, 5).unwrap() else {
+            panic!("two variables")
+        };
+        assert_eq!((plane.variables.len(), plane.failed, plane.bounds.len()), (2, 0, 1));
+        assert!(Slice::sample(&problem, &state, 1).unwrap().is_none());
+    }
+}
