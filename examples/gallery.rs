@@ -1,4 +1,4 @@
-//! Every kind of picture, from closed forms: `cargo run --example gallery [FOLDER]`.
+//! Every kind of plot, from closed forms: `cargo run --example gallery [FOLDER]`.
 //!
 //! The impact absorber is that of Etman, van Campen and Schoofs, *Multibody System Dynamics* 2 (1998), Section 6.1:
 //! a unit mass with a spring and a damper, released at 1 m/s; its paths are the printed ones of Tables I and II.
@@ -111,7 +111,7 @@ fn figure_4() -> Result<Figure> {
     })
 }
 
-/// The optimum behind Table IV.
+/// The optimum of Table IV.
 const OPTIMUM: [f64; 8] = [9.3878, 30.0, -6.65, 12.7149, 8.2239, 9.4622, 0.82156, 0.91597];
 
 fn coupler_path(b: &[f64; 8]) -> Vec<[f64; 2]> {
@@ -131,7 +131,7 @@ fn figure_6() -> Result<Figure> {
     })
 }
 
-/// One turn of the crank in three seconds, first design beside the optimum.
+/// One turn of the crank in three seconds, with the first design and the optimum side by side.
 fn animation() -> Result<Animation> {
     let times: Vec<f64> = (0..90).map(|k| f64::from(k) / 30.0).collect();
     let scene = |title: &str, b: &[f64; 8]| Scene {
@@ -186,7 +186,7 @@ fn history() -> Result<Figure> {
     })
 }
 
-/// A travelling bending wave, for the colours.
+/// A travelling bending wave.
 fn field() -> Result<Figure> {
     let wave = |scale: f64, length: f64| {
         Grid::sample([0.2, 0.4], [0.0, length], [201, 21], move |t, s| {
@@ -225,7 +225,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [acceleration, comfort] = figure_3_and_5()?;
     let axes = [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")];
     let (here, there) = (slider_crank_at(&OPTIMUM, 0.0).1, slider_crank_at(&OPTIMUM, 2.2).1);
-    let pictures = [
+    let figures = [
         ("design_plane_acceleration", acceleration),
         ("design_plane_comfort", comfort),
         ("time_point_constraints", figure_4()?),
@@ -236,7 +236,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("stress_field", field()?),
         ("performance_profile", profile()?),
     ];
-    for (name, figure) in pictures {
+    for (name, figure) in figures {
         figure.save(folder, name)?;
     }
     std::fs::write(folder.join("motion.html"), animation()?.page())?;

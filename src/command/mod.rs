@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `new`, `check`, `analyze`, `optimize`, `report`, `runs`, `compare`, `reproduce` | one command each; `optimize` has `resume`, `analyze` has `sensitivities`, `new` has `schema` and `completion` |
 //! | `run_directory` | the files of a run, safe against a kill at any moment |
-//! | `progress`, `eta` | the table of cycles while a run goes on, and the estimated time to its end |
+//! | `progress`, `eta` | the table of cycles during a run, and the estimated time to its end |
 //! | `tables` | cycles, histories and derivatives as tables |
 //! | `model`, `output` | reading of model files; standard output, files, dates and durations |
 //!

@@ -1,4 +1,4 @@
-//! Output of a run on the terminal while it goes on.
+//! Terminal output during a run.
 
 use super::eta::RemainingCycles;
 use super::output::{brief, say};

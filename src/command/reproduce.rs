@@ -76,7 +76,7 @@ fn progress(table: &str, state: &State) {
     let (Some(cycle), true) = (state.history.last(), std::io::stderr().is_terminal()) else { return };
     let mark = if cycle.accepted { "accepted" } else { "rejected" };
     eprintln!(
-        "{table}: cycle {:>2} {mark}  F = {:<12.6} V = {:>10.2e} %  {} time points kept",
+        "{table}: cycle {:>2} {mark}  F = {:<12.6} V = {:>10.2e} %  {} retained constraints",
         cycle.cycle,
         cycle.objective,
         cycle.violation_pct,

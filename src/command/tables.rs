@@ -74,16 +74,16 @@ fn over_time<'v>(
 pub fn sensitivities(
     problem: &Problem,
     values: &Responses,
-    instants: &[ResponseAt],
+    points: &[ResponseAt],
     rows: &DMatrix<f64>,
 ) -> linkwright::Result<Table> {
     let names = problem.variables.iter().map(|v| format!("d/d {}", v.name));
     let fixed = ["response", "time", "value"].map(str::to_owned);
     let mut table = Table::new("Sensitivities", fixed.into_iter().chain(names));
-    for (k, instant) in instants.iter().enumerate() {
-        let response = &problem.responses[instant.response];
-        let time = response.grid.map_or(Cell::Empty, |g| Cell::from(problem.grids[g].points[instant.point]));
-        let fixed = [Cell::from(response.name.as_str()), time, values.at(*instant).into()];
+    for (k, at) in points.iter().enumerate() {
+        let response = &problem.responses[at.response];
+        let time = response.grid.map_or(Cell::Empty, |g| Cell::from(problem.grids[g].points[at.point]));
+        let fixed = [Cell::from(response.name.as_str()), time, values.at(*at).into()];
         table.push(fixed.into_iter().chain(rows.row(k).iter().map(|d| Cell::from(*d))))?;
     }
     Ok(table)

@@ -35,7 +35,7 @@ impl Regenerated {
     /// Ours beside the printed table, with the differences marked; ours alone where there is none.
     pub fn comparison(&self) -> Result<Comparison> {
         match &self.printed {
-            Some(printed) => self.table.beside(printed, self.keys),
+            Some(printed) => self.table.compare(printed, self.keys),
             None => Ok(Comparison { text: self.table.text(), compared: 0, differing: 0 }),
         }
     }

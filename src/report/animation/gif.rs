@@ -21,9 +21,9 @@ impl Animation {
         let windows = self.windows();
         let stride = (SHORTEST_DELAY * self.times.len() as f64 / (100.0 * self.seconds)).ceil().max(1.0) as usize;
         let delay = (100.0 * self.seconds * stride as f64 / self.times.len() as f64).round().clamp(1.0, 6000.0) as u16;
-        let kept: Vec<usize> = (0..self.times.len()).step_by(stride).collect();
+        let shown: Vec<usize> = (0..self.times.len()).step_by(stride).collect();
         let frames: Vec<Frame> =
-            kept.par_iter().map(|&k| self.gif_frame(k, &windows, resolution, delay)).collect::<Result<_>>()?;
+            shown.par_iter().map(|&k| self.gif_frame(k, &windows, resolution, delay)).collect::<Result<_>>()?;
         let mut bytes = Vec::new();
         let mut encoder = Encoder::new(&mut bytes, frames[0].width, frames[0].height, &[]).map_err(unwritable)?;
         encoder.set_repeat(Repeat::Infinite).map_err(unwritable)?;

@@ -14,7 +14,7 @@
     return closed ? d + "Z" : d;
   }
 
-  // Six strokes across between straight ends.
+  // A zigzag of six strokes between straight ends.
   function spring([x, y, u, v]) {
     const [dx, dy] = [u - x, v - y];
     const length = Math.hypot(dx, dy) || 1;
@@ -31,7 +31,7 @@
   const move = (node, [x, y, turn]) =>
     node.setAttribute("transform", `translate(${x} ${y})` + (turn === undefined ? "" : ` rotate(${turn})`));
   const curve = (node, at) => node.setAttribute("d", path(at, false));
-  // The order is that of the frames.
+  // The parts in the order of the frames.
   const parts = [
     ["guides", curve],
     ["plates", (node, at) => node.setAttribute("d", path(at, true))],
@@ -65,7 +65,7 @@
     figure.dataset.frame = k;
   }
 
-  // The time points need not be equally spaced: the frame is the last one that has begun.
+  // Time points need not be equally spaced: the frame is the last one that is not later.
   function frameAt(time) {
     let [low, high] = [0, data.times.length - 1];
     while (low < high) {

@@ -74,8 +74,8 @@ impl Grid {
 
     /// Smallest and largest value that is not NaN.
     pub fn range(&self) -> [f64; 2] {
-        let kept = self.values.iter().filter(|v| !v.is_nan());
-        kept.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &v| [low.min(v), high.max(v)])
+        let finite = self.values.iter().filter(|v| !v.is_nan());
+        finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &v| [low.min(v), high.max(v)])
     }
 
     /// Bilinear interpolation; NaN outside and next to points without value.

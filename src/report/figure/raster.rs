@@ -33,18 +33,18 @@ pub(crate) fn pixels(svg: &str, resolution: f64) -> Result<Pixmap> {
     let family = fonts.faces().next().map(|face| face.families[0].0.clone()).unwrap_or_default();
     let options =
         usvg::Options { dpi: resolution as f32, fontdb: fonts, font_family: family, ..usvg::Options::default() };
-    let tree = usvg::Tree::from_str(svg, &options).map_err(|e| unpaintable(e.to_string()))?;
+    let tree = usvg::Tree::from_str(svg, &options).map_err(|e| not_rendered(e.to_string()))?;
     let size = tree.size().to_int_size();
-    let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or_else(|| unpaintable(format!("{size:?} pixels")))?;
+    let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or_else(|| not_rendered(format!("{size:?} pixels")))?;
     resvg::render(&tree, Transform::default(), &mut pixmap.as_mut());
     Ok(pixmap)
 }
 
 /// The PNG file of an SVG.
 pub(crate) fn png(svg: &str, resolution: f64) -> Result<Vec<u8>> {
-    pixels(svg, resolution)?.encode_png().map_err(|e| unpaintable(e.to_string()))
+    pixels(svg, resolution)?.encode_png().map_err(|e| not_rendered(e.to_string()))
 }
 
-fn unpaintable(why: String) -> Error {
-    Error::definition("picture", why, "lower the resolution or the size of the figure")
+fn not_rendered(why: String) -> Error {
+    Error::definition("figure", why, "lower the resolution or the size of the figure")
 }

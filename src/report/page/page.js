@@ -1,4 +1,4 @@
-// What goes wrong in any script of the page can be read from its root.
+// The root element holds the first error of a script.
 window.addEventListener("error", (event) => {
   document.documentElement.dataset.state = `error: ${event.message}`;
 });

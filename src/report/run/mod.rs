@@ -119,8 +119,8 @@ fn change(from: f64, to: f64) -> Option<f64> {
 
 /// The letters and digits of a name, for a file name.
 fn stem(name: &str) -> String {
-    let kept: String = name.chars().take(40).map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-    kept.trim_matches('-').to_lowercase()
+    let safe: String = name.chars().take(40).map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    safe.trim_matches('-').to_lowercase()
 }
 
 #[cfg(test)]

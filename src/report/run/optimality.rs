@@ -63,7 +63,7 @@ impl OptimizationReport<'_> {
             "" => "multiplier".to_owned(),
             unit => format!("multiplier in {unit}"),
         };
-        let title = format!("Multipliers of the {1} active constraints of cycle {0}", last.cycle, last.active.len());
+        let title = format!("Multipliers of the active constraints of cycle {}", last.cycle);
         let mut table = Table::new(title, ["constraint".to_owned(), unit, "value at the last design".to_owned()]);
         let mut active = last.active.clone();
         active.sort_by(|a, b| b.multiplier.abs().total_cmp(&a.multiplier.abs()).then(a.row.cmp(&b.row)));

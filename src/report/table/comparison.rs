@@ -53,7 +53,7 @@ impl Table {
     ///
     /// # Errors
     /// [`Error::Definition`] if the names of the columns differ from the printed ones, or all columns are keys.
-    pub fn beside(&self, printed: &Printed, keys: usize) -> Result<Comparison> {
+    pub fn compare(&self, printed: &Printed, keys: usize) -> Result<Comparison> {
         if self.columns != printed.columns || keys >= self.columns.len() {
             let why = format!("its columns are {:?}, the printed ones {:?}", self.columns, printed.columns);
             return Err(Error::definition(format!("table '{}'", self.title), why, "name the columns as printed"));
@@ -182,7 +182,7 @@ mod tests {
         ours.push([0usize.into(), "y".into(), 1.0.into(), (-19.383).into()]).unwrap();
         ours.push([1usize.into(), "n".into(), 0.9.into(), 1.0.into()]).unwrap();
         ours.push([1usize.into(), "y".into(), 0.644.into(), 2.04.into()]).unwrap();
-        let comparison = ours.beside(&printed, 2).unwrap();
+        let comparison = ours.compare(&printed, 2).unwrap();
         let expected = "Table
 cycle  accepted         b  printed         V   printed
 ──────────────────────────────────────────────────────
@@ -194,7 +194,7 @@ cycle  accepted         b  printed         V   printed
 ";
         assert_eq!(comparison.to_string(), expected);
         assert_eq!((comparison.compared, comparison.differing), (4, 1));
-        assert!(ours.beside(&Printed::from_csv("other", "a,b\n1,2\n").unwrap(), 1).is_err());
-        assert!(ours.beside(&printed, 4).is_err());
+        assert!(ours.compare(&Printed::from_csv("other", "a,b\n1,2\n").unwrap(), 1).is_err());
+        assert!(ours.compare(&printed, 4).is_err());
     }
 }

@@ -31,7 +31,7 @@ impl From<f64> for Cell {
 
 impl From<usize> for Cell {
     fn from(value: usize) -> Self {
-        // A count that does not fit is beyond what memory can hold.
+        // No memory holds a count that does not fit.
         Self::Whole(i64::try_from(value).unwrap_or(i64::MAX))
     }
 }
