@@ -48,8 +48,6 @@
 
 pub mod approximation;
 pub mod cases;
-#[cfg(feature = "cli")]
-pub mod command;
 #[cfg(feature = "model")]
 pub mod model_file;
 #[cfg(all(feature = "report", feature = "mechanics"))]

@@ -1,10 +1,10 @@
 //! `linkwright reproduce PAPER`.
 
 use super::output::{folder, results, say, write};
-use crate::papers::etman_1998::{self, Regenerated, ReproducedRun, Summary, TABLES};
-use crate::sao::State;
 use anyhow::bail;
 use clap::Args;
+use linkwright::papers::etman_1998::{self, Regenerated, ReproducedRun, Summary, TABLES};
+use linkwright::sao::State;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
