@@ -1,10 +1,10 @@
 //! The flexible four-bar mechanism of Tables V and VI.
 
 use linkwright::Error;
+use linkwright::cases::FourBar;
 use linkwright::cases::four_bar::{
     Derivatives, Linearized, StressConstrained, method, published_optima, published_stiff_optimum,
 };
-use linkwright::cases::mechanisms::FourBar;
 use linkwright::papers::etman_1998::four_bar::{PAPER_STEP, as_printed, check_rows, violation_rms};
 use linkwright::problem::{Problem, ResponseAt};
 use linkwright::sao::Status;

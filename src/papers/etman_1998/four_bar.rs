@@ -3,8 +3,8 @@
 use super::printed_rows::{PrintedRow, printed_rows};
 pub use super::runs::{Observer, Regenerated, ReproducedRun};
 use crate::approximation::{ApproximateProblem, ApproximationOptions, LinearizationPoint, SubproblemBox};
+use crate::cases::FourBar;
 use crate::cases::four_bar::{Derivatives, StressConstrained, method};
-use crate::cases::mechanisms::FourBar;
 use crate::problem::{Evaluation, Problem, Responses, Sensitivities};
 use crate::report::table::{Cell, Printed, Table};
 use crate::sao::{Cycle, Method, Outcome, RelativeLimits};
