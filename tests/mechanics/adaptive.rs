@@ -1,6 +1,6 @@
 //! Adaptive implicit steps: their error follows the tolerance, they adapt, and what they reject is reported.
 
-use linkwright::cases::mechanisms::{Absorber, Chain};
+use linkwright::cases::{Absorber, Chain};
 use linkwright::mechanics::analyses::dynamics::StepSize;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;

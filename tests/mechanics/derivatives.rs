@@ -1,7 +1,7 @@
 //! Exact derivatives against Richardson differences of the same discrete solution.
 
 use crate::zoo::Arm;
-use linkwright::cases::mechanisms::{Andrews, Chain, SliderCrank};
+use linkwright::cases::{Andrews, Chain, SliderCrank};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};

@@ -1,7 +1,7 @@
 //! Explicit steps and their derivatives, on differential equations and on constrained mechanisms.
 
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::Chain;
+use linkwright::cases::Chain;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_ode;
 use linkwright::mechanics::elements::{Element, ElementState};

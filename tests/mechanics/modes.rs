@@ -2,7 +2,7 @@
 
 use crate::zoo::Arm;
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::{Absorber, Chain, Governor};
+use linkwright::cases::{Absorber, Chain, Governor};
 use linkwright::mechanics::analyses::modal::modes;
 use linkwright::mechanics::analyses::statics::{Statics, find_equilibrium};
 use linkwright::mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes};

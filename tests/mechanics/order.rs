@@ -1,6 +1,6 @@
 //! Measured orders of the integrators and of the beam element.
 
-use linkwright::cases::mechanisms::{Absorber, Chain};
+use linkwright::cases::{Absorber, Chain};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::modal::modes;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;

@@ -1,7 +1,7 @@
 //! Every kind of output, held to a number, in every kind of analysis; and at any time.
 
 use linkwright::autodiff::{DualNum, Scalar};
-use linkwright::cases::mechanisms::{Absorber, Governor};
+use linkwright::cases::{Absorber, Governor};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};

@@ -3,7 +3,7 @@
 //! `WRITE_DOCS=1 cargo test --test mechanics table` writes it anew.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
-use linkwright::cases::mechanisms::SpinningBeam;
+use linkwright::cases::SpinningBeam;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;

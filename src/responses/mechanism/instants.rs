@@ -246,7 +246,7 @@ fn by_points(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::mechanisms::SliderCrank;
+    use crate::cases::SliderCrank;
 
     #[test]
     fn wanted_instants_come_in_the_order_asked() {

@@ -310,7 +310,7 @@ fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::mechanisms::FourBar;
+    use crate::cases::FourBar;
 
     #[test]
     fn wanted_instants_come_in_the_order_asked() {
