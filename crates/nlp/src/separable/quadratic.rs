@@ -1,6 +1,7 @@
 //! Separable quadratic functions.
 
-use super::{Separable, Term, check_coefficients, impl_separable_program};
+use super::evaluation::{check_coefficients, impl_separable_program};
+use crate::{Separable, program::Term};
 use error::{Error, Result};
 
 /// Quadratic functions with a diagonal Hessian:

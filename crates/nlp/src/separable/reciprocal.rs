@@ -1,6 +1,7 @@
 //! Separable functions that are linear in a variable or in its reciprocal.
 
-use super::{Separable, Term, check_coefficients, impl_separable_program};
+use super::evaluation::{check_coefficients, impl_separable_program};
+use crate::{Separable, program::Term};
 use error::{Error, Result};
 
 /// Linear and reciprocal terms, all convex:
