@@ -7,8 +7,7 @@ use linkwright::approximation::{
 use linkwright::cases::{cantilever, ten_bar_truss, two_bar_truss};
 use linkwright::nlp::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal, Term};
 use linkwright::nlp::{
-    Automatic, Conic, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status,
-    SubproblemSolver,
+    Automatic, Conic, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
 };
 use linkwright::nlp::{Gradients, LowRank, Program, Separable, Values};
 use linkwright::problem::{Intermediates, Sensitivities};

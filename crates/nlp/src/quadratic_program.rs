@@ -56,21 +56,21 @@ impl QuadraticProgram {
         Self { hessian: Some(hessian), ..self }
     }
 
-    /// With one more row a·(x − c) ≤ b.
+    /// With another row a·(x − c) ≤ b.
     #[must_use]
     pub fn at_most(mut self, a: &[f64], b: f64) -> Self {
         self.push(a, b, false);
         self
     }
 
-    /// With one more row a·(x − c) = b.
+    /// With another row a·(x − c) = b.
     #[must_use]
     pub fn equal(mut self, a: &[f64], b: f64) -> Self {
         self.push(a, b, true);
         self
     }
 
-    /// With bounds.
+    /// With the bounds l and u, length n each.
     #[must_use]
     pub fn bounds(self, lower: Vec<f64>, upper: Vec<f64>) -> Self {
         Self { lower, upper, ..self }

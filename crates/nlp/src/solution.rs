@@ -12,9 +12,9 @@ use std::fmt;
 pub enum Status {
     /// A point that satisfies the optimality conditions.
     Solved,
-    /// No point satisfies all rows: the rows are violated least, and among such points the objective is smallest.
+    /// No point satisfies all rows. The point has the smallest violation and, for that violation, the smallest objective.
     Relaxed,
-    /// The objective falls without limit at feasible points.
+    /// The objective decreases without limit at feasible points.
     Unbounded,
     /// The iterations ran out before the optimality conditions held.
     IterationLimit,

@@ -43,7 +43,7 @@ pub fn gradients(program: &(impl Separable + ?Sized), x: &[f64]) -> Result<Gradi
     Error::check_length("design variables", program.variables(), x.len())?;
     let (n, m) = (x.len(), program.rows());
     let (mut rows, mut objective) = (DMatrix::zeros(m, n), vec![0.0; n]);
-    // Without rows there are no columns to be cut into chunks.
+    // Without rows the matrix has no entries: use empty chunks.
     let mut columns: Vec<&mut [f64]> = rows.as_mut_slice().chunks_mut(CHUNK * m.max(1)).collect();
     columns.resize_with(n.div_ceil(CHUNK), Default::default);
     let chunk = |(c, (columns, slopes)): (usize, (&mut [f64], &mut [f64]))| {

@@ -13,7 +13,8 @@ use std::ops::Range;
 ///
 /// $$ f_i(x) = r_i + \sum_j \frac{p_{ij}}{u_j - x_j} + \frac{q_{ij}}{x_j - l_j} ,\qquad p_{ij}, q_{ij} \ge 0 $$
 ///
-/// **Source.** Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, equations (8) to (11).
+/// # Sources
+/// Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, equations (8) to (11).
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingAsymptotes {
     pub(super) constants: Vec<f64>,
@@ -33,8 +34,10 @@ impl MovingAsymptotes {
     /// * `asymptotes` — l and u, length n each;
     /// * `bounds` — lower and upper bounds, strictly between the asymptotes.
     ///
-    /// **Errors.** [`Error::Length`]; [`Error::Definition`] for a coefficient below zero or not finite, an asymptote at
-    /// or inside a bound, crossed bounds.
+    /// # Errors
+    /// * [`Error::Length`] if the lengths differ.
+    /// * [`Error::Definition`] for a coefficient that is negative or not finite, and unless the bounds are strictly
+    ///   between the asymptotes and lower ≤ upper.
     pub fn new(
         constants: Vec<f64>,
         p: Vec<f64>,
@@ -92,7 +95,7 @@ impl Separable for MovingAsymptotes {
         term(p, q, x - self.low[j], self.high[j] - x)
     }
 
-    /// As the general one, block by block, each reciprocal and sum formed once.
+    /// As the default, but block by block, with each reciprocal and sum computed once.
     fn dual_sums(&self, range: Range<usize>, weights: &[f64]) -> DualSums {
         let mut sums = DualSums::new(weights.len() - 1);
         let mut pass = Pass::new(weights.len());
@@ -100,19 +103,20 @@ impl Separable for MovingAsymptotes {
         sums
     }
 
-    /// (l √P + u √Q) / (√P + √Q), Svanberg (1987) equation (20), within the bounds.
+    /// (l √P + u √Q) / (√P + √Q), Svanberg (1987) equation (20), moved into the bounds.
     fn minimizer(&self, j: usize, weights: &[f64]) -> f64 {
         let (p, q) = self.sums(j, weights);
-        self.at(j, p, q)
+        self.minimizer_of_sums(j, p, q)
     }
 }
 
 impl MovingAsymptotes {
+    /// Minimizer for variable j from P = Σ wᵢ pᵢⱼ and Q = Σ wᵢ qᵢⱼ.
     #[inline]
-    fn at(&self, j: usize, p: f64, q: f64) -> f64 {
+    fn minimizer_of_sums(&self, j: usize, p: f64, q: f64) -> f64 {
         let (p, q) = (p.max(0.0).sqrt(), q.max(0.0).sqrt());
         let (l, u) = (self.lower[j], self.upper[j]);
-        // Without any slope every point is a minimizer: the middle.
+        // Every point is a minimizer of a constant: return the middle.
         if p + q == 0.0 { 0.5 * (l + u) } else { ((self.low[j] * p + self.high[j] * q) / (p + q)).clamp(l, u) }
     }
 
@@ -124,7 +128,7 @@ impl MovingAsymptotes {
     }
 }
 
-/// Scratch of one pass over the variables, a block at a time.
+/// Workspace of one pass over the variables, block by block.
 struct Pass {
     /// Σ wᵢ pᵢⱼ and Σ wᵢ qᵢⱼ, then 1/(u − x) and 1/(x − l).
     above: [f64; LANES],
@@ -133,7 +137,7 @@ struct Pass {
     above2: [f64; LANES],
     below2: [f64; LANES],
     /// 1/f″ of variables off their bounds, else zero.
-    flexibility: [f64; LANES],
+    inverse_curvature: [f64; LANES],
     scaled: [f64; LANES],
     /// f′ᵢⱼ of the rows, row by row.
     slopes: Vec<f64>,
@@ -143,7 +147,7 @@ impl Pass {
     fn new(functions: usize) -> Self {
         let zero = [0.0; LANES];
         let slopes = vec![0.0; (functions - 1) * LANES];
-        Self { above: zero, below: zero, above2: zero, below2: zero, flexibility: zero, scaled: zero, slopes }
+        Self { above: zero, below: zero, above2: zero, below2: zero, inverse_curvature: zero, scaled: zero, slopes }
     }
 
     /// Adds the variables of `part`, which lie in one block.
@@ -154,7 +158,7 @@ impl Pass {
         for (i, sum) in sums.values.iter_mut().enumerate() {
             *sum += dot(f.p.of_function(i, &part), a) + dot(f.q.of_function(i, &part), b);
         }
-        if self.flexibility[..width].iter().all(|v| *v == 0.0) {
+        if self.inverse_curvature[..width].iter().all(|v| *v == 0.0) {
             return;
         }
         let (a2, b2) = (&self.above2[..width], &self.below2[..width]);
@@ -169,13 +173,13 @@ impl Pass {
         for (i, row) in rows().enumerate() {
             let scaled = &mut self.scaled[..width];
             for k in 0..width {
-                scaled[k] = row[k] * self.flexibility[k];
+                scaled[k] = row[k] * self.inverse_curvature[k];
             }
             rows().take(i + 1).zip(&mut entry).for_each(|(other, entry)| *entry += dot(scaled, other));
         }
     }
 
-    /// The minimizers, as the reciprocals of their distances from the asymptotes, and 1/f″ there.
+    /// Computes 1/(u − x) and 1/(x − l) of the minimizers x, and 1/f″ at x.
     fn minimize(&mut self, f: &MovingAsymptotes, part: &Range<usize>, weights: &[f64]) {
         let width = part.len();
         let (above, below) = (&mut self.above[..width], &mut self.below[..width]);
@@ -190,13 +194,13 @@ impl Pass {
         }
         for (k, j) in part.clone().enumerate() {
             let (p, q) = (above[k], below[k]);
-            let x = f.at(j, p, q);
+            let x = f.minimizer_of_sums(j, p, q);
             let (to_high, to_low) = (f.high[j] - x, x - f.low[j]);
             let both = 1.0 / (to_high * to_low);
             let (a, b) = (to_low * both, to_high * both);
             let curvature = 2.0 * (p * a * a * a + q * b * b * b);
             let free = x > f.lower[j] && x < f.upper[j] && curvature > 0.0;
-            self.flexibility[k] = if free { 1.0 / curvature } else { 0.0 };
+            self.inverse_curvature[k] = if free { 1.0 / curvature } else { 0.0 };
             (above[k], below[k], self.above2[k], self.below2[k]) = (a, b, a * a, b * b);
         }
     }
@@ -220,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_form_is_where_newton_ends() {
+    fn closed_form_equals_newtons_method() {
         let f = form();
         for j in 0..2 {
             for λ in [0.0, 0.3, 5.0] {
@@ -243,14 +247,14 @@ mod tests {
     }
 
     #[test]
-    fn asymptotes_at_a_bound_are_refused() {
+    fn asymptotes_at_a_bound_are_rejected() {
         let one = || vec![1.0];
-        let asked = |low: f64, high: f64| {
+        let form = |low: f64, high: f64| {
             MovingAsymptotes::new(one(), one(), one(), (vec![low], vec![high]), (vec![0.0], vec![1.0]))
         };
-        assert!(asked(-0.5, 1.5).is_ok());
+        assert!(form(-0.5, 1.5).is_ok());
         for (low, high) in [(0.0, 1.5), (-0.5, 1.0), (0.5, 1.5), (f64::NAN, 1.5)] {
-            assert!(matches!(asked(low, high), Err(Error::Definition { .. })));
+            assert!(matches!(form(low, high), Err(Error::Definition { .. })));
         }
         let bad = MovingAsymptotes::new(one(), vec![-1.0], one(), (vec![-1.0], vec![2.0]), (vec![0.0], vec![1.0]));
         assert!(matches!(bad, Err(Error::Definition { .. })));

@@ -1,4 +1,4 @@
-//! Linear and quadratic programs through Clarabel, polished to rounding.
+//! Linear and quadratic programs thapproximate Clarabel, polished to rounding.
 //!
 //! | file | content |
 //! |---|---|
@@ -34,7 +34,7 @@ const LARGEST_KKT_RESIDUAL: f64 = 1e-6;
 /// Distances of the artificial bounds that decide whether a program is unbounded, in units of its numbers.
 const ARTIFICIAL_BOUNDS: [f64; 3] = [1e4, 1e6, 1e2];
 
-/// Solver of linear and convex quadratic programs, through Clarabel.
+/// Solver of linear and convex quadratic programs, thapproximate Clarabel.
 ///
 /// Variables, rows and objective are scaled. Clarabel's interior point method computes an approximate solution, and the
 /// optimality conditions of the active set give the solution to rounding. A program without a feasible point is relaxed.
@@ -176,7 +176,7 @@ impl Conic {
             S::PrimalInfeasible | S::AlmostPrimalInfeasible => Outcome::Infeasible { iterations },
             S::DualInfeasible | S::AlmostDualInfeasible => Outcome::Unbounded { iterations },
             _ => {
-                let rough = Candidate {
+                let approximate = Candidate {
                     x: found.x,
                     multipliers: found.multipliers,
                     lower: found.lower,
@@ -185,7 +185,7 @@ impl Conic {
                     status: Status::Solved,
                     relaxation: None,
                 };
-                let (c, residual) = polish::polish(scaled, rough);
+                let (c, residual) = polish::polish(scaled, approximate);
                 Outcome::Point(inside(scaled, c), residual)
             }
         })

@@ -101,7 +101,7 @@ mod tests {
         (state.multipliers, state.row_gradients) = (vec![1.0], DMatrix::from_element(1, 2, 1.0));
         (state.lower_multipliers, state.upper_multipliers) = (vec![0.0; 2], vec![0.0; 2]);
         let b = convexified(&h, &state, &[1.0, 1.0], 1.0);
-        let along = DVector::from_vec(vec![1.0, -1.0]);
-        assert!((along.dot(&(&b * &along)) - 2.0).abs() < 1e-6);
+        let direction = DVector::from_vec(vec![1.0, -1.0]);
+        assert!((direction.dot(&(&b * &direction)) - 2.0).abs() < 1e-6);
     }
 }

@@ -52,14 +52,14 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         state.violation = largest_violation(program, &state.rows, |_| 1.0);
         let qp = subproblem::linearized(program, &state);
         let Some(full) = subproblem::full_step(&qp, &self.conic, &state, initial_penalty(program, &state))? else {
-            return Ok((without_progress(program, state, exact, self.accepted()), None));
+            return Ok(logged(without_progress(program, state, exact, self.accepted())));
         };
         state.relaxed = full.remaining_violation > 0.0;
         store_multipliers(&mut state, &full);
         state.kkt = state.residual(program);
         if state.kkt.largest() <= self.tolerance {
             state.status = Some(Status::Solved);
-            return Ok((state, None));
+            return Ok(logged(state));
         }
         let merit = merit(program, &mut state, &full);
         state.stagnant_steps = if -merit.slope <= merit.noise { state.stagnant_steps + 1 } else { 0 };
@@ -67,13 +67,16 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         let corrected = |v: &Values| subproblem::corrected(&qp, &self.conic, &full.to.x, &v.rows);
         let found = merit.search(&state.x, &full.to.x, &mut evaluator, corrected);
         state.evaluations = evaluator.count;
-        let Some(accepted) = found else { return Ok((without_progress(program, state, exact, self.accepted()), None)) };
+        let Some(accepted) = found else {
+            return Ok(logged(without_progress(program, state, exact, self.accepted())));
+        };
         state.step_length = accepted.step_length;
         if !exact {
             update_hessian(program, &mut state, &accepted.x, &accepted.gradients);
         }
         state.move_to(accepted.x, accepted.gradients);
-        Ok(after_step(program, state))
+        state.status = status_after_step(program, &state);
+        Ok(logged(state))
     }
 
     fn terminate(&mut self, state: &SqpState) -> TerminationStatus {
@@ -165,23 +168,26 @@ fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, acc
     state
 }
 
-/// Detects an unbounded objective and stagnation, and reports the iteration to argmin's observers.
-fn after_step(program: &dyn Program, mut state: SqpState) -> (SqpState, Option<KV>) {
+/// The conclusion for an unbounded objective or stagnation; `None` if the run goes on.
+fn status_after_step(program: &dyn Program, state: &SqpState) -> Option<Status> {
     let decrease = state.start_objective - state.objective;
     let violation = largest_violation(program, &state.rows, |_| 1.0);
-    if decrease > UNBOUNDED * start_unit(program, &state) && violation <= state.violation {
-        state.status = Some(Status::Unbounded);
-    } else if state.stagnant_steps >= STAGNANT_STEPS {
-        state.status = Some(Status::Stalled);
+    if decrease > UNBOUNDED * start_unit(program, state) && violation <= state.violation {
+        return Some(Status::Unbounded);
     }
-    let log = kv!(
+    (state.stagnant_steps >= STAGNANT_STEPS).then_some(Status::Stalled)
+}
+
+/// The state with the values that argmin's observers receive.
+fn logged(state: SqpState) -> (SqpState, Option<KV>) {
+    let values = kv!(
         "violation" => state.violation;
         "step length" => state.step_length;
         "kkt" => state.kkt.largest();
         "penalty" => state.penalty;
         "relaxed" => state.relaxed;
     );
-    (state, Some(log))
+    (state, Some(values))
 }
 
 /// Change of the objective over the scales of the variables at the start.
