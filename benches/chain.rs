@@ -11,9 +11,9 @@ mod cpu;
 
 use cpu::least;
 use linkwright::cases::mechanisms::Chain;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
 use linkwright::mechanics::mechanism::ParametricMechanism;

@@ -3,11 +3,11 @@
 //! Ratios first: they are what the machine's load leaves alone. Every figure is the shortest of several runs.
 
 use linkwright::cases::mechanisms::{Chain, FourBar};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 use std::time::{Duration, Instant};
 

@@ -2,10 +2,10 @@
 
 use linkwright::cases::mechanisms::{Absorber, Chain};
 use linkwright::mechanics::analyses::dynamics::StepSize;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 

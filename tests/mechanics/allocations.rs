@@ -39,8 +39,8 @@ fn no_allocation_per_step() {
 /// Runs of 50 steps allocate as much as runs of 10, with and without derivatives.
 #[test]
 fn no_allocation_per_explicit_step() {
+    use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
     use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
-    use linkwright::mechanics::integrators::explicit::simulate_explicitly;
     use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
     let chain = Chain::horizontal(8);
     let b = chain.equal_links();

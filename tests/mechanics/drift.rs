@@ -1,9 +1,9 @@
 //! What every integrator must keep: energy, momentum, closed joints.
 
 use linkwright::autodiff::Scalar;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Newton};
 use linkwright::mechanics::mechanism::outputs::Formula;
 use linkwright::mechanics::mechanism::{Mechanism, Pose};

@@ -2,11 +2,11 @@
 
 use linkwright::autodiff::Scalar;
 use linkwright::cases::mechanisms::Chain;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
+use linkwright::mechanics::analyses::dynamics::simulate_with_steps;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_ode;
 use linkwright::mechanics::elements::{Element, ElementState};
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::explicit::simulate_with_steps;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl, Tolerance};
 use linkwright::mechanics::integrators::explicit::{Ode, integrate};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};

@@ -3,15 +3,15 @@
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
 use linkwright::cases::mechanisms::{Chain, FourBar};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::elements::StateFunction;
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::elements::{Element, ElementState};
-use linkwright::mechanics::initial_conditions::{Assembly, redundant_closures};
+use linkwright::mechanics::initial_conditions::{Assembly, redundant_constraints};
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::mechanism::outputs::Formula;
 use linkwright::mechanics::mechanism::{Coordinate, Marker, Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::{ConstantSpeed, Motion};
@@ -40,7 +40,7 @@ fn a_loop_that_is_too_short_is_named() {
     m.revolute("near", ground.origin(), rod.at(-0.5, 0.0));
     m.revolute("far", ground.at(3.0, 0.0), rod.at(0.5, 0.0));
     let error = message(&m);
-    assert!(error.contains("far (closure 1)") && error.contains("t = 0.0"), "{error}");
+    assert!(error.contains("far (constraint 1)") && error.contains("t = 0.0"), "{error}");
 }
 
 /// Two links that are too short together, out of line: the joint with the largest gap is named.
@@ -86,7 +86,7 @@ fn a_third_parallel_crank_is_redundant_at_any_angle() {
     for angle in [0.3, 0.7, 1.1, 2.345] {
         assert_eq!(parallelogram(2, angle), Ok(()));
         let error = parallelogram(3, angle).unwrap_err().to_string();
-        assert!(error.contains("head 2 (closure") && error.contains("redundant"), "{error}");
+        assert!(error.contains("head 2 (constraint") && error.contains("redundant"), "{error}");
     }
 }
 
@@ -261,9 +261,9 @@ fn redundant_joints_are_named() {
     m.revolute("hinge", ground.origin(), rod.at(-0.5, 0.0));
     m.revolute("same hinge", ground.origin(), rod.at(-0.5, 0.0));
     let error = message(&m);
-    assert!(error.contains("same hinge (closure 1)") && error.contains("redundant"), "{error}");
+    assert!(error.contains("same hinge (constraint 1)") && error.contains("redundant"), "{error}");
     let system = System::new(&m).unwrap();
-    assert_eq!(redundant_closures(&system, &m, &State::built(&m, 0.0)).len(), 2);
+    assert_eq!(redundant_constraints(&system, &m, &State::built(&m, 0.0)).len(), 2);
 }
 
 #[test]

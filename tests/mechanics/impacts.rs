@@ -2,6 +2,7 @@
 
 use linkwright::Result;
 use linkwright::autodiff::{Scalar, gradient, hessian};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
@@ -10,7 +11,6 @@ use linkwright::mechanics::elements::Driver;
 use linkwright::mechanics::elements::Revolute;
 use linkwright::mechanics::elements::{Element, ElementState};
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::Pose;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
@@ -193,7 +193,7 @@ fn what_cannot_bounce_is_refused() {
     let mut m = Mechanism::<f64>::new();
     let ground = m.ground().coordinates();
     let twice = m.impact("pin", Revolute, &[ground, ground].concat(), &[0.0; 4], 0.5).unwrap_err().to_string();
-    assert!(twice.contains("2 closures"), "{twice}");
+    assert!(twice.contains("2 constraints"), "{twice}");
 }
 
 /// A force p₀ along a coordinate after the time p₁, or beyond the place p₁.

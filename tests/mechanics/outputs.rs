@@ -2,6 +2,7 @@
 
 use linkwright::autodiff::{DualNum, Scalar};
 use linkwright::cases::mechanisms::{Absorber, Governor};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
@@ -9,7 +10,6 @@ use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::instants::differentiate_equilibria;
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::mechanism::outputs::Formula;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};

@@ -1,13 +1,13 @@
 //! Published solutions and closed forms.
 
 use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, SliderCrank};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::ConstantSpeed;
 use linkwright::responses::mechanism::Transient;
