@@ -47,7 +47,7 @@ fn main() -> Result<()> {
 
     let history = differentiate(&Pendulum, &[length, start], &Dynamics::fixed(quarter / 2000.0), &[quarter])?;
     let [angle, velocity] = [history.values[0][0] + FRAC_PI_2, history.values[1][0]];
-    let derivative = history.slopes[0][0][0];
+    let derivative = history.gradients[0][0][0];
     let exact = -speed * quarter / (2.0 * length);
     println!("after a quarter period of {quarter:.6} s          computed   closed form");
     println!("angle from the vertical in rad        {angle:12.7}  {:12.7}", 0.0);
