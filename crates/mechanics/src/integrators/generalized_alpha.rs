@@ -23,7 +23,9 @@ use std::ops::{Add, Mul};
 /// and the equations of motion and the constraints hold at the end of the step. For a constant mass matrix and
 /// α_m = 0 this is the HHT-α method, M w₁ + (1−α) f(q₁) + α f(q₀) = 0.
 ///
-/// **Source.** Arnold & Brüls, *Multibody Syst. Dyn.* 18 (2007) 185–202; Hilber, Hughes & Taylor, *Earthq. Eng.
+/// # Sources
+///
+/// Arnold & Brüls, *Multibody Syst. Dyn.* 18 (2007) 185–202; Hilber, Hughes & Taylor, *Earthq. Eng.
 /// Struct. Dyn.* 5 (1977) 283–292; Chung & Hulbert, *J. Appl. Mech.* 60 (1993) 371–375.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeneralizedAlpha {
