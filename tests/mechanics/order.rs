@@ -71,7 +71,7 @@ fn implicit_steps_of_a_constrained_pendulum_are_of_second_order() {
     }
 }
 
-/// Dense output loses one order at most: of five, and of eight.
+/// Dense output loses at most one of the orders five and eight.
 #[test]
 fn explicit_dense_output_is_of_its_order() {
     let oscillator = Absorber.build(&DESIGN).unwrap();

@@ -8,7 +8,7 @@
 mod cpu;
 
 use linkwright_autodiff::{DualVec, HyperDualVec, Jet2, Scalar};
-use num_dual::{Dual2, DualNum, DualSVec64, HyperDualSVec64};
+use num_dual::{Dual2, DualSVec64, HyperDualSVec64};
 use std::hint::black_box;
 
 /// Residuals per timed run.
