@@ -32,6 +32,9 @@
 //! | kinematics and inverse dynamics | [`Assembly`] | [`kinematics`] |
 //! | static equilibria | [`Statics`] | [`equilibria`] |
 //! | vibration modes | | [`modes`] |
+//!
+//! Settings are plain structs. Start from a constructor or `Default` and change fields by struct update syntax,
+//! `Dynamics { newton, ..Dynamics::fixed(1e-3) }`: fields that are added later do not break your program.
 
 pub mod analyses;
 pub mod checkpointing;

@@ -76,6 +76,7 @@ impl GeneralizedAlpha {
 
 /// Source of the velocity and acceleration of a prescribed coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Prescribed {
     /// The derivatives of the motion.
     Exact,

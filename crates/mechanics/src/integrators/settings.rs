@@ -6,6 +6,7 @@ use crate::{Error, Result};
 
 /// Accelerations at the start of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum InitialAcceleration {
     /// Accelerations and multipliers that satisfy the equations of motion.
     Consistent,
@@ -15,6 +16,7 @@ pub enum InitialAcceleration {
 
 /// Positions at the start of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum InitialConfiguration {
     /// The positions that the mechanism was built with, assembled.
     Built,
@@ -25,6 +27,7 @@ pub enum InitialConfiguration {
 
 /// Lengths of the time steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum StepSize {
     /// Steps of this length in s, halved where Newton's iteration fails.
     Fixed(f64),

@@ -36,7 +36,7 @@ pub struct TimeStepper<'m> {
 /// Part of a grid step below which the rest of the step after an event is joined with the next grid step.
 const TINY: f64 = 1e-4;
 
-/// Smallest trial step, as a part of the step first trial.
+/// Smallest trial step, as a part of the first one.
 const SMALLEST: f64 = 1.0 / 1024.0;
 
 impl<'m> TimeStepper<'m> {

@@ -45,6 +45,7 @@ impl Tolerance {
 
 /// Choice of the step lengths.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum StepControl {
     /// Steps of this length in s.
     Fixed(f64),
