@@ -2,7 +2,9 @@
 
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
+use mechanics::analyses::dynamics::simulate_with_recording;
 use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded};
+use mechanics::checkpointing::ExplicitRecording;
 use mechanics::checkpointing::recording::Recording;
 use mechanics::derivatives::adjoint::{Functional, differentiate_backwards_within, differentiate_recording_backwards};
 use mechanics::derivatives::adjoint::{
@@ -15,8 +17,6 @@ use mechanics::derivatives::second_order::{HessianPart, differentiate_recorded_t
 use mechanics::derivatives::semi_analytical;
 use mechanics::derivatives::semi_analytical::differentiate_semi_analytically;
 use mechanics::integrators::explicit::Explicit;
-use mechanics::integrators::explicit::ExplicitRecording;
-use mechanics::integrators::explicit::simulate_with_recording;
 use mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 use std::sync::Arc;
@@ -310,7 +310,7 @@ fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::mechanisms::FourBar;
+    use crate::cases::FourBar;
 
     #[test]
     fn wanted_instants_come_in_the_order_asked() {
@@ -322,7 +322,7 @@ mod tests {
         let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
         let all = differentiate(&model, &b, &model.dynamics().unwrap(), &FourBar::window()).unwrap();
         for (k, instant) in wanted.iter().enumerate() {
-            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.slopes[instant.response][instant.point]);
+            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[instant.response][instant.point]);
         }
         // Integrated again, the same bits: without a trace, with too little memory, or at another design.
         let wanted_anew = |responses: &Responses| analysis.sensitivities(&b, responses, &wanted).unwrap();

@@ -5,7 +5,6 @@ pub mod outputs;
 pub mod scalars;
 
 use crate::elements::element::{AnyElement, Element};
-use crate::events::event::EventElement;
 use crate::mechanism::outputs::{AnyFormula, Formula};
 use crate::motion::{AnyMotion, Fixed, Motion};
 use autodiff::Scalar;
@@ -93,6 +92,14 @@ pub(crate) struct ElementInstance<S> {
     pub first_multiplier: usize,
     pub num_constraints: usize,
     pub parameters: Vec<S>,
+}
+
+/// A rigid contact, open while its gap is positive, or a switch.
+pub(crate) struct EventElement<S> {
+    /// The element whose constraint is the gap; its multiplier is the impulse.
+    pub part: ElementInstance<S>,
+    /// Coefficient of restitution; `None` for a switch.
+    pub restitution: Option<S>,
 }
 
 /// A named scalar response: a weighted sum of quantities, or a formula of them.
