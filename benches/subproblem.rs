@@ -1,12 +1,14 @@
 //! Subproblem times: 3 variables with 10, 1 000 and 10 000 rows; how long until a proposal of a new design.
 
 use divan::{Bencher, black_box};
-use linkwright::approximation::{ApproximateProblem, ApproximationOptions, Linear, LinearizationPoint, SubproblemBox};
+use linkwright::Result;
+use linkwright::approximation::{
+    ApproximateProblem, ApproximationOptions, CycleData, Linear, LinearizationPoint, SubproblemBox,
+};
 use linkwright::cases::impact_absorber::Absorber;
 use linkwright::nlp::separable::MovingAsymptotes;
 use linkwright::nlp::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
-use linkwright::problem::{DesignVariable, Evaluation, Problem, ProblemBuilder, Responses, Sensitivities, TimeGrid};
-use linkwright::{Result, function};
+use linkwright::problem::{AnalyzedDesign, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use nalgebra::DMatrix;
 
 fn main() {
@@ -79,12 +81,11 @@ fn quadratic_sphere(bencher: Bencher, rows: usize) {
     bencher.bench(|| Conic::default().solve(black_box(&program), &[0.0; 3]).unwrap());
 }
 
-/// The impact absorber with least peak acceleration on a grid of so many rows, all of them kept, and its start.
+/// The impact absorber with least peak acceleration on a grid of so many rows, all of them retained, and its start.
 struct Cycle {
     problem: Problem,
-    responses: Responses,
-    evaluation: Evaluation,
-    sensitivities: Sensitivities,
+    start: AnalyzedDesign,
+    data: CycleData,
 }
 
 const START: [f64; 3] = [1.0, 0.3, 0.85];
@@ -97,22 +98,20 @@ impl Cycle {
         let time = parts.grid(TimeGrid::uniform(0.0, 12.0, rows / 2)?);
         let [_, acceleration] = ["displacement", "acceleration"].map(|name| parts.transient(name, "", time));
         let bound = DesignVariable::new("peak", "m/s²", START[2]).within(0.0, 10.0);
-        parts.minimize_peak(bound, time, function!(|p| p.response[0]), &[acceleration], 1.0);
+        parts.minimize_peak(bound, Quantity::response(time, acceleration), 1.0);
         let problem = parts.build_analytic(Absorber)?;
-        let responses = problem.analyze(&START)?;
-        let evaluation = problem.evaluate(&START, &responses)?;
-        let instants = ApproximateProblem::instants(&problem, &problem.all_rows());
-        let rows = problem.sensitivities(&START, &responses, &instants)?;
-        Ok(Self { problem, responses, evaluation, sensitivities: Sensitivities { instants, rows } })
+        let start = problem.analyze_design(&START)?;
+        let data = CycleData::first_order(&problem, &start, problem.all_rows())?;
+        Ok(Self { problem, start, data })
     }
 
     fn approximate(&self) -> ApproximateProblem<'_> {
-        let Self { problem, responses, evaluation, sensitivities } = self;
-        let known = LinearizationPoint::first_order(&START, responses, evaluation, sensitivities);
+        let Self { problem, start, data } = self;
+        let point = LinearizationPoint::first_order(start, data);
         let region = START.map(|b| [0.6 * b, (1.4 * b).min(if b == 0.85 { 10.0 } else { 1.0 })]);
         let bounds = (region.map(|r| r[0]).to_vec(), region.map(|r| r[1]).to_vec());
         let around = (SubproblemBox::new(problem, vec![START.to_vec()], bounds), ApproximationOptions::default());
-        ApproximateProblem::new(problem, &Linear, known, problem.all_rows(), around).expect("the start is regular")
+        ApproximateProblem::new(problem, &Linear, point, around).expect("the start is regular")
     }
 }
 
@@ -128,7 +127,7 @@ fn approximate_problem(bencher: Bencher, rows: usize) {
 #[divan::bench(args = [10, 1_000, 10_000])]
 fn fit_approximate_problem(bencher: Bencher, rows: usize) {
     let cycle = Cycle::new(rows).unwrap();
-    bencher.bench(|| black_box(&cycle).approximate().kept.len());
+    bencher.bench(|| black_box(&cycle).approximate().retained().len());
 }
 
 /// An MMA subproblem as in a topology or truss problem: the objective grows, the rows fall with every variable.

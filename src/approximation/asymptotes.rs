@@ -85,8 +85,8 @@ impl Asymptotes {
     ///
     /// Errors with [`Error::Definition`] if proportional asymptotes meet a variable that is not positive.
     pub fn of(&self, k: usize, subproblem_box: &SubproblemBox) -> Result<(f64, f64)> {
-        let trail = &subproblem_box.trail;
-        let x = trail.last().map_or(0.0, |b| b[k]);
+        let history = &subproblem_box.history;
+        let x = history.last().map_or(0.0, |b| b[k]);
         match *self {
             Self::Moving { initial, shrink, grow, least, most } => {
                 let turn = |w: &[Vec<f64>]| (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]);
@@ -99,7 +99,8 @@ impl Asymptotes {
                         1.0
                     }
                 };
-                let width = trail.windows(3).map(turn).fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
+                let width =
+                    history.windows(3).map(turn).fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
                 let sigma = width * subproblem_box.scale[k];
                 Ok((x - sigma, x + sigma))
             }
@@ -113,12 +114,12 @@ impl Asymptotes {
                 let within = |d: [f64; 2], x: f64| [0, 1].map(|i| d[i].clamp(least[i] * x, most[i] * x));
                 let first = |x: f64| within(initial.map(|d| d * x), x);
                 // The first two designs have the first distances.
-                let begin = trail.get(1).or(trail.first()).map_or(initial, |b| first(b[k]));
+                let begin = history.get(1).or(history.first()).map_or(initial, |b| first(b[k]));
                 let next = |d: [f64; 2], w: &[Vec<f64>]| {
                     let turns = (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]) < 0.0;
                     within(d.map(|d| if turns { d * rate } else { d / rate }), w[2][k])
                 };
-                let [below, above] = trail.windows(3).fold(begin, next);
+                let [below, above] = history.windows(3).fold(begin, next);
                 Ok((x - below, x + above))
             }
         }
@@ -129,17 +130,17 @@ impl Asymptotes {
 mod tests {
     use super::*;
 
-    fn of(rule: Asymptotes, trail: &[f64]) -> (f64, f64) {
-        let trail = trail.iter().map(|&x| vec![x]).collect();
-        rule.of(0, &SubproblemBox { trail, lower: vec![0.0], upper: vec![1.0], scale: vec![2.0] }).unwrap()
+    fn of(rule: Asymptotes, history: &[f64]) -> (f64, f64) {
+        let history = history.iter().map(|&x| vec![x]).collect();
+        rule.of(0, &SubproblemBox { history, lower: vec![0.0], upper: vec![1.0], scale: vec![2.0] }).unwrap()
     }
 
     #[test]
     fn they_follow_the_signs_of_the_steps() {
         let rule = Asymptotes::SVANBERG_2002;
-        let distance = |trail: &[f64]| {
-            let (l, u) = of(rule, trail);
-            assert!(((u + l) / 2.0 - trail[trail.len() - 1]).abs() < 1e-15);
+        let distance = |history: &[f64]| {
+            let (l, u) = of(rule, history);
+            assert!(((u + l) / 2.0 - history[history.len() - 1]).abs() < 1e-15);
             (u - l) / 4.0
         };
         assert!((distance(&[1.0, 2.0]) - 0.5).abs() < 1e-15);
@@ -170,7 +171,7 @@ mod tests {
     fn refuses_what_cannot_be() {
         assert!(Asymptotes::Proportional(1.0).check().is_err());
         assert!(Asymptotes::Moving { initial: 0.0, shrink: 0.7, grow: 1.2, least: 0.01, most: 1.0 }.check().is_err());
-        let at_zero = SubproblemBox { trail: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };
+        let at_zero = SubproblemBox { history: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };
         let message = Asymptotes::Proportional(0.5).of(0, &at_zero).unwrap_err().to_string();
         assert!(message.contains("variable 0") && message.contains("positive"), "{message}");
     }

@@ -24,7 +24,7 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
         let (value, slope, curvature) = hessian(&f, b);
         let scale = lower.iter().zip(upper).map(|(l, u)| u - l).collect();
         let subproblem_box =
-            SubproblemBox { trail: vec![b.to_vec()], lower: lower.to_vec(), upper: upper.to_vec(), scale };
+            SubproblemBox { history: vec![b.to_vec()], lower: lower.to_vec(), upper: upper.to_vec(), scale };
         Self { f, here: (b.to_vec(), value, slope), before: vec![], curvature, subproblem_box }
     }
 
@@ -32,7 +32,7 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
     pub fn after(mut self, b: &[f64]) -> Self {
         let (value, slope, _) = hessian(&self.f, b);
         self.before.push((b.to_vec(), value, slope));
-        self.subproblem_box.trail.insert(0, b.to_vec());
+        self.subproblem_box.history.insert(0, b.to_vec());
         self
     }
 

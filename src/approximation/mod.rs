@@ -4,39 +4,42 @@
 //! gives a [`Model`] of it: cheap, smooth, exact in value and gradient at that design. Responses are approximated;
 //! objective and constraints keep their explicit dependence on responses, design variables and time (10), (11).
 
+mod approximate_functions;
+mod approximate_problem;
 mod asymptotes;
-mod blend;
 #[cfg(test)]
 pub(crate) mod checks;
 mod conlin;
 mod diagonal_quadratic;
-mod drift;
 mod expansion;
-mod fitting;
+mod fitted_models;
 mod lagrangian;
 mod linear;
+mod linearization;
 mod mma;
+mod moving_peak;
 mod per_response;
-mod problem;
 mod quadratic;
 mod reciprocal;
+mod separable_sum;
 mod separated;
 mod subproblem_box;
 mod tana;
 mod two_point;
 
+pub use approximate_problem::ApproximateProblem;
 pub use asymptotes::Asymptotes;
 pub use conlin::Conlin;
 pub use diagonal_quadratic::{CurvatureRule, DiagonalQuadratic};
 pub use expansion::{Expansion, Sample};
 pub use lagrangian::LagrangianCurvature;
 pub use linear::Linear;
+pub use linearization::{CycleData, LinearizationPoint, PreviousPoint};
 pub use mma::Mma;
 pub use per_response::PerResponse;
-pub use problem::{ApproximateProblem, ApproximationOptions, LinearizationPoint};
 pub use quadratic::{FullQuadratic, Hessian};
 pub use reciprocal::Reciprocal;
-pub use subproblem_box::{PreviousPoint, SubproblemBox};
+pub use subproblem_box::{ApproximationOptions, SubproblemBox};
 pub use tana::Tana;
 pub use two_point::TwoPointExponential;
 
@@ -48,7 +51,12 @@ use std::sync::Arc;
 
 /// A way to approximate one number around a design. Values hold settings only.
 pub trait Approximation: Send + Sync + std::fmt::Debug {
-    /// Refuses settings out of range, and settings that do not fit the problem.
+    /// Checks the settings, also against the problem.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`](crate::Error::Option) for a setting out of range, [`Error::Definition`](crate::Error::Definition) for one
+    /// that does not fit the problem.
     fn check(&self, _problem: &Problem) -> Result<()> {
         Ok(())
     }

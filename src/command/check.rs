@@ -4,8 +4,8 @@ use super::model::{design, is_file, load, located};
 use super::output::{folder, say, write};
 use crate::Error;
 use crate::cases::find;
+use crate::gradient_check::{GradientCheck, GradientStatus};
 use crate::model_file::Model;
-use crate::problem::check::{GradientCheck, GradientStatus};
 use crate::problem::{Evaluation, Problem};
 use crate::report::proof::{table, text};
 use crate::report::table::{Cell, Table};
@@ -115,7 +115,7 @@ fn describe(problem: &Problem, here: &Evaluation) -> anyhow::Result<()> {
         problem.constraints.len(),
         problem.grids.first().map_or(0, |grid| grid.len()),
     ))?;
-    let (unit, violation) = (&problem.objective_unit, here.max_violation_pct());
+    let (unit, violation) = (&problem.objective.unit, here.max_violation_pct());
     say(&format!(
         "At this design the objective is {:.5e} {unit} and the largest violation {violation:.2} %.",
         here.objective

@@ -1,7 +1,7 @@
 //! Intermediate design variables: the variables in which a response is close to linear.
 
 use super::IntermediateMap;
-use super::number::{AnyMap, ProblemScalar};
+use super::problem_scalar::{AnyMap, ProblemScalar};
 use autodiff::Scalar;
 use std::sync::Arc;
 

@@ -1,8 +1,9 @@
 //! What the check of derivatives finds: each ill named for what it is.
 
 use linkwright::Result;
-use linkwright::problem::check::{GradientCheck, GradientStatus, check};
-use linkwright::problem::{Analysis, Differences, GradientMethod, ResponseAt, Responses};
+use linkwright::gradient_check::{GradientCheck, GradientStatus, check};
+use linkwright::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use linkwright::responses::Differences;
 use nalgebra::DMatrix;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -55,13 +56,13 @@ fn examine(ill: Ill, b: [f64; 2]) -> GradientCheck {
 
 /// The verdict on one derivative in a sentence.
 fn words(proof: &GradientCheck, response: usize, variable: usize) -> String {
-    let found = proof.derivatives.iter().find(|d| d.instant.response == response && d.variable == variable).unwrap();
+    let found = proof.derivatives.iter().find(|d| d.at.response == response && d.variable == variable).unwrap();
     found.explanation(&proof.methods)
 }
 
 fn finding(proof: &GradientCheck, response: usize, variable: usize) -> (GradientStatus, Vec<usize>) {
-    let found = proof.derivatives.iter().find(|d| d.instant.response == response && d.variable == variable).unwrap();
-    (found.finding, found.suspects.clone())
+    let found = proof.derivatives.iter().find(|d| d.at.response == response && d.variable == variable).unwrap();
+    (found.status, found.disagreeing.clone())
 }
 
 #[test]
@@ -144,7 +145,7 @@ fn differences_with_steps_too_long_are_named() {
     let examine = |step: f64| {
         let differences = Differences::forward(&healthy, step).unwrap();
         let wanted = [0, 2].map(|response| ResponseAt { response, point: 0 });
-        let methods = differences.alternatives().into_iter().chain([GradientMethod::of("exact", &healthy)]);
+        let methods = differences.gradient_methods().into_iter().chain([GradientMethod::of("exact", &healthy)]);
         check(&healthy, &methods.collect::<Vec<_>>(), &[1.5, 0.7], &[1.0, 1.0], &wanted).unwrap()
     };
     assert!(examine(1e-6).is_right());
@@ -159,13 +160,13 @@ mod mechanisms {
     use linkwright::Result;
     use linkwright::autodiff::Scalar;
     use linkwright::cases::mechanisms::{Chain, FourBar, Governor, SliderCrank};
+    use linkwright::gradient_check::GradientStatus;
     use linkwright::mechanics::analyses::dynamics::Dynamics;
     use linkwright::mechanics::analyses::statics::Statics;
     use linkwright::mechanics::initial_conditions::Assembly;
     use linkwright::mechanics::integrators::explicit::Explicit;
     use linkwright::mechanics::integrators::generalized_alpha::Newton;
     use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
-    use linkwright::problem::check::GradientStatus;
     use linkwright::responses::mechanism::check_model;
 
     #[test]

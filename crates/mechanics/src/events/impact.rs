@@ -216,11 +216,11 @@ pub(crate) fn apply_impact(
 
 /// For an analysis that knows no impacts.
 ///
-/// **Errors.** [`Error::Definition`] if the mechanism has contacts to bounce off.
+/// **Errors.** [`Error::Unsupported`] if the mechanism has contacts to bounce off.
 pub(crate) fn refuse<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
     mechanism.impacts.first().map_or(Ok(()), |impact| {
         let why = format!("{analysis} know no impacts");
-        Err(Error::definition(
+        Err(Error::unsupported(
             &impact.part.name,
             why,
             "simulate the motion by implicit steps, or leave the contact out",

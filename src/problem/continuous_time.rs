@@ -80,7 +80,8 @@ impl Problem {
     pub fn in_continuous_time(mut self) -> Self {
         self.name += ", continuous time";
         for c in &mut self.constraints {
-            c.is_continuous |= c.quantity.is_transient() && !c.is_equality && c.quantity.direct.is_none();
+            c.is_continuous |=
+                c.quantity.is_transient() && !c.is_equality() && c.window.is_none() && c.quantity.direct.is_none();
         }
         self
     }
@@ -130,7 +131,7 @@ impl Problem {
         let seen = constraint.quantity.uses.iter().map(|&h| self.rates(b, responses, h, t).map(one));
         let seen: Vec<HyperDual> = seen.collect::<Result<_>>()?;
         let design: Vec<HyperDual> = b.iter().map(|&v| HyperDual::from_re(v)).collect();
-        let g = constraint.normalised(constraint.quantity.value_at(&seen, &design, one([t, 1.0, 0.0])));
+        let g = constraint.normalised(constraint.signed().value_at(&seen, &design, one([t, 1.0, 0.0])));
         let first = g.eps1.unwrap_generic(Const::<BLOCK>, U1)[0];
         let second = g.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>)[(0, 0)];
         Ok([g.re, first, second])
@@ -216,7 +217,7 @@ impl Problem {
                 Dual::new(peak.responses[i], Derivative::some(SVector::<f64, WIDTH>::from_fn(slope)))
             });
             let seen: Vec<Dual> = seen.collect();
-            let value = constraint.quantity.value_at(&seen, &seed(b, first), Dual::from_re(peak.time));
+            let value = constraint.signed().value_at(&seen, &seed(b, first), Dual::from_re(peak.time));
             slopes(&constraint.normalised(value), b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
@@ -254,7 +255,7 @@ impl Problem {
                 _ => HyperDual::from_re(v),
             };
             let design: Vec<HyperDual> = b.iter().enumerate().map(seeded).collect();
-            let g = constraint.normalised(constraint.quantity.value_at(
+            let g = constraint.normalised(constraint.signed().value_at(
                 &seen,
                 &design,
                 HyperDual::from_re(t).derivative2(0),
