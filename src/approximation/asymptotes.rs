@@ -7,7 +7,7 @@ use error::{Error, Result};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asymptotes {
     /// b ± σ with σ = `initial` × the variable's scale for the first two designs; then σ × `shrink` where the last two steps
-    /// of the variable have opposite signs and × `grow` where they have the same, kept between `least` and `most` scales.
+    /// of the variable have opposite signs and × `grow` where they have the same, limited to values between `least` and `most` scales.
     Moving {
         /// First σ, in scales of the variable.
         initial: f64,
@@ -23,7 +23,7 @@ pub enum Asymptotes {
     /// l = s b and u = b/s, for positive variables; s between 0 and 1.
     Proportional(f64),
     /// As [`Moving`](Self::Moving), with distances in units of the positive variable itself: b − l and u − b begin at
-    /// `initial` × b, are divided by `rate` where the variable goes on and multiplied where it turns, and stay between `least`
+    /// `initial` × b, are divided by `rate` where the variable continues in one direction and multiplied where it reverses, and stay between `least`
     /// and `most` × b.
     Relative {
         /// First distances of l and u, in units of b.
@@ -46,7 +46,11 @@ impl Asymptotes {
     /// Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 5.
     pub const SVANBERG_2002: Self = Self::Moving { initial: 0.5, shrink: 0.7, grow: 1.2, least: 0.01, most: 10.0 };
 
-    /// Refuses settings out of range.
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] for a setting out of range.
     pub(super) fn check(&self) -> Result<()> {
         match *self {
             Self::Moving { initial, shrink, grow, least, most } => {
@@ -116,8 +120,8 @@ impl Asymptotes {
                 // The first two designs have the first distances.
                 let begin = history.get(1).or(history.first()).map_or(initial, |b| first(b[k]));
                 let next = |d: [f64; 2], w: &[Vec<f64>]| {
-                    let turns = (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]) < 0.0;
-                    within(d.map(|d| if turns { d * rate } else { d / rate }), w[2][k])
+                    let reverses = (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]) < 0.0;
+                    within(d.map(|d| if reverses { d * rate } else { d / rate }), w[2][k])
                 };
                 let [below, above] = history.windows(3).fold(begin, next);
                 Ok((x - below, x + above))
@@ -155,7 +159,7 @@ mod tests {
         let rule = Asymptotes::Relative { initial: [1.0, 4.0], rate: 0.5, least: [0.75, 1.5], most: [51.0, 49.0] };
         assert_eq!(of(rule, &[2.0]), (0.0, 10.0));
         assert_eq!(of(rule, &[2.0, 3.0]), (0.0, 15.0));
-        // It goes on: distances 3 and 12 double. It turns: they halve, but not below 0.75 and 1.5 times the variable.
+        // One direction: distances 3 and 12 double. A reversal: they halve, but not below 0.75 and 1.5 times the variable.
         assert_eq!(of(rule, &[2.0, 3.0, 4.0]), (-2.0, 28.0));
         assert_eq!(of(rule, &[2.0, 4.0, 3.0]), (0.75, 11.0));
         assert_eq!(of(rule, &[2.0, 10.0, 8.0]), (2.0, 28.0));

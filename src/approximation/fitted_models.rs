@@ -6,7 +6,7 @@ use crate::problem::{Problem, ResponseAt, Responses, RowId, SignedQuantity};
 use error::Result;
 use std::sync::Arc;
 
-/// The model of a quantity that is approximated itself; none where its explicit form is retained.
+/// The model of a quantity that is approximated itself; none if its explicit form is used.
 pub(super) type DirectModel = Option<Arc<dyn AnyModel>>;
 
 /// All models of a cycle.

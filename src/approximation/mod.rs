@@ -1,7 +1,7 @@
 //! Approximations of responses, and the approximate problem of a cycle made from them.
 //!
-//! An [`Approximation`] is fitted to what is known of one number at the cycle's start design, its [`Expansion`], and
-//! gives a [`Model`] of it: cheap, smooth, exact in value and gradient at that design. Responses are approximated;
+//! An [`Approximation`] is fitted to values and derivatives of one number at the cycle's start design, its [`Expansion`]. The
+//! result is a [`Model`]: cheap, smooth, exact in value and gradient at that design. Responses are approximated;
 //! objective and constraints keep their explicit dependence on responses, design variables and time (10), (11).
 
 mod approximate_functions;
@@ -49,7 +49,7 @@ use error::Result;
 use nlp::separable::Term;
 use std::sync::Arc;
 
-/// A way to approximate one number around a design. Values hold settings only.
+/// An approximation of one number around a design. Values hold settings only.
 pub trait Approximation: Send + Sync + std::fmt::Debug {
     /// Checks the settings, also against the problem.
     ///
@@ -60,15 +60,20 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
     fn check(&self, _problem: &Problem) -> Result<()> {
         Ok(())
     }
-    /// How many designs accepted before it uses.
+    /// Number of designs accepted before that it uses.
     fn memory(&self) -> usize {
         0
     }
-    /// Whether it uses second derivatives of the analysis.
+    /// True if it uses second derivatives of the analysis.
     fn wants_curvature(&self) -> bool {
         false
     }
-    /// Fits a model to what is known.
+    /// Fits a model.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Definition`](crate::Error::Definition) where it is not defined at the design, such as for singular intermediate
+    /// variables.
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>>;
 }
 
@@ -76,7 +81,7 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
 pub trait Model: Send + Sync + 'static {
     /// The approximate value at design `b` (length n).
     fn at<S: ProblemScalar>(&self, b: &[S]) -> S;
-    /// Lower and upper sides of the box in which the model holds; none where it holds everywhere.
+    /// Lower and upper sides of the box in which the model holds; none if it holds everywhere.
     fn domain(&self) -> Option<&[Vec<f64>; 2]> {
         None
     }
@@ -90,7 +95,7 @@ pub trait Model: Send + Sync + 'static {
     }
 }
 
-/// Object-safe face of [`Model`]; implemented for every model.
+/// Object-safe form of [`Model`]; implemented for every model.
 #[doc(hidden)]
 pub trait AnyModel: Send + Sync {
     fn real(&self, b: &[f64]) -> f64;

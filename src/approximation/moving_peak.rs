@@ -11,14 +11,14 @@ use std::sync::Arc;
 /// $$ \hat g(b, t^* + τ) \approx \tilde g(b, t^*) + σ τ - \tfrac12 κ τ^2 ,\qquad
 ///    σ = g_t + g_{bt} \cdot Δb ,\quad κ = -g_{tt} , $$
 ///
-/// is maximized over the times −T₋ ≤ τ ≤ T₊ up to the next minimum or the end of the interval. What that adds to g̃ is
+/// is maximized over the times −T₋ ≤ τ ≤ T₊ up to the next minimum or the end of the interval. This adds to g̃
 ///
 /// $$ φ(σ) = \max_{-T_- \le τ \le T_+} σ τ - \tfrac12 κ τ^2 , $$
 ///
 /// which is σ²/2κ inside (for a maximum within the interval, where g_t = 0: the exact second-order effect of the motion,
 /// from first-order sensitivities alone), continues as a line where the maximum would leave that interval, and is
-/// zero at an end from which the constraint falls. It is convex and continuously differentiable for κ > 0; κ is kept
-/// above (|g_t| + a millionth) over the reach, so that a flat peak stays a smooth one.
+/// zero at an end from which the constraint falls. It is convex and continuously differentiable for κ > 0; κ is at
+/// least a millionth over the squared length of the interval, so that a flat peak stays smooth.
 pub(super) struct MovingPeak {
     /// Models of the responses at t*.
     pub models: Vec<Arc<dyn AnyModel>>,

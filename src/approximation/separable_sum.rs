@@ -29,7 +29,7 @@ struct Share {
 }
 
 impl SeparableSum {
-    /// The approximate problem as such a sum.
+    /// Converts the approximate problem to a sum.
     ///
     /// `None` if a quantity is not linear in responses and design, a model is not separable, a term is concave, a row is an
     /// equality or a peak in continuous time, or the box is not finite.

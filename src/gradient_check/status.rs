@@ -16,7 +16,7 @@ pub enum GradientStatus {
     Kink,
     /// Two analyses of the same design differ: derivatives cannot be checked.
     NotRepeatable,
-    /// The differences are too noisy to tell.
+    /// The differences are too noisy for a decision.
     Unclear,
 }
 
@@ -51,7 +51,7 @@ pub struct Checked {
     pub jump: Option<f64>,
     /// Difference of two analyses of the same design.
     pub drift: f64,
-    /// Whether the response has the same bits at all designs along the variable.
+    /// True if the response has the same bits at all designs along the variable.
     pub is_constant: bool,
     /// Result of the check.
     pub status: GradientStatus,

@@ -6,7 +6,9 @@ use super::{
 };
 use error::{Error, Result};
 
-/// Collects the parts of a [`Problem`]; each part is referred to by the index that its method returns.
+/// A builder of a [`Problem`]. Each method returns the index of the part that it adds.
+///
+/// # Examples
 ///
 /// ```
 /// use linkwright::{autodiff::Scalar, function, problem::*};
@@ -120,6 +122,10 @@ impl ProblemBuilder {
     }
 
     /// The problem with responses in closed form.
+    ///
+    /// # Errors
+    ///
+    /// As [`build`](Self::build).
     pub fn build_analytic(self, model: impl ClosedForm + 'static) -> Result<Problem> {
         self.check_grids()?;
         let grids: Vec<_> = self.responses.iter().map(|r| r.grid.map(|g| &self.grids[g])).collect();
@@ -127,7 +133,11 @@ impl ProblemBuilder {
         self.build(analysis)
     }
 
-    /// The problem with this analysis. Refuses parts that do not fit together, naming the part.
+    /// The problem with this analysis.
+    ///
+    /// # Errors
+    ///
+    /// As [`Problem::check`], and [`Error::Definition`] without an objective.
     pub fn build(self, analysis: impl Analysis + 'static) -> Result<Problem> {
         self.check_grids()?;
         let missing = || Error::definition(&self.name, "there is no objective", "call `minimize`");

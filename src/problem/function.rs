@@ -26,7 +26,7 @@ pub trait Functional: Send + Sync + 'static {
     /// The value over all points of the grid, in order.
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S;
 
-    /// The number of time points that it is made for, such as that of its weights; a grid of another length is refused.
+    /// The number of time points that it is made for, such as that of its weights; a grid of another length is rejected.
     fn points(&self) -> Option<usize> {
         None
     }

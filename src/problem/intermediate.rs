@@ -43,7 +43,7 @@ pub enum Intermediates {
 }
 
 impl Intermediates {
-    /// The same choice for all `n` design variables.
+    /// One choice for all `n` design variables.
     pub fn all(n: usize, choice: Intermediate) -> Self {
         Self::Each(vec![choice; n])
     }

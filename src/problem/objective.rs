@@ -1,14 +1,14 @@
-//! The objective, and what is to become of it.
+//! The objective and its goal.
 
 use super::quantity::SignedQuantity;
 use super::{Intermediates, Quantity};
 
-/// What is to become of the objective.
+/// Minimization or maximization of the objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Goal {
     /// The least value.
     Minimize,
-    /// The largest value. The driver minimizes the negative, which is what evaluations and histories hold.
+    /// The largest value. The driver minimizes the negative, which evaluations and histories hold.
     Maximize,
     /// The least peak of |f| over a grid, by a bound variable (equations 37–39).
     MinimizePeak(PeakBound),
@@ -33,7 +33,7 @@ pub struct Objective {
     pub unit: String,
     /// Quantity that is minimized or maximized.
     pub quantity: Quantity,
-    /// What is to become of it.
+    /// Minimization or maximization.
     pub goal: Goal,
 }
 

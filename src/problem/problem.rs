@@ -1,4 +1,4 @@
-//! The optimization problem (1)–(3) as a value, and its evaluation in plain numbers.
+//! The optimization problem (1)–(3), and its evaluation in plain numbers.
 
 use super::continuous_time::{PeakTime, maxima};
 use super::quantity::{Form, SignedQuantity};
@@ -11,7 +11,17 @@ use std::collections::HashSet;
 
 /// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.
 ///
-/// Made by [`ProblemBuilder`](super::ProblemBuilder), which checks that the parts fit together.
+/// Built with [`ProblemBuilder`](super::ProblemBuilder), which checks that the parts fit together.
+///
+/// # Examples
+///
+/// ```
+/// let problem = linkwright::cases::impact_absorber::peak_acceleration()?;
+/// let here = problem.analyze_design(&problem.start())?;
+/// let (row, _) = here.evaluation.worst().expect("the problem has constraints");
+/// assert_eq!(problem.row_in_words(row), "displacement upper at time 1.44 s");
+/// # Ok::<(), linkwright::Error>(())
+/// ```
 pub struct Problem {
     /// Name, for tables and files.
     pub name: String,
@@ -25,7 +35,7 @@ pub struct Problem {
     pub objective: Objective,
     /// Constraints g_j, m of them.
     pub constraints: Vec<Constraint>,
-    /// Where responses come from.
+    /// The analysis, from which the responses come.
     pub analysis: Box<dyn Analysis>,
 }
 
@@ -72,7 +82,9 @@ impl Problem {
 
     /// Analyses design `b` and checks shape and finiteness of every response.
     ///
-    /// Errors with [`Error::NotFinite`], naming response, time and design, or with what the analysis reports.
+    /// # Errors
+    ///
+    /// [`Error::NotFinite`] with response, time and design, or the error of the analysis.
     pub fn analyze(&self, b: &[f64]) -> Result<Responses> {
         Error::check_length("design", self.n(), b.len())?;
         let responses = self.analysis.analyze(b)?;
@@ -97,7 +109,11 @@ impl Problem {
         Ok(AnalyzedDesign { design: b.to_vec(), responses, evaluation })
     }
 
-    /// Errors with [`Error::Length`] unless there is a value for every response at every point of its grid.
+    /// Checks that every response has a value at every point of its grid.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] otherwise.
     pub fn check_shape(&self, responses: &Responses) -> Result<()> {
         Error::check_length("responses of the analysis", self.responses.len(), responses.values.len())?;
         for (declared, values) in self.responses.iter().zip(&responses.values) {
@@ -107,13 +123,21 @@ impl Problem {
         Ok(())
     }
 
-    /// Errors unless design `b` has the right length and is within its bounds.
+    /// Checks that design `b` has the right length and is within its bounds.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] or [`Error::Definition`] otherwise.
     pub fn check_design(&self, b: &[f64]) -> Result<()> {
         Error::check_length("design", self.n(), b.len())?;
         self.variables.iter().zip(b).try_for_each(|(variable, &b)| variable.check_start(b))
     }
 
     /// Objective and normalised constraints at design `b` from its responses.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] for a wrong shape, [`Error::NotFinite`] for a value that is not finite.
     pub fn evaluate(&self, b: &[f64], responses: &Responses) -> Result<Evaluation> {
         Error::check_length("design", self.n(), b.len())?;
         self.check_shape(responses)?;
@@ -171,7 +195,7 @@ impl Problem {
         self.variables.iter().map(scale).collect()
     }
 
-    /// Names of what is approximated: responses, and objective and constraints that are approximated directly.
+    /// Names of the responses, and of objective and constraints that are approximated directly.
     pub fn approximated(&self) -> impl Iterator<Item = &str> {
         let objective = self.objective.quantity.direct.is_some().then_some(self.objective.name.as_str());
         let direct = self.constraints.iter().filter(|c| c.quantity.direct.is_some()).map(|c| c.name.as_str());
@@ -213,7 +237,7 @@ impl Problem {
         Error::NotFinite { what, value, place, remedy: "bound the design away from where it is undefined" }
     }
 
-    /// A number that tells problems apart: of all names, bounds, limits and time points.
+    /// A hash of all names, bounds, limits and time points, which identifies a problem.
     pub fn fingerprint(&self) -> u64 {
         let mut text = format!("{} {} {:?} {:?}", self.name, self.objective.name, self.variables, self.grids);
         for r in &self.responses {
@@ -229,7 +253,7 @@ impl Problem {
         text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
 
-    /// Checks that the parts fit together: when a problem is built, and again when a run starts, since fields are public.
+    /// Checks that the parts fit together, when a problem is built and again when a run starts, since fields are public.
     ///
     /// # Errors
     ///

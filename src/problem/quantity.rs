@@ -6,7 +6,7 @@ use super::{Function, Functional, Intermediates, TimeGrid, WeightedSum};
 use autodiff::Scalar;
 use std::sync::Arc;
 
-/// How a quantity is made from responses and design.
+/// The function of a quantity, and its arguments.
 #[derive(Clone)]
 pub(crate) enum Form {
     /// g(r, b): of time-independent responses and design.
@@ -17,7 +17,7 @@ pub(crate) enum Form {
     Whole(usize, Arc<dyn AnyFunctional>),
 }
 
-/// An explicit function of responses and design: what objective and constraints are made of.
+/// An explicit function of responses, design and time, for objective and constraints.
 #[derive(Clone)]
 pub struct Quantity {
     pub(crate) form: Form,

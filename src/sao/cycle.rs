@@ -30,7 +30,7 @@ pub struct Prediction {
 pub struct Cycle {
     /// Number of the cycle.
     pub cycle: usize,
-    /// Whether the proposed design was accepted.
+    /// True if the proposed design was accepted.
     pub accepted: bool,
     /// Number of variables at a move limit.
     pub active_limits: usize,
@@ -57,13 +57,13 @@ pub struct Cycle {
     pub retained: Vec<RowId>,
     /// Rows that are active in its solution.
     pub active: Vec<ActiveRow>,
-    /// What the subproblem solver concluded; none for the start.
+    /// Status of the subproblem solver; none for the start.
     pub subproblem: Option<nlp::Status>,
     /// Iterations of the subproblem solver.
     pub iterations: usize,
     /// Largest scaled KKT residual of the subproblem's solution, computed independently of the solver.
     pub kkt: f64,
-    /// By how much the approximate problem had to be relaxed (largest row violation); 0 where it is feasible.
+    /// Relaxation of the approximate problem (largest row violation); 0 if it is feasible.
     pub relaxation: f64,
     /// Residual of the optimality conditions of the problem at the start of the cycle, relative to the objective; computed where
     /// the objective has settled and nothing is violated.

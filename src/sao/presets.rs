@@ -30,7 +30,7 @@ pub fn presets() -> &'static [Preset] {
 ///
 /// # Errors
 ///
-/// [`Error::Definition`] with the nearest names if there is none.
+/// [`Error::Unknown`] with the nearest names if no preset has this name.
 pub fn preset(name: &str) -> Result<&'static Preset> {
     let unknown = || Error::unknown("method", name, PRESETS.iter().map(|p| p.name));
     PRESETS.iter().find(|p| p.name == name).ok_or_else(unknown)

@@ -7,7 +7,7 @@ use error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Version of the state file; a file of another version is refused.
+/// Version of the state file; a file of another version is rejected.
 pub const STATE_VERSION: u32 = 2;
 
 /// Work done, counted as the paper counts.

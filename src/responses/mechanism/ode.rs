@@ -109,7 +109,7 @@ impl<E: OdeModel> OdeResponses<E> {
         Ok(trace.slopes.get().expect("it is set above or before"))
     }
 
-    /// The last time point up to `t`, and the settings from there on.
+    /// The last time point up to `t`, and the settings from that point.
     fn before(&self, t: f64) -> (usize, Explicit) {
         let p = self.times.partition_point(|&point| point <= t).saturating_sub(1);
         (p, Explicit { start: self.times[p], ..self.settings.clone() })
