@@ -5,7 +5,7 @@ use linkwright::Result;
 use linkwright::approximation::{
     ApproximateProblem, ApproximationOptions, CycleData, Linear, LinearizationPoint, SubproblemBox,
 };
-use linkwright::cases::impact_absorber::Absorber;
+use linkwright::cases::impact_absorber::ClosedFormMotion;
 use linkwright::nlp::separable::MovingAsymptotes;
 use linkwright::nlp::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use linkwright::problem::{AnalyzedDesign, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
@@ -99,7 +99,7 @@ impl Cycle {
         let [_, acceleration] = ["displacement", "acceleration"].map(|name| parts.transient(name, "", time));
         let bound = DesignVariable::new("peak", "m/s²", START[2]).within(0.0, 10.0);
         parts.minimize_peak(bound, Quantity::response(time, acceleration), 1.0);
-        let problem = parts.build_analytic(Absorber)?;
+        let problem = parts.build_analytic(ClosedFormMotion)?;
         let start = problem.analyze_design(&START)?;
         let data = CycleData::first_order(&problem, &start, problem.all_rows())?;
         Ok(Self { problem, start, data })

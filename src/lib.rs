@@ -52,9 +52,6 @@
 
 pub mod approximation;
 pub mod cases;
-#[cfg(feature = "cli")]
-#[doc(hidden)]
-pub mod command;
 pub mod gradient_check;
 #[cfg(feature = "model")]
 pub mod model_file;

@@ -159,7 +159,7 @@ mod mechanisms {
     use super::finding;
     use linkwright::Result;
     use linkwright::autodiff::Scalar;
-    use linkwright::cases::mechanisms::{Chain, FourBar, Governor, SliderCrank};
+    use linkwright::cases::{Chain, FourBar, Governor, SliderCrank};
     use linkwright::gradient_check::GradientStatus;
     use linkwright::mechanics::analyses::dynamics::Dynamics;
     use linkwright::mechanics::analyses::statics::Statics;

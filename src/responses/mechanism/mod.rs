@@ -21,6 +21,6 @@ fn gradient_rows(
     wanted: &[ResponseAt],
     places: &[usize],
 ) -> DMatrix<f64> {
-    let row = |(at, &place): (&ResponseAt, &usize)| history.slopes[at.response][place].iter().copied();
+    let row = |(at, &place): (&ResponseAt, &usize)| history.gradients[at.response][place].iter().copied();
     DMatrix::from_row_iterator(wanted.len(), variables, wanted.iter().zip(places).flat_map(row))
 }

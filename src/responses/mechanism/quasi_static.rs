@@ -244,7 +244,7 @@ fn by_points(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::mechanisms::SliderCrank;
+    use crate::cases::SliderCrank;
 
     #[test]
     fn derivatives_come_in_the_order_asked() {
@@ -258,7 +258,7 @@ mod tests {
         let all = differentiate_kinematics(&SliderCrank::rigid(), &b, Assembly::default(), &times).unwrap();
         assert_eq!(responses.values, all.values);
         for (k, at) in wanted.iter().enumerate() {
-            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.slopes[at.response][at.point]);
+            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[at.response][at.point]);
         }
         let adjoint = driven().differentiating(Differentiation::Adjoint).unwrap();
         let difference = adjoint.sensitivities(&b, &responses, &wanted).unwrap() - &rows;
