@@ -32,7 +32,7 @@ pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
             c.violation_pct.into(),
             c.max_variable_change_pct.into(),
             c.active_limits.into(),
-            c.kept.len().into(),
+            c.retained.len().into(),
             c.active.len().into(),
             c.iterations.into(),
         ];
@@ -91,11 +91,5 @@ pub fn sensitivities(
 
 /// The time point of the largest violation of each constraint, or of its smallest margin.
 pub fn worst(problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
-    let largest = |(constraint, history): (usize, &Vec<f64>)| {
-        let violation = |p: usize| evaluation.violation(constraint, history[p]);
-        let point = (0..history.len()).max_by(|a, b| violation(*a).total_cmp(&violation(*b)).then(b.cmp(a)))?;
-        Some(RowId { constraint, point })
-    };
-    debug_assert_eq!(problem.constraints.len(), evaluation.constraints.len());
-    evaluation.constraints.iter().enumerate().filter_map(largest).collect()
+    (0..problem.constraints.len()).filter_map(|j| evaluation.worst_of(j)).map(|(row, _)| row).collect()
 }

@@ -12,7 +12,7 @@ pub trait ClosedForm: Send + Sync {
     fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S;
 }
 
-/// The [`Analysis`] of a [`ClosedForm`]: only the wanted instants are differentiated, in chunks of design variables.
+/// The [`Analysis`] of a [`ClosedForm`]: only the wanted responses are differentiated, in chunks of design variables.
 pub struct Analytic<M> {
     model: M,
     times: Vec<Vec<f64>>,

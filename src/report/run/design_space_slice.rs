@@ -2,7 +2,7 @@
 
 use super::OptimizationReport;
 use crate::Result;
-use crate::problem::{Evaluation, Problem};
+use crate::problem::{Evaluation, PeakBound, Problem};
 use crate::report::figure::{Axis, Colour, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, literal};
 use crate::report::page::Section;
 use crate::report::plots::{Bound, DesignSpaceSlice, Iterate, Objective, design_space_slice};
@@ -32,15 +32,6 @@ struct Plane {
     bounds: Vec<(String, Grid)>,
 }
 
-/// Index of the variable that bounds a peak, and of its upper constraint; the lower one follows.
-pub(super) fn peak(problem: &Problem) -> Option<(usize, usize)> {
-    let name = &problem.objective_name;
-    let variable = problem.variables.iter().position(|v| v.name == *name)?;
-    let upper = problem.constraints.iter().position(|c| c.name == format!("{name} upper"))?;
-    let lower = problem.constraints.get(upper + 1).is_some_and(|c| c.name == format!("{name} lower"));
-    (lower && problem.objective.is_explicit()).then_some((variable, upper))
-}
-
 /// Design variables in decreasing order of their change relative to their scales.
 pub(super) fn by_change(problem: &Problem, state: &State) -> Vec<usize> {
     let scales = problem.scales();
@@ -65,8 +56,7 @@ impl Slice {
     /// # Errors
     /// [`Error::Definition`](crate::Error::Definition) if all analyses fail.
     pub fn sample(problem: &Problem, state: &State, count: usize) -> Result<Option<Self>> {
-        let peak = peak(problem);
-        let bound = peak.map(|(bound, _)| bound);
+        let bound = problem.objective.peak().map(|peak| peak.variable);
         let is_free = |k: &usize| problem.variables[*k].lower < problem.variables[*k].upper;
         let mut order = by_change(problem, state).into_iter().filter(is_free).filter(|k| bound != Some(*k));
         match (order.next(), order.next()) {
@@ -80,7 +70,7 @@ impl Slice {
 
 impl Plane {
     fn sample(problem: &Problem, state: &State, [i, j]: [usize; 2], count: usize) -> Result<Self> {
-        let peak = peak(problem);
+        let peak = problem.objective.peak();
         let [x, y] = [i, j].map(|k| axis(window(problem, state, k), count));
         let points: Vec<[f64; 2]> = y.iter().flat_map(|y| x.iter().map(|x| [*x, *y])).collect();
         let evaluated: Vec<Option<Evaluation>> =
@@ -91,12 +81,11 @@ impl Plane {
             Grid::with_holes(&x, &y, &values)
         };
         let objective = match peak {
-            Some((bound, upper)) => grid(&|e| least_peak(problem, e, state.design[bound], upper))?,
+            Some(peak) => grid(&|e| least_peak(problem, e, &state.design, peak))?,
             None => grid(&|e| e.objective)?,
         };
         let mut crossing: Vec<(usize, Grid)> = vec![];
-        for c in (0..problem.constraints.len()).filter(|c| peak.is_none_or(|(_, upper)| *c != upper && *c != upper + 1))
-        {
+        for c in (0..problem.constraints.len()).filter(|c| peak.is_none_or(|peak| !peak.constraints.contains(c))) {
             let excess = grid(&|e| e.violations()[c])?;
             let [low, high] = excess.range();
             if low < 0.0 && high > 0.0 {
@@ -118,13 +107,13 @@ struct Line {
 impl Line {
     /// Analyses `count` designs along the variable.
     fn sample(problem: &Problem, state: &State, variable: usize, count: usize) -> Self {
-        let bound = peak(problem);
+        let peak = problem.objective.peak();
         let values = axis(window(problem, state, variable), count);
         let one = |x: &f64| {
             let evaluation = evaluate(problem, state, &[variable], &[*x])?;
-            let (value, violation) = match bound {
-                Some((k, upper)) => {
-                    (least_peak(problem, &evaluation, state.design[k], upper), violation_without(&evaluation, upper))
+            let (value, violation) = match peak {
+                Some(peak) => {
+                    (least_peak(problem, &evaluation, &state.design, peak), violation_without(&evaluation, peak))
                 }
                 None => (evaluation.objective, evaluation.max_violation_pct()),
             };
@@ -135,8 +124,8 @@ impl Line {
 }
 
 /// The largest violation in percent, without the two constraints that bound a peak.
-fn violation_without(evaluation: &Evaluation, upper: usize) -> f64 {
-    let others = evaluation.violations().into_iter().enumerate().filter(|(j, _)| *j != upper && *j != upper + 1);
+fn violation_without(evaluation: &Evaluation, peak: PeakBound) -> f64 {
+    let others = evaluation.violations().into_iter().enumerate().filter(|(j, _)| !peak.constraints.contains(j));
     others.map(|(_, v)| 100.0 * v).fold(-100.0, f64::max)
 }
 
@@ -162,9 +151,10 @@ fn evaluate(problem: &Problem, state: &State, variables: &[usize], values: &[f64
 }
 
 /// The peak: the least value of the variable β that its two constraints allow, β + s·max(ĝ − 1).
-fn least_peak(problem: &Problem, evaluation: &Evaluation, bound: f64, upper: usize) -> f64 {
-    let largest = evaluation.constraints[upper..upper + 2].concat().into_iter().fold(f64::NEG_INFINITY, f64::max);
-    bound + problem.constraints[upper].scale * (largest - 1.0)
+fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: PeakBound) -> f64 {
+    let values = peak.constraints.map(|j| &evaluation.constraints[j]);
+    let largest = values.into_iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+    design[peak.variable] + problem.constraints[peak.constraints[0]].scale * (largest - 1.0)
 }
 
 /// The constraints nearest to their limits at the last design with their names, and the maximum of the others.
@@ -227,7 +217,7 @@ impl OptimizationReport<'_> {
             })
             .collect();
         let bounds: Vec<Bound> = slice.bounds.iter().map(|(name, excess)| Bound { name, excess }).collect();
-        let name = literal(&self.problem.objective_name);
+        let name = literal(&self.problem.objective.name);
         let plane = DesignSpaceSlice {
             variables: [quantity(i), quantity(j)],
             objective: Objective { name: &name, grid: &slice.objective, levels: &[] },
@@ -265,7 +255,7 @@ impl OptimizationReport<'_> {
                 self.successful_steps().filter(|c| c.accepted).map(|c| [c.design[k], value(c)]).collect();
             Mark::points(at, Marker::Disc, Colour::BLUE, 3.6)
         };
-        let objective = Axis::new(literal(&problem.objective_name), literal(&problem.objective_unit));
+        let objective = Axis::new(literal(&problem.objective.name), literal(&problem.objective.unit));
         let mut top = Panel::new(x.clone().unlabelled(), objective).legend(Legend::Absent);
         top.add(curve(1)).add(designs(|c| c.objective));
         let mut bottom = Panel::new(x, Axis::new("largest violation", "%")).legend(Legend::Absent);
@@ -288,11 +278,11 @@ mod tests {
     fn the_least_bound_is_the_peak() {
         let problem = impact_absorber::peak_acceleration().unwrap();
         let state = Method::default().solve(&problem, |_| ()).unwrap();
-        let (bound, upper) = peak(&problem).unwrap();
+        let peak = problem.objective.peak().unwrap();
         let acceleration = problem.responses.iter().position(|r| r.name == "acceleration").unwrap();
         for at in [[0.9, 0.2], [0.4, 0.5], [state.design[0], state.design[1]]] {
             let evaluation = evaluate(&problem, &state, &[0, 1], &at).unwrap();
-            let found = least_peak(&problem, &evaluation, state.design[bound], upper);
+            let found = least_peak(&problem, &evaluation, &state.design, peak);
             let responses = problem.analyze(&[at[0], at[1], 0.0]).unwrap();
             let expected = responses.values[acceleration].iter().fold(0.0f64, |a, v| a.max(v.abs()));
             assert!((found - expected).abs() < 1e-9, "{found} and {expected}");
