@@ -124,15 +124,15 @@ impl OptimizationReport<'_> {
     fn cycles(&self) -> Result<Table> {
         let fixed = [
             "cycle",
-            "trial step",
+            "outcome",
             "objective",
             "E_f in %",
             "E_g in %",
             "V in %",
             "step in %",
             "at move limits",
-            "retained constraints",
-            "active constraints",
+            "retained",
+            "active",
         ];
         let names = self.problem.variables.iter().map(|v| v.name.as_str());
         let mut table = Table::new("Cycles", fixed.into_iter().chain(names));

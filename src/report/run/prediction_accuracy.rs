@@ -61,12 +61,12 @@ impl OptimizationReport<'_> {
     fn predictions(&self, known: &[(&Cycle, &Prediction)]) -> Result<Table> {
         let columns = [
             "cycle",
-            "trial step",
+            "outcome",
             "objective predicted",
             "objective computed",
             "E_f in %",
             "E_g in %",
-            "largest difference at",
+            "largest error at",
             "constraint predicted",
             "constraint computed",
         ];
