@@ -1,21 +1,13 @@
 //! Rigid contacts that a mechanism bounces off, and switches that it passes.
 
 use crate::elements::drives::driver::Driver;
-use crate::elements::element::{Element, ElementState};
 use crate::elements::joints::point_on_line::PointOnLine;
-use crate::mechanism::{Coordinate, ElementInstance, Marker, Mechanism};
+use crate::mechanism::element::{Element, ElementState};
+use crate::mechanism::{Coordinate, Marker, Mechanism};
 use crate::motion::Fixed;
 use crate::{Error, Result};
 use autodiff::Scalar;
 use std::sync::Arc;
-
-/// A contact that is open as long as its gap is positive, or a switch.
-pub(crate) struct EventElement<S> {
-    /// The constraint whose one closure is the gap; its multiplier is the impulse.
-    pub part: ElementInstance<S>,
-    /// Coefficient of restitution; none of a switch.
-    pub restitution: Option<S>,
-}
 
 /// # Impacts
 ///
@@ -42,35 +34,21 @@ impl<S: Scalar> Mechanism<S> {
             let why = format!("its gap has {num_constraints} closures");
             return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
         }
-        self.add_impact(name, gap, coordinates, parameters, Some(restitution));
+        self.add_event(name, Arc::new(gap), coordinates, parameters, Some(restitution));
         Ok(())
-    }
-
-    fn add_impact(
-        &mut self,
-        name: String,
-        gap: impl Element,
-        coordinates: &[Coordinate],
-        parameters: &[S],
-        restitution: Option<S>,
-    ) {
-        let (num_constraints, coordinates) =
-            (Element::num_constraints(&gap), coordinates.iter().map(|c| c.0).collect());
-        let (element, parameters) = (Arc::new(gap), parameters.to_vec());
-        let part = ElementInstance { name, element, coordinates, first_multiplier: 0, num_constraints, parameters };
-        self.impacts.push(EventElement { part, restitution });
     }
 
     /// A rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
     pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
-        self.add_impact(name.into(), Driver(Fixed), &[a, b], &[clearance], Some(restitution));
+        self.add_event(name.into(), Arc::new(Driver(Fixed)), &[a, b], &[clearance], Some(restitution));
     }
 
     /// A rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays to the left of
     /// it, as seen along the line.
     pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add_impact(name.into(), PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y], Some(restitution));
+        let parameters = [a.x, a.y, line, b.x, b.y];
+        self.add_event(name.into(), Arc::new(PointOnLine), &coordinates, &parameters, Some(restitution));
     }
 
     /// A switch: where the closure of the constraint `of` passes zero, either way, a time step ends and the next one begins.
@@ -92,13 +70,13 @@ impl<S: Scalar> Mechanism<S> {
             let why = format!("what it looks at has {num_constraints} closures");
             return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
         }
-        self.add_impact(name, of, coordinates, parameters, None);
+        self.add_event(name, Arc::new(of), coordinates, parameters, None);
         Ok(())
     }
 
     /// A switch at the time `t` (s).
     pub fn switch_at(&mut self, name: &str, t: S) {
-        self.add_impact(name.into(), Clock, &[], &[t], None);
+        self.add_event(name.into(), Arc::new(Clock), &[], &[t], None);
     }
 }
 

@@ -1,10 +1,9 @@
 //! Impacts: what velocities do when a rigid contact closes.
 
 use crate::elements::element::ElementWorkspace;
-use crate::events::event::EventElement;
 use crate::initial_conditions::AccelerationSolver;
-use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
+use crate::mechanism::{EventElement, Mechanism};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
