@@ -1,6 +1,8 @@
 //! The list of all keys, as it stands in the documentation.
 
+use super::file::element_of;
 use super::{Need, Table, tables};
+use mechanics::elements::Measure;
 
 /// All tables with their keys as Markdown, in the order of a file.
 ///
@@ -39,8 +41,24 @@ fn heading(table: &Table, last: Option<&Table>) -> String {
     match table.kind {
         None => format!("\n### {title}\n\n{}.\n\n", capital(table.about)),
         Some(kind) if new => format!("\n### {title}\n\n**`kind = \"{kind}\"`** — {}.\n\n", table.about),
-        Some(kind) => format!("\n**`kind = \"{kind}\"`** — {}.\n\n", table.about),
+        Some(kind) => format!("\n**`kind = \"{kind}\"`**{} — {}.\n\n{}", family(table), table.about, measures(table)),
     }
+}
+
+/// The family of an element in brackets.
+fn family(table: &Table) -> String {
+    element_of(table).map_or(String::new(), |element| format!(" ({})", element.family))
+}
+
+/// The measures of an element, with unit and sign.
+fn measures(table: &Table) -> String {
+    let measures = element_of(table).map_or(&[][..], |element| element.measures);
+    if measures.is_empty() {
+        return String::new();
+    }
+    let line = |measure: &Measure| format!("| `{}` | {} | {} |\n", measure.name, measure.unit, measure.about);
+    let lines: String = measures.iter().map(line).collect();
+    format!("| measure | unit | |\n|---|---|---|\n{lines}\n")
 }
 
 fn capital(text: &str) -> String {

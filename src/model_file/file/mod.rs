@@ -41,6 +41,7 @@ mod quantity;
 mod section;
 mod time;
 
+pub(super) use element_kinds::element_of;
 pub use key::{Accepts, Key, Need, Table};
 
 use super::{Diagnostic, DiagnosticReport, limits};
