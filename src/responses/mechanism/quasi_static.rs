@@ -1,4 +1,4 @@
-//! The outputs of a mechanism, instant by instant, as responses of an optimization problem: no integration.
+//! The outputs of a mechanism at time points that are solved one by one, without integration, as responses of a problem.
 
 use crate::Result;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
@@ -23,22 +23,22 @@ use nalgebra::DMatrix;
 pub type StaticResponses<M> = QuasiStaticResponses<M, Statics>;
 
 /// The outputs of a mechanism whose every degree of freedom is driven, at given times: positions, velocities,
-/// accelerations, reactions and driving efforts, each instant assembled by itself.
+/// accelerations, reactions and driving forces, each time point assembled by itself.
 pub type KinematicResponses<M> = QuasiStaticResponses<M, Assembly>;
 
-/// The outputs of a mechanism at given times, each instant solved by itself: [`StaticResponses`] or [`KinematicResponses`].
+/// The outputs of a mechanism at given times, each solved by itself: [`StaticResponses`] or [`KinematicResponses`].
 ///
 /// Response h is the mechanism's output h, on the grid `times`.
 pub struct QuasiStaticResponses<M, P> {
     model: M,
-    procedure: P,
+    settings: P,
     times: Vec<f64>,
     differentiation: Differentiation,
 }
 
-/// How an instant is solved, with its settings.
+/// An analysis of one time point, with its settings.
 pub trait InstantAnalysis: Send + Sync {
-    /// What both ways of differentiating cost.
+    /// Costs of the direct and the adjoint method.
     #[doc(hidden)]
     const COST: Cost;
 
@@ -143,32 +143,36 @@ impl InstantAnalysis for Assembly {
 }
 
 impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
-    /// For the outputs of `model` at `times` (s, increasing).
+    /// Responses from the outputs of `model` at `times` (s, increasing).
     ///
-    /// **Errors.** [`crate::Error::Definition`] if times do not increase.
-    pub fn new(model: M, procedure: P, times: &[f64]) -> Result<Self> {
+    /// # Errors
+    ///
+    /// [`crate::Error::Definition`] if times do not increase.
+    pub fn new(model: M, settings: P, times: &[f64]) -> Result<Self> {
         check_times(f64::NEG_INFINITY, times)?;
-        Ok(Self { model, procedure, times: times.to_vec(), differentiation: Differentiation::Automatic })
+        Ok(Self { model, settings, times: times.to_vec(), differentiation: Differentiation::Automatic })
     }
 
-    /// With derivatives by this method.
+    /// Replaces the method of differentiation.
     ///
-    /// **Errors.** If there is no such method for this analysis; at present there are all.
+    /// # Errors
+    ///
+    /// [`crate::Error::Unsupported`] for a method that this analysis does not offer; it offers all.
     pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
         Ok(Self { differentiation, ..self })
     }
 
-    /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
+    /// The method for derivatives of the `wanted` responses by this many design variables.
     ///
-    /// Counted at every time point by itself: one transposed solve carries four responses of one time point.
+    /// Costs are counted for each time point: one transposed solve carries four responses of a time point.
     pub fn differentiation_for(&self, variables: usize, wanted: &[ResponseAt]) -> Differentiation {
-        self.differentiation.at_points(variables, wanted.iter().map(|instant| instant.point), P::COST)
+        self.differentiation.at_points(variables, wanted.iter().map(|at| at.point), P::COST)
     }
 }
 
 impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticResponses<M, P> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
-        Ok(Responses::new(self.procedure.values(&self.model.build(b)?, &self.times)?))
+        Ok(Responses::new(self.settings.values(&self.model.build(b)?, &self.times)?))
     }
 
     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
@@ -179,7 +183,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
         Some(self.differentiation_for(variables, wanted).name())
     }
 
-    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         use Differentiation::{Adjoint, Direct, SemiAnalytical};
         let by = |method, step| {
             move |b: &[f64], _: &Responses, wanted: &[ResponseAt]| self.sensitivities_by(method, step, b, wanted)
@@ -196,9 +200,9 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
     }
 
     fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
-        let times = &self.times[..wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0)];
-        let history = self.procedure.second(&self.model, b, times)?;
-        Ok(wanted.iter().map(|instant| history.hessian(instant.response, instant.point)).collect())
+        let times = &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)];
+        let history = self.settings.second(&self.model, b, times)?;
+        Ok(wanted.iter().map(|at| history.hessian(at.response, at.point)).collect())
     }
 }
 
@@ -210,26 +214,20 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
         b: &[f64],
         wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
-        // From the first time on, as the analysis: each instant is sought from the one before.
-        let times = &self.times[..wanted.iter().map(|instant| instant.point + 1).max().unwrap_or(0)];
+        // From the first time on, as the analysis: the solution of each time point starts from the one before.
+        let times = &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)];
         let history = match method {
             Differentiation::Adjoint => {
-                return by_points(wanted, |responses| self.procedure.adjoint(&self.model, b, times, responses));
+                return by_points(wanted, |responses| self.settings.adjoint(&self.model, b, times, responses));
             }
-            Differentiation::SemiAnalytical => self.procedure.semi_analytical(&self.model, b, times, step)?,
-            Differentiation::Direct | Differentiation::Automatic => self.procedure.direct(&self.model, b, times)?,
+            Differentiation::SemiAnalytical => self.settings.semi_analytical(&self.model, b, times, step)?,
+            Differentiation::Direct | Differentiation::Automatic => self.settings.direct(&self.model, b, times)?,
         };
-        Ok(super::gradient_rows(
-            &history,
-            b.len(),
-            wanted,
-            &wanted.iter().map(|instant| instant.point).collect::<Vec<_>>(),
-        ))
+        Ok(super::gradient_rows(&history, b.len(), wanted, &wanted.iter().map(|at| at.point).collect::<Vec<_>>()))
     }
 }
 
-/// Rows for the wanted instants from `adjoint`, to which those of one time point are given in a row: they share what is
-/// solved there.
+/// Rows of the wanted responses from `adjoint`, which receives them ordered by time point: those of one share a factorization.
 fn by_points(
     wanted: &[ResponseAt],
     adjoint: impl FnOnce(&[Functional]) -> Result<DMatrix<f64>>,
@@ -249,7 +247,7 @@ mod tests {
     use crate::cases::SliderCrank;
 
     #[test]
-    fn wanted_instants_come_in_the_order_asked() {
+    fn derivatives_come_in_the_order_asked() {
         let times: Vec<f64> = (0..10).map(|k| 0.05 * f64::from(k)).collect();
         let driven = || KinematicResponses::new(SliderCrank::rigid(), Assembly::default(), &times).unwrap();
         let analysis = driven().differentiating(Differentiation::Direct).unwrap();
@@ -259,8 +257,8 @@ mod tests {
         let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
         let all = differentiate_kinematics(&SliderCrank::rigid(), &b, Assembly::default(), &times).unwrap();
         assert_eq!(responses.values, all.values);
-        for (k, instant) in wanted.iter().enumerate() {
-            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[instant.response][instant.point]);
+        for (k, at) in wanted.iter().enumerate() {
+            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[at.response][at.point]);
         }
         let adjoint = driven().differentiating(Differentiation::Adjoint).unwrap();
         let difference = adjoint.sensitivities(&b, &responses, &wanted).unwrap() - &rows;

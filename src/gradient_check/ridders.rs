@@ -1,8 +1,8 @@
-//! Derivatives by differences that know how wrong they are.
+//! Derivatives by extrapolated differences with an error estimate, and detection of kinks.
 
 /// A derivative with an estimate of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slope {
+pub struct DifferenceEstimate {
     /// The derivative.
     pub value: f64,
     /// Estimate of its error.
@@ -11,35 +11,37 @@ pub struct Slope {
     pub noise: f64,
 }
 
-/// The derivative at 0 from values at 0 and at ±h for falling steps h.
+/// Estimates the derivative at 0 from values at 0 and at ±h for falling steps h.
 ///
-/// Central differences are extrapolated to h = 0 in all ways that the steps allow; of these the one is taken that differs
-/// least from its neighbours, unless noise makes more of it. Large steps suffer from curvature, small ones from the noise of
-/// the values: the choice finds the step between, whatever the noise is. It is told by how much the extrapolated differences
-/// of the smallest steps scatter. The error is that difference, that noise, or the disagreement with the steps beside,
-/// whichever is most.
+/// Central differences are extrapolated to h = 0 in all ways that the steps allow. The result is the one that differs least
+/// from its neighbours, unless noise dominates. Large steps suffer from curvature, small ones from the noise of the values:
+/// the choice finds a step between. The noise is estimated from the scatter of the extrapolated differences of the smallest
+/// steps. The error is the largest of that difference, that noise, and the deviation from the neighbouring steps.
 ///
-/// None with fewer than two steps.
+/// Returns `None` with fewer than two steps.
 ///
-/// **Source.** Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
-pub fn ridders(here: f64, steps: &[Step]) -> Option<Slope> {
-    let central = |s: &Step| (s.ahead - s.behind) / (2.0 * s.h);
-    let extrapolated = |a: &Step, b: &Step| central(b) + (central(b) - central(a)) / ((a.h / b.h).powi(2) - 1.0);
-    let scatter = |s: &[Step]| (extrapolated(&s[1], &s[2]) - extrapolated(&s[0], &s[1])).abs() * s[2].h;
+/// # Sources
+///
+/// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
+pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
+    let central = |s: &StepValues| (s.ahead - s.behind) / (2.0 * s.h);
+    let extrapolated =
+        |a: &StepValues, b: &StepValues| central(b) + (central(b) - central(a)) / ((a.h / b.h).powi(2) - 1.0);
+    let scatter = |s: &[StepValues]| (extrapolated(&s[1], &s[2]) - extrapolated(&s[0], &s[1])).abs() * s[2].h;
     let noise = steps.windows(3).rev().take(SMALLEST).map(scatter).fold(0.0, f64::max);
-    let mut rows: Vec<Slope> = Vec::new();
+    let mut rows: Vec<DifferenceEstimate> = Vec::new();
     let mut above: Vec<f64> = Vec::new();
     for (row, step) in steps.iter().enumerate() {
         let size = step.ahead.abs().max(step.behind.abs()).max(here.abs());
         let least = (2.0 * f64::EPSILON * size).max(noise) / step.h;
         let mut current = vec![central(step)];
-        let mut best = Slope { value: current[0], error: f64::INFINITY, noise };
+        let mut best = DifferenceEstimate { value: current[0], error: f64::INFINITY, noise };
         for column in 1..=row {
             let ratio = (steps[row - column].h / step.h).powi(2);
             let value = current[column - 1] + (current[column - 1] - above[column - 1]) / (ratio - 1.0);
             let error = (value - current[column - 1]).abs().max((value - above[column - 1]).abs()).max(least);
             if error < best.error {
-                best = Slope { value, error, ..best };
+                best = DifferenceEstimate { value, error, ..best };
             }
             current.push(value);
         }
@@ -47,20 +49,20 @@ pub fn ridders(here: f64, steps: &[Step]) -> Option<Slope> {
         above = current;
     }
     let row = (1..rows.len()).min_by(|&a, &b| rows[a].error.total_cmp(&rows[b].error))?;
-    let Slope { value, error, .. } = rows[row];
-    // Two numbers may agree by chance: the rows beside it must agree too.
-    let beside = [row.checked_sub(1).filter(|&row| row > 0), Some(row + 1)].into_iter().flatten();
-    let beside = beside.filter_map(|row| rows.get(row)).map(|other| (other.value - value).abs());
-    let doubt = beside.fold(0.0, f64::max);
-    Some(Slope { value, error: error.max(doubt), noise })
+    let DifferenceEstimate { value, error, .. } = rows[row];
+    // Two numbers may agree by chance: the neighbouring rows must agree too.
+    let neighbours = [row.checked_sub(1).filter(|&row| row > 0), Some(row + 1)].into_iter().flatten();
+    let neighbours = neighbours.filter_map(|row| rows.get(row)).map(|other| (other.value - value).abs());
+    let doubt = neighbours.fold(0.0, f64::max);
+    Some(DifferenceEstimate { value, error: error.max(doubt), noise })
 }
 
-/// The smallest steps that tell the noise.
+/// Number of the smallest steps from which the noise is estimated.
 const SMALLEST: usize = 4;
 
-/// Values on both sides.
+/// Values at distance h on both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct StepValues {
     /// Distance.
     pub h: f64,
     /// Value at +h.
@@ -69,10 +71,10 @@ pub struct Step {
     pub behind: f64,
 }
 
-/// The jump of the slope at 0, if there is one: (f₊ − 2 f₀ + f₋)/h falls with h for a smooth function and stays for a kink.
+/// Returns the jump of the slope at 0, if there is a kink: (f₊ − 2 f₀ + f₋)/h falls with h for a smooth function and stays for a kink.
 ///
 /// `noise` is that of the values.
-pub fn jump(here: f64, steps: &[Step], noise: f64) -> Option<f64> {
+pub fn jump(here: f64, steps: &[StepValues], noise: f64) -> Option<f64> {
     let bends: Vec<f64> = steps.iter().map(|s| (s.ahead - 2.0 * here + s.behind) / s.h).collect();
     // In the smaller half of the steps, where curvature has lost its weight and noise has not yet won.
     let (from, to) = (steps.len() / 3, 2 * steps.len() / 3);
@@ -87,9 +89,9 @@ pub fn jump(here: f64, steps: &[Step], noise: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn steps(f: impl Fn(f64) -> f64) -> Vec<Step> {
+    fn steps(f: impl Fn(f64) -> f64) -> Vec<StepValues> {
         let h = |k: i32| 0.1 * 0.5f64.powi(k);
-        (0..12).map(|k| Step { h: h(k), ahead: f(h(k)), behind: f(-h(k)) }).collect()
+        (0..12).map(|k| StepValues { h: h(k), ahead: f(h(k)), behind: f(-h(k)) }).collect()
     }
 
     #[test]

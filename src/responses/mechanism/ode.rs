@@ -1,7 +1,7 @@
 //! The outputs of an ordinary differential equation as responses, at time points and between them.
 
 use crate::Result;
-use crate::problem::{Analysis, ContinuousTime, ResponseAt, Responses};
+use crate::problem::{Analysis, ContinuousTime, ResponseAt, Responses, seed_block};
 use autodiff::{BLOCK, HyperDual, Scalar};
 use mechanics::derivatives::forward::explicit::differentiate_ode;
 use mechanics::integrators::explicit::Explicit;
@@ -24,42 +24,42 @@ pub trait OdeModel: Send + Sync {
 
 /// The outputs of an [`OdeModel`] over one time grid, as responses of an optimization problem in continuous time.
 ///
-/// The state is integrated by explicit steps and differentiated along with them; between time points the integration goes on
+/// The state is integrated by explicit steps and differentiated along with them; between time points the integration continues
 /// from the last one. Derivatives of outputs by design and time are those of dual numbers on state and rates.
 pub struct OdeResponses<E> {
-    evolution: E,
+    model: E,
     settings: Explicit,
     times: Vec<f64>,
 }
 
-/// States and, once they are wanted, their derivatives at the time points.
+/// States and, once they are asked for, their derivatives at the time points.
 struct Trace {
     design: Vec<f64>,
     /// `states[p][component]`.
     states: Vec<Vec<f64>>,
-    /// `slopes[component][p]`.
+    /// `gradients[component][p]`.
     slopes: OnceLock<Vec<Vec<Vec<f64>>>>,
 }
 
-/// The differential equation from any state on, which may depend on the design.
+/// The differential equation from any state, which may depend on the design.
 struct Restarted<'e, E> {
-    evolution: &'e E,
-    /// None for the start of the evolution.
-    state: Option<Known<'e>>,
+    model: &'e E,
+    /// None for the initial state of the model.
+    state: Option<InitialState<'e>>,
 }
 
-/// A state on the way.
-struct Known<'e> {
+/// A state from which the integration continues.
+struct InitialState<'e> {
     values: &'e [f64],
-    /// Its slopes, component by component; empty where they do not matter.
+    /// Its derivatives by the design, component by component; empty where they are not needed.
     slopes: Vec<&'e [f64]>,
-    /// The design to which they belong.
+    /// The design of these derivatives.
     design: &'e [f64],
 }
 
 impl<E: OdeModel> Ode for Restarted<'_, E> {
     fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
-        let Some(Known { values, slopes, design }) = &self.state else { return self.evolution.start(b) };
+        let Some(InitialState { values, slopes, design }) = &self.state else { return self.model.start(b) };
         let component = |(i, &y): (usize, &f64)| {
             let slope = slopes.get(i).copied().unwrap_or(&[]);
             let steps = b.iter().zip(*design).zip(slope).map(|((b, d), s)| (*b - *d) * *s);
@@ -69,21 +69,23 @@ impl<E: OdeModel> Ode for Restarted<'_, E> {
     }
 
     fn rates<S: Scalar>(&self, b: &[S], t: f64, y: &[S], out: &mut [S]) {
-        self.evolution.rates(b, S::from(t), y, out);
+        self.model.rates(b, S::from(t), y, out);
     }
 }
 
 impl<E: OdeModel> OdeResponses<E> {
-    /// For the outputs of `evolution` at `times` (s, increasing).
+    /// Responses from the outputs of `model` at `times` (s, increasing).
     ///
-    /// **Errors.** [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
-    pub fn new(evolution: E, settings: Explicit, times: &[f64]) -> Result<Self> {
+    /// # Errors
+    ///
+    /// [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
+    pub fn new(model: E, settings: Explicit, times: &[f64]) -> Result<Self> {
         settings.check(times)?;
-        Ok(Self { evolution, settings, times: times.to_vec() })
+        Ok(Self { model, settings, times: times.to_vec() })
     }
 
     fn whole(&self) -> Restarted<'_, E> {
-        Restarted { evolution: &self.evolution, state: None }
+        Restarted { model: &self.model, state: None }
     }
 
     fn states(&self, b: &[f64]) -> Result<Trace> {
@@ -93,10 +95,10 @@ impl<E: OdeModel> OdeResponses<E> {
         Ok(Trace { design: b.to_vec(), states, slopes: OnceLock::new() })
     }
 
-    /// What the analysis of `b` left behind, or the same anew.
+    /// The stored states of the analysis of `b`, or new ones.
     fn trace(&self, b: &[f64], responses: &Responses) -> Result<Arc<Trace>> {
-        let left = responses.trace.clone().and_then(|trace| trace.downcast::<Trace>().ok());
-        left.filter(|trace| trace.design == b).map_or_else(|| self.states(b).map(Arc::new), Ok)
+        let stored = responses.trace.clone().and_then(|trace| trace.downcast::<Trace>().ok());
+        stored.filter(|trace| trace.design == b).map_or_else(|| self.states(b).map(Arc::new), Ok)
     }
 
     fn slopes<'t>(&self, b: &[f64], trace: &'t Trace) -> Result<&'t Vec<Vec<Vec<f64>>>> {
@@ -104,10 +106,10 @@ impl<E: OdeModel> OdeResponses<E> {
             let found = differentiate_ode(&self.whole(), b, &self.settings, &self.times)?.gradients;
             return Ok(trace.slopes.get_or_init(|| found));
         }
-        Ok(trace.slopes.get().expect("it was just looked at"))
+        Ok(trace.slopes.get().expect("it is set above or before"))
     }
 
-    /// The last time point up to `t`, and the settings from there on.
+    /// The last time point up to `t`, and the settings from that point.
     fn before(&self, t: f64) -> (usize, Explicit) {
         let p = self.times.partition_point(|&point| point <= t).saturating_sub(1);
         (p, Explicit { start: self.times[p], ..self.settings.clone() })
@@ -120,8 +122,8 @@ impl<E: OdeModel> OdeResponses<E> {
             return Ok(trace.states[p].clone());
         }
         let from = Restarted {
-            evolution: &self.evolution,
-            state: Some(Known { values: &trace.states[p], slopes: vec![], design: b }),
+            model: &self.model,
+            state: Some(InitialState { values: &trace.states[p], slopes: vec![], design: b }),
         };
         Ok(integrate(&from, b, &settings, &[t])?.values.iter().map(|series| series[0]).collect())
     }
@@ -135,8 +137,8 @@ impl<E: OdeModel> OdeResponses<E> {
             return Ok(here.iter().map(|s| s.to_vec()).collect());
         }
         let from = Restarted {
-            evolution: &self.evolution,
-            state: Some(Known { values: &trace.states[p], slopes: here, design: b }),
+            model: &self.model,
+            state: Some(InitialState { values: &trace.states[p], slopes: here, design: b }),
         };
         let onward = differentiate_ode(&from, b, &settings, &[t])?;
         Ok(onward.gradients.into_iter().map(|mut series| series.swap_remove(0)).collect())
@@ -144,7 +146,7 @@ impl<E: OdeModel> OdeResponses<E> {
 
     fn rates_at<S: Scalar>(&self, b: &[S], t: S, y: &[S]) -> Vec<S> {
         let mut out = vec![S::from(0.0); y.len()];
-        self.evolution.rates(b, t, y, &mut out);
+        self.model.rates(b, t, y, &mut out);
         out
     }
 }
@@ -170,8 +172,8 @@ impl<E: OdeModel> Analysis for OdeResponses<E> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let trace = self.states(b)?;
         let series = |h| self.times.iter().zip(&trace.states).map(move |(&t, y)| (h, t, y));
-        let value = |(h, t, y): (usize, f64, &Vec<f64>)| self.evolution.output(h, b, t, y);
-        let values = (0..self.evolution.outputs()).map(|h| series(h).map(value).collect()).collect();
+        let value = |(h, t, y): (usize, f64, &Vec<f64>)| self.model.output(h, b, t, y);
+        let values = (0..self.model.outputs()).map(|h| series(h).map(value).collect()).collect();
         Ok(Responses { values, trace: Some(Arc::new(trace)) })
     }
 
@@ -179,12 +181,12 @@ impl<E: OdeModel> Analysis for OdeResponses<E> {
         let trace = self.trace(b, responses)?;
         let slopes = self.slopes(b, &trace)?;
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
-        for (row, instant) in wanted.iter().enumerate() {
-            let (t, y) = (HyperDual::from(self.times[instant.point]), &trace.states[instant.point]);
+        for (row, at) in wanted.iter().enumerate() {
+            let (t, y) = (HyperDual::from(self.times[at.point]), &trace.states[at.point]);
             for start in (0..b.len()).step_by(BLOCK) {
-                let of = |(i, &y): (usize, &f64)| number(y, &slopes[i][instant.point][start..], 0.0, &[]);
+                let of = |(i, &y): (usize, &f64)| number(y, &slopes[i][at.point][start..], 0.0, &[]);
                 let y: Vec<HyperDual> = y.iter().enumerate().map(of).collect();
-                let first = firsts(&self.evolution.output(instant.response, &design(b, start), t, &y));
+                let first = firsts(&self.model.output(at.response, &seed_block(b, start), t, &y));
                 (0..BLOCK.min(b.len() - start)).for_each(|a| rows[(row, start + a)] = first[a]);
             }
         }
@@ -196,15 +198,6 @@ impl<E: OdeModel> Analysis for OdeResponses<E> {
     }
 }
 
-/// The design with the block of derivatives from variable `start` on.
-fn design(b: &[f64], start: usize) -> Vec<HyperDual> {
-    let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
-        Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
-        _ => HyperDual::from_re(v),
-    };
-    b.iter().enumerate().map(seeded).collect()
-}
-
 impl<E: OdeModel> ContinuousTime for OdeResponses<E> {
     fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]> {
         let trace = self.trace(b, responses)?;
@@ -214,7 +207,7 @@ impl<E: OdeModel> ContinuousTime for OdeResponses<E> {
         let moving: Vec<HyperDual> = y.iter().zip(&rates).map(|(&y, &r)| number(y, &[r], 0.0, &[])).collect();
         let second = self.rates_at(&constants, number(t, &[1.0], 0.0, &[]), &moving);
         let state = y.iter().zip(&rates).zip(&second).map(|((&y, &r), s)| number(y, &[r], r, &[firsts(s)[0]]));
-        let value = self.evolution.output(h, &constants, number(t, &[1.0], 1.0, &[]), &state.collect::<Vec<_>>());
+        let value = self.model.output(h, &constants, number(t, &[1.0], 1.0, &[]), &state.collect::<Vec<_>>());
         Ok([value.re, firsts(&value)[0], mixed(&value)[0]])
     }
 
@@ -223,13 +216,13 @@ impl<E: OdeModel> ContinuousTime for OdeResponses<E> {
         let (y, slopes) = (self.state(b, &trace, t)?, self.state_slopes(b, &trace, t)?);
         let mut found = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
         for start in (0..b.len()).step_by(BLOCK) {
-            let design = design(b, start);
+            let design = seed_block(b, start);
             let still: Vec<HyperDual> = y.iter().zip(&slopes).map(|(&y, s)| number(y, &s[start..], 0.0, &[])).collect();
             let rates = self.rates_at(&design, HyperDual::from_re(t), &still);
             let state = y.iter().zip(&slopes).zip(&rates);
             let state = state.map(|((&y, s), r)| number(y, &s[start..], r.re, firsts(r).as_slice()));
             let time = number(t, &[], 1.0, &[]);
-            let value = self.evolution.output(h, &design, time, &state.collect::<Vec<_>>());
+            let value = self.model.output(h, &design, time, &state.collect::<Vec<_>>());
             let count = BLOCK.min(b.len() - start);
             found[0].extend(firsts(&value).iter().take(count));
             found[1].extend(mixed(&value).iter().take(count));
@@ -243,9 +236,9 @@ mod tests {
     use super::*;
 
     /// ẏ = −b₀ y + sin(b₁ t), y(0) = b₂; outputs y² and b₁ t y: five derivatives against differences.
-    struct KinematicResponses;
+    struct Driven;
 
-    impl OdeModel for KinematicResponses {
+    impl OdeModel for Driven {
         fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
             vec![b[2]]
         }
@@ -262,17 +255,16 @@ mod tests {
 
     #[test]
     fn derivatives_by_design_and_time_are_those_of_differences() {
-        let trajectory =
-            OdeResponses::new(KinematicResponses, Explicit::eighth_order(1e-13), &[0.0, 0.5, 1.0, 2.0]).unwrap();
+        let analysis = OdeResponses::new(Driven, Explicit::eighth_order(1e-13), &[0.0, 0.5, 1.0, 2.0]).unwrap();
         let b = [0.7, 2.0, 0.4];
-        let responses = trajectory.analyze(&b).unwrap();
-        let value = |b: &[f64], h, t| trajectory.rates(b, &trajectory.analyze(b).unwrap(), h, t).unwrap();
+        let responses = analysis.analyze(&b).unwrap();
+        let value = |b: &[f64], h, t| analysis.rates(b, &analysis.analyze(b).unwrap(), h, t).unwrap();
         let (h, t, step) = (1, 1.3, 1e-4);
         let [_, slope, bend] = value(&b, h, t);
         let (up, down) = (value(&b, h, t + step), value(&b, h, t - step));
         assert!((slope - (up[0] - down[0]) / (2.0 * step)).abs() < 1e-7);
         assert!((bend - (up[1] - down[1]) / (2.0 * step)).abs() < 1e-6);
-        let [first, cross] = trajectory.rate_sensitivities(&b, &responses, h, t).unwrap();
+        let [first, cross] = analysis.rate_sensitivities(&b, &responses, h, t).unwrap();
         for k in 0..3 {
             let moved =
                 |s: f64| value(&std::array::from_fn::<f64, 3, _>(|i| b[i] + if i == k { s } else { 0.0 }), h, t);
@@ -280,10 +272,10 @@ mod tests {
             assert!((first[k] - (up[0] - down[0]) / (2.0 * step)).abs() < 1e-7, "{k}");
             assert!((cross[k] - (up[1] - down[1]) / (2.0 * step)).abs() < 1e-7, "{k}");
         }
-        // At a time point both ways agree, also without what the analysis left behind.
+        // At a time point both ways agree, also without stored states.
         let plain = Responses::new(responses.values.clone());
-        let row = trajectory.sensitivities(&b, &plain, &[ResponseAt { response: 0, point: 2 }]).unwrap();
-        let [there, _] = trajectory.rate_sensitivities(&b, &responses, 0, 1.0).unwrap();
+        let row = analysis.sensitivities(&b, &plain, &[ResponseAt { response: 0, point: 2 }]).unwrap();
+        let [there, _] = analysis.rate_sensitivities(&b, &responses, 0, 1.0).unwrap();
         (0..3).for_each(|k| assert!((row[(0, k)] - there[k]).abs() < 1e-12));
     }
 }

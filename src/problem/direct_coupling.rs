@@ -1,6 +1,6 @@
-//! The direct coupling: the program whose every evaluation is an analysis.
+//! Direct coupling: a program each of whose evaluations is an analysis.
 
-use super::{Evaluation, Problem, ResponseAt, Responses, RowId, Sensitivities};
+use super::{AnalyzedDesign, Evaluation, Problem, ResponseAt, RowId, Sensitivities};
 use error::Result;
 use nalgebra::DMatrix;
 use nlp::{Gradients, Program, Values};
@@ -10,22 +10,15 @@ use std::sync::{Arc, Mutex};
 /// The whole problem as one [`Program`], every time point a row, every evaluation an analysis.
 ///
 /// This is the classical coupling that sequential approximation is compared with. Rows read ĝ − 1 ≤ 0. Gradients at the
-/// design that was analysed last cost no second analysis.
+/// design that was analyzed last cost no second analysis.
 pub struct DirectCoupling<'a> {
     problem: &'a Problem,
     rows: Vec<RowId>,
     wanted: Vec<ResponseAt>,
     bounds: (Vec<f64>, Vec<f64>),
-    last: Mutex<Option<Arc<Analysed>>>,
+    last: Mutex<Option<Arc<AnalyzedDesign>>>,
     analyses: AtomicUsize,
     sensitivity_analyses: AtomicUsize,
-}
-
-/// A design with what its analysis gave.
-struct Analysed {
-    design: Vec<f64>,
-    responses: Responses,
-    evaluation: Evaluation,
 }
 
 impl<'a> DirectCoupling<'a> {
@@ -33,8 +26,8 @@ impl<'a> DirectCoupling<'a> {
     pub fn new(problem: &'a Problem) -> Self {
         let rows: Vec<RowId> = problem.all_rows();
         let quantities = rows.iter().map(|r| (&problem.constraints[r.constraint].quantity, r.point));
-        let all = quantities.chain([(&problem.objective, 0)]);
-        let mut wanted: Vec<ResponseAt> = all.flat_map(|(q, p)| problem.instants_of(q, p)).collect();
+        let all = quantities.chain([(&problem.objective.quantity, 0)]);
+        let mut wanted: Vec<ResponseAt> = all.flat_map(|(q, p)| problem.responses_of(q, p)).collect();
         wanted.sort_unstable();
         wanted.dedup();
         let bounds = problem.variables.iter().map(|v| (v.lower, v.upper)).unzip();
@@ -42,15 +35,13 @@ impl<'a> DirectCoupling<'a> {
     }
 
     /// The analysis at `x`, done unless it was the last one.
-    fn analysed(&self, x: &[f64]) -> Result<Arc<Analysed>> {
+    fn analyzed(&self, x: &[f64]) -> Result<Arc<AnalyzedDesign>> {
         let last = || self.last.lock().expect("nothing panics under the lock");
-        if let Some(known) = last().as_ref().filter(|known| known.design == x) {
-            return Ok(known.clone());
+        if let Some(last) = last().as_ref().filter(|last| last.design == x) {
+            return Ok(last.clone());
         }
         self.analyses.fetch_add(1, Ordering::Relaxed);
-        let responses = self.problem.analyze(x)?;
-        let evaluation = self.problem.evaluate(x, &responses)?;
-        let fresh = Arc::new(Analysed { design: x.to_vec(), responses, evaluation });
+        let fresh = Arc::new(self.problem.analyze_design(x)?);
         *last() = Some(fresh.clone());
         Ok(fresh)
     }
@@ -71,16 +62,6 @@ impl<'a> DirectCoupling<'a> {
     }
 }
 
-impl Problem {
-    /// Every constraint at every one of its time points.
-    pub fn all_rows(&self) -> Vec<RowId> {
-        let of = |(constraint, c): (usize, &super::Constraint)| {
-            (0..self.points_of(&c.quantity)).map(move |point| RowId { constraint, point })
-        };
-        self.constraints.iter().enumerate().flat_map(of).collect()
-    }
-}
-
 impl Program for DirectCoupling<'_> {
     fn variables(&self) -> usize {
         self.problem.n()
@@ -96,28 +77,28 @@ impl Program for DirectCoupling<'_> {
     }
 
     fn is_equality(&self, i: usize) -> bool {
-        self.problem.constraints[self.rows[i].constraint].is_equality
+        self.problem.constraints[self.rows[i].constraint].is_equality()
     }
 
     fn values(&self, x: &[f64]) -> Result<Values> {
-        Ok(self.values_of(&self.analysed(x)?.evaluation))
+        Ok(self.values_of(&self.analyzed(x)?.evaluation))
     }
 
     fn gradients(&self, x: &[f64]) -> Result<Gradients> {
         let (problem, n) = (self.problem, self.problem.n());
-        let analysed = self.analysed(x)?;
-        let responses = &analysed.responses;
+        let analyzed = self.analyzed(x)?;
+        let responses = &analyzed.responses;
         self.sensitivity_analyses.fetch_add(1, Ordering::Relaxed);
         let rows = problem.sensitivities(x, responses, &self.wanted)?;
-        let sensitivities = Sensitivities { instants: self.wanted.clone(), rows };
-        let objective = problem.total_derivative(&problem.objective, 0, x, responses, &sensitivities);
+        let sensitivities = Sensitivities { at: self.wanted.clone(), rows };
+        let objective = problem.total_derivative(problem.objective.signed(), 0, x, responses, &sensitivities);
         let mut jacobian = DMatrix::zeros(self.rows.len(), n);
         for (i, row) in self.rows.iter().enumerate() {
             let constraint = &problem.constraints[row.constraint];
-            let slope = problem.total_derivative(&constraint.quantity, row.point, x, responses, &sensitivities);
+            let slope = problem.total_derivative(constraint.signed(), row.point, x, responses, &sensitivities);
             (0..n).for_each(|k| jacobian[(i, k)] = slope[k] / constraint.scale);
         }
-        let values = self.values_of(&analysed.evaluation);
+        let values = self.values_of(&analyzed.evaluation);
         Ok(Gradients { values, objective, rows: jacobian })
     }
 }

@@ -1,7 +1,7 @@
-//! Sensitivities by finite differences of whole analyses, where an analysis gives no better ones.
+//! Sensitivities by finite differences of whole analyses, for analyses that offer no better ones.
 
-use super::check::{Surroundings, ridders};
-use super::{Analysis, GradientMethod, ResponseAt, Responses};
+use crate::gradient_check::{DifferenceSamples, ridders};
+use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 /// | [`forward`](Self::forward) | D₊(h) = (r(b + h e_i) − r(b)) / h | h | n |
 /// | [`central`](Self::central) | D(h) = (r(b + h e_i) − r(b − h e_i)) / 2h | h² | 2 n |
 /// | [`richardson`](Self::richardson) | (4 D(h/2) − D(h)) / 3 | h⁴ | 4 n |
-/// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, those that curvature and noise spoil least | as told | 22 n |
+/// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, the best one for curvature and noise | estimated | 22 n |
 ///
 /// All analyses of a sensitivity analysis run in parallel; the result has the same bits for any number of threads. A derivative of
 /// the whole analysis by dual or complex numbers is no difference: that is the direct method.
@@ -60,7 +60,7 @@ impl Formula {
         }
     }
 
-    /// Where analyses are made, in steps, and their weights in the difference times the step.
+    /// Places of the analyses, in steps, and their weights in the difference times the step.
     fn points(self) -> &'static [(f64, f64)] {
         match self {
             Self::Forward => &[(1.0, 1.0)],
@@ -74,36 +74,47 @@ impl Formula {
 impl<A: Analysis> Differences<A> {
     /// Forward differences with the relative step ε.
     ///
-    /// **Errors.** [`Error::Option`] unless ε is positive and finite.
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless ε is positive and finite.
     pub fn forward(analysis: A, relative_step: f64) -> Result<Self> {
         Self::new(analysis, Step::Relative(relative_step), Formula::Forward)
     }
 
     /// Forward differences with the steps h, one for each design variable and in its unit.
     ///
-    /// **Errors.** [`Error::Option`] unless every step is positive and finite.
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless every step is positive and finite.
     pub fn forward_by(analysis: A, steps: Vec<f64>) -> Result<Self> {
         Self::new(analysis, Step::Absolute(steps), Formula::Forward)
     }
 
     /// Central differences with the relative step ε.
     ///
-    /// **Errors.** [`Error::Option`] unless ε is positive and finite.
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless ε is positive and finite.
     pub fn central(analysis: A, relative_step: f64) -> Result<Self> {
         Self::new(analysis, Step::Relative(relative_step), Formula::Central)
     }
 
     /// Central differences with the relative steps ε and ε/2, extrapolated to zero (Richardson).
     ///
-    /// **Errors.** [`Error::Option`] unless ε is positive and finite.
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless ε is positive and finite.
     pub fn richardson(analysis: A, relative_step: f64) -> Result<Self> {
         Self::new(analysis, Step::Relative(relative_step), Formula::Richardson)
     }
 
-    /// Central differences with steps that fall from 1 % of every variable, extrapolated in all ways that they allow: for each
-    /// response and variable the one that its neighbours and the noise of the analysis let trust most.
+    /// Central differences with steps that fall from 1 % of every variable, extrapolated in all ways that they allow.
     ///
-    /// **Source.** Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
+    /// For each response and variable the result with the least error estimate is used, whatever the noise of the analysis.
+    ///
+    /// # Sources
+    ///
+    /// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
     pub fn noise_aware(analysis: A) -> Self {
         Self { analysis, step: Step::Relative(1.0), formula: Formula::NoiseAware }
     }
@@ -119,7 +130,7 @@ impl<A: Analysis> Differences<A> {
         Ok(Self { analysis, step, formula })
     }
 
-    /// With steps `factor` times as long.
+    /// Sensitivities with steps `factor` times as long.
     fn by(&self, factor: f64, b: &[f64], here: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         if let Step::Absolute(steps) = &self.step {
             Error::check_length("steps of differences", b.len(), steps.len())?;
@@ -133,12 +144,12 @@ impl<A: Analysis> Differences<A> {
             let mut moved = b.to_vec();
             moved[i] += place * factor * self.step.of(b, i);
             let responses = self.analysis.analyze(&moved)?;
-            Ok((moved[i], wanted.iter().map(|&instant| responses.at(instant)).collect()))
+            Ok((moved[i], wanted.iter().map(|&at| responses.at(at)).collect()))
         };
         let found: Vec<_> = (0..points.len() * b.len()).into_par_iter().map(read).collect::<Result<_>>()?;
         let slope = |row: usize, i: usize| {
             let here = here.at(wanted[row]);
-            // The distance that the sum could hold stands for the step.
+            // The distance in floating point replaces the step.
             let share = |(k, (place, weight)): (usize, &(f64, f64))| {
                 let (at, values) = &found[i * points.len() + k];
                 weight * (values[row] - here) * place / (at - b[i])
@@ -150,11 +161,11 @@ impl<A: Analysis> Differences<A> {
 
     fn noise_aware_at(&self, b: &[f64], here: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let scales: Vec<f64> = b.iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() }).collect();
-        let around = Surroundings::along_all(&self.analysis, b, &scales);
+        let samples = DifferenceSamples::along_all(&self.analysis, b, &scales);
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
-        for (i, around) in around.iter().enumerate() {
-            for (row, &instant) in wanted.iter().enumerate() {
-                let slope = ridders(here.at(instant), &around.steps(instant)).ok_or_else(|| {
+        for (i, samples) in samples.iter().enumerate() {
+            for (row, &at) in wanted.iter().enumerate() {
+                let slope = ridders(here.at(at), &samples.steps(at)).ok_or_else(|| {
                     let why = "the designs beside this one cannot be analysed";
                     Error::analysis(
                         format!("differences by design variable {i}"),
@@ -178,8 +189,8 @@ impl<A: Analysis> Analysis for Differences<A> {
         self.by(1.0, b, responses, wanted)
     }
 
-    /// The differences, and what the analysis itself can.
-    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
+    /// The differences, and the methods of the analysis itself.
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         let own = match self.formula {
             Formula::NoiseAware => GradientMethod::of(self.formula.name(), self),
             _ => {
@@ -187,7 +198,7 @@ impl<A: Analysis> Analysis for Differences<A> {
                 GradientMethod::approximate(self.formula.name(), 1.0, by)
             }
         };
-        std::iter::once(own).chain(self.analysis.alternatives()).collect()
+        std::iter::once(own).chain(self.analysis.gradient_methods()).collect()
     }
 
     fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
@@ -257,8 +268,8 @@ mod tests {
     }
 
     #[test]
-    fn the_differences_stand_beside_what_the_analysis_can() {
+    fn methods_are_the_differences_and_those_of_the_analysis() {
         let differences = Differences::forward(Analytic::new(Cubic, &[None]), 1e-6).unwrap();
-        assert_eq!(differences.alternatives().iter().map(|a| a.name).collect::<Vec<_>>(), ["forward"]);
+        assert_eq!(differences.gradient_methods().iter().map(|a| a.name).collect::<Vec<_>>(), ["forward"]);
     }
 }

@@ -1,4 +1,4 @@
-//! Responses of the analysed system and where they come from.
+//! Responses of the analysed system, and the analysis that computes them.
 
 use super::{ContinuousTime, GradientMethod, Intermediates};
 use error::Result;
@@ -29,13 +29,14 @@ pub struct ResponseAt {
     pub point: usize,
 }
 
-/// What an analysis yields at one design.
+/// All responses at one design.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub struct Responses {
     /// `values[h][p]`: response h at time point p, in its unit.
     pub values: Vec<Vec<f64>>,
-    /// Whatever the analysis wants to find again when sensitivities are asked for at the same design. Never stored in
-    /// a file: after a restart the analysis must do without.
+    /// Data that the analysis reuses for sensitivities at the same design.
+    ///
+    /// It is never stored in a file: after a restart the analysis works without it.
     #[serde(skip)]
     pub trace: Option<Arc<dyn Any + Send + Sync>>,
 }
@@ -46,9 +47,9 @@ impl Responses {
         Self { values, trace: None }
     }
 
-    /// The value at one instant.
-    pub fn at(&self, instant: ResponseAt) -> f64 {
-        self.values[instant.response][instant.point]
+    /// The value of one response at one time point.
+    pub fn at(&self, at: ResponseAt) -> f64 {
+        self.values[at.response][at.point]
     }
 }
 
@@ -58,19 +59,44 @@ impl std::fmt::Debug for Responses {
     }
 }
 
-/// The expensive part: from a design to responses, and to sensitivities where they are wanted.
+/// An analysis: responses at a design, and their sensitivities.
 ///
-/// An analysis that cannot be done at a design (no assembly, no convergence) returns
-/// [`Error::Analysis`](crate::Error::Analysis); during an optimization that is a rejected cycle, not the end.
-/// Both methods are pure: the same design gives the same bits.
+/// This is the expensive part of an optimization. The methods are pure: the same design gives the same bits.
+///
+/// # Errors
+///
+/// An analysis that fails at a design (no assembly, no convergence) returns
+/// [`Error::Analysis`](crate::Error::Analysis); during an optimization that rejects the design and does not end the run. A
+/// valid request that an analysis does not offer returns [`Error::Unsupported`](crate::Error::Unsupported).
+///
+/// # Examples
+///
+/// An analysis by hand; [`ClosedForm`](super::ClosedForm) differentiates explicit formulas by itself, and
+/// [`Differences`](crate::responses::Differences) any analysis.
+///
+/// ```
+/// use linkwright::{Result, problem::{Analysis, ResponseAt, Responses}};
+/// use nalgebra::DMatrix;
+/// struct Square;
+/// impl Analysis for Square {
+///     fn analyze(&self, b: &[f64]) -> Result<Responses> {
+///         Ok(Responses::new(vec![vec![b[0] * b[0]]]))
+///     }
+///     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+///         Ok(DMatrix::from_element(wanted.len(), 1, 2.0 * b[0]))
+///     }
+/// }
+/// assert_eq!(Square.analyze(&[3.0])?.at(ResponseAt { response: 0, point: 0 }), 9.0);
+/// # Ok::<(), linkwright::Error>(())
+/// ```
 pub trait Analysis: Send + Sync {
     /// All responses at design `b` (length n).
     fn analyze(&self, b: &[f64]) -> Result<Responses>;
 
-    /// ∂r/∂b at the wanted instants: one row for each, n columns. `responses` is what [`Analysis::analyze`] gave at `b`.
+    /// ∂r/∂b of the wanted responses: one row for each, n columns. `responses` is the result of [`Analysis::analyze`] at `b`.
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>>;
 
-    /// ∂²r/∂b² at the wanted instants (n × n each), if the analysis can give them.
+    /// ∂²r/∂b² of the wanted responses (n × n each); `None` if the analysis does not offer them.
     fn curvatures(
         &self,
         _b: &[f64],
@@ -80,19 +106,17 @@ pub trait Analysis: Send + Sync {
         Ok(None)
     }
 
-    /// All ways in which this analysis can be differentiated, to be compared with each other and with differences: itself
-    /// alone, unless it has several.
-    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
+    /// All methods by which this analysis can be differentiated, for gradient checks; empty if there is only one.
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         Vec::new()
     }
 
-    /// The name of the method that takes derivatives at the `wanted` instants by this many design variables, where there is
-    /// a choice.
+    /// The name of the method for derivatives of the wanted responses by this many design variables, where there is a choice.
     fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         None
     }
 
-    /// The responses between the time points, if the analysis can give them.
+    /// The responses between the time points; `None` if the analysis does not offer them.
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         None
     }
@@ -111,8 +135,8 @@ impl<A: Analysis + ?Sized> Analysis for &A {
         (**self).curvatures(b, responses, wanted)
     }
 
-    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
-        (**self).alternatives()
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
+        (**self).gradient_methods()
     }
 
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {

@@ -21,7 +21,7 @@ pub trait ProblemScalar: Scalar {
 
 macro_rules! numbers {
     ($($number:ty => $name:ident),*) => {
-        /// Object-safe face of [`Function`]; implemented for every function.
+        /// Object-safe form of [`Function`]; implemented for every function.
         #[doc(hidden)]
         pub trait AnyFunction: Send + Sync {
             $(fn $name(&self, point: &Point<$number>) -> $number;)*
@@ -29,7 +29,7 @@ macro_rules! numbers {
         impl<F: Function> AnyFunction for F {
             $(fn $name(&self, point: &Point<$number>) -> $number { self.at(point) })*
         }
-        /// Object-safe face of [`Functional`]; implemented for every functional.
+        /// Object-safe form of [`Functional`]; implemented for every functional.
         #[doc(hidden)]
         pub trait AnyFunctional: Send + Sync {
             $(fn $name(&self, history: &[Point<$number>]) -> $number;)*
@@ -39,7 +39,7 @@ macro_rules! numbers {
             fn made_for(&self) -> Option<usize> { self.points() }
             $(fn $name(&self, history: &[Point<$number>]) -> $number { self.over(history) })*
         }
-        /// Object-safe face of [`IntermediateMap`]; implemented for every map.
+        /// Object-safe form of [`IntermediateMap`]; implemented for every map.
         #[doc(hidden)]
         pub trait AnyMap: Send + Sync {
             $(fn $name(&self, k: usize, design: &[$number]) -> $number;)*

@@ -1,14 +1,27 @@
-//! The optimization problem (1)–(3) as a value, and its evaluation in plain numbers.
+//! The optimization problem (1)–(3), and its evaluation in plain numbers.
 
-use super::continuous::{PeakTime, maxima};
-use super::quantity::Form;
-use super::{Analysis, Constraint, DesignVariable, Intermediates, Quantity, Response, Responses, TimeGrid};
+use super::continuous_time::{PeakTime, maxima};
+use super::quantity::{Form, SignedQuantity};
+use super::{
+    Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, Quantity, Response,
+    Responses, RowId, TimeGrid,
+};
 use error::{Error, Result};
 use std::collections::HashSet;
 
 /// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.
 ///
-/// Made by [`ProblemBuilder`](super::ProblemBuilder), which checks that the parts fit together.
+/// Built with [`ProblemBuilder`](super::ProblemBuilder), which checks that the parts fit together.
+///
+/// # Examples
+///
+/// ```
+/// let problem = linkwright::cases::impact_absorber::peak_acceleration()?;
+/// let here = problem.analyze_design(&problem.start())?;
+/// let (row, _) = here.evaluation.worst().expect("the problem has constraints");
+/// assert_eq!(problem.row_in_words(row), "displacement upper at time 1.44 s");
+/// # Ok::<(), linkwright::Error>(())
+/// ```
 pub struct Problem {
     /// Name, for tables and files.
     pub name: String,
@@ -18,72 +31,12 @@ pub struct Problem {
     pub grids: Vec<TimeGrid>,
     /// Responses r.
     pub responses: Vec<Response>,
-    /// Name of the objective.
-    pub objective_name: String,
-    /// Unit of the objective.
-    pub objective_unit: String,
     /// Objective F.
-    pub objective: Quantity,
+    pub objective: Objective,
     /// Constraints g_j, m of them.
     pub constraints: Vec<Constraint>,
-    /// Where responses come from.
+    /// The analysis, from which the responses come.
     pub analysis: Box<dyn Analysis>,
-}
-
-/// Objective and constraints at one design.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Evaluation {
-    /// F, in its unit.
-    pub objective: f64,
-    /// `constraints[j][p]`: ĝ_j at time point p, normalised so that feasible means ≤ 1.
-    ///
-    /// Where a constraint holds in continuous time, the value of a time point that is a local maximum is that of the peak
-    /// itself.
-    pub constraints: Vec<Vec<f64>>,
-    /// Indices j of equality constraints, for which ĝ_j = 1 is feasible alone.
-    #[serde(default)]
-    pub equalities: Vec<usize>,
-    /// Local maxima of the constraints that hold in continuous time, in order.
-    #[serde(default)]
-    pub peaks: Vec<PeakTime>,
-}
-
-/// A constraint at one of its time points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub struct RowId {
-    /// Index j of the constraint.
-    pub constraint: usize,
-    /// Index p of the time point, 0 for a time-independent constraint.
-    pub point: usize,
-}
-
-impl Evaluation {
-    /// V: the largest violation (17), (18) over all constraints and time points, in percent; −100 without constraints.
-    pub fn max_violation_pct(&self) -> f64 {
-        self.worst().map_or(-100.0, |(row, g)| self.violation(row.constraint, g) * 100.0)
-    }
-
-    /// ĝ − 1 for an inequality, |ĝ − 1| for an equality.
-    pub fn violation(&self, constraint: usize, g: f64) -> f64 {
-        if self.equalities.contains(&constraint) { (g - 1.0).abs() } else { g - 1.0 }
-    }
-
-    /// The largest violation of each constraint.
-    pub fn violations(&self) -> Vec<f64> {
-        let largest = |(j, history): (usize, &Vec<f64>)| {
-            history.iter().map(|&g| self.violation(j, g)).fold(f64::NEG_INFINITY, f64::max)
-        };
-        self.constraints.iter().enumerate().map(largest).collect()
-    }
-
-    /// The constraint and time point nearest to or farthest beyond its limit, and ĝ there.
-    pub fn worst(&self) -> Option<(RowId, f64)> {
-        let all = self.constraints.iter().enumerate().flat_map(|(constraint, history)| {
-            history.iter().enumerate().map(move |(point, &g)| (RowId { constraint, point }, g))
-        });
-        let beyond = |(row, g): (RowId, f64)| self.violation(row.constraint, g);
-        all.fold(None, |best, row| if best.is_none_or(|b| beyond(row) > beyond(b)) { Some(row) } else { best })
-    }
 }
 
 impl Problem {
@@ -97,7 +50,7 @@ impl Problem {
         self.variables.iter().map(|v| v.start).collect()
     }
 
-    /// Number of time points of constraint `j`: 1 for a time-independent one.
+    /// Number of time points of a quantity: 1 for a time-independent one.
     pub fn points_of(&self, quantity: &Quantity) -> usize {
         match quantity.form {
             Form::EachPoint(grid, _) => self.grids[grid].len(),
@@ -105,9 +58,33 @@ impl Problem {
         }
     }
 
+    /// True if constraint `j` holds at time point `p`: everywhere unless it has a [window](Constraint::window).
+    pub fn holds(&self, j: usize, p: usize) -> bool {
+        let constraint = &self.constraints[j];
+        constraint.window.is_none()
+            || constraint.quantity.grid().is_none_or(|grid| constraint.holds_at(self.grids[grid].points[p]))
+    }
+
+    /// Every constraint at every time point at which it holds.
+    pub fn all_rows(&self) -> Vec<RowId> {
+        let of = |(constraint, c): (usize, &Constraint)| {
+            let points = (0..self.points_of(&c.quantity)).filter(move |&p| self.holds(constraint, p));
+            points.map(move |point| RowId { constraint, point })
+        };
+        self.constraints.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// The other side of a two-sided constraint.
+    pub fn partner(&self, j: usize) -> Option<usize> {
+        let pair = self.constraints[j].pair.as_ref()?;
+        (0..self.constraints.len()).find(|&k| k != j && self.constraints[k].pair.as_ref() == Some(pair))
+    }
+
     /// Analyses design `b` and checks shape and finiteness of every response.
     ///
-    /// Errors with [`Error::NotFinite`], naming response, time and design, or with what the analysis reports.
+    /// # Errors
+    ///
+    /// [`Error::NotFinite`] with response, time and design, or the error of the analysis.
     pub fn analyze(&self, b: &[f64]) -> Result<Responses> {
         Error::check_length("design", self.n(), b.len())?;
         let responses = self.analysis.analyze(b)?;
@@ -121,7 +98,22 @@ impl Problem {
         Ok(responses)
     }
 
-    /// Errors with [`Error::Length`] unless there is a value for every response at every point of its grid.
+    /// Analyses design `b` and evaluates objective and constraints there.
+    ///
+    /// # Errors
+    ///
+    /// As [`analyze`](Self::analyze) and [`evaluate`](Self::evaluate).
+    pub fn analyze_design(&self, b: &[f64]) -> Result<AnalyzedDesign> {
+        let responses = self.analyze(b)?;
+        let evaluation = self.evaluate(b, &responses)?;
+        Ok(AnalyzedDesign { design: b.to_vec(), responses, evaluation })
+    }
+
+    /// Checks that every response has a value at every point of its grid.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] otherwise.
     pub fn check_shape(&self, responses: &Responses) -> Result<()> {
         Error::check_length("responses of the analysis", self.responses.len(), responses.values.len())?;
         for (declared, values) in self.responses.iter().zip(&responses.values) {
@@ -131,26 +123,36 @@ impl Problem {
         Ok(())
     }
 
-    /// Errors unless design `b` has the right length and is within its bounds.
+    /// Checks that design `b` has the right length and is within its bounds.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] or [`Error::Definition`] otherwise.
     pub fn check_design(&self, b: &[f64]) -> Result<()> {
         Error::check_length("design", self.n(), b.len())?;
         self.variables.iter().zip(b).try_for_each(|(variable, &b)| variable.check_start(b))
     }
 
     /// Objective and normalised constraints at design `b` from its responses.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] for a wrong shape, [`Error::NotFinite`] for a value that is not finite.
     pub fn evaluate(&self, b: &[f64], responses: &Responses) -> Result<Evaluation> {
         Error::check_length("design", self.n(), b.len())?;
         self.check_shape(responses)?;
-        let at = |quantity: &Quantity, p| quantity.value(p, &self.grids, b, |h, p| self.read(responses, h, p));
-        let objective = at(&self.objective, 0);
+        let at = |g: SignedQuantity, p| g.value(p, &self.grids, b, |h, p| self.read(responses, h, p));
+        let objective = at(self.objective.signed(), 0);
         if !objective.is_finite() {
-            return Err(self.not_finite(format!("objective `{}`", self.objective_name), objective, None, 0, b));
+            return Err(self.not_finite(format!("objective `{}`", self.objective.name), objective, None, 0, b));
         }
         let mut constraints = Vec::with_capacity(self.constraints.len());
         let mut peaks: Vec<PeakTime> = vec![];
         for (j, constraint) in self.constraints.iter().enumerate() {
-            let points = 0..self.points_of(&constraint.quantity);
-            let mut history: Vec<f64> = points.map(|p| constraint.normalised(at(&constraint.quantity, p))).collect();
+            let value = |p| {
+                if self.holds(j, p) { constraint.normalised(at(constraint.signed(), p)) } else { 0.0 }
+            };
+            let mut history: Vec<f64> = (0..self.points_of(&constraint.quantity)).map(value).collect();
             if let Some(p) = history.iter().position(|v| !v.is_finite()) {
                 let what = format!("constraint `{}`", constraint.name);
                 return Err(self.not_finite(what, history[p], constraint.quantity.grid(), p, b));
@@ -160,7 +162,7 @@ impl Problem {
             }
             constraints.push(history);
         }
-        let equalities = (0..self.constraints.len()).filter(|&j| self.constraints[j].is_equality).collect();
+        let equalities = (0..self.constraints.len()).filter(|&j| self.constraints[j].is_equality()).collect();
         Ok(Evaluation { objective, constraints, equalities, peaks })
     }
 
@@ -169,7 +171,7 @@ impl Problem {
         let mut peaks: Vec<PeakTime> = vec![];
         for point in maxima(history) {
             let Some((time, value)) = self.peak_near(j, b, responses, point)? else { continue };
-            // A peak in the first or the last step is seen from two time points.
+            // A peak in the first or the last step is near two time points.
             if peaks.last().is_none_or(|last| (time - last.time).abs() > 1e-9 * time.abs()) {
                 history[point] = history[point].max(value);
                 peaks.push(PeakTime { row: RowId { constraint: j, point }, time });
@@ -193,9 +195,9 @@ impl Problem {
         self.variables.iter().map(scale).collect()
     }
 
-    /// Names of what is approximated: responses, and objective and constraints that are approximated directly.
+    /// Names of the responses, and of objective and constraints that are approximated directly.
     pub fn approximated(&self) -> impl Iterator<Item = &str> {
-        let objective = self.objective.direct.is_some().then_some(self.objective_name.as_str());
+        let objective = self.objective.quantity.direct.is_some().then_some(self.objective.name.as_str());
         let direct = self.constraints.iter().filter(|c| c.quantity.direct.is_some()).map(|c| c.name.as_str());
         self.responses.iter().map(|r| r.name.as_str()).chain(objective).chain(direct)
     }
@@ -235,23 +237,27 @@ impl Problem {
         Error::NotFinite { what, value, place, remedy: "bound the design away from where it is undefined" }
     }
 
-    /// A number that tells problems apart: of all names, bounds, limits and time points.
+    /// A hash of all names, bounds, limits and time points, which identifies a problem.
     pub fn fingerprint(&self) -> u64 {
-        let mut text = format!("{} {} {:?} {:?}", self.name, self.objective_name, self.variables, self.grids);
+        let mut text = format!("{} {} {:?} {:?}", self.name, self.objective.name, self.variables, self.grids);
         for r in &self.responses {
             text += &format!(" {} {:?} {:?}", r.name, r.grid, r.intermediates);
         }
         for c in &self.constraints {
-            text += &format!(" {} {} {} {:?}", c.name, c.limit, c.scale, c.quantity.uses);
-            if c.is_equality || c.is_continuous {
-                text += &format!(" {} {}", c.is_equality, c.is_continuous);
+            text += &format!(" {} {} {} {:?}", c.name, c.signed_limit(), c.scale, c.quantity.uses);
+            if c.is_equality() || c.is_continuous {
+                text += &format!(" {} {}", c.is_equality(), c.is_continuous);
             }
         }
         // FNV-1a, which is the same on every machine and in every version.
         text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
 
-    /// Whether the parts fit together. Checked when a problem is built, and again when a run starts: fields are public.
+    /// Checks that the parts fit together, when a problem is built and again when a run starts, since fields are public.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Definition`], [`Error::Option`] or [`Error::Length`] with the name of the first part that does not fit.
     pub fn check(&self) -> Result<()> {
         if self.variables.is_empty() {
             return Err(Error::definition(&self.name, "there is no design variable", "add at least one"));
@@ -264,26 +270,59 @@ impl Problem {
         self.responses
             .iter()
             .try_for_each(|r| self.check_intermediates(&format!("response `{}`", r.name), &r.intermediates))?;
-        self.check_quantity(&format!("objective `{}`", self.objective_name), &self.objective)?;
-        if self.objective.is_transient() {
+        self.check_objective()?;
+        self.constraints.iter().try_for_each(|constraint| self.check_constraint(constraint))
+    }
+
+    fn check_objective(&self) -> Result<()> {
+        let Objective { name, quantity, .. } = &self.objective;
+        self.check_quantity(&format!("objective `{name}`"), quantity)?;
+        if quantity.is_transient() {
             let remedy = "minimize a sum or an integral over the grid, or its peak with `minimize_peak`";
-            return Err(Error::definition(&self.objective_name, "the objective is a history, not a number", remedy));
+            return Err(Error::definition(name, "the objective is a history, not a number", remedy));
         }
-        for constraint in &self.constraints {
-            self.check_quantity(&format!("constraint `{}`", constraint.name), &constraint.quantity)?;
-            let option = |word| format!("{word} of constraint `{}`", constraint.name);
-            Error::check_option(&option("limit"), "finite", constraint.limit, constraint.limit.is_finite())?;
-            let positive = constraint.scale > 0.0 && constraint.scale.is_finite();
-            Error::check_option(&option("scale"), "positive and finite", constraint.scale, positive)?;
-            let what = || format!("constraint `{}`", constraint.name);
-            if constraint.is_continuous && !constraint.quantity.is_transient() {
-                let why = "it holds in continuous time, but has one value only";
-                return Err(Error::definition(what(), why, "make its quantity with `each_point`"));
-            }
-            if constraint.is_continuous && (constraint.is_equality || constraint.quantity.direct.is_some()) {
-                let why = "an equality, or a quantity that is approximated directly, cannot hold in continuous time";
-                return Err(Error::definition(what(), why, "use the time points"));
-            }
+        let exists = self.objective.peak().is_none_or(|peak| {
+            peak.variable < self.n() && peak.constraints.into_iter().all(|j| j < self.constraints.len())
+        });
+        if !exists {
+            let why = "the bound variable of its peak, or a constraint by it, does not exist";
+            return Err(Error::definition(format!("objective `{name}`"), why, "make it with `minimize_peak`"));
+        }
+        Ok(())
+    }
+
+    fn check_constraint(&self, constraint: &Constraint) -> Result<()> {
+        let what = format!("constraint `{}`", constraint.name);
+        self.check_quantity(&what, &constraint.quantity)?;
+        let option = |word| format!("{word} of {what}");
+        Error::check_option(&option("limit"), "finite", constraint.limit, constraint.limit.is_finite())?;
+        let positive = constraint.scale > 0.0 && constraint.scale.is_finite();
+        Error::check_option(&option("scale"), "positive and finite", constraint.scale, positive)?;
+        let refused = |why: &str, remedy| Err(Error::definition(&what, why, remedy));
+        let (is_transient, direct) = (constraint.quantity.is_transient(), constraint.quantity.direct.is_some());
+        let grid = constraint.quantity.grid();
+        if constraint.bound.is_some_and(|k| k >= self.n()) {
+            return refused("its bound variable does not exist", "use the index that adding the variable returned");
+        }
+        if constraint.is_continuous && !is_transient {
+            return refused(
+                "it holds in continuous time, but has one value only",
+                "make its quantity with `each_point`",
+            );
+        }
+        if constraint.is_continuous && (constraint.is_equality() || direct) {
+            let why = "an equality, or a quantity that is approximated directly, cannot hold in continuous time";
+            return refused(why, "use the time points");
+        }
+        if constraint.window.is_none() {
+            return Ok(());
+        }
+        if !is_transient || constraint.is_equality() || constraint.is_continuous {
+            let why = "only an inequality at the time points of a grid can hold in a part of them";
+            return refused(why, "leave out its window");
+        }
+        if grid.is_some_and(|grid| !self.grids[grid].points.iter().any(|&t| constraint.holds_at(t))) {
+            return refused("no time point is inside its window", "widen the window");
         }
         Ok(())
     }

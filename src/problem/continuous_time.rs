@@ -7,15 +7,15 @@ use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
 use num_dual::Derivative;
 use serde::{Deserialize, Serialize};
 
-/// Responses as smooth functions of time: what an [`Analysis`](super::Analysis) may offer besides its time points.
+/// Responses as smooth functions of time, which an [`Analysis`](super::Analysis) may offer in addition to its time points.
 ///
-/// For an analysis that does not, polynomials of fourth degree through five time points stand in.
+/// For an analysis without them, polynomials of fourth degree through five time points are used.
 pub trait ContinuousTime: Send + Sync {
     /// r, ṙ and r̈ of response `h` at time `t`.
     fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]>;
     /// ∂r/∂b and ∂ṙ/∂b of response `h` at time `t` (length n each).
     fn rate_sensitivities(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]>;
-    /// ∂²r/∂b² of response `h` at time `t` (n × n), if the analysis can give it.
+    /// ∂²r/∂b² of response `h` at time `t` (n × n), if the analysis offers it.
     fn curvature(&self, _b: &[f64], _responses: &Responses, _h: usize, _t: f64) -> Result<Option<DMatrix<f64>>> {
         Ok(None)
     }
@@ -41,7 +41,7 @@ pub struct Peak {
     pub responses: Vec<f64>,
     /// Their gradients at t*: one row for each, n columns.
     pub gradients: DMatrix<f64>,
-    /// Their second derivatives at t* (n × n each); empty unless they were asked for and the analysis offers them.
+    /// Their second derivatives at t* (n × n each); empty if not requested, or not offered by the analysis.
     #[serde(default)]
     pub curvatures: Vec<DMatrix<f64>>,
     /// ∂ĝ/∂t at t*: zero inside the interval, of either sign at its ends.
@@ -50,15 +50,24 @@ pub struct Peak {
     pub bend: f64,
     /// ∂²ĝ/∂b∂t at t* (length n).
     pub cross: Vec<f64>,
-    /// How far the maximum may drift to earlier and to later times: to the next minimum or the end of the interval.
+    /// Largest shifts of the maximum to earlier and to later times: to the next minimum or the end of the interval.
     pub reach: [f64; 2],
 }
 
-/// Local maxima of a history, with its first and last point whatever their neighbours do. A plateau counts once.
+/// Local maxima of a history, always with its first and last point. A plateau counts once.
 pub(crate) fn maxima(g: &[f64]) -> Vec<usize> {
     let last = g.len() - 1;
     let is_maximum = |p: usize| p == 0 || p == last || (g[p] > g[p - 1] && g[p] >= g[p + 1]);
     (0..=last).filter(|&p| is_maximum(p)).collect()
+}
+
+/// The design, with first derivatives by the block of variables from `start`.
+pub(crate) fn seed_block(b: &[f64], start: usize) -> Vec<HyperDual> {
+    let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
+        Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
+        _ => HyperDual::from_re(v),
+    };
+    b.iter().enumerate().map(seeded).collect()
 }
 
 /// Weights of value, first and second derivative at `t` of the polynomial through `nodes`.
@@ -74,13 +83,13 @@ fn lagrange(nodes: &[f64], t: f64) -> Vec<[f64; 3]> {
 }
 
 impl Problem {
-    /// The same problem with its inequality constraints over time at all times of their grids' intervals, not only at the time
-    /// points; see [`Constraint::in_continuous_time`](super::Constraint::in_continuous_time).
+    /// Demands the inequality constraints over time at all times of their grids' intervals, not only at the time points; see [`Constraint::in_continuous_time`](super::Constraint::in_continuous_time).
     #[must_use]
     pub fn in_continuous_time(mut self) -> Self {
         self.name += ", continuous time";
         for c in &mut self.constraints {
-            c.is_continuous |= c.quantity.is_transient() && !c.is_equality && c.quantity.direct.is_none();
+            c.is_continuous |=
+                c.quantity.is_transient() && !c.is_equality() && c.window.is_none() && c.quantity.direct.is_none();
         }
         self
     }
@@ -127,17 +136,17 @@ impl Problem {
             let (across, along) = (Derivative::some(first), Derivative::some(first.transpose()));
             HyperDual::new(v[0], across, along, Derivative::some(second))
         };
-        let seen = constraint.quantity.uses.iter().map(|&h| self.rates(b, responses, h, t).map(one));
-        let seen: Vec<HyperDual> = seen.collect::<Result<_>>()?;
+        let values_at_t = constraint.quantity.uses.iter().map(|&h| self.rates(b, responses, h, t).map(one));
+        let values_at_t: Vec<HyperDual> = values_at_t.collect::<Result<_>>()?;
         let design: Vec<HyperDual> = b.iter().map(|&v| HyperDual::from_re(v)).collect();
-        let g = constraint.normalised(constraint.quantity.value_at(&seen, &design, one([t, 1.0, 0.0])));
+        let g = constraint.normalised(constraint.signed().value_at(&values_at_t, &design, one([t, 1.0, 0.0])));
         let first = g.eps1.unwrap_generic(Const::<BLOCK>, U1)[0];
         let second = g.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>)[(0, 0)];
         Ok([g.re, first, second])
     }
 
     /// The local maximum of constraint `j` near time point `p`, which is one among its neighbours or an end: its time and
-    /// value. None at an end from which the constraint rises.
+    /// value. `None` at an end from which the constraint rises.
     pub(super) fn peak_near(&self, j: usize, b: &[f64], responses: &Responses, p: usize) -> Result<Option<(f64, f64)>> {
         let grid = self.constraints[j].quantity.grid().expect("a constraint in continuous time has a grid");
         let points = &self.grids[grid].points;
@@ -146,7 +155,7 @@ impl Problem {
         let rising = here[1] > 0.0;
         let neighbour = if rising { p + 1 } else { p.wrapping_sub(1) };
         let Some(&other) = points.get(neighbour) else { return Ok(Some((points[p], here[0]))) };
-        // Towards the side on which it rises there is a maximum before the neighbour, unless it goes on rising.
+        // On the side on which it rises, a maximum is before the neighbour, unless it still rises there.
         let (mut low, mut high) = if rising { (points[p], other) } else { (other, points[p]) };
         let far = at(other)?;
         if (far[1] > 0.0) == rising {
@@ -193,7 +202,7 @@ impl Problem {
         Ok(Peak { row, time, responses: values, gradients: flat, curvatures: vec![], slope, bend, cross, reach })
     }
 
-    /// The same local maximum with second derivatives of its responses, if the analysis offers them in continuous time.
+    /// Adds second derivatives of the responses to a local maximum, if the analysis offers them in continuous time.
     pub fn curved(&self, peak: Peak, b: &[f64], responses: &Responses) -> Result<Peak> {
         let Some(continuous) = self.analysis.continuous() else { return Ok(peak) };
         let uses = &self.constraints[peak.row.constraint].quantity.uses;
@@ -207,16 +216,16 @@ impl Problem {
         Ok(Peak { curvatures: all.unwrap_or_default(), ..peak })
     }
 
-    /// dĝ/db of a local maximum: ∂ĝ/∂b at its time, for the drift of the time does not count to first order.
+    /// dĝ/db of a local maximum: ∂ĝ/∂b at its time, since the shift of the time has no effect of first order.
     pub fn peak_gradient(&self, peak: &Peak, b: &[f64]) -> Vec<f64> {
         let constraint = &self.constraints[peak.row.constraint];
         let chunk = |first: usize| {
-            let seen = (0..peak.responses.len()).map(|i| {
+            let values_at_t = (0..peak.responses.len()).map(|i| {
                 let slope = |k: usize, _| if first + k < b.len() { peak.gradients[(i, first + k)] } else { 0.0 };
                 Dual::new(peak.responses[i], Derivative::some(SVector::<f64, WIDTH>::from_fn(slope)))
             });
-            let seen: Vec<Dual> = seen.collect();
-            let value = constraint.quantity.value_at(&seen, &seed(b, first), Dual::from_re(peak.time));
+            let values_at_t: Vec<Dual> = values_at_t.collect();
+            let value = constraint.signed().value_at(&values_at_t, &seed(b, first), Dual::from_re(peak.time));
             partials(&constraint.normalised(value), b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
@@ -237,7 +246,7 @@ impl Problem {
             |v: f64| Derivative::some(SVector::<f64, BLOCK>::from_fn(|c, _| if c == 0 { v } else { 0.0 }).transpose());
         let chunk = |start: usize| {
             let block = |v: &[f64]| SVector::<f64, BLOCK>::from_fn(|a, _| v.get(start + a).copied().unwrap_or(0.0));
-            let seen: Vec<HyperDual> = (0..values.len())
+            let values_at_t: Vec<HyperDual> = (0..values.len())
                 .map(|i| {
                     let mixed = block(&gradients[i][1]);
                     let second = SMatrix::from_fn(|a, c| if c == 0 { mixed[a] } else { 0.0 });
@@ -249,13 +258,9 @@ impl Problem {
                     )
                 })
                 .collect();
-            let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
-                Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
-                _ => HyperDual::from_re(v),
-            };
-            let design: Vec<HyperDual> = b.iter().enumerate().map(seeded).collect();
-            let g = constraint.normalised(constraint.quantity.value_at(
-                &seen,
+            let design = seed_block(b, start);
+            let g = constraint.normalised(constraint.signed().value_at(
+                &values_at_t,
                 &design,
                 HyperDual::from_re(t).derivative2(0),
             ));
@@ -283,10 +288,10 @@ mod tests {
     fn polynomials_of_fourth_degree_are_exact() {
         let nodes = [0.0, 0.5, 0.9, 1.6, 2.0];
         let f = |t: f64| t.powi(4) - 2.0 * t;
-        let blend = |d: usize| lagrange(&nodes, 0.7).iter().zip(nodes).map(|(w, t)| w[d] * f(t)).sum::<f64>();
-        assert!((blend(0) - f(0.7)).abs() < 1e-14);
-        assert!((blend(1) - (4.0 * 0.7f64.powi(3) - 2.0)).abs() < 1e-13);
-        assert!((blend(2) - 12.0 * 0.49).abs() < 1e-12);
+        let sum = |d: usize| lagrange(&nodes, 0.7).iter().zip(nodes).map(|(w, t)| w[d] * f(t)).sum::<f64>();
+        assert!((sum(0) - f(0.7)).abs() < 1e-14);
+        assert!((sum(1) - (4.0 * 0.7f64.powi(3) - 2.0)).abs() < 1e-13);
+        assert!((sum(2) - 12.0 * 0.49).abs() < 1e-12);
     }
 
     #[test]
