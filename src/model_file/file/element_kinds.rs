@@ -88,7 +88,7 @@ pub const COMMON_JOINT: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file"),
     default(
         "kind",
-        Accepts::Choice(&["revolute", "weld", "prismatic", "point-on-line", "rod", "gears", "rack"]),
+        Accepts::Choice(&["revolute", "fixed", "prismatic", "point-on-line", "distance", "gears", "rack"]),
         "revolute",
         "what it is",
     ),
@@ -111,11 +111,11 @@ pub const COMMON_FORCE: &[Key] = &[
             "load",
             "force",
             "friction",
-            "stop",
+            "bump-stop",
             "wall",
             "rigid-stop",
             "rigid-wall",
-            "state-load",
+            "feedback",
             "inertia",
         ]),
         "what it is",
@@ -123,7 +123,7 @@ pub const COMMON_FORCE: &[Key] = &[
     EACH,
 ];
 
-const TURN: Key = default("turn", Accepts::Expression, "0", "rotation of b against a in rad");
+const TURN: Key = default("angle", Accepts::Expression, "0", "rotation of b against a in rad");
 const LINE: Key = default("line", Accepts::Expression, "0", "direction of the line in the body of a, rad");
 
 pub const JOINTS: &[Kind] = &[
@@ -136,11 +136,11 @@ pub const JOINTS: &[Kind] = &[
         about: "pins two points together",
     },
     Kind {
-        name: "weld",
+        name: "fixed",
         element: Element::FixedJoint,
         attach: Attach::Points,
         keys: &[TURN],
-        measures: &["force_x", "force_y", "couple"],
+        measures: &["force_x", "force_y", "moment"],
         about: "joins two bodies rigidly",
     },
     Kind {
@@ -148,7 +148,7 @@ pub const JOINTS: &[Kind] = &[
         element: Element::Prismatic,
         attach: Attach::Points,
         keys: &[LINE, TURN],
-        measures: &["force", "couple", "position"],
+        measures: &["force", "moment", "position"],
         about: "lets b slide along a line of a without turning",
     },
     Kind {
@@ -160,7 +160,7 @@ pub const JOINTS: &[Kind] = &[
         about: "keeps point b on a line through a",
     },
     Kind {
-        name: "rod",
+        name: "distance",
         element: Element::DistanceConstraint,
         attach: Attach::Points,
         keys: &[required("length", Accepts::Expression, "m")],
@@ -201,7 +201,7 @@ pub const DRIVERS: &[Kind] = &[
         element: Element::Prescribed,
         attach: Attach::Coordinate,
         keys: &[MOTION],
-        measures: &["effort"],
+        measures: &["driving_force"],
         about: "prescribes a coordinate",
     },
     Kind {
@@ -209,7 +209,7 @@ pub const DRIVERS: &[Kind] = &[
         element: Element::Relative,
         attach: Attach::Coordinates,
         keys: &[MOTION],
-        measures: &["effort", "power"],
+        measures: &["driving_force", "power"],
         about: "prescribes b − a",
     },
     Kind {
@@ -249,7 +249,7 @@ pub const FORCES: &[Kind] = &[
             default("unloaded", Accepts::Expression, "0", "b − a without force, m or rad"),
             CUBIC,
         ],
-        measures: &["effort", "stretch", "rate"],
+        measures: &["generalized_force", "elongation", "rate"],
         about: "a spring and damper on b − a",
     },
     Kind {
@@ -259,12 +259,12 @@ pub const FORCES: &[Kind] = &[
         keys: &[
             required("stiffness_x", Accepts::Expression, "N/m"),
             required("stiffness_y", Accepts::Expression, "N/m"),
-            required("stiffness_turn", Accepts::Expression, "N·m/rad"),
+            required("stiffness_theta", Accepts::Expression, "N·m/rad"),
             default("damping_x", Accepts::Expression, "0", "N·s/m"),
             default("damping_y", Accepts::Expression, "0", "N·s/m"),
-            default("damping_turn", Accepts::Expression, "0", "N·m·s/rad"),
+            default("damping_theta", Accepts::Expression, "0", "N·m·s/rad"),
         ],
-        measures: &["force_x", "force_y", "couple"],
+        measures: &["force_x", "force_y", "moment"],
         about: "joins two points elastically",
     },
     Kind {
@@ -273,15 +273,15 @@ pub const FORCES: &[Kind] = &[
         attach: Attach::Points,
         keys: &[required("tension", Accepts::Motion, "as a function of time, N")],
         measures: &["tension", "length", "rate"],
-        about: "pulls two points together",
+        about: "an axial force between two points",
     },
     Kind {
         name: "load",
         element: Element::Load,
         attach: Attach::Coordinates,
-        keys: &[required("effort", Accepts::Motion, "as a function of time, N or N·m")],
-        measures: &["effort", "power"],
-        about: "drives b against a by an effort",
+        keys: &[required("generalized_force", Accepts::Motion, "as a function of time, N or N·m")],
+        measures: &["generalized_force", "power"],
+        about: "a generalized force on b − a",
     },
     Kind {
         name: "force",
@@ -299,15 +299,15 @@ pub const FORCES: &[Kind] = &[
         element: Element::Friction,
         attach: Attach::Coordinates,
         keys: &[
-            required("effort", Accepts::Expression, "Coulomb effort, N or N·m"),
+            required("coulomb_force", Accepts::Expression, "N or N·m"),
             required("speed", Accepts::Expression, "over which it rises, m/s or rad/s"),
             default("viscous", Accepts::Expression, "0", "N·s/m or N·m·s/rad"),
         ],
-        measures: &["effort"],
-        about: "lets b rub on a",
+        measures: &["generalized_force"],
+        about: "Coulomb and viscous friction between a and b",
     },
     Kind {
-        name: "stop",
+        name: "bump-stop",
         element: Element::BumpStop,
         attach: Attach::Coordinates,
         keys: &[
@@ -315,7 +315,7 @@ pub const FORCES: &[Kind] = &[
             default("damping", Accepts::Expression, "0", "s/m"),
             required("limit", Accepts::Expression, "of b − a, m or rad"),
         ],
-        measures: &["push"],
+        measures: &["contact_force"],
         about: "keeps b − a above a limit",
     },
     Kind {
@@ -329,7 +329,7 @@ pub const FORCES: &[Kind] = &[
             required("stiffness", Accepts::Expression, "N/m^1.5"),
             default("damping", Accepts::Expression, "0", "s/m"),
         ],
-        measures: &["push"],
+        measures: &["contact_force"],
         about: "keeps a point on the outer side of a wall",
     },
     Kind {
@@ -352,16 +352,16 @@ pub const FORCES: &[Kind] = &[
         about: "lets b bounce off the line through a; it stays to the left, seen along the line; implicit schemes only",
     },
     Kind {
-        name: "state-load",
+        name: "feedback",
         element: Element::FeedbackForce,
         attach: Attach::Coordinate,
         keys: &[required(
-            "effort",
+            "generalized_force",
             Accepts::Feedback,
             "as a function of time and motion, N or N·m: `-k*cart.x - c*cart.vx`",
         )],
-        measures: &["effort", "power"],
-        about: "drives a coordinate by an effort that depends on the motion: a controller, a drag, a magnet",
+        measures: &["generalized_force", "power"],
+        about: "a generalized force that depends on the motion: a controller, a drag, a magnet",
     },
     Kind {
         name: "inertia",
@@ -378,7 +378,7 @@ pub fn tables() -> Vec<Table> {
     let families: [(&str, &str, &'static [Key], &[Kind]); 3] = [
         ("joint", "what joins bodies", COMMON_JOINT, JOINTS),
         ("driver", "what moves as prescribed", COMMON_DRIVER, DRIVERS),
-        ("force", "what pushes and pulls", COMMON_FORCE, FORCES),
+        ("force", "forces", COMMON_FORCE, FORCES),
     ];
     let family = |(name, about, common, kinds): (&'static str, &'static str, &'static [Key], &'static [Kind])| {
         let kind = move |kind: &'static Kind| {

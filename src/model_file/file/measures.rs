@@ -43,7 +43,7 @@ pub fn find(text: &str, parts: &Parts) -> Option<Measure> {
     let among = |known: &'static [&'static str]| known.iter().find(|k| **k == what).copied();
     match parts.get(owner) {
         Some(Symbol::Element(k, known)) => return among(known).map(|what| Measure::Element(*k, what)),
-        Some(Symbol::Drive(k)) => return among(&["effort"]).map(|_| Measure::Effort(*k)),
+        Some(Symbol::Drive(k)) => return among(&["driving_force"]).map(|_| Measure::Effort(*k)),
         Some(Symbol::Slide(k)) => return among(OF_SLIDE).map(|what| Measure::Slide(*k, what)),
         Some(Symbol::Point(k)) => return among(OF_POINT).map(|what| Measure::Point(*k, what)),
         _ => {}
@@ -61,7 +61,7 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
             Some(Symbol::Element(_, known)) => all(known),
-            Some(Symbol::Drive(_)) => all(&["effort"]),
+            Some(Symbol::Drive(_)) => all(&["driving_force"]),
             Some(Symbol::Slide(_)) => all(OF_SLIDE),
             Some(Symbol::Point(_) | Symbol::Frame(_)) => all(OF_POINT),
             Some(Symbol::Beam(..)) => {

@@ -26,7 +26,7 @@ impl Element for BumpStop {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["push"]
+        &["contact_force"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

@@ -34,7 +34,7 @@ impl Element for WallContact {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["push"]
+        &["contact_force"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

@@ -28,7 +28,7 @@ impl<F: Motion> Element for Driver<F> {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["effort", "power"]
+        &["driving_force", "power"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

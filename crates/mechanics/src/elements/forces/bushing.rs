@@ -56,7 +56,7 @@ impl Element for Bushing {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["force_x", "force_y", "couple"]
+        &["force_x", "force_y", "moment"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

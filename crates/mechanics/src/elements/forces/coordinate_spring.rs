@@ -26,7 +26,7 @@ impl Element for CoordinateSpring {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["effort", "stretch", "rate"]
+        &["generalized_force", "elongation", "rate"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

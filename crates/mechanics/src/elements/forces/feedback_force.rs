@@ -35,7 +35,7 @@ impl<L: StateFunction> Element for FeedbackForce<L> {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["effort", "power"]
+        &["generalized_force", "power"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

@@ -26,7 +26,7 @@ impl Element for Friction {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["effort"]
+        &["generalized_force"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

@@ -24,7 +24,7 @@ impl<F: Motion> Element for Load<F> {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["effort", "power"]
+        &["generalized_force", "power"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

@@ -31,7 +31,7 @@ impl Element for FixedJoint {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["force_x", "force_y", "couple"]
+        &["force_x", "force_y", "moment"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

@@ -29,7 +29,7 @@ impl Element for Prismatic {
     }
 
     fn measures(&self) -> &'static [&'static str] {
-        &["force", "couple", "position"]
+        &["force", "moment", "position"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
