@@ -4,7 +4,7 @@ use linkwright::model_file::read;
 use linkwright::problem::{Problem, ResponseAt};
 
 const MODEL: &str = r#"
-version = 1
+version = 2
 [design.k]
 start = 40.0
 [design.c]
@@ -16,7 +16,7 @@ to = 0.5
 points = 6
 [[body]]
 name = "cart"
-kind = "slide"
+kind = "slider"
 mass = 1.3
 position = 0.1
 [[force]]
@@ -75,10 +75,10 @@ fn every_choice_gives_the_same_derivatives() {
 fn kinematics_and_statics_have_a_choice_too() {
     let driven = MODEL
         .replace("[[force]]", "[[driver]]\nname = \"drive\"\ncoordinate = \"cart\"\nmotion = \"c*time^2\"\n[[force]]");
-    let driven = driven.replace("cart.position\"", "spring.effort\"");
+    let driven = driven.replace("cart.position\"", "spring.generalized_force\"");
     let still = MODEL.replace(
         "[[force]]",
-        "[[force]]\nname = \"pull\"\nkind = \"load\"\nb = \"cart\"\neffort = \"c*time\"\n[[force]]",
+        "[[force]]\nname = \"pull\"\nkind = \"load\"\nb = \"cart\"\ngeneralized_force = \"c*time\"\n[[force]]",
     );
     for (model, kind) in [(driven, "kinematics"), (still, "statics")] {
         let of = |choice: &str| slopes(&format!("{model}[analysis]\nkind = \"{kind}\"\nderivatives = \"{choice}\"\n"));

@@ -20,3 +20,4 @@ mod robust;
 mod runs;
 mod shell;
 mod twins;
+mod version1;

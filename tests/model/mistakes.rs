@@ -12,16 +12,18 @@ const MISTAKES: &[[&str; 3]] = &[
     ["broken table", "[design.length]", "[design.length"],
     ["key twice", "start = 1.0\n", "start = 1.0\nstart = 2.0\n"],
     ["section twice", "[time]", "[time]\nto = 2.0\n[time]"],
-    ["no version", "version = 1\n", ""],
-    ["another version", "version = 1", "version = 7"],
+    ["no version", "version = 2\n", ""],
+    ["another version", "version = 2", "version = 7"],
+    ["old kind", "kind = \"fixed\"", "kind = \"weld\"\nturn = 0.0"],
+    ["old measure", "value = \"rod.first.moment\"", "value = \"2*spring.effort + clamp.couple\""],
     ["unknown section", "[constants]", "[constant]"],
     ["unknown part", "[[joint]]", "[[joints]]"],
     ["a table in place of tables", "[[driver]]", "[driver]"],
     // Keys and types.
     ["unknown key", "stiffness = \"stiffness\"", "stiffnes = \"stiffness\""],
-    ["key of another kind", "kind = \"slide\"", "kind = \"slide\"\ninertia = 1.0"],
+    ["key of another kind", "kind = \"slider\"", "kind = \"slider\"\ninertia = 1.0"],
     ["missing key", "coordinate = \"cart\"\n", ""],
-    ["unknown kind", "kind = \"weld\"", "kind = \"wled\""],
+    ["unknown kind", "kind = \"fixed\"", "kind = \"fxied\""],
     ["missing kind", "kind = \"force\"\n", ""],
     ["text for a flag", "from = 0.5\n", "from = 0.5\ncontinuous = \"yes\"\n"],
     ["number for text", "name = \"motor\"", "name = 3"],
@@ -75,7 +77,7 @@ const MISTAKES: &[[&str; 3]] = &[
     ["unknown measure", "\"arm.theta\"\nlinear", "\"arm.teta\"\nlinear"],
     ["unknown measure of a beam", "\"rod.first.moment\"", "\"rod.first.couple\""],
     ["unknown output", "value = \"angle\"", "value = \"angel\""],
-    ["unknown method", "preset = \"paper\"", "preset = \"gcma\""],
+    ["unknown method", "preset = \"slp\"", "preset = \"gcma\""],
     ["unknown intermediate variable", "linear_in = \"reciprocal\"", "linear_in = { lenght = \"reciprocal\" }"],
     // Motions.
     ["unknown motion", "kind = \"ramp\"", "kind = \"rampe\""],
@@ -180,8 +182,8 @@ fn several_mistakes_are_shown_at_once() {
     insta::assert_snapshot!("several", fault);
     // Ten are enough.
     let many: String = (0..100).map(|k| format!("[[body]]\nname = \"b{k}\"\nkind = \"bodie\"\n")).collect();
-    let fault = read("model.toml", &format!("version = 1\n{many}")).err().unwrap();
-    assert_eq!(fault.others.len(), 9);
+    let fault = read("model.toml", &format!("version = 2\n{many}")).err().unwrap();
+    assert_eq!(fault.diagnostics.len(), 10);
 }
 
 /// What an analysis cannot do is shown at the part that is to blame.
@@ -207,6 +209,6 @@ const FAILURES: &[[&str; 3]] = &[
     [
         "two joints for one",
         "[[driver]]",
-        "[[joint]]\nname = \"again\"\nkind = \"rod\"\na = \"ground\"\nb = \"arm\"\nlength = 7\n\n[[driver]]",
+        "[[joint]]\nname = \"again\"\nkind = \"distance\"\na = \"ground\"\nb = \"arm\"\nlength = 7\n\n[[driver]]",
     ],
 ];

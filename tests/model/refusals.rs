@@ -15,7 +15,7 @@ fn changed(changes: &[[&str; 2]]) -> String {
 /// One mass at so many time points, with more in the file.
 fn small(points: &str, more: &str) -> String {
     format!(
-        "version = 1\n[design.k]\nstart = 1\n[objective]\nminimize = \"k\"\n[[body]]\nname = \"m\"\nkind = \"slide\"\nmass = 1\n\
+        "version = 2\n[design.k]\nstart = 1\n[objective]\nminimize = \"k\"\n[[body]]\nname = \"m\"\nkind = \"slider\"\nmass = 1\n\
          [time]\nto = 1.0\npoints = {points}\n[analysis]\nkind = \"dynamics\"\nstep = 0.1\n{more}"
     )
 }
@@ -27,12 +27,12 @@ fn refusals() -> Vec<(&'static str, String)> {
     let many = |what: &str| format!("[[{what}]]\neach = {{ i = \"1..5000\" }}\n");
     vec![
         ("a long file", "# ".to_owned() + &"x".repeat(2 << 20)),
-        ("lists inside each other", "version = 1\na = ".to_owned() + &"[".repeat(100_000) + &"]".repeat(100_000)),
+        ("lists inside each other", "version = 2\na = ".to_owned() + &"[".repeat(100_000) + &"]".repeat(100_000)),
         (
             "tables inside each other",
-            "version = 1\na = ".to_owned() + &"{a=".repeat(50_000) + "1" + &"}".repeat(50_000),
+            "version = 2\na = ".to_owned() + &"{a=".repeat(50_000) + "1" + &"}".repeat(50_000),
         ),
-        ("a deep key", "version = 1\n[".to_owned() + &"a.".repeat(50_000) + "a]\n"),
+        ("a deep key", "version = 2\n[".to_owned() + &"a.".repeat(50_000) + "a]\n"),
         ("deep parentheses", number(&format!("\"{}1{}\"", "(".repeat(1000), ")".repeat(1000)))),
         ("many signs", number(&format!("\"{}1\"", "-".repeat(1000)))),
         ("many powers", number(&format!("\"2{}\"", "^2".repeat(1000)))),
@@ -49,7 +49,7 @@ fn refusals() -> Vec<(&'static str, String)> {
             "a circle of expressions",
             changed(&[["[expressions]\n", "[expressions]\na = \"b\"\nb = \"c\"\nc = \"a\"\n"]]),
         ),
-        ("too many variables", format!("version = 1\n{variables}")),
+        ("too many variables", format!("version = 2\n{variables}")),
         ("a billion time points", changed(&[["points = 11", "points = 1000000000"]])),
         ("a whole number beyond all", changed(&[["points = 11", "points = 99999999999999999999"]])),
         ("a billion bodies", changed(&[["name = \"cart\"", "each = { i = \"1..1000000000\" }\nname = \"cart{i}\""]])),
@@ -79,7 +79,7 @@ fn refusals() -> Vec<(&'static str, String)> {
                 + "name = \"p{i}\"\nkind = \"point\"\nmass = 1\nposition = [0, 0]\n",
         ),
         ("an endless tolerance", changed(&[["step = 1e-2", "tolerance = 1e-300"]])),
-        ("a billion cycles", changed(&[["preset = \"paper\"", "preset = \"paper\"\nmax_cycles = 1000000000"]])),
+        ("a billion cycles", changed(&[["preset = \"slp\"", "preset = \"slp\"\nmax_cycles = 1000000000"]])),
     ]
 }
 

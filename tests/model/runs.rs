@@ -83,7 +83,7 @@ fn two_runs_stand_beside_each_other() {
 fn methods_stand_beside_each_other_on_a_model_file() {
     let place = Place::new("methods");
     place.example("two-bar-truss");
-    let shown = place.run(&["compare", "two-bar-truss.toml", "--methods", "paper,mma,gcmma", "--out", "here"], 0);
+    let shown = place.run(&["compare", "two-bar-truss.toml", "--methods", "slp,mma,gcmma", "--out", "here"], 0);
     assert!(shown.contains("(the file's)") && shown.matches("Converged").count() >= 3, "{shown}");
     let table = place.read("here/two-bar-truss.csv");
     let line = |name: &str| table.lines().find(|line| line.starts_with(name)).unwrap().split_once(',').unwrap().1;
