@@ -10,7 +10,7 @@
 mod cpu;
 
 use cpu::least;
-use linkwright::cases::mechanisms::Chain;
+use linkwright::cases::Chain;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::integrators::explicit::simulate_explicitly;

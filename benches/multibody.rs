@@ -2,7 +2,7 @@
 //!
 //! Ratios first: they are what the machine's load leaves alone. Every figure is the shortest of several runs.
 
-use linkwright::cases::mechanisms::{Chain, FourBar};
+use linkwright::cases::{Chain, FourBar};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;

@@ -2,7 +2,7 @@
 
 use divan::{Bencher, black_box};
 use linkwright::approximation::{ApproximateProblem, ApproximationOptions, Linear, LinearizationPoint, SubproblemBox};
-use linkwright::cases::impact_absorber::Absorber;
+use linkwright::cases::impact_absorber::ClosedFormMotion;
 use linkwright::nlp::separable::MovingAsymptotes;
 use linkwright::nlp::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use linkwright::problem::{DesignVariable, Evaluation, Problem, ProblemBuilder, Responses, Sensitivities, TimeGrid};
@@ -98,7 +98,7 @@ impl Cycle {
         let [_, acceleration] = ["displacement", "acceleration"].map(|name| parts.transient(name, "", time));
         let bound = DesignVariable::new("peak", "m/s²", START[2]).within(0.0, 10.0);
         parts.minimize_peak(bound, time, function!(|p| p.response[0]), &[acceleration], 1.0);
-        let problem = parts.build_analytic(Absorber)?;
+        let problem = parts.build_analytic(ClosedFormMotion)?;
         let responses = problem.analyze(&START)?;
         let evaluation = problem.evaluate(&START, &responses)?;
         let instants = ApproximateProblem::instants(&problem, &problem.all_rows());

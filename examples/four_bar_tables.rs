@@ -2,15 +2,16 @@
 //! `cargo run --release --example four_bar_tables -- FOLDER`.
 
 use linkwright::cases::four_bar::StressConstrained;
+use linkwright::papers::ReproducedTable;
 use linkwright::papers::etman_1998::four_bar::{
-    Regenerated, as_printed, check_rows, table5, table6, table6_from_cycle_4, table6_rows, violation_rms,
+    as_printed, check_rows, table5, table6, table6_from_cycle_4, table6_rows, violation_rms,
 };
 use linkwright::papers::etman_1998::{four_bar_animation, four_bar_figures};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = std::path::PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out/four-bar".to_owned()));
     std::fs::create_dir_all(&out)?;
-    let write = |table: &Regenerated| -> Result<(), Box<dyn std::error::Error>> {
+    let write = |table: &ReproducedTable| -> Result<(), Box<dyn std::error::Error>> {
         println!("{}", table.comparison()?);
         std::fs::write(out.join(format!("{}.csv", table.name)), table.table.csv())?;
         Ok(())

@@ -36,7 +36,7 @@
 //! one metre: six analyses and five sensitivity analyses, as in the paper's Table I.
 //!
 //! ```
-//! use linkwright::{library::impact_absorber, sao::{Method, Status}};
+//! use linkwright::{cases::impact_absorber, sao::{Method, Status}};
 //!
 //! let problem = impact_absorber::peak_acceleration()?;
 //! let end = Method::default().solve(&problem, |_| ())?;
@@ -48,8 +48,6 @@
 
 pub mod approximation;
 pub mod cases;
-#[cfg(feature = "cli")]
-pub mod command;
 #[cfg(feature = "model")]
 pub mod model_file;
 #[cfg(all(feature = "report", feature = "mechanics"))]

@@ -12,7 +12,7 @@ mod crossover;
 mod models;
 
 use cpu::{in_turns, least};
-use linkwright::cases::mechanisms::Chain;
+use linkwright::cases::Chain;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::adjoint::differentiate_explicitly_backwards;
 use linkwright::mechanics::derivatives::adjoint::{

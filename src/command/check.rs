@@ -2,14 +2,14 @@
 
 use super::model::{design, is_file, load, located};
 use super::output::{folder, say, write};
-use crate::Error;
-use crate::cases::find;
-use crate::model_file::Model;
-use crate::problem::check::{GradientCheck, GradientStatus};
-use crate::problem::{Evaluation, Problem};
-use crate::report::proof::{table, text};
-use crate::report::table::{Cell, Table};
 use clap::Args;
+use linkwright::Error;
+use linkwright::cases::find;
+use linkwright::model_file::Model;
+use linkwright::problem::check::{GradientCheck, GradientStatus};
+use linkwright::problem::{Evaluation, Problem};
+use linkwright::report::proof::{table, text};
+use linkwright::report::table::{Cell, Table};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

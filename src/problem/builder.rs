@@ -10,7 +10,7 @@ use error::{Error, Result};
 /// Collects the parts of a [`Problem`]; each part is referred to by the index that its method returns.
 ///
 /// ```
-/// use linkwright::{function, problem::*, scalar::Scalar};
+/// use linkwright::{function, problem::*, autodiff::Scalar};
 /// struct Decay;
 /// impl ClosedForm for Decay {
 ///     fn response<S: Scalar>(&self, _: usize, b: &[S], t: S) -> S {

@@ -1,7 +1,7 @@
 //! Analyses in closed form: responses as explicit functions, differentiated by dual numbers.
 
 use super::{Analysis, ContinuousTime, ResponseAt, Responses, TimeGrid};
-use autodiff::{BLOCK, Dual, HyperDual, Scalar, WIDTH, hessian, seed, slopes};
+use autodiff::{BLOCK, Dual, HyperDual, Scalar, WIDTH, hessian, partials, seed};
 use error::Result;
 use nalgebra::{Const, DMatrix, U1};
 use rayon::prelude::*;
@@ -42,7 +42,7 @@ impl<M: ClosedForm> Analysis for Analytic<M> {
         let row = |i: &ResponseAt| -> Vec<f64> {
             let t = Dual::from(self.times[i.response][i.point]);
             let chunk =
-                |(c, b): (usize, &Vec<Dual>)| slopes(&self.model.response(i.response, b, t), b.len() - c * WIDTH);
+                |(c, b): (usize, &Vec<Dual>)| partials(&self.model.response(i.response, b, t), b.len() - c * WIDTH);
             seeds.iter().enumerate().flat_map(chunk).collect()
         };
         let rows: Vec<Vec<f64>> = wanted.par_iter().with_min_len(64).map(row).collect();

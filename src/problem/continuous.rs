@@ -1,7 +1,7 @@
 //! Responses between time points, and the local maxima of constraints in continuous time.
 
 use super::{Problem, Quantity, ResponseAt, Responses, RowId};
-use autodiff::{BLOCK, Dual, HyperDual, WIDTH, seed, slopes};
+use autodiff::{BLOCK, Dual, HyperDual, WIDTH, partials, seed};
 use error::Result;
 use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
 use num_dual::Derivative;
@@ -217,7 +217,7 @@ impl Problem {
             });
             let seen: Vec<Dual> = seen.collect();
             let value = constraint.quantity.value_at(&seen, &seed(b, first), Dual::from_re(peak.time));
-            slopes(&constraint.normalised(value), b.len() - first)
+            partials(&constraint.normalised(value), b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
     }

@@ -1,7 +1,7 @@
 //! Derivatives of responses, and of quantities made from them.
 
 use super::{Problem, Quantity, ResponseAt, Responses};
-use autodiff::{Dual, PolynomialDegree, WIDTH, gradient, seed, slopes};
+use autodiff::{Dual, PolynomialDegree, WIDTH, gradient, partials, seed};
 use error::{Error, Result};
 use nalgebra::{DMatrix, SVector};
 use num_dual::Derivative;
@@ -87,7 +87,7 @@ impl Problem {
                 let slopes = SVector::<f64, WIDTH>::from_fn(slope);
                 Dual::new(responses.at(instant), Derivative::some(slopes))
             });
-            slopes(&value, b.len() - first)
+            partials(&value, b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
     }

@@ -1,6 +1,6 @@
 //! Adaptive implicit steps: their error follows the tolerance, they adapt, and what they reject is reported.
 
-use linkwright::cases::mechanisms::{Absorber, Chain};
+use linkwright::cases::{Absorber, Chain};
 use linkwright::mechanics::analyses::dynamics::StepSize;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
@@ -76,6 +76,6 @@ fn derivatives_go_along_with_adaptive_steps_and_dense_output() {
     for (k, &t) in times.iter().enumerate() {
         let (value, slopes) = linkwright::autodiff::gradient(|b| closed(b, t), &b);
         assert!((run.values[0][k] - value).abs() < 2e-5, "{t}");
-        assert!(run.slopes[0][k].iter().zip(slopes).all(|(a, b)| (a - b).abs() < 1e-4), "{t}");
+        assert!(run.gradients[0][k].iter().zip(slopes).all(|(a, b)| (a - b).abs() < 1e-4), "{t}");
     }
 }

@@ -1,6 +1,6 @@
 //! Time steps allocate nothing after the first one.
 
-use linkwright::cases::mechanisms::{Andrews, Chain, FourBar};
+use linkwright::cases::{Andrews, Chain, FourBar};
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 

@@ -1,6 +1,6 @@
 //! Flexible beams held to closed forms.
 
-use linkwright::cases::mechanisms::SpinningBeam;
+use linkwright::cases::SpinningBeam;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::elements::{BeamSection, Shear};

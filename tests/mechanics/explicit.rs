@@ -1,7 +1,7 @@
 //! Explicit steps and their derivatives, on differential equations and on constrained mechanisms.
 
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::Chain;
+use linkwright::cases::Chain;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_ode;
 use linkwright::mechanics::elements::{Element, ElementState};
@@ -49,7 +49,7 @@ fn oscillator_errors(settings: &Explicit, times: &[f64]) -> [f64; 2] {
     for (i, &t) in times.iter().enumerate() {
         let (value, slope) = linkwright::autodiff::gradient(|b| oscillation(b, t), &DESIGN);
         worst[0] = worst[0].max((run.history.values[0][i] - value).abs());
-        for (ours, exact) in run.slopes[0][i].iter().zip(slope) {
+        for (ours, exact) in run.gradients[0][i].iter().zip(slope) {
             worst[1] = worst[1].max((ours - exact).abs());
         }
     }
@@ -161,10 +161,14 @@ fn a_double_pendulum_is_that_of_minimal_coordinates_with_its_derivatives() {
         let x = b[0] * angle(0, t).cos() + b[1] * angle(1, t).cos();
         assert!((mechanism.values[0][t] - x).abs() < 1e-10);
         for k in 0..4 {
-            let turn = |o: usize| -b[o] * angle(o, t).sin() * ode.slopes[o][t][k];
+            let turn = |o: usize| -b[o] * angle(o, t).sin() * ode.gradients[o][t][k];
             let direct = if k < 2 { angle(k, t).cos() } else { 0.0 };
             let slope = turn(0) + turn(1) + direct;
-            assert!((mechanism.slopes[0][t][k] - slope).abs() < 1e-9, "{t} {k}: {} {slope}", mechanism.slopes[0][t][k]);
+            assert!(
+                (mechanism.gradients[0][t][k] - slope).abs() < 1e-9,
+                "{t} {k}: {} {slope}",
+                mechanism.gradients[0][t][k]
+            );
         }
     }
 }
@@ -207,7 +211,7 @@ fn frozen_deviation<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Exp
     for k in 0..b.len() {
         let h = 2e-3 * b[k].abs();
         let runs = [h, -h, 0.5 * h, -0.5 * h, 0.25 * h, -0.25 * h].map(|h| values(k, h));
-        for (o, series) in exact.slopes.iter().enumerate() {
+        for (o, series) in exact.gradients.iter().enumerate() {
             let largest = series.iter().map(|slopes| slopes[k].abs()).fold(1e-2, f64::max);
             for (t, slopes) in series.iter().enumerate() {
                 let central = |j: usize, h: f64| (runs[j][o][t] - runs[j + 1][o][t]) / (2.0 * h);

@@ -2,7 +2,7 @@
 
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::{Chain, FourBar};
+use linkwright::cases::{Chain, FourBar};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};

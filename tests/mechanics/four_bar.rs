@@ -1,10 +1,10 @@
 //! The flexible four-bar mechanism of Tables V and VI.
 
 use linkwright::Error;
+use linkwright::cases::FourBar;
 use linkwright::cases::four_bar::{
     Derivatives, Linearized, StressConstrained, method, published_optima, published_stiff_optimum,
 };
-use linkwright::cases::mechanisms::FourBar;
 use linkwright::papers::etman_1998::four_bar::{PAPER_STEP, as_printed, check_rows, violation_rms};
 use linkwright::problem::{Problem, ResponseAt};
 use linkwright::sao::Status;
@@ -36,7 +36,7 @@ fn rows_of_table_vi_one_by_one() {
 #[test]
 fn restarted_at_cycle_4_the_run_walks_through_the_printed_rows() {
     use linkwright::papers::etman_1998::four_bar::table6_from_cycle_4;
-    let run = table6_from_cycle_4(&mut |_, _| ()).unwrap().run.unwrap();
+    let run = table6_from_cycle_4(&mut |_, _| ()).unwrap().runs.remove(0);
     assert_eq!(run.state.status, Status::Converged);
     let accepted: Vec<bool> = run.state.history.iter().map(|c| c.accepted).collect();
     // Cycle 4 itself, then 5(n, n, y), 6, 7, 8(n, y), 9 … 15, and one more to the accuracy of the stop test.

@@ -70,7 +70,7 @@ fn a_bouncing_ball_and_its_derivatives_in_closed_form() {
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs().max(1.0);
                 assert!(close(first.values[output][p], value), "{t}: {} {value}", first.values[output][p]);
                 for i in 0..3 {
-                    let ours = first.slopes[output][p][i];
+                    let ours = first.gradients[output][p][i];
                     assert!(close(ours, slopes[i]), "{t} {output} by {i}: {ours} {}", slopes[i]);
                     for j in 0..3 {
                         let ours = second.hessian(output, p).unwrap()[(i, j)];
@@ -146,10 +146,10 @@ fn derivatives_through_impacts_of_a_double_pendulum_are_those_of_differences() {
             for p in 0..times.len() {
                 let of = |x: [f64; 4]| (4.0 * (x[2] - x[3]) / step - (x[0] - x[1]) / (2.0 * step)) / 3.0;
                 let values = [&far, &fear, &near, &rear].map(|h| h.values[output][p]);
-                let size: f64 = history.slopes[output][p].iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
-                worst[0] = worst[0].max((of(values) - history.slopes[output][p][k]).abs() * BARS[k].abs() / size);
+                let size: f64 = history.gradients[output][p].iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
+                worst[0] = worst[0].max((of(values) - history.gradients[output][p][k]).abs() * BARS[k].abs() / size);
                 let along = [&far, &fear, &near, &rear]
-                    .map(|h| h.slopes[output][p].iter().zip(&BARS).map(|(slope, b)| slope * b).sum::<f64>());
+                    .map(|h| h.gradients[output][p].iter().zip(&BARS).map(|(slope, b)| slope * b).sum::<f64>());
                 let products = second.second(output, p);
                 let size: f64 = products.iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
                 worst[1] = worst[1].max((of(along) - products[k]).abs() * BARS[k].abs() / size);
@@ -252,7 +252,7 @@ fn what_is_switched_by_time_or_place_in_closed_form() {
             let close = |a: f64, b: f64| (a - b).abs() < 1e-7;
             assert!(close(first.values[0][0], value), "{by_time} {at}: {} {value}", first.values[0][0]);
             for i in 0..4 {
-                let ours = first.slopes[0][0][i];
+                let ours = first.gradients[0][0][i];
                 assert!(close(ours, slopes[i]), "{by_time} {at} by {i}: {ours} {}", slopes[i]);
                 for j in 0..4 {
                     let ours = second.hessian(0, 0).unwrap()[(i, j)];

@@ -1,7 +1,7 @@
 //! Every kind of output, held to a number, in every kind of analysis; and at any time.
 
 use linkwright::autodiff::{DualNum, Scalar};
-use linkwright::cases::mechanisms::{Absorber, Governor};
+use linkwright::cases::{Absorber, Governor};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
@@ -140,7 +140,7 @@ fn a_governor_stands_at_its_angle_with_its_derivatives() {
         let (value, slopes) = linkwright::autodiff::gradient(|b| exact(b)[output], &b);
         close(found.values[output][0], value, 1e-9);
         for k in 0..b.len() {
-            close(found.slopes[output][0][k] * b[k], slopes[k] * b[k], 1e-8);
+            close(found.gradients[output][0][k] * b[k], slopes[k] * b[k], 1e-8);
         }
     }
 }
@@ -185,11 +185,11 @@ fn a_spring_of_zero_length_is_a_plane_oscillator_with_derivatives() {
         close(run.values[0][k], value, 1e-9);
         close(implicit.values[0][k], value, 1e-6);
         for i in 0..3 {
-            close(run.slopes[0][k][i], slopes[i], 1e-8);
-            close(implicit.slopes[0][k][i], slopes[i], 1e-6);
+            close(run.gradients[0][k][i], slopes[i], 1e-8);
+            close(implicit.gradients[0][k][i], slopes[i], 1e-6);
         }
         close(run.values[3][k], 0.5 * 2.0 * 1.5 * 1.5, 1e-9);
-        assert!(run.slopes.iter().flatten().flatten().all(|slope| slope.is_finite()));
+        assert!(run.gradients.iter().flatten().flatten().all(|slope| slope.is_finite()));
     }
 }
 

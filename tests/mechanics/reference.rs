@@ -1,6 +1,6 @@
 //! Published solutions and closed forms.
 
-use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, SliderCrank};
+use linkwright::cases::{Absorber, Andrews, Chain, SliderCrank};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};

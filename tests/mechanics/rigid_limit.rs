@@ -1,6 +1,6 @@
 //! The flexible four-bar mechanism approaches the rigid one as its stiffness grows.
 
-use linkwright::cases::mechanisms::{FourBar, RigidFourBar};
+use linkwright::cases::{FourBar, RigidFourBar};
 use linkwright::mechanics::analyses::dynamics::simulate;
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::mechanism::ParametricMechanism;

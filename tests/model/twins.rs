@@ -1,8 +1,6 @@
 //! Every model file that has a twin in the library runs through the same cycles.
 
-use linkwright::cases::mechanisms::{
-    Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam,
-};
+use linkwright::cases::{Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam};
 use linkwright::cases::{
     cantilever, four_bar, four_bar::StressConstrained, impact_absorber, nonlinear_absorber, slider_crank,
     ten_bar_truss, two_bar_truss, vehicle_suspension,

@@ -158,7 +158,7 @@ mod mechanisms {
     use super::finding;
     use linkwright::Result;
     use linkwright::autodiff::Scalar;
-    use linkwright::cases::mechanisms::{Chain, FourBar, Governor, SliderCrank};
+    use linkwright::cases::{Chain, FourBar, Governor, SliderCrank};
     use linkwright::mechanics::analyses::dynamics::Dynamics;
     use linkwright::mechanics::analyses::statics::Statics;
     use linkwright::mechanics::initial_conditions::Assembly;

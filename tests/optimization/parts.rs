@@ -5,7 +5,7 @@ use linkwright::approximation::{
     Reciprocal, Tana, TwoPointExponential,
 };
 use linkwright::autodiff::Scalar;
-use linkwright::cases::{self, impact_absorber::Absorber};
+use linkwright::cases::{self, impact_absorber::ClosedFormMotion};
 use linkwright::function;
 use linkwright::problem::*;
 use linkwright::sao::*;
@@ -179,7 +179,7 @@ fn absorber(continuous: bool, travel: f64) -> Problem {
             parts.subject_to(if continuous { c.in_continuous_time() } else { c });
         }
     }
-    parts.build_analytic(Absorber).unwrap()
+    parts.build_analytic(ClosedFormMotion).unwrap()
 }
 
 #[test]

@@ -52,6 +52,16 @@ pub enum Error {
         /// What to do.
         remedy: String,
     },
+    /// The request is valid, but this method or analysis does not offer it.
+    #[error("{what}: {why}; {remedy}")]
+    Unsupported {
+        /// The request, by name.
+        what: String,
+        /// Why it is not offered.
+        why: String,
+        /// What to do.
+        remedy: String,
+    },
     /// An analysis could not be done at this design: a fact about the design, normal during an optimization.
     #[error("analysis failed in {what}: {why}; {remedy}")]
     Analysis {
@@ -100,6 +110,11 @@ impl Error {
     /// An [`Error::Definition`].
     pub fn definition(what: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Definition { what: what.into(), why: why.into(), remedy: remedy.into() }
+    }
+
+    /// An [`Error::Unsupported`].
+    pub fn unsupported(what: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Unsupported { what: what.into(), why: why.into(), remedy: remedy.into() }
     }
 
     /// An [`Error::Definition`] for a name that is not among the known ones: the remedy lists the nearest three.

@@ -224,8 +224,8 @@ fn explained(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, er
 
 fn dependent(redundant: &[String], t: f64) -> Error {
     let why = format!("redundant or contradictory at t = {t:.6e} s");
-    let remedy = "remove these num_constraints, or free the directions that other joints hold already; \
-                  a dead centre makes num_constraints dependent for an instant";
+    let remedy = "remove these constraints, or free the directions that other joints hold already; \
+                  a dead centre makes constraints dependent for an instant";
     Error::analysis(redundant.join(", "), why, remedy)
 }
 

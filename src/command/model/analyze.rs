@@ -2,8 +2,8 @@
 
 use super::{design, load, located, tables};
 use crate::command::output::{folder, say, write};
-use crate::problem::{Evaluation, Problem, ResponseAt, Responses, Sensitivities as Derivatives};
 use clap::Args;
+use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses, Sensitivities as Derivatives};
 use std::path::PathBuf;
 
 #[derive(Args)]

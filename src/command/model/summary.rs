@@ -2,10 +2,10 @@
 
 use super::folder::{Edit, VERSION};
 use super::tables;
-use crate::model_file::Model;
-use crate::problem::{DesignVariable, Problem, RowId};
-use crate::sao::{State, Status};
 use anyhow::Context;
+use linkwright::model_file::Model;
+use linkwright::problem::{DesignVariable, Problem, RowId};
+use linkwright::sao::{State, Status};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

@@ -1,10 +1,10 @@
 //! The paper's figures 3 to 6, and what a run looks like: convergence and time histories.
 
 use super::four_bar_figures::{four_bar_animation, four_bar_figures};
-use super::{Regenerated, ReproducedRun};
 use crate::cases::four_bar::StressConstrained;
 use crate::cases::impact_absorber::{self, ACCELERATION, DISPLACEMENT, motion};
 use crate::cases::slider_crank::{self, coupler_point};
+use crate::papers::paper::{ReproducedRun, ReproducedTable};
 use crate::problem::{ClosedForm, TimeGrid};
 use crate::report::figure::{Figure, Grid, Quantity, literal};
 use crate::report::plots::{
@@ -16,8 +16,8 @@ use crate::sao::Cycle;
 use error::Result;
 
 /// Every figure that belongs to a regenerated table, by file stem.
-pub fn figures(table: &Regenerated) -> Result<Vec<(String, Figure)>> {
-    let Some(run) = &table.run else { return Ok(vec![]) };
+pub fn figures(table: &ReproducedTable) -> Result<Vec<(String, Figure)>> {
+    let Some(run) = table.runs.first() else { return Ok(vec![]) };
     let mut figures = vec![(format!("{}_convergence", table.name), convergence_of(run)?)];
     match table.name {
         "table1" => {
@@ -42,8 +42,8 @@ pub fn figures(table: &Regenerated) -> Result<Vec<(String, Figure)>> {
 }
 
 /// Every animation that belongs to a regenerated table, by file name.
-pub fn animations(table: &Regenerated) -> Result<Vec<(String, Vec<u8>)>> {
-    match &table.run {
+pub fn animations(table: &ReproducedTable) -> Result<Vec<(String, Vec<u8>)>> {
+    match table.runs.first() {
         Some(run) if table.name == "table5" => {
             four_bar_animation("figure7_four_bar", &StressConstrained::as_published().mechanism, run)
         }

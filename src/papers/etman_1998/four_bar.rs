@@ -1,10 +1,9 @@
 //! Tables V and VI: the stress-constrained flexible four-bar mechanism.
 
 use super::printed_rows::{PrintedRow, printed_rows};
-pub use super::runs::{Observer, Regenerated, ReproducedRun};
 use crate::approximation::{ApproximateProblem, ApproximationOptions, LinearizationPoint, SubproblemBox};
-use crate::cases::four_bar::{Derivatives, StressConstrained, method};
-use crate::cases::mechanisms::FourBar;
+use crate::cases::four_bar::{Derivatives, FourBar, StressConstrained, method};
+use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
 use crate::problem::{Evaluation, Problem, Responses, Sensitivities};
 use crate::report::table::{Cell, Printed, Table};
 use crate::sao::{Cycle, Method, Outcome, RelativeLimits};
@@ -30,11 +29,11 @@ pub fn as_printed() -> StressConstrained {
 fn solve(name: &str, setup: &StressConstrained, observe: &mut Observer) -> Result<ReproducedRun> {
     let problem = setup.problem()?;
     let state = method().solve(&problem, |s| observe(name, s))?;
-    Ok(ReproducedRun { problem, state })
+    Ok(ReproducedRun { label: None, problem, state })
 }
 
 /// Table V: the start, the optima and a design from the literature; the runs of the optima I, II and III.
-pub fn table5(observe: &mut Observer) -> Result<(Regenerated, [ReproducedRun; 3])> {
+pub fn table5(observe: &mut Observer) -> Result<(ReproducedTable, [ReproducedRun; 3])> {
     let published = StressConstrained::as_published();
     let mechanism = published.mechanism;
     let runs = [
@@ -59,11 +58,11 @@ pub fn table5(observe: &mut Observer) -> Result<(Regenerated, [ReproducedRun; 3]
         "The printed 546.0 kg and 2.89 kg are not those of the printed diameters (546.1 and 2.896 kg) to the last digit.",
     ];
     let printed = Printed::from_csv("table5.csv", TABLE5)?;
-    Ok((Regenerated { name: "table5", table, printed: Some(printed), keys: 1, notes, run: None }, runs))
+    Ok((ReproducedTable { name: "table5", table, printed: Some(printed), keys: 1, notes, runs: vec![] }, runs))
 }
 
 /// Table VI: the run from the paper's start, with our derivatives. It ends in optimum II where the paper's ends in I.
-pub fn table6(observe: &mut Observer) -> Result<Regenerated> {
+pub fn table6(observe: &mut Observer) -> Result<ReproducedTable> {
     let run = solve("table6", &StressConstrained::as_published(), observe)?;
     let title = "Table VI. Flexible four-bar mechanism, from 356.8 mm with exact derivatives";
     let notes = vec![
@@ -73,7 +72,7 @@ pub fn table6(observe: &mut Observer) -> Result<Regenerated> {
 }
 
 /// Table VI from its cycle 4 on: forward differences with step 1e-3 from the printed design of cycle 4.
-pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<Regenerated> {
+pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<ReproducedTable> {
     let rows = printed_rows(TABLE6, &RelativeLimits::default())?;
     let problem = as_printed().problem()?;
     let method = method();
@@ -82,7 +81,7 @@ pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<Regenerated> {
     let state = method.resume(&problem, state, |s| observe("table6_from_cycle_4", s))?;
     let title = "Table VI. Flexible four-bar mechanism, continued from the printed cycle 4 with forward differences";
     let notes = vec!["Row 4 is the printed design, un-rounded by its move limits; its E_g belongs to the step before."];
-    history("table6_from_cycle_4", title, rows[4].cycle, ReproducedRun { problem, state }, notes)
+    history("table6_from_cycle_4", title, rows[4].cycle, ReproducedRun { label: None, problem, state }, notes)
 }
 
 fn history(
@@ -91,7 +90,7 @@ fn history(
     first: usize,
     run: ReproducedRun,
     notes: Vec<&'static str>,
-) -> Result<Regenerated> {
+) -> Result<ReproducedTable> {
     let columns = [
         "cycle",
         "accepted",
@@ -109,7 +108,7 @@ fn history(
         table.push(row(first, c))?;
     }
     let printed = Printed::from_csv("table6.csv", TABLE6)?;
-    Ok(Regenerated { name, table, printed: Some(printed), keys: 2, notes, run: Some(run) })
+    Ok(ReproducedTable { name, table, printed: Some(printed), keys: 2, notes, runs: vec![run] })
 }
 
 fn row(first: usize, c: &Cycle) -> Vec<Cell> {
@@ -249,12 +248,12 @@ pub fn violation_rms(checks: &[RowCheck]) -> Result<f64> {
 }
 
 /// Every printed row of Table VI analysed and proposed again, with the paper's forward differences.
-pub fn row_by_row() -> Result<Regenerated> {
+pub fn row_by_row() -> Result<ReproducedTable> {
     let checks = check_rows(&as_printed())?;
     let notes = vec![
         "The printed diameters are un-rounded by their move limits; each row is proposed from the printed row before it.",
         "The printed stresses need the rotary inertia m l²/12 counted twice (the as-published preset), see the README.",
     ];
     let table = table6_rows(&checks)?;
-    Ok(Regenerated { name: "table6_rows", table, printed: None, keys: 2, notes, run: None })
+    Ok(ReproducedTable { name: "table6_rows", table, printed: None, keys: 2, notes, runs: vec![] })
 }

@@ -1,8 +1,7 @@
 //! Pictures of the flexible four-bar: stresses over time and along the links, the mechanism, its motion.
 
-use super::runs::ReproducedRun;
-use crate::cases::four_bar::LINKS;
-use crate::cases::mechanisms::FourBar;
+use crate::cases::four_bar::{FourBar, LINKS};
+use crate::papers::paper::ReproducedRun;
 use crate::problem::Problem;
 use crate::report::animation::{Animation, Scene};
 use crate::report::figure::{Figure, Grid, Quantity};

@@ -246,7 +246,7 @@ fn by_points(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::mechanisms::SliderCrank;
+    use crate::cases::SliderCrank;
 
     #[test]
     fn wanted_instants_come_in_the_order_asked() {
@@ -260,7 +260,7 @@ mod tests {
         let all = differentiate_kinematics(&SliderCrank::rigid(), &b, Assembly::default(), &times).unwrap();
         assert_eq!(responses.values, all.values);
         for (k, instant) in wanted.iter().enumerate() {
-            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.slopes[instant.response][instant.point]);
+            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[instant.response][instant.point]);
         }
         let adjoint = driven().differentiating(Differentiation::Adjoint).unwrap();
         let difference = adjoint.sensitivities(&b, &responses, &wanted).unwrap() - &rows;

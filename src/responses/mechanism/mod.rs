@@ -21,6 +21,6 @@ fn gradient_rows(
     wanted: &[ResponseAt],
     places: &[usize],
 ) -> DMatrix<f64> {
-    let row = |(instant, &place): (&ResponseAt, &usize)| history.slopes[instant.response][place].iter().copied();
+    let row = |(instant, &place): (&ResponseAt, &usize)| history.gradients[instant.response][place].iter().copied();
     DMatrix::from_row_iterator(wanted.len(), variables, wanted.iter().zip(places).flat_map(row))
 }

@@ -101,7 +101,7 @@ impl<E: OdeModel> OdeResponses<E> {
 
     fn slopes<'t>(&self, b: &[f64], trace: &'t Trace) -> Result<&'t Vec<Vec<Vec<f64>>>> {
         if trace.slopes.get().is_none() {
-            let found = differentiate_ode(&self.whole(), b, &self.settings, &self.times)?.slopes;
+            let found = differentiate_ode(&self.whole(), b, &self.settings, &self.times)?.gradients;
             return Ok(trace.slopes.get_or_init(|| found));
         }
         Ok(trace.slopes.get().expect("it was just looked at"))
@@ -139,7 +139,7 @@ impl<E: OdeModel> OdeResponses<E> {
             state: Some(Known { values: &trace.states[p], slopes: here, design: b }),
         };
         let onward = differentiate_ode(&from, b, &settings, &[t])?;
-        Ok(onward.slopes.into_iter().map(|mut series| series.swap_remove(0)).collect())
+        Ok(onward.gradients.into_iter().map(|mut series| series.swap_remove(0)).collect())
     }
 
     fn rates_at<S: Scalar>(&self, b: &[S], t: S, y: &[S]) -> Vec<S> {

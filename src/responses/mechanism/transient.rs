@@ -310,7 +310,7 @@ fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::mechanisms::FourBar;
+    use crate::cases::FourBar;
 
     #[test]
     fn wanted_instants_come_in_the_order_asked() {
@@ -322,7 +322,7 @@ mod tests {
         let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
         let all = differentiate(&model, &b, &model.dynamics().unwrap(), &FourBar::window()).unwrap();
         for (k, instant) in wanted.iter().enumerate() {
-            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.slopes[instant.response][instant.point]);
+            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[instant.response][instant.point]);
         }
         // Integrated again, the same bits: without a trace, with too little memory, or at another design.
         let wanted_anew = |responses: &Responses| analysis.sensitivities(&b, responses, &wanted).unwrap();

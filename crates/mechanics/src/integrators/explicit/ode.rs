@@ -11,7 +11,7 @@ use autodiff::Scalar;
 ///
 /// ```
 /// use linkwright_mechanics::integrators::explicit::{Explicit, Ode, integrate};
-/// use linkwright_autodiff::Scalar;
+/// use autodiff::Scalar;
 /// struct Decay;
 /// impl Ode for Decay {
 ///     fn start<S: Scalar>(&self, _b: &[S]) -> Vec<S> {

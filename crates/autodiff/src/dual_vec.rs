@@ -1,12 +1,15 @@
-//! A dual number laid out flat: a value and an array of first derivatives.
+//! Dual numbers with a fixed number of first derivatives in an array.
 
-use super::chain_rule::impl_scalar;
+use crate::chain_rule::impl_scalar;
 use std::fmt;
 
-/// A dual number with `N` first derivatives held in a plain array.
+/// A dual number with `N` first derivatives in a plain array.
 ///
-/// It computes the same numbers as num-dual's vector duals without their optional derivative part, which costs
-/// inner loops about a factor of two. Use it where the number of seeded variables is small and known.
+/// It computes the same numbers as num-dual's `DualSVec64<N>`. That type stores its derivatives in an `Option`, whose
+/// branches slow inner loops down; `benches/numbers.rs` measures by how much. Use this type where the number of
+/// variables is small and known, and [`Dual`](crate::Dual) with [`gradient`](crate::gradient) otherwise.
+///
+/// # Examples
 ///
 /// ```
 /// use linkwright_autodiff::{DualNum, DualVec};
@@ -30,7 +33,7 @@ impl<const N: usize> DualVec<N> {
         Self { re, eps: [0.0; N] }
     }
 
-    /// The variable with derivative one in `direction` (below `N`).
+    /// A variable: its derivative in `direction` (below `N`) is one, the others are zero.
     #[inline]
     pub fn seeded(re: f64, direction: usize) -> Self {
         let mut eps = [0.0; N];
@@ -108,7 +111,7 @@ impl<const N: usize> fmt::Display for DualVec<N> {
 impl_scalar!([const N: usize] DualVec<N>, order = 1);
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Scalar;
     use num_dual::Dual64;
@@ -166,7 +169,7 @@ pub(super) mod tests {
         let theirs = all_functions(Dual64::new(0.37, 1.0));
         for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
             assert!((a.re - b.re).abs() <= 1e-15 * b.re.abs().max(1.0), "value {k}: {} {}", a.re, b.re);
-            assert!((a.eps[0] - b.eps).abs() <= 1e-13 * b.eps.abs().max(1.0), "slope {k}: {} {}", a.eps[0], b.eps);
+            assert!((a.eps[0] - b.eps).abs() <= 1e-13 * b.eps.abs().max(1.0), "derivative {k}: {} {}", a.eps[0], b.eps);
         }
     }
 }

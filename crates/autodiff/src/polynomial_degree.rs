@@ -1,13 +1,15 @@
-//! A number that knows its polynomial degree, so that problem structure is recognized and not configured.
+//! A number that carries a polynomial degree, by which the structure of a problem is recognized.
 
-use super::chain_rule::impl_scalar;
+use crate::chain_rule::impl_scalar;
 use std::fmt;
 
 /// A value together with the polynomial degree of the expression that made it.
 ///
-/// Constants have degree 0, seeded variables degree 1; sums take the larger degree, products the sum of degrees, and
-/// every other function of something that is not constant makes the expression [`PolynomialDegree::NONLINEAR`]. The value
-/// follows the branch that real parts choose, so the degree is that of the branch taken.
+/// Constants have degree 0 and variables degree 1. A sum has the larger degree, a product the sum of the degrees. Every
+/// other function of an expression that is not constant is [`PolynomialDegree::NONLINEAR`]. Where a function branches on
+/// the value, the degree is that of the branch taken.
+///
+/// # Examples
 ///
 /// ```
 /// use linkwright_autodiff::PolynomialDegree;
@@ -24,13 +26,13 @@ pub struct PolynomialDegree {
     pub degree: u8,
 }
 
-/// The degree of `f` in all of `x`, on the branch taken at `x`.
+/// Polynomial degree of `f` in all variables together, on the branch taken at `x`.
 pub fn degree(f: impl Fn(&[PolynomialDegree]) -> PolynomialDegree, x: &[f64]) -> u8 {
     f(&x.iter().map(|&v| PolynomialDegree::variable(v)).collect::<Vec<_>>()).degree
 }
 
 impl PolynomialDegree {
-    /// Degree of everything that is not a polynomial of low degree.
+    /// Degree of expressions that are no polynomials, or of a degree above 254.
     pub const NONLINEAR: u8 = u8::MAX;
 
     /// A variable: degree one.

@@ -1,6 +1,6 @@
 //! The four-bar mechanism of [`FourBar`] with rigid links: its limit for infinite stiffness.
 
-use super::FourBar;
+use super::mechanism::FourBar;
 use crate::Result;
 use autodiff::Scalar;
 use mechanics::mechanism::{Body, ElementIndex, Mechanism, ParametricMechanism, Pose};

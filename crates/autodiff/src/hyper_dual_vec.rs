@@ -1,13 +1,15 @@
-//! Hyper-dual numbers side by side: a value with first and second derivatives along pairs of directions.
+//! Vectors of hyper-dual numbers: a value with first and second derivatives along pairs of directions.
 
-use super::chain_rule::impl_scalar;
+use crate::chain_rule::impl_scalar;
 use std::fmt;
 
-/// `N` hyper-dual numbers that share one value, laid out flat.
+/// `N` hyper-dual numbers that share one value, in plain arrays.
 ///
-/// Number k of them has a direction a_k and a direction b_k in the space of the variables, and carries the derivatives along
-/// either and the mixed second derivative. What the directions are is up to who seeds: unit vectors give entries of a
-/// Hessian, the same one twice its diagonal, and a vector v beside the unit vectors the product of the Hessian with v.
+/// Number k has two directions a_k and b_k in the space of the variables. It carries the derivatives along a_k and b_k and
+/// the mixed second derivative. The seeds choose the directions: two unit vectors give an entry of the Hessian, and a vector
+/// v with the unit vectors gives the product of the Hessian with v.
+///
+/// # Examples
 ///
 /// ```
 /// use linkwright_autodiff::{DualNum, HyperDualVec};
@@ -34,7 +36,7 @@ impl<const N: usize> HyperDualVec<N> {
         Self { re, a: [0.0; N], b: [0.0; N], ab: [0.0; N] }
     }
 
-    /// A variable: its components in the first and in the second directions.
+    /// A variable with its components in the first and in the second directions.
     #[inline]
     pub fn seeded(re: f64, a: [f64; N], b: [f64; N]) -> Self {
         Self { re, a, b, ab: [0.0; N] }
@@ -45,9 +47,9 @@ impl<const N: usize> HyperDualVec<N> {
         Self { re, a: self.a.map(&f), b: self.b.map(&f), ab: self.ab.map(&f) }
     }
 
-    /// Each of the hyper-dual numbers by itself, as \[a, b, ab\].
+    /// Combines the value `re` with the derivatives \[a, b, ab\] of every hyper-dual number.
     #[inline]
-    fn each(re: f64, f: impl Fn(usize) -> [f64; 3]) -> Self {
+    fn from_parts(re: f64, f: impl Fn(usize) -> [f64; 3]) -> Self {
         let mut out = Self::constant(re);
         for k in 0..N {
             [out.a[k], out.b[k], out.ab[k]] = f(k);
@@ -57,22 +59,22 @@ impl<const N: usize> HyperDualVec<N> {
 
     #[inline]
     fn plus(self, o: Self) -> Self {
-        Self::each(self.re + o.re, |k| [self.a[k] + o.a[k], self.b[k] + o.b[k], self.ab[k] + o.ab[k]])
+        Self::from_parts(self.re + o.re, |k| [self.a[k] + o.a[k], self.b[k] + o.b[k], self.ab[k] + o.ab[k]])
     }
 
     #[inline]
     fn times(self, o: Self) -> Self {
-        Self::each(self.re * o.re, |k| {
+        Self::from_parts(self.re * o.re, |k| {
             let mixed = self.ab[k] * o.re + self.a[k] * o.b[k] + self.b[k] * o.a[k] + self.re * o.ab[k];
             [self.a[k] * o.re + self.re * o.a[k], self.b[k] * o.re + self.re * o.b[k], mixed]
         })
     }
 
-    /// q = x/y: differentiated x = q y.
+    /// q = x/y, from the derivatives of x = q y.
     #[inline]
     fn divided_by(self, o: Self) -> Self {
         let (q, inverse) = (self.re / o.re, 1.0 / o.re);
-        Self::each(q, |k| {
+        Self::from_parts(q, |k| {
             let (a, b) = ((self.a[k] - q * o.a[k]) * inverse, (self.b[k] - q * o.b[k]) * inverse);
             [a, b, (self.ab[k] - a * o.b[k] - b * o.a[k] - q * o.ab[k]) * inverse]
         })
@@ -86,14 +88,14 @@ impl<const N: usize> HyperDualVec<N> {
     #[inline]
     fn chain(self, f: f64, df: f64, ddf: impl FnOnce() -> f64) -> Self {
         let ddf = ddf();
-        Self::each(f, |k| [self.a[k] * df, self.b[k] * df, self.ab[k] * df + self.a[k] * self.b[k] * ddf])
+        Self::from_parts(f, |k| [self.a[k] * df, self.b[k] * df, self.ab[k] * df + self.a[k] * self.b[k] * ddf])
     }
 
     /// θ = atan2(y, x): dθ = (x dy − y dx)/(x² + y²), differentiated once more.
     #[inline]
     fn angle(self, x: Self) -> Self {
         let (y, square) = (self, self.re * self.re + x.re * x.re);
-        Self::each(y.re.atan2(x.re), |k| {
+        Self::from_parts(y.re.atan2(x.re), |k| {
             let (a, b) = ((x.re * y.a[k] - y.re * x.a[k]) / square, (x.re * y.b[k] - y.re * x.b[k]) / square);
             let spread = 2.0 * (x.re * x.b[k] + y.re * y.b[k]);
             let turn = x.b[k] * y.a[k] - y.b[k] * x.a[k] + x.re * y.ab[k] - y.re * x.ab[k];
@@ -129,7 +131,7 @@ impl_scalar!([const N: usize] HyperDualVec<N>, order = 2);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tangent::tests::all_functions;
+    use crate::dual_vec::tests::all_functions;
     use num_dual::HyperDual64;
 
     #[test]

@@ -7,8 +7,8 @@
 //! The bending moments M are the responses of the analysis and depend mildly on the diameters; the stress is explicit
 //! in (M, d). Linearized in the areas A = π d²/4 (54), few cycles suffice although the stress is far from linear.
 
-use super::Optimum;
-use crate::cases::mechanisms::FourBar;
+use super::mechanism::FourBar;
+use crate::cases::Optimum;
 use crate::function;
 use crate::problem::{
     Constraint, DesignVariable, Differences, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,

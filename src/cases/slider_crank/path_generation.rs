@@ -3,9 +3,9 @@
 //! Eight design variables place and size the mechanism so that its coupler point P passes eight desired points at
 //! prescribed crank rotations. Lengths have the unit of the paper's drawing, angles are in radians.
 
-use super::Optimum;
 #[cfg(feature = "mechanics")]
-use crate::cases::mechanisms::CouplerPath;
+use super::coupler_path::CouplerPath;
+use crate::cases::Optimum;
 use crate::function;
 use crate::problem::{
     ClosedForm, Constraint, DesignVariable, Functional, Point, Problem, ProblemBuilder, Quantity, TimeGrid,

@@ -1,16 +1,19 @@
-//! A value with its first and second derivative along a motion.
+//! Second-order jets: a value with its first and second derivative along a motion.
 
 use num_dual::{Dual2, DualNum, DualStruct, Mappable};
 use num_traits::{FromPrimitive, Inv, Num, One, Signed, Zero};
 use std::iter::{Product, Sum};
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
-use super::Scalar;
+use crate::Scalar;
 
-/// A value with its first and second derivative with respect to one variable, as a rule time.
+/// A value with its first and second derivative with respect to one variable, usually time.
 ///
-/// It computes what num-dual's `Dual2` computes; sums, products, sines and cosines, of which joints are made, are laid
-/// out to be inlined always (the compiler finds them too long), with one product less. Everything else is num-dual's.
+/// It computes the same numbers as num-dual's `Dual2`. The functions that joints consist of (sums, products, sines and
+/// cosines) are always inlined and need one product less; the compiler does not inline them by itself. All other functions
+/// are num-dual's. The component type `T` may carry derivatives, for example with respect to design variables.
+///
+/// # Examples
 ///
 /// ```
 /// use linkwright_autodiff::{DualNum, Jet2};
@@ -53,14 +56,14 @@ impl<T: Scalar> Jet2<T> {
         Self { re: f(self.re, other.re), v1: f(self.v1, other.v1), v2: f(self.v2, other.v2) }
     }
 
-    /// A smooth function with its value and slopes.
+    /// A smooth function with the value `f` and the derivatives `df` and `ddf` at `self.re`.
     #[inline(always)]
     fn chain(self, f: T, df: T, ddf: T) -> Self {
         Self { re: f, v1: self.v1 * df, v2: self.v2 * df + self.v1 * self.v1 * ddf }
     }
 
     #[inline(always)]
-    fn lend(self) -> Dual2<T> {
+    fn to_num_dual(self) -> Dual2<T> {
         Dual2::new(self.re, self.v1, self.v2)
     }
 }
@@ -129,8 +132,8 @@ operator!(
     |a, b| Self { re: a.re * b.re, v1: a.v1 * b.re + a.re * b.v1, v2: a.v2 * b.re + a.v1 * b.v1 * 2.0 + a.re * b.v2 },
     |a, c| a.map(|a| a * c)
 );
-operator!(Div, div, DivAssign, div_assign, |a, b| (a.lend() / b.lend()).into(), |a, c| a.map(|a| a / c));
-// The quotient is held, as for Tangent.
+operator!(Div, div, DivAssign, div_assign, |a, b| (a.to_num_dual() / b.to_num_dual()).into(), |a, c| a.map(|a| a / c));
+// The quotient is constant, as for `DualVec`.
 operator!(Rem, rem, RemAssign, rem_assign, |a, b| a - b * (a.re.re() / b.re.re()).trunc(), |a, c| a - c
     * (a.re.re() / c).trunc());
 
@@ -239,7 +242,7 @@ impl<T: Scalar> Product for Jet2<T> {
 
 impl<T: Scalar> std::fmt::Display for Jet2<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.lend().fmt(f)
+        self.to_num_dual().fmt(f)
     }
 }
 
@@ -262,10 +265,10 @@ impl<T: Scalar> Mappable<Jet2<T>> for Jet2<T> {
     }
 }
 
-/// Functions of one jet that num-dual knows.
-macro_rules! borrowed {
+/// Functions of one jet that num-dual evaluates.
+macro_rules! by_num_dual {
     ($($f:ident),*) => {
-        $(fn $f(&self) -> Self { self.lend().$f().into() })*
+        $(fn $f(&self) -> Self { self.to_num_dual().$f().into() })*
     };
 }
 
@@ -284,13 +287,13 @@ impl<T: Scalar> DualNum for Jet2<T> {
     }
     #[inline]
     fn powi(&self, n: i32) -> Self {
-        if n == 2 { *self * *self } else { self.lend().powi(n).into() }
+        if n == 2 { *self * *self } else { self.to_num_dual().powi(n).into() }
     }
     fn powf(&self, n: f64) -> Self {
-        self.lend().powf(n).into()
+        self.to_num_dual().powf(n).into()
     }
     fn log(&self, base: f64) -> Self {
-        self.lend().log(base).into()
+        self.to_num_dual().log(base).into()
     }
     #[inline]
     fn sin(&self) -> Self {
@@ -306,10 +309,10 @@ impl<T: Scalar> DualNum for Jet2<T> {
         (self.chain(sin, cos, -sin), self.chain(cos, -sin, -cos))
     }
     fn atan2(&self, other: Self) -> Self {
-        self.lend().atan2(other.lend()).into()
+        self.to_num_dual().atan2(other.to_num_dual()).into()
     }
-    borrowed!(recip, sqrt, cbrt, exp, exp2, exp_m1, ln, log2, log10, ln_1p, tan, asin, acos, atan);
-    borrowed!(sinh, cosh, tanh, asinh, acosh, atanh, sph_j0, sph_j1, sph_j2);
+    by_num_dual!(recip, sqrt, cbrt, exp, exp2, exp_m1, ln, log2, log10, ln_1p, tan, asin, acos, atan);
+    by_num_dual!(sinh, cosh, tanh, asinh, acosh, atanh, sph_j0, sph_j1, sph_j2);
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
-//! The machine-readable account of a reproduction.
+//! Summary of the runs of a reproduced paper as JSON.
 
-use super::{Regenerated, ReproducedRun};
+use super::paper::{Paper, ReproducedRun, ReproducedTable};
 use crate::problem::DesignVariable;
+use crate::report::table::Comparison;
 use crate::sao::{ActiveRow, Counters, Status};
 use error::Result;
 use serde::Serialize;
@@ -9,24 +10,27 @@ use serde::Serialize;
 /// Name and version of the schema of [`Summary`].
 pub const SCHEMA: &str = "linkwright/reproduction/1";
 
-/// What `summary.json` holds.
+/// Content of `summary.json`.
 #[derive(Serialize)]
 pub struct Summary {
     /// [`SCHEMA`].
     pub schema: &'static str,
-    /// The paper.
+    /// Reference of the paper.
     pub paper: &'static str,
     /// Version of this program.
     pub version: &'static str,
     /// One entry for each run, in the order of the tables.
-    pub runs: Vec<Entry>,
+    pub runs: Vec<RunSummary>,
 }
 
-/// One run.
+/// Summary of one run.
 #[derive(Serialize)]
-pub struct Entry {
+pub struct RunSummary {
     /// Table that it regenerates.
-    pub table: String,
+    pub table: &'static str,
+    /// Name among the runs of the table; absent for the only one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<&'static str>,
     /// Problem.
     pub problem: String,
     /// Status of the run.
@@ -35,29 +39,29 @@ pub struct Entry {
     pub reason: String,
     /// Accepted cycles.
     pub cycles: usize,
-    /// Rejected tries.
+    /// Rejected trial steps.
     pub rejected: usize,
-    /// Work done.
+    /// Analyses, sensitivity analyses and subproblem iterations.
     pub counters: Counters,
     /// Final objective.
     pub objective: f64,
     /// Largest violation at the final design, percent.
     pub violation_pct: f64,
     /// Final design.
-    pub design: Vec<Variable>,
-    /// Constraints that hold the final design, by name and time, with their multipliers.
-    pub active: Vec<Active>,
-    /// Printed values that have a counterpart of ours.
+    pub design: Vec<VariableValue>,
+    /// Active constraints at the final design, by name and time, with their multipliers.
+    pub active: Vec<ActiveConstraint>,
+    /// Number of printed values of the table that have a counterpart of ours.
     pub compared: usize,
-    /// Those of them whose printed digits differ.
+    /// Number of these whose printed digits differ.
     pub differing: usize,
     /// Remarks on the table.
     pub notes: Vec<&'static str>,
 }
 
-/// A design variable of the final design.
+/// Value of a design variable.
 #[derive(Serialize)]
-pub struct Variable {
+pub struct VariableValue {
     /// Name.
     pub name: String,
     /// Unit.
@@ -66,9 +70,9 @@ pub struct Variable {
     pub value: f64,
 }
 
-/// A constraint that holds the final design.
+/// An active constraint at the final design.
 #[derive(Serialize)]
-pub struct Active {
+pub struct ActiveConstraint {
     /// Constraint and time in words.
     pub constraint: String,
     /// ∂F/∂ĝ.
@@ -76,30 +80,35 @@ pub struct Active {
 }
 
 impl Summary {
-    /// The summary of the runs behind some tables.
-    pub fn of(tables: &[Regenerated]) -> Result<Self> {
-        let paper =
-            "Etman, van Campen & Schoofs, Multibody System Dynamics 2 (1998) 393-415, doi:10.1023/A:1009780119839";
-        let entries = tables.iter().filter_map(|t| Entry::of(t).transpose());
-        Ok(Self { schema: SCHEMA, paper, version: env!("CARGO_PKG_VERSION"), runs: entries.collect::<Result<_>>()? })
+    /// Summarizes the runs behind some tables of a paper.
+    ///
+    /// # Errors
+    /// As [`ReproducedTable::comparison`].
+    pub fn new(paper: &dyn Paper, tables: &[ReproducedTable]) -> Result<Self> {
+        let mut runs = vec![];
+        for table in tables {
+            let comparison = table.comparison()?;
+            runs.extend(table.runs.iter().map(|run| RunSummary::new(table, &comparison, run)));
+        }
+        Ok(Self { schema: SCHEMA, paper: paper.reference(), version: env!("CARGO_PKG_VERSION"), runs })
     }
 
-    /// As JSON text.
+    /// Writes the summary as JSON text.
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a summary holds finite numbers and strings only") + "\n"
     }
 }
 
-impl Entry {
-    /// The entry of a table; none for a table of data.
-    fn of(table: &Regenerated) -> Result<Option<Self>> {
-        let Some(ReproducedRun { problem, state }) = &table.run else { return Ok(None) };
-        let comparison = table.comparison()?;
+impl RunSummary {
+    fn new(table: &ReproducedTable, comparison: &Comparison, run: &ReproducedRun) -> Self {
+        let ReproducedRun { label, problem, state } = run;
         let variable =
-            |(v, &value): (&DesignVariable, &f64)| Variable { name: v.name.clone(), unit: v.unit.clone(), value };
-        let active = |a: &ActiveRow| Active { constraint: problem.row_in_words(a.row), multiplier: a.multiplier };
-        Ok(Some(Self {
-            table: table.name.to_owned(),
+            |(v, &value): (&DesignVariable, &f64)| VariableValue { name: v.name.clone(), unit: v.unit.clone(), value };
+        let active =
+            |a: &ActiveRow| ActiveConstraint { constraint: problem.row_in_words(a.row), multiplier: a.multiplier };
+        Self {
+            table: table.name,
+            run: *label,
             problem: problem.name.clone(),
             status: state.status,
             reason: state.reason.clone(),
@@ -113,6 +122,6 @@ impl Entry {
             compared: comparison.compared,
             differing: comparison.differing,
             notes: table.notes.clone(),
-        }))
+        }
     }
 }

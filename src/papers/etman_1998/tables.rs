@@ -1,75 +1,11 @@
-//! The runs behind the tables.
+//! Tables I to IV: the impact absorber and the slider-crank.
 
-use super::four_bar;
 use crate::cases::{impact_absorber, slider_crank};
+use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
 use crate::problem::Problem;
-use crate::report::table::{Cell, Comparison, Printed, Table};
+use crate::report::table::{Cell, Printed, Table};
 use crate::sao::{Cycle, Method, State};
-use error::{Error, Result};
-
-/// A table of the paper, regenerated.
-pub struct Regenerated {
-    /// File stem: `table1`.
-    pub name: &'static str,
-    /// Ours, with the columns of the printed one.
-    pub table: Table,
-    /// The printed one; none for a table that the paper does not have in this form.
-    pub printed: Option<Printed>,
-    /// Columns at the left that identify a row.
-    pub keys: usize,
-    /// What a reader must know: stand-ins, misprints, levels of rounding.
-    pub notes: Vec<&'static str>,
-    /// The run behind it; none for a table of data.
-    pub run: Option<ReproducedRun>,
-}
-
-/// A run that has ended.
-pub struct ReproducedRun {
-    /// The problem.
-    pub problem: Problem,
-    /// Its last state, with the whole history.
-    pub state: State,
-}
-
-impl Regenerated {
-    /// Ours beside the printed table, with the differences marked; ours alone where there is none.
-    pub fn comparison(&self) -> Result<Comparison> {
-        match &self.printed {
-            Some(printed) => self.table.beside(printed, self.keys),
-            None => Ok(Comparison { text: self.table.text(), compared: 0, differing: 0 }),
-        }
-    }
-}
-
-/// Told of every state of a run, with the name of its table.
-pub type Observer<'a> = dyn FnMut(&str, &State) + 'a;
-
-/// Names of the tables that can be regenerated, in order.
-pub const TABLES: [&str; 6] = ["table1", "table2", "table3", "table4", "table5", "table6"];
-
-/// Regenerates a table, and what belongs to it; errors for a name that is no table.
-///
-/// Table VI comes as the run from the paper's start, as its continuation from the printed cycle 4, and row by row.
-pub fn regenerate(table: &str, observe: &mut Observer) -> Result<Vec<Regenerated>> {
-    match table {
-        "table1" => Ok(vec![table1(impact_absorber::peak_acceleration()?, observe)?]),
-        "table2" => Ok(vec![table2(observe)?]),
-        "table3" => Ok(vec![table3()?]),
-        "table4" => Ok(vec![table4(observe)?]),
-        "table5" => {
-            let (table, [first, ..]) = four_bar::table5(observe)?;
-            Ok(vec![Regenerated { run: Some(first), ..table }])
-        }
-        "table6" => {
-            let rows = four_bar::row_by_row()?;
-            Ok(vec![four_bar::table6(observe)?, four_bar::table6_from_cycle_4(observe)?, rows])
-        }
-        other => {
-            let remedy = format!("choose from {}", TABLES.join(", "));
-            Err(Error::definition(format!("table `{other}`"), "it is not among the tables of this paper", remedy))
-        }
-    }
-}
+use error::Result;
 
 /// A table with a row for each cycle.
 fn history(title: &str, columns: &[&str], state: &State, row: impl Fn(&Cycle) -> Vec<Cell>) -> Result<Table> {
@@ -81,8 +17,11 @@ fn history(title: &str, columns: &[&str], state: &State, row: impl Fn(&Cycle) ->
     Ok(table)
 }
 
-/// Table I from any statement of its problem: the motion in closed form, or the mechanism simulated.
-pub fn table1(problem: Problem, observe: &mut Observer) -> Result<Regenerated> {
+/// Table I, from the motion in closed form or from the simulated mechanism.
+///
+/// # Errors
+/// If the run fails.
+pub fn table1(problem: Problem, observe: &mut Observer) -> Result<ReproducedTable> {
     let state = Method::default().solve(&problem, |s| observe("table1", s))?;
     let columns = [
         "cycle",
@@ -98,18 +37,18 @@ pub fn table1(problem: Problem, observe: &mut Observer) -> Result<Regenerated> {
         let numbers = [c.design[0], c.design[1], c.design[2], c.constraint_error_pct, c.violation_pct];
         std::iter::once(c.active_limits.into()).chain(numbers.map(Cell::from)).collect()
     };
-    Ok(Regenerated {
+    Ok(ReproducedTable {
         name: "table1",
         table: history("Table I. Impact absorber, maximum acceleration", &columns, &state, row)?
             .headed(["cycle", "ok", "mvlm", "b1", "b2", "b3 = F", "Eg [%]", "V [%]"])?,
         printed: Some(Printed::from_csv("table1.csv", include_str!("../../../papers/etman-1998/table1.csv"))?),
         keys: 2,
         notes: vec!["Errors and violations of cycles 4 and 5, below 1e-6 %, are at the level of rounding."],
-        run: Some(ReproducedRun { problem, state }),
+        runs: vec![ReproducedRun { label: None, problem, state }],
     })
 }
 
-fn table2(observe: &mut Observer) -> Result<Regenerated> {
+pub(super) fn table2(observe: &mut Observer) -> Result<ReproducedTable> {
     let problem = impact_absorber::comfort()?;
     let state = Method::default().solve(&problem, |s| observe("table2", s))?;
     let columns = [
@@ -126,7 +65,7 @@ fn table2(observe: &mut Observer) -> Result<Regenerated> {
         let errors = [c.objective_error_pct, c.constraint_error_pct, c.violation_pct];
         [c.design[0], c.design[1]].into_iter().chain(errors).chain([c.objective]).map(Cell::from).collect()
     };
-    Ok(Regenerated {
+    Ok(ReproducedTable {
         name: "table2",
         table: history("Table II. Impact absorber, comfort criterion", &columns, &state, row)?
             .headed(["cycle", "ok", "b1", "b2", "Ef [%]", "Eg [%]", "V [%]", "F"])?,
@@ -137,21 +76,21 @@ fn table2(observe: &mut Observer) -> Result<Regenerated> {
             "Cycles 5 and 6: E_f is a small difference; 1.5e-5 in the b2 that ends cycle 4 (a flat minimum) makes it.",
             "Cycles 7 and 8: errors and violations below 1e-6 % are at the level of rounding.",
         ],
-        run: Some(ReproducedRun { problem, state }),
+        runs: vec![ReproducedRun { label: None, problem, state }],
     })
 }
 
-fn table3() -> Result<Regenerated> {
+pub(super) fn table3() -> Result<ReproducedTable> {
     let title = "Table III. Path coordinates and prescribed timing of the slider-crank (data)";
     let mut table = Table::new(title, ["point", "x_desired", "y_desired", "crank_rotation_deg"]);
     for (k, [x, y]) in slider_crank::DESIRED.into_iter().enumerate() {
         table.push([(k + 1).into(), x.into(), y.into(), slider_crank::ROTATIONS_DEG[k].into()])?;
     }
     let printed = Printed::from_csv("table3.csv", include_str!("../../../papers/etman-1998/table3.csv"))?;
-    Ok(Regenerated { name: "table3", table, printed: Some(printed), keys: 1, notes: vec![], run: None })
+    Ok(ReproducedTable { name: "table3", table, printed: Some(printed), keys: 1, notes: vec![], runs: vec![] })
 }
 
-fn table4(observe: &mut Observer) -> Result<Regenerated> {
+pub(super) fn table4(observe: &mut Observer) -> Result<ReproducedTable> {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START)?;
     let state = Method::default().solve(&problem, |s| observe("table4", s))?;
     let columns =
@@ -160,7 +99,7 @@ fn table4(observe: &mut Observer) -> Result<Regenerated> {
         let numbers = [c.max_variable_change_pct, c.objective_error_pct, c.objective];
         std::iter::once(c.active_limits.into()).chain(numbers.map(Cell::from)).collect()
     };
-    Ok(Regenerated {
+    Ok(ReproducedTable {
         name: "table4",
         table: history("Table IV. Slider-crank mechanism, from a stand-in start", &columns, &state, row)?.headed([
             "cycle",
@@ -175,6 +114,6 @@ fn table4(observe: &mut Observer) -> Result<Regenerated> {
         notes: vec![
             "The paper does not print its start. This stand-in has F = 3505 (paper 3486); digits cannot agree.",
         ],
-        run: Some(ReproducedRun { problem, state }),
+        runs: vec![ReproducedRun { label: None, problem, state }],
     })
 }

@@ -17,13 +17,16 @@
 //!
 //! **Source.** Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 6.
 
-use super::{Optimum, toeplitz::Toeplitz};
+mod toeplitz;
+
+use super::Optimum;
 use crate::function;
 use crate::problem::{Analysis, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, ResponseAt, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
 use std::sync::Arc;
+use toeplitz::Toeplitz;
 
 /// Variables up to which second derivatives are given: three matrices of n × n.
 const DENSE: usize = 1000;

@@ -9,11 +9,17 @@
 //! with the entire functions S(x) = sin √x / √x and C(x) = cos √x, continued to x < 0. Written so, value and all
 //! derivatives are smooth where the damping is critical.
 
+#[cfg(feature = "mechanics")]
+mod mechanism;
+
 use super::Optimum;
 use crate::function;
 use crate::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use autodiff::Scalar;
 use error::Result;
+
+#[cfg(feature = "mechanics")]
+pub use mechanism::Absorber;
 
 /// Index of the displacement y, m, among the responses.
 pub const DISPLACEMENT: usize = 0;
@@ -24,10 +30,10 @@ pub const DURATION: f64 = 12.0;
 /// Lower bound that stands for the paper's open bound 0 < b.
 const POSITIVE: f64 = 1e-6;
 
-/// The motion in closed form.
-pub struct Absorber;
+/// Displacement and acceleration in closed form, as the responses of an analysis.
+pub struct ClosedFormMotion;
 
-impl ClosedForm for Absorber {
+impl ClosedForm for ClosedFormMotion {
     fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S {
         let [displacement, acceleration] = motion(b[0], b[1], t);
         if h == DISPLACEMENT { displacement } else { acceleration }
@@ -69,14 +75,14 @@ fn sine_cosine_of_root<S: Scalar>(x: S) -> (S, S) {
 ///
 /// The acceleration constraints are normalised by an absolute distance of 1 m/s², as the printed violations demand.
 pub fn peak_acceleration() -> Result<Problem> {
-    parts_of_peak_acceleration()?.build_analytic(Absorber)
+    parts_of_peak_acceleration()?.build_analytic(ClosedFormMotion)
 }
 
 /// Minimize the mean square of ÿ (42), kept as a quadrature of the approximate acceleration; Table II.
 ///
 /// The quadrature is Simpson's rule on the 101 time points, which gives all printed digits.
 pub fn comfort() -> Result<Problem> {
-    parts_of_comfort()?.build_analytic(Absorber)
+    parts_of_comfort()?.build_analytic(ClosedFormMotion)
 }
 
 /// [`peak_acceleration`], its motion simulated and differentiated as that of a mechanism of mass, spring and damper.
@@ -110,7 +116,7 @@ struct SpringAndDamper;
 #[cfg(feature = "mechanics")]
 impl mechanics::mechanism::ParametricMechanism for SpringAndDamper {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<mechanics::mechanism::Mechanism<S>> {
-        crate::cases::mechanisms::Absorber.build(&b[..b.len().min(2)])
+        Absorber.build(&b[..b.len().min(2)])
     }
 }
 

@@ -1,13 +1,13 @@
 //! Gradients, Jacobians and Hessians in chunks of fixed width.
 //!
-//! A chunk is one evaluation; chunks run in parallel and are put together in order, so the result has the same bits
+//! Each chunk is one evaluation. Chunks run in parallel and are combined in their order: the result has the same bits
 //! for any number of threads.
 
-use super::{BLOCK, Dual, HyperDual, WIDTH};
+use crate::{BLOCK, Dual, HyperDual, WIDTH};
 use nalgebra::{Const, DMatrix, U1};
 use rayon::prelude::*;
 
-/// `x` with the derivatives of the variables `first .. first + WIDTH` seeded.
+/// Dual numbers with the values `x`, seeded in the variables `first .. first + WIDTH`.
 pub fn seed(x: &[f64], first: usize) -> Vec<Dual> {
     let dual = |(i, &v): (usize, &f64)| match i.checked_sub(first) {
         Some(k) if k < WIDTH => Dual::from_re(v).derivative(k),
@@ -16,14 +16,14 @@ pub fn seed(x: &[f64], first: usize) -> Vec<Dual> {
     x.iter().enumerate().map(dual).collect()
 }
 
-/// The first derivatives of `value` for `count` seeded variables.
-pub fn slopes(value: &Dual, count: usize) -> Vec<f64> {
+/// First derivatives of `value` with respect to the first `count` seeded variables, at most [`WIDTH`].
+pub fn partials(value: &Dual, count: usize) -> Vec<f64> {
     value.eps.unwrap_generic(Const::<WIDTH>, U1).as_slice()[..count.min(WIDTH)].to_vec()
 }
 
 /// Value and gradient of `f` at `x`.
 ///
-/// For ⌈n / [`WIDTH`]⌉ evaluations. Without variables the gradient is empty and the value is still computed.
+/// Takes ⌈n / [`WIDTH`]⌉ evaluations. Without variables the gradient is empty and the value is still computed.
 pub fn gradient(f: impl Fn(&[Dual]) -> Dual + Sync, x: &[f64]) -> (f64, Vec<f64>) {
     let (values, rows) = jacobian(|x| vec![f(x)], x);
     (values[0], rows.row(0).iter().copied().collect())
@@ -37,8 +37,8 @@ pub fn jacobian(f: impl Fn(&[Dual]) -> Vec<Dual> + Sync, x: &[f64]) -> (Vec<f64>
     let mut rows = DMatrix::zeros(values.len(), x.len());
     for (c, chunk) in chunks.iter().enumerate() {
         for (i, value) in chunk.iter().enumerate() {
-            for (k, slope) in slopes(value, x.len() - c * WIDTH).into_iter().enumerate() {
-                rows[(i, c * WIDTH + k)] = slope;
+            for (k, partial) in partials(value, x.len() - c * WIDTH).into_iter().enumerate() {
+                rows[(i, c * WIDTH + k)] = partial;
             }
         }
     }
@@ -47,28 +47,39 @@ pub fn jacobian(f: impl Fn(&[Dual]) -> Vec<Dual> + Sync, x: &[f64]) -> (Vec<f64>
 
 /// Value, gradient and Hessian (n × n, symmetric) of `f` at `x`.
 ///
-/// Blocks of [`BLOCK`] × [`BLOCK`] second derivatives by hyper-dual numbers, upper triangle only.
+/// Hyper-dual numbers give one block of [`BLOCK`] × [`BLOCK`] second derivatives per evaluation; only blocks of the upper
+/// triangle are evaluated.
+///
+/// # Examples
+///
+/// ```
+/// use linkwright_autodiff::hessian;
+/// let (value, gradient, hessian) = hessian(|x| x[0] * x[0] * x[1], &[2.0, 5.0]);
+/// assert_eq!((value, gradient), (20.0, vec![20.0, 4.0]));
+/// assert_eq!(hessian.as_slice(), [10.0, 4.0, 4.0, 0.0]);
+/// ```
 pub fn hessian(f: impl Fn(&[HyperDual]) -> HyperDual + Sync, x: &[f64]) -> (f64, Vec<f64>, DMatrix<f64>) {
     let n = x.len();
     let blocks = n.div_ceil(BLOCK).max(1);
     let pairs: Vec<(usize, usize)> = (0..blocks).flat_map(|a| (a..blocks).map(move |b| (a, b))).collect();
-    let results: Vec<HyperDual> = pairs.par_iter().map(|&(a, b)| f(&seed_second(x, a * BLOCK, b * BLOCK))).collect();
-    let (mut slope, mut curvature) = (vec![0.0; n], DMatrix::zeros(n, n));
+    let results: Vec<HyperDual> = pairs.par_iter().map(|&(a, b)| f(&seed_pairs(x, a * BLOCK, b * BLOCK))).collect();
+    let (mut gradient, mut hessian) = (vec![0.0; n], DMatrix::zeros(n, n));
     for (&(a, b), value) in pairs.iter().zip(&results) {
         let first = value.eps1.unwrap_generic(Const::<BLOCK>, U1);
         let second = value.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>);
         for i in 0..BLOCK.min(n.saturating_sub(a * BLOCK)) {
-            slope[a * BLOCK + i] = first[i];
+            gradient[a * BLOCK + i] = first[i];
             for j in 0..BLOCK.min(n - b * BLOCK) {
-                curvature[(a * BLOCK + i, b * BLOCK + j)] = second[(i, j)];
-                curvature[(b * BLOCK + j, a * BLOCK + i)] = second[(i, j)];
+                hessian[(a * BLOCK + i, b * BLOCK + j)] = second[(i, j)];
+                hessian[(b * BLOCK + j, a * BLOCK + i)] = second[(i, j)];
             }
         }
     }
-    (results[0].re, slope, curvature)
+    (results[0].re, gradient, hessian)
 }
 
-fn seed_second(x: &[f64], first: usize, second: usize) -> Vec<HyperDual> {
+/// Hyper-dual numbers seeded in the variables from `first` on, and from `second` on.
+fn seed_pairs(x: &[f64], first: usize, second: usize) -> Vec<HyperDual> {
     let mut seeded: Vec<HyperDual> = x.iter().map(|&v| HyperDual::from_re(v)).collect();
     for k in 0..BLOCK {
         if let Some(v) = seeded.get_mut(first + k) {
@@ -123,11 +134,11 @@ mod tests {
     #[test]
     fn same_bits_for_any_number_of_threads() {
         let x = point(40);
-        let run = |threads| {
+        let evaluate = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| (gradient(chain, &x), hessian(chain, &x)))
         };
-        assert_eq!(run(1), run(4));
+        assert_eq!(evaluate(1), evaluate(4));
     }
 
     #[test]
