@@ -104,5 +104,5 @@ impl Record {
 fn preset(text: &str) -> String {
     let named = settings("", text).ok().and_then(|all| all.get("method.preset").cloned());
     let name = named.as_deref().map_or("slp", |name| name.trim_matches('"'));
-    crate::sao::preset(name).map_or(name, |preset| preset.name).to_owned()
+    linkwright::sao::preset(name).map_or(name, |preset| preset.name).to_owned()
 }
