@@ -83,9 +83,7 @@ pub fn read(
             let help = "reduce it to a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
             Err(section.complain(key, "the objective is a history, not a number").help(help))
         }
-        (Some(_), _) if !value.is_transient => {
-            Err(section.complain("over", "`over` applies to histories, and the objective is a number"))
-        }
+        (Some(_), _) if !value.is_transient => Err(section.complain("over", "the objective is a number already")),
         (Some(0), Some(bound)) if sign > 0.0 => peak(&section, known, value, bound),
         (Some(0), None) => {
             let help = "for instance bound = { name = \"peak\", start = 1.0, lower = 0.0 }";

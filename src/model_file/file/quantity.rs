@@ -63,7 +63,7 @@ pub struct QuantityContext<'a> {
 pub struct Explicit {
     program: Program,
     series: Vec<Series>,
-    /// The interval on which the formula holds, and the value outside of it.
+    /// Where it counts, and its value elsewhere.
     window: Option<([f64; 2], f64)>,
 }
 
@@ -104,13 +104,13 @@ impl QuantityContext<'_> {
 }
 
 impl Explicit {
-    /// Replaces the formula by a constant outside of an interval.
+    /// The same formula with this value outside of an interval.
     #[must_use]
     pub fn within(self, interval: [f64; 2], otherwise: f64) -> Self {
         Self { window: Some((interval, otherwise)), ..self }
     }
 
-    /// Whether the formula uses a series.
+    /// Whether a row of numbers enters.
     pub fn uses_series(&self) -> bool {
         !self.series.is_empty()
     }
