@@ -37,7 +37,7 @@ fn text(analysis: &str, derivatives: &str) -> String {
 }
 
 fn problem(text: &str) -> linkwright::Result<Problem> {
-    read("m.toml", text).unwrap_or_else(|fault| panic!("{fault}")).problem()
+    read("m.toml", text).unwrap_or_else(|report| panic!("{report}")).problem()
 }
 
 fn slopes(text: &str) -> [f64; 2] {
@@ -93,14 +93,14 @@ fn kinematics_and_statics_have_a_choice_too() {
 }
 
 #[test]
-fn what_an_analysis_does_not_have_is_refused_with_what_it_has() {
-    let complaint = |text: &str| read("m.toml", text).map(|_| ()).unwrap_err().to_string();
-    let message = complaint(&text(EXPLICIT, "semi-analytical"));
+fn an_unsupported_method_is_rejected_with_the_supported_ones() {
+    let error = |text: &str| read("m.toml", text).map(|_| ()).unwrap_err().to_string();
+    let message = error(&text(EXPLICIT, "semi-analytical"));
     assert!(message.contains("explicit schemes") && message.contains("derivatives = \"direct\""), "{message}");
-    let message = complaint(&(text(DYNAMICS, "direct") + "difference = 1e-4\n"));
+    let message = error(&(text(DYNAMICS, "direct") + "difference = 1e-4\n"));
     assert!(message.contains("none is taken here"), "{message}");
-    let message = complaint(&(text(DYNAMICS, "central") + "difference = 2\n"));
+    let message = error(&(text(DYNAMICS, "central") + "difference = 2\n"));
     assert!(message.contains("between 0 and 1"), "{message}");
-    let message = complaint(&text(DYNAMICS, "complex"));
+    let message = error(&text(DYNAMICS, "complex"));
     assert!(message.contains("richardson"), "{message}");
 }

@@ -1,19 +1,19 @@
 //! Model files: the same problems as in the library, mistakes and their messages, expressions.
 
+mod any_text;
 #[cfg(feature = "cli")]
 mod browser;
 mod commands;
 mod derivatives;
+mod diagnostics;
 mod documentation;
 mod edits;
 mod expressions;
-mod harmless;
 mod kinds;
+mod limits;
 mod mistakes;
 #[cfg(feature = "cli")]
 mod page;
-mod places;
-mod refusals;
 #[cfg(feature = "cli")]
 mod report;
 mod robust;

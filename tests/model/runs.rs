@@ -1,4 +1,4 @@
-//! Lists of runs, runs beside each other, methods beside each other.
+//! Lists of runs, comparisons of runs and of methods.
 #![cfg(feature = "cli")]
 
 use crate::shell::{Place, linkwright, text};
@@ -57,8 +57,8 @@ fn results_go_where_the_environment_says() {
 }
 
 #[test]
-fn two_runs_stand_beside_each_other() {
-    let place = Place::new("beside");
+fn two_runs_are_compared() {
+    let place = Place::new("compared");
     place.example("two-bar-truss");
     let good = place.read("two-bar-truss.toml");
     std::fs::write(place.0.join("mma.toml"), good.replace("preset = \"gcmma\"", "preset = \"mma\"")).unwrap();
@@ -80,7 +80,7 @@ fn two_runs_stand_beside_each_other() {
 }
 
 #[test]
-fn methods_stand_beside_each_other_on_a_model_file() {
+fn methods_are_compared_on_a_model_file() {
     let place = Place::new("methods");
     place.example("two-bar-truss");
     let shown = place.run(&["compare", "two-bar-truss.toml", "--methods", "slp,mma,gcmma", "--out", "here"], 0);
@@ -110,7 +110,7 @@ fn every_command_shows_examples_and_exit_codes_and_shells_complete_them() {
         assert!(names.iter().all(|name| script.contains(name)) && script.contains("methods"), "{shell}");
     }
     assert_eq!(linkwright(&["completion", "cmd"], &place.0).status.code(), Some(2));
-    // A shell that is there is asked whether the script is sound.
+    // An installed shell checks the syntax of the script.
     if let Ok(bash) = std::process::Command::new("bash").arg("--version").output()
         && bash.status.success()
     {

@@ -16,7 +16,7 @@ use linkwright::sao::{Method, State, preset};
 fn model(name: &str) -> Model {
     let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap();
-    read(name, &text).unwrap_or_else(|fault| panic!("{fault}"))
+    read(name, &text).unwrap_or_else(|report| panic!("{report}"))
 }
 
 /// Runs both and compares every cycle: verdicts exactly, numbers to `tolerance`.

@@ -1,4 +1,4 @@
-//! What would take forever, or all memory, is refused with a reason before any work is done.
+//! Models beyond the limits are rejected before any work is done.
 
 use linkwright::model_file::read;
 
@@ -20,7 +20,7 @@ fn small(points: &str, more: &str) -> String {
     )
 }
 
-fn refusals() -> Vec<(&'static str, String)> {
+fn beyond_limits() -> Vec<(&'static str, String)> {
     let number = |value: &str| changed(&[["load = 2.0", &format!("load = {value}")]]);
     let ladder: String = (1..200).map(|k| format!("e{k} = \"e{}\"\n", k - 1)).collect();
     let variables: String = (0..20_000).map(|k| format!("[design.a{k}]\nstart=1\n")).collect();
@@ -84,17 +84,17 @@ fn refusals() -> Vec<(&'static str, String)> {
 }
 
 #[test]
-fn what_is_too_large_is_refused_with_a_reason() {
+fn what_is_too_large_is_rejected() {
     let mut all = String::new();
-    for (what, text) in refusals() {
+    for (what, text) in beyond_limits() {
         let begun = std::time::Instant::now();
-        let Err(fault) = read("model.toml", &text) else { panic!("{what}: the file was read") };
+        let Err(report) = read("model.toml", &text) else { panic!("{what}: the file was read") };
         assert!(begun.elapsed().as_secs() < 10, "{what} took {:?}", begun.elapsed());
-        let fault = fault.to_string();
-        assert!(fault.len() < 4000, "{what}: {} bytes are said", fault.len());
-        all += &format!("## {what}\n{fault}\n\n");
+        let report = report.to_string();
+        assert!(report.len() < 4000, "{what}: {} bytes are said", report.len());
+        all += &format!("## {what}\n{report}\n\n");
     }
-    insta::assert_snapshot!("refusals", all);
+    insta::assert_snapshot!("limits", all);
     assert!(peak_memory() < 1 << 30, "{} bytes", peak_memory());
 }
 
@@ -108,7 +108,7 @@ fn files_at_the_limits_are_read_in_little_memory() {
     let outputs = "[[output]]\neach = { i = \"1..90\" }\nname = \"o{i}\"\nvalue = \"m.position\"\n";
     let beams = changed(&[["elements = 2", "elements = 1000"]]);
     for text in [changed(&[]) + bodies, beams, doubled, small("100000", outputs)] {
-        let model = read("model.toml", &text).unwrap_or_else(|fault| panic!("{fault}"));
+        let model = read("model.toml", &text).unwrap_or_else(|report| panic!("{report}"));
         drop(model.problem());
     }
     assert!(peak_memory() < 1 << 30, "{} bytes", peak_memory());

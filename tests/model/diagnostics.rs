@@ -15,7 +15,7 @@ fn about(text: &str, word: &str) -> String {
 }
 
 #[test]
-fn the_text_is_underlined_where_it_stands() {
+fn the_text_is_underlined() {
     let shown = about("a = 1\nβ = \"crnk\"\n", "\"crnk\"");
     assert_eq!(shown, "wrong\n --> m.toml:2:5\n  |\n2 | β = \"crnk\"\n  |     ^^^^^^ here\n  |\n  = help: do better");
 }
@@ -33,7 +33,7 @@ fn wide_characters_and_tabs_are_aligned() {
 }
 
 #[test]
-fn places_outside_the_text_do_no_harm() {
+fn spans_outside_the_text_are_shown() {
     for (text, span) in [("", 0..0), ("", 5..9), ("a", 1..1), ("ββ", 1..3), ("a\n", 2..2), ("a\r\nb\r\n", 2..6)] {
         assert!(report(text, span).to_string().contains("m.toml"));
     }
