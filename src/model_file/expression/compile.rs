@@ -12,9 +12,9 @@ use std::ops::Range;
 pub struct Wants<'a> {
     /// The quantity that the expression defines, for messages: "a mass".
     pub place: &'a str,
-    /// Whether design variables may enter.
+    /// Whether design variables may be used.
     pub design: bool,
-    /// Whether the time may enter.
+    /// Whether the time may be used.
     pub time: bool,
     /// Indices of other names.
     pub others: &'a dyn Fn(&str) -> Option<usize>,

@@ -295,7 +295,7 @@ fn implicit(
 }
 
 impl Settings {
-    /// Whether the motion follows from forces, so that its times are seconds.
+    /// Whether the time points are times of a motion, not load cases of statics.
     #[cfg(feature = "report")]
     pub fn is_motion(&self) -> bool {
         !matches!(self.kind, Kind::Statics)

@@ -32,7 +32,7 @@ pub struct Output {
     pub unit: String,
     pub program: Program,
     measures: Vec<Measure>,
-    /// Whether it is a history.
+    /// Whether the output has a value at each time point.
     pub is_transient: bool,
     pub intermediates: Intermediates,
 }

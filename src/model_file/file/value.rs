@@ -22,7 +22,7 @@ pub struct Word {
     pub span: Range<usize>,
 }
 
-/// The text of a file that is being read, with what has been found in it.
+/// The text of a file that is being read, with its errors and old words.
 #[derive(Clone, Copy, Debug)]
 pub struct FileSource<'a> {
     pub text: &'a str,
