@@ -1,4 +1,4 @@
-//! How derivatives are chosen in a model file.
+//! The choice of derivatives in a model file.
 
 use linkwright::model_file::read;
 use linkwright::problem::{Problem, ResponseAt};
@@ -66,7 +66,7 @@ fn every_choice_gives_the_same_derivatives() {
     }
     let exact = slopes(&text(EXPLICIT, "automatic"));
     assert_eq!(exact, slopes(&text(EXPLICIT, "direct")));
-    // A step of one's own: an error of first order.
+    // A given step: an error of first order.
     let coarse = slopes(&(text(DYNAMICS, "forward") + "difference = 0.1\n"));
     assert!((coarse[0] / exact[0] - 1.0).abs() > 1e-3);
 }

@@ -113,7 +113,7 @@ fn structure_is_kept() {
 
 #[test]
 fn named_expressions_are_evaluated_once() {
-    // 2^60 operations if each name were put in place of its text.
+    // 2^60 operations if each name were replaced by its definition.
     let mut names = names();
     let named = |k: usize| {
         let text = if k == 0 { "x".to_owned() } else { format!("e{0} + e{0}", k - 1) };
@@ -137,7 +137,7 @@ fn sizes_are_limited() {
     assert_eq!(value(&("1".to_owned() + &"+1".repeat(2000))), 2001.0);
 }
 
-/// Expressions that make sense at most points, as text and as a function.
+/// Expressions that are defined at most points.
 fn valid() -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
         Just("x".to_owned()),
@@ -170,7 +170,7 @@ proptest! {
         prop_assume!(value.is_finite() && slope.iter().all(|s| s.abs() < 1e3));
         let difference = |h: f64| (at(x + h, y) - at(x - h, y)) / (2.0 * h);
         let (coarse, fine) = (difference(2e-5), difference(1e-5));
-        // Where two steps disagree, the function is too wild to judge.
+        // If two steps disagree, differences of the function are not accurate.
         prop_assume!((coarse - fine).abs() < 1e-6 * (1.0 + fine.abs()));
         prop_assert!((slope[0] - fine).abs() < 1e-4 * (1.0 + fine.abs() + value.abs()), "{text}: {} and {fine}", slope[0]);
         // The real part of a dual may differ in the last digit.

@@ -98,7 +98,7 @@ fn what_is_too_large_is_rejected() {
     assert!(peak_memory() < 1 << 30, "{} bytes", peak_memory());
 }
 
-/// Whole files at the limits, which are read, take little memory, too.
+/// Files at the limits are read, with little memory.
 #[test]
 fn files_at_the_limits_are_read_in_little_memory() {
     let bodies =
@@ -114,7 +114,7 @@ fn files_at_the_limits_are_read_in_little_memory() {
     assert!(peak_memory() < 1 << 30, "{} bytes", peak_memory());
 }
 
-/// The most memory that this process has used so far, in bytes; zero where the system does not say.
+/// Peak memory of this process in bytes; zero on systems that do not report it.
 fn peak_memory() -> usize {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -122,7 +122,7 @@ fn every_command_shows_examples_and_exit_codes_and_shells_complete_them() {
     }
 }
 
-/// A terminal has a line on the time below the table, which each row replaces; a pipe has plain lines.
+/// On a terminal each row replaces the line with the remaining time; a pipe gets plain lines.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_terminal_shows_the_time_that_is_left() {
@@ -133,11 +133,11 @@ fn a_terminal_shows_the_time_that_is_left() {
     let command = format!("{} optimize slider-crank.toml --out drawn", env!("CARGO_BIN_EXE_linkwright"));
     let drawn =
         std::process::Command::new("script").args(["-qec", &command, "/dev/null"]).current_dir(&place.0).output();
-    // Not every system can play a terminal.
+    // Some systems cannot emulate a terminal.
     let Ok(drawn) = drawn else { return };
     let drawn = text(&drawn.stdout).replace("\r\n", "\n");
     assert!(drawn.contains(" elapsed, about ") && drawn.contains(" left, at most "), "{drawn}");
-    // What stays on the screen: of each line what is written after it was last cleared.
+    // The visible text: of each line the part after it was last cleared.
     let shown =
         |line: &str| line.rsplit("\u{1b}[K").next().unwrap().replace("\u{1b}[?7l", "").replace("\u{1b}[?7h", "");
     let screen: Vec<String> = drawn.lines().map(shown).collect();
