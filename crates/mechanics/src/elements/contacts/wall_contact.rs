@@ -27,7 +27,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     kind: "wall",
     family: Family::Contact,
     inputs: INPUTS,
-    measures: &[Measure::new("push", "N", "contact force on the point, along the outward normal")],
+    measures: &[Measure::new("contact_force", "N", "contact force on the point, along the outward normal")],
     about: "keeps a point on the outer side of a wall by a compliant contact",
     symbol: Symbol::None,
 };
