@@ -72,7 +72,7 @@ pub(crate) fn check(approximation: &dyn Approximation, convex: bool) {
     ];
     for case in cases {
         let Ok(model) = case.fit(approximation) else {
-            // The one approximation that may refuse: asymptotes in proportion to a negative variable.
+            // The one approximation that may fail: asymptotes in proportion to a negative variable.
             assert!(format!("{approximation:?}").contains("Proportional"));
             continue;
         };

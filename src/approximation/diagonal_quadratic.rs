@@ -154,7 +154,7 @@ mod tests {
             let model = case.fit(&DiagonalQuadratic { bend }).unwrap();
             hessian(|b| model.hyper_dual(b), &[1.0, 2.0]).2
         };
-        // b³ and 2/b: second derivatives 6 and 4/b³ = 0.5; the exponents 3 and −1 tell the same.
+        // b³ and 2/b: second derivatives 6 and 4/b³ = 0.5; the exponents 3 and −1 give the same.
         for bend in [CurvatureRule::Exact, CurvatureRule::Exponential] {
             let c = curvature(bend);
             assert!((c[(0, 0)] - 6.0).abs() < 1e-12 && (c[(1, 1)] - 0.5).abs() < 1e-12, "{bend:?} {c}");

@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   linkwright compare --list
   linkwright compare impact-absorber
-  linkwright compare slider-crank --methods paper,gcmma,hessian --out out
+  linkwright compare slider-crank --methods slp,gcmma,hessian --out out
   linkwright compare --all
-  linkwright compare lift.toml --methods paper,mma,gcmma
+  linkwright compare lift.toml --methods slp,mma,gcmma
 
 For a model file, its own method is run, too, and all methods use its stop test.
 The column `end` for a problem with known optima:

@@ -61,6 +61,15 @@ pub(crate) fn maxima(g: &[f64]) -> Vec<usize> {
     (0..=last).filter(|&p| is_maximum(p)).collect()
 }
 
+/// The design, with first derivatives by the block of variables from `start`.
+pub(crate) fn seed_block(b: &[f64], start: usize) -> Vec<HyperDual> {
+    let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
+        Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
+        _ => HyperDual::from_re(v),
+    };
+    b.iter().enumerate().map(seeded).collect()
+}
+
 /// Weights of value, first and second derivative at `t` of the polynomial through `nodes`.
 fn lagrange(nodes: &[f64], t: f64) -> Vec<[f64; 3]> {
     let weight = |i: usize| {
@@ -249,11 +258,7 @@ impl Problem {
                     )
                 })
                 .collect();
-            let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
-                Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
-                _ => HyperDual::from_re(v),
-            };
-            let design: Vec<HyperDual> = b.iter().enumerate().map(seeded).collect();
+            let design = seed_block(b, start);
             let g = constraint.normalised(constraint.signed().value_at(
                 &values_at_t,
                 &design,

@@ -74,7 +74,7 @@ impl Evaluation {
         rows.fold(None, |worst, row| if worst.is_none_or(|w| by(row) > by(w)) { Some(row) } else { worst })
     }
 
-    /// ĝ of a row. A row of a constraint in continuous time stands for the nearest local maximum, if there is one.
+    /// ĝ of a row; for a constraint in continuous time that of the nearest local maximum, if there is one.
     pub fn value_of(&self, row: RowId) -> f64 {
         let point = self.nearest_peak(row).map_or(row.point, |peak| peak.row.point);
         self.constraints[row.constraint][point]

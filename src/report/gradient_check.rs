@@ -88,8 +88,7 @@ fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
 /// Whether a derivative is neither right nor constant, or is the least accurate of its response.
 fn is_notable(checked: &GradientCheck, d: &Checked) -> bool {
     let relative = |d: &Checked| d.disagreement() / d.computed.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));
-    let same =
-        |other: &&Checked| other.at.response == d.at.response && other.status == GradientStatus::Right;
+    let same = |other: &&Checked| other.at.response == d.at.response && other.status == GradientStatus::Right;
     let worst = checked.derivatives.iter().filter(same).max_by(|a, b| relative(a).total_cmp(&relative(b)));
     !d.is_fine() || worst.is_some_and(|worst| std::ptr::eq(worst, d))
 }

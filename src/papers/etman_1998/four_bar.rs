@@ -164,7 +164,7 @@ pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
     Ok(checks)
 }
 
-/// Analysis, retained constraints and sensitivities at the start of a cycle.
+/// The start of a cycle with its derivatives.
 struct Start {
     analyzed: AnalyzedDesign,
     data: CycleData,

@@ -35,7 +35,8 @@ pub(crate) fn pixels(svg: &str, resolution: f64) -> Result<Pixmap> {
         usvg::Options { dpi: resolution as f32, fontdb: fonts, font_family: family, ..usvg::Options::default() };
     let tree = usvg::Tree::from_str(svg, &options).map_err(|e| not_rendered(e.to_string()))?;
     let size = tree.size().to_int_size();
-    let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or_else(|| not_rendered(format!("{size:?} pixels")))?;
+    let mut pixmap =
+        Pixmap::new(size.width(), size.height()).ok_or_else(|| not_rendered(format!("{size:?} pixels")))?;
     resvg::render(&tree, Transform::default(), &mut pixmap.as_mut());
     Ok(pixmap)
 }

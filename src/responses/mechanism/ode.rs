@@ -1,7 +1,7 @@
 //! The outputs of an ordinary differential equation as responses, at time points and between them.
 
 use crate::Result;
-use crate::problem::{Analysis, ContinuousTime, ResponseAt, Responses};
+use crate::problem::{Analysis, ContinuousTime, ResponseAt, Responses, seed_block};
 use autodiff::{BLOCK, HyperDual, Scalar};
 use mechanics::derivatives::forward::explicit::differentiate_ode;
 use mechanics::integrators::explicit::Explicit;
@@ -186,7 +186,7 @@ impl<E: OdeModel> Analysis for OdeResponses<E> {
             for start in (0..b.len()).step_by(BLOCK) {
                 let of = |(i, &y): (usize, &f64)| number(y, &slopes[i][at.point][start..], 0.0, &[]);
                 let y: Vec<HyperDual> = y.iter().enumerate().map(of).collect();
-                let first = firsts(&self.model.output(at.response, &design(b, start), t, &y));
+                let first = firsts(&self.model.output(at.response, &seed_block(b, start), t, &y));
                 (0..BLOCK.min(b.len() - start)).for_each(|a| rows[(row, start + a)] = first[a]);
             }
         }
@@ -196,15 +196,6 @@ impl<E: OdeModel> Analysis for OdeResponses<E> {
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         Some(self)
     }
-}
-
-/// The design with the block of derivatives from variable `start` on.
-fn design(b: &[f64], start: usize) -> Vec<HyperDual> {
-    let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
-        Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
-        _ => HyperDual::from_re(v),
-    };
-    b.iter().enumerate().map(seeded).collect()
 }
 
 impl<E: OdeModel> ContinuousTime for OdeResponses<E> {
@@ -225,7 +216,7 @@ impl<E: OdeModel> ContinuousTime for OdeResponses<E> {
         let (y, slopes) = (self.state(b, &trace, t)?, self.state_slopes(b, &trace, t)?);
         let mut found = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
         for start in (0..b.len()).step_by(BLOCK) {
-            let design = design(b, start);
+            let design = seed_block(b, start);
             let still: Vec<HyperDual> = y.iter().zip(&slopes).map(|(&y, s)| number(y, &s[start..], 0.0, &[])).collect();
             let rates = self.rates_at(&design, HyperDual::from_re(t), &still);
             let state = y.iter().zip(&slopes).zip(&rates);

@@ -1,148 +1,11 @@
-//! What a mechanism is made of: elements that write one residual over the scalar type.
+//! Elements as objects, and their evaluation in every number type of an analysis.
 
-use crate::mechanism::scalars::{Dual4, Dual8, HyperDual4, Jet2};
+use crate::dual_numbers::{Dual4, Dual8, HyperDual4, Jet2};
+use crate::mechanism::element::descriptor::{ElementDescriptor, Measure};
+use crate::mechanism::element::interface::{
+    ConstraintDerivatives, Element, ElementState, Energy, TangentWeights, Variable,
+};
 use autodiff::{DualVec, Scalar};
-
-/// What an element sees of the mechanism: its own few coordinates, parameters and multipliers.
-///
-/// All slices are in the order in which the element was connected; units are SI (m, rad, s, N, N·m, kg).
-#[derive(Clone, Copy, Debug)]
-pub struct ElementState<'a, T> {
-    /// Time in s.
-    pub t: T,
-    /// Design-dependent parameters of this element, in its own documented order.
-    pub p: &'a [T],
-    /// Positions of its coordinates.
-    pub q: &'a [T],
-    /// Velocities of its coordinates.
-    pub v: &'a [T],
-    /// Accelerations of its coordinates.
-    pub a: &'a [T],
-    /// Its multipliers λ (reactions), one per closure equation.
-    pub l: &'a [T],
-}
-
-/// Kinetic and potential energy in J.
-#[derive(Clone, Copy, Debug)]
-pub struct Energy<T> {
-    /// Kinetic energy.
-    pub kinetic: T,
-    /// Potential energy: strain and weight.
-    pub potential: T,
-}
-
-impl<T: Scalar> Energy<T> {
-    /// No energy.
-    pub fn none() -> Self {
-        Self { kinetic: T::zero(), potential: T::zero() }
-    }
-}
-
-/// A local variable that a constraint is differentiated with respect to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Variable {
-    /// The position of a coordinate.
-    Coordinate(usize),
-    /// A parameter.
-    Parameter(usize),
-}
-
-/// Derivatives of a constraint's rows with respect to some of its variables, variable by variable.
-#[derive(Debug)]
-pub struct ConstraintDerivatives<'a> {
-    /// Of Φ_qᵀ λ: for each variable one per coordinate.
-    pub dynamics: &'a mut [f64],
-    /// Of Φ, Φ̇ and Φ̈ along the motion: for each variable one triple per multiplier.
-    pub constraint: &'a mut [[f64; 3]],
-}
-
-/// One kind of element: body, joint, force, beam or sensor.
-///
-/// The whole mechanics of an element is [`Element::residual`], written once over the scalar type. What else an
-/// analysis needs (mass, stiffness and damping matrices, constraint Jacobians, accelerations of constraints, design
-/// derivatives) is had by evaluating it with other numbers; nobody has to type a Jacobian.
-///
-/// An element is either *balancing* (no closure: it adds inertia minus force to the rows of its coordinates) or a
-/// *constraint* ([`Element::num_constraints`] > 0: it adds Φ_qᵀ λ to the rows of its coordinates and writes Φ(q, t), nothing
-/// else). A joint with friction is a constraint and a force element side by side.
-pub trait Element: Send + Sync + 'static {
-    /// Adds the element's share to the equations.
-    ///
-    /// * `dynamics`: one row per coordinate, inertia forces − applied forces + Φ_qᵀ λ, in N or N·m;
-    /// * `constraint`: one row per multiplier, Φ(q, t) in m or rad.
-    ///
-    /// Both come zeroed.
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]);
-
-    /// Number of constraint equations.
-    fn num_constraints(&self) -> usize {
-        0
-    }
-
-    /// Coordinates (local numbers) that the rows are linear in, with coefficients that are the same in every state and at
-    /// all times; for a constraint the rows Φ. Derivatives with respect to them are taken once and for all.
-    ///
-    /// A body is linear in all its coordinates, a pin in the translations of its bodies. To leave one out costs time only.
-    fn linear(&self) -> &'static [usize] {
-        &[]
-    }
-
-    /// Derivatives of a constraint along a motion in closed form, where somebody has worked them out; returns whether.
-    ///
-    /// The motion is `x.q`, `x.v`, `x.a` at the time `x.t`. What is written must be what the residual has: this saves time
-    /// where derivatives along explicit steps are wanted and nothing else. `out` comes zeroed.
-    fn constraint_derivatives(
-        &self,
-        _x: &ElementState<'_, f64>,
-        _variables: &[Variable],
-        _out: &mut ConstraintDerivatives<'_>,
-    ) -> bool {
-        false
-    }
-
-    /// Names of the quantities that [`Element::measure`] writes.
-    fn measures(&self) -> &'static [&'static str] {
-        &[]
-    }
-
-    /// Writes the element's outputs, in the order of [`Element::measures`]; `out` comes zeroed.
-    fn measure<T: Scalar>(&self, _x: &ElementState<'_, T>, _out: &mut [T]) {}
-
-    /// Energy stored in the element.
-    fn energy<T: Scalar>(&self, _x: &ElementState<'_, T>) -> Energy<T> {
-        Energy::none()
-    }
-
-    /// What is wrong with these parameters, if anything: negative mass, zero length.
-    fn validate_parameters(&self, _p: &[f64]) -> Option<String> {
-        None
-    }
-
-    /// What is wrong in this state, if anything: points that coincide. Asked only when an analysis has failed.
-    fn diagnose_state(&self, _x: &ElementState<'_, f64>) -> Option<String> {
-        None
-    }
-
-    /// Whether the element only measures and adds nothing to the equations.
-    fn is_sensor(&self) -> bool {
-        false
-    }
-}
-
-/// Weights with which an element's variables move along one unknown of a linear system.
-///
-/// In a time step position, velocity and acceleration change together; a matrix entry is the change of a residual row
-/// when the coordinate's position moves by `position`, its velocity by `velocity` and its acceleration by
-/// `acceleration`. Multipliers move by one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TangentWeights {
-    /// Change of position.
-    pub position: f64,
-    /// Change of velocity.
-    pub velocity: f64,
-    /// Change of acceleration.
-    pub acceleration: f64,
-}
 
 /// [`Element`] as an object, for the closed set of numbers an analysis works with. Implemented for every element.
 pub trait AnyElement:
@@ -166,8 +29,10 @@ pub trait AnyElement:
         variables: &[Variable],
         out: &mut ConstraintDerivatives<'_>,
     ) -> bool;
+    /// See [`Element::descriptor`].
+    fn descriptor(&self) -> Option<&'static ElementDescriptor>;
     /// See [`Element::measures`].
-    fn measures(&self) -> &'static [&'static str];
+    fn measures(&self) -> &'static [Measure];
     /// See [`Element::validate_parameters`].
     fn validate_parameters(&self, p: &[f64]) -> Option<String>;
     /// See [`Element::diagnose_state`].
@@ -175,7 +40,7 @@ pub trait AnyElement:
     /// See [`Element::is_sensor`].
     fn is_sensor(&self) -> bool;
 
-    /// Residual and its columns for the local variables `active` (coordinates first, then multipliers).
+    /// Writes the residual and its columns for the local variables `active` (coordinates first, then multipliers).
     ///
     /// Row r of the result is `out[r * (active.len() + 1)..]`: its value, then its columns.
     fn columns(
@@ -225,7 +90,10 @@ impl<E: Element> AnyElement for E {
     ) -> bool {
         Element::constraint_derivatives(self, x, variables, out)
     }
-    fn measures(&self) -> &'static [&'static str] {
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Element::descriptor(self)
+    }
+    fn measures(&self) -> &'static [Measure] {
         Element::measures(self)
     }
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
@@ -266,7 +134,7 @@ impl<E: Element> AnyElement for E {
     }
 }
 
-/// Reusable room for evaluating elements in numbers of every width: nothing is allocated once it has been used.
+/// Workspaces for Jacobians of elements in dual numbers of every width, without allocations after the first use.
 #[derive(Clone, Debug, Default)]
 pub struct JacobianWorkspace {
     two: ElementWorkspace<DualVec<2>>,
@@ -303,19 +171,19 @@ impl<T> Default for ElementWorkspace<T> {
 }
 
 impl<T: Scalar> ElementWorkspace<T> {
-    /// The variables as an element sees them.
+    /// The state of the element.
     pub fn local(&self, t: T) -> ElementState<'_, T> {
         ElementState { t, p: &self.p, q: &self.q, v: &self.v, a: &self.a, l: &self.l }
     }
 
-    /// Evaluates the residual of `element` on what was put in.
+    /// Evaluates the residual of `element` in this state.
     pub fn residual(&mut self, element: &(impl Evaluate<T> + ?Sized), t: T) {
         let p = std::mem::take(&mut self.p);
         self.residual_of(element, &p, t);
         self.p = p;
     }
 
-    /// The same with parameters `p` that were not put in.
+    /// Evaluates the residual of `element` in this state, with the parameters `p` in place of its own.
     pub fn residual_of(&mut self, element: &(impl Evaluate<T> + ?Sized), p: &[T], t: T) {
         let (mut dynamics, mut constraint) = (std::mem::take(&mut self.dynamics), std::mem::take(&mut self.constraint));
         reset(&mut dynamics, self.q.len());
@@ -325,8 +193,8 @@ impl<T: Scalar> ElementWorkspace<T> {
     }
 }
 
-/// Makes `values` hold `count` zeros.
-pub(crate) fn reset<T: Scalar>(values: &mut Vec<T>, count: usize) {
+/// Resizes `values` to `count` zeros.
+fn reset<T: Scalar>(values: &mut Vec<T>, count: usize) {
     values.clear();
     values.resize(count, T::from(0.0));
 }
