@@ -1,6 +1,7 @@
 //! Cycles, histories and derivatives as tables.
 
 use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses, RowId};
+use linkwright::report::run::step_cells;
 use linkwright::report::table::{Cell, Table};
 use linkwright::sao::State;
 use nalgebra::DMatrix;
@@ -23,20 +24,9 @@ pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
     let names = problem.variables.iter().map(|v| v.name.as_str());
     let mut table = Table::new("Cycles", fixed.into_iter().chain(names).map(str::to_owned));
     for c in &state.history {
-        let fixed: [Cell; 11] = [
-            c.cycle.into(),
-            usize::from(c.accepted).into(),
-            c.objective.into(),
-            c.objective_error_pct.into(),
-            c.constraint_error_pct.into(),
-            c.violation_pct.into(),
-            c.max_variable_change_pct.into(),
-            c.active_limits.into(),
-            c.retained.len().into(),
-            c.active.len().into(),
-            c.iterations.into(),
-        ];
-        table.push(fixed.into_iter().chain(c.design.iter().map(|b| Cell::from(*b))))?;
+        let fixed = [c.cycle.into(), usize::from(c.accepted).into()].into_iter().chain(step_cells(c));
+        let design = c.design.iter().map(|b| Cell::from(*b));
+        table.push(fixed.chain([c.iterations.into()]).chain(design))?;
     }
     Ok(table)
 }

@@ -8,6 +8,21 @@ use crate::report::plots::{self, Convergence, Measure};
 use crate::report::table::{Cell, Table};
 use crate::sao::Cycle;
 
+/// Cells of a trial step: objective, errors E_f and E_g, violation and step in percent, numbers of variables at a move limit, of
+/// retained and of active constraints.
+pub fn step_cells(c: &Cycle) -> [Cell; 8] {
+    [
+        c.objective.into(),
+        c.objective_error_pct.into(),
+        c.constraint_error_pct.into(),
+        c.violation_pct.into(),
+        c.max_variable_change_pct.into(),
+        c.active_limits.into(),
+        c.retained.len().into(),
+        c.active.len().into(),
+    ]
+}
+
 /// Largest number of design variables with a plot.
 const MOST: usize = 12;
 
@@ -137,19 +152,8 @@ impl OptimizationReport<'_> {
         let names = self.problem.variables.iter().map(|v| v.name.as_str());
         let mut table = Table::new("Cycles", fixed.into_iter().chain(names));
         for c in &self.state.history {
-            let fixed: [Cell; 10] = [
-                c.cycle.into(),
-                super::outcome(c).into(),
-                c.objective.into(),
-                c.objective_error_pct.into(),
-                c.constraint_error_pct.into(),
-                c.violation_pct.into(),
-                c.max_variable_change_pct.into(),
-                c.active_limits.into(),
-                c.retained.len().into(),
-                c.active.len().into(),
-            ];
-            table.push(fixed.into_iter().chain(c.design.iter().map(|b| Cell::from(*b))))?;
+            let names = [c.cycle.into(), super::outcome(c).into()];
+            table.push(names.into_iter().chain(step_cells(c)).chain(c.design.iter().map(|b| Cell::from(*b))))?;
         }
         Ok(table)
     }

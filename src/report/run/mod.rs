@@ -18,6 +18,7 @@ mod optimality;
 mod overview;
 mod prediction_accuracy;
 
+pub use convergence::step_cells;
 pub use design_space_slice::Slice;
 
 use super::page::{Page, Section};
