@@ -15,7 +15,7 @@ const WORK: &str = "analyses + sensitivity analyses";
 /// accepted cycles and work to the end; objective, violation, KKT residual, and relative distance from the optimum at the end.
 ///
 /// # Errors
-/// None in practice: the rows fit the columns.
+/// None: every row has a cell for each column.
 pub fn table(entry: &Entry, attempts: &[Attempt]) -> Result<Table> {
     let columns = [
         "method",
