@@ -34,7 +34,7 @@ impl OptimizationReport<'_> {
             .lead(lead)
             .card(&problem.objective.name, unit(after), format!("from {}{changed}", unit(before)))
             .card(label, value, if nearest.is_empty() { nearest } else { format!("nearest: {nearest}") })
-            .card("cycles", state.cycles().to_string(), format!("and {rejected} rejected steps"))
+            .card("cycles", state.cycles().to_string(), format!("and {rejected} rejected step{}", plural(rejected)))
             .card(
                 "analyses",
                 state.counters.analyses.to_string(),
