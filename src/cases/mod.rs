@@ -32,7 +32,7 @@ pub mod vehicle_suspension;
 
 pub use benchmark::{Attempt, Conclusion, Work, attempt, attempt_with, compare};
 pub use catalogue::{Entry, catalogue, find};
-pub use optimum::{Optimum, Origin};
+pub use optimum::{Optimum, Provenance};
 pub use truss::Truss;
 
 #[cfg(feature = "mechanics")]
