@@ -1,6 +1,6 @@
 //! Problems and mechanisms of the literature with their data, known optima and sources.
 //!
-//! Each module is one case. [`catalogue`] lists the optimization problems by name; [`compare`] runs methods on one of them.
+//! Each module is one case. [`catalogue()`] lists the optimization problems by name; [`compare`] runs methods on one of them.
 
 #[cfg(feature = "mechanics")]
 pub mod andrews;
