@@ -1,13 +1,13 @@
-//! How many analyses and sensitivity analyses until the optimum is reached to 1e-5: `cargo bench --bench analyses`;
-//! `-- thousand` takes the quadratic forms in a thousand variables.
+//! Number of analyses and sensitivity analyses until the optimum is reached to 1e-5: `cargo bench --bench analyses`.
 //!
-//! Beside the least that other programs need, as far as they were measured. Times do not matter here: the work counts.
+//! The numbers are compared with the smallest ones measured for other programs; no times are measured. `-- thousand` runs the
+//! quadratic forms in a thousand variables.
 
 use linkwright::Result;
 use linkwright::cases::{Attempt, Conclusion, attempt_with, compare, find, quadratic_forms, slider_crank};
 use linkwright::sao::{Cycle, Method, Preset, Stop, preset, presets};
 
-/// Problem, what others need at least, and what is wanted of us.
+/// Problem, smallest work of other programs, and our target.
 const PEERS: [(&str, &str, &str); 6] = [
     ("impact-absorber", "SLSQP 5+4", "4+4"),
     ("impact-absorber-comfort", "Gauss-Newton SQP 7+5, SLSQP 10+9", "6+5"),
@@ -54,8 +54,7 @@ fn random_starts() -> Result<()> {
     Ok(())
 }
 
-/// The quadratic forms in a thousand variables, by the methods that can: work to within 1e-5 of the lowest objective found,
-/// f₁ = 260.854 = n + f₂.
+/// Work on the quadratic forms in a thousand variables to within 1e-5 of the lowest objective found, f₁ = 260.854 = n + f₂.
 fn a_thousand_variables() -> Result<()> {
     println!("\nQuadratic forms, n = 1000; IPOPT 111+68 and 101+100");
     let stop = Stop { accuracy: 1e-6, residual: 1e-3, max_cycles: 300, ..Stop::default() };

@@ -1,8 +1,9 @@
-//! The set-ups of `peers/exudyn_four_bar.py` here: `cargo bench --bench exudyn`. For chains see `chain`.
+//! Time of a four-bar analysis, rigid and flexible, for comparison with Exudyn: `cargo bench --bench exudyn`.
 //!
-//! A four-bar mechanism with round aluminium links, rigid or flexible, whose crank reaches 10π rad/s in 0.2 s; 0.5 s.
-//! CPU time of all threads, the least of several batches; the largest bending stresses of each link from 0.3 s on at six
-//! points, which are element middles for 6, 18, 54 … elements per link.
+//! The models are those of `peers/exudyn_four_bar.py`; the comparison of chains uses `--bench chain`. The links are round and of
+//! aluminium, the crank reaches 10π rad/s in 0.2 s, and 0.5 s are simulated. Printed are the CPU time of all threads, the
+//! minimum of several batches, and the largest bending stress of each link from 0.3 s on at six points. These are midpoints of
+//! elements for 6, 18, 54 … elements per link.
 
 mod cpu;
 
@@ -11,8 +12,7 @@ use linkwright::Result;
 use linkwright::autodiff::Scalar;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::mechanism::Body;
-use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
+use linkwright::mechanics::mechanism::{Body, Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::StartUp;
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ const POISSON: f64 = 0.3;
 const DENSITY: f64 = 2757.0;
 const START: f64 = 0.5 * PI;
 
-/// Ends of the links.
+/// End points of the links at the start.
 fn ends() -> [[[f64; 2]; 2]; 3] {
     let [crank, coupler, rocker] = LENGTHS;
     let b = [crank * START.cos(), crank * START.sin()];

@@ -1,7 +1,7 @@
-//! What do sensitivities cost beside an analysis, and a whole optimization? `cargo bench --bench four_bar`.
+//! Cost of derivatives and of a whole optimization of the flexible four-bar, in analyses: `cargo bench --bench four_bar`.
 //!
-//! CPU times of one thread, the least of several batches taken in turns: with more, threads also spend time on waiting for each
-//! other, while derivatives take less time by the clock.
+//! CPU times of one thread, the minimum of several batches that alternate between the jobs. More threads reduce the elapsed time of
+//! derivatives but add waiting time to the CPU time.
 
 mod cpu;
 
@@ -29,7 +29,7 @@ fn retained(problem: &Problem) -> Result<Vec<ResponseAt>> {
     Ok(wanted)
 }
 
-/// Derivatives at one design; the direct ones, all three, in analyses.
+/// Prints the cost of the derivatives at one design; returns that of the direct ones, in analyses.
 fn print_derivatives() -> Result<f64> {
     let (plain, direct) = (problem(Derivatives::Forward(1e-3))?, problem(Derivatives::Direct)?);
     let wanted = retained(&plain)?;
@@ -44,8 +44,10 @@ fn print_derivatives() -> Result<f64> {
     Ok(directly / unit)
 }
 
-/// A whole run from the paper's start, where a sensitivity analysis takes `derivatives` analyses: by count, and measured with
-/// subproblems and everything else. The paper took 19 + 13 · 3 = 58 analyses.
+/// Prints the cost of a run from the paper's start, counted and measured in analyses.
+///
+/// A sensitivity analysis counts as `derivatives` analyses; the measured cost includes subproblems and bookkeeping. The paper's
+/// run takes 19 + 13 · 3 = 58 analyses.
 fn print_run(name: &str, method: &Method, derivatives: f64) -> Result<()> {
     let problem = problem(Derivatives::Direct)?;
     let counters = method.solve(&problem, |_| ())?.counters;
@@ -55,8 +57,8 @@ fn print_run(name: &str, method: &Method, derivatives: f64) -> Result<()> {
     let [spent, unit] = in_turns(7, [&mut run, &mut analysis]);
     let spent = spent / unit;
     println!(
-        "{name}: {} analyses and {} sensitivity analyses are {counted:.1} analyses, {:.0} % of the paper's 58; with \
-         everything else {spent:.1}",
+        "{name}: {} analyses and {} sensitivity analyses cost {counted:.1} analyses, {:.0} % of the paper's 58; \
+         measured {spent:.1} with the subproblems",
         counters.analyses,
         counters.sensitivity_analyses,
         counted / 58.0 * 100.0
@@ -65,7 +67,7 @@ fn print_run(name: &str, method: &Method, derivatives: f64) -> Result<()> {
 }
 
 fn main() -> Result<()> {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be had").install(all)
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread can be created").install(all)
 }
 
 fn all() -> Result<()> {

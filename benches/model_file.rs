@@ -1,6 +1,6 @@
-//! What a model file costs against its twin in Rust: `cargo bench --bench model_file`.
+//! Time of a model file compared with the same problem in Rust: `cargo bench --bench model_file`.
 //!
-//! One analysis with the derivatives of all its responses, and the reading of the file.
+//! Measured are one analysis with the derivatives of all its responses, and the reading of the file.
 
 use divan::Bencher;
 use linkwright::cases::{four_bar::StressConstrained, impact_absorber, slider_crank};

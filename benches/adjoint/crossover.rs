@@ -1,4 +1,4 @@
-//! The cost of derivatives over the number of design variables, mechanism and responses staying the same.
+//! Cost of derivatives over the number of design variables, for the same mechanism and responses.
 
 use crate::cpu::in_turns;
 use crate::models::{Cantilever, First, Manipulator};
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// Numbers of design variables, out of 64.
 const VARIABLES: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
 
-/// Costs for one number of design variables, in analyses.
+/// Cost of derivatives for one number of design variables, in analyses.
 struct Cost {
     variables: usize,
     direct: f64,
@@ -24,11 +24,11 @@ struct Cost {
     adjoint: [f64; 2],
 }
 
-/// An analysis with its responses.
+/// An analysis with the responses to differentiate.
 struct Case<F> {
     name: &'static str,
     all: Vec<f64>,
-    /// Makes the analysis for a method.
+    /// Builds the analysis for a method of differentiation.
     make: F,
     wanted: [Vec<ResponseAt>; 2],
 }
@@ -72,7 +72,7 @@ fn instants(responses: usize, points: &[usize]) -> Vec<ResponseAt> {
 }
 
 impl<A: Analysis, F: Fn(Differentiation) -> A> Case<F> {
-    /// Of derivatives after an analysis.
+    /// Measures the cost of derivatives after an analysis.
     fn costs(self) -> (&'static str, Vec<Cost>) {
         let [direct, adjoint] = [Differentiation::Direct, Differentiation::Adjoint].map(&self.make);
         println!("| {}: design variables | direct | adjoint, 1 response | adjoint, 4 responses |", self.name);
@@ -98,7 +98,7 @@ impl<A: Analysis, F: Fn(Differentiation) -> A> Case<F> {
     }
 }
 
-/// The table and the figure.
+/// Writes the table and the figure.
 fn write(curves: &[(&'static str, Vec<Cost>)]) {
     let folder = std::env::var_os("ADJOINT_FIGURE").map_or_else(|| PathBuf::from("target"), PathBuf::from);
     let mut table = String::from("analysis,design variables,direct,adjoint 1 response,adjoint 4 responses\n");

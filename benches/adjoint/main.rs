@@ -1,10 +1,12 @@
-//! What derivatives cost by the direct and the adjoint method: `cargo bench --bench adjoint`.
+//! Cost of derivatives by the direct and the adjoint method, in analyses: `cargo bench --bench adjoint`.
 //!
-//! N slender links, together 1 m and 1 kg, pinned in a row to the ground, fall from the horizontal; implicit steps of 0.25 ms to
-//! 0.1 s. Wanted: the tip's x and y at the end, or only x, with their derivatives by the 2N lengths and masses. Then, for
-//! four kinds of analysis, the cost over the number of design variables, as a table, `crossover.csv` and `crossover.svg` in
-//! the folder that `ADJOINT_FIGURE` names (`target/` unless it is set); and what check-points cost in a limited memory. CPU
-//! times of all threads; `-- gradient`, `-- crossover`, `-- memory` for one of the three.
+//! * `-- gradient`: a chain of N slender links, together 1 m and 1 kg, falls from the horizontal for 0.1 s, with implicit or explicit
+//!   steps. Derivatives of tip coordinates with respect to the 2N lengths and masses.
+//! * `-- crossover`: for four kinds of analysis, the cost over the number of design variables, as a table and as `crossover.csv`
+//!   and `crossover.svg` in the folder `ADJOINT_FIGURE` (default `target/`).
+//! * `-- memory`: the cost of checkpoints in a limited memory.
+//!
+//! Without an argument all three run. CPU times of all threads.
 
 #[path = "../cpu/mod.rs"]
 mod cpu;
@@ -15,9 +17,8 @@ use cpu::{in_turns, least};
 use linkwright::cases::Chain;
 use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
-use linkwright::mechanics::derivatives::adjoint::differentiate_explicitly_backwards;
 use linkwright::mechanics::derivatives::adjoint::{
-    Functional, differentiate_backwards, differentiate_backwards_within,
+    Functional, differentiate_backwards, differentiate_backwards_within, differentiate_explicitly_backwards,
 };
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
@@ -41,7 +42,7 @@ fn main() {
 /// The tip at four times.
 const TIMES: [f64; 4] = [0.025, 0.05, 0.075, 0.1];
 
-/// A gradient by all lengths and masses, the analysis included, in analyses.
+/// Prints the cost of a gradient with respect to all lengths and masses, the analysis included, in analyses.
 fn gradients() {
     println!(
         "| steps | links | design variables | analysis ms | direct | adjoint, 1 response | adjoint, 8 responses |"
@@ -77,7 +78,7 @@ fn print_gradients(steps: &str, links: usize, [unit, direct, one, eight]: [f64; 
     println!("| {steps} | {links} | {} | {:.2} | {direct:.2} | {one:.2} | {eight:.2} |", 2 * links, unit * 1e3);
 }
 
-/// What a limited memory costs: a chain of eight links over 20 000 implicit steps.
+/// Prints the cost of a limited memory for a chain of eight links over 20 000 implicit steps.
 fn memory() {
     let model = Chain { energies: false, ..Chain::horizontal(8) };
     let (b, settings, times) = (model.equal_links(), Dynamics::fixed(1e-4), [1.0]);
@@ -85,7 +86,7 @@ fn memory() {
         differentiate_backwards_within(memory, &model, &b, &settings, &times, &[Functional::at(0, 0)]).unwrap().1
     };
     let whole = least(2, || run(usize::MAX));
-    println!("| memory allowed, KiB | used, KiB | steps | integrated again | time, all steps kept = 1 |");
+    println!("| memory allowed, KiB | used, KiB | steps | recomputed | time, all steps kept = 1 |");
     println!("|---|---|---|---|---|");
     for memory in [1 << 26, 1 << 22, 1 << 20, 1 << 18, 1 << 16] {
         let (spent, time) = (run(memory), least(2, || run(memory)));

@@ -1,13 +1,12 @@
-//! Mechanisms with as many design variables as are wanted.
+//! Mechanisms with any number of design variables.
 
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
 use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::ConstantSpeed;
 
-/// A model of which only the first variables are design variables.
+/// A mechanism of which only the first variables are design variables.
 pub struct First<M> {
     pub model: M,
     /// All of its variables.
@@ -50,7 +49,7 @@ impl ParametricMechanism for Cantilever {
     }
 }
 
-/// Links in a row, each driven at its own constant speed (rad/s): lengths (m) and masses (kg).
+/// A serial manipulator with a constant speed of each link; design variables are lengths (m) and masses (kg).
 pub struct Manipulator;
 
 impl ParametricMechanism for Manipulator {

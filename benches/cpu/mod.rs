@@ -1,6 +1,6 @@
-//! CPU time of this process: what a benchmark on a shared machine can trust.
+//! CPU time of this process, which depends less on other work of the machine than elapsed time.
 
-/// CPU seconds that all threads of this process have used; wall time where the system does not tell.
+/// CPU time of all threads of this process in s; wall time if the system does not provide it.
 pub fn cpu() -> f64 {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let spent = tasks.filter_map(|task| {
@@ -12,7 +12,7 @@ pub fn cpu() -> f64 {
     if spent > 0.0 { spent } else { wall() }
 }
 
-/// Least mean CPU time of several batches of runs, in s; the clock ticks slowly, so a batch takes a while.
+/// Minimum over several batches of the mean CPU time of a run, in s; a batch takes 0.2 s because the clock is coarse.
 pub fn least<T>(batches: usize, mut run: impl FnMut() -> T) -> f64 {
     let mut batch = || {
         let (start, mut runs) = (cpu(), 0.0);
@@ -28,7 +28,7 @@ pub fn least<T>(batches: usize, mut run: impl FnMut() -> T) -> f64 {
     (0..batches).map(|_| batch()).fold(f64::INFINITY, f64::min)
 }
 
-/// The same for several jobs in turns, so that what else the machine does meets all of them alike.
+/// As [`least`] for several jobs that alternate, so that other work of the machine affects all of them equally.
 #[allow(dead_code)] // not every benchmark compares
 pub fn in_turns<const N: usize>(rounds: usize, mut jobs: [&mut dyn FnMut(); N]) -> [f64; N] {
     let mut best = [f64::INFINITY; N];

@@ -1,6 +1,6 @@
 //! Problems and mechanisms of the literature with their data, known optima and sources.
 //!
-//! Each module is one case. [`catalogue`] lists the optimization problems by name; [`compare`] runs methods on one of them.
+//! Each module is one case. [`catalogue()`] lists the optimization problems by name; [`compare`] runs methods on one of them.
 
 #[cfg(feature = "mechanics")]
 pub mod andrews;
@@ -32,7 +32,7 @@ pub mod vehicle_suspension;
 
 pub use benchmark::{Attempt, Conclusion, Work, attempt, attempt_with, compare};
 pub use catalogue::{Entry, catalogue, find};
-pub use optimum::{Optimum, Origin};
+pub use optimum::{Optimum, Provenance};
 pub use truss::Truss;
 
 #[cfg(feature = "mechanics")]

@@ -1,8 +1,8 @@
 //! Known optima of problems.
 
-/// Origin of a known solution.
+/// Provenance of a known solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
+pub enum Provenance {
     /// Published, with the printed digits or more.
     Published,
     /// From a closed form, or from optimizers with tight tolerances; not published.
@@ -17,7 +17,7 @@ pub struct Optimum {
     /// Optimal design, in the order of the variables; `None` if it is not unique, not known or too long to print.
     pub design: Option<&'static [f64]>,
     /// Published or computed.
-    pub origin: Origin,
+    pub provenance: Provenance,
     /// Relative uncertainty of the objective, from its number of digits.
     pub uncertainty: f64,
     /// Author and publication, or method of computation.
@@ -27,12 +27,12 @@ pub struct Optimum {
 impl Optimum {
     /// A published solution, known to about eight digits.
     pub const fn published(objective: f64, design: &'static [f64], source: &'static str) -> Self {
-        Self { objective, design: Some(design), origin: Origin::Published, uncertainty: 0.0, source }
+        Self { objective, design: Some(design), provenance: Provenance::Published, uncertainty: 0.0, source }
     }
 
     /// A computed solution.
     pub const fn computed(objective: f64, design: &'static [f64], source: &'static str) -> Self {
-        Self { origin: Origin::Computed, ..Self::published(objective, design, source) }
+        Self { provenance: Provenance::Computed, ..Self::published(objective, design, source) }
     }
 
     /// Sets the relative uncertainty of the objective.

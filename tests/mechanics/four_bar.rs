@@ -20,11 +20,11 @@ fn rows_of_table_vi_one_by_one() {
     for (k, c) in checks.iter().enumerate() {
         let (p, what) = (&c.printed, format!("row {k}, cycle {}", c.printed.cycle));
         assert!((c.violation_pct - p.violation_pct).abs() < 0.65, "{what}: V {} {}", c.violation_pct, p.violation_pct);
-        // Row 5: the first, rejected trial design of cycle 5, far from the linearization point.
+        // Row 5 is the first, rejected trial step of cycle 5, a large step.
         let tolerance = if k == 5 { 0.45e-3 } else { 0.2e-3 };
         let near = c.proposed.iter().zip(&p.design).all(|(ours, printed)| (ours - printed).abs() < tolerance);
         assert!(near, "{what}: {:?} {:?}", c.proposed, p.design);
-        // Row 3: 0.05 mm of rounding in its 84.7 mm. The last row prints the design of the one before.
+        // Row 3 depends on the rounded 84.7 mm. The last row prints the design of the row before.
         if k > 3 && k < 18 {
             assert!((c.error_pct / p.error_pct - 1.0).abs() < 0.05, "{what}: E_g {} {}", c.error_pct, p.error_pct);
         }
@@ -34,7 +34,7 @@ fn rows_of_table_vi_one_by_one() {
 }
 
 #[test]
-fn restarted_at_cycle_4_the_run_walks_through_the_printed_rows() {
+fn restarted_at_cycle_4_the_run_follows_the_printed_rows() {
     use linkwright::papers::etman_1998::four_bar::table6_from_cycle_4;
     let run = table6_from_cycle_4(&mut |_, _| ()).unwrap().runs.remove(0);
     assert_eq!(run.state.status, Status::Converged);
@@ -58,13 +58,13 @@ fn ten_times_as_stiff_it_ends_at_optimum_iii() {
     assert!((end.evaluation.objective / optimum.objective - 1.0).abs() < 3e-3);
     end.design.iter().zip(optimum.design.unwrap()).for_each(|(d, o)| assert!((d - o).abs() < 5e-5, "{:?}", end.design));
     assert_eq!(end.cycles(), 9);
-    // The paper's 8, converged to the third decimal of a percent.
+    // After the paper's 8 cycles the violation is below 0.005 %.
     assert!(end.history[8].violation_pct < 5e-3);
     assert_eq!(end.counters.analyses, end.cycles() + 1);
 }
 
 #[test]
-fn direct_sensitivities_are_right_and_the_papers_differences_are_ten_percent_wrong() {
+fn direct_sensitivities_are_exact_and_the_papers_differences_are_ten_percent_off() {
     let b = [0.0385, 0.0252, 0.02];
     let rows = |derivatives| {
         let problem = StressConstrained { derivatives, ..StressConstrained::as_published() }.problem().unwrap();
@@ -95,7 +95,7 @@ fn the_choice_of_linearization_does_not_change_the_problem() {
 }
 
 #[test]
-fn physics_is_ten_percent_below_the_printed_crank_stress() {
+fn the_physical_model_is_ten_percent_below_the_printed_crank_stress() {
     let (physical, published) = (StressConstrained::default().problem(), StressConstrained::as_published().problem());
     let d = [0.0847, 0.0770688, 0.0770688];
     let difference = violation(&published.unwrap(), &d) - violation(&physical.unwrap(), &d);

@@ -1,4 +1,4 @@
-//! The tables of the paper, cell by cell: what is printed must come out, and every exception is named here with its reason.
+//! The regenerated tables of Etman et al. (1998) against the printed ones, cell by cell; each difference has its reason here.
 
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::papers::etman_1998::{Etman1998, table1};
@@ -13,7 +13,7 @@ fn table(name: &str) -> (ReproducedTable, Comparison) {
     (table, comparison)
 }
 
-/// The cycles whose whole line agrees.
+/// The cycles of which every printed value agrees.
 fn cycles_in_every_digit(comparison: &Comparison) -> Vec<usize> {
     let rows = comparison.text.lines().filter(|line| !line.contains('≠'));
     rows.filter_map(|line| line.split_whitespace().next()?.parse().ok()).collect()
@@ -26,12 +26,12 @@ fn work(table: &ReproducedTable) -> [usize; 3] {
 }
 
 #[test]
-fn table_one_comes_out_in_every_digit_down_to_rounding() {
+fn table_one_agrees_in_every_digit_except_rounding_errors() {
     is_table_one(table("table1"));
 }
 
 #[test]
-fn table_one_comes_out_of_the_simulated_mechanism() {
+fn table_one_agrees_with_the_simulated_mechanism() {
     let table = table1(impact_absorber::peak_acceleration_simulated().unwrap(), &mut |_, _| ()).unwrap();
     let comparison = table.comparison().unwrap();
     is_table_one((table, comparison));
@@ -41,18 +41,18 @@ fn is_table_one((table, comparison): (ReproducedTable, Comparison)) {
     assert_eq!(work(&table), [5, 6, 5]);
     assert_eq!(comparison.compared, 36);
     assert!(cycles_in_every_digit(&comparison).starts_with(&[0, 1, 2, 3]), "{comparison}");
-    // Cycles 4 and 5 print errors and violations below 1e-8 %: the rounding of two programs.
+    // Cycles 4 and 5 print errors and violations below 1e-8 %, rounding errors of the two programs.
     let errors = &table.runs[0].state.history[4..];
     assert!(errors.iter().all(|c| c.constraint_error_pct < 1e-6 && c.violation_pct < 1e-6));
     assert!(comparison.differing <= 4, "{comparison}");
 }
 
 #[test]
-fn table_two_comes_out_in_every_digit_but_the_named_ones() {
+fn table_two_agrees_in_every_digit_except_explained_ones() {
     let (table, comparison) = table("table2");
     assert_eq!(work(&table), [8, 9, 8]);
     assert_eq!(comparison.compared, 54);
-    // Cycle 2 has the misprint b2 = 0.6640. E_f of cycles 5 and 6 hangs on the tolerance of the paper's optimizer in the flat
+    // Cycle 2 has the misprint b2 = 0.6640. E_f of cycles 5 and 6 depends on the tolerance of the paper's optimizer in the flat
     // minimum that ends cycle 4. Cycles 7 and 8 print errors below 1e-6 %.
     let exact = cycles_in_every_digit(&comparison);
     assert!([0, 1, 3, 4].iter().all(|cycle| exact.contains(cycle)), "{comparison}");
@@ -72,12 +72,15 @@ fn table_three_is_the_data_of_the_problem() {
 }
 
 #[test]
-fn table_four_tells_the_same_story_from_its_stand_in_start() {
+fn table_four_has_the_printed_features_from_the_substitute_start() {
     let (table, _) = table("table4");
     assert_eq!(work(&table), [10, 12, 10]);
     let history = &table.runs[0].state.history;
-    assert!(!history[1].accepted && history[2..].iter().all(|c| c.accepted), "the first try alone is rejected");
-    assert!((history[1].objective_error_pct - 85.41).abs() < 0.5, "the error of the first try is printed as 85.41 %");
+    assert!(!history[1].accepted && history[2..].iter().all(|c| c.accepted), "only the first trial step is rejected");
+    assert!(
+        (history[1].objective_error_pct - 85.41).abs() < 0.5,
+        "the error of the first trial step is printed as 85.41 %"
+    );
     assert_eq!(history[2].active_limits, 8);
     assert!((history[11].objective - 3.746_106).abs() < 5e-7);
     // Superlinear: the printed last steps are 12.88, 1.085 and 0.03248 %.
@@ -85,8 +88,8 @@ fn table_four_tells_the_same_story_from_its_stand_in_start() {
     assert!(step(10) < 0.1 * step(9) && step(11) < 0.05 * step(10));
 }
 
-/// Largest difference of the designs of two runs that made the same cycles.
-fn apart(one: &Problem, other: &Problem) -> f64 {
+/// Largest difference between the designs of two runs that make the same cycles.
+fn largest_difference(one: &Problem, other: &Problem) -> f64 {
     let run = |problem| -> State { Method::default().solve(problem, |_| ()).unwrap() };
     let (one, other) = (run(one), run(other));
     let work = |state: &State| (state.status, state.counters.analyses, state.counters.sensitivity_analyses);
@@ -101,21 +104,21 @@ fn apart(one: &Problem, other: &Problem) -> f64 {
 }
 
 #[test]
-fn mechanisms_give_the_histories_of_their_closed_forms() {
+fn mechanisms_and_closed_forms_give_the_same_histories() {
     let absorber = [impact_absorber::peak_acceleration(), impact_absorber::peak_acceleration_simulated()];
     let comfort = [impact_absorber::comfort(), impact_absorber::comfort_simulated()];
     let crank = [slider_crank::STAND_IN_START, slider_crank::SECOND_STAND_IN_START]
         .map(|start| [slider_crank::path_generation(start), slider_crank::path_generation_assembled(start)]);
     for [closed, engine] in [absorber, comfort].into_iter().chain(crank) {
         let (closed, engine) = (closed.unwrap(), engine.unwrap());
-        let apart = apart(&closed, &engine);
-        println!("{}: designs differ by {apart:.1e}", closed.name);
-        assert!(apart < 1e-6, "{}: {apart:.1e}", closed.name);
+        let difference = largest_difference(&closed, &engine);
+        println!("{}: designs differ by {difference:.1e}", closed.name);
+        assert!(difference < 1e-6, "{}: {difference:.1e}", closed.name);
     }
 }
 
 #[test]
-fn a_table_that_the_paper_does_not_have_is_refused_with_a_choice() {
+fn an_unknown_table_is_rejected_with_the_names_of_the_tables() {
     let message = Etman1998.regenerate("table9", &mut |_, _| ()).err().unwrap().to_string();
     assert!(message.contains("`table9`") && message.contains("table1, table2"), "{message}");
 }
