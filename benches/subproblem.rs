@@ -3,12 +3,14 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use divan::{Bencher, black_box};
-use linkwright::approximation::{ApproximateProblem, ApproximationOptions, Linear, LinearizationPoint, SubproblemBox};
+use linkwright::Result;
+use linkwright::approximation::{
+    ApproximateProblem, ApproximationOptions, CycleData, Linear, LinearizationPoint, SubproblemBox,
+};
 use linkwright::cases::impact_absorber::ClosedFormMotion;
 use linkwright::nlp::separable::{DiagonalQuadratic, MovingAsymptotes};
 use linkwright::nlp::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
-use linkwright::problem::{DesignVariable, Evaluation, Problem, ProblemBuilder, Responses, Sensitivities, TimeGrid};
-use linkwright::{Result, function};
+use linkwright::problem::{AnalyzedDesign, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use nalgebra::DMatrix;
 use std::time::{Duration, Instant};
 
@@ -181,9 +183,8 @@ fn quadratic_sphere(bencher: Bencher, rows: usize) {
 /// The impact absorber with least peak acceleration at its start, with `rows` retained rows.
 struct Cycle {
     problem: Problem,
-    responses: Responses,
-    evaluation: Evaluation,
-    sensitivities: Sensitivities,
+    start: AnalyzedDesign,
+    data: CycleData,
 }
 
 const START: [f64; 3] = [1.0, 0.3, 0.85];
@@ -196,22 +197,20 @@ impl Cycle {
         let time = parts.grid(TimeGrid::uniform(0.0, 12.0, rows / 2)?);
         let [_, acceleration] = ["displacement", "acceleration"].map(|name| parts.transient(name, "", time));
         let bound = DesignVariable::new("peak", "m/s²", START[2]).within(0.0, 10.0);
-        parts.minimize_peak(bound, time, function!(|p| p.response[0]), &[acceleration], 1.0);
+        parts.minimize_peak(bound, Quantity::response(time, acceleration), 1.0);
         let problem = parts.build_analytic(ClosedFormMotion)?;
-        let responses = problem.analyze(&START)?;
-        let evaluation = problem.evaluate(&START, &responses)?;
-        let instants = ApproximateProblem::instants(&problem, &problem.all_rows());
-        let rows = problem.sensitivities(&START, &responses, &instants)?;
-        Ok(Self { problem, responses, evaluation, sensitivities: Sensitivities { instants, rows } })
+        let start = problem.analyze_design(&START)?;
+        let data = CycleData::first_order(&problem, &start, problem.all_rows())?;
+        Ok(Self { problem, start, data })
     }
 
     fn approximate(&self) -> ApproximateProblem<'_> {
-        let Self { problem, responses, evaluation, sensitivities } = self;
-        let known = LinearizationPoint::first_order(&START, responses, evaluation, sensitivities);
+        let Self { problem, start, data } = self;
+        let point = LinearizationPoint::first_order(start, data);
         let region = START.map(|b| [0.6 * b, (1.4 * b).min(if b == 0.85 { 10.0 } else { 1.0 })]);
         let bounds = (region.map(|r| r[0]).to_vec(), region.map(|r| r[1]).to_vec());
         let around = (SubproblemBox::new(problem, vec![START.to_vec()], bounds), ApproximationOptions::default());
-        ApproximateProblem::new(problem, &Linear, known, problem.all_rows(), around).expect("the start is regular")
+        ApproximateProblem::new(problem, &Linear, point, around).expect("the start is regular")
     }
 }
 
@@ -227,7 +226,7 @@ fn approximate_problem(bencher: Bencher, rows: usize) {
 #[divan::bench(args = [10, 1_000, 10_000])]
 fn fit_approximate_problem(bencher: Bencher, rows: usize) {
     let cycle = Cycle::new(rows).unwrap();
-    bencher.bench(|| black_box(&cycle).approximate().kept.len());
+    bencher.bench(|| black_box(&cycle).approximate().retained().len());
 }
 
 /// An MMA subproblem as in a topology or truss problem: the objective increases with every variable, the rows decrease.

@@ -28,7 +28,7 @@ fn main() -> Result<()> {
         print!("{name:<14}");
         for (problem, optimum) in problems.iter().zip(&optima) {
             let state = run(problem, screening)?;
-            let most = state.history.iter().map(|c| c.kept.len()).max().unwrap_or(0);
+            let most = state.history.iter().map(|c| c.retained.len()).max().unwrap_or(0);
             print!(" {:>6} {:>8} {most:>14}  ", state.cycles(), state.counters.analyses);
             let error = (state.evaluation.objective / optimum.objective - 1.0).abs();
             assert!(state.status.is_success() && error < 2e-5, "{name}: {error:e} from the optimum");

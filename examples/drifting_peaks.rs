@@ -58,7 +58,7 @@ fn main() -> Result<()> {
                 end.cycles().into(),
                 end.counters.analyses.into(),
                 sign_changes(&end).into(),
-                end.history.iter().map(|c| c.kept.len()).max().unwrap_or(0).into(),
+                end.history.iter().map(|c| c.retained.len()).max().unwrap_or(0).into(),
                 end.evaluation.objective.into(),
                 (everywhere.max_violation_pct() / 100.0).max(0.0).into(),
             ])?;

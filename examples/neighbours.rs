@@ -16,7 +16,7 @@ fn main() -> Result<()> {
         Method { screening, ..Method::default() }.solve(&problem, |_| ())
     };
     let states = (0..=3).map(run).collect::<Result<Vec<State>>>()?;
-    let most = |s: &State| s.history.iter().map(|c| c.kept.len()).max().unwrap_or(0);
+    let most = |s: &State| s.history.iter().map(|c| c.retained.len()).max().unwrap_or(0);
     println!(
         "{:>10} {:>6} {:>8} {:>13} {:>12} {:>10}",
         "neighbours", "cycles", "analyses", "sensitivities", "most points", "F"

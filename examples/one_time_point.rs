@@ -33,8 +33,8 @@ fn main() -> Result<()> {
     println!("{:>5} {:>9} {:>9} {:>8} {:>6} {:>13}", "cycle", "step k", "step c", "V [%]", "limits", "time points");
     let accepted = alone.history.iter().filter(|c| c.accepted).skip(1);
     for ((cycle, k), c) in accepted.zip(steps(&alone, 0)).zip(steps(&alone, 1)) {
-        let Cycle { violation_pct, active_limits, kept, .. } = cycle;
-        println!("{:>5} {k:>9.5} {c:>9.5} {violation_pct:>8.4} {active_limits:>6} {:>13}", cycle.cycle, kept.len());
+        let Cycle { violation_pct, active_limits, retained, .. } = cycle;
+        println!("{:>5} {k:>9.5} {c:>9.5} {violation_pct:>8.4} {active_limits:>6} {:>13}", cycle.cycle, retained.len());
     }
     println!("\n{:<26} {:>6} {:>10} {:>12}", "", "cycles", "reversals", "F [m/s²]");
     for (name, state) in [("one time point (paper: 18)", &alone), ("two neighbours (paper: 5)", &neighbours)] {

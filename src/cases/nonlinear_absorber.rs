@@ -16,7 +16,6 @@
 
 use super::Optimum;
 use super::impact_absorber::DURATION;
-use crate::function;
 use crate::problem::{Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use crate::responses::mechanism::{OdeModel, OdeResponses};
 use autodiff::Scalar;
@@ -78,11 +77,8 @@ pub fn peak_acceleration() -> Result<Problem> {
     let displacement = parts.transient("displacement", "m", time);
     let acceleration = parts.transient("acceleration", "m/s²", time);
     let bound = DesignVariable::new("peak acceleration", "m/s²", 0.6).within(0.0, 10.0);
-    parts.minimize_peak(bound, time, function!(|p| p.response[0]), &[acceleration], 1.0);
-    for (sign, name) in [(1.0, "displacement upper"), (-1.0, "displacement lower")] {
-        let side = function!([sign: f64 = sign] |p| p.response[0] * sign);
-        parts.subject_to(Constraint::at_most(name, 1.0, Quantity::each_point(time, side).of(&[displacement])));
-    }
+    parts.minimize_peak(bound, Quantity::response(time, acceleration), 1.0);
+    parts.subject_to_both(Constraint::between("displacement", [-1.0, 1.0], Quantity::response(time, displacement)));
     parts.build(OdeResponses::new(NonlinearAbsorber, Explicit::eighth_order(1e-11), &times)?)
 }
 

@@ -16,7 +16,6 @@
 //! Units are those of the publications: inch, pound-force, second.
 
 use super::Optimum;
-use crate::function;
 use crate::problem::{Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use crate::responses::mechanism::{OdeModel, OdeResponses};
 use autodiff::Scalar;
@@ -137,13 +136,9 @@ pub fn peak_acceleration() -> Result<Problem> {
     let time = parts.grid(TimeGrid::uniform(0.0, DURATION, POINTS)?);
     let outputs = OUTPUTS.map(|(name, unit, _)| parts.transient(name, unit, time));
     let bound = DesignVariable::new("peak acceleration", "in/s²", 332.0).within(0.0, 1000.0);
-    parts.minimize_peak(bound, time, function!(|p| p.response[0]), &outputs[..1], GRAVITY);
+    parts.minimize_peak(bound, Quantity::response(time, outputs[0]), GRAVITY);
     for (h, (name, _, limit)) in OUTPUTS.into_iter().enumerate().skip(1) {
-        for (sign, word) in [(1.0, "upper"), (-1.0, "lower")] {
-            let side = function!([sign: f64 = sign] |p| p.response[0] * sign);
-            let travel = Quantity::each_point(time, side).of(&outputs[h..=h]);
-            parts.subject_to(Constraint::at_most(format!("{name} {word}"), limit, travel));
-        }
+        parts.subject_to_both(Constraint::between(name, [-limit, limit], Quantity::response(time, outputs[h])));
     }
     let times: Vec<f64> = TimeGrid::uniform(0.0, DURATION, POINTS)?.points;
     parts.build(OdeResponses::new(Vehicle, Explicit::eighth_order(1e-10), &times)?)

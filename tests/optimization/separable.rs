@@ -2,7 +2,7 @@
 
 use linkwright::Error;
 use linkwright::approximation::{
-    ApproximateProblem, Approximation, ApproximationOptions, Conlin, LinearizationPoint, Mma, SubproblemBox,
+    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CycleData, LinearizationPoint, Mma, SubproblemBox,
 };
 use linkwright::cases::{cantilever, ten_bar_truss, two_bar_truss};
 use linkwright::nlp::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal, Term};
@@ -10,7 +10,7 @@ use linkwright::nlp::{
     Automatic, Conic, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
 };
 use linkwright::nlp::{Gradients, LowRank, Program, Separable, Values};
-use linkwright::problem::{Intermediates, Sensitivities};
+use linkwright::problem::Intermediates;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -155,25 +155,16 @@ fn solvers_agree_on_the_subproblems_of_structures() {
             constraint.quantity = constraint.quantity.clone().directly(Intermediates::Identity);
         }
         let start = problem.start();
-        let responses = problem.analyze(&start).unwrap();
-        let evaluation = problem.evaluate(&start, &responses).unwrap();
-        let kept = problem.all_rows();
-        let instants = ApproximateProblem::instants(&problem, &kept);
-        let rows = problem.sensitivities(&start, &responses, &instants).unwrap();
-        let sensitivities = Sensitivities { instants, rows };
+        let analyzed = problem.analyze_design(&start).unwrap();
+        let data = CycleData::first_order(&problem, &analyzed, problem.all_rows()).unwrap();
         for approximation in [&Mma::default() as &dyn Approximation, &Mma::SVANBERG_1987, &Conlin] {
-            let known = LinearizationPoint::first_order(&start, &responses, &evaluation, &sensitivities);
+            let point = LinearizationPoint::first_order(&analyzed, &data);
             let region = problem.variables.iter().zip(&start);
             let bounds = region.map(|(v, x)| ((0.3 * x).max(v.lower), (3.0 * x).min(v.upper))).unzip();
             let around = SubproblemBox::new(&problem, vec![start.clone()], bounds);
-            let program = ApproximateProblem::new(
-                &problem,
-                approximation,
-                known,
-                kept.clone(),
-                (around, ApproximationOptions::default()),
-            )
-            .unwrap();
+            let program =
+                ApproximateProblem::new(&problem, approximation, point, (around, ApproximationOptions::default()))
+                    .unwrap();
             let dual = Falk::default().solve(&program, &start).unwrap();
             let interior = InteriorPoint::default().solve(&program, &start).unwrap();
             let sqp = Sqp::default().solve(&program, &start).unwrap();

@@ -40,6 +40,7 @@ pub mod analyses;
 pub mod checkpointing;
 pub mod derivatives;
 pub mod diagnostics;
+pub(crate) mod dual_numbers;
 pub mod elements;
 pub mod events;
 pub mod initial_conditions;

@@ -11,8 +11,9 @@ use super::mechanism::FourBar;
 use crate::cases::Optimum;
 use crate::function;
 use crate::problem::{
-    Constraint, DesignVariable, Differences, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
+    Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
 };
+use crate::responses::Differences;
 use crate::responses::mechanism::Transient;
 use crate::sao::{Method, RelativeLimits, Screening, StayFeasible, Stop};
 use error::{Error, Result};

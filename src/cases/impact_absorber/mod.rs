@@ -124,7 +124,7 @@ fn parts_of_peak_acceleration() -> Result<ProblemBuilder> {
     let mut parts = ProblemBuilder::new("impact absorber, peak acceleration");
     let [displacement, acceleration, time] = absorber(&mut parts)?;
     let bound = DesignVariable::new("peak acceleration", "m/s²", 0.85).within(0.0, f64::INFINITY);
-    parts.minimize_peak(bound, time, function!(|p| p.response[0]), &[acceleration], 1.0);
+    parts.minimize_peak(bound, Quantity::response(time, acceleration), 1.0);
     stay_within_a_metre(&mut parts, displacement, time);
     Ok(parts)
 }
@@ -149,10 +149,7 @@ fn absorber(parts: &mut ProblemBuilder) -> Result<[usize; 3]> {
 
 /// |y| ≤ 1 m at every time point (40), (41).
 fn stay_within_a_metre(parts: &mut ProblemBuilder, displacement: usize, time: usize) {
-    for (sign, name) in [(1.0, "displacement upper"), (-1.0, "displacement lower")] {
-        let side = function!([sign: f64 = sign] |p| p.response[0] * sign);
-        parts.subject_to(Constraint::at_most(name, 1.0, Quantity::each_point(time, side).of(&[displacement])));
-    }
+    parts.subject_to_both(Constraint::between("displacement", [-1.0, 1.0], Quantity::response(time, displacement)));
 }
 
 /// The optimum of [`peak_acceleration`] on its 101 time points.

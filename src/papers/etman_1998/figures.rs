@@ -172,7 +172,7 @@ fn convergence_of(run: &ReproducedRun) -> Result<Figure> {
     convergence(&Convergence {
         cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
         accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
-        objective: Quantity::new(literal(&run.problem.objective_name), literal(&run.problem.objective_unit)),
+        objective: Quantity::new(literal(&run.problem.objective.name), literal(&run.problem.objective.unit)),
         objective_values: &objective,
         objective_logarithmic: spread > 20.0,
         measures: &[
@@ -191,7 +191,7 @@ fn history_of(run: &ReproducedRun, response: usize, limits: &[f64]) -> Result<Fi
     let declared = &problem.responses[response];
     let grid = &problem.grids[declared.grid.unwrap_or(0)];
     let first = problem.analyze(&state.history[0].design)?;
-    let last = state.history.last().map_or((vec![], vec![]), |c| (c.kept.clone(), c.active.clone()));
+    let last = state.history.last().map_or((vec![], vec![]), |c| (c.retained.clone(), c.active.clone()));
     let mine = |j: usize| problem.constraints[j].quantity.responses().contains(&response);
     let mut kept: Vec<usize> = last.0.iter().filter(|r| mine(r.constraint)).map(|r| r.point).collect();
     let mut active: Vec<usize> = last.1.iter().filter(|a| mine(a.row.constraint)).map(|a| a.row.point).collect();

@@ -1,10 +1,10 @@
 //! Tables V and VI: the stress-constrained flexible four-bar mechanism.
 
 use super::printed_rows::{PrintedRow, printed_rows};
-use crate::approximation::{ApproximateProblem, ApproximationOptions, LinearizationPoint, SubproblemBox};
+use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, LinearizationPoint, SubproblemBox};
 use crate::cases::four_bar::{Derivatives, FourBar, StressConstrained, method};
 use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
-use crate::problem::{Evaluation, Problem, Responses, Sensitivities};
+use crate::problem::{AnalyzedDesign, Problem};
 use crate::report::table::{Cell, Printed, Table};
 use crate::sao::{Cycle, Method, Outcome, RelativeLimits};
 use error::Result;
@@ -150,7 +150,7 @@ pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
     let mut checks = vec![];
     for (k, printed) in rows.into_iter().enumerate() {
         if k == 0 {
-            let (violation_pct, proposed) = (start.evaluation.max_violation_pct(), printed.design.clone());
+            let (violation_pct, proposed) = (start.analyzed.evaluation.max_violation_pct(), printed.design.clone());
             checks.push(RowCheck { printed, violation_pct, error_pct: 0.0, proposed });
             continue;
         }
@@ -164,37 +164,32 @@ pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
     Ok(checks)
 }
 
-/// Analysis, retained constraints and sensitivities at the start of a cycle.
+/// The start of a cycle with its derivatives.
 struct Start {
-    design: Vec<f64>,
-    responses: Responses,
-    evaluation: Evaluation,
-    kept: Vec<crate::problem::RowId>,
-    sensitivities: Sensitivities,
+    analyzed: AnalyzedDesign,
+    data: CycleData,
 }
 
 impl Start {
     fn at(problem: &Problem, method: &Method, design: &[f64]) -> Result<Self> {
-        let responses = problem.analyze(design)?;
-        let evaluation = problem.evaluate(design, &responses)?;
-        let kept = method.screening.keep(problem, &evaluation);
-        let instants = ApproximateProblem::instants(problem, &kept);
-        let rows = problem.sensitivities(design, &responses, &instants)?;
-        let sensitivities = Sensitivities { instants, rows };
-        Ok(Self { design: design.to_vec(), responses, evaluation, kept, sensitivities })
+        let analyzed = problem.analyze_design(design)?;
+        let retained = method.screening.retain(problem, &analyzed.evaluation);
+        let data = CycleData::first_order(problem, &analyzed, retained)?;
+        Ok(Self { analyzed, data })
     }
 
     fn check(&self, problem: &Problem, method: &Method, printed: PrintedRow) -> Result<RowCheck> {
-        let Self { design, responses, evaluation, kept, sensitivities } = self;
-        let known = LinearizationPoint::first_order(design, responses, evaluation, sensitivities);
+        let Self { analyzed, data } = self;
+        let point = LinearizationPoint::first_order(analyzed, data);
+        let design = &analyzed.design;
         let region = method.move_limits.region(problem, design, &printed.factors);
         let subproblem_box = SubproblemBox::new(problem, vec![design.clone()], (region.lower, region.upper));
         let around = (subproblem_box, ApproximationOptions::default());
-        let approximate = ApproximateProblem::new(problem, &*method.approximation, known, kept.clone(), around)?;
+        let approximate = ApproximateProblem::new(problem, &*method.approximation, point, around)?;
         let proposed = method.solver.solve(&approximate, design)?.x;
         let there = problem.evaluate(&printed.design, &problem.analyze(&printed.design)?)?;
         let predicted = approximate.values(&printed.design)?;
-        let outcome = Outcome::new(problem, &method.screening, kept, &predicted, &there);
+        let outcome = Outcome::new(problem, &method.screening, &data.retained, &predicted, &there);
         Ok(RowCheck {
             printed,
             violation_pct: outcome.violation_pct,

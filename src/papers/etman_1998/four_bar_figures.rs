@@ -77,7 +77,7 @@ fn stress_history(
     let mine = |j: usize| problem.constraints[j].quantity.responses() == [node];
     let (mut kept, mut active): (Vec<usize>, Vec<usize>) = (vec![], vec![]);
     if let Some(last) = run.state.history.last() {
-        kept.extend(last.kept.iter().filter(|r| mine(r.constraint)).map(|r| r.point));
+        kept.extend(last.retained.iter().filter(|r| mine(r.constraint)).map(|r| r.point));
         active.extend(last.active.iter().filter(|a| mine(a.row.constraint)).map(|a| a.row.point));
     }
     let limit = FourBar::ALLOWED_STRESS / MEGA;

@@ -1,9 +1,9 @@
 //! Rigid contacts and switches of a mechanism, and the record of an event.
 
 use crate::elements::drives::driver::Driver;
-use crate::elements::element::{Element, ElementState};
 use crate::elements::joints::point_on_line::PointOnLine;
-use crate::mechanism::{Coordinate, ElementInstance, EventElement, Marker, Mechanism};
+use crate::mechanism::element::{Element, ElementState};
+use crate::mechanism::{Coordinate, Marker, Mechanism};
 use crate::motion::Fixed;
 use crate::{Error, Result};
 use autodiff::Scalar;
@@ -51,36 +51,21 @@ impl<S: Scalar> Mechanism<S> {
                 "give an element of one constraint: a point on a line, a distance constraint",
             ));
         }
-        self.add_impact(name, gap, coordinates, parameters, Some(restitution));
+        self.add_event(name, Arc::new(gap), coordinates, parameters, Some(restitution));
         Ok(())
-    }
-
-    /// Adds a contact, or a switch if there is no `restitution`.
-    fn add_impact(
-        &mut self,
-        name: String,
-        gap: impl Element,
-        coordinates: &[Coordinate],
-        parameters: &[S],
-        restitution: Option<S>,
-    ) {
-        let (num_constraints, coordinates) =
-            (Element::num_constraints(&gap), coordinates.iter().map(|c| c.0).collect());
-        let (element, parameters) = (Arc::new(gap), parameters.to_vec());
-        let part = ElementInstance { name, element, coordinates, first_multiplier: 0, num_constraints, parameters };
-        self.impacts.push(EventElement { part, restitution });
     }
 
     /// Adds a rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
     pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
-        self.add_impact(name.into(), Driver(Fixed), &[a, b], &[clearance], Some(restitution));
+        self.add_event(name.into(), Arc::new(Driver(Fixed)), &[a, b], &[clearance], Some(restitution));
     }
 
     /// Adds a rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays on its left
     /// side, as seen along the line.
     pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add_impact(name.into(), PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y], Some(restitution));
+        let parameters = [a.x, a.y, line, b.x, b.y];
+        self.add_event(name.into(), Arc::new(PointOnLine), &coordinates, &parameters, Some(restitution));
     }
 
     /// Adds a switch: a time step ends where the constraint of the element `of` passes zero, in either direction.
@@ -107,13 +92,13 @@ impl<S: Scalar> Mechanism<S> {
                 "give an element of one constraint: a point on a line, a distance constraint",
             ));
         }
-        self.add_impact(name, of, coordinates, parameters, None);
+        self.add_event(name, Arc::new(of), coordinates, parameters, None);
         Ok(())
     }
 
     /// Adds a switch at the time `t` (s).
     pub fn switch_at(&mut self, name: &str, t: S) {
-        self.add_impact(name.into(), Clock, &[], &[t], None);
+        self.add_event(name.into(), Arc::new(Clock), &[], &[t], None);
     }
 }
 
