@@ -57,8 +57,7 @@ fn columns(part: &ElementInstance<f64>, state: &State<f64>, workspace: &mut Elem
 /// Name of the unknown with the largest residual in `rows`, and of the element with the largest share in it.
 pub fn dominant_residual(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &[[f64; 1]]) -> String {
     let name = system.dominant_residual(mechanism, rows);
-    let worst = (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
-    let Some(Unknown::Coordinate(i)) = worst.map(|row| system.unknowns()[row]) else { return name };
+    let Some(Unknown::Coordinate(i)) = system.dominant_unknown(rows) else { return name };
     let mut workspace = ElementWorkspace::default();
     let mut share = |part: &ElementInstance<f64>| {
         let row = part.coordinates.iter().position(|&c| c == i)?;

@@ -113,9 +113,7 @@ fn check_independence(
 
 /// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
 fn apply(system: &System, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
-    let coordinate = |u: &Unknown| matches!(u, Unknown::Coordinate(_));
-    let sizes = system.unknowns().iter().zip(step).filter(|(u, _)| coordinate(u)).map(|(_, s)| s[0].abs());
-    let largest = sizes.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+    let largest = system.largest_coordinate_row(step);
     let part = if largest > 0.5 { 0.5 / largest } else { 1.0 };
     for (unknown, change) in system.unknowns().iter().zip(step) {
         match *unknown {
@@ -308,8 +306,7 @@ pub fn find_equilibrium(
         system.assemble(mechanism, state, Linearization::statics(), &mut rows);
         diagnostics::factorize(system, mechanism, state)?;
         system.factor().solve(&mut rows);
-        let moves = system.unknowns().iter().zip(&rows).filter(|(u, _)| matches!(u, Unknown::Coordinate(_)));
-        let largest = moves.map(|(_, r)| r[0].abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+        let largest = system.largest_coordinate_row(&rows);
         if !largest.is_finite() {
             break;
         }

@@ -1,10 +1,9 @@
 //! Simulation of a mechanism over time, by implicit or explicit steps.
 
 use crate::Result;
-use crate::analyses::sampling::{Sampler, interpolate};
+use crate::analyses::sampling::{OutputRecorder, interpolate};
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
-use crate::diagnostics;
 use crate::events::Event;
 use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
 use crate::integrators::explicit::{Explicit, OdeDriver};
@@ -174,10 +173,8 @@ fn record_outputs<S: Simulation>(
     times: &[f64],
     mut store: Option<&mut TrajectoryStore<S::Checkpoint>>,
 ) -> Result<(History, S)> {
-    let mut sampler = Sampler::new(mechanism);
-    let (mut outputs, mut y) = (Vec::new(), Vec::new());
-    let mut values = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
-    let mut at = simulation.state().clone();
+    let mut recorder = OutputRecorder::new(mechanism, times.len());
+    let (mut y, mut at) = (Vec::new(), simulation.state().clone());
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -185,10 +182,8 @@ fn record_outputs<S: Simulation>(
         }
         store.iter_mut().for_each(|store| store.mark_output(t));
         simulation.sample(t, &mut y, &mut at)?;
-        sampler.outputs(mechanism, &at, &mut outputs);
-        diagnostics::check(mechanism, &at, &outputs)?;
-        values.iter_mut().zip(&outputs).for_each(|(series, &value)| series.push(value));
+        recorder.record(mechanism, &at)?;
     }
     let (names, times, work) = (mechanism.output_names(), times.to_vec(), Work::default());
-    Ok((History { names, times, values, last: at, impacts: Vec::new(), work }, simulation))
+    Ok((History { names, times, values: recorder.series, last: at, impacts: Vec::new(), work }, simulation))
 }

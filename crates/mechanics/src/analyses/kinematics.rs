@@ -1,8 +1,7 @@
 //! Kinematics and inverse dynamics of driven mechanisms.
 
 use crate::Result;
-use crate::analyses::sampling::Sampler;
-use crate::diagnostics;
+use crate::analyses::sampling::OutputRecorder;
 use crate::events::impact;
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use crate::mechanism::Mechanism;
@@ -111,17 +110,14 @@ impl<'m> KinematicDriver<'m> {
 ///
 /// As [`KinematicDriver::new`] and [`KinematicDriver::go`].
 pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64]) -> Result<Vec<Vec<f64>>> {
-    let (mut sampler, mut outputs) = (Sampler::new(mechanism), Vec::new());
-    let mut series = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
-    let Some(&first) = times.first() else { return Ok(series) };
+    let mut recorder = OutputRecorder::new(mechanism, times.len());
+    let Some(&first) = times.first() else { return Ok(recorder.series) };
     let mut driver = KinematicDriver::new(mechanism, assembly, first)?;
     for &t in times {
         if t != driver.state.t {
             driver.go(t)?;
         }
-        sampler.outputs(mechanism, &driver.state, &mut outputs);
-        diagnostics::check(mechanism, &driver.state, &outputs)?;
-        series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));
+        recorder.record(mechanism, &driver.state)?;
     }
-    Ok(series)
+    Ok(recorder.series)
 }

@@ -1,5 +1,7 @@
 //! States between steps, and named outputs of a state.
 
+use crate::Result;
+use crate::diagnostics;
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{MeasuredQuantity, Mechanism};
@@ -177,6 +179,34 @@ impl<T: StateScalar> Sampler<T> {
             let count = part.element.measures().len();
             T::measure(part.element.as_ref(), &local, &mut self.measured[first..first + count]);
         }
+    }
+}
+
+/// Series of checked outputs, recorded time by time.
+pub(crate) struct OutputRecorder {
+    sampler: Sampler<f64>,
+    outputs: Vec<f64>,
+    /// One series per output, one value per recorded state.
+    pub series: Vec<Vec<f64>>,
+}
+
+impl OutputRecorder {
+    /// Recorder for the outputs of `mechanism` at a number of `times`.
+    pub fn new(mechanism: &Mechanism<f64>, times: usize) -> Self {
+        let series = vec![Vec::with_capacity(times); mechanism.outputs.len()];
+        Self { sampler: Sampler::new(mechanism), outputs: Vec::new(), series }
+    }
+
+    /// Appends the outputs at `state`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`](crate::Error::Analysis) if a prescribed motion or an output is not finite.
+    pub fn record(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+        self.sampler.outputs(mechanism, state, &mut self.outputs);
+        diagnostics::check(mechanism, state, &self.outputs)?;
+        self.series.iter_mut().zip(&self.outputs).for_each(|(series, &value)| series.push(value));
+        Ok(())
     }
 }
 

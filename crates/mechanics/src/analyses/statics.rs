@@ -1,8 +1,7 @@
 //! Static equilibria over time.
 
 use crate::Result;
-use crate::analyses::sampling::Sampler;
-use crate::diagnostics;
+use crate::analyses::sampling::OutputRecorder;
 use crate::events::impact;
 use crate::initial_conditions::{Assembly, assemble};
 use crate::mechanism::Mechanism;
@@ -24,14 +23,11 @@ pub fn equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64])
     let mut system = System::at(mechanism, times.first().copied().unwrap_or(0.0))?;
     let mut state = State::built(mechanism, times.first().copied().unwrap_or(0.0));
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
-    let (mut sampler, mut outputs) = (Sampler::new(mechanism), Vec::new());
-    let mut series = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
+    let mut recorder = OutputRecorder::new(mechanism, times.len());
     for &t in times {
         state.t = t;
         find_equilibrium(&mut system, mechanism, &mut state, settings)?;
-        sampler.outputs(mechanism, &state, &mut outputs);
-        diagnostics::check(mechanism, &state, &outputs)?;
-        series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));
+        recorder.record(mechanism, &state)?;
     }
-    Ok(series)
+    Ok(recorder.series)
 }

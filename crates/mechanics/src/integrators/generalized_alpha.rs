@@ -319,7 +319,7 @@ impl<'m> Integrator<'m> {
                 self.iterations += 1;
             }
             self.system.factor().solve(&mut self.rows);
-            let largest = self.largest_correction(position);
+            let largest = self.system.largest_coordinate_row(&self.rows) * position;
             if !(largest < 1e6) {
                 break;
             }
@@ -343,14 +343,6 @@ impl<'m> Integrator<'m> {
             Some(previous) if kept => largest / previous.largest,
             _ => self.curvature * largest,
         }
-    }
-
-    /// Largest correction of a position in m or rad; NaN if any is NaN.
-    fn largest_correction(&self, position: f64) -> f64 {
-        let coordinate = |u: &Unknown| matches!(u, Unknown::Coordinate(_));
-        let sizes = self.system.unknowns().iter().zip(&self.rows).filter(|(u, _)| coordinate(u));
-        // `f64::max` ignores NaN.
-        sizes.map(|(_, r)| (r[0] * position).abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 
     /// The error of a step that does not converge.

@@ -177,11 +177,22 @@ impl System {
         })
     }
 
+    /// Unknown whose row is not finite or has the largest residual; `None` without rows.
+    pub(crate) fn dominant_unknown(&self, rows: &[[f64; 1]]) -> Option<Unknown> {
+        let largest = || (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
+        (0..rows.len()).find(|&i| !rows[i][0].is_finite()).or_else(largest).map(|i| self.unknowns[i])
+    }
+
     /// Name of the unknown whose row is not finite or has the largest residual, for messages.
     pub fn dominant_residual(&self, mechanism: &Mechanism<f64>, rows: &[[f64; 1]]) -> String {
-        let worst = (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
-        let not_finite = (0..rows.len()).find(|&i| !rows[i][0].is_finite());
-        not_finite.or(worst).map_or("the mechanism".to_owned(), |i| name_of(mechanism, self.unknowns[i]))
+        self.dominant_unknown(rows).map_or("the mechanism".to_owned(), |unknown| name_of(mechanism, unknown))
+    }
+
+    /// Largest absolute value of `rows` in the equations of coordinates; NaN if one of them is NaN.
+    pub(crate) fn largest_coordinate_row(&self, rows: &[[f64; 1]]) -> f64 {
+        let coordinates = self.unknowns.iter().zip(rows).filter(|(u, _)| matches!(u, Unknown::Coordinate(_)));
+        // `f64::max` ignores NaN.
+        coordinates.map(|(_, row)| row[0].abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 }
 
