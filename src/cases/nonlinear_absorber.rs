@@ -5,12 +5,14 @@
 //!
 //! $$ \ddot y = -(k y + k_3 y^3 + c \dot y + c_2 |\dot y| \dot y) ,\qquad y(0) = 0,\ \dot y(0) = 1\ \text{m/s} . $$
 //!
-//! No absorber stops the mass within one metre at less than ½ m/s², and this one does it: with k = c₂ = ½ and k₃ = c = 0 the
-//! equation in the displacement, d(ẏ²)/dy = −y − ẏ², has the solution ẏ² = 1 − y, a constant deceleration of ½ m/s². At the
-//! optimum the acceleration is at its limit all the way, not at peaks: hard for a method that counts on few active times.
-//! The paper's linear problem is a
-//! simplification of the nonlinear absorber of Afimiwala & Mayne, *J. Eng. Ind.* 96 (1974) 124–130; their force law and data
-//! are not at hand, so the law and the optimum are ours.
+//! No absorber stops the mass within one metre at less than ½ m/s². This one reaches that limit: with k = c₂ = ½ and k₃ = c = 0
+//! the equation in the displacement, d(ẏ²)/dy = −y − ẏ², has the solution ẏ² = 1 − y, a constant deceleration of ½ m/s². At
+//! the optimum the acceleration is at its bound all the time, which is difficult for methods that rely on few active time
+//! points.
+//!
+//! # Sources
+//! The linear problem of Etman et al. (1998) simplifies the nonlinear absorber of Afimiwala & Mayne, *J. Eng. Ind.* 96
+//! (1974) 124–130. Their force law and data are not available here, so law and optimum are ours.
 
 use super::Optimum;
 use super::impact_absorber::DURATION;
@@ -25,7 +27,7 @@ pub const fn continuous_optimum() -> Optimum {
     Optimum::computed(0.5, &[0.5, 0.0, 0.0, 0.5, 0.5], "constant deceleration, closed form")
 }
 
-/// The optimum on the 101 time points, which miss the stop at 2 s by 0.04 s.
+/// The optimum on the 101 time points; the stop at 2 s is 0.04 s away from the nearest one.
 pub const fn optimum() -> Optimum {
     let source = "two methods agree to eight digits";
     Optimum::computed(0.499_807_79, &[0.499_62, 0.0, 0.0, 0.499_81, 0.499_807_79], source)
@@ -88,7 +90,7 @@ mod tests {
     fn the_closed_form_stops_at_constant_deceleration() {
         let problem = peak_acceleration().unwrap();
         let values = problem.analyze(continuous_optimum().design.unwrap()).unwrap().values;
-        // Up to 1.92 s the mass is on its way out.
+        // Until 1.92 s the mass moves outwards.
         for (k, acceleration) in values[1].iter().enumerate().take(17) {
             let t = 0.12 * k as f64;
             assert!((acceleration + 0.5).abs() < 1e-9, "{t}: {acceleration}");

@@ -6,8 +6,8 @@
 //! $$ y = t\,e^{-ct/2}\, S(D t^2), \qquad \dot y = e^{-ct/2}\bigl(C(D t^2) - \tfrac c2 t\, S(D t^2)\bigr), \qquad
 //! \ddot y = -k y - c \dot y, $$
 //!
-//! with the entire functions S(x) = sin √x / √x and C(x) = cos √x, continued to x < 0. Written so, value and all
-//! derivatives are smooth where the damping is critical.
+//! with the entire functions S(x) = sin √x / √x and C(x) = cos √x, continued to x < 0. In this form value and
+//! derivatives are smooth at critical damping.
 
 #[cfg(feature = "mechanics")]
 mod mechanism;
@@ -27,7 +27,7 @@ pub const DISPLACEMENT: usize = 0;
 pub const ACCELERATION: usize = 1;
 /// Length of the observed interval, s.
 pub const DURATION: f64 = 12.0;
-/// Lower bound that stands for the paper's open bound 0 < b.
+/// Lower bound in place of the paper's open bound 0 < b.
 const POSITIVE: f64 = 1e-6;
 
 /// Displacement and acceleration in closed form, as the responses of an analysis.
@@ -73,19 +73,19 @@ fn sine_cosine_of_root<S: Scalar>(x: S) -> (S, S) {
 
 /// Minimize the peak of |ÿ| by the bound variable b₃ (37)–(41); Table I.
 ///
-/// The acceleration constraints are normalised by an absolute distance of 1 m/s², as the printed violations demand.
+/// The acceleration constraints are normalised by an absolute distance of 1 m/s², which gives the printed violations.
 pub fn peak_acceleration() -> Result<Problem> {
     parts_of_peak_acceleration()?.build_analytic(ClosedFormMotion)
 }
 
-/// Minimize the mean square of ÿ (42), kept as a quadrature of the approximate acceleration; Table II.
+/// Minimize the mean square of ÿ (42), a quadrature of the approximate acceleration; Table II.
 ///
 /// The quadrature is Simpson's rule on the 101 time points, which gives all printed digits.
 pub fn comfort() -> Result<Problem> {
     parts_of_comfort()?.build_analytic(ClosedFormMotion)
 }
 
-/// [`peak_acceleration`], its motion simulated and differentiated as that of a mechanism of mass, spring and damper.
+/// [`peak_acceleration`] with the motion simulated and differentiated as a mechanism of mass, spring and damper.
 ///
 /// Steps of order 8 at a tolerance of 1e-12: responses agree with the closed form to 1e-10.
 #[cfg(feature = "mechanics")]
@@ -93,7 +93,7 @@ pub fn peak_acceleration_simulated() -> Result<Problem> {
     parts_of_peak_acceleration()?.build(simulated()?)
 }
 
-/// [`comfort`], simulated and differentiated as [`peak_acceleration_simulated`].
+/// [`comfort`] with the motion simulated as in [`peak_acceleration_simulated`].
 #[cfg(feature = "mechanics")]
 pub fn comfort_simulated() -> Result<Problem> {
     parts_of_comfort()?.build(simulated()?)
@@ -109,7 +109,7 @@ fn simulated() -> Result<crate::responses::mechanism::Transient<SpringAndDamper>
     )
 }
 
-/// The mechanism in the first two design variables; a third one bounds the peak and is no part of it.
+/// The mechanism as a function of the first two design variables; a third one bounds the peak acceleration.
 #[cfg(feature = "mechanics")]
 struct SpringAndDamper;
 

@@ -2,7 +2,9 @@
 
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
+use mechanics::analyses::dynamics::simulate_with_recording;
 use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded};
+use mechanics::checkpointing::ExplicitRecording;
 use mechanics::checkpointing::recording::Recording;
 use mechanics::derivatives::adjoint::{Functional, differentiate_backwards_within, differentiate_recording_backwards};
 use mechanics::derivatives::adjoint::{
@@ -15,8 +17,6 @@ use mechanics::derivatives::second_order::{HessianPart, differentiate_recorded_t
 use mechanics::derivatives::semi_analytical;
 use mechanics::derivatives::semi_analytical::differentiate_semi_analytically;
 use mechanics::integrators::explicit::Explicit;
-use mechanics::integrators::explicit::ExplicitRecording;
-use mechanics::integrators::explicit::simulate_with_recording;
 use mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 use std::sync::Arc;
