@@ -18,7 +18,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiagonalQuadratic {
     /// Where the curvatures come from.
-    pub bend: CurvatureRule,
+    pub curvature: CurvatureRule,
 }
 
 /// Where the curvatures c of a [`DiagonalQuadratic`] come from.
@@ -47,7 +47,7 @@ impl DiagonalQuadratic {
         let (x, slope) = (expansion.here.design[k], expansion.here.gradient[k]);
         let scale = expansion.subproblem_box.scale[k];
         let over_x = |v: f64| if x == 0.0 { 0.0 } else { (v / x).abs() };
-        Ok(match self.bend {
+        Ok(match self.curvature {
             CurvatureRule::SphericalValue | CurvatureRule::SphericalGradient => spherical / (scale * scale),
             CurvatureRule::Reciprocal => over_x(2.0 * slope),
             CurvatureRule::Asymptotes(rule) => {
@@ -68,7 +68,7 @@ impl DiagonalQuadratic {
         let steps = || before.design.iter().zip(here.design).map(|(a, b)| a - b);
         let length: f64 = steps().zip(scale).map(|(d, s)| (d / s).powi(2)).sum();
         let along = |g: &[f64]| steps().zip(g).map(|(d, g)| d * g).sum::<f64>();
-        let change = match self.bend {
+        let change = match self.curvature {
             CurvatureRule::SphericalValue => 2.0 * (before.value - here.value - along(here.gradient)),
             _ => along(before.gradient) - along(here.gradient),
         };
@@ -90,7 +90,7 @@ pub(super) fn exact<'a>(expansion: &Expansion<'a>) -> Result<&'a nalgebra::DMatr
 
 impl Approximation for DiagonalQuadratic {
     fn check(&self, _: &Problem) -> Result<()> {
-        match self.bend {
+        match self.curvature {
             CurvatureRule::Asymptotes(rule) => rule.check(),
             _ => Ok(()),
         }
@@ -98,13 +98,13 @@ impl Approximation for DiagonalQuadratic {
 
     fn memory(&self) -> usize {
         usize::from(matches!(
-            self.bend,
+            self.curvature,
             CurvatureRule::SphericalValue | CurvatureRule::SphericalGradient | CurvatureRule::Exponential
         ))
     }
 
     fn wants_curvature(&self) -> bool {
-        self.bend == CurvatureRule::Exact
+        self.curvature == CurvatureRule::Exact
     }
 
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
@@ -125,8 +125,8 @@ mod tests {
     use autodiff::hessian;
 
     #[test]
-    fn every_bend_is_exact_to_first_order_and_convex() {
-        for bend in [
+    fn every_curvature_rule_is_exact_to_first_order_and_convex() {
+        for curvature in [
             CurvatureRule::SphericalValue,
             CurvatureRule::SphericalGradient,
             CurvatureRule::Reciprocal,
@@ -134,7 +134,7 @@ mod tests {
             CurvatureRule::Exponential,
             CurvatureRule::Exact,
         ] {
-            check(&DiagonalQuadratic { bend }, true);
+            check(&DiagonalQuadratic { curvature }, true);
         }
     }
 
@@ -142,7 +142,7 @@ mod tests {
     fn spherical_value_meets_the_design_before() {
         let f = |b: &[autodiff::HyperDual]| b[0].powi(4) + b[1].recip();
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.1, 2.1]).after(&[2.0, 1.0]);
-        let model = case.fit(&DiagonalQuadratic { bend: CurvatureRule::SphericalValue }).unwrap();
+        let model = case.fit(&DiagonalQuadratic { curvature: CurvatureRule::SphericalValue }).unwrap();
         assert!((model.real(&[2.0, 1.0]) - 17.0).abs() < 1e-12);
     }
 
@@ -150,18 +150,18 @@ mod tests {
     fn curvatures_are_those_of_what_is_imitated() {
         let f = |b: &[autodiff::HyperDual]| b[0].powi(3) + b[1].recip() * 2.0;
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.1, 2.1]).after(&[2.0, 1.0]);
-        let curvature = |bend| {
-            let model = case.fit(&DiagonalQuadratic { bend }).unwrap();
+        let second = |curvature| {
+            let model = case.fit(&DiagonalQuadratic { curvature }).unwrap();
             hessian(|b| model.hyper_dual(b), &[1.0, 2.0]).2
         };
         // b³ and 2/b: second derivatives 6 and 4/b³ = 0.5; the exponents 3 and −1 give the same.
-        for bend in [CurvatureRule::Exact, CurvatureRule::Exponential] {
-            let c = curvature(bend);
-            assert!((c[(0, 0)] - 6.0).abs() < 1e-12 && (c[(1, 1)] - 0.5).abs() < 1e-12, "{bend:?} {c}");
+        for rule in [CurvatureRule::Exact, CurvatureRule::Exponential] {
+            let c = second(rule);
+            assert!((c[(0, 0)] - 6.0).abs() < 1e-12 && (c[(1, 1)] - 0.5).abs() < 1e-12, "{rule:?} {c}");
         }
-        let c = curvature(CurvatureRule::Reciprocal);
+        let c = second(CurvatureRule::Reciprocal);
         assert!((c[(0, 0)] - 6.0).abs() < 1e-12 && (c[(1, 1)] - 0.5).abs() < 1e-12);
-        let c = curvature(CurvatureRule::Asymptotes(Asymptotes::SVANBERG_2002));
+        let c = second(CurvatureRule::Asymptotes(Asymptotes::SVANBERG_2002));
         // Scales 4 and 2, so asymptotes at ±2 and ±1: 2·3/2 and 2·0.5/1.
         assert!((c[(0, 0)] - 3.0).abs() < 1e-12 && (c[(1, 1)] - 1.0).abs() < 1e-12);
     }

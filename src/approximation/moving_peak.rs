@@ -33,8 +33,8 @@ impl MovingPeak {
     fn slope<S: ProblemScalar>(&self, b: &[S], origin: &[f64]) -> S {
         let moved = b.iter().zip(origin).zip(&self.peak.cross).filter(|(_, c)| **c != 0.0);
         // Inside the interval the slope is zero but for rounding.
-        let inside =
-            self.peak.reach.iter().all(|&t| t > 0.0) && self.peak.slope.abs() < 1e-6 * -self.peak.bend * self.span();
+        let inside = self.peak.reach.iter().all(|&t| t > 0.0)
+            && self.peak.slope.abs() < 1e-6 * -self.peak.curvature_in_time * self.span();
         let start = S::from(if inside { 0.0 } else { self.peak.slope });
         moved.fold(start, |sum, ((&b, &o), &c)| sum + (b - o) * c)
     }
@@ -45,7 +45,7 @@ impl MovingPeak {
 
     /// κ.
     fn stiffness(&self) -> f64 {
-        (-self.peak.bend).max(1e-6 / self.span().powi(2))
+        (-self.peak.curvature_in_time).max(1e-6 / self.span().powi(2))
     }
 
     /// φ, the rise of the maximum by its motion in time.
@@ -89,11 +89,20 @@ mod tests {
     use autodiff::gradient;
     use nalgebra::DMatrix;
 
-    fn moving(slope: f64, bend: f64, reach: [f64; 2]) -> MovingPeak {
+    fn moving(slope: f64, curvature_in_time: f64, reach: [f64; 2]) -> MovingPeak {
         let row = RowId { constraint: 0, point: 0 };
         let (responses, gradients) = (vec![], DMatrix::zeros(0, 1));
-        let peak =
-            Peak { row, time: 1.0, responses, gradients, curvatures: vec![], slope, bend, cross: vec![2.0], reach };
+        let peak = Peak {
+            row,
+            time: 1.0,
+            responses,
+            gradients,
+            curvatures: vec![],
+            slope,
+            curvature_in_time,
+            cross: vec![2.0],
+            reach,
+        };
         MovingPeak { models: vec![], peak, is_moving: true }
     }
 
@@ -110,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_falls_away_until_the_slope_turns() {
+    fn an_end_has_no_effect_until_its_slope_changes_sign() {
         let d = moving(-1.0, -2.0, [0.0, 0.5]);
         assert_eq!(d.rise(&[1.2], &[1.0]), 0.0);
         // σ = −1 + 2·0.75 = 0.5: φ = σ²/4.

@@ -80,7 +80,7 @@ fn exact_entry(expansion: &Expansion, i: usize, j: usize) -> f64 {
 
 /// B by damped BFGS updates, the oldest step first, in scaled variables.
 ///
-/// The first matrix is the spherical curvature of the oldest step, or zero where that bends down.
+/// The first matrix is the spherical curvature of the oldest step, or zero where that is negative.
 fn bfgs(expansion: &Expansion) -> DMatrix<f64> {
     let scale = &expansion.subproblem_box.scale;
     let n = scale.len();

@@ -75,14 +75,14 @@ pub struct StepValues {
 ///
 /// `noise` is that of the values.
 pub fn jump(here: f64, steps: &[StepValues], noise: f64) -> Option<f64> {
-    let bends: Vec<f64> = steps.iter().map(|s| (s.ahead - 2.0 * here + s.behind) / s.h).collect();
+    let jumps: Vec<f64> = steps.iter().map(|s| (s.ahead - 2.0 * here + s.behind) / s.h).collect();
     // In the smaller half of the steps, where curvature has lost its weight and noise has not yet won.
     let (from, to) = (steps.len() / 3, 2 * steps.len() / 3);
     let stays = |k: usize| {
         let rounding = 8.0 * f64::EPSILON * here.abs().max(steps[k].ahead.abs()) / steps[k].h;
-        bends[k].abs() > 0.8 * bends[k - 1].abs() && bends[k].abs() > rounding + 20.0 * noise / steps[k].h
+        jumps[k].abs() > 0.8 * jumps[k - 1].abs() && jumps[k].abs() > rounding + 20.0 * noise / steps[k].h
     };
-    (to > from.max(1) && (from.max(1)..to).all(stays)).then(|| bends[to - 1])
+    (to > from.max(1) && (from.max(1)..to).all(stays)).then(|| jumps[to - 1])
 }
 
 #[cfg(test)]
@@ -109,11 +109,11 @@ mod tests {
     }
 
     #[test]
-    fn a_kink_is_seen_and_a_bend_is_not() {
+    fn a_kink_is_found_and_curvature_is_not_one() {
         let kinked = |x: f64| x.sin() + if x > 0.0 { 0.3 * x } else { 0.0 };
         assert!((jump(0.0, &steps(kinked), 1e-9).unwrap() - 0.3).abs() < 1e-2);
-        let bent = |x: f64| x.sin() + 50.0 * x * x;
-        assert_eq!(jump(0.0, &steps(bent), 1e-9), None);
+        let curved = |x: f64| x.sin() + 50.0 * x * x;
+        assert_eq!(jump(0.0, &steps(curved), 1e-9), None);
         assert_eq!(jump(0.0, &steps(|x| x), 1e-9), None);
     }
 }

@@ -47,7 +47,8 @@ pub struct Peak {
     /// ∂ĝ/∂t at t*: zero inside the interval, of either sign at its ends.
     pub slope: f64,
     /// ∂²ĝ/∂t² at t*.
-    pub bend: f64,
+    #[serde(rename = "bend")]
+    pub curvature_in_time: f64,
     /// ∂²ĝ/∂b∂t at t* (length n).
     pub cross: Vec<f64>,
     /// Largest shifts of the maximum to earlier and to later times: to the next minimum or the end of the interval.
@@ -164,13 +165,13 @@ impl Problem {
         }
         let mut t = points[p];
         for _ in 0..60 {
-            let [value, slope, bend] = at(t)?;
+            let [value, slope, curvature] = at(t)?;
             if slope > 0.0 {
                 low = t
             } else {
                 high = t
             }
-            let newton = t - slope / bend;
+            let newton = t - slope / curvature;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if slope == 0.0
                 || (next - t).abs() <= 4.0 * f64::EPSILON * t.abs()
@@ -187,7 +188,7 @@ impl Problem {
     pub fn peak(&self, at: PeakTime, b: &[f64], responses: &Responses, history: &[f64]) -> Result<Peak> {
         let PeakTime { row, time } = at;
         let quantity = &self.constraints[row.constraint].quantity;
-        let [_, slope, bend] = self.constraint_over_time(row.constraint, b, responses, time)?;
+        let [_, slope, curvature_in_time] = self.constraint_over_time(row.constraint, b, responses, time)?;
         let n = b.len();
         let (mut values, mut rates, mut gradients) = (vec![], vec![], vec![]);
         for &h in &quantity.uses {
@@ -199,7 +200,17 @@ impl Problem {
         let cross = self.cross(row, b, time, &values, &rates, &gradients);
         let flat = DMatrix::from_row_iterator(values.len(), n, gradients.iter().flat_map(|g| g[0].iter().copied()));
         let reach = self.reach(quantity, row.point, time, history);
-        Ok(Peak { row, time, responses: values, gradients: flat, curvatures: vec![], slope, bend, cross, reach })
+        Ok(Peak {
+            row,
+            time,
+            responses: values,
+            gradients: flat,
+            curvatures: vec![],
+            slope,
+            curvature_in_time,
+            cross,
+            reach,
+        })
     }
 
     /// Adds second derivatives of the responses to a local maximum, if the analysis offers them in continuous time.

@@ -127,23 +127,25 @@ static PRESETS: &[Preset] = &[
         name: "quadratic-mma",
         title: "diagonal quadratic with the curvature of moving asymptotes; filtered conservatism",
         method: || {
-            by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::Asymptotes(Asymptotes::SVANBERG_2002) })
+            by_filtered_conservatism(DiagonalQuadratic {
+                curvature: CurvatureRule::Asymptotes(Asymptotes::SVANBERG_2002),
+            })
         },
     },
     Preset {
         name: "quadratic-reciprocal",
         title: "diagonal quadratic with the curvature of reciprocals; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::Reciprocal }),
+        method: || by_filtered_conservatism(DiagonalQuadratic { curvature: CurvatureRule::Reciprocal }),
     },
     Preset {
         name: "quadratic-spherical",
         title: "one curvature for all variables from the last two gradients; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::SphericalGradient }),
+        method: || by_filtered_conservatism(DiagonalQuadratic { curvature: CurvatureRule::SphericalGradient }),
     },
     Preset {
         name: "quadratic-exponential",
         title: "diagonal quadratic with the curvature of two-point exponentials; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::Exponential }),
+        method: || by_filtered_conservatism(DiagonalQuadratic { curvature: CurvatureRule::Exponential }),
     },
     Preset {
         name: "exponential",
@@ -163,7 +165,7 @@ static PRESETS: &[Preset] = &[
     Preset {
         name: "quadratic-exact",
         title: "diagonal of the exact second derivatives; filtered conservatism",
-        method: || by_filtered_conservatism(DiagonalQuadratic { bend: CurvatureRule::Exact }),
+        method: || by_filtered_conservatism(DiagonalQuadratic { curvature: CurvatureRule::Exact }),
     },
     Preset {
         name: "hessian",

@@ -77,7 +77,7 @@ fn few_analyses_where_the_approximation_fits() {
     let (problem, optimum) = (segmented_cantilever::problem(5).unwrap(), segmented_cantilever::five_segments_optimum());
     assert_work(&problem, &optimum, powers(), false, (7, 6));
     let (problem, optimum) = (two_spheres::problem().unwrap(), two_spheres::optimum());
-    assert_work(&problem, &optimum, DiagonalQuadratic { bend: CurvatureRule::Exact }, false, (3, 1));
+    assert_work(&problem, &optimum, DiagonalQuadratic { curvature: CurvatureRule::Exact }, false, (3, 1));
     let (problem, optimum) = (quadratic_forms::first(20).unwrap(), quadratic_forms::FIRST_20);
     assert_work(&problem, &optimum, exact(), false, (5, 4));
     let (problem, optimum) = (quadratic_forms::second(20).unwrap(), quadratic_forms::SECOND_20);

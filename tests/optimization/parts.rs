@@ -27,7 +27,7 @@ fn method(approximation: impl Approximation + 'static) -> Method {
 }
 
 fn everything() -> Vec<(&'static str, Method)> {
-    let quadratic = |bend| method(DiagonalQuadratic { bend });
+    let quadratic = |curvature| method(DiagonalQuadratic { curvature });
     vec![
         ("linear", method(Linear)),
         ("reciprocal", method(Reciprocal)),
@@ -65,7 +65,7 @@ const TWO_BAR: f64 = 1.508_652_42;
 fn conservative_methods_reach_published_optima_from_every_feasible_start() {
     for (problem, objective) in [(cantilever(), CANTILEVER), (two_bar(), TWO_BAR)] {
         for (name, method) in everything() {
-            // A reciprocal objective or stress may bend down; where it is the truss's, conservatism costs many cycles.
+            // A reciprocal objective or stress may be concave; where it is the truss's, conservatism costs many cycles.
             if name == "reciprocal"
                 || (problem.name == "cantilever" && ["CONLIN", "quadratic reciprocal"].contains(&name))
             {
@@ -113,7 +113,7 @@ fn filters_accept_what_conservatism_would_repeat() {
             (Box::new(FilteredConservatism::default()), Box::new(FixedLimits::default())),
         ] {
             let method =
-                Method { globalization, move_limits: limits, ..method(DiagonalQuadratic { bend: approximation }) };
+                Method { globalization, move_limits: limits, ..method(DiagonalQuadratic { curvature: approximation }) };
             let end = assert_optimum(name, &cantilever(), &method, CANTILEVER);
             assert!(end.counters.analyses <= 14, "{name}: {:?}", end.counters);
         }
@@ -183,7 +183,7 @@ fn absorber(continuous: bool, travel: f64) -> Problem {
 }
 
 #[test]
-fn a_drifting_peak_needs_one_row_and_no_oscillation() {
+fn a_moving_peak_needs_one_row_and_no_oscillation() {
     let problem = absorber(true, 1.0);
     let end = Method::default().solve(&problem, |_| ()).unwrap();
     assert_eq!(end.status, Status::Converged);
@@ -198,7 +198,7 @@ fn a_drifting_peak_needs_one_row_and_no_oscillation() {
 }
 
 #[test]
-fn the_optimum_moves_as_foretold() {
+fn the_optimum_moves_as_predicted() {
     let stop = Stop { accuracy: 1e-10, ..Default::default() };
     let solve = |travel: f64| {
         let method = Method { stop, ..Default::default() };
@@ -211,8 +211,8 @@ fn the_optimum_moves_as_foretold() {
     let h = 1e-3;
     let (up, down) = (solve(1.0 + h), solve(1.0 - h));
     let slope = (up.evaluation.objective - down.evaluation.objective) / (2.0 * h);
-    let foretold = post.objective(&problem, Parameter::Limit(limit)).unwrap();
-    assert!((foretold - slope).abs() < 1e-4 * slope.abs(), "{foretold} {slope}");
+    let predicted = post.objective(&problem, Parameter::Limit(limit)).unwrap();
+    assert!((predicted - slope).abs() < 1e-4 * slope.abs(), "{predicted} {slope}");
     for (k, change) in post.design(&problem, Parameter::Limit(limit)).unwrap().into_iter().enumerate() {
         let slope = (up.design[k] - down.design[k]) / (2.0 * h);
         assert!((change - slope).abs() < 1e-3 * slope.abs().max(0.1), "{k}: {change} {slope}");

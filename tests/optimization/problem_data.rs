@@ -6,7 +6,7 @@ use linkwright::problem::{Goal, RowId, Selection, Side};
 use linkwright::sao::{Parameter, PostOptimal};
 use linkwright::{Error, Result};
 
-/// An impact absorber whose mass absorbs as much energy as possible, or as little: c k, subject to constraints on its travel.
+/// An impact absorber with the least product of stiffness and damping, subject to constraints on its travel.
 fn absorber(maximize: bool, constraints: impl FnOnce(usize, usize) -> Vec<Constraint>) -> Result<Problem> {
     let mut parts = ProblemBuilder::new("absorber");
     parts.variable(DesignVariable::new("stiffness", "N/m", 0.8).within(0.1, 1.0));
@@ -58,23 +58,23 @@ fn maximizing_is_minimizing_the_negative() {
 fn a_window_makes_rows_inside_only() {
     let problem = |limit| {
         let in_time =
-            move |time, y| vec![Constraint::at_most("travel", limit, Quantity::response(time, y)).during(2.4, 4.8)];
+            move |time, y| vec![Constraint::at_most("travel", limit, Quantity::response(time, y)).during(2.95, 5.45)];
         absorber(false, in_time).unwrap()
     };
     let problem = problem(0.3);
     let points: Vec<usize> = problem.all_rows().iter().map(|row| row.point).collect();
-    assert_eq!(points, (20..=40).collect::<Vec<_>>());
+    assert_eq!(points, (25..=45).collect::<Vec<_>>());
     let here = problem.analyze_design(&[0.8, 0.3]).unwrap();
     let history = &here.evaluation.constraints[0];
     for (p, g) in history.iter().enumerate() {
         let inside = here.responses.values[0][p] / 0.3;
-        assert!(if points.contains(&p) { (g - inside).abs() < 1e-15 } else { *g == 0.0 }, "{p}: {g}");
+        assert!(if points.contains(&p) { (g - inside).abs() < 1e-12 } else { *g == 0.0 }, "{p}: {g}");
     }
     let all = Screening { cutoff: None, selection: Selection::All }.retain(&problem, &here.evaluation);
     assert_eq!(all, points.iter().map(|&point| RowId { constraint: 0, point }).collect::<Vec<_>>());
     let end = solve(&problem);
     let beyond = |p: usize| end.responses.values[0][p] > 0.3 + 1e-4;
-    assert!(end.status.is_success() && points.iter().all(|&p| !beyond(p)) && (0..20).any(beyond));
+    assert!(end.status.is_success() && points.iter().all(|&p| !beyond(p)) && (0..25).any(beyond));
 }
 
 #[test]

@@ -12,9 +12,9 @@ fn assert_continues(problem: Problem) {
     let uninterrupted = ended.to_json();
     for (cycle, file) in files.iter().enumerate() {
         let read = State::from_json(file, &problem).unwrap();
-        assert_eq!(&read.to_json(), file, "what is read is what was written, after try {cycle}");
+        assert_eq!(&read.to_json(), file, "what is read is what was written, after trial {cycle}");
         let continued = method.resume(&problem, read, |_| ()).unwrap();
-        assert_eq!(continued.to_json(), uninterrupted, "continued after try {cycle}");
+        assert_eq!(continued.to_json(), uninterrupted, "continued after trial {cycle}");
     }
 }
 
@@ -25,7 +25,7 @@ fn the_impact_absorber_continues_from_every_cycle() {
 }
 
 #[test]
-fn the_slider_crank_continues_from_every_cycle_the_rejected_try_too() {
+fn the_slider_crank_continues_from_every_cycle_rejected_or_not() {
     assert_continues(slider_crank::path_generation(slider_crank::STAND_IN_START).unwrap());
 }
 

@@ -82,7 +82,7 @@ fn optima_have_the_printed_weights() {
 
 #[test]
 fn cantilever_by_the_reciprocal_quadratic_in_the_printed_steps() {
-    let quadratic = DiagonalQuadratic { bend: CurvatureRule::Reciprocal };
+    let quadratic = DiagonalQuadratic { curvature: CurvatureRule::Reciprocal };
     let problem = with_approximated_objective(cantilever::problem().unwrap());
     let state = iterate_with(quadratic, FixedLimits { width: 0.2 }, 5).solve(&problem, |_| ()).unwrap();
     let objectives: Vec<f64> = state.history.iter().map(|c| c.objective).collect();

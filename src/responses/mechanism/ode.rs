@@ -260,10 +260,10 @@ mod tests {
         let responses = analysis.analyze(&b).unwrap();
         let value = |b: &[f64], h, t| analysis.rates(b, &analysis.analyze(b).unwrap(), h, t).unwrap();
         let (h, t, step) = (1, 1.3, 1e-4);
-        let [_, slope, bend] = value(&b, h, t);
+        let [_, slope, second] = value(&b, h, t);
         let (up, down) = (value(&b, h, t + step), value(&b, h, t - step));
         assert!((slope - (up[0] - down[0]) / (2.0 * step)).abs() < 1e-7);
-        assert!((bend - (up[1] - down[1]) / (2.0 * step)).abs() < 1e-6);
+        assert!((second - (up[1] - down[1]) / (2.0 * step)).abs() < 1e-6);
         let [first, cross] = analysis.rate_sensitivities(&b, &responses, h, t).unwrap();
         for k in 0..3 {
             let moved =
