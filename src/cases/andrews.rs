@@ -2,16 +2,16 @@
 
 use crate::{Error, Result};
 use autodiff::Scalar;
-use mechanics::mechanism::Marker;
-use mechanics::mechanism::{Body, Mechanism, ParametricMechanism, Pose};
+use mechanics::mechanism::{Body, Marker, Mechanism, ParametricMechanism, Pose};
 use mechanics::motion::Fixed;
 
-/// Seven bodies, ten pins, three of them in one point, one spring, and a motor of constant torque.
+/// Andrews' squeezer mechanism: seven bodies, ten revolute joints, one spring and a motor of constant torque.
 ///
 /// Design variables: motor torque (N·m), spring stiffness (N/m) and unloaded length (m). Outputs: the seven angles
 /// β, Θ, γ, Φ, δ, Ω, ε of the literature (rad).
 ///
-/// **Source.** Schiehlen (ed.), *Multibody Systems Handbook* (1990); Hairer & Wanner, *Solving ODEs II*, Section VII.7;
+/// # Sources
+/// Schiehlen (ed.), *Multibody Systems Handbook* (1990); Hairer & Wanner, *Solving ODEs II*, Section VII.7;
 /// data and reference solution of the Bari test set for IVP solvers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Andrews;
@@ -35,7 +35,7 @@ const START: [f64; 7] = [
 ];
 
 impl Andrews {
-    /// Torque, stiffness and length of the literature.
+    /// Torque, stiffness and length in the literature.
     pub const DESIGN: [f64; 3] = [0.033, 4530.0, 0.07785];
     /// The seven angles at t = 0.03 s: PSIDE at a tolerance of 1e-14.
     pub const REFERENCE: [f64; 7] = [
@@ -49,7 +49,7 @@ impl Andrews {
     ];
 }
 
-/// A body whose pin lies at `pin` and whose centre of mass at the body-fixed offset `centre` from it.
+/// A body with a pin at `pin` and its centre of mass at the body-fixed offset `centre` from the pin.
 struct Link {
     pin: [f64; 2],
     theta: f64,

@@ -1,4 +1,4 @@
-//! Methods held against the known optima of a problem.
+//! Runs of methods on a problem with known optima.
 
 use super::{Entry, Optimum};
 use crate::problem::Problem;
@@ -6,18 +6,17 @@ use crate::sao::{Method, PostOptimal, Preset, State, Status, Stop};
 use error::Result;
 use rayon::prelude::*;
 
-/// Relative error of the objective up to which an optimum is reached, unless its own digits leave more open.
+/// Relative error of the objective up to which an optimum is reached, unless its uncertainty is larger.
 const ACCURACY: f64 = 1e-5;
-/// Violation, as a fraction, up to which it is.
+/// Violation, as a fraction, up to which an optimum is reached.
 const VIOLATION: f64 = 1e-6;
-/// Residual of the optimality conditions up to which a run ends, and up to which a design that is not among the known optima is
-/// called one.
+/// KKT residual at which a run may end, and up to which a design that is not among the known optima counts as an optimum.
 const RESIDUAL: f64 = 1e-3;
 
-/// Most cycles of a run, accepted or not.
+/// Largest number of cycles of a run, accepted or not.
 const CYCLES: usize = 100;
 
-/// Work, counted as the paper counts.
+/// Work of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Work {
     /// Analyses, the first one included.
@@ -27,24 +26,24 @@ pub struct Work {
 }
 
 impl Work {
-    /// Both together.
+    /// Sum of both numbers.
     pub fn total(&self) -> usize {
         self.analyses + self.sensitivity_analyses
     }
 }
 
-/// What to make of the end of a run.
+/// Conclusion from the end of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Conclusion {
-    /// Converged, to a known optimum.
+    /// Converged to a known optimum.
     Reached(&'static Optimum),
-    /// Converged, to a design that is not among the known optima but meets the optimality conditions.
+    /// Converged to a design that is not among the known optima but satisfies the optimality conditions.
     OtherOptimum,
-    /// Converged, it says, but the optimality conditions do not hold: a false statement.
+    /// Reported as converged although the optimality conditions do not hold.
     False,
-    /// Not converged, and it says so.
+    /// Ended without convergence, and reported so.
     Unfinished(Status),
-    /// Not for this problem, and why.
+    /// The method does not apply to this problem, with the reason.
     Refused(String),
 }
 
@@ -70,56 +69,58 @@ pub struct Attempt {
     pub problem: &'static str,
     /// Name of the method.
     pub method: &'static str,
-    /// How it ended.
+    /// Conclusion from its end.
     pub conclusion: Conclusion,
     /// Accepted cycles.
     pub cycles: usize,
-    /// Work to its end.
+    /// Work of the whole run.
     pub work: Work,
-    /// Work to the first accepted design within 1e-5 of the known optimum (or its uncertainty) that violates nothing by more
-    /// than a millionth, counted up to and including the analysis of that design.
+    /// Work up to and including the analysis of the first accepted design at the known optimum: objective within 1e-5 (or
+    /// the uncertainty of the optimum), violation at most 1e-6.
     pub to_optimum: Option<Work>,
     /// Objective at the end.
     pub objective: f64,
-    /// Largest violation at the end, as a fraction; negative where all constraints have room.
+    /// Largest violation at the end, as a fraction; negative if no constraint is active.
     pub violation: f64,
-    /// Largest residual of the optimality conditions at the end, apart from any method; see [`PostOptimal::kkt`].
+    /// Largest KKT residual at the end, independent of the method; see [`PostOptimal::kkt`].
     pub residual: f64,
     /// (F − F*) / |F*| for the nearest known optimum.
     pub excess: Option<f64>,
-    /// Total work, and the distance from the nearest known optimum in objective or constraints, of every accepted design.
+    /// Total work and distance from the nearest known optimum, in objective or constraints, of every accepted design.
     pub approach: Vec<[f64; 2]>,
 }
 
-/// Runs one method on one problem until the objective settles to a millionth and the optimality conditions hold to a
-/// thousandth, for at most 100 cycles.
+/// Runs one method on one problem, for at most 100 cycles, with accuracy 1e-6 of the objective and KKT residual 1e-3.
 ///
-/// **Errors.** If the problem cannot be made. A method that cannot work on it is [`Conclusion::Refused`].
+/// # Errors
+/// If the problem cannot be built. A method that does not apply to it gives [`Conclusion::Refused`].
 pub fn attempt(entry: &'static Entry, preset: &'static Preset) -> Result<Attempt> {
     let problem = (entry.build)()?;
     let stop = Stop { accuracy: VIOLATION, residual: RESIDUAL, max_cycles: CYCLES, ..Stop::default() };
     let method = Method { stop, ..(preset.method)() };
     match method.solve(&problem, |_| ()) {
-        Ok(state) => Ok(judged(entry.optima, [entry.name, preset.name], &problem, &state)),
+        Ok(state) => Ok(conclude(entry.optima, [entry.name, preset.name], &problem, &state)),
         Err(error) => Ok(refused([entry.name, preset.name], error.to_string())),
     }
 }
 
-/// The same with any method on any start of a problem; `names` are those of problem and method.
+/// Runs any method on any problem; `names` are those of problem and method.
 ///
-/// **Errors.** If the method cannot work on the problem.
+/// # Errors
+/// If the method does not apply to the problem.
 pub fn attempt_with(
     problem: &Problem,
     method: &Method,
     optima: &'static [Optimum],
     names: [&'static str; 2],
 ) -> Result<Attempt> {
-    Ok(judged(optima, names, problem, &method.solve(problem, |_| ())?))
+    Ok(conclude(optima, names, problem, &method.solve(problem, |_| ())?))
 }
 
-/// Runs methods on one problem, several at a time; the order is that of the methods.
+/// Runs methods on one problem in parallel; results are in the order of the methods.
 ///
-/// **Errors.** As [`attempt`].
+/// # Errors
+/// As [`attempt`].
 pub fn compare(entry: &'static Entry, presets: &[&'static Preset]) -> Result<Vec<Attempt>> {
     presets.par_iter().map(|preset| attempt(entry, preset)).collect()
 }
@@ -140,7 +141,7 @@ fn refused([problem, method]: [&'static str; 2], why: String) -> Attempt {
     }
 }
 
-fn judged(optima: &'static [Optimum], names: [&'static str; 2], problem: &Problem, state: &State) -> Attempt {
+fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Problem, state: &State) -> Attempt {
     let objective = state.evaluation.objective;
     let violation = state.evaluation.max_violation_pct() / 100.0;
     let residual = PostOptimal::new(problem, state).map_or(f64::INFINITY, |post| post.kkt(problem));

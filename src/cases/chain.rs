@@ -4,9 +4,9 @@ use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 
-/// Slender rods pinned in a row, the first one to the ground, released from rest in a straight line.
+/// A chain of slender rods with revolute joints, the first one at the ground, released from rest in a straight line.
 ///
-/// Design variables: the lengths (m) of all links, then their masses (kg). Outputs: tip x and y (m) and, if wanted,
+/// Design variables: the lengths (m) of all links, then their masses (kg). Outputs: tip x and y (m) and, optionally,
 /// kinetic and potential energy (J). One link is the physical pendulum, two the double pendulum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chain {
@@ -26,7 +26,7 @@ impl Chain {
         Self { links, angle: 0.0, gravity: 9.81, energies: true }
     }
 
-    /// A design of equal links: total length and mass are one.
+    /// A design of equal links with a total length of 1 m and a total mass of 1 kg.
     pub fn equal_links(&self) -> Vec<f64> {
         vec![1.0 / self.links as f64; 2 * self.links]
     }

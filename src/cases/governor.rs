@@ -1,26 +1,27 @@
-//! A flyball governor in the plane that turns with it.
+//! A flyball governor in the plane that rotates with it.
 
 use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::elements::StateFunction;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 
-/// Porter's governor: two balls on rods from a pivot on the spindle, and two rods from the balls to a heavy sleeve.
+/// Porter's governor: two balls on rods from a pivot on the spindle, and two rods from the balls to a sleeve with mass.
 ///
-/// In the plane that turns with the spindle the balls feel their centrifugal force, a load that depends on the state.
-/// With all rods of length L, in equilibrium cos α = (m + M) g / (m L Ω²) for the angle α of the rods from the spindle.
+/// In the plane that rotates with the spindle, a centrifugal force acts on the balls; it depends on the state.
+/// In equilibrium the angle α between rods of length L and the spindle has cos α = (m + M) g / (m L Ω²).
 ///
 /// Design variables: mass of a ball m (kg), mass of the sleeve M (kg), rod length L (m), speed Ω (rad/s), gravity g
 /// (m/s²). Outputs: height of the sleeve (negative, m), radius of a ball (m), tension of an upper rod (N).
 ///
-/// **Source.** Rattan, *Theory of Machines* (2009), chapter on governors; cos α is the Porter governor's.
+/// # Sources
+/// Rattan, *Theory of Machines* (2009), chapter on governors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Governor {
     /// Angle of the rods at the start in rad.
     pub angle: f64,
 }
 
-/// m Ω² x.
+/// Centrifugal force m Ω² x of a ball in N.
 struct Centrifugal;
 
 impl StateFunction for Centrifugal {

@@ -1,4 +1,4 @@
-//! A flexible beam that is spun up.
+//! The spin-up of a flexible beam.
 
 use crate::{Error, Result};
 use autodiff::Scalar;
@@ -7,15 +7,16 @@ use mechanics::mechanism::outputs::Formula;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use mechanics::motion::StartUp;
 
-/// A beam whose root is turned from rest to a constant speed within some time, in the plane and without gravity.
+/// A beam whose root is driven from rest to a constant angular speed, in the plane and without gravity.
 ///
-/// While the speed rises the tip lags behind; afterwards it vibrates about the straight beam, which the centrifugal force
-/// stretches. Analyses that leave out the stiffening by this force diverge.
+/// While the speed rises, the tip lags behind the root. Afterwards it vibrates about the straight beam, which the centrifugal
+/// force elongates. Analyses without the stiffening by this force diverge.
 ///
 /// Design variables: EA (N), GA_s (N), EI (N·m²), mass per length (kg/m), rotary inertia per length (kg·m), length (m).
-/// Outputs: displacement of the tip along and across the turning axis (m), torque on the root (N·m).
+/// Outputs: displacement of the tip along and across the rotating axis (m), torque on the root (N·m).
 ///
-/// **Source.** Simo & Vu-Quoc, *J. Appl. Mech.* 53 (1986) 855–863; Wu & Haug, *Int. J. Numer. Meth. Eng.* 26 (1988)
+/// # Sources
+/// Simo & Vu-Quoc, *J. Appl. Mech.* 53 (1986) 855–863; Wu & Haug, *Int. J. Numer. Meth. Eng.* 26 (1988)
 /// 2211–2226.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinningBeam {
@@ -36,7 +37,7 @@ impl SpinningBeam {
     /// The design of the literature.
     pub const DESIGN: [f64; 6] = [2.8e7, 1.0e7, 1.4e4, 1.2, 6.0e-4, 10.0];
 
-    /// The stretch (m) of the straight beam at constant speed: tan(κ L)/κ − L with κ = ω √(ρA/EA).
+    /// The elongation (m) of the straight beam at constant speed: tan(κ L)/κ − L with κ = ω √(ρA/EA).
     ///
     /// The solution of EA u'' + ρA ω² (x + u) = 0 with u(0) = 0 and u'(L) = 0.
     pub fn steady_stretch(&self, b: &[f64]) -> f64 {
@@ -45,7 +46,7 @@ impl SpinningBeam {
     }
 }
 
-/// A component of the tip's displacement in axes that turn with the root: x, y, root angle, length.
+/// A component of the tip's displacement in axes that rotate with the root; inputs are x, y, root angle and length.
 struct InRootAxes {
     across: bool,
 }

@@ -5,8 +5,8 @@ use super::output::{folder, say, write};
 use clap::Args;
 use linkwright::Error;
 use linkwright::cases::find;
+use linkwright::gradient_check::{GradientCheck, GradientStatus};
 use linkwright::model_file::Model;
-use linkwright::problem::check::{GradientCheck, GradientStatus};
 use linkwright::problem::{Evaluation, Problem};
 use linkwright::report::proof::{table, text};
 use linkwright::report::table::{Cell, Table};
@@ -115,7 +115,7 @@ fn describe(problem: &Problem, here: &Evaluation) -> anyhow::Result<()> {
         problem.constraints.len(),
         problem.grids.first().map_or(0, |grid| grid.len()),
     ))?;
-    let (unit, violation) = (&problem.objective_unit, here.max_violation_pct());
+    let (unit, violation) = (&problem.objective.unit, here.max_violation_pct());
     say(&format!(
         "At this design the objective is {:.5e} {unit} and the largest violation {violation:.2} %.",
         here.objective

@@ -101,6 +101,6 @@ fn progress(table: &str, state: &State) {
         cycle.cycle,
         cycle.objective,
         cycle.violation_pct,
-        cycle.kept.len()
+        cycle.retained.len()
     );
 }

@@ -1,7 +1,8 @@
 //! The reference of all keys: as tables, as Markdown for the documentation, and as JSON schema for editors.
 
-use super::file::{KEYS, families};
+use super::file::{KEYS, element_of, families};
 use super::{Accepts, Key, Need, Table};
+use mechanics::elements::Measure;
 use serde_json::{Map, Value, json};
 
 /// All tables that a file may have, with their keys, in the order of a file.
@@ -47,8 +48,24 @@ fn heading(table: &Table, last: Option<&Table>) -> String {
     match table.kind {
         None => format!("\n### {title}\n\n{}.\n\n", capital(table.about)),
         Some(kind) if new => format!("\n### {title}\n\n**`kind = \"{kind}\"`** — {}.\n\n", table.about),
-        Some(kind) => format!("\n**`kind = \"{kind}\"`** — {}.\n\n", table.about),
+        Some(kind) => format!("\n**`kind = \"{kind}\"`**{} — {}.\n\n{}", family(table), table.about, measures(table)),
     }
+}
+
+/// The family of an element in brackets.
+fn family(table: &Table) -> String {
+    element_of(table).map_or(String::new(), |element| format!(" ({})", element.family))
+}
+
+/// The measures of an element, with unit and sign.
+fn measures(table: &Table) -> String {
+    let measures = element_of(table).map_or(&[][..], |element| element.measures);
+    if measures.is_empty() {
+        return String::new();
+    }
+    let line = |measure: &Measure| format!("| `{}` | {} | {} |\n", measure.name, measure.unit, measure.about);
+    let lines: String = measures.iter().map(line).collect();
+    format!("| measure | unit | |\n|---|---|---|\n{lines}\n")
 }
 
 fn capital(text: &str) -> String {

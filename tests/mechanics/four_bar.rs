@@ -20,7 +20,7 @@ fn rows_of_table_vi_one_by_one() {
     for (k, c) in checks.iter().enumerate() {
         let (p, what) = (&c.printed, format!("row {k}, cycle {}", c.printed.cycle));
         assert!((c.violation_pct - p.violation_pct).abs() < 0.65, "{what}: V {} {}", c.violation_pct, p.violation_pct);
-        // Row 5: the first, rejected try of cycle 5, far from where it was made.
+        // Row 5: the first, rejected trial design of cycle 5, far from the linearization point.
         let tolerance = if k == 5 { 0.45e-3 } else { 0.2e-3 };
         let near = c.proposed.iter().zip(&p.design).all(|(ours, printed)| (ours - printed).abs() < tolerance);
         assert!(near, "{what}: {:?} {:?}", c.proposed, p.design);
@@ -58,7 +58,7 @@ fn ten_times_as_stiff_it_ends_at_optimum_iii() {
     assert!((end.evaluation.objective / optimum.objective - 1.0).abs() < 3e-3);
     end.design.iter().zip(optimum.design.unwrap()).for_each(|(d, o)| assert!((d - o).abs() < 5e-5, "{:?}", end.design));
     assert_eq!(end.cycles(), 9);
-    // The paper's 8: converged to the third decimal of a percent.
+    // The paper's 8, converged to the third decimal of a percent.
     assert!(end.history[8].violation_pct < 5e-3);
     assert_eq!(end.counters.analyses, end.cycles() + 1);
 }

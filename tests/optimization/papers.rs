@@ -92,7 +92,7 @@ fn apart(one: &Problem, other: &Problem) -> f64 {
     let work = |state: &State| (state.status, state.counters.analyses, state.counters.sensitivity_analyses);
     assert_eq!(work(&one), work(&other));
     let verdicts = |state: &State| -> Vec<_> {
-        let row = |c: &linkwright::sao::Cycle| (c.cycle, c.accepted, c.active_limits, c.kept.clone());
+        let row = |c: &linkwright::sao::Cycle| (c.cycle, c.accepted, c.active_limits, c.retained.clone());
         state.history.iter().map(row).collect()
     };
     assert_eq!(verdicts(&one), verdicts(&other));

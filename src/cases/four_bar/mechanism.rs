@@ -1,4 +1,4 @@
-//! The stress-constrained four-bar mechanism with three flexible links.
+//! The driven four-bar mechanism with three flexible links.
 
 use crate::{Error, Result};
 use autodiff::Scalar;
@@ -10,15 +10,16 @@ use mechanics::motion::StartUp;
 
 /// Bending moments of a driven four-bar mechanism of three flexible round links, as functions of their diameters.
 ///
-/// Links: crank O–B, coupler B–C, rocker D–C; O is the origin, D lies on the x axis, C above it. Each link is a row
-/// of equal [`Beam`](mechanics::elements::Beam) elements whose coincident end nodes share x and y. The root of
-/// the crank turns as prescribed.
+/// Links: crank O–B, coupler B–C, rocker D–C; O is the origin, D lies on the x axis, C above it. Each link consists of equal
+/// [`Beam`](mechanics::elements::Beam) elements; coincident end nodes of two links share x and y. The rotation of the crank's
+/// root is prescribed.
 ///
 /// Design variables: the three diameters in m. Outputs: `moment i.k` in N·m at node k of link i, link by link,
-/// 3 × 7 with six elements; the mean of the two adjoining elements at inner nodes.
+/// 3 × 7 with six elements. At inner nodes it is the mean of the two adjacent elements.
 ///
-/// **Source.** Etman, van Campen & Schoofs, *Multibody Syst. Dyn.* 2 (1998) 393–415, Section 6.3. The modelling choices that the paper
-/// leaves open are the fields; [`FourBar::as_published`] has those that give the printed stresses.
+/// # Sources
+/// Etman, van Campen & Schoofs, *Multibody Syst. Dyn.* 2 (1998) 393–415, Section 6.3. The fields include the modelling
+/// choices that the paper does not state; [`FourBar::as_published`] has those that give the printed stresses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FourBar {
     /// Lengths of crank, coupler and rocker in m.
@@ -35,8 +36,8 @@ pub struct FourBar {
     pub elements: usize,
     /// Shear stiffness of the elements.
     pub shear: Shear,
-    /// χ of each link: the rotary inertia per length is ρI + χ ρA l²/12 with the link's full length l. Physics is
-    /// χ = 0; χ = 1 is the cylinder's inertia about a transverse axis, spread over the length a second time.
+    /// χ of each link: the rotary inertia per length is ρI + χ ρA l²/12 with the link's full length l. The physical
+    /// value is χ = 0; χ = 1 counts the inertia about a transverse axis a second time, spread over the length.
     pub rotary_inertia: [f64; 3],
     /// Gravitational acceleration in m/s².
     pub gravity: [f64; 2],
@@ -44,9 +45,9 @@ pub struct FourBar {
     pub speed: f64,
     /// Crank angle at the start in rad.
     pub start_angle: f64,
-    /// How the crank gets to its speed.
+    /// Start-up function of the crank.
     pub start_up: StartUp,
-    /// For how long, in s.
+    /// Duration of the start-up in s.
     pub start_up_time: f64,
     /// Numerical damping of the HHT method, 0 to 1/3.
     pub damping: f64,
@@ -58,7 +59,7 @@ impl FourBar {
     /// Allowed bending stress in N/m².
     pub const ALLOWED_STRESS: f64 = 2.758e7;
 
-    /// The mechanism of the paper with sound mechanics.
+    /// The mechanism of the paper with χ = 0.
     pub fn physical() -> Self {
         Self {
             lengths: [0.3048, 0.9144, 0.762],
@@ -113,7 +114,7 @@ impl FourBar {
         })
     }
 
-    /// Positions of B and C at the crank angle `phi`, C above the line O–D.
+    /// Positions of B and C at the crank angle `phi`, with C above the line O–D.
     pub(super) fn joints(&self, phi: f64) -> Result<[[f64; 2]; 2]> {
         let [crank, coupler, rocker] = self.lengths;
         let b = [crank * phi.cos(), crank * phi.sin()];
@@ -129,7 +130,7 @@ impl FourBar {
         Ok([b, [b[0] + along * ux - height * uy, b[1] + along * uy + height * ux]])
     }
 
-    /// One positive diameter for each link.
+    /// Checks that each link has a positive diameter.
     pub(super) fn check<S: Scalar>(&self, b: &[S]) -> Result<()> {
         Error::check_length("diameters", 3, b.len())?;
         let Some(i) = b.iter().position(|d| !(d.re() > 0.0)) else { return Ok(()) };
@@ -169,7 +170,7 @@ impl ParametricMechanism for FourBar {
     }
 }
 
-/// Outputs `moment link.node`: means of the adjoining elements.
+/// Adds the outputs `moment link.node`, means of the adjacent elements.
 fn add_moments<S: Scalar>(m: &mut Mechanism<S>, link: usize, parts: &[ElementIndex]) -> Result<()> {
     for node in 0..=parts.len() {
         let mut terms = Vec::with_capacity(2);

@@ -11,8 +11,9 @@ use super::mechanism::FourBar;
 use crate::cases::Optimum;
 use crate::function;
 use crate::problem::{
-    Constraint, DesignVariable, Differences, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
+    Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
 };
+use crate::responses::Differences;
 use crate::responses::mechanism::Transient;
 use crate::sao::{Method, RelativeLimits, Screening, StayFeasible, Stop};
 use error::{Error, Result};
@@ -20,7 +21,7 @@ use error::{Error, Result};
 /// Names of the links.
 pub const LINKS: [&str; 3] = ["crank", "coupler", "rocker"];
 
-/// What is approximated by linearization, and in which variables.
+/// The responses that are linearized, and the variables in which they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Linearized {
     /// The bending moments, in the areas: the paper's intermediate responses and intermediate design variables.
@@ -31,23 +32,23 @@ pub enum Linearized {
     StressesInDiameters,
 }
 
-/// How the derivatives of the moments are had.
+/// Method for the derivatives of the moments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Derivatives {
-    /// Direct differentiation along with the motion, exact for the discrete motion.
+    /// Direct differentiation, exact for the discrete motion.
     Direct,
     /// Forward differences with this relative step.
     Forward(f64),
-    /// Forward differences with this step in m, as the paper did.
+    /// Forward differences with this step in m, as in the paper.
     ForwardBy(f64),
     /// Central differences with this relative step.
     Central(f64),
 }
 
-/// The problem with all its choices; [`StressConstrained::default`] is the paper's problem with sound mechanics.
+/// The problem with its options; the default is the paper's problem with [`FourBar::physical`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct StressConstrained {
-    /// The mechanism and how it moves.
+    /// The mechanism and its motion.
     pub mechanism: FourBar,
     /// Times in s at which the stress is bounded, increasing.
     pub times: Vec<f64>,
@@ -55,9 +56,9 @@ pub struct StressConstrained {
     pub start: [f64; 3],
     /// Smallest and largest diameter in m.
     pub bounds: [f64; 2],
-    /// The approximation.
+    /// The linearized responses.
     pub linearized: Linearized,
-    /// The derivatives.
+    /// The method for derivatives.
     pub derivatives: Derivatives,
 }
 
@@ -75,19 +76,19 @@ impl Default for StressConstrained {
 }
 
 impl StressConstrained {
-    /// The choices that give the printed stresses; see [`FourBar::as_published`].
+    /// The problem with the modelling choices that give the printed stresses; see [`FourBar::as_published`].
     pub fn as_published() -> Self {
         Self { mechanism: FourBar::as_published(), ..Self::default() }
     }
 
-    /// The same with Young's modulus multiplied by `factor`.
+    /// Multiplies Young's modulus by `factor`.
     #[must_use]
     pub fn stiffened(mut self, factor: f64) -> Self {
         self.mechanism.young *= factor;
         self
     }
 
-    /// The same from other start diameters, in mm.
+    /// Sets the start diameters, in mm.
     #[must_use]
     pub fn from_mm(self, start: [f64; 3]) -> Self {
         Self { start: start.map(|d| d * 1e-3), ..self }
@@ -95,7 +96,8 @@ impl StressConstrained {
 
     /// The optimization problem: diameters in m, moments in N·m, stresses in N/m², mass in kg.
     ///
-    /// **Errors.** [`Error::Option`] or [`Error::Definition`] if times, bounds, start or settings are out of range.
+    /// # Errors
+    /// [`Error::Option`] or [`Error::Definition`] if times, bounds, start or settings are out of range.
     pub fn problem(&self) -> Result<Problem> {
         let [lower, upper] = self.bounds;
         Error::check_option("smallest diameter", "positive", lower, lower > 0.0)?;
@@ -144,8 +146,9 @@ impl StressConstrained {
     }
 }
 
-/// The paper's method for this problem: screening at 50 % of the allowed stress; it ends when mass and stress are within
-/// 1e-4, a hundredth of what the time step and the mesh leave open.
+/// The paper's method for this problem: screening at 50 % of the allowed stress, accuracy 1e-4 of mass and stress.
+///
+/// The accuracy is a hundredth of the discretization error of time step and mesh.
 pub fn method() -> Method {
     Method {
         screening: Screening { cutoff: Some(0.5), ..Screening::default() },
@@ -154,10 +157,10 @@ pub fn method() -> Method {
     }
 }
 
-/// The same, but for the verdict: designs that stay feasible are accepted however wrong their approximation was.
+/// [`method`] with another acceptance rule: designs that stay feasible are accepted, whatever the approximation errors.
 ///
-/// From 40 starts within 5 % of the paper's all runs converge, half of them in at most 11 cycles, where with the paper's
-/// rule half take 20 or more and six of 40 fail.
+/// From 40 starts within 5 % of the paper's start all runs converge, half of them in at most 11 cycles. With the paper's
+/// rule half of the runs take 20 or more cycles, and six of 40 fail.
 pub fn robust_method() -> Method {
     let move_limits = RelativeLimits { increase_violation_pct: 3.0, ..RelativeLimits::default() };
     Method { globalization: Box::new(StayFeasible::default()), move_limits: Box::new(move_limits), ..method() }

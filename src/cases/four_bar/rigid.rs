@@ -5,20 +5,20 @@ use crate::Result;
 use autodiff::Scalar;
 use mechanics::mechanism::{Body, ElementIndex, Mechanism, ParametricMechanism, Pose};
 
-/// Bending moments of [`FourBar`] when nothing bends, by inverse dynamics.
+/// Bending moments of [`FourBar`] with rigid links, by inverse dynamics.
 ///
-/// Each link is a row of rigid segments, one for each beam element; the couples of the welds between them, and of the
-/// drive at the root of the crank, are the bending moments at the nodes. Design variables, outputs and settings are
-/// those of [`FourBar`]; Young's modulus, shear, damping and step mean nothing here. Ends on pins carry no moment.
+/// Each link consists of rigid segments, one for each beam element. The moments of the fixed joints between the segments, and
+/// the driving torque at the root of the crank, are the bending moments at the nodes; they are zero at revolute joints.
+/// Design variables, outputs and settings are those of [`FourBar`]; Young's modulus, shear, damping and step are not used.
 ///
-/// For [`kinematics`](mechanics::analyses::kinematics::kinematics), from rest at time 0 on.
+/// Use it with [`kinematics`](mechanics::analyses::kinematics::kinematics), from rest at time 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidFourBar(pub FourBar);
 
-/// A link: its segments, and the welds between them.
+/// A link: its segments and the fixed joints between them.
 struct Link {
     segments: Vec<Body>,
-    welds: Vec<ElementIndex>,
+    joints: Vec<ElementIndex>,
 }
 
 impl RigidFourBar {
@@ -36,12 +36,12 @@ impl RigidFourBar {
         };
         let segments: Vec<Body> = (0..count).map(|k| body(k, m)).collect();
         let (half, zero) = (S::from(0.5 * length), S::from(0.0));
-        let weld = |(k, pair): (usize, &[Body])| {
+        let joint = |(k, pair): (usize, &[Body])| {
             let name = format!("link {} node {}", i + 1, k + 2);
             m.fixed_joint(&name, pair[0].at(half, zero), pair[1].at(-half, zero), zero)
         };
-        let welds = segments.windows(2).enumerate().map(weld).collect();
-        Link { segments, welds }
+        let joints = segments.windows(2).enumerate().map(joint).collect();
+        Link { segments, joints }
     }
 
     /// Half of a segment's length in m.
@@ -75,8 +75,8 @@ impl ParametricMechanism for RigidFourBar {
         for (i, link) in links.iter().enumerate() {
             let at_root = (i == 0).then(|| m.driving_force(root).times(S::from(-1.0)));
             m.output(format!("moment {}.1", i + 1), at_root.as_slice());
-            for (k, &weld) in link.welds.iter().enumerate() {
-                let moment = m.measure(weld, "moment")?.times(S::from(-1.0));
+            for (k, &joint) in link.joints.iter().enumerate() {
+                let moment = m.measure(joint, "moment")?.times(S::from(-1.0));
                 m.output(format!("moment {}.{}", i + 1, k + 2), &[moment]);
             }
             m.output(format!("moment {}.{}", i + 1, link.segments.len() + 1), &[]);

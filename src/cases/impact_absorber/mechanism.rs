@@ -8,7 +8,8 @@ use mechanics::mechanism::{Mechanism, ParametricMechanism};
 ///
 /// Design variables: k (N/m) and c (N·s/m). Outputs: position (m) and acceleration (m/s²).
 ///
-/// **Source.** Afimiwala & Mayne, *J. Eng. Ind.* 96 (1974) 124–130; Etman, van Campen & Schoofs (1998), Section 6.1.
+/// # Sources
+/// Afimiwala & Mayne, *J. Eng. Ind.* 96 (1974) 124–130; Etman, van Campen & Schoofs (1998), Section 6.1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Absorber;
 

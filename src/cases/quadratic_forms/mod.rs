@@ -9,13 +9,14 @@
 //! * problem 1: minimize xᵀSx subject to xᵀPx ≥ n/2, xᵀQx ≥ n/2, |xⱼ| ≤ 1, from xⱼ = 0.5;
 //! * problem 2: minimize −xᵀSx subject to xᵀPx ≤ n/2, xᵀQx ≤ n/2, |xⱼ| ≤ 1, from xⱼ = 0.25.
 //!
-//! Neither is convex. To reverse the order of the variables takes S to P + Q − S; where both rows of both problems are
-//! active, their optima therefore obey f₁* = n + f₂*: a check that needs no reference.
+//! Neither is convex. Reversing the order of the variables maps S to P + Q − S. If both constraints of both problems are
+//! active, their optima therefore satisfy f₁* = n + f₂*: a check without a reference.
 //!
-//! No matrix is stored: sin 4πα_ij = sin(θᵢ + θⱼ) and α_ij are sums of products of one function of i and one of j, so each
-//! product with S, P or Q is a few products with the Toeplitz matrix 1/((1 + |i − j|) ln n).
+//! No matrix is stored: sin 4πα_ij = sin(θᵢ + θⱼ) and α_ij are sums of products of a function of i and a function of j. A
+//! product with S, P or Q therefore is a few products with the Toeplitz matrix 1/((1 + |i − j|) ln n).
 //!
-//! **Source.** Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 6.
+//! # Sources
+//! Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 6.
 
 mod toeplitz;
 
@@ -28,11 +29,12 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use toeplitz::Toeplitz;
 
-/// Variables up to which second derivatives are given: three matrices of n × n.
+/// Largest number of variables with second derivatives, three n × n matrices.
 const DENSE: usize = 1000;
 
-/// The three forms xᵀSx, xᵀPx and xᵀQx, each with the sign with which it is minimized or bounded from above: responses 0,
-/// 1, 2. Convex approximations of them make convex problems then.
+/// The forms xᵀSx, xᵀPx and xᵀQx as responses 0, 1 and 2.
+///
+/// Each has the sign with which it is minimized or bounded from above, so convex approximations give convex problems.
 struct Forms {
     signs: [f64; 3],
     toeplitz: Toeplitz,
@@ -96,9 +98,9 @@ impl Analysis for Forms {
     }
 
     fn sensitivities(&self, x: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        let known = responses.trace.as_ref().and_then(|t| t.downcast_ref::<Products>());
-        let fresh = if known.is_none() { Some(self.products(x)) } else { None };
-        let products = known.or(fresh.as_ref()).expect("one of both is there");
+        let stored = responses.trace.as_ref().and_then(|t| t.downcast_ref::<Products>());
+        let fresh = if stored.is_none() { Some(self.products(x)) } else { None };
+        let products = stored.or(fresh.as_ref()).expect("one of the two is given");
         Ok(DMatrix::from_fn(wanted.len(), x.len(), |i, k| {
             2.0 * self.signs[wanted[i].response] * products[wanted[i].response][k]
         }))
@@ -114,14 +116,16 @@ impl Analysis for Forms {
 
 /// Problem 1 in `n` variables: minimize xᵀSx.
 ///
-/// **Errors.** [`Error::Option`] for fewer than two variables.
+/// # Errors
+/// [`Error::Option`] for fewer than two variables.
 pub fn first(n: usize) -> Result<Problem> {
     forms("first problem in quadratic forms", n, 1.0, 0.5)
 }
 
 /// Problem 2 in `n` variables: minimize −xᵀSx.
 ///
-/// **Errors.** [`Error::Option`] for fewer than two variables.
+/// # Errors
+/// [`Error::Option`] for fewer than two variables.
 pub fn second(n: usize) -> Result<Problem> {
     forms("second problem in quadratic forms", n, -1.0, 0.25)
 }
@@ -145,11 +149,11 @@ const SOURCE: &str = "two optimizers from the start of the problem, and f1 = n +
 
 /// The optimum of [`first`] that is found from its start, for 20 variables.
 pub const FIRST_20: Optimum = Optimum::computed(6.159_485, &[], SOURCE).within(1e-6).of_any_design();
-/// The same for 100 variables.
+/// The optimum of [`first`] that is found from its start, for 100 variables.
 pub const FIRST_100: Optimum = Optimum::computed(24.895_950, &[], SOURCE).within(1e-6).of_any_design();
 /// The optimum of [`second`] that is found from its start, for 20 variables.
 pub const SECOND_20: Optimum = Optimum::computed(-13.840_515, &[], SOURCE).within(1e-6).of_any_design();
-/// The same for 100 variables.
+/// The optimum of [`second`] that is found from its start, for 100 variables.
 pub const SECOND_100: Optimum = Optimum::computed(-75.104_050, &[], SOURCE).within(1e-6).of_any_design();
 
 #[cfg(test)]
@@ -187,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn both_starts_are_feasible_and_a_hundred_thousand_variables_are_no_burden() {
+    fn both_starts_are_feasible_for_up_to_a_hundred_thousand_variables() {
         for n in [20, 100_000] {
             for problem in [first(n).unwrap(), second(n).unwrap()] {
                 let start = problem.start();

@@ -1,17 +1,18 @@
-//! Products with a symmetric Toeplitz matrix by the fast Fourier transform, for matrices too large to be stored.
+//! Products with a symmetric Toeplitz matrix by fast Fourier transform, for matrices too large to store.
 
 use nalgebra::Complex;
 use std::f64::consts::PI;
 
-/// The matrix with entry (i, j) = kernel(|i − j|), n × n; a product costs O(n log n).
+/// The n × n matrix with entries (i, j) = kernel(|i − j|); a product costs O(n log n).
 ///
-/// The matrix is the corner of a circulant one whose order is a power of two, and that is diagonal in the Fourier basis.
+/// It is a leading block of a circulant matrix whose order is a power of two, which is diagonal in the Fourier basis.
 ///
-/// **Source.** Golub & Van Loan, *Matrix Computations*, 4th ed. (2013), sections 1.4 and 4.8.
+/// # Sources
+/// Golub & Van Loan, *Matrix Computations*, 4th ed. (2013), sections 1.4 and 4.8.
 #[derive(Clone, Debug)]
 pub struct Toeplitz {
     n: usize,
-    /// Eigenvalues of the circulant matrix over its order; real, as the kernel is even.
+    /// Eigenvalues of the circulant matrix divided by its order; real because the kernel is even.
     spectrum: Vec<f64>,
     /// exp(−2πik/order), k below half the order.
     roots: Vec<Complex<f64>>,
@@ -37,7 +38,7 @@ impl Toeplitz {
         toeplitz
     }
 
-    /// T v and T w: two real vectors as the parts of one complex vector.
+    /// Products T v and T w; the two real vectors are the parts of one complex vector.
     pub fn products(&self, v: &[f64], w: &[f64]) -> [Vec<f64>; 2] {
         let mut both = vec![Complex::new(0.0, 0.0); self.spectrum.len()];
         both.iter_mut().zip(v.iter().zip(w)).for_each(|(c, (&v, &w))| *c = Complex::new(v, w));
@@ -48,7 +49,7 @@ impl Toeplitz {
         [both[..self.n].iter().map(|c| c.re).collect(), both[..self.n].iter().map(|c| -c.im).collect()]
     }
 
-    /// The discrete Fourier transform in place (Cooley & Tukey 1965, radix two).
+    /// Discrete Fourier transform in place (Cooley & Tukey 1965, radix two).
     fn transform(&self, values: &mut [Complex<f64>]) {
         let order = values.len();
         let bits = order.trailing_zeros();

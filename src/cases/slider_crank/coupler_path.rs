@@ -1,17 +1,18 @@
-//! The slider-crank of a path generator, placed anywhere in the plane.
+//! The slider-crank of the path generator, at any place in the plane.
 
 use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use mechanics::motion::ConstantSpeed;
 
-/// A crank that turns by one radian per second, a coupler, and a slider on a horizontal line.
+/// A slider-crank with a crank speed of 1 rad/s and a slider on a horizontal line.
 ///
 /// Design variables: crank length b₁, coupler length b₂, height b₃ of the slider's line, distance b₄ of the coupler
-/// point, crank pivot (b₅, b₆), angle b₇ of the coupler point, crank angle b₈ at t = 0; b₄ and b₇ are no part of the
-/// mechanism. Outputs: position of the pin between crank and coupler, and rotation of the coupler. Masses are one.
+/// point, crank pivot (b₅, b₆), angle b₇ of the coupler point, crank angle b₈ at t = 0; b₄ and b₇ are not used by the
+/// mechanism. Outputs: position of the joint between crank and coupler, and rotation of the coupler. Masses are one.
 ///
-/// **Source.** Etman, van Campen & Schoofs (1998), Section 6.2; Paradis & Willmert, *J. Mech. Trans. Autom. Des.* 105
+/// # Sources
+/// Etman, van Campen & Schoofs (1998), Section 6.2; Paradis & Willmert, *J. Mech. Trans. Autom. Des.* 105
 /// (1983) 187–193.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CouplerPath;
@@ -28,7 +29,7 @@ impl ParametricMechanism for CouplerPath {
         let crank = m.body("crank", one, one, middle);
         m.revolute("O", ground.at(b[4], b[5]), crank.at(b[0] * -0.5, zero));
         m.drive(crank.theta, ConstantSpeed, &[b[7], one]);
-        // The assembly starts as near as the coupler reaches, and finds out if that is not far enough.
+        // The initial guess is clamped; if the coupler is too short, the assembly reports it.
         let lean = ((b[2] - py) / b[1]).re().clamp(-0.99, 0.99).asin();
         let coupler = m.body("coupler", one, one, Pose { x: px, y: py, theta: S::from(lean) });
         m.revolute("A", crank.at(b[0] * 0.5, zero), coupler.origin());

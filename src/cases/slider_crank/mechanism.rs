@@ -6,7 +6,7 @@ use mechanics::elements::{BeamSection, Shear};
 use mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use mechanics::motion::ConstantSpeed;
 
-/// A crank at constant speed, a connecting rod, and a slider on the x axis.
+/// A slider-crank with a crank at constant speed, a rigid or flexible connecting rod and a slider on the x axis.
 ///
 /// Design variables: crank length (m), rod length (m), slider mass (kg), rod diameter (m). Outputs: slider position,
 /// velocity and acceleration, and the torque on the crank (N·m). Crank and rod are solid round bars.
@@ -20,7 +20,7 @@ pub struct SliderCrank {
     pub density: f64,
     /// Crank diameter in m.
     pub crank_diameter: f64,
-    /// Beam elements of the rod; zero makes it rigid.
+    /// Number of beam elements of the rod; the rod is rigid if it is zero.
     pub elements: usize,
 }
 

@@ -19,9 +19,9 @@ pub const ROTATIONS_DEG: [f64; 8] = [0.0, 22.0, 44.0, 66.0, 88.0, 129.0, 221.0, 
 /// Desired positions (x_G, y_G) of Table III.
 pub const DESIRED: [[f64; 2]; 8] =
     [[26.0, 16.0], [23.0, 16.0], [20.0, 16.0], [17.0, 16.0], [14.0, 16.0], [10.0, 13.0], [20.0, 7.0], [30.0, 13.0]];
-/// A start that behaves like the paper's, whose own is not printed: F = 3505 (paper 3486), first try rejected.
+/// Substitute for the paper's start, which is not printed: F = 3505 (paper 3486), first trial step rejected.
 pub const STAND_IN_START: [f64; 8] = [7.6, 24.0, -2.2, 19.0, 6.6, 4.9, 1.9, 2.39];
-/// Another: F = 3467, with nearly the paper's numbers of active move limits.
+/// Another substitute: F = 3467, with nearly the paper's numbers of active move limits.
 pub const SECOND_STAND_IN_START: [f64; 8] = [6.9, 18.3, -3.5, 11.6, 30.8, 5.3, 1.37, 0.56];
 
 /// Ranges of [`random_starts`].
@@ -65,15 +65,15 @@ impl Functional for PathError {
     }
 }
 
-/// The problem (43)–(50) from a start; the paper's table starts at an unprinted one, see [`STAND_IN_START`].
+/// The problem (43)–(50) from a start; for the start of the paper's table see [`STAND_IN_START`].
 ///
-/// The pose of the coupler is treated as the response of an analysis, the rest is explicit. b₃ and b₅ … b₈ are
-/// unbounded, as in the paper: a box on the angles would create false optima on its faces.
+/// The pose of the coupler is the response of an analysis; the other functions are explicit. b₃ and b₅ … b₈ are
+/// unbounded, as in the paper: bounds on the angles would create false optima.
 pub fn path_generation(start: [f64; 8]) -> Result<Problem> {
     parts(start)?.build_analytic(Coupler)
 }
 
-/// [`path_generation`] with the pose of the coupler found by assembling and differentiating the mechanism.
+/// [`path_generation`] with the pose of the coupler from the assembled mechanism and its derivatives.
 #[cfg(feature = "mechanics")]
 pub fn path_generation_assembled(start: [f64; 8]) -> Result<Problem> {
     use mechanics::initial_conditions::Assembly;
@@ -106,10 +106,13 @@ fn parts(start: [f64; 8]) -> Result<ProblemBuilder> {
     Ok(parts)
 }
 
-/// Feasible random starts with free angles, the same in every version: cranks that can turn all the way round, with
-/// lengths in the unit of the drawing (from 3, 10, −10, 3, 3, 3 to 15, 30, −1, 25, 25, 15) and angles between 0 and 2π.
+/// Feasible random starts, reproducible in every version.
 ///
-/// **Source** of the stream: Steele, Lea & Flood, *OOPSLA* (2014) 453–472 (SplitMix64).
+/// Lengths b₁ to b₆ lie between 3, 10, −10, 3, 3, 3 and 15, 30, −1, 25, 25, 15, angles between 0 and 2π; the crank can make
+/// full turns.
+///
+/// # Sources
+/// Random numbers: Steele, Lea & Flood, *OOPSLA* (2014) 453–472 (SplitMix64).
 pub fn random_starts(seed: u64, count: usize) -> Vec<[f64; 8]> {
     let mut state = seed;
     let mut draw = |[from, to]: [f64; 2]| {

@@ -60,8 +60,8 @@ impl Summary {
     pub fn of(model: &Model, problem: &Problem, state: &State, edits: &[Edit]) -> Self {
         let named = |(v, b): (&DesignVariable, &f64)| Named { name: v.name.clone(), unit: v.unit.clone(), value: *b };
         let objective = Named {
-            name: problem.objective_name.clone(),
-            unit: problem.objective_unit.clone(),
+            name: problem.objective.name.clone(),
+            unit: problem.objective.unit.clone(),
             value: state.evaluation.objective,
         };
         let worst = tables::worst(problem, &state.evaluation).into_iter();

@@ -32,7 +32,7 @@ pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
             c.violation_pct.into(),
             c.max_variable_change_pct.into(),
             c.active_limits.into(),
-            c.kept.len().into(),
+            c.retained.len().into(),
             c.active.len().into(),
             c.iterations.into(),
         ];
@@ -91,11 +91,5 @@ pub fn sensitivities(
 
 /// Where each constraint is nearest to or farthest beyond its limit.
 pub fn worst(problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
-    let of = |(constraint, history): (usize, &Vec<f64>)| {
-        let beyond = |p: usize| evaluation.violation(constraint, history[p]);
-        let point = (0..history.len()).max_by(|a, b| beyond(*a).total_cmp(&beyond(*b)).then(b.cmp(a)))?;
-        Some(RowId { constraint, point })
-    };
-    debug_assert_eq!(problem.constraints.len(), evaluation.constraints.len());
-    evaluation.constraints.iter().enumerate().filter_map(of).collect()
+    (0..problem.constraints.len()).filter_map(|j| evaluation.worst_of(j)).map(|(row, _)| row).collect()
 }

@@ -36,6 +36,7 @@ mod replicate;
 mod section;
 mod value;
 
+pub(super) use element_kinds::element_of;
 pub use key::{Accepts, Key, Need, Table};
 
 use super::diagnostics::{DiagnosticLog, SourceMap};

@@ -16,10 +16,12 @@ pub(super) fn figures(table: &ReproducedTable) -> Result<Vec<(String, Figure)>> 
     let last = table.table.rows().len().max(2) as f64 - 1.0;
     let iteration = Axis::new("iteration", "").limits(-0.3, last + 0.3).whole();
     let mut panel = Panel::new(iteration, Axis::new("weight", "")).legend(Legend::Below);
-    for (k, (run, &column)) in table.runs.iter().zip(columns).enumerate() {
+    for (k, run) in table.runs.iter().enumerate() {
         let weights = run.state.history.iter().take(last as usize + 1).enumerate();
         let ours: Vec<[f64; 2]> = weights.map(|(k, c)| [k as f64, c.objective]).collect();
         panel.add(Mark::curve(ours, Stroke::solid(Colour::of_series(k), 0.8)).named(run.name()));
+    }
+    for (k, &column) in columns.iter().enumerate() {
         let points = printed_column(printed, column);
         panel.add(Mark::points(points, Marker::Circle, Colour::of_series(k), 3.6).named("printed"));
     }
