@@ -93,7 +93,7 @@ pub struct Beam {
 /// Reads the beams and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Beam>> {
     let (mut beams, mut all) = (vec![], 0);
-    file.each("beam", |table, span| {
+    file.read_each("beam", |table, span| {
         let (kind, shape, material) =
             Section::kind(&table, "beam", "circular", KINDS.iter().map(|(name, kind)| (*name, *kind)))?;
         let section = Section::of(table, span, "beam", &[COMMON, shape, material], file.source())?;
@@ -101,7 +101,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Be
         all += beam.elements;
         if all > limits::ALL_ELEMENTS {
             let message = format!("all beams together have more than {} elements", limits::ALL_ELEMENTS);
-            return Err(section.complain("elements", message));
+            return Err(section.error_at("elements", message));
         }
         parts.add(&section.need_word("name")?, Symbol::Beam(beams.len(), beam.elements))?;
         beams.push(beam);
@@ -123,7 +123,7 @@ fn beam(
     };
     let elements = section.count("elements", limits::ELEMENTS)?.unwrap_or(6);
     if elements == 0 {
-        return Err(section.complain("elements", "a beam needs at least one element"));
+        return Err(section.error_at("elements", "a beam needs at least one element"));
     }
     let shears = [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain)];
     let own_inertia = !material.is_empty() && section.has("inertia");

@@ -92,7 +92,7 @@ pub struct Body {
 /// Reads the bodies and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Body>> {
     let (mut frames, mut slides, mut bodies) = (0, 0, vec![]);
-    file.each("body", |table, span| {
+    file.read_each("body", |table, span| {
         let kinds = KINDS.iter().map(|(name, kind, keys)| (*name, (*kind, *keys)));
         let (kind, keys) = Section::kind(&table, "body", "rigid", kinds)?;
         let section = Section::of(table, span, "body", &[COMMON, keys], file.source())?;
@@ -174,5 +174,5 @@ pub fn read_points(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read
         parts.points.push(spot);
         Ok(())
     };
-    file.each("point", one).map(drop)
+    file.read_each("point", one).map(drop)
 }

@@ -32,7 +32,7 @@ pub enum InputSpec {
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<ElementSpec>> {
     let mut all = vec![];
     for section in SECTIONS.iter() {
-        file.each(section.name, |table, span| {
+        file.read_each(section.name, |table, span| {
             let kinds = section.kinds.iter().map(|(kind, keys)| (kind.descriptor.kind, (kind, *keys)));
             let (kind, keys) = Section::kind(&table, section.name, section.usual, kinds)?;
             let section = Section::of(table, span, section.name, &[section.common, keys], file.source())?;

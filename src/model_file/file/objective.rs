@@ -69,8 +69,8 @@ pub fn read(
     let (key, goal) = match (section.has("minimize"), section.has("maximize")) {
         (true, false) => ("minimize", Goal::Minimize),
         (false, true) => ("maximize", Goal::Maximize),
-        (true, true) => return Err(section.complain("maximize", "`minimize` and `maximize` exclude each other")),
-        (false, false) => return Err(section.complain("minimize", "[objective] lacks `minimize` or `maximize`")),
+        (true, true) => return Err(section.error_at("maximize", "`minimize` and `maximize` exclude each other")),
+        (false, false) => return Err(section.error_at("minimize", "[objective] lacks `minimize` or `maximize`")),
     };
     let tree = section.tree(key)?.expect("the key is there");
     let value = known.compile(&tree, key)?;
@@ -81,16 +81,16 @@ pub fn read(
     match (over, bound) {
         (None, _) if value.is_transient => {
             let help = "reduce it to a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
-            Err(section.complain(key, "the objective is a history, not a number").help(help))
+            Err(section.error_at(key, "the objective is a history, not a number").help(help))
         }
-        (Some(_), _) if !value.is_transient => Err(section.complain("over", "the objective is a number already")),
+        (Some(_), _) if !value.is_transient => Err(section.error_at("over", "the objective is a number already")),
         (Some(0), Some(bound)) if goal == Goal::Minimize => peak(&section, known, value, bound),
         (Some(0), None) => {
             let help = "for instance bound = { name = \"peak\", start = 1.0, lower = 0.0 }";
-            Err(section.complain("over", "over = \"peak\" needs a variable that bounds the peak").help(help))
+            Err(section.error_at("over", "over = \"peak\" needs a variable that bounds the peak").help(help))
         }
-        (Some(0), _) => Err(section.complain("maximize", "a peak can only be minimized")),
-        (_, Some(_)) => Err(section.complain("bound", "`bound` belongs to over = \"peak\"")),
+        (Some(0), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
+        (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
         (over, None) => number(&section, known.names, value, goal, over, grid, variables),
     }
 }
@@ -103,7 +103,7 @@ fn peak(
 ) -> Read<Objective> {
     let scale = section.number("scale", known.names)?.unwrap_or(1.0);
     if scale <= 0.0 {
-        return Err(section.complain("scale", "`scale` must be positive"));
+        return Err(section.error_at("scale", "`scale` must be positive"));
     }
     Ok(Objective::Peak { bound, quantity: value.quantity(), scale })
 }
@@ -133,7 +133,7 @@ fn weights(section: &Section<'_>, over: usize, grid: &TimeGrid) -> Read<Vec<f64>
         return Ok(vec![1.0; grid.len()]);
     }
     let is_simpson = section.choice("rule", &[("simpson", true), ("trapezoid", false)])?;
-    let simpson = || grid.simpson().map_err(|e| section.complain("rule", e.to_string()));
+    let simpson = || grid.simpson().map_err(|e| section.error_at("rule", e.to_string()));
     let weights = if is_simpson { simpson()? } else { grid.trapezoid() };
     let whole = if over == 3 { grid.span() } else { 1.0 };
     Ok(weights.into_iter().map(|w| w / whole).collect())

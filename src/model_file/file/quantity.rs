@@ -31,7 +31,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
     let Some(value) = file.get("series") else { return Ok(vec![]) };
     let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, "`series`", "a table of lists")) };
     let Some(grid) = grid else {
-        return Err(file.complain("series", "a series needs time points").help("add [time]"));
+        return Err(file.error_at("series", "a series needs time points").help("add [time]"));
     };
     let times = Arc::new(grid.points.clone());
     let mut all: Vec<Series> = vec![];
