@@ -1,4 +1,4 @@
-//! Rigid contacts that a mechanism bounces off, and switches that it passes.
+//! Rigid contacts and switches of a mechanism.
 
 use crate::elements::drives::driver::Driver;
 use crate::elements::joints::point_on_line::PointOnLine;
