@@ -1,11 +1,14 @@
 //! `[[body]]`: what moves, and `[[point]]`: points fixed to it.
 
+use super::element_kinds::parameter_keys;
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
 use super::parts::{BuildContext, Frame, Parts, SPOT, Symbol};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
+use mechanics::elements::{Element, ElementDescriptor, PointMass, RigidBody};
 use mechanics::mechanism::{Body as Handle, Pose};
+use std::sync::LazyLock;
 
 const COMMON: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file"),
@@ -14,40 +17,14 @@ const COMMON: &[Key] = &[
 ];
 const POSITION: Key = required("position", Accepts::Pair, "[x, y] at the start in m; a guess where joints decide");
 const VELOCITY: Key = optional("velocity", Accepts::Pair, "[vx, vy] at the start in m/s; a guess where joints decide");
-const RIGID: &[Key] = &[
-    required("mass", Accepts::Expression, "kg"),
-    required("inertia", Accepts::Expression, "moment of inertia about the centre of mass, kg·m²"),
-    POSITION,
-    default("angle", Accepts::Expression, "0", "rotation at the start in rad"),
-    VELOCITY,
-    default("spin", Accepts::Expression, "0", "angular velocity at the start in rad/s"),
-];
-const POINT_MASS: &[Key] = &[required("mass", Accepts::Expression, "kg"), POSITION, VELOCITY];
-const PIVOT: &[Key] = &[POSITION];
-const FRAME: &[Key] = &[POSITION, default("angle", Accepts::Expression, "0", "rotation at the start in rad")];
+const ANGLE: Key = default("angle", Accepts::Expression, "0", "rotation at the start in rad");
+const SPIN: Key = default("spin", Accepts::Expression, "0", "angular velocity at the start in rad/s");
 const SLIDE: &[Key] = &[
     required("mass", Accepts::Expression, "kg, or kg·m² if the coordinate is an angle"),
     default("position", Accepts::Expression, "0", "at the start, m or rad"),
     default("velocity", Accepts::Expression, "0", "at the start, m/s or rad/s"),
 ];
 const POINT: &[Key] = &[required("name", Accepts::Name, "name, unique in the file"), EACH];
-
-/// Declarations for documentation and schema.
-pub const TABLES: &[Table] = &[
-    Table { name: "body", kind: None, about: "what moves", keys: COMMON },
-    Table {
-        name: "body",
-        kind: Some("rigid"),
-        about: "a rigid body with its reference point in the centre of mass",
-        keys: RIGID,
-    },
-    Table { name: "body", kind: Some("point"), about: "a point mass, which does not rotate", keys: POINT_MASS },
-    Table { name: "body", kind: Some("pivot"), about: "a point at rest that beam ends can share", keys: PIVOT },
-    Table { name: "body", kind: Some("frame"), about: "a massless node that elements give mass to", keys: FRAME },
-    Table { name: "body", kind: Some("slide"), about: "one coordinate with a mass", keys: SLIDE },
-    Table { name: "point", kind: None, about: "a named point of a body", keys: POINT },
-    Table { name: "point", kind: None, about: "a named point of a body", keys: SPOT },
-];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -58,13 +35,31 @@ pub enum Kind {
     Slide,
 }
 
-const KINDS: &[(&str, Kind, &[Key])] = &[
-    ("rigid", Kind::Rigid, RIGID),
-    ("point", Kind::Point, POINT_MASS),
-    ("pivot", Kind::Pivot, PIVOT),
-    ("frame", Kind::Frame, FRAME),
-    ("slide", Kind::Slide, SLIDE),
-];
+/// Kinds of bodies with their tables. The parameters of a body are those that its element declares.
+static KINDS: LazyLock<[(Kind, Table); 5]> = LazyLock::new(|| {
+    let table = |kind, about, keys| Table { name: "body", kind: Some(kind), about, keys };
+    let of_element = |element: &'static ElementDescriptor, state: &[Key]| {
+        let keys = parameter_keys(element).into_iter().chain(state.iter().copied()).collect::<Vec<_>>();
+        table(element.kind, element.about, keys.leak())
+    };
+    let declared = "every body is declared";
+    let rigid = Element::descriptor(&RigidBody).expect(declared);
+    let point = Element::descriptor(&PointMass).expect(declared);
+    [
+        (Kind::Rigid, of_element(rigid, &[POSITION, ANGLE, VELOCITY, SPIN])),
+        (Kind::Point, of_element(point, &[POSITION, VELOCITY])),
+        (Kind::Pivot, table("pivot", "a point at rest that beam ends can share", &[POSITION])),
+        (Kind::Frame, table("frame", "a massless node that elements give mass to", &[POSITION, ANGLE])),
+        (Kind::Slide, table("slide", "one coordinate with a mass", SLIDE)),
+    ]
+});
+
+/// Declarations for documentation and schema.
+pub fn tables() -> Vec<Table> {
+    let body = Table { name: "body", kind: None, about: "what moves", keys: COMMON };
+    let point = |keys| Table { name: "point", kind: None, about: "a named point of a body", keys };
+    std::iter::once(body).chain(KINDS.iter().map(|(_, table)| *table)).chain([point(POINT), point(SPOT)]).collect()
+}
 
 /// A body with its numbers as programs of the design.
 #[derive(Clone, Debug)]
@@ -83,7 +78,7 @@ pub struct Body {
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Body>> {
     let (mut frames, mut slides, mut bodies) = (0, 0, vec![]);
     file.each("body", |table, span| {
-        let kinds = KINDS.iter().map(|(name, kind, keys)| (*name, (*kind, *keys)));
+        let kinds = KINDS.iter().filter_map(|(kind, table)| Some((table.kind?, (*kind, table.keys))));
         let (kind, keys) = Section::kind(&table, "body", "rigid", kinds)?;
         let section = Section::of(table, span, "body", &[COMMON, keys], file.source())?;
         let named = if kind == Kind::Slide { Symbol::Slide(slides) } else { Symbol::Frame(Frame::Body(frames)) };

@@ -90,7 +90,8 @@ pub fn tables() -> Vec<Table> {
     let top = Table { name: "", kind: None, about: "the file", keys: KEYS };
     let design = Table { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN };
     let mut all = vec![top, design];
-    all.extend(bodies::TABLES.iter().chain(beams::TABLES));
+    all.extend(bodies::tables());
+    all.extend(beams::TABLES);
     all.extend(element_kinds::tables());
     all.extend(motion::TABLES.iter().chain(time::TABLES).chain(analysis::TABLES).chain(outputs::TABLES));
     all.extend(objective::TABLES.iter().chain(constraints::TABLES).chain(method::TABLES));
