@@ -23,9 +23,9 @@ pub struct KindSection {
 /// Sections of elements, in the order in which they are read.
 pub static SECTIONS: LazyLock<[KindSection; 3]> = LazyLock::new(|| {
     [
-        KindSection::new("joint", "what joins bodies", "revolute", "what it is"),
-        KindSection::new("driver", "what moves as prescribed", "coordinate", "what it prescribes"),
-        KindSection::new("force", "what pushes and pulls", "", "what it is"),
+        KindSection::new("joint", "joints between bodies", "revolute", "what it is"),
+        KindSection::new("driver", "prescribed motions", "coordinate", "what it prescribes"),
+        KindSection::new("force", "forces, contacts and additional inertia", "", "what it is"),
     ]
 });
 

@@ -27,7 +27,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("effort", "N or N·m", "driving force or torque, positive if it acts towards larger b − a"),
         Measure::new("power", "W", "power of the drive, positive if it does work on the mechanism"),
     ],
-    about: "prescribes b − a",
+    about: "the difference b − a as a function of time",
     symbol: Symbol::None,
 };
 

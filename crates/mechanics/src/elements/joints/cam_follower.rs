@@ -45,7 +45,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         ),
         Measure::new("lift", "m", "distance of the points minus the base radius"),
     ],
-    about: "keeps point b on the profile of a cam around a",
+    about: "a cam around a, with point b as its follower",
     symbol: Symbol::None,
 };
 

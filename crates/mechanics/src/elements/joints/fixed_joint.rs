@@ -33,7 +33,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force_y", "N", "force of a on b, along y of the plane"),
         Measure::new("couple", "N·m", "torque of a on b, positive counter-clockwise"),
     ],
-    about: "joins two bodies rigidly",
+    about: "a rigid connection of two bodies",
     symbol: Symbol::None,
 };
 

@@ -31,7 +31,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force", "N", "force of b on the line, positive to its left"),
         Measure::new("position", "m", "position of b along the line, from a"),
     ],
-    about: "keeps point b on a line through a",
+    about: "a pin in a slot: b stays on a line through a",
     symbol: Symbol::Guide,
 };
 

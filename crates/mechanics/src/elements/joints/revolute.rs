@@ -29,7 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force_y", "N", "force of a on b, along y of the plane"),
         Measure::new("force", "N", "magnitude of the force"),
     ],
-    about: "pins two points together",
+    about: "a pin that joins two points",
     symbol: Symbol::Pin,
 };
 
