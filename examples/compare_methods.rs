@@ -1,5 +1,6 @@
-//! Methods of the literature on one problem: who needs how many analyses? The same as
-//! `linkwright compare impact-absorber-comfort --methods paper,mma,gcmma,hessian-errors`.
+//! Compares the work of four methods on one problem: `cargo run --example compare_methods`.
+//!
+//! The command `linkwright compare impact-absorber-comfort --methods paper,mma,gcmma,hessian-errors` prints the same table.
 
 use linkwright::Result;
 use linkwright::cases::{Conclusion, compare, find};

@@ -68,13 +68,13 @@ impl ParametricMechanism for Cart {
 fn main() -> linkwright::Result<()> {
     let (b, settings, end) = ([50.0, 0.3], Dynamics::fixed(1e-3), [2.0]);
     let history = differentiate(&Cart, &b, &settings, &end)?;
-    println!("position after 2 s: {:.6} m, with slopes {:?}", history.values[0][0], history.slopes[0][0]);
+    println!("position after 2 s: {:.6} m, with gradient {:?}", history.values[0][0], history.gradients[0][0]);
 
     let moved = |h: f64| -> linkwright::Result<f64> {
         Ok(simulate(&Cart.build(&[b[0] + h, b[1]])?, &settings, &end)?.values[0][0])
     };
     let difference = (moved(1e-3)? - moved(-1e-3)?) / 2e-3;
     println!("difference quotient for k: {difference:.9e}");
-    assert!((history.slopes[0][0][0] - difference).abs() < 1e-8);
+    assert!((history.gradients[0][0][0] - difference).abs() < 1e-8);
     Ok(())
 }

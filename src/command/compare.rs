@@ -2,11 +2,11 @@
 
 use super::model::{compare as compare_file, is_file, load};
 use super::output::{folder, results, say, write};
-use crate::cases::{Attempt, Conclusion, Entry, catalogue, compare, find};
-use crate::report::methods::{distances, profile, summary, table};
-use crate::report::table::Table;
-use crate::sao::{Preset, preset, presets};
 use clap::Args;
+use linkwright::cases::{Attempt, Conclusion, Entry, catalogue, compare, find};
+use linkwright::report::methods::{distances, profile, summary, table};
+use linkwright::report::table::Table;
+use linkwright::sao::{Preset, preset, presets};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

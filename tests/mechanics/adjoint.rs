@@ -2,9 +2,7 @@
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::Result;
-use linkwright::cases::mechanisms::{
-    Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam,
-};
+use linkwright::cases::{Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam};
 use linkwright::mechanics::analyses::dynamics::Dynamics;
 use linkwright::mechanics::analyses::dynamics::InitialAcceleration;
 use linkwright::mechanics::analyses::statics::Statics;
@@ -40,10 +38,10 @@ fn deviation(forward: &SensitiveHistory, backward: impl FnOnce(&[Functional]) ->
     let all = (0..forward.names.len()).flat_map(|output| (0..points).map(move |p| Functional::at(output, p)));
     let backward = backward(&all.collect::<Vec<_>>()).unwrap();
     let scale = |k: usize| b[k].abs().max(1e-3);
-    let sizes = forward.slopes.iter().flatten().flat_map(|slopes| slopes.iter().enumerate());
+    let sizes = forward.gradients.iter().flatten().flat_map(|slopes| slopes.iter().enumerate());
     let of_all = sizes.map(|(k, slope)| (slope * scale(k)).abs()).fold(0.0, f64::max);
     let mut worst = 0.0f64;
-    for (output, series) in forward.slopes.iter().enumerate() {
+    for (output, series) in forward.gradients.iter().enumerate() {
         let largest = |k: usize| series.iter().fold(0.0f64, |a, slopes| a.max((slopes[k] * scale(k)).abs()));
         let of_any = (0..b.len()).map(largest).fold(0.0, f64::max);
         for (p, slopes) in series.iter().enumerate() {
@@ -208,7 +206,7 @@ fn integrals_are_sums_over_time() {
     let backward = differentiate_backwards(&model, &b, &fixed(0.02), &times, &response).unwrap();
     let weights = [0.05, 0.075, 0.1, 0.075];
     for k in 0..b.len() {
-        let sum: f64 = weights.iter().zip(&forward.slopes[0]).map(|(weight, slopes)| weight * slopes[k]).sum();
+        let sum: f64 = weights.iter().zip(&forward.gradients[0]).map(|(weight, slopes)| weight * slopes[k]).sum();
         assert!((sum - backward[(0, k)]).abs() <= 1e-11 * sum.abs().max(1e-6), "{k}: {sum} {}", backward[(0, k)]);
     }
 }

@@ -1,7 +1,8 @@
 //! Exact derivatives against Richardson differences of the same discrete solution.
 
 use crate::zoo::Arm;
-use linkwright::cases::mechanisms::{Andrews, Chain, SliderCrank};
+use linkwright::cases::{Andrews, Chain, SliderCrank};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
@@ -10,7 +11,6 @@ use linkwright::mechanics::derivatives::forward::explicit::differentiate_explici
 use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::ParametricMechanism;
@@ -33,7 +33,7 @@ fn deviation_of(b: &[f64], k: usize, h: f64, exact: &SensitiveHistory, run: impl
     };
     let (far, near) = ([values(h), values(-h)], [values(0.5 * h), values(-0.5 * h)]);
     let mut worst = 0.0f64;
-    for (o, series) in exact.slopes.iter().enumerate() {
+    for (o, series) in exact.gradients.iter().enumerate() {
         let scaled = |slopes: &Vec<f64>| slopes.iter().zip(b).fold(0.0f64, |a, (s, b)| a.max((s * b).abs()));
         let largest = series.iter().map(scaled).fold(0.0, f64::max);
         for (t, slopes) in series.iter().enumerate() {
@@ -114,7 +114,7 @@ fn static_equilibrium_of_a_loaded_arm() {
 #[test]
 fn squeezer_derivatives_are_those_of_the_literature() {
     let exact = differentiate(&Andrews, &Andrews::DESIGN, &Dynamics::fixed(1e-5), &[0.03]).unwrap();
-    for (slope, expected) in exact.slopes[0][0].iter().zip([247.1335, 1.974258e-3, 396.6113]) {
+    for (slope, expected) in exact.gradients[0][0].iter().zip([247.1335, 1.974258e-3, 396.6113]) {
         assert!((slope / expected - 1.0).abs() < 1e-4, "{slope} {expected}");
     }
 }

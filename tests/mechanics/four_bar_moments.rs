@@ -1,6 +1,6 @@
 //! Derivatives of the flexible four-bar's moments against extrapolated differences.
 
-use linkwright::cases::mechanisms::FourBar;
+use linkwright::cases::FourBar;
 use linkwright::mechanics::analyses::dynamics::simulate;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::mechanism::ParametricMechanism;
@@ -32,7 +32,7 @@ fn moments_of_the_four_bar_agree_with_differences() {
     for k in 0..3 {
         let differences = richardson(&b, k, 1e-4 * b[k]);
         let (mut worst, mut largest) = (0.0f64, 0.0f64);
-        for (series, differences) in history.slopes.iter().zip(&differences) {
+        for (series, differences) in history.gradients.iter().zip(&differences) {
             for (slopes, difference) in series.iter().zip(differences) {
                 worst = worst.max((slopes[k] - difference).abs());
                 largest = largest.max(difference.abs());

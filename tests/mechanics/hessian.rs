@@ -2,7 +2,7 @@
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::autodiff::{Scalar, hessian};
-use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::cases::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
 use linkwright::mechanics::analyses::dynamics::Dynamics;
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
@@ -26,7 +26,7 @@ fn deviation(b: &[f64], step: f64, hessians: &HessianHistory, gradients: impl Fn
     let at = |j: usize, by: f64| {
         let mut moved = b.to_vec();
         moved[j] += by * scale[j];
-        gradients(&moved).slopes
+        gradients(&moved).gradients
     };
     let around: Vec<_> = (0..n).map(|j| [1.0, -1.0, 0.5, -0.5].map(|part| at(j, part * step))).collect();
     let (mut worst, mut absolute) = (0.0f64, vec![(0.0f64, 0.0f64); hessians.names.len()]);
@@ -136,7 +136,7 @@ fn parts_of_a_hessian_are_those_of_the_whole() {
             assert!((diagonal.second(output, p)[i] - hessian[(i, i)]).abs() < 1e-12 * size);
             let row: f64 = (0..b.len()).map(|j| hessian[(i, j)] * v[j]).sum();
             assert!((product.second(output, p)[i] - row).abs() < 1e-12 * size);
-            let gradient = &gradients.slopes[output][p];
+            let gradient = &gradients.gradients[output][p];
             let largest = gradient.iter().fold(0.0f64, |a, slope| a.max(slope.abs()));
             for history in [&full, &diagonal, &product] {
                 assert!((history.gradient(output, p)[i] - gradient[i]).abs() <= 1e-9 * largest, "{output} {p} {i}");

@@ -2,7 +2,7 @@
 
 use crate::zoo::Arm;
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::{Absorber, Chain, Governor};
+use linkwright::cases::{Absorber, Chain, Governor};
 use linkwright::mechanics::analyses::modal::modes;
 use linkwright::mechanics::analyses::statics::{Statics, find_equilibrium};
 use linkwright::mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes};
@@ -23,17 +23,17 @@ fn close(found: &[f64], expected: &[f64], tolerance: f64) {
 fn a_mass_on_a_spring_has_its_closed_form() {
     let found = differentiate_modes(&Absorber, &[3.0, 0.4], About::Assembled, 0.0).unwrap();
     close(&found.squares, &[3.0], 1e-14);
-    close(&found.slopes[0], &[1.0, 0.0], 1e-14);
+    close(&found.gradients[0], &[1.0, 0.0], 1e-14);
 }
 
-/// ω² = 3g / 2L for a hanging rod: constraints, and the stiffness that comes from their reactions.
+/// ω² = 3g / 2L for a hanging rod: constraints, and the geometric stiffness of their reactions.
 #[test]
 fn a_hanging_rod_has_its_closed_form() {
     let rod = Chain { angle: -std::f64::consts::FRAC_PI_2, ..Chain::horizontal(1) };
     let found = differentiate_modes(&rod, &[0.8, 2.0], About::Equilibrium(Statics::default()), 0.0).unwrap();
     let square = 1.5 * 9.81 / 0.8;
     close(&found.squares, &[square], 1e-10);
-    close(&found.slopes[0], &[-square / 0.8, 0.0], 1e-10);
+    close(&found.gradients[0], &[-square / 0.8, 0.0], 1e-10);
 }
 
 /// About cos α = (m + M) g / (m L Ω²), from its energy.
@@ -57,11 +57,11 @@ fn a_governor_vibrates_about_its_equilibrium() {
             exact(&b)
         };
         let slope = (8.0 * (moved(1e-3) - moved(-1e-3)) - (moved(2e-3) - moved(-2e-3))) / (12e-3 * b[k]);
-        assert!((found.slopes[0][k] - slope).abs() < 1e-7 * (exact(&b) / b[k]).abs(), "{k}: {slope}");
+        assert!((found.gradients[0][k] - slope).abs() < 1e-7 * (exact(&b) / b[k]).abs(), "{k}: {slope}");
     }
 }
 
-/// A clamped arm that sags under its weight: prestress, clamps, a weld and a tip mass.
+/// A clamped arm deflected by its weight: prestress, clamps, a fixed joint and a tip mass.
 #[test]
 fn frequencies_of_a_sagging_arm_agree_with_differences() {
     let (model, settings) = (Arm { elements: 3 }, Statics { tolerance: 1e-12, ..Statics::default() });
@@ -83,7 +83,7 @@ fn frequencies_of_a_sagging_arm_agree_with_differences() {
         };
         let h = 2e-2;
         let runs = [h, 0.5 * h, 0.25 * h].map(|h| [at(h), at(-h)]);
-        for (mode, slopes) in found.slopes.iter().enumerate().take(6) {
+        for (mode, slopes) in found.gradients.iter().enumerate().take(6) {
             let central = |j: usize, h: f64| (runs[j][0][mode] - runs[j][1][mode]) / (2.0 * h);
             let slopes_of = [central(0, h), central(1, 0.5 * h), central(2, 0.25 * h)];
             let [one, two] = [0, 1].map(|j| (4.0 * slopes_of[j + 1] - slopes_of[j]) / 3.0);
@@ -95,7 +95,7 @@ fn frequencies_of_a_sagging_arm_agree_with_differences() {
     assert!(worst < 1e-7, "{worst:.2e}");
 }
 
-/// Two equal oscillators that know nothing of each other, coupled by a third spring of zero stiffness.
+/// Two equal oscillators, coupled by a third spring of zero stiffness.
 struct Twins;
 
 impl ParametricMechanism for Twins {
@@ -113,16 +113,16 @@ impl ParametricMechanism for Twins {
     }
 }
 
-/// Growing alone, k₁ or k₂ leaves one frequency and raises the other; the coupling raises one of them twice as fast.
+/// A larger k₁ or k₂ raises one of the two frequencies; the coupling raises one of them twice as fast.
 #[test]
 fn a_repeated_frequency_splits_into_its_one_sided_derivatives() {
     let found = differentiate_modes(&Twins, &[4.0, 4.0, 0.0], About::Assembled, 0.0).unwrap();
     close(&found.squares, &[4.0, 4.0], 1e-14);
-    close(&found.slopes[0], &[0.0, 0.0, 0.0], 1.0e-13);
-    close(&found.slopes[1], &[1.0, 1.0, 2.0], 1e-13);
-    // Apart by more than rounding, each has its own gradient.
+    close(&found.gradients[0], &[0.0, 0.0, 0.0], 1.0e-13);
+    close(&found.gradients[1], &[1.0, 1.0, 2.0], 1e-13);
+    // Frequencies that differ by more than rounding have their own gradients.
     let apart = differentiate_modes(&Twins, &[4.0, 5.0, 0.0], About::Assembled, 0.0).unwrap();
-    close(&apart.slopes[0], &[1.0, 0.0, 1.0], 1e-13);
+    close(&apart.gradients[0], &[1.0, 0.0, 1.0], 1e-13);
 }
 
 /// βL of a clamped-free beam: 1.8751, 4.6941, 7.8548 (Blevins, *Formulas for Natural Frequency and Mode Shape*, Table 8-1).

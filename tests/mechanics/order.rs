@@ -1,11 +1,11 @@
 //! Measured orders of the integrators and of the beam element.
 
-use linkwright::cases::mechanisms::{Absorber, Chain};
+use linkwright::cases::{Absorber, Chain};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::modal::modes;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Newton};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
@@ -35,7 +35,7 @@ fn implicit_steps_are_of_second_order_in_values_and_derivatives() {
             times.iter().enumerate().map(|(i, &t)| error(i, t).abs()).fold(0.0, f64::max)
         };
         let slope = |t: f64| (absorber(k + e, c, t) - absorber(k - e, c, t)) / (2.0 * e);
-        [worst(&|i, t| run.values[0][i] - absorber(k, c, t)), worst(&|i, t| run.slopes[0][i][0] - slope(t))]
+        [worst(&|i, t| run.values[0][i] - absorber(k, c, t)), worst(&|i, t| run.gradients[0][i][0] - slope(t))]
     };
     let (coarse, fine) = (error(0.12), error(0.06));
     for k in 0..2 {
@@ -71,7 +71,7 @@ fn implicit_steps_of_a_constrained_pendulum_are_of_second_order() {
     }
 }
 
-/// Dense output loses one order at most: of five, and of eight.
+/// Dense output loses at most one of the orders five and eight.
 #[test]
 fn explicit_dense_output_is_of_its_order() {
     let oscillator = Absorber.build(&DESIGN).unwrap();

@@ -20,7 +20,7 @@ fn from_rest(h: f64) -> Dynamics {
     Dynamics { origin: InitialConfiguration::Equilibrium(statics), newton, ..Dynamics::fixed(h) }
 }
 
-/// A bar on a pivot that is shaken, held up by a spring: mass, inertia, half length, gravity, stiffness, damping, unloaded
+/// A bar on a shaken pivot, supported by a spring: mass, inertia, half length, gravity, stiffness, damping, unloaded
 /// length, amplitude and frequency, initial velocity.
 struct HeldBar;
 
@@ -76,14 +76,14 @@ fn derivatives_of_the_motion_from_an_equilibrium() {
         let slope = |x: [f64; 4]| (4.0 * (x[2] - x[3]) / step - (x[0] - x[1]) / (2.0 * step)) / 3.0;
         for output in 0..2 {
             for p in 0..times.len() {
-                let size: f64 = exact.slopes[output][p].iter().zip(&BAR).map(|(s, b)| (s * b).abs()).sum();
+                let size: f64 = exact.gradients[output][p].iter().zip(&BAR).map(|(s, b)| (s * b).abs()).sum();
                 let values = slope(around.each_ref().map(|h| h.values[output][p]));
-                worst[0] = worst[0].max((values - exact.slopes[output][p][k]).abs() * BAR[k] / size);
-                // Differences of accelerations carry the rounding of 1/h².
+                worst[0] = worst[0].max((values - exact.gradients[output][p][k]).abs() * BAR[k] / size);
+                // Differences of accelerations have rounding errors proportional to 1/h².
                 let hessian = second.hessian(output, p).unwrap();
                 let size = hessian.row(k).iter().zip(&BAR).map(|(h, b)| (h * b * BAR[k]).abs()).sum::<f64>();
                 for i in 0..BAR.len() {
-                    let slopes = slope(around.each_ref().map(|h| h.slopes[output][p][i]));
+                    let slopes = slope(around.each_ref().map(|h| h.gradients[output][p][i]));
                     worst[1] = worst[1].max((slopes - hessian[(i, k)]).abs() * BAR[i] * BAR[k] / size.max(1e-3));
                 }
             }
@@ -102,7 +102,7 @@ fn backward_and_forward_agree() {
         let backward = differentiate_backwards(model, b, &settings, &times, &all).unwrap();
         for output in 0..outputs {
             for p in 0..times.len() {
-                let slopes = &forward.slopes[output][p];
+                let slopes = &forward.gradients[output][p];
                 let size: f64 = slopes.iter().zip(b).map(|(s, b)| (s * b).abs()).sum();
                 for k in 0..b.len() {
                     let difference = (slopes[k] - backward[(output * times.len() + p, k)]) * b[k];

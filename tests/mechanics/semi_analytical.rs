@@ -2,7 +2,7 @@
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::cases::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
 use linkwright::mechanics::analyses::dynamics::Dynamics;
 use linkwright::mechanics::analyses::dynamics::InitialAcceleration;
 use linkwright::mechanics::analyses::statics::Statics;
@@ -25,9 +25,9 @@ use linkwright::responses::mechanism::Transient;
 fn deviation(b: &[f64], floor: f64, exact: &SensitiveHistory, found: &SensitiveHistory) -> f64 {
     let scaled = |slopes: &[f64]| slopes.iter().zip(b).map(|(s, b)| (s * b.abs().max(1e-3)).abs()).fold(0.0, f64::max);
     let of = |series: &Vec<Vec<f64>>| series.iter().map(|slopes| scaled(slopes)).fold(0.0, f64::max);
-    let of_all = exact.slopes.iter().map(of).fold(0.0, f64::max);
+    let of_all = exact.gradients.iter().map(of).fold(0.0, f64::max);
     let mut worst = 0.0f64;
-    for (exact, found) in exact.slopes.iter().zip(&found.slopes) {
+    for (exact, found) in exact.gradients.iter().zip(&found.gradients) {
         let size = of(exact).max(floor * of_all);
         for (exact, found) in exact.iter().zip(found) {
             let off: Vec<f64> = exact.iter().zip(found).map(|(exact, found)| exact - found).collect();

@@ -3,12 +3,12 @@
 //! `WRITE_DOCS=1 cargo test --test mechanics table` writes it anew.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
-use linkwright::cases::mechanisms::SpinningBeam;
+use linkwright::cases::SpinningBeam;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::ParametricMechanism;
@@ -34,9 +34,9 @@ struct Row {
 fn deviations(b: &[f64], floor: f64, exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> Vec<f64> {
     let scale = |k: usize| b[k].abs().max(floor);
     let largest =
-        |o: usize, k: usize| exact.slopes[o].iter().fold(0.0f64, |a, slopes| a.max(slopes[k].abs() * scale(k)));
+        |o: usize, k: usize| exact.gradients[o].iter().fold(0.0f64, |a, slopes| a.max(slopes[k].abs() * scale(k)));
     let of_any: Vec<f64> =
-        (0..exact.slopes.len()).map(|o| (0..b.len()).map(|k| largest(o, k)).fold(0.0, f64::max)).collect();
+        (0..exact.gradients.len()).map(|o| (0..b.len()).map(|k| largest(o, k)).fold(0.0, f64::max)).collect();
     let deviation = |k: usize, h: f64| {
         let values = |step: f64| {
             let mut moved = b.to_vec();
@@ -45,7 +45,7 @@ fn deviations(b: &[f64], floor: f64, exact: &SensitiveHistory, run: impl Fn(&[f6
         };
         let runs = [h, 0.5 * h, 0.25 * h].map(|h| (h, values(h), values(-h)));
         let mut worst = 0.0f64;
-        for (o, series) in exact.slopes.iter().enumerate() {
+        for (o, series) in exact.gradients.iter().enumerate() {
             let unit = largest(o, k).max(1e-3 * of_any[o]).max(f64::MIN_POSITIVE);
             for (t, slopes) in series.iter().enumerate() {
                 let [d1, d2, d3] = [0, 1, 2].map(|j: usize| (runs[j].1[o][t] - runs[j].2[o][t]) / (2.0 * runs[j].0));

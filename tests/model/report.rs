@@ -122,7 +122,7 @@ fn promises_and_errors_agree() {
         let promised = cycle.prediction.as_ref().unwrap();
         let error = 100.0 * (promised.objective - cycle.objective).abs() / cycle.objective;
         assert!((error - cycle.objective_error_pct).abs() < 1e-9);
-        assert_eq!((promised.rows.len(), promised.analysed.len()), (cycle.kept.len(), cycle.kept.len()));
+        assert_eq!((promised.rows.len(), promised.analysed.len()), (cycle.retained.len(), cycle.retained.len()));
         let pairs = promised.rows.iter().zip(&promised.analysed).filter(|(_, g)| **g >= 0.7);
         let error = pairs.map(|(p, g)| 100.0 * (p - g).abs() / g.abs()).fold(0.0, f64::max);
         assert!((error - cycle.constraint_error_pct).abs() < 1e-6 || error <= cycle.constraint_error_pct, "{cycle:?}");

@@ -1,8 +1,6 @@
 //! Every model file that has a twin in the library runs through the same cycles.
 
-use linkwright::cases::mechanisms::{
-    Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam,
-};
+use linkwright::cases::{Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam};
 use linkwright::cases::{
     cantilever, four_bar, four_bar::StressConstrained, impact_absorber, nonlinear_absorber, slider_crank,
     ten_bar_truss, two_bar_truss, vehicle_suspension,
@@ -30,7 +28,7 @@ fn assert_twins(name: &str, twin: Problem, method: Method, tolerance: f64) -> St
     assert_eq!(ours.history.len(), theirs.history.len());
     assert_eq!(ours.counters.analyses, theirs.counters.analyses);
     for (a, b) in ours.history.iter().zip(&theirs.history) {
-        assert_eq!((a.cycle, a.accepted, &a.kept), (b.cycle, b.accepted, &b.kept));
+        assert_eq!((a.cycle, a.accepted, &a.retained), (b.cycle, b.accepted, &b.retained));
         for (x, y) in a.design.iter().zip(&b.design).chain([(&a.objective, &b.objective)]) {
             assert!((x - y).abs() <= tolerance * y.abs().max(1e-3), "cycle {}: {x} and {y}", a.cycle);
         }

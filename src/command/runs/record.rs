@@ -1,8 +1,8 @@
 //! What the folder of a run says about it.
 
 use crate::command::model::{Claim, RunDirectory, Summary};
-use crate::model_file::settings;
-use crate::sao::Status;
+use linkwright::model_file::settings;
+use linkwright::sao::Status;
 use serde::Serialize;
 use std::path::Path;
 

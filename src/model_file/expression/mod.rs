@@ -18,7 +18,7 @@
 //! let tree = Tree::parse("pi*r^2*h", TextPlace::from(0))?;
 //! let volume = names.compile(&tree, &Wants::DESIGN)?;
 //! assert_eq!(volume.value(&Inputs::design(&[3.0])), std::f64::consts::PI * 9.0 * 2.0);
-//! # Ok::<(), linkwright::model_file::Complaint>(())
+//! # Ok::<(), linkwright::model_file::Diagnostic>(())
 //! ```
 
 mod compile;

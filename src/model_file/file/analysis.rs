@@ -8,7 +8,8 @@ use crate::model_file::expression::Names;
 use crate::model_file::limits;
 #[cfg(feature = "report")]
 use crate::problem::Responses;
-use crate::problem::{Analysis, Differences, Differentiated, Problem, ProblemBuilder, TimeGrid};
+use crate::problem::{Analysis, Differentiated, Problem, ProblemBuilder, TimeGrid};
+use crate::responses::Differences;
 use crate::responses::mechanism::{Integration, KinematicResponses, StaticResponses, Transient};
 use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize};
 use mechanics::analyses::statics::Statics;

@@ -20,7 +20,9 @@ impl Origin {
             Error::Analysis { what, why, remedy } => {
                 (what, format!("analysis failed in {what}: {why}"), remedy.clone())
             }
-            Error::Definition { what, why, remedy } => (what, format!("{what}: {why}"), remedy.clone()),
+            Error::Definition { what, why, remedy } | Error::Unsupported { what, why, remedy } => {
+                (what, format!("{what}: {why}"), remedy.clone())
+            }
             Error::NotFinite { what, value, place, remedy } => {
                 (what, format!("{what} is {value} at {place}"), (*remedy).to_owned())
             }

@@ -3,8 +3,8 @@
 use super::outputs::Output;
 use super::section::{Read, Section, wrong_type};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Inputs, Names, Program, Tree, Wants};
-use crate::problem::{Function, Point, TimeGrid};
+use crate::model_file::expression::{Inputs, Names, Node, Program, Tree, Wants};
+use crate::problem::{Function, Point, Quantity, TimeGrid};
 use autodiff::Scalar;
 use std::sync::Arc;
 
@@ -64,8 +64,6 @@ pub struct QuantityContext<'a> {
 pub struct Explicit {
     program: Program,
     series: Vec<Series>,
-    /// Where it counts, and its value elsewhere.
-    window: Option<([f64; 2], f64)>,
 }
 
 /// A formula with the outputs that it uses, in its own order.
@@ -75,6 +73,20 @@ pub struct Quantified {
     pub uses: Vec<usize>,
     /// Whether it has a value at each time point.
     pub is_transient: bool,
+    /// Whether it is an output and nothing else.
+    is_output: bool,
+}
+
+impl Quantified {
+    /// The quantity of a problem: a number, or a value at each time point.
+    pub fn quantity(self) -> Quantity {
+        let grid = self.is_transient.then_some(0);
+        match grid {
+            _ if self.is_output => Quantity::response(grid, self.uses[0]),
+            Some(grid) => Quantity::each_point(grid, self.function).of(&self.uses),
+            None => Quantity::plain(self.function).of(&self.uses),
+        }
+    }
 }
 
 impl QuantityContext<'_> {
@@ -96,21 +108,17 @@ impl QuantityContext<'_> {
         let series: Vec<Series> = rows.iter().map(|k| self.series[k - self.outputs.len()].clone()).collect();
         let is_transient =
             program.uses_time() || !series.is_empty() || uses.iter().any(|&h| self.outputs[h].is_transient);
+        let is_output = matches!(&tree.node, Node::Name(name) if output(name).is_some());
         Ok(Quantified {
-            function: Explicit { program: program.with_others(&used), series, window: None },
+            function: Explicit { program: program.with_others(&used), series },
             uses,
             is_transient,
+            is_output,
         })
     }
 }
 
 impl Explicit {
-    /// The same formula with this value outside of an interval.
-    #[must_use]
-    pub fn within(self, interval: [f64; 2], otherwise: f64) -> Self {
-        Self { window: Some((interval, otherwise)), ..self }
-    }
-
     /// Whether a row of numbers enters.
     pub fn uses_series(&self) -> bool {
         !self.series.is_empty()
@@ -120,26 +128,11 @@ impl Explicit {
 impl Function for Explicit {
     fn at<S: Scalar>(&self, point: &Point<S>) -> S {
         let (design, time, t) = (point.design, point.time, point.time.re());
-        if let Some(([from, to], otherwise)) = self.window
-            && !(from..=to).contains(&t)
-        {
-            return S::from(otherwise);
-        }
         if self.series.is_empty() {
             return self.program.value(&Inputs { design, time, others: point.response });
         }
         let rows = self.series.iter().map(|series| S::from(series.at(t)));
         let others: Vec<S> = point.response.iter().copied().chain(rows).collect();
         self.program.value(&Inputs { design, time, others: &others })
-    }
-}
-
-/// A formula with a factor.
-#[derive(Clone, Debug)]
-pub struct Times(pub Explicit, pub f64);
-
-impl Function for Times {
-    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
-        self.0.at(point) * self.1
     }
 }

@@ -16,8 +16,8 @@ pub struct SensitiveHistory {
     pub times: Vec<f64>,
     /// One series per output, one value per time.
     pub values: Vec<Vec<f64>>,
-    /// `slopes[output][time]` is the gradient with respect to the design variables.
-    pub slopes: Vec<Vec<Vec<f64>>>,
+    /// `gradients[output][time]` is the gradient with respect to the design variables.
+    pub gradients: Vec<Vec<Vec<f64>>>,
     /// Work of the analysis; the derivatives add one back-substitution per step and chunk of design variables.
     pub work: Work,
 }
@@ -37,7 +37,7 @@ impl Record {
             names: mechanism.output_names(),
             times: times.to_vec(),
             values: vec![vec![0.0; times.len()]; count],
-            slopes: vec![vec![vec![0.0; variables]; times.len()]; count],
+            gradients: vec![vec![vec![0.0; variables]; times.len()]; count],
             work: Work::default(),
         };
         Self { history, sampler: Sampler::new(mechanism), outputs: Vec::new() }
@@ -45,7 +45,7 @@ impl Record {
 
     /// Slopes for the design variables from `first` on.
     pub fn slopes<'s>(&mut self, time: usize, first: usize, outputs: impl IntoIterator<Item = &'s [f64]>) {
-        for (series, output) in self.history.slopes.iter_mut().zip(outputs) {
+        for (series, output) in self.history.gradients.iter_mut().zip(outputs) {
             let slopes = &mut series[time][first..];
             slopes.iter_mut().zip(output).for_each(|(slope, value)| *slope = *value);
         }

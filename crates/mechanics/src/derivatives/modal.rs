@@ -30,12 +30,12 @@ pub enum About {
 pub struct ModeSensitivities {
     /// ω² in rad²/s², rising.
     pub squares: Vec<f64>,
-    /// `slopes[mode]` is the gradient of ω² with respect to the design variables; dω/db = slope / (2 ω).
+    /// `gradients[mode]` is the gradient of ω² with respect to the design variables; dω/db = slope / (2 ω).
     ///
     /// Of a repeated frequency only one-sided derivatives along each variable exist: for each variable by itself these
     /// are sorted, so that those of the mode k are those of the k-th frequency while the variable grows. They do not add
     /// up for several variables at once.
-    pub slopes: Vec<Vec<f64>>,
+    pub gradients: Vec<Vec<f64>>,
 }
 
 /// Squares closer than this part of each other count as one repeated frequency.
@@ -68,26 +68,29 @@ pub fn differentiate_modes<M: ParametricMechanism>(
     let (values, states) = states_at_rest(&mut system, &mechanism, &chunks, about, t)?;
     let found = modes(&mut system, &mechanism, &values)?;
     let squares: Vec<f64> = found.frequencies.iter().map(|w| w * w.abs()).collect();
-    let gradients = system.closure_gradients(&mechanism, &values);
-    let mut slopes = vec![vec![0.0; b.len()]; squares.len()];
+    let constraint_gradients = system.closure_gradients(&mechanism, &values);
+    let mut gradients = vec![vec![0.0; b.len()]; squares.len()];
     for cluster in clusters(&squares) {
         let square = cluster.clone().map(|k| squares[k]).sum::<f64>() / cluster.len() as f64;
         let shapes: Vec<Vec<f64>> = cluster.clone().map(|k| found.shapes.column(k).iter().copied().collect()).collect();
         for (c, (mechanism, state)) in chunks.iter().zip(&states).enumerate() {
             let rows: Vec<_> = shapes.iter().map(|shape| moved(&system, mechanism, state, shape, square)).collect();
-            let tests: Vec<_> =
-                shapes.iter().zip(&rows).map(|(shape, rows)| test(&system, &gradients, shape, rows)).collect();
+            let tests: Vec<_> = shapes
+                .iter()
+                .zip(&rows)
+                .map(|(shape, rows)| test(&system, &constraint_gradients, shape, rows))
+                .collect();
             for k in 0..WIDTH.min(b.len() - c * WIDTH) {
                 let dot =
                     |i: usize, j: usize| tests[i].iter().zip(&rows[j]).map(|(x, row)| x * row.eps[k]).sum::<f64>();
                 let pairs = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (dot(i, j) + dot(j, i)));
                 let mut rates: Vec<f64> = pairs.symmetric_eigenvalues().iter().copied().collect();
                 rates.sort_by(f64::total_cmp);
-                cluster.clone().zip(rates).for_each(|(mode, rate)| slopes[mode][c * WIDTH + k] = rate);
+                cluster.clone().zip(rates).for_each(|(mode, rate)| gradients[mode][c * WIDTH + k] = rate);
             }
         }
     }
-    Ok(ModeSensitivities { squares, slopes })
+    Ok(ModeSensitivities { squares, gradients })
 }
 
 /// Runs of rising squares that count as equal.

@@ -2,6 +2,8 @@
 
 use crate::Result;
 use crate::analyses::dynamics::InitialConfiguration;
+use crate::analyses::dynamics::simulate_with_recording;
+use crate::checkpointing::recording::ExplicitRecording;
 use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::checkpointing::trajectory_store::Checkpointable;
 use crate::derivatives::activity::Dependence;
@@ -15,12 +17,10 @@ use crate::derivatives::adjoint::{Functional, check, contract};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::step_records::StageRecords;
 use crate::derivatives::seeding::build_sensitive;
-use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE};
+use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
-use crate::integrators::explicit::recording::ExplicitRecording;
 use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::simulation::simulate_with_recording;
-use crate::integrators::explicit::simulation::{sample, start};
+
 use crate::integrators::explicit::stepper::OdeRhs;
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use nalgebra::DMatrix;

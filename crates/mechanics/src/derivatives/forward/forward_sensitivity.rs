@@ -1,11 +1,12 @@
 //! Derivatives that go along with implicit steps, one chunk of design variables at a time.
 
-use crate::analyses::dynamics::{Dynamics, check_finite, is_before};
+use crate::analyses::dynamics::{Dynamics, is_before};
 use crate::analyses::sampling::{Sampler, interpolate};
 use crate::derivatives::forward::initial_conditions::StartSolver;
 use crate::derivatives::forward::step_block::{ConvergedStep, StepBlock, StepConsumer, StepSource};
 use crate::derivatives::saltation::{apply_impact, apply_switch};
 use crate::derivatives::seeding::{set_values, take_values};
+use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::{Factor, SolveWorkspace};

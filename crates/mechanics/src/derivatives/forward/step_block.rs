@@ -131,7 +131,7 @@ impl<'m> StepSource<'m> {
                 let Some(h) = running.advance()? else { return Ok(false) };
                 taken.h = h;
                 taken.end.copy_from(&running.run.integrator.step.new);
-                (taken.closed, taken.is_on_grid) = (running.run.closed, running.run.is_on_grid);
+                (taken.closed, taken.is_on_grid) = (running.run.locator.closed, running.run.is_on_grid);
             }
             Steps::Recorded { next, end, .. } if next == end => return Ok(false),
             Steps::Recorded { recording, next, .. } => {

@@ -1,10 +1,11 @@
 //! Slopes along implicit steps, for one design variable.
 
 use crate::Result;
-use crate::analyses::dynamics::{Dynamics, check_finite, is_before};
+use crate::analyses::dynamics::{Dynamics, is_before};
 use crate::analyses::sampling::{Sampler, interpolate};
 use crate::derivatives::forward::step_block::{ConvergedStep, StepBlock, StepConsumer};
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
+use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::SolveWorkspace;

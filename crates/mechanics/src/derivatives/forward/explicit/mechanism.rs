@@ -10,10 +10,9 @@ use crate::derivatives::forward::explicit::step_records::StageRecords;
 use crate::derivatives::forward::initial_conditions::StartSolver;
 use crate::derivatives::history::{Record, SensitiveHistory};
 use crate::derivatives::seeding::build_sensitive;
-use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE};
+use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, Start, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::simulation::{Start, sample, start};
 use crate::mechanism::scalars::Dual8;
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
@@ -31,7 +30,7 @@ use rayon::prelude::*;
 /// variables, which serve all design variables. The projections at the ends of steps are differentiated alike; initial positions and velocities may depend on the design.
 /// Steps are frozen: the derivatives are those of the discrete solution. Same bits for any number of threads.
 ///
-/// **Errors.** As [`simulate_explicitly`](crate::integrators::explicit::simulation::simulate_explicitly), and
+/// **Errors.** As [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly), and
 /// [`crate::Error::Definition`] if the model makes another mechanism in dual numbers than in `f64`.
 pub fn differentiate_explicitly<M: ParametricMechanism>(
     model: &M,

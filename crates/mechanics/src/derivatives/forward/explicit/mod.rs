@@ -27,7 +27,7 @@ pub(crate) mod ode;
 pub(crate) mod step_records;
 pub(crate) mod steps;
 
-pub use crate::integrators::explicit::simulation::simulate_explicitly;
+pub use crate::analyses::dynamics::simulate_explicitly;
 pub use mechanism::differentiate_explicitly;
 pub use ode::OdeSensitivity;
 pub use ode::differentiate_ode;

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 pub struct OdeSensitivity {
     /// The solution.
     pub history: OdeHistory,
-    /// `slopes[component][time]` is the gradient with respect to the design variables.
-    pub slopes: Vec<Vec<Vec<f64>>>,
+    /// `gradients[component][time]` is the gradient with respect to the design variables.
+    pub gradients: Vec<Vec<Vec<f64>>>,
 }
 
 /// Integrates `ode` at the design `b` and differentiates its state at `times` with respect to `b`.
@@ -36,7 +36,7 @@ pub fn differentiate_ode<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times:
     let chunks: Vec<usize> = (0..b.len()).step_by(WIDTH).collect();
     let mut followers: Vec<_> = chunks.iter().map(|&first| sensitivity(ode, b, first, &march)).collect();
     let mut values = vec![Vec::with_capacity(times.len()); size];
-    let mut slopes = vec![vec![vec![0.0; b.len()]; times.len()]; size];
+    let mut gradients = vec![vec![vec![0.0; b.len()]; times.len()]; size];
     let (mut y, mut dy) = (march.stepper.old.clone(), vec![[0.0; WIDTH]; size]);
     for (k, &t) in times.iter().enumerate() {
         while march.is_before(t) {
@@ -53,7 +53,7 @@ pub fn differentiate_ode<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times:
             } else {
                 dy.copy_from_slice(sensitivity.end());
             }
-            for (series, slope) in slopes.iter_mut().zip(&dy) {
+            for (series, slope) in gradients.iter_mut().zip(&dy) {
                 series[k][first..].iter_mut().zip(slope).for_each(|(to, from)| *to = *from);
             }
         }
@@ -61,7 +61,7 @@ pub fn differentiate_ode<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times:
     }
     let work = march.work();
     let history = OdeHistory { times: times.to_vec(), values, steps: march.steps, work };
-    Ok(OdeSensitivity { history, slopes })
+    Ok(OdeSensitivity { history, gradients })
 }
 
 type Dual = DualVec<WIDTH>;
