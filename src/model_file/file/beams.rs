@@ -152,22 +152,22 @@ fn beam(
 
 impl Beam {
     /// Adds the beam to a mechanism.
-    pub fn build<S: Scalar>(&self, world: &mut BuildContext<S>, b: &[S]) {
+    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
         let value = |program: &Program| program.value(&Inputs::design(b));
-        let ends = self.ends.map(|end| end.map(|frame| world.frame(frame)));
+        let ends = self.ends.map(|end| end.map(|frame| context.frame(frame)));
         let span = [self.from.each_ref().map(value), self.to.each_ref().map(value)];
-        let beam = world.mechanism.beam(&self.name, span, ends, self.elements, &self.section(value), self.shear);
+        let beam = context.mechanism.beam(&self.name, span, ends, self.elements, &self.section(value), self.shear);
         if let Some((ends, spin)) = &self.velocity {
             let ([from, to], spin) = (ends.each_ref().map(|end| end.each_ref().map(value)), value(spin));
             for (k, node) in beam.0.iter().enumerate() {
                 let share = k as f64 / self.elements as f64;
                 let between = |c: usize| from[c] * (1.0 - share) + to[c] * share;
-                world.mechanism.set_velocity(node.x, between(0));
-                world.mechanism.set_velocity(node.y, between(1));
-                world.mechanism.set_velocity(node.theta, spin);
+                context.mechanism.set_velocity(node.x, between(0));
+                context.mechanism.set_velocity(node.y, between(1));
+                context.mechanism.set_velocity(node.theta, spin);
             }
         }
-        world.beams.push(beam);
+        context.beams.push(beam);
     }
 
     fn section<S: Scalar>(&self, value: impl Fn(&Program) -> S) -> BeamSection<S> {

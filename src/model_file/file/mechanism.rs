@@ -68,7 +68,7 @@ impl ParametricMechanism for MechanismTemplate {
         let mut world = BuildContext {
             mechanism: Mechanism::with_gravity(gx, gy),
             bodies: vec![],
-            slides: vec![],
+            sliders: vec![],
             beams: vec![],
             elements: vec![],
         };

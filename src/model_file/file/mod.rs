@@ -83,7 +83,8 @@ pub(super) const KEYS: &[Key] = &[
 /// All tables below the file, with their keys.
 pub(super) fn families() -> Vec<Table> {
     let mut all = vec![Table { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN }];
-    all.extend(bodies::TABLES.iter().chain(beams::TABLES));
+    all.extend(bodies::tables());
+    all.extend(beams::TABLES);
     all.extend(element_kinds::tables());
     all.extend(motion::TABLES.iter().chain(analysis::TABLES).chain(outputs::TABLES));
     all.extend(objective::TABLES.iter().chain(constraints::TABLES).chain(method::TABLES));

@@ -36,7 +36,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force_y", "N", "force on a along y of its body, positive if b is displaced in this direction"),
         Measure::new("moment", "N·m", "torque on a, positive if b is turned counter-clockwise"),
     ],
-    about: "joins two points elastically",
+    about: "an elastic connection of two points",
     symbol: Symbol::None,
 };
 
