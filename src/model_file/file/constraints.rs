@@ -2,7 +2,7 @@
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
 use super::outputs::intermediates;
-use super::quantity::{Quantified, QuantityContext};
+use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::model_file::limits;
 use crate::problem::{Constraint, DesignVariable, Quantity, Selection, TimeGrid};
@@ -102,7 +102,7 @@ fn window(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
     grid: Option<&TimeGrid>,
-    value: &Quantified,
+    value: &CompiledQuantity,
 ) -> Read<Option<[f64; 2]>> {
     let (from, to) = (section.number("from", known.names)?, section.number("to", known.names)?);
     let key = if from.is_some() { "from" } else { "to" };
@@ -125,7 +125,7 @@ fn window(
 fn quantity(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
-    value: Quantified,
+    value: CompiledQuantity,
     variables: &[DesignVariable],
 ) -> Read<Quantity> {
     let quantity = value.quantity();
@@ -147,7 +147,7 @@ pub fn neighbours(section: &Section<'_>) -> Read<Option<Selection>> {
 /// The constraints in continuous time, if the section has `continuous = true`.
 fn continuous(
     section: &Section<'_>,
-    value: &Quantified,
+    value: &CompiledQuantity,
     constraints: Vec<Constraint>,
     has_window: bool,
 ) -> Read<Vec<Constraint>> {
