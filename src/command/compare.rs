@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   linkwright compare --list
   linkwright compare impact-absorber
-  linkwright compare slider-crank --methods paper,gcmma,hessian --out out
+  linkwright compare slider-crank --methods slp,gcmma,hessian --out out
   linkwright compare --all
-  linkwright compare lift.toml --methods paper,mma,gcmma
+  linkwright compare lift.toml --methods slp,mma,gcmma
 
 Of a model file, the method that it has itself is run, too, and its stop test holds for all.
 The end of a run of a problem whose optima are known: `optimum` converged to a known optimum; `other optimum` converged elsewhere, where the optimality

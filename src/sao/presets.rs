@@ -26,12 +26,12 @@ pub fn presets() -> &'static [Preset] {
     PRESETS
 }
 
-/// The preset of that name.
+/// The method of that name, or of a former name: `paper` is `slp`.
 ///
 /// # Errors
-///
-/// [`Error::Unknown`] with the nearest names if no preset has this name.
+/// [`Error::Definition`] with the nearest names if there is none.
 pub fn preset(name: &str) -> Result<&'static Preset> {
+    let name = FORMER_NAMES.iter().find(|(former, _)| *former == name).map_or(name, |(_, current)| current);
     let unknown = || Error::unknown("method", name, PRESETS.iter().map(|p| p.name));
     PRESETS.iter().find(|p| p.name == name).ok_or_else(unknown)
 }
@@ -66,14 +66,17 @@ fn wide() -> RelativeLimits {
 
 const EXPONENTIAL: TwoPointExponential = TwoPointExponential { least: -3.0, most: 3.0, otherwise: -1.0 };
 
+/// Former names of presets with the current ones.
+const FORMER_NAMES: &[(&str, &str)] = &[("paper", "slp"), ("paper-fixed-times", "slp-fixed-times")];
+
 static PRESETS: &[Preset] = &[
     Preset {
-        name: "paper",
+        name: "slp",
         title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time drift",
         method: Method::default,
     },
     Preset {
-        name: "paper-fixed-times",
+        name: "slp-fixed-times",
         title: "the same, but peaks in continuous time keep their times",
         method: || Method { drifting: false, ..Method::default() },
     },
@@ -185,6 +188,7 @@ mod tests {
         names.dedup();
         assert_eq!(names.len(), presets().len());
         assert_eq!(preset("gcmma").unwrap().name, "gcmma");
+        assert_eq!(preset("paper").unwrap().name, "slp");
         assert!(preset("gcma").unwrap_err().to_string().contains("try `gcmma`"));
     }
 }

@@ -228,7 +228,7 @@ fn drives_of_every_kind_need_the_force_of_their_acceleration() {
     let x = m.coordinate("cart", 0.0, 0.0);
     m.inertia("mass", x, 2.0);
     let drive = m.driver("drive", m.ground().x, x, Chirp, &[3.0]);
-    let effort = m.measure(drive, "effort").unwrap();
+    let effort = m.measure(drive, "driving_force").unwrap();
     m.output("force", &[effort]);
     close(kinematics(&m, Assembly::default(), &[t]).unwrap()[0][0], chirp, 1e-12);
 }
@@ -242,7 +242,7 @@ fn a_ramp_loads_a_spring_step_by_step() {
     m.inertia("mass", x, 1.0);
     let spring = m.coordinate_spring("spring", ground, x, [50.0, 0.0, 0.0, 0.0]);
     m.load("load", ground, x, Ramp::Linear, &[0.0, 10.0, 1.0, 2.0]);
-    let term = m.measure(spring, "stretch").unwrap();
+    let term = m.measure(spring, "elongation").unwrap();
     m.output("stretch", &[term]);
     let found = equilibria(&m, &Statics::default(), &[0.5, 2.0, 4.0]).unwrap();
     found[0].iter().zip([0.0, 0.1, 0.2]).for_each(|(u, expected)| close(*u, expected, 1e-13));

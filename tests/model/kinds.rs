@@ -7,7 +7,7 @@ use linkwright::model_file::{read, tables};
 use linkwright::problem::{Problem, ResponseAt};
 
 const BASE: &str = r#"
-version = 1
+version = 2
 gravity = [0, -9.81]
 [design.p]
 start = 1.5
@@ -143,8 +143,8 @@ fn every_joint_drive_and_force_measures_and_differentiates() {
 #[test]
 fn every_function_of_time_differentiates() {
     for function in FUNCTIONS {
-        let part = format!("[[force]]\nname = 'part'\nkind = 'load'\nb = 'one.x'\neffort = {function}\n");
-        let outputs = outputs(["part.effort".to_owned()].into_iter());
+        let part = format!("[[force]]\nname = 'part'\nkind = 'load'\nb = 'one.x'\ngeneralized_force = {function}\n");
+        let outputs = outputs(["part.generalized_force".to_owned()].into_iter());
         let values = assert_derivatives(&format!("{BASE}{EXPLICIT}{part}{outputs}"));
         assert!(values.iter().any(|v| *v != 0.0), "{function} measures nothing: {values:?}");
     }
@@ -165,7 +165,7 @@ fn bodies_beams_and_formulas_differentiate() {
     let clamped = |kind: &str, keys: &str| {
         format!(
             "[[beam]]\nname = \"rod\"\nkind = \"{kind}\"\nfrom = [0, 1]\nto = [1, 1]\nelements = 2\n{keys}\n\
-             [[joint]]\nname = \"clamp\"\nkind = \"weld\"\na = {{ body = \"ground\", at = [0, 1] }}\nb = \"rod.first\"\n"
+             [[joint]]\nname = \"clamp\"\nkind = \"fixed\"\na = {{ body = \"ground\", at = [0, 1] }}\nb = \"rod.first\"\n"
         )
     };
     let material = "young = 2.1e9\ndensity = 1000";
@@ -187,7 +187,7 @@ fn bodies_beams_and_formulas_differentiate() {
         assert!(values.iter().all(|v| *v != 0.0), "{values:?}");
     }
     let parts = "[[body]]\nname = \"bob\"\nkind = \"point\"\nmass = 1\nposition = [2, 0]\nvelocity = [\"p\", 0]\n\
-                 [[body]]\nname = \"slide\"\nkind = \"slide\"\nmass = 1\nvelocity = \"p\"\n\
+                 [[body]]\nname = \"slide\"\nkind = \"slider\"\nmass = 1\nvelocity = \"p\"\n\
                  [[point]]\nname = \"edge\"\nbody = \"one\"\nat = [\"p\", 0]\n";
     let measures = ["bob.vx", "slide.position", "edge.x", "kinetic_energy", "potential_energy + time"];
     let values =
@@ -200,7 +200,7 @@ fn bodies_beams_and_formulas_differentiate() {
 
 #[test]
 fn a_weight_hangs_lower_on_a_softer_spring() {
-    let text = "version = 1\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0]\n\
+    let text = "version = 2\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0]\n\
                 [[body]]\nname = \"weight\"\nkind = \"point\"\nmass = 2\nposition = [0, 0]\n\
                 [[driver]]\nname = \"guide\"\ncoordinate = \"weight.x\"\nmotion = 0\n\
                 [[force]]\nname = \"spring\"\nkind = \"coordinate-spring\"\na = \"ground.y\"\nb = \"weight.y\"\nstiffness = \"p\"\n\
@@ -221,7 +221,7 @@ fn a_ball_bounces_off_a_stop_and_off_a_wall() {
     ];
     for contact in contacts {
         let text = format!(
-            "version = 1\ngravity = [0, -10]\n[design.p]\nstart = 0.8\n[objective]\nminimize = \"p\"\n[time]\nat = [0.6]\n\
+            "version = 2\ngravity = [0, -10]\n[design.p]\nstart = 0.8\n[objective]\nminimize = \"p\"\n[time]\nat = [0.6]\n\
              [[body]]\nname = \"ball\"\nkind = \"point\"\nmass = 2\nposition = [0, 0.8]\n\
              [[force]]\nname = \"floor\"\n{contact}{}\n[[output]]\nname = \"y\"\nvalue = \"ball.y\"\n",
             "[analysis]\nkind = \"dynamics\"\nstep = 0.01"
@@ -237,11 +237,11 @@ fn a_ball_bounces_off_a_stop_and_off_a_wall() {
 
 #[test]
 fn a_motion_from_an_equilibrium_stays_there() {
-    let text = "version = 1\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0, 0.5]\n\
+    let text = "version = 2\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0, 0.5]\n\
                 [[body]]\nname = \"weight\"\nkind = \"point\"\nmass = 2\nposition = [0, 0]\n\
                 [[force]]\nname = \"spring\"\nkind = \"coordinate-spring\"\na = \"ground.y\"\nb = \"weight.y\"\nstiffness = \"p\"\n\
                 [[force]]\nname = \"guide\"\nkind = \"coordinate-spring\"\na = \"ground.x\"\nb = \"weight.x\"\nstiffness = 10\n\
-                [analysis]\nkind = \"dynamics\"\nstep = 0.01\norigin = \"equilibrium\"\n\
+                [analysis]\nkind = \"dynamics\"\nstep = 0.01\ninitial_configuration = \"equilibrium\"\n\
                 [[output]]\nname = \"y\"\nvalue = \"weight.y\"\n";
     let problem = problem(text);
     let responses = problem.analyze(&[50.0]).unwrap();

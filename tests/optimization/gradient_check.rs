@@ -234,7 +234,7 @@ mod mechanisms {
             m.inertia("mass", cart, S::from(b[0].re()));
             let spring =
                 m.coordinate_spring("spring", m.ground().x, cart, [b[1], S::from(0.0), S::from(0.0), S::from(0.0)]);
-            let effort = m.measure(spring, "effort")?;
+            let effort = m.measure(spring, "generalized_force")?;
             m.output("effort", &[effort]);
             Ok(m)
         }

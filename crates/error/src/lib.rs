@@ -159,21 +159,9 @@ pub fn nearest<'k>(asked: &str, known: impl IntoIterator<Item = &'k str>) -> Vec
     names
 }
 
-/// Edit distance (Levenshtein) of two names; 0 if one is a part of the other.
+/// Edit distance of two names: letters added, removed, changed or swapped with their neighbour. Zero if `asked` is a part of `known`.
 fn distance(known: &str, asked: &str) -> usize {
-    if !asked.is_empty() && known.contains(asked) {
-        return 0;
-    }
-    let mut row: Vec<usize> = (0..=asked.chars().count()).collect();
-    for (i, a) in known.chars().enumerate() {
-        let mut corner = std::mem::replace(&mut row[0], i + 1);
-        for (j, b) in asked.chars().enumerate() {
-            let change = corner + usize::from(a != b);
-            corner = row[j + 1];
-            row[j + 1] = change.min(corner + 1).min(row[j] + 1);
-        }
-    }
-    row[row.len() - 1]
+    if !asked.is_empty() && known.contains(asked) { 0 } else { strsim::osa_distance(known, asked) }
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ impl ParametricMechanism for RigidFourBar {
             let at_root = (i == 0).then(|| m.driving_force(root).times(S::from(-1.0)));
             m.output(format!("moment {}.1", i + 1), at_root.as_slice());
             for (k, &joint) in link.joints.iter().enumerate() {
-                let moment = m.measure(joint, "couple")?.times(S::from(-1.0));
+                let moment = m.measure(joint, "moment")?.times(S::from(-1.0));
                 m.output(format!("moment {}.{}", i + 1, k + 2), &[moment]);
             }
             m.output(format!("moment {}.{}", i + 1, link.segments.len() + 1), &[]);

@@ -40,10 +40,13 @@ use linkwright::model_file::{Model, read};
 use linkwright::problem::Problem;
 use std::path::Path;
 
-/// Reads a model file. Returns its text, too.
+/// Reads a model file and prints the note about an old version. Returns the text, too.
 pub(super) fn load(path: &Path) -> anyhow::Result<(Model, String)> {
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the model {}", path.display()))?;
     let model = read(&path.display().to_string(), &text)?;
+    if let Some(note) = model.note() {
+        eprintln!("{note}");
+    }
     Ok((model, text))
 }
 

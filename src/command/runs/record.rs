@@ -103,5 +103,6 @@ impl Record {
 /// The preset that a model names.
 fn preset(text: &str) -> String {
     let named = settings("", text).ok().and_then(|all| all.get("method.preset").cloned());
-    named.map_or_else(|| "paper".to_owned(), |name| name.trim_matches('"').to_owned())
+    let name = named.as_deref().map_or("slp", |name| name.trim_matches('"'));
+    linkwright::sao::preset(name).map_or(name, |preset| preset.name).to_owned()
 }

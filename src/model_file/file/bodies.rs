@@ -43,9 +43,9 @@ static KINDS: LazyLock<[(Kind, Table); 5]> = LazyLock::new(|| {
     [
         (Kind::Rigid, of_element(rigid, &[POSITION, ANGLE, VELOCITY, SPIN])),
         (Kind::Point, of_element(point, &[POSITION, VELOCITY])),
-        (Kind::FixedNode, table("pivot", "a point at rest that beam ends can share", &[POSITION])),
-        (Kind::MasslessNode, table("frame", "a massless node that elements give mass to", &[POSITION, ANGLE])),
-        (Kind::Slider, table("slide", "one coordinate with a mass", SLIDER)),
+        (Kind::FixedNode, table("fixed-node", "a point at rest that beam ends can share", &[POSITION])),
+        (Kind::MasslessNode, table("massless-node", "a massless node that elements give mass to", &[POSITION, ANGLE])),
+        (Kind::Slider, table("slider", "one coordinate with a mass", SLIDER)),
     ]
 });
 

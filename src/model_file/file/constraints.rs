@@ -1,4 +1,4 @@
-//! `[[constraint]]`: what must hold, at a time, at all time points, or on an interval.
+//! `[[constraint]]`: limits of a value, at all time points, on an interval, or in continuous time.
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
 use super::outputs::intermediates;
@@ -9,21 +9,25 @@ use crate::problem::{Constraint, DesignVariable, Quantity, Selection, TimeGrid};
 
 const KEYS: &[Key] = &[
     required("name", Accepts::Text, "name, unique in the file"),
-    required("value", Accepts::Quantity, "what is constrained"),
+    required("value", Accepts::Quantity, "the constrained quantity"),
     optional("at_most", Accepts::Number, "upper limit, in the unit of the value"),
     optional("at_least", Accepts::Number, "lower limit; with `at_most` there are two constraints"),
     optional("equals", Accepts::Number, "the value that must be met"),
-    optional("scale", Accepts::Number, "normalisation, in the unit of the value; |limit|, or 1 where that is zero"),
-    optional("from", Accepts::Number, "first time at which it must hold; the first time point"),
-    optional("to", Accepts::Number, "last time at which it must hold; the last time point"),
-    default("continuous", Accepts::Flag, "false", "whether it must hold between the time points, too"),
-    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are kept before and after each maximum"),
+    optional(
+        "scale",
+        Accepts::Number,
+        "normalisation, in the unit of the value; by default |limit|, or 1 if that is zero",
+    ),
+    optional("from", Accepts::Number, "first time at which the constraint must hold; by default the first time point"),
+    optional("to", Accepts::Number, "last time at which the constraint must hold; by default the last time point"),
+    default("continuous", Accepts::Flag, "false", "whether the constraint must hold between the time points, too"),
+    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are retained before and after each maximum"),
     optional("directly_in", Accepts::Intermediate, "approximates the value itself, linearized in these variables"),
     EACH,
 ];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[Table] = &[Table { name: "constraint", kind: None, about: "what must hold", keys: KEYS }];
+pub const TABLES: &[Table] = &[Table { name: "constraint", kind: None, about: "limits of a quantity", keys: KEYS }];
 
 /// Reads the constraints.
 pub fn read(
@@ -131,7 +135,7 @@ fn quantity(
     Ok(quantity.directly(intermediates(section, "directly_in", known.names, variables)?))
 }
 
-/// Time points that are kept: a number of neighbours, or all.
+/// Time points that are retained around each maximum: a number of neighbours, or all.
 pub fn neighbours(section: &Section<'_>) -> Read<Option<Selection>> {
     match section.get("neighbours").map(|value| value.get_ref().is_str()) {
         None => Ok(None),
@@ -140,7 +144,7 @@ pub fn neighbours(section: &Section<'_>) -> Read<Option<Selection>> {
     }
 }
 
-/// Constraints that hold between the time points, too, if that is wanted and possible.
+/// The constraints in continuous time, if the section has `continuous = true`.
 fn continuous(
     section: &Section<'_>,
     value: &Quantified,

@@ -1,4 +1,4 @@
-//! The mechanism of a file, as a pure function of the design.
+//! The mechanism of a file as a pure function of the design.
 
 use super::beams::{self, Beam};
 use super::bodies::{self, Body};

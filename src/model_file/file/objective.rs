@@ -1,4 +1,4 @@
-//! `[objective]`: what is minimized.
+//! `[objective]`: the function that is minimized.
 
 use super::key::{Accepts, Key, Table, default, optional};
 use super::naming;
@@ -12,9 +12,9 @@ use crate::problem::{DesignVariable, Goal, ProblemBuilder, Quantity, TimeGrid};
 const KEYS: &[Key] = &[
     default("name", Accepts::Text, "objective", "name, for tables and axes"),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
-    optional("minimize", Accepts::Quantity, "what is to be small"),
-    optional("maximize", Accepts::Quantity, "what is to be large, in place of `minimize`"),
-    optional("over", Accepts::Choice(OVER), "how a history becomes a number"),
+    optional("minimize", Accepts::Quantity, "the quantity to minimize"),
+    optional("maximize", Accepts::Quantity, "the quantity to maximize, in place of `minimize`"),
+    optional("over", Accepts::Choice(OVER), "how a history is reduced to a number"),
     default("rule", Accepts::Choice(&["simpson", "trapezoid"]), "trapezoid", "quadrature of integral and mean"),
     optional("bound", Accepts::Table, "with over = \"peak\": the variable that bounds |value| and is minimized"),
     default(
@@ -30,7 +30,7 @@ const BOUND: &[Key] = &[default("name", Accepts::Name, "peak", "name of the vari
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[Table] = &[
-    Table { name: "objective", kind: None, about: "what is minimized", keys: KEYS },
+    Table { name: "objective", kind: None, about: "the function to minimize", keys: KEYS },
     Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: BOUND },
     Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: naming::DESIGN },
 ];
@@ -43,13 +43,13 @@ pub enum Objective {
     Peak { bound: DesignVariable, quantity: Quantity, scale: f64 },
 }
 
-/// The bound variable of a peak, which is a design variable like others from here on.
+/// The variable that bounds a peak. It is a design variable like any other.
 pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<DesignVariable>> {
     let Some(section) = file.inner("objective", &[KEYS])? else { return Ok(None) };
     let Some(bound) = section.inner("bound", &[BOUND, naming::DESIGN])? else { return Ok(None) };
     let word = bound.need_word("name")?;
     names.check(&word.text, word.span)?;
-    let variable = naming::extra(&word.text, &bound, names)?;
+    let variable = naming::variable(&word.text, &bound, names)?;
     names.design(&word.text);
     Ok(Some(variable))
 }
@@ -80,16 +80,16 @@ pub fn read(
     };
     match (over, bound) {
         (None, _) if value.is_transient => {
-            let help = "say how it becomes a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
+            let help = "reduce it to a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
             Err(section.complain(key, "the objective is a history, not a number").help(help))
         }
         (Some(_), _) if !value.is_transient => Err(section.complain("over", "the objective is a number already")),
         (Some(0), Some(bound)) if goal == Goal::Minimize => peak(&section, known, value, bound),
         (Some(0), None) => {
             let help = "for instance bound = { name = \"peak\", start = 1.0, lower = 0.0 }";
-            Err(section.complain("over", "the least peak needs a variable that bounds it").help(help))
+            Err(section.complain("over", "over = \"peak\" needs a variable that bounds the peak").help(help))
         }
-        (Some(0), _) => Err(section.complain("maximize", "a peak can be minimized only")),
+        (Some(0), _) => Err(section.complain("maximize", "a peak can only be minimized")),
         (_, Some(_)) => Err(section.complain("bound", "`bound` belongs to over = \"peak\"")),
         (over, None) => number(&section, known.names, value, goal, over, grid, variables),
     }

@@ -1,8 +1,7 @@
 //! Names of the parts of a mechanism, and references to them.
 
 use super::key::{Accepts, Key, required};
-use super::log::FileSource;
-use super::section::{Read, Section, Value, Word, pair, wrong_type};
+use super::section::{FileSource, Read, Section, Value, Word, pair, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;

@@ -1,14 +1,14 @@
-//! Formulas of outputs: what objective and constraints are made of.
+//! Formulas of outputs, of which objective and constraints are made, and `[series]`.
 
 use super::outputs::Output;
-use super::section::{Read, Section, wrong_type};
+use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{Inputs, Names, Node, Program, Tree, Wants};
 use crate::problem::{Function, Point, Quantity, TimeGrid};
 use autodiff::Scalar;
 use std::sync::Arc;
 
-/// A row of numbers, one for each time point.
+/// A series: one number for each time point.
 #[derive(Clone, Debug)]
 pub struct Series {
     name: String,
@@ -17,7 +17,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// The number of the time point nearest to `t`.
+    /// The number at the time point nearest to `t`.
     fn at(&self, t: f64) -> f64 {
         let after = self.times.partition_point(|&time| time < t).min(self.times.len() - 1);
         let before = after.saturating_sub(1);
@@ -35,12 +35,11 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
     };
     let times = Arc::new(grid.points.clone());
     let mut all: Vec<Series> = vec![];
-    for (word, value) in super::section::ordered(table) {
+    for (word, value) in ordered(table) {
         names.check(&word.text, word.span.clone())?;
         let list =
             value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{}`", word.text), "a list"))?;
-        let number =
-            |item| super::section::constant(&super::section::tree(item, &word.text, file.source())?, &word.text, names);
+        let number = |item| constant(&tree(item, &word.text, file.source())?, &word.text, names);
         let values = list.iter().map(number).collect::<Read<Vec<f64>>>()?;
         if values.len() != times.len() {
             let message =
@@ -52,7 +51,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
     Ok(all)
 }
 
-/// What formulas of outputs may name.
+/// Names that a formula of outputs may use.
 pub struct QuantityContext<'a> {
     pub names: &'a Names,
     pub outputs: &'a [Output],
@@ -66,7 +65,7 @@ pub struct Explicit {
     series: Vec<Series>,
 }
 
-/// A formula with the outputs that it uses, in its own order.
+/// A formula with the outputs that it uses, in the order of its inputs.
 #[derive(Clone, Debug)]
 pub struct Quantified {
     pub function: Explicit,
@@ -90,7 +89,7 @@ impl Quantified {
 }
 
 impl QuantityContext<'_> {
-    /// The formula that a tree is.
+    /// The formula of a parsed expression.
     pub fn compile(&self, tree: &Tree, key: &str) -> Read<Quantified> {
         let output = |name: &str| self.outputs.iter().position(|o| o.name == name);
         let series = |name: &str| self.series.iter().position(|s| s.name == name).map(|k| self.outputs.len() + k);

@@ -22,10 +22,10 @@ element_inputs!(BumpStopInputs {
 });
 
 pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
-    kind: "stop",
+    kind: "bump-stop",
     family: Family::Contact,
     inputs: INPUTS,
-    measures: &[Measure::new("push", "N or N·m", "contact force or torque, which acts towards larger b − a")],
+    measures: &[Measure::new("contact_force", "N or N·m", "contact force or torque, which acts towards larger b − a")],
     about: "a compliant stop that keeps b − a above a limit",
     symbol: Symbol::None,
 };

@@ -27,7 +27,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     kind: "wall",
     family: Family::Contact,
     inputs: INPUTS,
-    measures: &[Measure::new("push", "N", "contact force on the point, along the outward normal")],
+    measures: &[Measure::new("contact_force", "N", "contact force on the point, along the outward normal")],
     about: "a compliant wall that keeps a point on its outer side",
     symbol: Symbol::None,
 };

@@ -24,7 +24,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Drive,
     inputs: INPUTS,
     measures: &[
-        Measure::new("effort", "N or N·m", "driving force or torque, positive if it acts towards larger b − a"),
+        Measure::new("driving_force", "N or N·m", "driving force or torque, positive if it acts towards larger b − a"),
         Measure::new("power", "W", "power of the drive, positive if it does work on the mechanism"),
     ],
     about: "the difference b − a as a function of time",

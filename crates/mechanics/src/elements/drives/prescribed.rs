@@ -13,7 +13,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     kind: "coordinate",
     family: Family::Drive,
     inputs: INPUTS,
-    measures: &[Measure::new("effort", "N or N·m", "driving force or torque, positive towards larger values")],
+    measures: &[Measure::new("driving_force", "N or N·m", "driving force or torque, positive towards larger values")],
     about: "a coordinate as a function of time",
     symbol: Symbol::None,
 };

@@ -21,10 +21,10 @@ element_inputs!(BushingInputs {
     b: marker("point of the second body"),
     stiffness_x: required("N/m", 15.0, "stiffness along x of the body of a"),
     stiffness_y: required("N/m", 10.0, "stiffness along y of the body of a"),
-    stiffness_turn: required("N·m/rad", 2.0, "torsional stiffness"),
+    stiffness_theta: required("N·m/rad", 2.0, "torsional stiffness"),
     damping_x: optional("0", "N·s/m", 1.0, "damping along x of the body of a"),
     damping_y: optional("0", "N·s/m", 0.5, "damping along y of the body of a"),
-    damping_turn: optional("0", "N·m·s/rad", 0.1, "torsional damping"),
+    damping_theta: optional("0", "N·m·s/rad", 0.1, "torsional damping"),
 });
 
 pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
@@ -34,7 +34,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     measures: &[
         Measure::new("force_x", "N", "force on a along x of its body, positive if b is displaced in this direction"),
         Measure::new("force_y", "N", "force on a along y of its body, positive if b is displaced in this direction"),
-        Measure::new("couple", "N·m", "torque on a, positive if b is turned counter-clockwise"),
+        Measure::new("moment", "N·m", "torque on a, positive if b is turned counter-clockwise"),
     ],
     about: "an elastic connection of two points",
     symbol: Symbol::None,
@@ -69,14 +69,14 @@ impl<T: Scalar> Deformation<T> {
     /// Forces along the axes of A, and torque.
     fn forces(&self, x: &ElementState<'_, T>) -> [T; 3] {
         let p = BushingInputs(x.p);
-        let (stiffness, damping) = (p.stiffness(), [p.damping_x(), p.damping_y(), p.damping_turn()]);
+        let (stiffness, damping) = (p.stiffness(), [p.damping_x(), p.damping_y(), p.damping_theta()]);
         [0, 1, 2].map(|k| stiffness[k] * self.gap[k] + damping[k] * self.rate[k])
     }
 }
 
 impl<T: Scalar> BushingInputs<'_, T> {
     fn stiffness(self) -> [T; 3] {
-        [self.stiffness_x(), self.stiffness_y(), self.stiffness_turn()]
+        [self.stiffness_x(), self.stiffness_y(), self.stiffness_theta()]
     }
 }
 

@@ -28,8 +28,8 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Force,
     inputs: INPUTS,
     measures: &[
-        Measure::new("effort", "N or N·m", "force or torque, positive if it acts towards smaller b − a"),
-        Measure::new("stretch", "m or rad", "elongation b − a − unloaded"),
+        Measure::new("generalized_force", "N or N·m", "force or torque, positive if it acts towards smaller b − a"),
+        Measure::new("elongation", "m or rad", "elongation b − a − unloaded"),
         Measure::new("rate", "m/s or rad/s", "rate of b − a"),
     ],
     about: "a spring and damper on b − a",

@@ -26,15 +26,19 @@ pub struct FeedbackForce<L>(pub L);
 
 element_inputs!(FeedbackForceInputs {
     coordinate: coordinate("coordinate that it acts on"),
-    effort: state_function("N or N·m", "as a function of time and motion, such as `-k*cart.x - c*cart.vx`"),
+    generalized_force: state_function("N or N·m", "as a function of time and motion, such as `-k*cart.x - c*cart.vx`"),
 });
 
 pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
-    kind: "state-load",
+    kind: "feedback",
     family: Family::Force,
     inputs: INPUTS,
     measures: &[
-        Measure::new("effort", "N or N·m", "force or torque on the coordinate, positive towards larger values"),
+        Measure::new(
+            "generalized_force",
+            "N or N·m",
+            "force or torque on the coordinate, positive towards larger values",
+        ),
         Measure::new("power", "W", "power, positive if it does work on the mechanism"),
     ],
     about: "a force or torque on a coordinate that depends on the motion: a controller, a drag, a magnet",
@@ -43,7 +47,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 
 impl<L: StateFunction> FeedbackForce<L> {
     fn force<T: Scalar>(&self, x: &ElementState<'_, T>) -> T {
-        self.0.generalized_force(FeedbackForceInputs(x.p).effort(), x.t, &x.q[1..], &x.v[1..])
+        self.0.generalized_force(FeedbackForceInputs(x.p).generalized_force(), x.t, &x.q[1..], &x.v[1..])
     }
 }
 

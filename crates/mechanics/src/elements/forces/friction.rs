@@ -15,7 +15,7 @@ pub struct Friction;
 element_inputs!(FrictionInputs {
     a: coordinate_or("ground.x", "coordinate that it acts against"),
     b: coordinate("coordinate that it acts on"),
-    effort: required("N or N·m", 1.5, "Coulomb force or torque"),
+    coulomb_force: required("N or N·m", 1.5, "Coulomb force or torque"),
     speed: required("m/s or rad/s", 0.02, "transition velocity, over which the force rises"),
     viscous: optional("0", "N·s/m or N·m·s/rad", 1.0, "viscous coefficient"),
 });
@@ -24,7 +24,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     kind: "friction",
     family: Family::Force,
     inputs: INPUTS,
-    measures: &[Measure::new("effort", "N or N·m", "force or torque, positive if b moves faster than a")],
+    measures: &[Measure::new("generalized_force", "N or N·m", "force or torque, positive if b moves faster than a")],
     about: "Coulomb and viscous friction between a and b",
     symbol: Symbol::None,
 };
@@ -32,7 +32,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 impl Friction {
     fn force<T: Scalar>(x: &ElementState<'_, T>) -> T {
         let (p, rate) = (FrictionInputs(x.p), x.v[1] - x.v[0]);
-        p.effort() * (rate / p.speed()).tanh() + p.viscous() * rate
+        p.coulomb_force() * (rate / p.speed()).tanh() + p.viscous() * rate
     }
 }
 

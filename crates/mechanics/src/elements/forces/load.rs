@@ -16,7 +16,7 @@ pub struct Load<F>(pub F);
 element_inputs!(LoadInputs {
     a: coordinate_or("ground.x", "coordinate that it acts against"),
     b: coordinate("coordinate that it acts on"),
-    effort: time_function("N or N·m", "as a function of time"),
+    generalized_force: time_function("N or N·m", "as a function of time"),
 });
 
 pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
@@ -24,7 +24,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Force,
     inputs: INPUTS,
     measures: &[
-        Measure::new("effort", "N or N·m", "force or torque, positive if it acts towards larger b − a"),
+        Measure::new("generalized_force", "N or N·m", "force or torque, positive if it acts towards larger b − a"),
         Measure::new("power", "W", "power, positive if it does work on the mechanism"),
     ],
     about: "a force or torque between a and b as a function of time",
@@ -33,7 +33,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 
 impl<F: Motion> Load<F> {
     fn force<T: Scalar>(&self, x: &ElementState<'_, T>) -> T {
-        self.0.position(LoadInputs(x.p).effort(), x.t)
+        self.0.position(LoadInputs(x.p).generalized_force(), x.t)
     }
 }
 

@@ -22,7 +22,7 @@ element_inputs!(DistanceInputs {
 });
 
 pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
-    kind: "rod",
+    kind: "distance",
     family: Family::Joint,
     inputs: INPUTS,
     measures: &[Measure::new("tension", "N", "tension of the rod, positive if it pulls the points together")],

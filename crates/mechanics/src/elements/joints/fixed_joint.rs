@@ -21,17 +21,17 @@ pub struct FixedJoint;
 element_inputs!(FixedJointInputs {
     a: marker("point of the first body"),
     b: marker("point of the second body"),
-    turn: optional("0", "rad", 0.1, "rotation of b relative to a"),
+    angle: optional("0", "rad", 0.1, "rotation of b relative to a"),
 });
 
 pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
-    kind: "weld",
+    kind: "fixed",
     family: Family::Joint,
     inputs: INPUTS,
     measures: &[
         Measure::new("force_x", "N", "force of a on b, along x of the plane"),
         Measure::new("force_y", "N", "force of a on b, along y of the plane"),
-        Measure::new("couple", "N·m", "torque of a on b, positive counter-clockwise"),
+        Measure::new("moment", "N·m", "torque of a on b, positive counter-clockwise"),
     ],
     about: "a rigid connection of two bodies",
     symbol: Symbol::None,
@@ -40,7 +40,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 impl Element for FixedJoint {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         Element::residual(&Revolute, x, dynamics, constraint);
-        constraint[2] = x.q[2] - x.q[5] + FixedJointInputs(x.p).turn();
+        constraint[2] = x.q[2] - x.q[5] + FixedJointInputs(x.p).angle();
         dynamics[2] += x.l[2];
         dynamics[5] -= x.l[2];
     }

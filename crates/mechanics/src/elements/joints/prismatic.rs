@@ -20,7 +20,7 @@ element_inputs!(PrismaticInputs {
     a: marker("point of the first body"),
     line: optional("0", "rad", 0.1, "direction of the line in the body of a"),
     b: marker("point of the second body"),
-    turn: optional("0", "rad", 0.1, "rotation of b relative to a"),
+    angle: optional("0", "rad", 0.1, "rotation of b relative to a"),
 });
 
 pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
@@ -29,7 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[
         Measure::new("force", "N", "normal force of b on the guide, positive to the left of the line"),
-        Measure::new("couple", "N·m", "torque of b on the guide, positive counter-clockwise"),
+        Measure::new("moment", "N·m", "torque of b on the guide, positive counter-clockwise"),
         Measure::new("position", "m", "position of b along the line, from a"),
     ],
     about: "a slider: b moves along a line of a, without relative rotation",
@@ -40,7 +40,7 @@ impl Element for Prismatic {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let offset = Offset::of(x);
         constraint[0] = offset.value;
-        constraint[1] = x.q[5] - x.q[2] - PrismaticInputs(x.p).turn();
+        constraint[1] = x.q[5] - x.q[2] - PrismaticInputs(x.p).angle();
         offset.react(x.l[0], dynamics);
         dynamics[2] -= x.l[1];
         dynamics[5] += x.l[1];

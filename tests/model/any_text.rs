@@ -1,5 +1,4 @@
-//! What every text must do to the reader, whatever it is: it is read, or refused with a place in it. Random edits and the fuzz
-//! targets share this.
+//! Properties of reading any text: it is read, or rejected with a location. Used by random edits and by the fuzz targets.
 
 use linkwright::model_file::expression::{Inputs, Names, TextPlace, Tree, Wants};
 use linkwright::model_file::read;
@@ -8,8 +7,8 @@ use linkwright::model_file::read;
 pub fn model(text: &str) -> bool {
     match read("m.toml", text) {
         Ok(model) => model.problem().is_ok(),
-        Err(fault) => {
-            assert!(fault.to_string().contains("--> m.toml:"));
+        Err(report) => {
+            assert!(report.to_string().contains("--> m.toml:"));
             false
         }
     }
@@ -31,8 +30,8 @@ pub fn expression(text: &str) -> bool {
             assert_eq!(value(), value());
             true
         }
-        Err(complaint) => {
-            assert!(!complaint.message.is_empty());
+        Err(error) => {
+            assert!(!error.message.is_empty());
             false
         }
     }
