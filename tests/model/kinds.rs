@@ -143,7 +143,7 @@ fn every_joint_drive_and_force_measures_and_differentiates() {
 #[test]
 fn every_function_of_time_differentiates() {
     for function in FUNCTIONS {
-        let part = format!("[[force]]\nname = 'part'\nkind = 'load'\nb = 'one.x'\neffort = {function}\n");
+        let part = format!("[[force]]\nname = 'part'\nkind = 'load'\nb = 'one.x'\ngeneralized_force = {function}\n");
         let outputs = outputs(["part.generalized_force".to_owned()].into_iter());
         let values = assert_derivatives(&format!("{BASE}{EXPLICIT}{part}{outputs}"));
         assert!(values.iter().any(|v| *v != 0.0), "{function} measures nothing: {values:?}");

@@ -10,16 +10,6 @@ use mechanics::elements::{Element, ElementDescriptor, PointMass, RigidBody};
 use mechanics::mechanism::{Body as Handle, Pose};
 use std::sync::LazyLock;
 
-const COMMON: &[Key] = &[
-    required("name", Accepts::Name, "name, unique in the file"),
-    default(
-        "kind",
-        Accepts::Choice(&["rigid", "point", "fixed-node", "massless-node", "slider"]),
-        "rigid",
-        "what it is",
-    ),
-    EACH,
-];
 const POSITION: Key = required("position", Accepts::Pair, "[x, y] at the start in m; a guess where joints decide");
 const VELOCITY: Key = optional("velocity", Accepts::Pair, "[vx, vy] at the start in m/s; a guess where joints decide");
 const ANGLE: Key = default("angle", Accepts::Expression, "0", "rotation at the start in rad");
@@ -59,9 +49,16 @@ static KINDS: LazyLock<[(Kind, Table); 5]> = LazyLock::new(|| {
     ]
 });
 
+/// Keys of all kinds.
+static COMMON: LazyLock<[Key; 3]> = LazyLock::new(|| {
+    let words: Vec<&str> = KINDS.iter().filter_map(|(_, table)| table.kind).collect();
+    let kind = default("kind", Accepts::Choice(words.leak()), "rigid", "what it is");
+    [required("name", Accepts::Name, "name, unique in the file"), kind, EACH]
+});
+
 /// Declarations for documentation and schema.
 pub fn tables() -> Vec<Table> {
-    let body = Table { name: "body", kind: None, about: "what moves", keys: COMMON };
+    let body = Table { name: "body", kind: None, about: "what moves", keys: &*COMMON };
     let point = |keys| Table { name: "point", kind: None, about: "a named point of a body", keys };
     std::iter::once(body)
         .chain(KINDS.iter().map(|(_, table)| *table))
@@ -88,7 +85,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Bo
     file.read_each("body", |table, span| {
         let kinds = KINDS.iter().filter_map(|(kind, table)| Some((table.kind?, (*kind, table.keys))));
         let (kind, keys) = Section::kind(&table, "body", "rigid", kinds)?;
-        let section = Section::of(table, span, "body", &[COMMON, keys], file.source())?;
+        let section = Section::of(table, span, "body", &[&*COMMON, keys], file.source())?;
         let named = if kind == Kind::Slider { Symbol::Slider(sliders) } else { Symbol::Frame(Frame::Body(frames)) };
         parts.add(&section.need_word("name")?, named)?;
         bodies.push(body(kind, &section, names)?);
