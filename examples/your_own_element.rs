@@ -5,15 +5,45 @@
 use linkwright::autodiff::Scalar;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
-use linkwright::mechanics::elements::{Element, ElementState};
+use linkwright::mechanics::elements::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 
-/// F = k (1 + r t) u, on one coordinate; parameters k (N/m) and r (1/s).
+/// A spring that stiffens with time: F = k (1 + r t) u, on one coordinate.
 struct HardeningSpring;
 
+linkwright::mechanics::element_inputs!(HardeningSpringInputs {
+    coordinate: coordinate("coordinate that it acts on"),
+    stiffness: required("N/m", 50.0, "stiffness k at t = 0"),
+    growth: required("1/s", 0.3, "growth rate r of the stiffness"),
+});
+
+static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "hardening-spring",
+    family: Family::Force,
+    inputs: INPUTS,
+    measures: &[Measure::new("force", "N", "force on the coordinate, positive if it acts towards smaller values")],
+    about: "a spring that stiffens with time",
+    symbol: Symbol::None,
+};
+
+impl HardeningSpring {
+    fn force<T: Scalar>(x: &ElementState<'_, T>) -> T {
+        let p = HardeningSpringInputs(x.p);
+        p.stiffness() * (p.growth() * x.t + 1.0) * x.q[0]
+    }
+}
+
 impl Element for HardeningSpring {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        dynamics[0] = x.p[0] * (x.p[1] * x.t + 1.0) * x.q[0];
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        dynamics[0] = Self::force(x);
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
+    }
+
+    fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
+        out[0] = Self::force(x);
     }
 }
 
@@ -25,10 +55,12 @@ impl ParametricMechanism for Cart {
         let mut m = Mechanism::new();
         let cart = m.coordinate("cart", S::from(0.1), S::from(0.0));
         m.inertia("mass", cart, S::from(2.0));
-        m.add("hardening spring", HardeningSpring, &[cart], b);
+        let spring = m.add("hardening spring", HardeningSpring, &[cart], b);
         let sensor = m.coordinate_sensor("position", m.ground().x, cart);
         let term = m.measure(sensor, "position")?;
         m.output("position", &[term]);
+        let term = m.measure(spring, "force")?;
+        m.output("force", &[term]);
         Ok(m)
     }
 }

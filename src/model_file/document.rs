@@ -1,7 +1,8 @@
 //! The reference of all keys: as tables, as Markdown for the documentation, and as JSON schema for editors.
 
-use super::file::{KEYS, families};
+use super::file::{KEYS, element_of, families};
 use super::{Accepts, Key, Need, Table};
+use mechanics::elements::Measure;
 use serde_json::{Map, Value, json};
 
 /// All tables that a file may have, with their keys, in the order of a file.
@@ -9,8 +10,6 @@ pub fn tables() -> Vec<Table> {
     let file = Table { name: "", kind: None, about: "the file", keys: KEYS };
     std::iter::once(file).chain(families()).collect()
 }
-use super::file::element_of;
-use mechanics::elements::Measure;
 
 /// All tables with their keys as Markdown, in the order of a file.
 ///

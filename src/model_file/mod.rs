@@ -18,14 +18,21 @@
 //! let text = r#"
 //!     version = 2
 //!     [design.width]
-//!     start = 2.0
+//!     start = 3.0
 //!     lower = 0.5
+//!     [[output]]
+//!     name = "stress"
+//!     value = "1/width"
 //!     [objective]
-//!     minimize = "width + 1/width"
+//!     minimize = "width"
+//!     [[constraint]]
+//!     name = "strength"
+//!     value = "stress"
+//!     at_most = 0.5
 //! "#;
-//! let model = linkwright::model_file::read("beam.toml", text)?;
-//! let solution = model.method().solve(&model.problem()?, |_| ())?;
-//! assert!((solution.design[0] - 1.0).abs() < 1e-2);
+//! let model = linkwright::model_file::read("bar.toml", text)?;
+//! let end = model.method().solve(&model.problem()?, |_| ())?;
+//! assert!((end.design[0] - 2.0).abs() < 1e-2);
 //! # Ok(())
 //! # }
 //! ```

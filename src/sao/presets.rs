@@ -26,10 +26,11 @@ pub fn presets() -> &'static [Preset] {
     PRESETS
 }
 
-/// The method of that name, or of a former name: `paper` is `slp`.
+/// The preset of that name, or of a former name: `paper` is `slp`.
 ///
 /// # Errors
-/// [`Error::Definition`] with the nearest names if there is none.
+///
+/// [`Error::Unknown`] with the nearest names if no preset has this name.
 pub fn preset(name: &str) -> Result<&'static Preset> {
     let name = FORMER_NAMES.iter().find(|(former, _)| *former == name).map_or(name, |(_, current)| current);
     let unknown = || Error::unknown("method", name, PRESETS.iter().map(|p| p.name));

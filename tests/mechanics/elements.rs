@@ -1,12 +1,72 @@
 //! Identities that every element must satisfy.
 
-use crate::zoo::{Arm, Forces, Joints};
+use crate::zoo::{Arm, Joints};
+use linkwright::autodiff::Scalar;
 use linkwright::mechanics::analyses::sampling::energy;
-use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
+use linkwright::mechanics::elements::{ElementKind, Family, InputValue, Role, StateFunction, kinds};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
+use linkwright::mechanics::motion::Harmonic;
 use linkwright::mechanics::system::Linearization;
 use linkwright::mechanics::system::System;
 use linkwright::mechanics::system::Unknown;
 use linkwright::mechanics::system::state::State;
+
+/// A force that depends on the velocity, for elements with a function of state.
+struct Damper;
+
+impl StateFunction for Damper {
+    fn generalized_force<T: Scalar>(&self, p: &[T], _t: T, q: &[T], v: &[T]) -> T {
+        p[0] * q[0] - v[0]
+    }
+}
+
+type Kind = ElementKind<Harmonic, Damper>;
+
+/// Two bodies with an element between them, all inputs at their typical values.
+fn typical(kind: &Kind) -> Mechanism<f64> {
+    let mut m = Mechanism::with_gravity(0.0, 0.0);
+    let one = m.body("one", 1.3, 0.2, Pose { x: 0.0, y: 0.0, theta: 0.1 });
+    let two = m.body("two", 0.7, 0.1, Pose { x: 1.0, y: 0.2, theta: -0.3 });
+    let mut markers = [one.at(0.5, 0.1), two.at(-0.2, -0.1)].into_iter();
+    let mut coordinates = [one.theta, two.theta, m.ground().theta].into_iter();
+    let mut value = |role: Role, example: f64| match role {
+        Role::Marker | Role::Body | Role::Translations => InputValue::Marker(markers.next().unwrap()),
+        Role::Coordinate => InputValue::Coordinate(coordinates.next().unwrap()),
+        Role::Parameter | Role::Gravity => InputValue::Parameter(example),
+        Role::TimeFunction => InputValue::TimeFunction(Harmonic, vec![0.4, 0.1, 5.0, 0.2]),
+        Role::StateFunction => InputValue::StateFunction(Damper, vec![two.x], vec![3.0]),
+    };
+    let values = kind.descriptor.inputs.iter().map(|input| value(input.role, input.example)).collect();
+    kind.add_to(&mut m, kind.descriptor.kind, values);
+    m
+}
+
+/// A mechanism with every element of model files, and the larger ones of the zoo.
+fn mechanisms() -> Vec<Mechanism<f64>> {
+    let mut arm = Arm::DESIGN;
+    arm[4] = 0.01;
+    let zoo = [
+        Joints { length_driver: false }.build(&Joints::DESIGN).unwrap(),
+        Joints { length_driver: true }.build(&Joints::DESIGN).unwrap(),
+        Arm { elements: 3 }.build(&arm).unwrap(),
+    ];
+    kinds().iter().map(typical).chain(zoo).collect()
+}
+
+#[test]
+fn declarations_are_consistent() {
+    for kind in kinds::<Harmonic, Damper>() {
+        let descriptor = kind.descriptor;
+        let inputs: Vec<&str> = descriptor.inputs.iter().map(|input| input.name).collect();
+        let measures: Vec<&str> = descriptor.measures.iter().map(|measure| measure.name).collect();
+        for names in [inputs, measures] {
+            assert!((1..names.len()).all(|k| !names[..k].contains(&names[k])), "{}: {names:?}", descriptor.kind);
+        }
+        for input in descriptor.inputs.iter().filter(|input| input.role == Role::Parameter) {
+            assert!(input.default.is_none_or(|value| value.parse::<f64>().is_ok()), "{}", input.name);
+        }
+    }
+}
 
 /// A state away from every symmetry.
 fn disturbed(mechanism: &Mechanism<f64>, system: &System) -> State<f64> {
@@ -20,11 +80,10 @@ fn disturbed(mechanism: &Mechanism<f64>, system: &System) -> State<f64> {
     state
 }
 
-/// Reactions do no work on motions that the joints allow: the block ∂balance/∂λ is the transpose of ∂Φ/∂q.
+/// Reactions do no work on motions that the joints allow: the block ∂dynamics/∂λ is the transpose of ∂Φ/∂q.
 #[test]
 fn reactions_are_workless() {
-    for length_driver in [false, true] {
-        let mechanism = Joints { length_driver }.build(&Joints::DESIGN).unwrap();
+    for mechanism in mechanisms() {
         let system = System::new(&mechanism).unwrap();
         let state = disturbed(&mechanism, &system);
         let matrix = system.dense_by_seeding(&mechanism, &state, Linearization::statics());
@@ -43,16 +102,18 @@ fn reactions_are_workless() {
     }
 }
 
-/// Forces at rest are the gradient of the potential energy, for everything that has one.
+/// Forces at rest are the gradient of the potential energy, for all elements but those that are functions of time or state,
+/// and contacts.
 #[test]
 fn conservative_forces_are_gradients_of_the_energy() {
-    let mut b = Forces::DESIGN;
-    for k in [5, 9, 12, 14, 15, 16, 20, 21, 24, 30, 31, 32, 37, 38, 40] {
-        b[k] = 0.0; // dampers, friction, loads, stop, wall
-    }
+    let is_function = |role: Role| matches!(role, Role::TimeFunction | Role::StateFunction);
+    let is_conservative = |kind: &Kind| {
+        kind.descriptor.family != Family::Contact && !kind.descriptor.inputs.iter().any(|i| is_function(i.role))
+    };
     let mut arm = Arm::DESIGN;
     arm[4] = 0.0;
-    for mechanism in [Forces.build(&b).unwrap(), Arm { elements: 3 }.build(&arm).unwrap()] {
+    let arm = Arm { elements: 3 }.build(&arm).unwrap();
+    for mechanism in kinds().iter().filter(|kind| is_conservative(kind)).map(typical).chain([arm]) {
         let mut system = System::new(&mechanism).unwrap();
         let mut state = disturbed(&mechanism, &system);
         state.v.fill(0.0);
@@ -74,18 +135,11 @@ fn conservative_forces_are_gradients_of_the_energy() {
     }
 }
 
-/// What elements declare to be linear in is so: the matrix that relies on it is the one that seeds every unknown.
+/// Elements are linear in the coordinates that they declare: the matrix that relies on it equals the one that seeds every
+/// unknown.
 #[test]
 fn constant_derivatives_are_constant() {
-    let mut arm = Arm::DESIGN;
-    arm[4] = 0.01;
-    let mechanisms = [
-        Forces.build(&Forces::DESIGN).unwrap(),
-        Joints { length_driver: false }.build(&Joints::DESIGN).unwrap(),
-        Joints { length_driver: true }.build(&Joints::DESIGN).unwrap(),
-        Arm { elements: 3 }.build(&arm).unwrap(),
-    ];
-    for mechanism in mechanisms {
+    for mechanism in mechanisms() {
         let mut system = System::new(&mechanism).unwrap();
         let mut state = disturbed(&mechanism, &system);
         state.t = 0.3;

@@ -1,8 +1,10 @@
 //! Every kind of part: it is built, measures what it says, and has exact derivatives.
 
+use linkwright::autodiff::Scalar;
+use linkwright::mechanics::elements::{ElementDescriptor, Role, StateFunction, kinds};
+use linkwright::mechanics::motion::Fixed;
 use linkwright::model_file::{read, tables};
 use linkwright::problem::{Problem, ResponseAt};
-use std::collections::BTreeSet;
 
 const BASE: &str = r#"
 version = 2
@@ -35,119 +37,76 @@ const DYNAMICS: &str = "[analysis]\nkind = \"dynamics\"\nstep = 1e-3\n";
 /// Reactions of implicit steps carry the tolerance of their iteration over the square of the step, too much for differences.
 const EXPLICIT: &str = "[analysis]\nkind = \"dynamics\"\nscheme = \"rk8\"\ntolerance = 1e-12\n";
 
-/// A part, and what it measures.
-const PARTS: &[(&str, &str, &str, &[&str])] = &[
-    ("joint", "revolute", "a = 'one'\nb = { body = 'two', at = [-1, 0] }", &["force_x", "force_y", "force"]),
-    ("joint", "fixed", "a = { body = 'one', at = [1, 0] }\nb = 'two'", &["force_x", "force_y", "moment"]),
-    ("joint", "prismatic", "a = 'one'\nb = 'two'", &["force", "moment", "position"]),
-    ("joint", "point-on-line", "a = 'one'\nb = 'two'", &["force", "position"]),
-    ("joint", "distance", "a = 'one'\nb = 'two'\nlength = 1", &["tension"]),
-    ("joint", "gears", "a = 'one.theta'\nb = 'two.theta'\nradius_a = 'p/3'\nradius_b = 0.5", &["tooth_force"]),
-    ("joint", "rack", "a = 'one'\nb = 'two'\nradius = 0.5\noffset = -1", &["tooth_force"]),
-    ("driver", "coordinate", "coordinate = 'one.theta'\nmotion = 'p*time^2'", &["driving_force"]),
-    ("driver", "relative", "a = 'one.theta'\nb = 'two.theta'\nmotion = 'p*time^2'", &["driving_force", "power"]),
-    ("driver", "length", "a = 'one'\nb = 'two'\nmotion = '1 + p*time^2'", &["tension", "length"]),
-    (
-        "force",
-        "spring",
-        "a = 'one'\nb = 'two'\nstiffness = '10*p'\ndamping = 1\nlength = 0.7\ncubic = 3",
-        &["tension", "length", "rate"],
-    ),
-    (
-        "force",
-        "coordinate-spring",
-        "a = 'one.y'\nb = 'two.y'\nstiffness = '10*p'\nunloaded = 0.1",
-        &["generalized_force", "elongation", "rate"],
-    ),
-    (
-        "force",
-        "bushing",
-        "a = { body = 'one', at = [0.9, 0] }\nb = 'two'\nstiffness_x = '10*p'\nstiffness_y = 10\nstiffness_theta = 2\ndamping_x = 1",
-        &["force_x", "force_y", "moment"],
-    ),
-    ("force", "actuator", "a = 'one'\nb = 'two'\ntension = '3*p*time'", &["tension", "length", "rate"]),
-    (
-        "force",
-        "load",
-        "a = 'one.theta'\nb = 'two.theta'\ngeneralized_force = 'p*sin(9*time)'",
-        &["generalized_force", "power"],
-    ),
-    ("force", "force", "at = { body = 'one', at = ['p/9', 0] }\ndirection = 'deg(30)'\nforce = 'p'", &["force"]),
-    (
-        "force",
-        "friction",
-        "a = 'one.y'\nb = 'ground.y'\ncoulomb_force = 'p'\nspeed = 0.01\nviscous = 1",
-        &["generalized_force"],
-    ),
-    (
-        "force",
-        "bump-stop",
-        "a = 'ground.y'\nb = 'one.y'\nstiffness = '1e4*p'\ndamping = 0.1\nlimit = 0.01",
-        &["contact_force"],
-    ),
-    (
-        "force",
-        "wall",
-        "at = 'one'\nwall_x = 0\nwall_y = 0.01\nnormal = 'pi/2'\nstiffness = '1e4*p'\ndamping = 0.1",
-        &["contact_force"],
-    ),
-    (
-        "force",
-        "feedback",
-        "coordinate = 'two.x'\ngeneralized_force = '-3*p*two.x - two.vx + one.omega*time + two.theta*ground.x'",
-        &["generalized_force", "power"],
-    ),
-    (
-        "force",
-        "load",
-        "b = 'one.x'\ngeneralized_force = { kind = 'constant-speed', speed = 'p' }",
-        &["generalized_force"],
-    ),
-    (
-        "force",
-        "load",
-        "b = 'one.x'\ngeneralized_force = { kind = 'start-up', speed = 'p', duration = 0.01 }",
-        &["generalized_force"],
-    ),
-    (
-        "force",
-        "load",
-        "b = 'one.x'\ngeneralized_force = { kind = 'harmonic', amplitude = 'p', frequency = 9 }",
-        &["generalized_force"],
-    ),
-    (
-        "force",
-        "load",
-        "b = 'one.x'\ngeneralized_force = { kind = 'ramp', from = 0, to = 'p', duration = 0.01 }",
-        &["generalized_force"],
-    ),
-    (
-        "force",
-        "load",
-        "b = 'one.x'\ngeneralized_force = { kind = 'table', times = [0, 1, 2], values = [0, 1, 3], scale = 'p' }",
-        &["generalized_force"],
-    ),
+/// Functions of time of every kind, as the force of a load.
+const FUNCTIONS: &[&str] = &[
+    "{ kind = 'constant-speed', speed = 'p' }",
+    "{ kind = 'start-up', speed = 'p', duration = 0.01 }",
+    "{ kind = 'harmonic', amplitude = 'p', frequency = 9 }",
+    "{ kind = 'ramp', from = 0, to = 'p', duration = 0.01 }",
+    "{ kind = 'table', times = [0, 1, 2], values = [0, 1, 3], scale = 'p' }",
 ];
 
-fn problem(text: &str) -> Problem {
-    read("m.toml", text).unwrap_or_else(|fault| panic!("{fault}")).problem().unwrap()
+/// A force that observes both bodies, for elements with a function of state.
+struct Observed;
+
+impl StateFunction for Observed {
+    fn generalized_force<T: Scalar>(&self, _p: &[T], _t: T, q: &[T], _v: &[T]) -> T {
+        q[0]
+    }
 }
 
-/// Derivatives of all responses against central differences; returns the responses at the last time.
+/// An element between the bodies of the base with all inputs at their typical values, each parameter a design variable.
+fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
+    let (mut variables, mut keys) = (String::new(), String::new());
+    let mut points = ["{ body = 'one', at = ['p/3', 0.1] }", "{ body = 'two', at = [-0.2, '-p/15'] }"].into_iter();
+    let mut coordinates = ["'one.theta'", "'two.theta'", "'ground.theta'"].into_iter();
+    for input in descriptor.inputs {
+        let name = input.name;
+        let value = match input.role {
+            Role::Marker | Role::Body | Role::Translations => points.next().unwrap().to_owned(),
+            Role::Coordinate => coordinates.next().unwrap().to_owned(),
+            Role::Parameter | Role::Gravity => {
+                variables += &format!("[design.of_{name}]\nstart = {:e}\n", input.example);
+                format!("'of_{name}'")
+            }
+            Role::TimeFunction => "'0.3 + p*time^2'".to_owned(),
+            Role::StateFunction => "'-3*p*two.x - two.vx + one.omega*time + two.theta*ground.x'".to_owned(),
+        };
+        keys += &format!("{name} = {value}\n");
+    }
+    format!("{variables}[[{section}]]\nname = \"part\"\nkind = \"{}\"\n{keys}", descriptor.kind)
+}
+
+fn problem(text: &str) -> Problem {
+    read("m.toml", text).unwrap_or_else(|fault| panic!("{text}\n{fault}")).problem().unwrap()
+}
+
+/// Derivatives of all responses with respect to all design variables against central differences; returns the responses at
+/// the last time.
 fn assert_derivatives(text: &str) -> Vec<f64> {
     let problem = problem(text);
-    let (b, h) = (problem.start()[0], 1e-5);
-    let at = |b: f64| problem.analyze(&[b]).unwrap_or_else(|e| panic!("{text}\n{e}"));
-    let (here, above, below) = (at(b), at(b + h), at(b - h));
+    let b = problem.start();
+    let at = |b: &[f64]| problem.analyze(b).unwrap_or_else(|e| panic!("{text}\n{e}"));
+    let here = at(&b);
     let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
     let instants: Vec<ResponseAt> = here.values.iter().enumerate().flat_map(of).collect();
-    let slopes = problem.sensitivities(&[b], &here, &instants).unwrap();
-    for (k, instant) in instants.iter().enumerate() {
-        let difference = (above.at(*instant) - below.at(*instant)) / (2.0 * h);
-        let error = (slopes[(k, 0)] - difference).abs();
-        let size = 1.0 + difference.abs() + here.at(*instant).abs();
-        let name = &problem.responses[instant.response].name;
-        assert!(error < 2e-6 * size, "{name} of\n{text}\n{} and {difference}", slopes[(k, 0)]);
+    let gradients = problem.sensitivities(&b, &here, &instants).unwrap();
+    for i in 0..b.len() {
+        let scale = b[i].abs().max(0.1);
+        let moved = |h: f64| {
+            let mut moved = b.clone();
+            moved[i] += h * scale;
+            at(&moved)
+        };
+        let (h, above, below) = (1e-5, moved(1e-5), moved(-1e-5));
+        for (k, instant) in instants.iter().enumerate() {
+            let difference = (above.at(*instant) - below.at(*instant)) / (2.0 * h);
+            let gradient = gradients[(k, i)] * scale;
+            let size = 1.0 + difference.abs() + here.at(*instant).abs();
+            let name = &problem.responses[instant.response].name;
+            let error = (gradient - difference).abs();
+            assert!(error < 2e-6 * size, "{name} of\n{text}\nto variable {i}: {gradient} and {difference}");
+        }
     }
     here.values.iter().map(|values| values[values.len() - 1]).collect()
 }
@@ -158,23 +117,36 @@ fn outputs(measures: impl Iterator<Item = String>) -> String {
 
 #[test]
 fn every_joint_drive_and_force_measures_and_differentiates() {
-    for (section, kind, keys, measures) in PARTS {
-        let part = format!("[[{section}]]\nname = \"part\"\nkind = \"{kind}\"\n{keys}\n");
-        let outputs = outputs(measures.iter().map(|m| format!("part.{m}")));
+    let kinds = kinds::<Fixed, Observed>();
+    let mut tested = 0;
+    for table in tables() {
+        let Some(kind) = kinds.iter().find(|kind| Some(kind.descriptor.kind) == table.kind) else { continue };
+        if !["joint", "driver", "force"].contains(&table.name) {
+            continue;
+        }
+        tested += 1;
+        // Rigid contacts need implicit steps; they have a test of their own.
+        if kind.is_rigid_contact() {
+            continue;
+        }
+        let measures = kind.descriptor.measures.iter().map(|measure| format!("part.{}", measure.name));
+        let motion = ["one.ax", "two.ay", "two.alpha"].map(str::to_owned);
+        let outputs = outputs(measures.chain(motion));
+        let part = typical(table.name, kind.descriptor);
         let values = assert_derivatives(&format!("{BASE}{EXPLICIT}{part}{outputs}"));
-        assert!(values.iter().any(|v| *v != 0.0), "{kind} measures nothing: {values:?}");
+        let measured = &values[..kind.descriptor.measures.len()];
+        assert!(measured.is_empty() || measured.iter().any(|v| *v != 0.0), "{part} measures nothing: {values:?}");
     }
+    assert_eq!(tested, kinds.len(), "every element that can be named has a section of the file");
 }
 
 #[test]
-fn no_kind_is_forgotten_here() {
-    let tested: BTreeSet<(&str, &str)> = PARTS.iter().map(|(section, kind, ..)| (*section, *kind)).collect();
-    for table in tables().iter().filter(|t| ["joint", "driver", "force"].contains(&t.name)) {
-        // These measure nothing; they have tests of their own.
-        let silent = ["inertia", "rigid-stop", "rigid-wall"];
-        if let Some(kind) = table.kind.filter(|kind| !silent.contains(kind)) {
-            assert!(tested.contains(&(table.name, kind)), "{} of kind {kind}", table.name);
-        }
+fn every_function_of_time_differentiates() {
+    for function in FUNCTIONS {
+        let part = format!("[[force]]\nname = 'part'\nkind = 'load'\nb = 'one.x'\ngeneralized_force = {function}\n");
+        let outputs = outputs(["part.generalized_force".to_owned()].into_iter());
+        let values = assert_derivatives(&format!("{BASE}{EXPLICIT}{part}{outputs}"));
+        assert!(values.iter().any(|v| *v != 0.0), "{function} measures nothing: {values:?}");
     }
 }
 

@@ -101,7 +101,7 @@ pub fn read_time(file: &Section<'_>, names: &Names) -> Read<Option<TimeGrid>> {
     let points = match section.numbers("at", names)? {
         Some(points) => {
             if let Some(key) = ["from", "to", "points"].into_iter().find(|key| section.has(key)) {
-                return Err(section.complain(key, format!("`{key}` and `at` exclude each other")));
+                return Err(section.error_at(key, format!("`{key}` and `at` exclude each other")));
             }
             points
         }
@@ -109,25 +109,25 @@ pub fn read_time(file: &Section<'_>, names: &Names) -> Read<Option<TimeGrid>> {
     };
     if let Some(p) = (1..points.len()).find(|&p| points[p] <= points[p - 1]) {
         let message = format!("time points must increase, but {} follows {}", points[p], points[p - 1]);
-        return Err(section.complain("at", message).help("give strictly increasing time points"));
+        return Err(section.error_at("at", message).help("give strictly increasing time points"));
     }
     let grid = TimeGrid::new(&section.text("name")?, &section.text("unit")?, points);
-    grid.map(Some).map_err(|e| section.complain("at", e.to_string()))
+    grid.map(Some).map_err(|e| section.error_at("at", e.to_string()))
 }
 
 fn uniform(section: &Section<'_>, names: &Names) -> Read<Vec<f64>> {
     let from = section.number("from", names)?.unwrap_or(0.0);
     let (Some(to), Some(count)) = (section.number("to", names)?, section.count("points", limits::POINTS)?) else {
         let message = "[time] needs `to` and `points`, or `at`";
-        return Err(section.complain("to", message).help("for instance to = 12.0 and points = 101"));
+        return Err(section.error_at("to", message).help("for instance to = 12.0 and points = 101"));
     };
     if !(from < to) {
-        return Err(section.complain("to", format!("the last time point {to} must be after the first one, {from}")));
+        return Err(section.error_at("to", format!("the last time point {to} must be after the first one, {from}")));
     }
     if count < 2 {
-        return Err(section.complain("points", "at least two time points are needed"));
+        return Err(section.error_at("points", "at least two time points are needed"));
     }
-    let grid = TimeGrid::uniform(from, to, count).map_err(|e| section.complain("points", e.to_string()))?;
+    let grid = TimeGrid::uniform(from, to, count).map_err(|e| section.error_at("points", e.to_string()))?;
     Ok(grid.points)
 }
 
@@ -162,7 +162,7 @@ enum Kind {
 pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usize) -> Read<Settings> {
     let Some(value) = file.get("analysis") else {
         let help = "for instance [analysis] with kind = \"dynamics\" and step = 1e-3";
-        return Err(file.complain("analysis", "a mechanism needs [analysis]").help(help));
+        return Err(file.error_at("analysis", "a mechanism needs [analysis]").help(help));
     };
     let kinds = [("dynamics", (0, DYNAMICS)), ("kinematics", (1, &[][..])), ("statics", (2, &[][..]))];
     let kind = match value.get_ref().as_table() {
@@ -182,7 +182,7 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usi
 fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Derivatives> {
     let step = section.number("difference", names)?;
     if step.is_some_and(|step| step <= 0.0 || step >= 1.0) {
-        return Err(section.complain("difference", "`difference` must be between 0 and 1"));
+        return Err(section.error_at("difference", "`difference` must be between 0 and 1"));
     }
     let choices = [
         ("automatic", Derivatives::Automatic),
@@ -198,14 +198,14 @@ fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Deriva
     let is_exact = matches!(chosen, Derivatives::Automatic | Derivatives::By("direct" | "adjoint", _));
     if step.is_some() && (is_exact || chosen == Derivatives::NoiseAware) {
         let message = "`difference` is the step of finite differences, and these derivatives use none";
-        return Err(section.complain("difference", message).help("leave it out, or choose other `derivatives`"));
+        return Err(section.error_at("difference", message).help("leave it out, or choose other `derivatives`"));
     }
     if matches!(chosen, Derivatives::By("semi-analytical", _))
         && matches!(kind, Kind::Dynamics(Integration::Explicit(_)))
     {
         let message = "explicit schemes have no semi-analytical derivatives";
         return Err(section
-            .complain("derivatives", message)
+            .error_at("derivatives", message)
             .help("use derivatives = \"direct\", or an implicit scheme"));
     }
     Ok(chosen)
@@ -216,16 +216,16 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
     let start = number("start")?.unwrap_or(0.0);
     if grid.points[0] < start {
         let message = format!("the motion starts at {start}, after the first time point {}", grid.points[0]);
-        return Err(section.complain("start", message));
+        return Err(section.error_at("start", message));
     }
     let (step, tolerance) = (number("step")?, number("tolerance")?);
     if tolerance.is_some_and(|t| t > 0.0 && t < limits::TOLERANCE) {
         let message = format!("`tolerance` must be at least {:e}", limits::TOLERANCE);
-        return Err(section.complain("tolerance", message).help("rounding errors are larger than this"));
+        return Err(section.error_at("tolerance", message).help("rounding errors are larger than this"));
     }
     for (key, value) in [("step", step), ("tolerance", tolerance)] {
         if value.is_some_and(|v| v <= 0.0) {
-            return Err(section.complain(key, format!("`{key}` must be positive")));
+            return Err(section.error_at(key, format!("`{key}` must be positive")));
         }
     }
     if let Some(h) = step {
@@ -237,14 +237,14 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
         };
         if steps > limits::STEPS || steps * coordinates as f64 > limits::MOTION {
             let message = format!("a step of {h} makes more than {most:e} {of}");
-            return Err(section.complain("step", message).help("use a longer step or an earlier last time point"));
+            return Err(section.error_at("step", message).help("use a longer step or an earlier last time point"));
         }
     }
     let is_explicit =
         section.choice("scheme", &[("generalized-alpha", false), ("hht", false), ("rk5", true), ("rk8", true)])?;
     match (step, tolerance) {
-        (Some(_), Some(_)) => Err(section.complain("tolerance", "`step` and `tolerance` exclude each other")),
-        (None, None) => Err(section.complain("step", "dynamics needs `step` or `tolerance`")),
+        (Some(_), Some(_)) => Err(section.error_at("tolerance", "`step` and `tolerance` exclude each other")),
+        (None, None) => Err(section.error_at("step", "dynamics needs `step` or `tolerance`")),
         _ if is_explicit => explicit(section, start, step, tolerance),
         _ => implicit(section, names, start, step, tolerance),
     }
@@ -274,7 +274,7 @@ fn implicit(
     } else {
         ("spectral_radius", GeneralizedAlpha::chung_hulbert(number("spectral_radius")?))
     };
-    let scheme = made.map_err(|e| section.complain(key, e.to_string()))?;
+    let scheme = made.map_err(|e| section.error_at(key, e.to_string()))?;
     let step = match tolerance {
         Some(tolerance) => Dynamics::adaptive(tolerance).step,
         None => StepSize::Fixed(step.unwrap_or(1e-3)),

@@ -93,7 +93,7 @@ pub struct Beam {
 /// Reads the beams and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Beam>> {
     let (mut beams, mut all) = (vec![], 0);
-    file.each("beam", |table, span| {
+    file.read_each("beam", |table, span| {
         let (kind, shape, material) =
             Section::kind(&table, "beam", "circular", KINDS.iter().map(|(name, kind)| (*name, *kind)))?;
         let section = Section::of(table, span, "beam", &[COMMON, shape, material], file.source())?;
@@ -101,7 +101,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Be
         all += beam.elements;
         if all > limits::ALL_ELEMENTS {
             let message = format!("all beams together have more than {} elements", limits::ALL_ELEMENTS);
-            return Err(section.complain("elements", message));
+            return Err(section.error_at("elements", message));
         }
         parts.add(&section.need_word("name")?, Symbol::Beam(beams.len(), beam.elements))?;
         beams.push(beam);
@@ -123,7 +123,7 @@ fn beam(
     };
     let elements = section.count("elements", limits::ELEMENTS)?.unwrap_or(6);
     if elements == 0 {
-        return Err(section.complain("elements", "a beam needs at least one element"));
+        return Err(section.error_at("elements", "a beam needs at least one element"));
     }
     let shears = [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain)];
     let own_inertia = !material.is_empty() && section.has("inertia");
@@ -152,22 +152,22 @@ fn beam(
 
 impl Beam {
     /// Adds the beam to a mechanism.
-    pub fn build<S: Scalar>(&self, world: &mut BuildContext<S>, b: &[S]) {
+    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
         let value = |program: &Program| program.value(&Inputs::design(b));
-        let ends = self.ends.map(|end| end.map(|frame| world.frame(frame)));
+        let ends = self.ends.map(|end| end.map(|frame| context.frame(frame)));
         let span = [self.from.each_ref().map(value), self.to.each_ref().map(value)];
-        let beam = world.mechanism.beam(&self.name, span, ends, self.elements, &self.section(value), self.shear);
+        let beam = context.mechanism.beam(&self.name, span, ends, self.elements, &self.section(value), self.shear);
         if let Some((ends, spin)) = &self.velocity {
             let ([from, to], spin) = (ends.each_ref().map(|end| end.each_ref().map(value)), value(spin));
             for (k, node) in beam.0.iter().enumerate() {
                 let share = k as f64 / self.elements as f64;
                 let between = |c: usize| from[c] * (1.0 - share) + to[c] * share;
-                world.mechanism.set_velocity(node.x, between(0));
-                world.mechanism.set_velocity(node.y, between(1));
-                world.mechanism.set_velocity(node.theta, spin);
+                context.mechanism.set_velocity(node.x, between(0));
+                context.mechanism.set_velocity(node.y, between(1));
+                context.mechanism.set_velocity(node.theta, spin);
             }
         }
-        world.beams.push(beam);
+        context.beams.push(beam);
     }
 
     fn section<S: Scalar>(&self, value: impl Fn(&Program) -> S) -> BeamSection<S> {

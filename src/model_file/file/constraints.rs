@@ -2,7 +2,7 @@
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
 use super::outputs::intermediates;
-use super::quantity::{Quantified, QuantityContext};
+use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::model_file::limits;
 use crate::problem::{Constraint, DesignVariable, Quantity, Selection, TimeGrid};
@@ -37,16 +37,16 @@ pub fn read(
     variables: &[DesignVariable],
 ) -> Read<Vec<Constraint>> {
     let (mut all, mut rows): (Vec<Constraint>, usize) = (vec![], 0);
-    file.each("constraint", |table, span| {
+    file.read_each("constraint", |table, span| {
         let section = Section::of(table, span, "constraint", &[KEYS], file.source())?;
         for constraint in one(&section, known, grid, variables)? {
             if all.iter().any(|c| c.name == constraint.name) {
-                return Err(section.complain("name", format!("the name `{}` is taken twice", constraint.name)));
+                return Err(section.error_at("name", format!("the name `{}` is taken twice", constraint.name)));
             }
             rows += if constraint.quantity.is_transient() { grid.map_or(1, TimeGrid::len) } else { 1 };
             if rows > limits::ROWS {
                 let message = format!("constraints and time points make more than {} values", limits::ROWS);
-                return Err(section.complain("name", message));
+                return Err(section.error_at("name", message));
             }
             all.push(constraint);
         }
@@ -72,13 +72,13 @@ fn one(
         (None, None, Some(exactly)) => vec![Constraint::equal(name, exactly, quantity)],
         (Some(least), Some(most), None) if least <= most => Constraint::between(&name, [least, most], quantity).into(),
         (Some(least), Some(most), None) => {
-            return Err(section.complain("at_least", format!("no value is at least {least} and at most {most}")));
+            return Err(section.error_at("at_least", format!("no value is at least {least} and at most {most}")));
         }
         (None, None, None) => {
             let help = "add `at_most`, `at_least` or `equals`";
-            return Err(section.complain("at_most", format!("{} has no limit", section.title)).help(help));
+            return Err(section.error_at("at_most", format!("{} has no limit", section.title)).help(help));
         }
-        _ => return Err(section.complain("equals", "`equals` excludes other limits")),
+        _ => return Err(section.error_at("equals", "`equals` excludes other limits")),
     };
     let (scale, window, selection) =
         (scale(section, known)?, window(section, known, grid, &value)?, neighbours(section)?);
@@ -92,7 +92,7 @@ fn one(
 
 fn scale(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Option<f64>> {
     match section.number("scale", known.names)? {
-        Some(scale) if scale <= 0.0 => Err(section.complain("scale", "`scale` must be positive")),
+        Some(scale) if scale <= 0.0 => Err(section.error_at("scale", "`scale` must be positive")),
         scale => Ok(scale),
     }
 }
@@ -102,7 +102,7 @@ fn window(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
     grid: Option<&TimeGrid>,
-    value: &Quantified,
+    value: &CompiledQuantity,
 ) -> Read<Option<[f64; 2]>> {
     let (from, to) = (section.number("from", known.names)?, section.number("to", known.names)?);
     let key = if from.is_some() { "from" } else { "to" };
@@ -110,22 +110,22 @@ fn window(
         return Ok(None);
     }
     let Some(grid) = grid.filter(|_| value.is_transient) else {
-        return Err(section.complain(key, "an interval needs a value that changes with time"));
+        return Err(section.error_at(key, "an interval needs a value that changes with time"));
     };
     if section.has("equals") {
-        return Err(section.complain(key, "an equality holds at every time point, not on an interval"));
+        return Err(section.error_at(key, "an equality holds at every time point, not on an interval"));
     }
     let interval = [from.unwrap_or(grid.points[0]), to.unwrap_or(grid.points[grid.len() - 1])];
     if grid.points.iter().any(|t| (interval[0]..=interval[1]).contains(t)) {
         return Ok(Some(interval));
     }
-    Err(section.complain(key, format!("no time point is between {} and {}", interval[0], interval[1])))
+    Err(section.error_at(key, format!("no time point is between {} and {}", interval[0], interval[1])))
 }
 
 fn quantity(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
-    value: Quantified,
+    value: CompiledQuantity,
     variables: &[DesignVariable],
 ) -> Read<Quantity> {
     let quantity = value.quantity();
@@ -147,7 +147,7 @@ pub fn neighbours(section: &Section<'_>) -> Read<Option<Selection>> {
 /// The constraints in continuous time, if the section has `continuous = true`.
 fn continuous(
     section: &Section<'_>,
-    value: &Quantified,
+    value: &CompiledQuantity,
     constraints: Vec<Constraint>,
     has_window: bool,
 ) -> Read<Vec<Constraint>> {
@@ -168,5 +168,5 @@ fn continuous(
     } else {
         return Ok(constraints.into_iter().map(Constraint::in_continuous_time).collect());
     };
-    Err(section.complain("continuous", format!("{obstacle} cannot hold in continuous time")))
+    Err(section.error_at("continuous", format!("{obstacle} cannot hold in continuous time")))
 }

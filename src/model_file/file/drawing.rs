@@ -14,9 +14,9 @@ use crate::report::plots::Linkage;
 use mechanics::elements::Symbol;
 use std::sync::Arc;
 
-/// Fewest frames of a motion; a coarser time grid is refined for the drawing.
+/// Least number of frames of a motion; a coarser time grid is refined for the drawing.
 const FEWEST: usize = 40;
-/// Most frames.
+/// Largest number of frames.
 const MOST: usize = 240;
 
 impl Model {
@@ -25,8 +25,8 @@ impl Model {
         self.grid.as_ref()
     }
 
-    /// Times that suit a drawing of the motion, if there is a mechanism: at most 240 of the model's own, or 121 equally
-    /// spaced ones where it has fewer than 40.
+    /// Times for a drawing of the motion, if there is a mechanism: at most 240 of the model's own, or 121 equally
+    /// spaced ones if it has fewer than 40.
     pub fn drawing_times(&self) -> Option<Vec<f64>> {
         let (plan, grid) = (self.plan.as_ref()?, self.grid.as_ref()?);
         let points = &grid.points;
@@ -45,7 +45,8 @@ impl Model {
     /// A body is drawn as a bar or a plate through its joints and points, a point mass as a disc, a body of one coordinate as
     /// a block on a guide, a beam as a line through its nodes.
     ///
-    /// **Errors.** As the analysis.
+    /// # Errors
+    /// Those of the analysis.
     pub fn drawings(&self, designs: &[&[f64]], times: &[f64]) -> Result<Option<Vec<Vec<Linkage>>>> {
         let Some((plan, settings)) = &self.plan else { return Ok(None) };
         let sketches: Vec<Sketch<'_>> = designs.iter().map(|design| Sketch::new(plan, design)).collect();
@@ -61,7 +62,7 @@ impl Model {
     }
 }
 
-/// A plan with the numbers of one design.
+/// A mechanism with the numbers of one design.
 struct Sketch<'p> {
     plan: &'p MechanismSpec,
     design: &'p [f64],
@@ -69,29 +70,29 @@ struct Sketch<'p> {
     frames: Vec<Frame>,
     /// Kinds of the bodies that are frames.
     kinds: Vec<Kind>,
-    slides: usize,
+    sliders: usize,
 }
 
 /// Everything at one time.
 struct DrawnState<'s> {
     sketch: &'s Sketch<'s>,
     poses: Vec<[f64; 3]>,
-    slides: Vec<f64>,
+    sliders: Vec<f64>,
 }
 
 impl<'p> Sketch<'p> {
     fn new(plan: &'p MechanismSpec, design: &'p [f64]) -> Self {
-        let kinds: Vec<Kind> = plan.bodies.iter().map(|b| b.kind).filter(|k| *k != Kind::Slide).collect();
+        let kinds: Vec<Kind> = plan.bodies.iter().map(|b| b.kind).filter(|k| *k != Kind::Slider).collect();
         let nodes = |(beam, b): (usize, &super::beams::Beam)| (0..=b.elements).map(move |k| Frame::Node(beam, k));
         let frames = (0..kinds.len()).map(Frame::Body).chain(plan.beams.iter().enumerate().flat_map(nodes)).collect();
-        Self { plan, design, frames, slides: plan.bodies.len() - kinds.len(), kinds }
+        Self { plan, design, frames, sliders: plan.bodies.len() - kinds.len(), kinds }
     }
 
-    /// x, y and rotation of every frame, then the slides.
+    /// x, y and rotation of every frame, then the positions of one-coordinate bodies.
     fn outputs(&self) -> Vec<Output> {
         let of_frame = |frame: &Frame| ["x", "y", "theta"].map(|what| Measure::Frame(*frame, what));
-        let slides = (0..self.slides).map(|k| Measure::Slide(k, "position"));
-        let measures = self.frames.iter().flat_map(of_frame).chain(slides);
+        let sliders = (0..self.sliders).map(|k| Measure::Slider(k, "position"));
+        let measures = self.frames.iter().flat_map(of_frame).chain(sliders);
         measures.enumerate().map(|(k, measure)| Output::of_measure(format!("place {k}"), measure)).collect()
     }
 
@@ -100,13 +101,13 @@ impl<'p> Sketch<'p> {
         let instant = |p: usize| DrawnState {
             sketch: self,
             poses: (0..n).map(|k| [0, 1, 2].map(|i| values[3 * k + i][p])).collect(),
-            slides: values[3 * n..].iter().map(|v| v[p]).collect(),
+            sliders: values[3 * n..].iter().map(|v| v[p]).collect(),
         };
         (0..count).map(instant).collect()
     }
 
-    fn local(&self, spot: &PointRef) -> [f64; 2] {
-        spot.at.each_ref().map(|program| program.value(&Inputs::design(self.design)))
+    fn local(&self, point: &PointRef) -> [f64; 2] {
+        point.at.each_ref().map(|program| program.value(&Inputs::design(self.design)))
     }
 
     /// Joints that let a point slide along a line of another body: the two points and the angle of the line.
@@ -120,10 +121,10 @@ impl<'p> Sketch<'p> {
 
     /// Points of a body that something is attached to, each once.
     fn points_of(&self, body: usize) -> Vec<[f64; 2]> {
-        let spots = self.plan.attached.iter().flat_map(ElementSpec::points).chain(&self.plan.parts.points);
+        let attached = self.plan.attached.iter().flat_map(ElementSpec::points).chain(&self.plan.parts.points);
         let mut points: Vec<[f64; 2]> = vec![];
-        for spot in spots.filter(|spot| spot.frame == Frame::Body(body)) {
-            let at = self.local(spot);
+        for point in attached.filter(|point| point.frame == Frame::Body(body)) {
+            let at = self.local(point);
             if points.iter().all(|p| (p[0] - at[0]).hypot(p[1] - at[1]) > 1e-9) {
                 points.push(at);
             }
@@ -132,11 +133,11 @@ impl<'p> Sketch<'p> {
     }
 }
 
-/// How far sliding points and slides go in all motions.
+/// How far sliding points and sliders go in all motions.
 struct Track {
     guides: Vec<[f64; 2]>,
-    slides: [f64; 2],
-    /// Below everything else.
+    sliders: [f64; 2],
+    /// Lowest height of all bodies.
     floor: f64,
 }
 
@@ -150,15 +151,15 @@ impl Track {
         let grown = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
         let count = motions.iter().flatten().next().map_or(0, |i| i.sketch.sliding().count());
         let mut guides = vec![NOTHING; count];
-        let (mut slides, mut floor) = (NOTHING, 0.0f64);
+        let (mut sliders, mut floor) = (NOTHING, 0.0f64);
         for instant in motions.iter().flatten() {
             for (guide, place) in guides.iter_mut().zip(instant.along_guides()) {
                 *guide = grown(*guide, place);
             }
-            slides = instant.slides.iter().fold(slides, |range, v| grown(range, *v));
+            sliders = instant.sliders.iter().fold(sliders, |range, v| grown(range, *v));
             floor = instant.poses.iter().fold(floor, |low, pose| low.min(pose[1]));
         }
-        Self { guides: guides.into_iter().map(|g| widened(g, 0.25)).collect(), slides: widened(slides, 0.2), floor }
+        Self { guides: guides.into_iter().map(|g| widened(g, 0.25)).collect(), sliders: widened(sliders, 0.2), floor }
     }
 }
 
@@ -168,20 +169,20 @@ impl DrawnState<'_> {
         known.map_or([0.0; 3], |k| self.poses[k])
     }
 
-    fn place(&self, frame: Frame, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn position(&self, frame: Frame, [x, y]: [f64; 2]) -> [f64; 2] {
         let [x0, y0, theta] = self.pose(frame);
         let (s, c) = theta.sin_cos();
         [x0 + c * x - s * y, y0 + s * x + c * y]
     }
 
-    fn spot(&self, spot: &PointRef) -> [f64; 2] {
-        self.place(spot.frame, self.sketch.local(spot))
+    fn point(&self, point: &PointRef) -> [f64; 2] {
+        self.position(point.frame, self.sketch.local(point))
     }
 
-    /// Where each sliding point is on its line.
+    /// Position of each sliding point along its line.
     fn along_guides(&self) -> Vec<f64> {
         let one = |(a, b, line): (&PointRef, &PointRef, f64)| {
-            let ([x0, y0], [x, y]) = (self.spot(a), self.spot(b));
+            let ([x0, y0], [x, y]) = (self.point(a), self.point(b));
             let (s, c) = (self.pose(a.frame)[2] + line).sin_cos();
             (x - x0) * c + (y - y0) * s
         };
@@ -194,10 +195,10 @@ impl DrawnState<'_> {
         self.draw_beams(&mut linkage);
         self.sketch.plan.attached.iter().for_each(|part| self.draw_attached(part, &mut linkage));
         for ((a, b, line), [from, to]) in self.sketch.sliding().zip(&track.guides) {
-            let ([x, y], angle) = (self.spot(a), self.pose(a.frame)[2] + line);
+            let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();
             linkage.guides.push([from, to].map(|along| [x + along * c, y + along * s]));
-            linkage.sliders.push((self.spot(b), angle));
+            linkage.sliders.push((self.point(b), angle));
         }
         self.draw_slides(track, &mut linkage);
         linkage
@@ -207,16 +208,16 @@ impl DrawnState<'_> {
         let kind = self.sketch.kinds[body];
         let points = self.sketch.points_of(body);
         let outline = hull(&points);
-        let at = |points: &[[f64; 2]]| points.iter().map(|p| self.place(Frame::Body(body), *p)).collect::<Vec<_>>();
-        let slides = self.sketch.sliding().any(|(_, b, _)| b.frame == Frame::Body(body));
+        let at = |points: &[[f64; 2]]| points.iter().map(|p| self.position(Frame::Body(body), *p)).collect::<Vec<_>>();
+        let is_sliding = self.sketch.sliding().any(|(_, b, _)| b.frame == Frame::Body(body));
         match outline.len() {
-            _ if kind == Kind::Pivot => {}
-            0 | 1 if kind == Kind::Frame => {}
+            _ if kind == Kind::FixedNode => {}
+            0 | 1 if kind == Kind::MasslessNode => {}
             0 | 1 => {
                 if let Some(point) = outline.first().filter(|p| p[0].hypot(p[1]) > 1e-9) {
                     linkage.bars.push(at(&[*point, [0.0, 0.0]]));
                 }
-                if !slides {
+                if !is_sliding {
                     linkage.masses.extend(at(&[[0.0, 0.0]]));
                 }
             }
@@ -227,7 +228,7 @@ impl DrawnState<'_> {
 
     fn draw_beams(&self, linkage: &mut Linkage) {
         for (k, beam) in self.sketch.plan.beams.iter().enumerate() {
-            let node = |node: usize| self.place(Frame::Node(k, node), [0.0; 2]);
+            let node = |node: usize| self.position(Frame::Node(k, node), [0.0; 2]);
             linkage.bars.push((0..=beam.elements).map(node).collect());
             for (frame, end) in beam.ends.iter().zip([0, beam.elements]) {
                 if let Some(frame) = frame {
@@ -241,7 +242,7 @@ impl DrawnState<'_> {
     fn draw_pin(&self, at: [f64; 2], frames: [Frame; 2], linkage: &mut Linkage) {
         let rests = |frame: Frame| match frame {
             Frame::Ground => true,
-            Frame::Body(k) => self.sketch.kinds[k] == Kind::Pivot,
+            Frame::Body(k) => self.sketch.kinds[k] == Kind::FixedNode,
             Frame::Node(..) => false,
         };
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
@@ -250,24 +251,24 @@ impl DrawnState<'_> {
     fn draw_attached(&self, part: &ElementSpec, linkage: &mut Linkage) {
         let mut points = part.points();
         let (Some(a), Some(b)) = (points.next(), points.next()) else { return };
-        let ends = [self.spot(a), self.spot(b)];
+        let ends = [self.point(a), self.point(b)];
         match symbol(part) {
             Symbol::Pin => return self.draw_pin(ends[0], [a.frame, b.frame], linkage),
             Symbol::Bar => linkage.bars.push(ends.to_vec()),
             Symbol::Spring => linkage.springs.push(ends),
             Symbol::None | Symbol::Guide => return,
         }
-        let grounded = [a, b].into_iter().zip(ends).filter(|(spot, _)| spot.frame == Frame::Ground);
+        let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| point.frame == Frame::Ground);
         linkage.ground_joints.extend(grounded.map(|(_, end)| end));
     }
 
-    /// Bodies of one coordinate stand below each other, each on its guide; a spring to the ground hangs on its left end.
+    /// Draws one-coordinate bodies below each other, each on its guide; a spring to the ground is fixed at its left end.
     fn draw_slides(&self, track: &Track, linkage: &mut Linkage) {
-        let [low, high] = track.slides;
+        let [low, high] = track.sliders;
         let row =
             |k: usize| track.floor - 0.35 * (high - low) * (k as f64 + f64::from(u8::from(!self.poses.is_empty())));
         let anchor = |k: usize| [low - 0.3 * (high - low), row(k)];
-        for (k, place) in self.slides.iter().enumerate() {
+        for (k, place) in self.sliders.iter().enumerate() {
             linkage.guides.push([[low, row(k)], [high, row(k)]]);
             linkage.sliders.push(([*place, row(k)], 0.0));
         }
@@ -275,13 +276,13 @@ impl DrawnState<'_> {
             let mut coordinates = part.coordinates();
             let (Some(a), Some(b)) = (coordinates.next(), coordinates.next()) else { continue };
             match (a, b) {
-                (CoordinateRef::Slide(k), CoordinateRef::Of(Frame::Ground, _))
-                | (CoordinateRef::Of(Frame::Ground, _), CoordinateRef::Slide(k)) => {
-                    linkage.springs.push([anchor(k), [self.slides[k], row(k)]]);
+                (CoordinateRef::Slider(k), CoordinateRef::Of(Frame::Ground, _))
+                | (CoordinateRef::Of(Frame::Ground, _), CoordinateRef::Slider(k)) => {
+                    linkage.springs.push([anchor(k), [self.sliders[k], row(k)]]);
                     linkage.ground_joints.push(anchor(k));
                 }
-                (CoordinateRef::Slide(a), CoordinateRef::Slide(b)) => {
-                    linkage.springs.push([[self.slides[a], row(a)], [self.slides[b], row(b)]]);
+                (CoordinateRef::Slider(a), CoordinateRef::Slider(b)) => {
+                    linkage.springs.push([[self.sliders[a], row(a)], [self.sliders[b], row(b)]]);
                 }
                 _ => {}
             }

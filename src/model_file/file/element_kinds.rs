@@ -23,9 +23,9 @@ pub struct KindSection {
 /// Sections of elements, in the order in which they are read.
 pub static SECTIONS: LazyLock<[KindSection; 3]> = LazyLock::new(|| {
     [
-        KindSection::new("joint", "what joins bodies", "revolute", "what it is"),
-        KindSection::new("driver", "what moves as prescribed", "coordinate", "what it prescribes"),
-        KindSection::new("force", "what pushes and pulls", "", "what it is"),
+        KindSection::new("joint", "joints between bodies", "revolute", "what it is"),
+        KindSection::new("driver", "prescribed motions", "coordinate", "what it prescribes"),
+        KindSection::new("force", "forces, contacts and additional inertia", "", "what it is"),
     ]
 });
 
@@ -62,8 +62,15 @@ fn section_of(descriptor: &ElementDescriptor) -> &'static str {
     }
 }
 
+/// Keys of the parameters of an element.
+///
+/// Their texts live as long as the program.
+pub fn parameter_keys(descriptor: &ElementDescriptor) -> Vec<Key> {
+    descriptor.inputs.iter().filter(|input| input.role == Role::Parameter).map(key).collect()
+}
+
 /// The key of an input.
-pub fn key(input: &Input) -> Key {
+fn key(input: &Input) -> Key {
     let accepts = match input.role {
         Role::Marker | Role::Body | Role::Translations => Accepts::Marker,
         Role::Coordinate => Accepts::Coordinate,

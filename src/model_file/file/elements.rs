@@ -32,7 +32,7 @@ pub enum InputSpec {
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<ElementSpec>> {
     let mut all = vec![];
     for section in SECTIONS.iter() {
-        file.each(section.name, |table, span| {
+        file.read_each(section.name, |table, span| {
             let kinds = section.kinds.iter().map(|(kind, keys)| (kind.descriptor.kind, (kind, *keys)));
             let (kind, keys) = Section::kind(&table, section.name, section.usual, kinds)?;
             let section = Section::of(table, span, section.name, &[section.common, keys], file.source())?;
@@ -53,8 +53,8 @@ fn element(
 ) -> Read<ElementSpec> {
     let input = |(role, key): (Role, &Key)| -> Read<InputSpec> {
         Ok(match role {
-            Role::Marker | Role::Body | Role::Translations => InputSpec::Point(parts.spot(section, key.name, names)?),
-            Role::Coordinate => InputSpec::Coordinate(parts.place(section, key.name)?),
+            Role::Marker | Role::Body | Role::Translations => InputSpec::Point(parts.point(section, key.name, names)?),
+            Role::Coordinate => InputSpec::Coordinate(parts.coordinate(section, key.name)?),
             Role::Parameter | Role::Gravity => InputSpec::Number(section.program(key.name, names, &Wants::DESIGN)?),
             Role::TimeFunction => InputSpec::Time(motion::read(section, key.name, names)?),
             Role::StateFunction => InputSpec::State(feedback::read(section, key.name, names, parts)?),
@@ -66,23 +66,23 @@ fn element(
 
 impl ElementSpec {
     /// Adds the element to a mechanism.
-    pub fn build<S: Scalar>(&self, world: &mut BuildContext<S>, b: &[S]) {
+    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
         let value = |program: &Program| program.value(&Inputs::design(b));
         let input = |input: &InputSpec| match input {
-            InputSpec::Point(point) => InputValue::Marker(world.marker(point, b)),
-            InputSpec::Coordinate(place) => InputValue::Coordinate(world.coordinate(*place)),
+            InputSpec::Point(point) => InputValue::Marker(context.marker(point, b)),
+            InputSpec::Coordinate(place) => InputValue::Coordinate(context.coordinate(*place)),
             InputSpec::Number(program) => InputValue::Parameter(value(program)),
             InputSpec::Time(function) => {
                 InputValue::TimeFunction(function.law.clone(), function.parameters.iter().map(value).collect())
             }
             InputSpec::State(feedback) => {
-                let (law, parameters, observed) = feedback.build(world, b);
+                let (law, parameters, observed) = feedback.build(context, b);
                 InputValue::StateFunction(law, observed, parameters)
             }
         };
         let values = self.inputs.iter().map(input).collect();
-        let added = self.kind.add_to(&mut world.mechanism, &self.name, values);
-        world.elements.push(added);
+        let added = self.kind.add_to(&mut context.mechanism, &self.name, values);
+        context.elements.push(added);
     }
 
     /// Points that the element is attached to.

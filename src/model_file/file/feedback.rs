@@ -60,9 +60,9 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
 
 impl Feedback {
     /// The formula, its parameters, and the coordinates that it observes.
-    pub fn build<S: Scalar>(&self, world: &BuildContext<S>, b: &[S]) -> (ObservedFormula, Vec<S>, Vec<Coordinate>) {
+    pub fn build<S: Scalar>(&self, context: &BuildContext<S>, b: &[S]) -> (ObservedFormula, Vec<S>, Vec<Coordinate>) {
         let parameters = self.parameters.iter().map(|program| program.value(&Inputs::design(b))).collect();
-        (self.law.clone(), parameters, self.observed.iter().map(|&place| world.coordinate(place)).collect())
+        (self.law.clone(), parameters, self.observed.iter().map(|&place| context.coordinate(place)).collect())
     }
 }
 
@@ -76,15 +76,16 @@ fn position_or_push<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
 /// Velocities and the coordinates of which they are the rates.
 const RATES: [(&str, &str); 3] = [("vx", "x"), ("vy", "y"), ("omega", "theta")];
 
-/// The coordinate of a name such as `crank.theta` or `cart.position`, or of its velocity: `crank.omega`, `cart.velocity`.
+/// The coordinate of a name such as `crank.theta` or `cart.position`, and whether the name is that of its velocity, such as
+/// `crank.omega` or `cart.velocity`.
 fn find(text: &str, parts: &Parts) -> Option<(CoordinateRef, bool)> {
     let (owner, what) = text.rsplit_once('.')?;
-    if let Some(Symbol::Slide(k)) = parts.get(owner) {
-        return matches!(what, "position" | "velocity").then_some((CoordinateRef::Slide(*k), what == "velocity"));
+    if let Some(Symbol::Slider(k)) = parts.get(owner) {
+        return matches!(what, "position" | "velocity").then_some((CoordinateRef::Slider(*k), what == "velocity"));
     }
     match RATES.iter().find(|(rate, _)| *rate == what) {
-        Some((_, position)) => Some((parts.find_place(&format!("{owner}.{position}"))?, true)),
-        None => Some((parts.find_place(text)?, false)),
+        Some((_, position)) => Some((parts.find_coordinate(&format!("{owner}.{position}"))?, true)),
+        None => Some((parts.find_coordinate(text)?, false)),
     }
 }
 
@@ -92,7 +93,7 @@ fn suggestions(parts: &Parts) -> Vec<String> {
     let of = |name: &String| -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
-            Some(Symbol::Slide(_)) => all(&["position", "velocity"]),
+            Some(Symbol::Slider(_)) => all(&["position", "velocity"]),
             Some(Symbol::Frame(_)) => all(&["x", "y", "theta", "vx", "vy", "omega"]),
             _ => vec![],
         }

@@ -17,7 +17,7 @@ fn of_point() -> Vec<&'static str> {
 }
 
 /// Measures of a body with one coordinate.
-fn of_slide() -> Vec<&'static str> {
+fn of_slider() -> Vec<&'static str> {
     names(Element::measures(&CoordinateSensor))
 }
 
@@ -28,13 +28,13 @@ fn names(measures: &[elements::Measure]) -> Vec<&'static str> {
 /// A quantity of a mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measure {
-    /// Of a joint, drive or force.
+    /// Of an element: a joint, drive, force or contact.
     Element(usize, &'static str),
     /// Of the reference point of a body, or of a beam node.
     Frame(Frame, &'static str),
     /// Of a named point.
     Point(usize, &'static str),
-    Slide(usize, &'static str),
+    Slider(usize, &'static str),
     /// Of the inside of a beam at a node.
     Node(usize, usize, &'static str),
     KineticEnergy,
@@ -52,7 +52,7 @@ pub fn find(text: &str, parts: &Parts) -> Option<Measure> {
     let among = |known: &[&'static str]| known.iter().find(|k| **k == what).copied();
     match parts.get(owner) {
         Some(Symbol::Element(k, of)) => return among(&names(of.measures)).map(|what| Measure::Element(*k, what)),
-        Some(Symbol::Slide(k)) => return among(&of_slide()).map(|what| Measure::Slide(*k, what)),
+        Some(Symbol::Slider(k)) => return among(&of_slider()).map(|what| Measure::Slider(*k, what)),
         Some(Symbol::Point(k)) => return among(&of_point()).map(|what| Measure::Point(*k, what)),
         _ => {}
     }
@@ -63,13 +63,13 @@ pub fn find(text: &str, parts: &Parts) -> Option<Measure> {
     }
 }
 
-/// Names of all quantities, for suggestions.
+/// Names of all quantities, for suggestions in messages.
 pub fn suggestions(parts: &Parts) -> Vec<String> {
     let of = |name: &String| -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
             Some(Symbol::Element(_, of)) => all(&names(of.measures)),
-            Some(Symbol::Slide(_)) => all(&of_slide()),
+            Some(Symbol::Slider(_)) => all(&of_slider()),
             Some(Symbol::Point(_) | Symbol::Frame(_)) => all(&of_point()),
             Some(Symbol::Beam(..)) => {
                 let node = |end: &str| {
@@ -89,7 +89,7 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
 enum Owner {
     Frame(Frame),
     Point(usize),
-    Slide(usize),
+    Slider(usize),
     Design(usize),
 }
 
@@ -108,57 +108,58 @@ impl<'p> Sensors<'p> {
     pub fn terms<S: Scalar>(
         &mut self,
         measure: &Measure,
-        world: &mut BuildContext<S>,
+        context: &mut BuildContext<S>,
         b: &[S],
     ) -> Result<Vec<Term<S>>> {
         let owner = match measure {
-            Measure::KineticEnergy => return Ok(vec![world.mechanism.kinetic_energy()]),
-            Measure::PotentialEnergy => return Ok(vec![world.mechanism.potential_energy()]),
+            Measure::KineticEnergy => return Ok(vec![context.mechanism.kinetic_energy()]),
+            Measure::PotentialEnergy => return Ok(vec![context.mechanism.potential_energy()]),
             Measure::Element(k, what) => {
-                return Ok(vec![match world.elements[*k] {
-                    Added::Element(element) => world.mechanism.measure(element, what)?,
-                    Added::Motion(coordinate) => world.mechanism.driving_force(coordinate),
+                return Ok(vec![match context.elements[*k] {
+                    Added::Element(element) => context.mechanism.measure(element, what)?,
+                    Added::Motion(coordinate) => context.mechanism.driving_force(coordinate),
                     Added::Contact => unreachable!("a rigid contact measures nothing"),
                 }]);
             }
-            Measure::Node(beam, node, what) => return at_node(*beam, *node, what, world),
+            Measure::Node(beam, node, what) => return at_node(*beam, *node, what, context),
             Measure::Frame(frame, _) => Owner::Frame(*frame),
             Measure::Point(k, _) => Owner::Point(*k),
-            Measure::Slide(k, _) => Owner::Slide(*k),
+            Measure::Slider(k, _) => Owner::Slider(*k),
         };
-        let (Measure::Frame(_, what) | Measure::Point(_, what) | Measure::Slide(_, what)) = measure else {
+        let (Measure::Frame(_, what) | Measure::Point(_, what) | Measure::Slider(_, what)) = measure else {
             unreachable!("the others have returned")
         };
-        let part = self.sensor(owner, world, b);
-        Ok(vec![world.mechanism.measure(part, what)?])
+        let part = self.sensor(owner, context, b);
+        Ok(vec![context.mechanism.measure(part, what)?])
     }
 
     /// A design variable as a quantity: the position of a ground point at this distance from the origin.
-    pub fn design<S: Scalar>(&mut self, i: usize, world: &mut BuildContext<S>, b: &[S]) -> Result<Term<S>> {
-        let part = self.sensor(Owner::Design(i), world, b);
-        world.mechanism.measure(part, "x")
+    pub fn design<S: Scalar>(&mut self, i: usize, context: &mut BuildContext<S>, b: &[S]) -> Result<Term<S>> {
+        let part = self.sensor(Owner::Design(i), context, b);
+        context.mechanism.measure(part, "x")
     }
 
-    fn sensor<S: Scalar>(&mut self, owner: Owner, world: &mut BuildContext<S>, b: &[S]) -> ElementIndex {
+    fn sensor<S: Scalar>(&mut self, owner: Owner, context: &mut BuildContext<S>, b: &[S]) -> ElementIndex {
         if let Some(part) = self.made.get(&owner) {
             return *part;
         }
         let part = match owner {
-            Owner::Slide(k) => {
-                let ground = world.mechanism.ground().x;
-                world.mechanism.coordinate_sensor("motion", ground, world.slides[k])
+            Owner::Slider(k) => {
+                let ground = context.mechanism.ground().x;
+                context.mechanism.coordinate_sensor("motion", ground, context.sliders[k])
             }
             Owner::Frame(frame) => {
-                let marker = world.frame(frame).origin();
-                world.mechanism.sensor("motion", marker)
+                let marker = context.frame(frame).origin();
+                context.mechanism.sensor("motion", marker)
             }
             Owner::Point(k) => {
-                let marker = world.marker(&self.points[k], b);
-                world.mechanism.sensor("motion", marker)
+                let marker = context.marker(&self.points[k], b);
+                context.mechanism.sensor("motion", marker)
             }
             Owner::Design(i) => {
-                let marker = world.mechanism.ground().at(Program::variable(i).value(&Inputs::design(b)), S::from(0.0));
-                world.mechanism.sensor("design", marker)
+                let marker =
+                    context.mechanism.ground().at(Program::variable(i).value(&Inputs::design(b)), S::from(0.0));
+                context.mechanism.sensor("design", marker)
             }
         };
         self.made.insert(owner, part);
@@ -167,16 +168,16 @@ impl<'p> Sensors<'p> {
 }
 
 /// The mean over the elements that adjoin a node.
-fn at_node<S: Scalar>(beam: usize, node: usize, what: &str, world: &BuildContext<S>) -> Result<Vec<Term<S>>> {
-    let parts = &world.beams[beam].1;
+fn at_node<S: Scalar>(beam: usize, node: usize, what: &str, context: &BuildContext<S>) -> Result<Vec<Term<S>>> {
+    let parts = &context.beams[beam].1;
     let sides = [what.to_owned() + "_j", what.to_owned() + "_i"];
     let [before, after] = if what == "moment" { sides.each_ref().map(String::as_str) } else { [what; 2] };
     let mut terms = vec![];
     if node > 0 {
-        terms.push(world.mechanism.measure(parts[node - 1], before)?);
+        terms.push(context.mechanism.measure(parts[node - 1], before)?);
     }
     if node < parts.len() {
-        terms.push(world.mechanism.measure(parts[node], after)?);
+        terms.push(context.mechanism.measure(parts[node], after)?);
     }
     let weight = S::from(1.0 / terms.len() as f64);
     Ok(terms.into_iter().map(|term| term.times(weight)).collect())

@@ -42,7 +42,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
         return Ok(Some(MechanismSpec { gravity, bodies, beams, attached, parts }));
     }
     match ["joint", "driver", "force", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
-        Some(key) => Err(file.complain(key, format!("`{key}` without any body or beam")).help("add a [[body]] first")),
+        Some(key) => Err(file.error_at(key, format!("`{key}` without any body or beam")).help("add a [[body]] first")),
         None => Ok(None),
     }
 }
@@ -68,7 +68,7 @@ impl ParametricMechanism for MechanismTemplate {
         let mut world = BuildContext {
             mechanism: Mechanism::with_gravity(gx, gy),
             bodies: vec![],
-            slides: vec![],
+            sliders: vec![],
             beams: vec![],
             elements: vec![],
         };

@@ -104,17 +104,17 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
     if let Some(count) = section.count("max_cycles", 1_000_000)? {
         method.stop.max_cycles = count;
     }
-    method.stop.check().map_err(|e| section.complain(&key_of_error(&section, &e.to_string()), e.to_string()))?;
+    method.stop.check().map_err(|e| section.error_at(&key_of_error(&section, &e.to_string()), e.to_string()))?;
     screening(&section, names, &mut method)?;
     if section.has("moving_peaks") {
         method.drifting = section.flag("moving_peaks")?;
     }
     if let Some(limits) = move_limits(&section, names)? {
-        limits.check().map_err(|e| section.complain("move_limits", e.to_string()))?;
+        limits.check().map_err(|e| section.error_at("move_limits", e.to_string()))?;
         method.move_limits = limits;
     }
     if let Some(rule) = acceptance(&section, names)? {
-        rule.check().map_err(|e| section.complain("acceptance", e.to_string()))?;
+        rule.check().map_err(|e| section.error_at("acceptance", e.to_string()))?;
         method.globalization = rule;
     }
     Ok(method)
@@ -134,7 +134,7 @@ fn screening(section: &Section<'_>, names: &Names, method: &mut Method) -> Read<
         Some(false) => method.screening.cutoff = section.number("cutoff", names)?,
         None => {}
     }
-    method.screening.check().map_err(|e| section.complain("cutoff", e.to_string()))?;
+    method.screening.check().map_err(|e| section.error_at("cutoff", e.to_string()))?;
     if let Some(selection) = neighbours(section)? {
         method.screening.selection = selection;
     }

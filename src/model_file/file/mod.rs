@@ -83,7 +83,8 @@ pub(super) const KEYS: &[Key] = &[
 /// All tables below the file, with their keys.
 pub(super) fn families() -> Vec<Table> {
     let mut all = vec![Table { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN }];
-    all.extend(bodies::TABLES.iter().chain(beams::TABLES));
+    all.extend(bodies::tables());
+    all.extend(beams::TABLES);
     all.extend(element_kinds::tables());
     all.extend(motion::TABLES.iter().chain(analysis::TABLES).chain(outputs::TABLES));
     all.extend(objective::TABLES.iter().chain(constraints::TABLES).chain(method::TABLES));
@@ -163,7 +164,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
             let settings = analysis::read(&section, &names, grid, plan.coordinates())?;
             Some((Arc::new(plan), settings))
         }
-        (Some(_), None) => return Err(section.complain("time", "a mechanism needs time points").help("add [time]")),
+        (Some(_), None) => return Err(section.error_at("time", "a mechanism needs time points").help("add [time]")),
     };
     let title = section.text("title")?;
     let title = if title.is_empty() { file.to_owned() } else { title };
@@ -200,7 +201,7 @@ fn check_times(section: &Section<'_>, outputs: &[Output], grid: Option<&TimeGrid
         None => Ok(()),
         Some(output) => {
             let message = format!("the output `{}` changes with time, but there are no time points", output.name);
-            Err(section.complain("time", message).help("add [time] with `to` and `points`"))
+            Err(section.error_at("time", message).help("add [time] with `to` and `points`"))
         }
     }
 }

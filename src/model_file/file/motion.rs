@@ -139,7 +139,7 @@ fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Re
         _ => {
             let list = |key| Ok(section.numbers(key, names)?.unwrap_or_default());
             let table = Table::new(&list("times")?, &list("values")?);
-            MotionLaw::Table(table.map_err(|e| section.complain("times", e.to_string()))?)
+            MotionLaw::Table(table.map_err(|e| section.error_at("times", e.to_string()))?)
         }
     };
     Ok(TimeFunction { law, parameters })

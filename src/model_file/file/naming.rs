@@ -43,7 +43,7 @@ fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
     };
     if table.len() > limits::VARIABLES {
         let message = format!("{} design variables are too many, at most {} are read", table.len(), limits::VARIABLES);
-        return Err(file.complain("design", message));
+        return Err(file.error_at("design", message));
     }
     let mut found = vec![];
     for (word, value) in ordered(table) {
@@ -66,11 +66,11 @@ pub fn variable(name: &str, section: &Section<'_>, names: &Names) -> Read<Design
     let start = section.number("start", names)?.unwrap_or(f64::NAN);
     if lower > upper {
         let message = format!("the lower bound {lower} of `{name}` is above the upper bound {upper}");
-        return Err(section.complain("lower", message).help("raise the upper bound or lower the lower bound"));
+        return Err(section.error_at("lower", message).help("raise the upper bound or lower the lower bound"));
     }
     if !(lower..=upper).contains(&start) {
         let message = format!("the start {start} of `{name}` is outside its bounds {lower} to {upper}");
-        return Err(section.complain("start", message).help("move the start inside or widen the bounds"));
+        return Err(section.error_at("start", message).help("move the start inside or widen the bounds"));
     }
     Ok(DesignVariable::new(name, section.text("unit")?, start).within(lower, upper))
 }

@@ -3,7 +3,7 @@
 use super::key::{Accepts, Key, Table, default, optional};
 use super::naming;
 use super::outputs::intermediates;
-use super::quantity::{Quantified, QuantityContext};
+use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::Names;
@@ -26,6 +26,8 @@ const KEYS: &[Key] = &[
     optional("directly_in", Accepts::Intermediate, "approximates the objective itself, linearized in these variables"),
 ];
 const OVER: &[&str] = &["peak", "sum", "integral", "mean"];
+const REDUCTIONS: &[(&str, Over)] =
+    &[("peak", Over::Peak), ("sum", Over::Sum), ("integral", Over::Integral), ("mean", Over::Mean)];
 const BOUND: &[Key] = &[default("name", Accepts::Name, "peak", "name of the variable")];
 
 /// Declarations for documentation and schema.
@@ -34,6 +36,15 @@ pub const TABLES: &[Table] = &[
     Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: BOUND },
     Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: naming::DESIGN },
 ];
+
+/// Reduction of a history to a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Over {
+    Peak,
+    Sum,
+    Integral,
+    Mean,
+}
 
 /// The objective.
 pub enum Objective {
@@ -54,7 +65,7 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<DesignVa
     Ok(Some(variable))
 }
 
-/// Reads the section.
+/// Reads `[objective]`.
 pub fn read(
     file: &Section<'_>,
     known: &QuantityContext<'_>,
@@ -69,28 +80,30 @@ pub fn read(
     let (key, goal) = match (section.has("minimize"), section.has("maximize")) {
         (true, false) => ("minimize", Goal::Minimize),
         (false, true) => ("maximize", Goal::Maximize),
-        (true, true) => return Err(section.complain("maximize", "`minimize` and `maximize` exclude each other")),
-        (false, false) => return Err(section.complain("minimize", "[objective] lacks `minimize` or `maximize`")),
+        (true, true) => return Err(section.error_at("maximize", "`minimize` and `maximize` exclude each other")),
+        (false, false) => return Err(section.error_at("minimize", "[objective] lacks `minimize` or `maximize`")),
     };
     let tree = section.tree(key)?.expect("the key is there");
     let value = known.compile(&tree, key)?;
     let over = match section.word("over")? {
-        Some(_) => Some(section.choice("over", &[("peak", 0), ("sum", 1), ("integral", 2), ("mean", 3)])?),
+        Some(_) => Some(section.choice("over", REDUCTIONS)?),
         None => None,
     };
     match (over, bound) {
         (None, _) if value.is_transient => {
             let help = "reduce it to a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
-            Err(section.complain(key, "the objective is a history, not a number").help(help))
+            Err(section.error_at(key, "the objective is a history, not a number").help(help))
         }
-        (Some(_), _) if !value.is_transient => Err(section.complain("over", "the objective is a number already")),
-        (Some(0), Some(bound)) if goal == Goal::Minimize => peak(&section, known, value, bound),
-        (Some(0), None) => {
+        (Some(_), _) if !value.is_transient => {
+            Err(section.error_at("over", "`over` applies to histories, and the objective is a number"))
+        }
+        (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => peak(&section, known, value, bound),
+        (Some(Over::Peak), None) => {
             let help = "for instance bound = { name = \"peak\", start = 1.0, lower = 0.0 }";
-            Err(section.complain("over", "over = \"peak\" needs a variable that bounds the peak").help(help))
+            Err(section.error_at("over", "over = \"peak\" needs a variable that bounds the peak").help(help))
         }
-        (Some(0), _) => Err(section.complain("maximize", "a peak can only be minimized")),
-        (_, Some(_)) => Err(section.complain("bound", "`bound` belongs to over = \"peak\"")),
+        (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
+        (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
         (over, None) => number(&section, known.names, value, goal, over, grid, variables),
     }
 }
@@ -98,12 +111,12 @@ pub fn read(
 fn peak(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
-    value: Quantified,
+    value: CompiledQuantity,
     bound: DesignVariable,
 ) -> Read<Objective> {
     let scale = section.number("scale", known.names)?.unwrap_or(1.0);
     if scale <= 0.0 {
-        return Err(section.complain("scale", "`scale` must be positive"));
+        return Err(section.error_at("scale", "`scale` must be positive"));
     }
     Ok(Objective::Peak { bound, quantity: value.quantity(), scale })
 }
@@ -111,9 +124,9 @@ fn peak(
 fn number(
     section: &Section<'_>,
     names: &Names,
-    value: Quantified,
+    value: CompiledQuantity,
     goal: Goal,
-    over: Option<usize>,
+    over: Option<Over>,
     grid: Option<&TimeGrid>,
     variables: &[DesignVariable],
 ) -> Read<Objective> {
@@ -128,14 +141,14 @@ fn number(
 }
 
 /// Weights of a sum, an integral or a mean.
-fn weights(section: &Section<'_>, over: usize, grid: &TimeGrid) -> Read<Vec<f64>> {
-    if over == 1 {
+fn weights(section: &Section<'_>, over: Over, grid: &TimeGrid) -> Read<Vec<f64>> {
+    if over == Over::Sum {
         return Ok(vec![1.0; grid.len()]);
     }
     let is_simpson = section.choice("rule", &[("simpson", true), ("trapezoid", false)])?;
-    let simpson = || grid.simpson().map_err(|e| section.complain("rule", e.to_string()));
+    let simpson = || grid.simpson().map_err(|e| section.error_at("rule", e.to_string()));
     let weights = if is_simpson { simpson()? } else { grid.trapezoid() };
-    let whole = if over == 3 { grid.span() } else { 1.0 };
+    let whole = if over == Over::Mean { grid.span() } else { 1.0 };
     Ok(weights.into_iter().map(|w| w / whole).collect())
 }
 

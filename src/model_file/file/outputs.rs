@@ -47,7 +47,7 @@ pub fn read(
 ) -> Read<Vec<Output>> {
     let mut outputs: Vec<Output> = vec![];
     let most = limits::VALUES / grid.map_or(1, TimeGrid::len).max(variables.len()).max(1);
-    file.each("output", |table, span| {
+    file.read_each("output", |table, span| {
         let section = Section::of(table, span, "output", &[KEYS], file.source())?;
         let word = section.need_word("name")?;
         names.check(&word.text, word.span.clone())?;
@@ -59,7 +59,7 @@ pub fn read(
         if outputs.len() >= most {
             let message =
                 format!("outputs and time points, or design variables, make more than {} values", limits::VALUES);
-            return Err(section.complain("name", message));
+            return Err(section.error_at("name", message));
         }
         outputs.push(output(word.text, &section, names, parts, variables)?);
         Ok(())

@@ -1,4 +1,4 @@
-//! Names of the parts of a mechanism, and what refers to them.
+//! Names of the parts of a mechanism, and references to them.
 
 use super::key::{Accepts, Key, required};
 use super::section::{FileSource, Read, Section, Value, Word, pair, wrong_type};
@@ -20,12 +20,12 @@ pub enum Frame {
     Node(usize, usize),
 }
 
-/// What a name of a mechanism stands for.
+/// Meaning of a name in a mechanism.
 #[derive(Clone, Debug)]
 pub enum Symbol {
     Frame(Frame),
-    /// A single coordinate with a mass.
-    Slide(usize),
+    /// A body with one coordinate.
+    Slider(usize),
     /// A beam with its number of elements.
     Beam(usize, usize),
     Point(usize),
@@ -44,7 +44,7 @@ pub struct PointRef {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoordinateRef {
     Of(Frame, Axis),
-    Slide(usize),
+    Slider(usize),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,12 +54,12 @@ pub enum Axis {
     Theta,
 }
 
-pub const SPOT: &[Key] = &[
+pub const POINT_KEYS: &[Key] = &[
     required("body", Accepts::Name, "name of a body or beam node, or \"ground\""),
     required("at", Accepts::Pair, "place [x, y] on it in m, in its own axes"),
 ];
 
-/// The names that have been read.
+/// The names of the mechanism, as far as it has been read.
 #[derive(Clone, Debug, Default)]
 pub struct Parts {
     named: HashMap<String, Symbol>,
@@ -117,12 +117,12 @@ impl Parts {
     }
 
     /// The point at `key` of a part.
-    pub fn spot(&self, section: &Section<'_>, key: &str, names: &Names) -> Read<PointRef> {
+    pub fn point(&self, section: &Section<'_>, key: &str, names: &Names) -> Read<PointRef> {
         let value = section.get(key).expect("the key is required");
-        self.spot_of(value, key, names, section.source())
+        self.point_of(value, key, names, section.source())
     }
 
-    fn spot_of(&self, value: &Value<'_>, key: &str, names: &Names, source: FileSource<'_>) -> Read<PointRef> {
+    fn point_of(&self, value: &Value<'_>, key: &str, names: &Names, source: FileSource<'_>) -> Read<PointRef> {
         match value.get_ref() {
             DeValue::String(name) => {
                 if let Some(Symbol::Point(k)) = self.named.get(&**name) {
@@ -132,7 +132,7 @@ impl Parts {
                 Ok(PointRef { frame: self.frame(name, &value.span())?, at: origin })
             }
             DeValue::Table(_) => {
-                let inner = Section::open(value, &format!("`{key}`"), &[SPOT], source)?;
+                let inner = Section::open(value, &format!("`{key}`"), &[POINT_KEYS], source)?;
                 let body = inner.need_word("body")?;
                 let at = inner.get("at").expect("the key is required");
                 Ok(PointRef {
@@ -145,21 +145,21 @@ impl Parts {
     }
 
     /// The coordinate at `key` of a part: `crank.theta`, `ground.x`, or the name of a body that is one coordinate.
-    pub fn place(&self, section: &Section<'_>, key: &str) -> Read<CoordinateRef> {
+    pub fn coordinate(&self, section: &Section<'_>, key: &str) -> Read<CoordinateRef> {
         let word = section.need_word(key)?;
-        self.find_place(&word.text).ok_or_else(|| {
+        self.find_coordinate(&word.text).ok_or_else(|| {
             let frames = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Frame(_)));
             let axes = frames.flat_map(|n| ["x", "y", "theta"].map(|axis| format!("{n}.{axis}")));
-            let slides = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Slide(_))).cloned();
-            let known: Vec<String> = slides.chain(axes).chain(["ground.x".to_owned()]).collect();
+            let sliders = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Slider(_))).cloned();
+            let known: Vec<String> = sliders.chain(axes).chain(["ground.x".to_owned()]).collect();
             Diagnostic::unknown(word.span.clone(), "coordinate", &word.text, known.iter().map(String::as_str))
         })
     }
 
     /// The coordinate of that name.
-    pub fn find_place(&self, text: &str) -> Option<CoordinateRef> {
-        if let Some(Symbol::Slide(k)) = self.named.get(text) {
-            return Some(CoordinateRef::Slide(*k));
+    pub fn find_coordinate(&self, text: &str) -> Option<CoordinateRef> {
+        if let Some(Symbol::Slider(k)) = self.named.get(text) {
+            return Some(CoordinateRef::Slider(*k));
         }
         let (name, axis) = text.rsplit_once('.')?;
         let axis = match axis {
@@ -172,11 +172,11 @@ impl Parts {
     }
 }
 
-/// The parts of a mechanism that is being built.
+/// A mechanism under construction, with its parts.
 pub struct BuildContext<S> {
     pub mechanism: Mechanism<S>,
     pub bodies: Vec<Body>,
-    pub slides: Vec<Coordinate>,
+    pub sliders: Vec<Coordinate>,
     pub beams: Vec<(Vec<Body>, Vec<ElementIndex>)>,
     pub elements: Vec<Added>,
 }
@@ -190,14 +190,14 @@ impl<S: Scalar> BuildContext<S> {
         }
     }
 
-    pub fn marker(&self, spot: &PointRef, b: &[S]) -> Marker<S> {
-        let [x, y] = [0, 1].map(|k| spot.at[k].value(&Inputs::design(b)));
-        self.frame(spot.frame).at(x, y)
+    pub fn marker(&self, point: &PointRef, b: &[S]) -> Marker<S> {
+        let [x, y] = [0, 1].map(|k| point.at[k].value(&Inputs::design(b)));
+        self.frame(point.frame).at(x, y)
     }
 
     pub fn coordinate(&self, place: CoordinateRef) -> Coordinate {
         match place {
-            CoordinateRef::Slide(k) => self.slides[k],
+            CoordinateRef::Slider(k) => self.sliders[k],
             CoordinateRef::Of(frame, axis) => {
                 let [x, y, theta] = self.frame(frame).coordinates();
                 match axis {

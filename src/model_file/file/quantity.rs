@@ -31,7 +31,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
     let Some(value) = file.get("series") else { return Ok(vec![]) };
     let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, "`series`", "a table of lists")) };
     let Some(grid) = grid else {
-        return Err(file.complain("series", "a series needs time points").help("add [time]"));
+        return Err(file.error_at("series", "a series needs time points").help("add [time]"));
     };
     let times = Arc::new(grid.points.clone());
     let mut all: Vec<Series> = vec![];
@@ -60,23 +60,23 @@ pub struct QuantityContext<'a> {
 
 /// A formula of outputs, series, design variables and time.
 #[derive(Clone, Debug)]
-pub struct Explicit {
+pub struct OutputFormula {
     program: Program,
     series: Vec<Series>,
 }
 
-/// A formula with the outputs that it uses, in the order of its inputs.
+/// A compiled formula with the outputs that it uses, in the order of its inputs.
 #[derive(Clone, Debug)]
-pub struct Quantified {
-    pub function: Explicit,
+pub struct CompiledQuantity {
+    pub function: OutputFormula,
     pub uses: Vec<usize>,
-    /// Whether it has a value at each time point.
+    /// Whether the quantity has a value at each time point.
     pub is_transient: bool,
-    /// Whether it is an output and nothing else.
+    /// Whether the formula is the name of an output.
     is_output: bool,
 }
 
-impl Quantified {
+impl CompiledQuantity {
     /// The quantity of a problem: a number, or a value at each time point.
     pub fn quantity(self) -> Quantity {
         let grid = self.is_transient.then_some(0);
@@ -90,7 +90,7 @@ impl Quantified {
 
 impl QuantityContext<'_> {
     /// The formula of a parsed expression.
-    pub fn compile(&self, tree: &Tree, key: &str) -> Read<Quantified> {
+    pub fn compile(&self, tree: &Tree, key: &str) -> Read<CompiledQuantity> {
         let output = |name: &str| self.outputs.iter().position(|o| o.name == name);
         let series = |name: &str| self.series.iter().position(|s| s.name == name).map(|k| self.outputs.len() + k);
         let others = |name: &str| output(name).or_else(|| series(name));
@@ -108,8 +108,8 @@ impl QuantityContext<'_> {
         let is_transient =
             program.uses_time() || !series.is_empty() || uses.iter().any(|&h| self.outputs[h].is_transient);
         let is_output = matches!(&tree.node, Node::Name(name) if output(name).is_some());
-        Ok(Quantified {
-            function: Explicit { program: program.with_others(&used), series },
+        Ok(CompiledQuantity {
+            function: OutputFormula { program: program.with_others(&used), series },
             uses,
             is_transient,
             is_output,
@@ -117,14 +117,14 @@ impl QuantityContext<'_> {
     }
 }
 
-impl Explicit {
-    /// Whether a row of numbers enters.
+impl OutputFormula {
+    /// Whether the formula uses a series.
     pub fn uses_series(&self) -> bool {
         !self.series.is_empty()
     }
 }
 
-impl Function for Explicit {
+impl Function for OutputFormula {
     fn at<S: Scalar>(&self, point: &Point<S>) -> S {
         let (design, time, t) = (point.design, point.time, point.time.re());
         if self.series.is_empty() {

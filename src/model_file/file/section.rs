@@ -214,7 +214,7 @@ impl<'a> Section<'a> {
     }
 
     /// Reads all tables `[[key]]`. An error in one of them is logged, and the others are read.
-    pub fn each<T>(&self, key: &str, mut read: impl FnMut(DeTable<'a>, Range<usize>) -> Read<T>) -> Read<Vec<T>> {
+    pub fn read_each<T>(&self, key: &str, mut read: impl FnMut(DeTable<'a>, Range<usize>) -> Read<T>) -> Read<Vec<T>> {
         let log = self.source.log;
         let mut all = vec![];
         for (table, span) in self.tables(key)? {
@@ -239,7 +239,7 @@ impl<'a> Section<'a> {
     }
 
     /// An error at the value of a key, or at the table if it has no such key.
-    pub fn complain(&self, key: &str, message: impl Into<String>) -> Diagnostic {
+    pub fn error_at(&self, key: &str, message: impl Into<String>) -> Diagnostic {
         let span = self.table.get(key).map_or_else(|| self.source.first_line(&self.span), Spanned::span);
         Diagnostic::new(span, message)
     }

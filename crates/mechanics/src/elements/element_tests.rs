@@ -1,4 +1,4 @@
-//! For tests: what an element does in a given state.
+//! Evaluation of an element in a given state, for tests.
 
 use crate::dual_numbers::Jet2;
 use crate::mechanism::element::{ConstraintDerivatives, Element, ElementState, Energy, Variable};
@@ -11,7 +11,7 @@ pub fn rows(element: &impl Element, x: &ElementState<'_, f64>) -> (Vec<f64>, Vec
     (dynamics, constraint)
 }
 
-/// The outputs.
+/// The measured quantities.
 pub fn measured(element: &impl Element, x: &ElementState<'_, f64>) -> Vec<f64> {
     let mut out = vec![0.0; Element::measures(element).len()];
     Element::measure(element, x, &mut out);
@@ -45,29 +45,29 @@ pub fn close(found: &[f64], expected: &[f64]) {
     }
 }
 
-/// Asserts that the closed form of a constraint's derivatives is what its residual gives in jets of dual numbers.
+/// Asserts that the closed form of a constraint's derivatives equals the derivatives of its residual by automatic
+/// differentiation.
 #[track_caller]
-pub fn has_its_slopes(element: &impl Element, x: &ElementState<'_, f64>) {
+pub fn has_its_constraint_derivatives(element: &impl Element, x: &ElementState<'_, f64>) {
     let coordinates = (0..x.q.len()).map(Variable::Coordinate);
     let variables: Vec<_> = coordinates.chain((0..x.p.len()).map(Variable::Parameter)).collect();
     let (n, m) = (x.q.len(), x.l.len());
     let (mut dynamics, mut constraint) = (vec![0.0; variables.len() * n], vec![[0.0; 3]; variables.len() * m]);
-    let mut slopes = ConstraintDerivatives { dynamics: &mut dynamics, constraint: &mut constraint };
-    assert!(Element::constraint_derivatives(element, x, &variables, &mut slopes), "it has a closed form");
+    let mut derivatives = ConstraintDerivatives { dynamics: &mut dynamics, constraint: &mut constraint };
+    assert!(Element::constraint_derivatives(element, x, &variables, &mut derivatives), "it has a closed form");
     for (k, variable) in variables.iter().enumerate() {
-        let [rows, num_constraints] = jets(element, x, *variable);
-        close(&dynamics[k * n..(k + 1) * n], &rows);
-        close(constraint[k * m..(k + 1) * m].as_flattened(), &num_constraints);
+        let [dynamics_rows, constraint_rows] = jets(element, x, *variable);
+        close(&dynamics[k * n..(k + 1) * n], &dynamics_rows);
+        close(constraint[k * m..(k + 1) * m].as_flattened(), &constraint_rows);
     }
 }
 
 /// Derivatives of the coordinates' rows, and of Φ, Φ̇ and Φ̈.
 fn jets(element: &impl Element, x: &ElementState<'_, f64>, variable: Variable) -> [Vec<f64>; 2] {
-    type ElementScalar = Jet2<DualVec<1>>;
+    type Jet = Jet2<DualVec<1>>;
     let number = DualVec::<1>::constant;
-    let jet = |re: f64, v1: f64, v2: f64| ElementScalar::new(number(re), number(v1), number(v2));
-    let constants =
-        |values: &[f64]| -> Vec<ElementScalar> { values.iter().map(|&value| jet(value, 0.0, 0.0)).collect() };
+    let jet = |re: f64, v1: f64, v2: f64| Jet::new(number(re), number(v1), number(v2));
+    let constants = |values: &[f64]| -> Vec<Jet> { values.iter().map(|&value| jet(value, 0.0, 0.0)).collect() };
     let mut q: Vec<_> = (0..x.q.len()).map(|i| jet(x.q[i], x.v[i], x.a[i])).collect();
     let (mut p, l, still) = (constants(x.p), constants(x.l), constants(&vec![0.0; x.q.len()]));
     match variable {
@@ -77,6 +77,6 @@ fn jets(element: &impl Element, x: &ElementState<'_, f64>, variable: Variable) -
     let (mut dynamics, mut constraint) = (still.clone(), constants(&vec![0.0; x.l.len()]));
     let local = ElementState { t: jet(x.t, 1.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &l };
     Element::residual(element, &local, &mut dynamics, &mut constraint);
-    let slopes = |x: &ElementScalar| [x.re.eps[0], x.v1.eps[0], x.v2.eps[0]];
-    [dynamics.iter().map(|x| x.re.eps[0]).collect(), constraint.iter().flat_map(slopes).collect()]
+    let derivatives = |x: &Jet| [x.re.eps[0], x.v1.eps[0], x.v2.eps[0]];
+    [dynamics.iter().map(|x| x.re.eps[0]).collect(), constraint.iter().flat_map(derivatives).collect()]
 }

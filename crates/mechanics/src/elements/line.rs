@@ -84,7 +84,7 @@ pub fn ends<S: Scalar>(a: Marker<S>, b: Marker<S>) -> ([Coordinate; 6], [S; 4]) 
     ([ax, ay, at, bx, by, bt], [a.x, a.y, b.x, b.y])
 }
 
-/// For tests: A at the origin, B at (3, 4) m, which moves by (1, 2) m/s.
+/// Positions and velocities for tests: A at the origin, B at (3, 4) m with the velocity (1, 2) m/s.
 #[cfg(test)]
 pub fn three_four_five() -> ([f64; 6], [f64; 6]) {
     ([0.0, 0.0, 0.0, 3.0, 4.0, 0.0], [0.0, 0.0, 0.0, 1.0, 2.0, 0.0])

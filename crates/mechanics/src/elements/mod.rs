@@ -17,17 +17,15 @@ pub(crate) mod line;
 pub mod sensors;
 
 pub use crate::mechanism::element;
-pub use beams::{Beam, BeamSection, Shear};
-pub use bodies::{Inertia, PointMass, RigidBody};
-pub use contacts::{BumpStop, WallContact};
-pub use drives::{Driver, LengthDriver};
+pub use beams::*;
+pub use bodies::*;
+pub use contacts::*;
+pub use drives::*;
 pub use element::{Element, ElementDescriptor, ElementState, Energy, Family, Input, Measure, Role, Symbol};
-pub use forces::{
-    Actuator, Bushing, CoordinateSpring, FeedbackForce, Friction, Load, PointForce, SpringDamper, StateFunction,
-};
-pub use joints::{DistanceConstraint, FixedJoint, GearPair, PointOnLine, Prismatic, Rack, Revolute};
+pub use forces::*;
+pub use joints::*;
 pub use kind::{Added, ElementKind, InputValue};
-pub use sensors::{CoordinateSensor, MarkerSensor};
+pub use sensors::*;
 
 use crate::motion::Motion;
 

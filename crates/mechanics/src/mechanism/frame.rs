@@ -27,7 +27,7 @@ impl<T: Scalar> Frame<T> {
         Self { x: x.q[first], y: x.q[first + 1], theta, cos, sin }
     }
 
-    /// A body-fixed vector in the inertial frame.
+    /// A body-fixed vector in the axes of the plane.
     #[inline(always)]
     pub fn turned(&self, x: T, y: T) -> [T; 2] {
         [self.cos * x - self.sin * y, self.sin * x + self.cos * y]

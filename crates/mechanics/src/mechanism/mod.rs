@@ -11,11 +11,10 @@ use crate::motion::{AnyMotion, Fixed, Motion};
 use autodiff::Scalar;
 use std::sync::Arc;
 
-/// A mechanism as a pure function of the design.
+/// A mechanism as a pure function of the design variables.
 ///
-/// `build` is evaluated in `f64` for analyses and in dual numbers for sensitivities; seeding `b` makes masses,
-/// lengths, initial states and drivers carry derivatives at once. It must make the same elements in the same order
-/// for every design.
+/// `build` is evaluated in `f64` for analyses and in dual numbers for sensitivities. With seeded `b`, masses, lengths,
+/// initial states and drivers carry derivatives. It must add the same elements in the same order for every design.
 pub trait ParametricMechanism: Send + Sync {
     /// The mechanism for the design variables `b`.
     fn build<S: Scalar>(&self, b: &[S]) -> crate::Result<Mechanism<S>>;
@@ -124,20 +123,20 @@ pub(crate) struct OutputData<S> {
     pub formula: Option<Arc<dyn AnyFormula>>,
 }
 
-/// Where a quantity comes from.
+/// Source of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MeasuredQuantity {
     /// The measure of an element.
     Measure { part: usize, measure: usize },
-    /// The effort that keeps a prescribed coordinate on its motion.
+    /// The generalized force that keeps a prescribed coordinate on its motion.
     Effort { coordinate: usize },
-    /// Kinetic energy of everything.
+    /// Kinetic energy of the mechanism.
     KineticEnergy,
-    /// Potential energy of everything.
+    /// Potential energy of the mechanism.
     PotentialEnergy,
 }
 
-/// One quantity with its weight in an output.
+/// A quantity with its weight in an output.
 #[derive(Clone, Copy, Debug)]
 pub struct Term<S> {
     pub(crate) source: MeasuredQuantity,
@@ -146,9 +145,9 @@ pub struct Term<S> {
 
 /// Coordinates, elements connected to them, prescribed motions and named outputs.
 ///
-/// `S` is the number type of everything that depends on the design. Bodies and joints are added by methods that
-/// live with the elements, for instance [`Mechanism::revolute`]; [`Mechanism::add`] takes any [`Element`], also from
-/// outside the crate.
+/// `S` is the number type of all quantities that depend on the design. Each element has a method that adds it, such as
+/// [`Mechanism::revolute`], defined in the element's own file. [`Mechanism::add`] takes any [`Element`], also from outside
+/// the crate.
 pub struct Mechanism<S> {
     pub(crate) coordinates: Vec<CoordinateData<S>>,
     pub(crate) parts: Vec<ElementInstance<S>>,
@@ -166,11 +165,11 @@ impl<S: Scalar> Default for Mechanism<S> {
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Only the ground, without gravity.
+    /// A mechanism with the ground only, without gravity.
     pub fn new() -> Self {
         let zero = S::from(0.0);
-        let nothing = Coordinate(0);
-        let ground = Body { x: nothing, y: nothing, theta: nothing };
+        let placeholder = Coordinate(0);
+        let ground = Body { x: placeholder, y: placeholder, theta: placeholder };
         let mut mechanism = Self {
             coordinates: Vec::new(),
             parts: Vec::new(),
@@ -185,23 +184,23 @@ impl<S: Scalar> Mechanism<S> {
         mechanism
     }
 
-    /// The same with the gravitational acceleration (`gx`, `gy`) in m/s² for bodies that are added from now on.
+    /// A mechanism with the ground only, and the gravitational acceleration (`gx`, `gy`) in m/s² for its bodies.
     pub fn with_gravity(gx: S, gy: S) -> Self {
         Self { gravity: [gx, gy], ..Self::new() }
     }
 
-    /// The frame at rest at the origin.
+    /// The ground: the body at rest at the origin.
     pub fn ground(&self) -> Body {
         self.ground
     }
 
-    /// A new coordinate with its initial position and velocity (or a guess where joints decide).
+    /// Adds a coordinate with its initial position and velocity, which are guesses where joints determine them.
     pub fn coordinate(&mut self, name: impl Into<String>, position: S, velocity: S) -> Coordinate {
         self.coordinates.push(CoordinateData { name: name.into(), position, velocity, motion: None });
         Coordinate(self.coordinates.len() - 1)
     }
 
-    /// Three new coordinates without any mass: a node, or a frame that elements will give mass to.
+    /// Adds a node without mass: three coordinates, to which elements may add inertia.
     pub fn massless_node(&mut self, name: &str, pose: Pose<S>) -> Body {
         let zero = S::from(0.0);
         Body {
@@ -211,17 +210,17 @@ impl<S: Scalar> Mechanism<S> {
         }
     }
 
-    /// A point at rest that beam ends can share: its rotation is that of the ground.
+    /// Adds a point at rest that beam ends can share; its rotation is that of the ground.
     pub fn fixed_node(&mut self, name: &str, x: S, y: S) -> Body {
         let zero = S::from(0.0);
-        let pivot = Body {
+        let node = Body {
             x: self.coordinate(format!("{name}.x"), x, zero),
             y: self.coordinate(format!("{name}.y"), y, zero),
             theta: self.ground.theta,
         };
-        self.fix(pivot.x);
-        self.fix(pivot.y);
-        pivot
+        self.fix(node.x);
+        self.fix(node.y);
+        node
     }
 
     /// Sets the initial velocity of a coordinate.
@@ -239,7 +238,7 @@ impl<S: Scalar> Mechanism<S> {
         self.coordinates[coordinate.0].position
     }
 
-    /// Prescribes a coordinate as a function of time; its equation is then solved for the driving force instead.
+    /// Prescribes a coordinate as a function of time. Its equation then yields the driving force or torque.
     pub fn drive(&mut self, coordinate: Coordinate, motion: impl Motion, parameters: &[S]) {
         self.coordinates[coordinate.0].motion = Some((Arc::new(motion), parameters.to_vec()));
     }
@@ -250,7 +249,7 @@ impl<S: Scalar> Mechanism<S> {
         self.drive(coordinate, Fixed, &[position]);
     }
 
-    /// Adds an element that acts on `coordinates` with the design-dependent `parameters`, both in its own order.
+    /// Adds an element that acts on `coordinates` with the design-dependent `parameters`, both in the order of its inputs.
     pub fn add(
         &mut self,
         name: impl Into<String>,
@@ -287,9 +286,10 @@ impl<S: Scalar> Mechanism<S> {
         self.impacts.push(EventElement { part, restitution });
     }
 
-    /// The measure `name` of an element with weight one.
+    /// The measure `name` of an element, with weight one.
     ///
-    /// **Errors.** [`crate::Error::Definition`] if the element has no such measure.
+    /// # Errors
+    /// [`crate::Error::Definition`] if the element has no measure of that name.
     pub fn measure(&self, part: ElementIndex, name: &str) -> crate::Result<Term<S>> {
         let data = &self.parts[part.0];
         let known = data.element.measures();
@@ -301,27 +301,27 @@ impl<S: Scalar> Mechanism<S> {
         Ok(Term { source: MeasuredQuantity::Measure { part: part.0, measure }, weight: S::from(1.0) })
     }
 
-    /// The effort (N or N·m) that keeps a prescribed coordinate on its motion: the torque of a driven crank.
+    /// The driving force (N) or torque (N·m) that keeps a prescribed coordinate on its motion, such as that of a crank.
     pub fn driving_force(&self, coordinate: Coordinate) -> Term<S> {
         Term { source: MeasuredQuantity::Effort { coordinate: coordinate.0 }, weight: S::from(1.0) }
     }
 
-    /// The kinetic energy of everything in J.
+    /// The kinetic energy of the mechanism in J.
     pub fn kinetic_energy(&self) -> Term<S> {
         Term { source: MeasuredQuantity::KineticEnergy, weight: S::from(1.0) }
     }
 
-    /// The potential energy of everything (strain and weight) in J.
+    /// The potential energy of the mechanism in J: strain energy and weight.
     pub fn potential_energy(&self) -> Term<S> {
         Term { source: MeasuredQuantity::PotentialEnergy, weight: S::from(1.0) }
     }
 
-    /// A named output: the weighted sum of quantities.
+    /// Adds a named output: a weighted sum of quantities.
     pub fn output(&mut self, name: impl Into<String>, terms: &[Term<S>]) {
         self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: None });
     }
 
-    /// A named output: a formula of time and of weighted quantities.
+    /// Adds a named output: a formula of time and of weighted quantities.
     pub fn output_formula(&mut self, name: impl Into<String>, formula: impl Formula, terms: &[Term<S>]) {
         let formula: Arc<dyn AnyFormula> = Arc::new(formula);
         self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: Some(formula) });
@@ -342,7 +342,7 @@ impl<S: Scalar> Mechanism<S> {
             && self.coordinates.iter().zip(&other.coordinates).all(|(a, b)| a.motion.is_some() == b.motion.is_some())
     }
 
-    /// Whether it has rigid contacts to bounce off.
+    /// Whether it has rigid contacts or switches.
     pub fn has_impacts(&self) -> bool {
         !self.impacts.is_empty()
     }
@@ -354,7 +354,7 @@ impl<S: Scalar> Mechanism<S> {
 }
 
 impl<S: Scalar> Term<S> {
-    /// The same measure with another weight.
+    /// The quantity with its weight multiplied by `weight`.
     pub fn times(self, weight: S) -> Self {
         Self { weight: self.weight * weight, ..self }
     }

@@ -13,8 +13,8 @@ use autodiff::Scalar;
 
 /// A position as a function of time, written once over the scalar type.
 ///
-/// Velocities and accelerations are had by evaluating it with a [`Jet2`] in time, design derivatives by evaluating it
-/// with parameters that carry them. Branch on real parts only.
+/// Velocities and accelerations follow from an evaluation with a [`Jet2`] in time, design derivatives from parameters that
+/// carry them. Branch on real parts only.
 pub trait Motion: Send + Sync + 'static {
     /// Position (m or rad) at time `t` (s) for the parameters `p`.
     fn position<T: Scalar>(&self, p: &[T], t: T) -> T;
@@ -76,16 +76,23 @@ impl Motion for Harmonic {
     }
 }
 
+/// Position, velocity and acceleration at a time.
+#[cfg(test)]
+pub(crate) fn with_rates(motion: &impl Motion, p: &[f64], t: f64) -> [f64; 3] {
+    let p: Vec<Jet2<f64>> = p.iter().map(|&p| Jet2::new(p, 0.0, 0.0)).collect();
+    let position = Motion::position(motion, &p, Jet2::new(t, 1.0, 0.0));
+    [position.re, position.v1, position.v2]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanism::scalars::StateScalar;
 
     #[test]
     fn positions_speeds_and_accelerations_at_a_time() {
-        assert_eq!(f64::motion(&Fixed, &[3.0], 2.0), [3.0, 0.0, 0.0]);
-        assert_eq!(f64::motion(&ConstantSpeed, &[3.0, 0.5], 2.0), [4.0, 0.5, 0.0]);
-        let [q, v, a] = f64::motion(&Harmonic, &[1.0, 2.0, 3.0, 0.5], 0.7);
+        assert_eq!(with_rates(&Fixed, &[3.0], 2.0), [3.0, 0.0, 0.0]);
+        assert_eq!(with_rates(&ConstantSpeed, &[3.0, 0.5], 2.0), [4.0, 0.5, 0.0]);
+        let [q, v, a] = with_rates(&Harmonic, &[1.0, 2.0, 3.0, 0.5], 0.7);
         let (sin, cos) = 2.6f64.sin_cos();
         assert!((q - 1.0 - 2.0 * sin).abs() + (v - 6.0 * cos).abs() + (a + 18.0 * sin).abs() < 1e-13);
     }

@@ -5,10 +5,11 @@ use autodiff::Scalar;
 
 /// A ramp: constant, then from one value to another, then constant; p = \[from, to, begin (s), duration (s)\].
 ///
-/// As a load both are sound. As a prescribed position the linear ramp has jumps of the speed, which take impulses that
-/// no analysis here makes; take the smooth one.
+/// Both may be used as a load. As a prescribed position use the smooth ramp: the speed of the linear ramp jumps, which needs
+/// impulses that no analysis computes.
 ///
-/// **Source.** Norton, *Cam Design and Manufacturing Handbook* (2009): the 3-4-5 polynomial.
+/// # Sources
+/// Norton, *Cam Design and Manufacturing Handbook* (2009): the 3-4-5 polynomial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ramp {
     /// A straight line.
@@ -37,20 +38,20 @@ impl Motion for Ramp {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanism::scalars::StateScalar;
+    use crate::motion::with_rates;
 
     #[test]
-    fn ramps_begin_and_end_where_they_should() {
+    fn ramps_begin_and_end_at_the_given_values_and_times() {
         let p = [1.0, 5.0, 2.0, 4.0];
         for ramp in [Ramp::Linear, Ramp::Smooth] {
-            assert_eq!(f64::motion(&ramp, &p, 1.0), [1.0, 0.0, 0.0]);
-            assert_eq!(f64::motion(&ramp, &p, 7.0), [5.0, 0.0, 0.0]);
-            assert_eq!(f64::motion(&ramp, &p, 4.0)[0], 3.0);
+            assert_eq!(with_rates(&ramp, &p, 1.0), [1.0, 0.0, 0.0]);
+            assert_eq!(with_rates(&ramp, &p, 7.0), [5.0, 0.0, 0.0]);
+            assert_eq!(with_rates(&ramp, &p, 4.0)[0], 3.0);
         }
-        assert_eq!(f64::motion(&Ramp::Linear, &p, 3.0), [2.0, 1.0, 0.0]);
-        // Half-way the 3-4-5 polynomial is 15/8 times as fast as the straight line.
-        assert_eq!(f64::motion(&Ramp::Smooth, &p, 4.0)[1], 1.875);
-        let [q, v, a] = f64::motion(&Ramp::Smooth, &p, 2.0 + 1e-6);
+        assert_eq!(with_rates(&Ramp::Linear, &p, 3.0), [2.0, 1.0, 0.0]);
+        // In the middle the 3-4-5 polynomial is 15/8 times as fast as the straight line.
+        assert_eq!(with_rates(&Ramp::Smooth, &p, 4.0)[1], 1.875);
+        let [q, v, a] = with_rates(&Ramp::Smooth, &p, 2.0 + 1e-6);
         assert!((q - 1.0).abs() + v.abs() + a.abs() < 1e-5);
     }
 }

@@ -1,14 +1,15 @@
-//! Starts from rest.
+//! Start from rest to a constant speed.
 
 use crate::motion::Motion;
 use autodiff::Scalar;
 
-/// A start from rest that reaches constant speed after a while: p = \[position at t = 0, speed, duration\].
+/// A start from rest to a constant speed: p = \[position at t = 0, speed, duration\].
 ///
-/// The speed rises from zero by one of several profiles. After the duration T the position is p₀ + ω (t − T/2) for
-/// all of them.
+/// The speed rises from zero by one of several profiles. After the duration T all of them have the position
+/// p₀ + ω (t − T/2).
 ///
-/// **Source.** Norton, *Cam Design and Manufacturing Handbook* (2009), for the profiles.
+/// # Sources
+/// Norton, *Cam Design and Manufacturing Handbook* (2009), for the profiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartUp {
     /// At full speed from the first instant.
@@ -26,7 +27,7 @@ pub enum StartUp {
 }
 
 impl StartUp {
-    /// Distance gone in units of ω T at the part `x` of the duration.
+    /// Distance travelled in units of ω T at the fraction `x` of the duration.
     fn distance<T: Scalar>(self, x: T) -> T {
         use std::f64::consts::{PI, TAU};
         match self {
@@ -56,16 +57,16 @@ impl Motion for StartUp {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanism::scalars::StateScalar;
+    use crate::motion::with_rates;
 
     #[test]
     fn start_ups_begin_at_rest_and_reach_the_speed_without_a_jump() {
         let p = [0.3, 31.4, 0.2];
         let smooth = [StartUp::Cubic, StartUp::HalfCosine, StartUp::Cycloid, StartUp::Polynomial, StartUp::Linear];
         for profile in smooth {
-            let [q, v, _] = f64::motion(&profile, &p, 0.0);
+            let [q, v, _] = with_rates(&profile, &p, 0.0);
             assert!((q - 0.3).abs() < 1e-15 && v.abs() < 1e-14, "{profile:?}");
-            let (before, after) = (f64::motion(&profile, &p, 0.2 - 1e-12), f64::motion(&profile, &p, 0.2));
+            let (before, after) = (with_rates(&profile, &p, 0.2 - 1e-12), with_rates(&profile, &p, 0.2));
             assert!((before[0] - after[0]).abs() < 1e-9 && (before[1] - 31.4).abs() < 1e-8, "{profile:?} {before:?}");
             assert_eq!(after[1], 31.4);
         }

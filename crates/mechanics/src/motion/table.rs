@@ -1,9 +1,9 @@
-//! Tables of positions.
+//! Tables of positions over time.
 
 use crate::motion::Motion;
 use autodiff::Scalar;
 
-/// A table, interpolated by the natural cubic spline and continued linearly; p = \[scale\].
+/// A table, interpolated by the natural cubic spline and extrapolated linearly; p = \[scale\].
 #[derive(Clone, Debug)]
 pub struct Table {
     times: Vec<f64>,
@@ -12,11 +12,13 @@ pub struct Table {
 }
 
 impl Table {
-    /// Through `values` at the increasing `times` (s).
+    /// A table of `values` at the increasing `times` (s).
     ///
-    /// **Errors.** [`crate::Error::Definition`] unless there are two points or more and times increase.
+    /// # Errors
+    /// [`crate::Error::Definition`] unless there are at least two points, times increase and values are finite.
     ///
-    /// **Source.** de Boor, *A Practical Guide to Splines* (1978), Chapter IV.
+    /// # Sources
+    /// de Boor, *A Practical Guide to Splines* (1978), Chapter IV.
     pub fn new(times: &[f64], values: &[f64]) -> crate::Result<Self> {
         crate::Error::check_length("table values", times.len(), values.len())?;
         if times.len() < 2 || times.windows(2).any(|w| !(w[0] < w[1])) || values.iter().any(|v| !v.is_finite()) {
@@ -67,7 +69,7 @@ impl Motion for Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanism::scalars::StateScalar;
+    use crate::motion::with_rates;
 
     #[test]
     fn a_table_goes_through_its_points_smoothly() {
@@ -77,10 +79,10 @@ mod tests {
         let table = Table::new(&times, &values).unwrap();
         for k in 1..8 {
             let (before, after) = (times[k] - 1e-9, times[k] + 1e-9);
-            let (a, b) = (f64::motion(&table, &[1.0], before), f64::motion(&table, &[1.0], after));
+            let (a, b) = (with_rates(&table, &[1.0], before), with_rates(&table, &[1.0], after));
             assert!((a[0] - values[k]).abs() < 1e-8 && (a[1] - b[1]).abs() < 1e-7 && (a[2] - b[2]).abs() < 1e-6);
         }
-        let outside = f64::motion(&table, &[2.0], 4.0);
+        let outside = with_rates(&table, &[2.0], 4.0);
         assert!(outside[2] == 0.0 && (outside[1] + 2.0).abs() < 0.01, "{outside:?}");
         assert!(Table::new(&[0.0, 0.0], &[1.0, 2.0]).is_err());
     }

@@ -83,9 +83,9 @@ impl<T: Scalar> SectionForces<T> {
         }
     }
 
-    /// Half the couple of the end forces: ℓ/2 (N γ − V a).
+    /// Half the torque of the end forces: ℓ/2 (N γ − V a).
     #[inline]
-    fn half_couple(&self, length: T) -> T {
+    fn half_torque(&self, length: T) -> T {
         length * 0.5 * (self.normal_force * self.shear - self.shear_force * self.stretch)
     }
 }
@@ -94,15 +94,15 @@ impl Element for Beam {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         let (p, s) = (BeamInputs(x.p), SectionForces::of(x));
         let force = [s.normal_force * s.cos - s.shear_force * s.sin, s.normal_force * s.sin + s.shear_force * s.cos];
-        let couple = s.half_couple(p.length());
+        let torque = s.half_torque(p.length());
         let (mass, inertia) = (p.length() * p.mass() * (1.0 / 6.0), p.length() * p.inertia() * (1.0 / 6.0));
         for (k, gravity) in [p.gravity_x(), p.gravity_y()].into_iter().enumerate() {
             let (ai, aj) = (x.a[k] - gravity, x.a[3 + k] - gravity);
             dynamics[k] = mass * (ai * 2.0 + aj) - force[k];
             dynamics[3 + k] = mass * (ai + aj * 2.0) + force[k];
         }
-        dynamics[2] = inertia * (x.a[2] * 2.0 + x.a[5]) + couple - s.moment;
-        dynamics[5] = inertia * (x.a[2] + x.a[5] * 2.0) + couple + s.moment;
+        dynamics[2] = inertia * (x.a[2] * 2.0 + x.a[5]) + torque - s.moment;
+        dynamics[5] = inertia * (x.a[2] + x.a[5] * 2.0) + torque + s.moment;
     }
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {
@@ -111,8 +111,8 @@ impl Element for Beam {
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let s = SectionForces::of(x);
-        let couple = s.half_couple(BeamInputs(x.p).length());
-        (out[0], out[1]) = (s.moment - couple, s.moment + couple);
+        let torque = s.half_torque(BeamInputs(x.p).length());
+        (out[0], out[1]) = (s.moment - torque, s.moment + torque);
         (out[2], out[3]) = (s.normal_force, s.shear_force);
     }
 
@@ -223,12 +223,12 @@ mod tests {
 
     #[test]
     fn stretched_bent_and_sheared_by_hand() {
-        // Mean rotation zero: stretch 0.01, shear 0.02, curvature 0.1; N = 10, V = 6, M = 6; couple 1·(10·0.02 − 6·1.01).
+        // Mean rotation zero: stretch 0.01, shear 0.02, curvature 0.1; N = 10, V = 6, M = 6; torque 1·(10·0.02 − 6·1.01).
         let x = at(&P, &[0.0, 0.0, -0.1, 2.02, 0.04, 0.1], &[]);
-        let couple = 0.2 - 6.06;
-        close(&measured(&Beam, &x), &[6.0 - couple, 6.0 + couple, 10.0, 6.0]);
+        let torque = 0.2 - 6.06;
+        close(&measured(&Beam, &x), &[6.0 - torque, 6.0 + torque, 10.0, 6.0]);
         // Half of the weight of 6 kg on each end: mass/6 (2 + 1) g ℓ = 30 N.
-        close(&rows(&Beam, &x).0, &[-10.0, 24.0, couple - 6.0, 10.0, 36.0, couple + 6.0]);
+        close(&rows(&Beam, &x).0, &[-10.0, 24.0, torque - 6.0, 10.0, 36.0, torque + 6.0]);
         // ½ ℓ (N a + V γ + M κ) = 0.1 + 0.12 + 0.6, and the weight of 6 kg lifted by 0.02 m.
         close(&energies(&Beam, &x), &[0.0, 0.82 + 1.2]);
     }

@@ -22,7 +22,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Body,
     inputs: INPUTS,
     measures: &[],
-    about: "adds mass to a coordinate",
+    about: "additional inertia of a coordinate",
     symbol: Symbol::None,
 };
 

@@ -26,7 +26,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Contact,
     inputs: INPUTS,
     measures: &[Measure::new("contact_force", "N or N·m", "contact force or torque, which acts towards larger b − a")],
-    about: "keeps b − a above a limit by a compliant contact",
+    about: "a compliant stop that keeps b − a above a limit",
     symbol: Symbol::None,
 };
 

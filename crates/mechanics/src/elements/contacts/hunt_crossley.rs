@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pushes_in_contact_only_and_never_pulls() {
+    fn the_contact_force_is_zero_without_contact_and_never_negative() {
         assert_eq!(contact_force(1000.0, 0.2, 0.04, 0.5), 1000.0 * 0.008 * 1.15);
         assert_eq!(contact_force(1000.0, 0.2, -0.04, 5.0), 0.0);
         assert_eq!(contact_force(1000.0, 0.2, 0.04, -5.0), 0.0);

@@ -16,6 +16,6 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Contact,
     inputs: INPUTS,
     measures: &[],
-    about: "lets b − a bounce off a limit that it does not fall below; implicit schemes only",
+    about: "a rigid stop: b − a bounces off a lower limit; implicit schemes only",
     symbol: Symbol::None,
 };

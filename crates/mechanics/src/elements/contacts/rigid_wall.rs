@@ -16,6 +16,6 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Contact,
     inputs: INPUTS,
     measures: &[],
-    about: "lets b bounce off the line through a; it stays to the left, seen along the line; implicit schemes only",
+    about: "a rigid wall: b bounces off the line through a and stays to the left of it, seen along the line; implicit schemes only",
     symbol: Symbol::None,
 };

@@ -28,7 +28,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Contact,
     inputs: INPUTS,
     measures: &[Measure::new("contact_force", "N", "contact force on the point, along the outward normal")],
-    about: "keeps a point on the outer side of a wall by a compliant contact",
+    about: "a compliant wall that keeps a point on its outer side",
     symbol: Symbol::None,
 };
 

@@ -27,7 +27,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("driving_force", "N or N·m", "driving force or torque, positive if it acts towards larger b − a"),
         Measure::new("power", "W", "power of the drive, positive if it does work on the mechanism"),
     ],
-    about: "prescribes b − a",
+    about: "the difference b − a as a function of time",
     symbol: Symbol::None,
 };
 
@@ -75,7 +75,7 @@ mod tests {
     use crate::motion::ConstantSpeed;
 
     #[test]
-    fn the_effort_is_the_reaction_and_the_closure_the_lag() {
+    fn the_driving_force_is_the_negative_multiplier() {
         let drive = Driver(ConstantSpeed);
         let x = ElementState { t: 2.0, p: &[0.5, 3.0], q: &[1.0, 7.0], v: &[1.0, 4.0], a: &[0.0; 2], l: &[-5.0] };
         let (dynamics, constraint) = rows(&drive, &x);

@@ -30,7 +30,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("tension", "N", "tension of the drive, positive if it pulls the points together"),
         Measure::new("length", "m", "distance of the points"),
     ],
-    about: "prescribes the distance of two points",
+    about: "the distance of two points as a function of time",
     symbol: Symbol::Spring,
 };
 

@@ -14,6 +14,6 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Drive,
     inputs: INPUTS,
     measures: &[Measure::new("driving_force", "N or N·m", "driving force or torque, positive towards larger values")],
-    about: "prescribes a coordinate",
+    about: "a coordinate as a function of time",
     symbol: Symbol::None,
 };

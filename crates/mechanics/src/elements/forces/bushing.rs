@@ -36,7 +36,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force_y", "N", "force on a along y of its body, positive if b is displaced in this direction"),
         Measure::new("moment", "N·m", "torque on a, positive if b is turned counter-clockwise"),
     ],
-    about: "joins two points elastically",
+    about: "an elastic connection of two points",
     symbol: Symbol::None,
 };
 
@@ -134,7 +134,7 @@ mod tests {
         let q = [0.0, 0.0, quarter, 0.0, 0.1, quarter + 0.2];
         let x = moving(&p, &q, &[0.0, 0.0, 0.0, 0.0, 2.0, 0.5], &[]);
         close(&measured(&Bushing, &x), &[12.0, 0.0, 3.5]);
-        // The force acts at B: 0.1 m above A, in line with it, so that A feels no couple but the torsional one.
+        // The force acts at B: 0.1 m above A, in line with it, so that only the torsional torque acts on A.
         close(&rows(&Bushing, &x).0, &[0.0, -12.0, -3.5, 0.0, 12.0, 3.5]);
         close(&energies(&Bushing, &x), &[0.0, 0.7]);
     }

@@ -70,10 +70,10 @@ mod tests {
 
     #[test]
     fn from_rest_to_sliding() {
-        let effort = |v: f64| rows(&Friction, &moving(&[5.0, 0.01, 2.0], &[0.0; 2], &[0.0, v], &[])).0[1];
-        close(&[effort(0.0)], &[0.0]);
-        close(&[effort(0.01)], &[5.0 * 1f64.tanh() + 0.02]);
-        close(&[effort(1.0), effort(-1.0)], &[7.0, -7.0]);
+        let force = |v: f64| rows(&Friction, &moving(&[5.0, 0.01, 2.0], &[0.0; 2], &[0.0, v], &[])).0[1];
+        close(&[force(0.0)], &[0.0]);
+        close(&[force(0.01)], &[5.0 * 1f64.tanh() + 0.02]);
+        close(&[force(1.0), force(-1.0)], &[7.0, -7.0]);
         assert!(Friction.validate_parameters(&[5.0, 0.0, 0.0]).is_some());
     }
 }

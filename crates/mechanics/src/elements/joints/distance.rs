@@ -26,7 +26,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Joint,
     inputs: INPUTS,
     measures: &[Measure::new("tension", "N", "tension of the rod, positive if it pulls the points together")],
-    about: "keeps two points at a distance",
+    about: "a massless rod: the distance of two points is constant",
     symbol: Symbol::Bar,
 };
 

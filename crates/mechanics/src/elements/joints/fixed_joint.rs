@@ -33,7 +33,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force_y", "N", "force of a on b, along y of the plane"),
         Measure::new("moment", "N·m", "torque of a on b, positive counter-clockwise"),
     ],
-    about: "joins two bodies rigidly",
+    about: "a rigid connection of two bodies",
     symbol: Symbol::None,
 };
 
@@ -76,7 +76,7 @@ mod tests {
     use crate::elements::element_tests::{at, close, measured, rows};
 
     #[test]
-    fn a_pin_with_a_couple() {
+    fn a_revolute_joint_with_a_torque() {
         let x = at(&[0.5, 0.0, -0.5, 0.0, 0.3], &[0.0, 0.0, 0.0, 1.1, 0.2, 0.0], &[3.0, 4.0, 6.0]);
         let (dynamics, constraint) = rows(&FixedJoint, &x);
         close(&constraint, &[-0.1, -0.2, 0.3]);

@@ -32,7 +32,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         "N",
         "tangential force at the pitch radius, positive against both rotations",
     )],
-    about: "lets two wheels roll on each other",
+    about: "a pair of gears: two wheels roll on each other",
     symbol: Symbol::None,
 };
 

@@ -1,5 +1,6 @@
 //! Joints: constraints between bodies.
 
+pub(crate) mod cam_follower;
 pub(crate) mod distance;
 pub(crate) mod fixed_joint;
 pub(crate) mod gear_pair;
@@ -8,6 +9,7 @@ pub(crate) mod prismatic;
 pub(crate) mod rack;
 pub(crate) mod revolute;
 
+pub use cam_follower::CamFollower;
 pub use distance::DistanceConstraint;
 pub use fixed_joint::FixedJoint;
 pub use gear_pair::GearPair;
@@ -30,5 +32,6 @@ pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
         ElementKind::plain(DistanceConstraint),
         ElementKind::plain(GearPair),
         ElementKind::plain(Rack),
+        ElementKind::plain(CamFollower),
     ]
 }

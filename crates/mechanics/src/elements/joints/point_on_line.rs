@@ -31,7 +31,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force", "N", "force of b on the line, positive to its left"),
         Measure::new("position", "m", "position of b along the line, from a"),
     ],
-    about: "keeps point b on a line through a",
+    about: "a pin in a slot: b stays on a line through a",
     symbol: Symbol::Guide,
 };
 
@@ -106,7 +106,7 @@ mod tests {
     use crate::elements::element_tests::{at, close, measured, rows};
 
     #[test]
-    fn a_pin_two_metres_along_a_slot_and_a_tenth_beside_it() {
+    fn a_pin_two_metres_along_a_slot_and_a_tenth_off_it() {
         // The slot is along +x of A; the pin is at (2, 0.1). A force of 5 N of the pin on the slot, upwards.
         let x = at(&[0.0; 5], &[0.0, 0.0, 0.0, 2.0, 0.1, 0.7], &[5.0]);
         let (dynamics, constraint) = rows(&PointOnLine, &x);

@@ -32,7 +32,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("moment", "N·m", "torque of b on the guide, positive counter-clockwise"),
         Measure::new("position", "m", "position of b along the line, from a"),
     ],
-    about: "lets b slide along a line of a without turning",
+    about: "a slider: b moves along a line of a, without relative rotation",
     symbol: Symbol::Guide,
 };
 

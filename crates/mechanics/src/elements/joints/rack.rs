@@ -27,7 +27,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     family: Family::Joint,
     inputs: INPUTS,
     measures: &[Measure::new("tooth_force", "N", "force of the pinion on the rack against its direction")],
-    about: "moves a rack, the body of a, with a pinion, the body of b",
+    about: "a rack, the body of a, and its pinion, the body of b",
     symbol: Symbol::None,
 };
 

@@ -29,7 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force_y", "N", "force of a on b, along y of the plane"),
         Measure::new("force", "N", "magnitude of the force"),
     ],
-    about: "pins two points together",
+    about: "a pin that joins two points",
     symbol: Symbol::Pin,
 };
 
@@ -107,10 +107,10 @@ impl<S: Scalar> Mechanism<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elements::element_tests::{at, close, has_its_slopes, measured, rows};
+    use crate::elements::element_tests::{at, close, has_its_constraint_derivatives, measured, rows};
 
     #[test]
-    fn a_pin_half_a_metre_out_on_both_bodies() {
+    fn a_revolute_joint_half_a_metre_from_both_reference_points() {
         // A at the origin, B's reference point at (1.1, 0.2): the pin points are (0.5, 0) and (0.6, 0.2).
         let x = at(&[0.5, 0.0, -0.5, 0.0], &[0.0, 0.0, 0.0, 1.1, 0.2, 0.0], &[3.0, 4.0]);
         let (dynamics, constraint) = rows(&Revolute, &x);
@@ -120,10 +120,10 @@ mod tests {
     }
 
     #[test]
-    fn the_closed_form_is_what_jets_of_dual_numbers_give() {
+    fn the_closed_form_equals_automatic_differentiation() {
         let (p, l) = ([0.5, 0.1, -0.4, 0.2], [3.0, -4.0]);
         let (q, v) = ([0.0, 0.1, 0.3, 1.1, 0.2, -0.7], [0.3, 0.1, 2.0, -1.0, 0.5, -3.0]);
-        has_its_slopes(
+        has_its_constraint_derivatives(
             &Revolute,
             &ElementState { t: 0.0, p: &p, q: &q, v: &v, a: &[0.2, -1.0, 5.0, 0.1, 0.7, 8.0], l: &l },
         );

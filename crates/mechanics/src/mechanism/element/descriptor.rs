@@ -1,6 +1,6 @@
 //! Declarations of elements: family, inputs and measures with units.
 //!
-//! Each element declares itself once, beside its residual. Model files, their reference and schema, drawings and the tests
+//! Each element declares itself once, in the file of its residual. Model files, their reference and schema, drawings and the tests
 //! of all elements are made from these declarations.
 
 /// Family of an element.
