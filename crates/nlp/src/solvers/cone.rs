@@ -92,21 +92,46 @@ fn cone_point(
     factors: &[Option<DMatrix<f64>>],
 ) -> Result<Option<Vec<f64>>> {
     let n = x.len();
-    let (l, u) = (program.lower(), program.upper());
     let scale = variable_scales(program, x, x);
-    let unit = |i: usize| largest_change(&scale, here.rows.row(i).iter()).max(f64::MIN_POSITIVE);
-    let slope = |i: usize| {
+    let Cones { entries, right, cones } = constraints(program, x, here, factors, &scale)?;
+    let objective = largest_change(&scale, &here.objective).max(f64::MIN_POSITIVE);
+    let q: Vec<f64> = (0..n).map(|j| here.objective[j] * scale[j] / objective).collect();
+    let p = match program.structure() {
+        Structure::Linear => CscMatrix::zeros((n, n)),
+        _ => objective_hessian(program, x, &scale, objective)?,
+    };
+    let a = CscMatrix::new_from_triplets(right.len(), n, entries.0, entries.1, entries.2);
+    let settings = DefaultSettings { verbose: false, max_threads: 1, presolve_enable: false, ..Default::default() };
+    let mut solver = DefaultSolver::new(&p, &q, &a, &right, &cones, settings)
+        .map_err(|e| clarabel_error(&e, "check that the program's rows are finite"))?;
+    solver.solve();
+    let good = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+    let (l, u) = (program.lower(), program.upper());
+    Ok(good.then(|| (0..n).map(|j| (x[j] + scale[j] * solver.solution.x[j]).clamp(l[j], u[j])).collect()))
+}
+
+/// Equality rows, linear rows, bounds and quadratic rows, in this order, in units of variables and rows at `x`.
+fn constraints(
+    program: &dyn Program,
+    x: &[f64],
+    here: &Gradients,
+    factors: &[Option<DMatrix<f64>>],
+    scale: &[f64],
+) -> Result<Cones> {
+    let n = x.len();
+    let (l, u) = (program.lower(), program.upper());
+    let unit = |i: usize| largest_change(scale, here.rows.row(i).iter()).max(f64::MIN_POSITIVE);
+    let gradient = |i: usize| {
         let r = unit(i);
-        let scale = &scale;
         (0..n).map(move |j| (j, here.rows[(i, j)] * scale[j] / r))
     };
     let value = |i: usize| here.values.rows[i] / unit(i);
     let mut out = Cones::default();
     let equalities: Vec<usize> = (0..factors.len()).filter(|&i| program.is_equality(i)).collect();
-    equalities.iter().for_each(|&i| out.push(slope(i), -value(i)));
+    equalities.iter().for_each(|&i| out.push(gradient(i), -value(i)));
     out.cones.push(ZeroConeT(equalities.len()));
-    let linear: Vec<usize> = (0..factors.len()).filter(|&i| !program.is_equality(i) && factors[i].is_none()).collect();
-    linear.iter().for_each(|&i| out.push(slope(i), -value(i)));
+    let linear = (0..factors.len()).filter(|&i| !program.is_equality(i) && factors[i].is_none());
+    linear.for_each(|i| out.push(gradient(i), -value(i)));
     for j in 0..n {
         if l[j].is_finite() {
             out.push(std::iter::once((j, -1.0)), (x[j] - l[j]) / scale[j]);
@@ -120,26 +145,14 @@ fn cone_point(
         let Some(c) = factor else { continue };
         Error::check_length("columns of a row's factor", n, c.ncols())?;
         let root = unit(i).sqrt();
-        out.push(slope(i), 0.5 - value(i));
+        out.push(gradient(i), 0.5 - value(i));
         for k in 0..c.nrows() {
             out.push((0..n).map(|j| (j, -c[(k, j)] * scale[j] / root)), 0.0);
         }
-        out.push(slope(i), -0.5 - value(i));
+        out.push(gradient(i), -0.5 - value(i));
         out.cones.push(SecondOrderConeT(c.nrows() + 2));
     }
-    let objective = largest_change(&scale, &here.objective).max(f64::MIN_POSITIVE);
-    let q: Vec<f64> = (0..n).map(|j| here.objective[j] * scale[j] / objective).collect();
-    let p = match program.structure() {
-        Structure::Linear => CscMatrix::zeros((n, n)),
-        _ => objective_hessian(program, x, &scale, objective)?,
-    };
-    let a = CscMatrix::new_from_triplets(out.right.len(), n, out.entries.0, out.entries.1, out.entries.2);
-    let settings = DefaultSettings { verbose: false, max_threads: 1, presolve_enable: false, ..Default::default() };
-    let mut solver = DefaultSolver::new(&p, &q, &a, &out.right, &out.cones, settings)
-        .map_err(|e| clarabel_error(&e, "check that the program's rows are finite"))?;
-    solver.solve();
-    let good = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
-    Ok(good.then(|| (0..n).map(|j| (x[j] + scale[j] * solver.solution.x[j]).clamp(l[j], u[j])).collect()))
+    Ok(out)
 }
 
 /// Upper triangle of the scaled Hessian of a convex quadratic objective.

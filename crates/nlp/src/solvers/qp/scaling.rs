@@ -1,7 +1,7 @@
 //! Units in which the numbers of a linear or quadratic program are of order one.
 
 use crate::QuadraticProgram;
-use crate::kkt::positive_or_one;
+use crate::kkt::{largest_change, positive_or_one, row_units};
 use crate::solution::Candidate;
 use nalgebra::DMatrix;
 
@@ -42,15 +42,13 @@ impl Scaling {
     pub fn new(program: &QuadraticProgram, units: VariableUnits) -> Self {
         let n = program.gradient.len();
         let size: Vec<f64> = (0..n).map(|j| units.unit(program, j)).collect();
-        let row = |i: usize| (0..n).fold(0.0f64, |a, j| a.max((program.rows[(i, j)] * size[j]).abs()));
-        let row: Vec<f64> = (0..program.offset.len()).map(|i| positive_or_one(row(i))).collect();
-        let mut objective = (0..n).fold(0.0f64, |a, j| a.max((program.gradient[j] * size[j]).abs()));
+        let mut objective = largest_change(&size, &program.gradient);
         if let Some(h) = &program.hessian {
             for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
                 objective = objective.max((h[(i, j)] * size[i] * size[j]).abs());
             }
         }
-        Self { size, row, objective: positive_or_one(objective) }
+        Self { row: row_units(&size, &program.rows), objective: positive_or_one(objective), size }
     }
 
     /// The program in z, about z = 0.
