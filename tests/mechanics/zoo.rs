@@ -1,4 +1,4 @@
-//! Mechanisms that together use every element, every parameter of which is a design variable.
+//! Mechanisms of many elements, every parameter of which is a design variable.
 
 use crate::table::Label;
 use linkwright::Result;
@@ -101,7 +101,7 @@ impl ParametricMechanism for Forces {
     }
 }
 
-/// A driven mechanism with every joint; `length_driver` replaces a rod by a drive.
+/// A driven mechanism with most joints; `length_driver` replaces a distance constraint by a drive.
 pub struct Joints {
     pub length_driver: bool,
 }
@@ -110,14 +110,14 @@ impl Joints {
     pub const LABELS: [Label; 12] = [
         ("rigid body", "mass, inertia, in joints", &[0, 1, 2, 3, 4, 5, 6, 7, 8]),
         ("point mass", "mass", &[9]),
-        ("slider", "point and angle of its line", &[10, 11, 12]),
-        ("pin", "positions on both bodies", &[13, 30]),
-        ("weld", "position, angle", &[14, 15]),
-        ("gears", "radii, offset", &[16, 17, 22]),
-        ("rod", "length", &[18]),
+        ("prismatic joint", "point and angle of its line", &[10, 11, 12]),
+        ("revolute joint", "positions on both bodies", &[13, 30]),
+        ("fixed joint", "position, angle", &[14, 15]),
+        ("gear pair", "radii, offset", &[16, 17, 22]),
+        ("distance constraint", "length", &[18]),
         ("drive between coordinates", "amplitude, frequency", &[19, 20]),
         ("initial state", "angle, made consistent with the joints", &[21]),
-        ("rack", "radius, direction, offset", &[23, 24, 25]),
+        ("rack and pinion", "radius, direction, offset", &[23, 24, 25]),
         ("pin in a slot", "angle of the slot", &[26]),
         ("pin in a slot", "position of the slot", &[27]),
     ];
@@ -149,7 +149,7 @@ impl ParametricMechanism for Joints {
         let link = m.body("link", b[2], b[3], Pose { x: b[10] + b[13] * cos, y: b[11] + b[13] * sin, theta: b[21] });
         m.revolute("pin", slider.origin(), link.at(-b[13], zero));
         let bob = m.body("bob", b[4], b[5], Pose { x: b[10] + cos, y: b[11] + sin, theta: b[21] + b[15] });
-        m.fixed_joint("weld", link.at(b[13], zero), bob.at(-b[14], zero), b[15]);
+        m.fixed_joint("fixed joint", link.at(b[13], zero), bob.at(-b[14], zero), b[15]);
         let wheel = m.body("wheel", b[6], b[7], Pose { x: b[30], y: zero, theta: zero });
         let axis = m.revolute("axis", ground.at(b[30], zero), wheel.origin());
         m.gear_pair("gears", [wheel.theta, link.theta], ground.theta, [b[16], b[17], b[22]]);
