@@ -1,4 +1,4 @@
-//! Derivatives of the flexible four-bar's moments against extrapolated differences.
+//! Derivatives of the flexible four-bar's moments compared with extrapolated differences.
 
 use linkwright::cases::mechanisms::FourBar;
 use linkwright::mechanics::analyses::dynamics::simulate;
@@ -15,12 +15,12 @@ fn richardson(b: &[f64; 3], k: usize, h: f64) -> Vec<Vec<f64>> {
         simulate(&mechanism, &model.dynamics().unwrap(), &FourBar::window()).unwrap().values
     };
     let (far, near) = ([run(h), run(-h)], [run(h / 2.0), run(-h / 2.0)]);
-    let slope = |o: usize, t: usize| {
+    let derivative = |o: usize, t: usize| {
         let coarse = (far[0][o][t] - far[1][o][t]) / (2.0 * h);
         let fine = (near[0][o][t] - near[1][o][t]) / h;
         (4.0 * fine - coarse) / 3.0
     };
-    (0..21).map(|o| (0..201).map(|t| slope(o, t)).collect()).collect()
+    (0..21).map(|o| (0..201).map(|t| derivative(o, t)).collect()).collect()
 }
 
 #[test]
@@ -33,8 +33,8 @@ fn moments_of_the_four_bar_agree_with_differences() {
         let differences = richardson(&b, k, 1e-4 * b[k]);
         let (mut worst, mut largest) = (0.0f64, 0.0f64);
         for (series, differences) in history.gradients.iter().zip(&differences) {
-            for (slopes, difference) in series.iter().zip(differences) {
-                worst = worst.max((slopes[k] - difference).abs());
+            for (gradient, difference) in series.iter().zip(differences) {
+                worst = worst.max((gradient[k] - difference).abs());
                 largest = largest.max(difference.abs());
             }
         }

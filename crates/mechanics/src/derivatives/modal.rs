@@ -77,13 +77,14 @@ fn differentiate_seeded(
 ) -> Result<ModeSensitivities> {
     let mut system = System::at(mechanism, t)?;
     let (values, states) = states_at_rest(&mut system, mechanism, chunks, about, t)?;
-    let found = modes(&mut system, mechanism, &values)?;
-    let squares: Vec<f64> = found.frequencies.iter().map(|w| w * w.abs()).collect();
+    let natural = modes(&mut system, mechanism, &values)?;
+    let squares: Vec<f64> = natural.frequencies.iter().map(|w| w * w.abs()).collect();
     let constraint_gradients = system.closure_gradients(mechanism, &values);
     let mut gradients = vec![vec![0.0; variables]; squares.len()];
     for cluster in clusters(&squares) {
         let square = cluster.clone().map(|k| squares[k]).sum::<f64>() / cluster.len() as f64;
-        let shapes: Vec<Vec<f64>> = cluster.clone().map(|k| found.shapes.column(k).iter().copied().collect()).collect();
+        let shapes: Vec<Vec<f64>> =
+            cluster.clone().map(|k| natural.shapes.column(k).iter().copied().collect()).collect();
         for (c, (mechanism, state)) in chunks.iter().zip(&states).enumerate() {
             let rows: Vec<_> = shapes.iter().map(|shape| mode_rows(&system, mechanism, state, shape, square)).collect();
             let weights =
@@ -104,14 +105,14 @@ fn differentiate_seeded(
 
 /// Ranges of increasing squares that count as equal.
 fn clusters(squares: &[f64]) -> Vec<Range<usize>> {
-    let mut found: Vec<Range<usize>> = Vec::new();
+    let mut clusters: Vec<Range<usize>> = Vec::new();
     for k in 0..squares.len() {
-        match found.last_mut() {
+        match clusters.last_mut() {
             Some(last) if squares[k] - squares[last.start] <= REPEATED * squares[k].abs() => last.end = k + 1,
-            _ => found.push(k..k + 1),
+            _ => clusters.push(k..k + 1),
         }
     }
-    found
+    clusters
 }
 
 /// The state at rest, and its derivatives for each chunk of design variables.

@@ -138,10 +138,7 @@ pub fn differentiate_twice<M: ParametricMechanism>(
     times: &[f64],
     part: HessianPart<'_>,
 ) -> Result<HessianHistory> {
-    let seeded = TwiceSeeded::build(model, b, part)?;
-    seeded.differentiate(times, |mechanism, seeded| {
-        propagate_twice(seeded, settings, times, &mut ImplicitSteps::simulated(mechanism, settings, times)?)
-    })
+    TwiceSeeded::build(model, b, part)?.dynamics(settings, times, None)
 }
 
 /// Differentiates twice along the steps of a recording of `model` at `b`, which reaches the last of `times`.
@@ -156,10 +153,7 @@ pub fn differentiate_recorded_twice<M: ParametricMechanism>(
     part: HessianPart<'_>,
     recording: &Recording,
 ) -> Result<HessianHistory> {
-    let seeded = TwiceSeeded::build(model, b, part)?;
-    seeded.differentiate(times, |mechanism, seeded| {
-        propagate_twice(seeded, settings, times, &mut ImplicitSteps::recorded(mechanism, recording, settings, times))
-    })
+    TwiceSeeded::build(model, b, part)?.dynamics(settings, times, Some(recording))
 }
 
 /// Solves kinematics and inverse dynamics of `model` at `times` (s) and differentiates all outputs twice.
@@ -173,8 +167,7 @@ pub fn differentiate_kinematics_twice<M: ParametricMechanism>(
     times: &[f64],
     part: HessianPart<'_>,
 ) -> Result<HessianHistory> {
-    let seeded = TwiceSeeded::build(model, b, part)?;
-    seeded.differentiate(times, |mechanism, seeded| kinematics_twice(mechanism, seeded, assembly, times))
+    TwiceSeeded::build(model, b, part)?.kinematics(assembly, times)
 }
 
 /// Finds static equilibria of `model` at `times` (s), a load path, and differentiates all outputs twice.
@@ -188,8 +181,7 @@ pub fn differentiate_equilibria_twice<M: ParametricMechanism>(
     times: &[f64],
     part: HessianPart<'_>,
 ) -> Result<HessianHistory> {
-    let seeded = TwiceSeeded::build(model, b, part)?;
-    seeded.differentiate(times, |mechanism, seeded| equilibria_twice(mechanism, seeded, settings, times))
+    TwiceSeeded::build(model, b, part)?.equilibria(settings, times)
 }
 
 /// A mechanism in `f64`, and in hyper-dual numbers once per [`PAIRS`] pairs of directions.
@@ -211,46 +203,35 @@ impl TwiceSeeded {
         Ok(Self { mechanism, seeded, variables: b.len(), is_full: part == HessianPart::Full })
     }
 
-    fn differentiate(
-        &self,
-        times: &[f64],
-        derivatives: impl FnOnce(&Mechanism<f64>, &[Mechanism<HyperDual4>]) -> Result<OutputGradients>,
-    ) -> Result<HessianHistory> {
-        Ok(HessianHistory {
+    // The methods below are not generic over the model: they are compiled once, in this crate.
+
+    fn dynamics(&self, settings: &Dynamics, times: &[f64], recording: Option<&Recording>) -> Result<HessianHistory> {
+        let mut steps = match recording {
+            Some(recording) => ImplicitSteps::recorded(&self.mechanism, recording, settings, times),
+            None => ImplicitSteps::simulated(&self.mechanism, settings, times)?,
+        };
+        Ok(self.history(times, propagate_all(&self.seeded, settings, times, &mut steps)?))
+    }
+
+    fn kinematics(&self, assembly: Assembly, times: &[f64]) -> Result<HessianHistory> {
+        let mut recorder = OutputRecorder::new(&self.mechanism, times);
+        let derivatives = kinematic_derivatives(&self.mechanism, &self.seeded, assembly, times, &mut recorder)?;
+        Ok(self.history(times, derivatives))
+    }
+
+    fn equilibria(&self, settings: &Statics, times: &[f64]) -> Result<HessianHistory> {
+        let mut recorder = OutputRecorder::new(&self.mechanism, times);
+        let derivatives = equilibrium_derivatives(&self.mechanism, &self.seeded, settings, times, &mut recorder)?;
+        Ok(self.history(times, derivatives))
+    }
+
+    fn history(&self, times: &[f64], derivatives: OutputGradients) -> HessianHistory {
+        HessianHistory {
             names: self.mechanism.output_names(),
             times: times.to_vec(),
             variables: self.variables,
             is_full: self.is_full,
-            derivatives: derivatives(&self.mechanism, &self.seeded)?,
-        })
+            derivatives,
+        }
     }
-}
-
-// The functions below are not generic over the model: they are compiled once, in this crate.
-
-fn propagate_twice(
-    seeded: &[Mechanism<HyperDual4>],
-    settings: &Dynamics,
-    times: &[f64],
-    steps: &mut ImplicitSteps<'_>,
-) -> Result<OutputGradients> {
-    propagate_all(seeded, settings, times, steps)
-}
-
-fn kinematics_twice(
-    mechanism: &Mechanism<f64>,
-    seeded: &[Mechanism<HyperDual4>],
-    assembly: Assembly,
-    times: &[f64],
-) -> Result<OutputGradients> {
-    kinematic_derivatives(mechanism, seeded, assembly, times, &mut OutputRecorder::new(mechanism, times))
-}
-
-fn equilibria_twice(
-    mechanism: &Mechanism<f64>,
-    seeded: &[Mechanism<HyperDual4>],
-    settings: &Statics,
-    times: &[f64],
-) -> Result<OutputGradients> {
-    equilibrium_derivatives(mechanism, seeded, settings, times, &mut OutputRecorder::new(mechanism, times))
 }

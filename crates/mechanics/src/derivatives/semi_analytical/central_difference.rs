@@ -23,7 +23,7 @@ pub fn check_step(step: f64) -> Result<()> {
 /// Central differences between the mechanisms at the designs b + δ e_k and b − δ e_k.
 pub(crate) struct CentralDifference {
     mechanisms: [Mechanism<f64>; 2],
-    /// 2 δ in the unit of the design variable.
+    /// 2 δ in the unit of the design variable, as the difference of the two designs.
     width: f64,
     moved: State<f64>,
     values: [Vec<f64>; 2],
@@ -49,7 +49,7 @@ impl CentralDifference {
     /// # Errors
     /// [`Error::Definition`] if the model builds other elements than `like` at one of the designs.
     fn new<M: ParametricMechanism>(model: &M, b: &[f64], k: usize, step: f64, like: &Mechanism<f64>) -> Result<Self> {
-        let wished = step * if b[k] == 0.0 { 1.0 } else { b[k].abs() };
+        let distance = step * if b[k] == 0.0 { 1.0 } else { b[k].abs() };
         let at = |by: f64| -> Result<(f64, Mechanism<f64>)> {
             let mut moved = b.to_vec();
             moved[k] += by;
@@ -61,10 +61,10 @@ impl CentralDifference {
             }
             Ok((moved[k], mechanism))
         };
-        let ((above, first), (below, second)) = (at(wished)?, at(-wished)?);
-        let distance = 0.5 * (above - below); // the sums are rounded
+        let ((above, first), (below, second)) = (at(distance)?, at(-distance)?);
+        let rounded = 0.5 * (above - below); // of the design variables, in floating point
         let moved = State::built(&first, 0.0);
-        Ok(Self { mechanisms: [first, second], width: 2.0 * distance, moved, values: Default::default() })
+        Ok(Self { mechanisms: [first, second], width: 2.0 * rounded, moved, values: Default::default() })
     }
 
     /// The derivatives of what `evaluate` writes, where the state `values` has the derivatives `sensitivity`.

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::analyses::sampling::Sampler;
-use crate::derivatives::forward::explicit::entries::{Block, Entries};
+use crate::derivatives::forward::explicit::entries::Block;
 use crate::derivatives::forward::explicit::explicit_steps::{LinearizedStages, StepEvent};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::nystrom::{NystromWeights, StepDerivatives};
@@ -184,16 +184,13 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
         let (n, projected) = (self.coordinates(), &stages.record().projected);
         let [positions, velocities, corrections] = &stages.projections;
         self.prescribe(projected.before.t);
-        let subtract = |entries: &Entries, sources: &[Block<W>], active: &[bool], rows: &mut [Block<W>]| {
-            entries.subtract(sources, active, rows);
-        };
         self.velocity_rows.fill([0.0; W]);
-        subtract(corrections, &self.sources, &self.active, &mut self.velocity_rows);
+        corrections.subtract(&self.sources, &self.active, &mut self.velocity_rows);
         self.rows.fill([0.0; W]);
-        subtract(positions, &self.sources, &self.active, &mut self.rows);
+        positions.subtract(&self.sources, &self.active, &mut self.rows);
         projected.factor.solve_in(&mut self.rows, &mut self.workspace);
         add_changes(&self.plan.unknowns, &self.rows, &mut self.sources[..n]);
-        subtract(velocities, &self.sources, &self.active, &mut self.velocity_rows);
+        velocities.subtract(&self.sources, &self.active, &mut self.velocity_rows);
         projected.factor.solve_in(&mut self.velocity_rows, &mut self.workspace);
         add_changes(&self.plan.unknowns, &self.velocity_rows, &mut self.sources[n..2 * n]);
     }
