@@ -1,19 +1,19 @@
-//! What derivatives of a falling chain cost: `cargo bench --bench chain`.
+//! Cost of the derivatives of a falling chain: `cargo bench --bench chain`.
 //!
 //! N slender links, together 1 m and 1 kg, pinned in a row to the ground, are released from rest in the horizontal
-//! (g = 9.81 m/s²). Wanted: tip x(t) and y(t) at 101 times from 0 to 1 s to 1e-8 m, with their derivatives with respect
-//! to the 2N lengths and masses. CPU times of all threads, the least of several batches of runs, with and without derivatives by
-//! turns; the tolerance is the loosest power of ten that reaches the accuracy, against a run at 1e-13.
+//! (g = 9.81 m/s²). Outputs are x(t) and y(t) of the tip at 101 times from 0 to 1 s with an error of at most 1e-8 m, and their
+//! derivatives with respect to the 2N lengths and masses. CPU times of all threads are the smallest of several batches, with and
+//! without derivatives by turns. The tolerance is the largest power of ten with this accuracy, compared with 1e-13.
 //!
-//! `-- N…` takes other numbers of links than 8 and 32, `-- scaling` only the cost per step of long chains.
+//! `-- N…` measures chains of N links instead of 8 and 32, `-- scaling` only the cost per step of long chains.
 
 mod cpu;
 
 use cpu::least;
-use linkwright::cases::mechanisms::Chain;
+use linkwright::cases::Chain;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
 use linkwright::mechanics::mechanism::ParametricMechanism;
@@ -22,7 +22,7 @@ fn times() -> Vec<f64> {
     (0..=100).map(|k| 0.01 * f64::from(k)).collect()
 }
 
-/// The chain without its energies: what is wanted of it is the tip.
+/// The chain with outputs of the tip only, without energies.
 fn tip(links: usize) -> Chain {
     Chain { energies: false, ..Chain::horizontal(links) }
 }
@@ -32,7 +32,7 @@ fn difference(a: &History, b: &History) -> f64 {
     errors.fold(0.0, f64::max)
 }
 
-/// Analysis and derivatives at the wanted accuracy.
+/// Analysis and derivatives with an error of at most 1e-8 m.
 fn chain(links: usize, runs: usize) {
     let model = tip(links);
     let (b, times) = (model.equal_links(), times());
@@ -95,15 +95,15 @@ fn implicit(links: usize) {
     }
 }
 
-/// CPU time per step and link of long chains, both ways of integrating.
+/// CPU time per step and link of long chains, for implicit and explicit steps.
 fn scaling() {
     for links in [10, 100, 1000, 10_000] {
         let model = tip(links);
         let mechanism = model.build(&model.equal_links()).unwrap();
         let h = 1e-5;
-        let mut run = TimeStepper::new(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap();
+        let mut stepper = TimeStepper::new(&mechanism, &Dynamics::fixed(h), &[1.0]).unwrap();
         let batch = (20_000 / links).max(4);
-        let steps = || (0..batch).map(|_| run.advance().unwrap()).sum::<f64>();
+        let steps = || (0..batch).map(|_| stepper.advance().unwrap()).sum::<f64>();
         let implicit = least(4, steps) / batch as f64;
         let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
         let run = |steps: f64| simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap();
@@ -124,7 +124,7 @@ fn allocations() {
     let mechanism = model.build(&b).unwrap();
     let count = |run: &dyn Fn(f64)| {
         let allocated = |steps: f64| allocation_counter::measure(|| run(steps)).count_total;
-        allocated(10.0); // threads and lazily made tables
+        allocated(10.0); // starts threads and initializes tables
         allocated(50.0).abs_diff(allocated(10.0))
     };
     let h = 1e-3;

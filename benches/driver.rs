@@ -1,7 +1,7 @@
-//! What a cycle costs besides the analysis: `cargo bench --bench driver`.
+//! Cost of a cycle without the analysis: `cargo bench --bench driver`.
 //!
-//! A run is recorded once; then its analyses are replayed from memory, so that what remains is the driver: screening,
-//! approximation, subproblem, errors, move limits, history. In `bookkeeping` the subproblem's solutions are replayed too.
+//! An optimization is recorded once, and its analyses are then replayed from memory. What remains is the driver: screening,
+//! approximation, subproblem, errors, move limits, history. In `bookkeeping` the solutions of the subproblems are replayed, too.
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -30,19 +30,19 @@ fn problem(run: &str) -> Problem {
     .expect("the library's problems are valid")
 }
 
-/// What an analysis said, by design.
+/// Recorded results of analyses by design.
 #[derive(Default)]
-struct Tape {
+struct Recording {
     responses: Vec<(Vec<f64>, Responses)>,
     sensitivities: Vec<(Vec<f64>, DMatrix<f64>)>,
 }
 
 fn find<T: Clone>(entries: &[(Vec<f64>, T)], b: &[f64]) -> T {
-    entries.iter().find(|(design, _)| design == b).expect("a replayed run visits the same designs").1.clone()
+    entries.iter().find(|(design, _)| design == b).expect("a replayed optimization analyses the same designs").1.clone()
 }
 
-/// Passes through and writes down.
-struct Recorder(Box<dyn Analysis>, Arc<Mutex<Tape>>);
+/// An analysis that records the results of another one.
+struct Recorder(Box<dyn Analysis>, Arc<Mutex<Recording>>);
 
 impl Analysis for Recorder {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
@@ -57,7 +57,7 @@ impl Analysis for Recorder {
     }
 }
 
-struct Replay(Tape);
+struct Replay(Recording);
 
 impl Analysis for Replay {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
@@ -68,7 +68,7 @@ impl Analysis for Replay {
     }
 }
 
-/// Solves and writes the solutions down.
+/// A solver that records its solutions.
 struct SolverRecorder(Arc<Mutex<Vec<Solution>>>);
 
 impl SubproblemSolver for SolverRecorder {
@@ -82,9 +82,9 @@ impl SubproblemSolver for SolverRecorder {
     }
 }
 
-/// The solutions of the subproblems of a run, in order, again and again.
+/// A solver that returns recorded solutions in order, repeatedly.
 struct SolverReplay {
-    known: Vec<Solution>,
+    solutions: Vec<Solution>,
     calls: AtomicUsize,
 }
 
@@ -93,41 +93,41 @@ impl SubproblemSolver for SolverReplay {
         "replay"
     }
     fn solve(&self, _: &dyn Program, _: &[f64]) -> Result<Solution> {
-        Ok(self.known[self.calls.fetch_add(1, Ordering::Relaxed) % self.known.len()].clone())
+        Ok(self.solutions[self.calls.fetch_add(1, Ordering::Relaxed) % self.solutions.len()].clone())
     }
 }
 
-/// A run with everything replayed from memory, the number of its tries, and its subproblem solutions.
+/// An optimization with analyses replayed from memory, the number of its trial designs, and the solutions of its subproblems.
 fn replayed(run: &str) -> (Problem, usize, Vec<Solution>) {
-    let (mut problem, tape) = (problem(run), Arc::new(Mutex::new(Tape::default())));
-    let real = std::mem::replace(&mut problem.analysis, Box::new(Replay(Tape::default())));
-    problem.analysis = Box::new(Recorder(real, tape.clone()));
+    let (mut problem, recording) = (problem(run), Arc::new(Mutex::new(Recording::default())));
+    let real = std::mem::replace(&mut problem.analysis, Box::new(Replay(Recording::default())));
+    problem.analysis = Box::new(Recorder(real, recording.clone()));
     let solutions = Arc::new(Mutex::new(vec![]));
     let method = Method { solver: Box::new(SolverRecorder(solutions.clone())), ..Method::default() };
-    let tries = method.solve(&problem, |_| ()).expect("the library's runs converge").history.len() - 1;
-    problem.analysis = Box::new(Replay(std::mem::take(&mut *tape.lock().unwrap())));
-    let known = std::mem::take(&mut *solutions.lock().unwrap());
-    (problem, tries, known)
+    let trials = method.solve(&problem, |_| ()).expect("the library's runs converge").history.len() - 1;
+    problem.analysis = Box::new(Replay(std::mem::take(&mut *recording.lock().unwrap())));
+    let solutions = std::mem::take(&mut *solutions.lock().unwrap());
+    (problem, trials, solutions)
 }
 
-/// Everything, analyses in closed form included.
+/// The whole optimization, including analyses in closed form.
 #[divan::bench(args = RUNS)]
 fn whole_run(bencher: Bencher, run: &str) {
-    let (problem, (_, tries, _)) = (problem(run), replayed(run));
-    bencher.counter(ItemsCount::new(tries)).bench(|| Method::default().solve(&problem, |_| ()).unwrap());
+    let (problem, (_, trials, _)) = (problem(run), replayed(run));
+    bencher.counter(ItemsCount::new(trials)).bench(|| Method::default().solve(&problem, |_| ()).unwrap());
 }
 
-/// Everything but the analyses.
+/// The optimization without analyses.
 #[divan::bench(args = RUNS)]
 fn without_analyses(bencher: Bencher, run: &str) {
-    let (problem, tries, _) = replayed(run);
-    bencher.counter(ItemsCount::new(tries)).bench(|| Method::default().solve(&problem, |_| ()).unwrap());
+    let (problem, trials, _) = replayed(run);
+    bencher.counter(ItemsCount::new(trials)).bench(|| Method::default().solve(&problem, |_| ()).unwrap());
 }
 
-/// Everything but the analyses and the subproblems.
+/// The optimization without analyses and subproblems.
 #[divan::bench(args = RUNS)]
 fn bookkeeping(bencher: Bencher, run: &str) {
-    let (problem, tries, known) = replayed(run);
-    let method = Method { solver: Box::new(SolverReplay { known, calls: 0.into() }), ..Method::default() };
-    bencher.counter(ItemsCount::new(tries)).bench(|| method.solve(&problem, |_| ()).unwrap());
+    let (problem, trials, solutions) = replayed(run);
+    let method = Method { solver: Box::new(SolverReplay { solutions, calls: 0.into() }), ..Method::default() };
+    bencher.counter(ItemsCount::new(trials)).bench(|| method.solve(&problem, |_| ()).unwrap());
 }

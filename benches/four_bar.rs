@@ -17,10 +17,10 @@ fn problem(derivatives: Derivatives) -> Result<Problem> {
     StressConstrained { derivatives, ..StressConstrained::as_published() }.problem()
 }
 
-/// The moments whose stresses are kept at this design.
-fn kept(problem: &Problem) -> Result<Vec<ResponseAt>> {
+/// The moments whose stresses are retained at this design.
+fn retained(problem: &Problem) -> Result<Vec<ResponseAt>> {
     let evaluation = problem.evaluate(&DESIGN, &problem.analyze(&DESIGN)?)?;
-    let rows = method().screening.keep(problem, &evaluation);
+    let rows = method().screening.retain(problem, &evaluation);
     // 42 constraints come in pairs, one response each.
     let mut wanted: Vec<ResponseAt> =
         rows.iter().map(|r| ResponseAt { response: r.constraint / 2, point: r.point }).collect();
@@ -32,7 +32,7 @@ fn kept(problem: &Problem) -> Result<Vec<ResponseAt>> {
 /// Derivatives at one design; the direct ones, all three, in analyses.
 fn print_derivatives() -> Result<f64> {
     let (plain, direct) = (problem(Derivatives::Forward(1e-3))?, problem(Derivatives::Direct)?);
-    let wanted = kept(&plain)?;
+    let wanted = retained(&plain)?;
     let (here, there) = (plain.analyze(&DESIGN)?, direct.analyze(&DESIGN)?);
     let mut analysis = || drop(direct.analyze(&DESIGN).expect("the design can be analysed"));
     let mut directly = || drop(direct.sensitivities(&DESIGN, &there, &wanted).expect("as above"));

@@ -1,13 +1,13 @@
-//! What analyses and their derivatives cost: `cargo bench --bench multibody`.
+//! Cost of analyses and their derivatives: `cargo bench --bench multibody`.
 //!
-//! Ratios first: they are what the machine's load leaves alone. Every figure is the shortest of several runs.
+//! Every time is the shortest of several runs. Read the ratios: they depend little on the load of the machine.
 
-use linkwright::cases::mechanisms::{Chain, FourBar};
+use linkwright::cases::{Chain, FourBar};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 use std::time::{Duration, Instant};
 

@@ -1,10 +1,9 @@
-//! What each part of the method is worth on the flexible four-bar mechanism, and how chaotic its path is:
-//! `cargo run --release --example four_bar_variants`.
+//! Shows the effect of each part of the method on the flexible four-bar mechanism, from one start and from 40, and that
+//! `robust_method` converges from nearly all of them: `cargo run --release --example four_bar_variants`.
 
 use linkwright::Result;
 use linkwright::cases::four_bar::{Derivatives, Linearized, StressConstrained, method, robust_method};
-use linkwright::nlp::Program;
-use linkwright::nlp::{Automatic, MultiStart, Solution, Status, SubproblemSolver};
+use linkwright::nlp::{Automatic, MultiStart, Program, Solution, Status, SubproblemSolver};
 use linkwright::problem::Selection;
 use linkwright::sao::{Method, RelativeLimits, Screening, State};
 use rayon::prelude::*;
@@ -12,11 +11,11 @@ use std::ops::RangeInclusive;
 
 type Make = dyn Fn() -> Method + Sync;
 
-/// Starts of the study, and others that nothing was chosen with.
+/// Starts with which the settings of `robust_method` were chosen, and other starts.
 const STARTS: RangeInclusive<u32> = 1..=40;
 const FRESH: RangeInclusive<u32> = 1001..=1040;
 
-/// A solver that gives up where no design within the move limits is feasible, and stays.
+/// A solver that keeps its start if no design within the move limits is feasible.
 struct Inelastic(Automatic);
 
 impl SubproblemSolver for Inelastic {
@@ -44,7 +43,7 @@ fn run(name: &str, setup: &StressConstrained, method: &Method) -> Result<State> 
     Ok(end)
 }
 
-/// 40 starts that fill the cube within 5 % of the paper's evenly; converged runs and median of the cycles.
+/// Runs 40 starts spread evenly within 5 % of the paper's start; number of converged runs and median of the cycles.
 fn study(name: &str, setup: &StressConstrained, method: &Make, starts: RangeInclusive<u32>) -> Result<(usize, usize)> {
     let start = |k: u32| [0.8191725, 0.6710436, 0.5497005].map(|a| 356.8 * (0.95 + 0.1 * (f64::from(k) * a).fract()));
     let solve = |k: u32| method().solve(&setup.clone().from_mm(start(k)).problem()?, |_| ());

@@ -204,7 +204,7 @@ fn profile() -> Result<Figure> {
     performance_profile(
         "analyses",
         &[
-            Solver { name: "paper", costs: &[6.0, 9.0, 12.0, 19.0, 14.0, 30.0] },
+            Solver { name: "slp", costs: &[6.0, 9.0, 12.0, 19.0, 14.0, 30.0] },
             Solver { name: "drift-corrected peak", costs: &[6.0, 8.0, 12.0, 15.0, 12.0, 22.0] },
             Solver { name: "conservative (GCMMA)", costs: &[9.0, 12.0, 31.0, fail, 12.0, 18.0] },
             Solver { name: "direct SQP", costs: &[9.0, 23.0, 44.0, fail, 20.0, 41.0] },

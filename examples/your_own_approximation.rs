@@ -1,15 +1,13 @@
-//! An approximation of one's own: `cargo run --example your_own_approximation`.
+//! A new approximation: `cargo run --example your_own_approximation`.
 //!
 //! A monomial r̃ = r₀ Π (bₖ/bₖ⁰)^αₖ with αₖ = (bₖ⁰/r₀) ∂r/∂bₖ is linear in logarithms: the step of geometric programming.
-//! It takes a [`Model`], written once over the number type, and an [`Approximation`], which fits it. Tried on Svanberg's
+//! It takes a [`Model`], written once over the number type, and an [`Approximation`], which fits it. The test problem is Svanberg's
 //! cantilever of five segments (1987), minimum weight with a limit on the tip deflection Σ aₖ/bₖ³.
 
 use linkwright::approximation::{AnyModel, Approximation, Expansion, Linear, Model};
-use linkwright::autodiff::Scalar;
-use linkwright::problem::{ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates};
-use linkwright::problem::{Problem, ProblemBuilder, ProblemScalar, Quantity};
-use linkwright::sao::Method;
-use linkwright::{Error, Result, function};
+use linkwright::prelude::*;
+use linkwright::problem::{Intermediate, Intermediates, ProblemScalar};
+use linkwright::{Error, Result};
 use std::sync::Arc;
 
 /// Settings: none.
@@ -62,24 +60,26 @@ fn cantilever(intermediates: Intermediates) -> Result<Problem> {
         "",
         Quantity::plain(function!(|p| p.design.iter().fold(S::from(0.0), |a, &b| a + b) * 0.0624)),
     );
-    let small = Quantity::plain(function!(|p| p.response[0])).of(&[deflection]);
-    parts.subject_to(Constraint::at_most("deflection", 1.0, small));
+    parts.subject_to(Constraint::at_most("deflection", 1.0, Quantity::response(None, deflection)));
     parts.build_analytic(Cantilever)
 }
 
 fn main() -> Result<()> {
-    println!("{:<24} {:>6} {:>6} {:>20} {:>10}", "approximation", "cycles", "tries", "E_g of first try [%]", "weight");
+    println!(
+        "{:<24} {:>6} {:>6} {:>20} {:>10}",
+        "approximation", "cycles", "trials", "E_g of first trial [%]", "weight"
+    );
     let run = |name: &str, approximation: Box<dyn Approximation>, intermediates| -> Result<usize> {
         let state = Method { approximation, ..Method::default() }.solve(&cantilever(intermediates)?, |_| ())?;
-        let (tries, error) = (state.history.len() - 1, state.history[1].constraint_error_pct);
-        println!("{name:<24} {:>6} {tries:>6} {error:>20.2} {:>10.6}", state.cycles(), state.evaluation.objective);
+        let (trials, error) = (state.history.len() - 1, state.history[1].constraint_error_pct);
+        println!("{name:<24} {:>6} {trials:>6} {error:>20.2} {:>10.6}", state.cycles(), state.evaluation.objective);
         assert!(state.status.is_success() && (state.evaluation.objective - 1.339_956_4).abs() < 2e-5, "{name}");
-        Ok(tries)
+        Ok(trials)
     };
     let linear = run("linear", Box::new(Linear), Intermediates::Identity)?;
     let reciprocal = run("linear in reciprocals", Box::new(Linear), Intermediates::all(5, Intermediate::Reciprocal))?;
     let monomial = run("monomial (our own)", Box::new(Monomial), Intermediates::Identity)?;
-    assert!(monomial < linear, "it knows that the deflection is a product of powers …");
-    assert!(reciprocal < monomial, "… yet it is a sum of them, for which reciprocals are better");
+    assert!(monomial < linear, "it represents products of powers exactly …");
+    assert!(reciprocal < monomial, "… but the deflection is a sum of powers, for which reciprocals are better");
     Ok(())
 }

@@ -1,18 +1,16 @@
-//! A problem of one's own, from scratch: `cargo run --example your_own_problem`.
+//! A new problem from scratch: `cargo run --example your_own_problem`.
 //!
 //! Throw a ball over a house of height h and width w with the least speed. Where to stand, how fast, how steep? The ball
 //! flies y(x) = x tan θ − g x² / (2 v² cos² θ) and must be above the roof at each of 41 positions, so that the "time" of
 //! this problem is a position. At the height of the roof the ball needs v² = g w, at 45°, to span the width; hence
 //! v² = g (w + 2 h) on the ground, which with w = 2 h is 20 g here, at 60°, standing h (√3 − 1) from the wall.
 //!
-//! Height is far from linear in distance, speed and angle, but exactly linear in the coefficients of the parabola. Told so
-//! by intermediate variables, the method has nothing left to approximate.
+//! Height is far from linear in distance, speed and angle, but exactly linear in the coefficients of the parabola. With these
+//! as intermediate variables the approximation is exact.
 
-use linkwright::autodiff::Scalar;
-use linkwright::problem::{ClosedForm, Constraint, DesignVariable, IntermediateMap, Intermediates};
-use linkwright::problem::{Problem, ProblemBuilder, Quantity, TimeGrid};
-use linkwright::sao::{Method, State};
-use linkwright::{Result, function};
+use linkwright::Result;
+use linkwright::prelude::*;
+use linkwright::problem::{IntermediateMap, Intermediates};
 
 /// Height of the roof and width of the house, m; gravity, m/s².
 const HEIGHT: f64 = 5.0;
@@ -25,11 +23,11 @@ struct Parabola;
 impl IntermediateMap for Parabola {
     fn component<S: Scalar>(&self, k: usize, b: &[S]) -> S {
         let (distance, speed, angle) = (b[0], b[1], b[2]);
-        let bend = (speed * angle.cos()).powi(-2) * (0.5 * GRAVITY);
+        let curvature = (speed * angle.cos()).powi(-2) * (0.5 * GRAVITY);
         match k {
-            0 => distance * angle.tan() - bend * distance.powi(2),
-            1 => angle.tan() - bend * distance * 2.0,
-            _ => -bend,
+            0 => distance * angle.tan() - curvature * distance.powi(2),
+            1 => angle.tan() - curvature * distance * 2.0,
+            _ => -curvature,
         }
     }
 }
@@ -54,8 +52,7 @@ fn throw(intermediates: Intermediates) -> Result<Problem> {
     let height = parts.transient("height", "m", roof);
     parts.linearize_in(height, intermediates);
     parts.minimize("energy", "m²/s²", Quantity::plain(function!(|p| p.design[1] * p.design[1] * 0.5)));
-    let lacking = Quantity::each_point(roof, function!(|p| -p.response[0] + HEIGHT)).of(&[height]);
-    parts.subject_to(Constraint::at_most("clears the roof", 0.0, lacking).scaled_by(HEIGHT));
+    parts.subject_to(Constraint::at_least("clears the roof", HEIGHT, Quantity::response(roof, height)));
     parts.build_analytic(Flight)
 }
 
@@ -74,7 +71,7 @@ fn main() -> Result<()> {
 
     let exact = [HEIGHT * (3f64.sqrt() - 1.0), (20.0 * GRAVITY).sqrt(), 60f64.to_radians()];
     assert!(state.status.is_success() && state.cycles() < plain.cycles());
-    assert!(state.history.iter().all(|c| c.constraint_error_pct < 1e-9), "there is nothing left to approximate");
+    assert!(state.history.iter().all(|c| c.constraint_error_pct < 1e-9), "the approximation is exact");
     assert!(state.design.iter().zip(exact).all(|(b, e)| (b / e - 1.0).abs() < 1e-5), "{:?} {exact:?}", state.design);
     assert!((plain.evaluation.objective / (10.0 * GRAVITY) - 1.0).abs() < 1e-4);
     Ok(())

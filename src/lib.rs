@@ -8,35 +8,39 @@
 //! * within bˡ ≤ b ≤ bᵘ,
 //!
 //! where the responses r(b, t) come from an expensive analysis and F and g_j are cheap explicit functions. A cycle
-//! analyses a design, keeps only the critical constraints at the critical time points, differentiates those responses,
+//! analyses a design, retains only the critical constraints at the critical time points, differentiates those responses,
 //! builds an approximate problem from intermediate design variables and intermediate responses, solves it inside move
-//! limits, and checks the approximation errors. SI units and radians inside; `docs/notation.md` has the letters.
+//! limits, and checks the approximation errors. Units are SI and radians; `docs/notation.md` has the letters.
 //!
-//! # The house
+//! # Modules
 //!
-//! Two wings stand on one ground floor and meet in [`sao`]; arrows point down only.
+//! Modules depend only on those below them in the table. [`nlp`] and `mechanics` are crates of their own that do not depend on
+//! each other.
 //!
-//! ```text
-//!                      cli                     arguments in, exit code out
-//!           papers · model                     papers regenerated, ours beside theirs; the model file
-//!               report                         tables, figures, animations
-//!               library                        problems of the field with their optima
-//!                 sao                          the sequence of cycles
-//!        ┌─────────┴──────────┐
-//!   sensitivity           subproblem           LP, QP, SQP, duals; an independent KKT check
-//!    analysis            approximation         models of responses, the approximate problem
-//!    multibody              problem            variables, grids, responses, objective, constraints
-//!        └─────────┬──────────┘
-//!        scalar · linalg · error               one number type for values, derivatives and degrees
-//! ```
+//! | module | contents | feature |
+//! |---|---|---|
+//! | [`prelude`] | the names that most programs need | |
+//! | `model_file` | mechanism, problem and method as a text file | `model` |
+//! | `papers` | tables and figures of papers, computed and compared with the printed ones | `report` and `mechanics` |
+//! | `report` | plots, tables, pages and animations | `report` |
+//! | [`cases`] | problems of the literature with their optima and sources | |
+//! | [`sao`] | the sequence of cycles: methods, screening, move limits, globalization, stop test, state | |
+//! | [`approximation`] | approximations of responses, and the approximate problem of a cycle | |
+//! | [`responses`] | analyses: finite differences of any analysis, and mechanisms | `mechanics` for the latter |
+//! | [`gradient_check`] | derivatives by all methods of an analysis, compared with finite differences | |
+//! | [`problem`] | design variables, time grids, responses, objective, constraints, the trait of an analysis | |
+//! | `mechanics` | planar mechanisms, their analyses, and exact derivatives of these | `mechanics` |
+//! | [`nlp`] | programs (linear, quadratic, conic, separable, general), solvers, and an independent KKT check | |
+//! | [`autodiff`] | numbers that carry derivatives or polynomial degrees | |
+//! | [`error`] | the error type | |
 //!
-//! # An optimization
+//! # Examples
 //!
 //! Stiffness and damping of an impact absorber, so that the peak acceleration is least while the mass travels at most
 //! one metre: six analyses and five sensitivity analyses, as in the paper's Table I.
 //!
 //! ```
-//! use linkwright::{library::impact_absorber, sao::{Method, Status}};
+//! use linkwright::{cases::impact_absorber, prelude::*};
 //!
 //! let problem = impact_absorber::peak_acceleration()?;
 //! let end = Method::default().solve(&problem, |_| ())?;
@@ -48,12 +52,12 @@
 
 pub mod approximation;
 pub mod cases;
-#[cfg(feature = "cli")]
-pub mod command;
+pub mod gradient_check;
 #[cfg(feature = "model")]
 pub mod model_file;
 #[cfg(all(feature = "report", feature = "mechanics"))]
 pub mod papers;
+pub mod prelude;
 pub mod problem;
 #[cfg(feature = "report")]
 pub mod report;

@@ -1,7 +1,7 @@
 //! The `linkwright` command: arguments in, exit code out, no mathematics.
 
-use std::process::ExitCode;
+mod command;
 
-fn main() -> ExitCode {
-    linkwright::command::main()
+fn main() -> std::process::ExitCode {
+    command::main()
 }

@@ -2,7 +2,7 @@
 
 use crate::cpu::in_turns;
 use crate::models::{Cantilever, First, Manipulator};
-use linkwright::cases::mechanisms::Chain;
+use linkwright::cases::Chain;
 use linkwright::mechanics::analyses::dynamics::Dynamics;
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::method::Differentiation;

@@ -12,7 +12,8 @@ mod crossover;
 mod models;
 
 use cpu::{in_turns, least};
-use linkwright::cases::mechanisms::Chain;
+use linkwright::cases::Chain;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::adjoint::differentiate_explicitly_backwards;
 use linkwright::mechanics::derivatives::adjoint::{
@@ -20,7 +21,6 @@ use linkwright::mechanics::derivatives::adjoint::{
 };
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::mechanism::ParametricMechanism;
 

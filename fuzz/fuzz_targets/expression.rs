@@ -1,10 +1,10 @@
-//! An expression of any bytes: read, or refused with a reason.
+//! An expression of any bytes: it is read, or rejected with a diagnostic.
 #![no_main]
 
 #[allow(dead_code)]
-#[path = "../../tests/model/harmless.rs"]
-mod harmless;
+#[path = "../../tests/model/any_text.rs"]
+mod any_text;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
-    harmless::expression(text);
+    any_text::expression(text);
 });

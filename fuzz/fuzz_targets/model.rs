@@ -1,10 +1,10 @@
-//! A model file of any bytes: read, or refused with a reason.
+//! A model file of any bytes: it is read, or rejected with a diagnostic.
 #![no_main]
 
 #[allow(dead_code)]
-#[path = "../../tests/model/harmless.rs"]
-mod harmless;
+#[path = "../../tests/model/any_text.rs"]
+mod any_text;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
-    harmless::model(text);
+    any_text::model(text);
 });

@@ -7,7 +7,7 @@ use error::{Error, Result};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asymptotes {
     /// b ± σ with σ = `initial` × the variable's scale for the first two designs; then σ × `shrink` where the last two steps
-    /// of the variable have opposite signs and × `grow` where they have the same, kept between `least` and `most` scales.
+    /// of the variable have opposite signs and × `grow` where they have the same, limited to values between `least` and `most` scales.
     Moving {
         /// First σ, in scales of the variable.
         initial: f64,
@@ -23,7 +23,7 @@ pub enum Asymptotes {
     /// l = s b and u = b/s, for positive variables; s between 0 and 1.
     Proportional(f64),
     /// As [`Moving`](Self::Moving), with distances in units of the positive variable itself: b − l and u − b begin at
-    /// `initial` × b, are divided by `rate` where the variable goes on and multiplied where it turns, and stay between `least`
+    /// `initial` × b, are divided by `rate` where the variable continues in one direction and multiplied where it reverses, and stay between `least`
     /// and `most` × b.
     Relative {
         /// First distances of l and u, in units of b.
@@ -46,7 +46,11 @@ impl Asymptotes {
     /// Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 5.
     pub const SVANBERG_2002: Self = Self::Moving { initial: 0.5, shrink: 0.7, grow: 1.2, least: 0.01, most: 10.0 };
 
-    /// Refuses settings out of range.
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] for a setting out of range.
     pub(super) fn check(&self) -> Result<()> {
         match *self {
             Self::Moving { initial, shrink, grow, least, most } => {
@@ -85,8 +89,8 @@ impl Asymptotes {
     ///
     /// Errors with [`Error::Definition`] if proportional asymptotes meet a variable that is not positive.
     pub fn of(&self, k: usize, subproblem_box: &SubproblemBox) -> Result<(f64, f64)> {
-        let trail = &subproblem_box.trail;
-        let x = trail.last().map_or(0.0, |b| b[k]);
+        let history = &subproblem_box.history;
+        let x = history.last().map_or(0.0, |b| b[k]);
         match *self {
             Self::Moving { initial, shrink, grow, least, most } => {
                 let turn = |w: &[Vec<f64>]| (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]);
@@ -99,7 +103,8 @@ impl Asymptotes {
                         1.0
                     }
                 };
-                let width = trail.windows(3).map(turn).fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
+                let width =
+                    history.windows(3).map(turn).fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
                 let sigma = width * subproblem_box.scale[k];
                 Ok((x - sigma, x + sigma))
             }
@@ -113,12 +118,12 @@ impl Asymptotes {
                 let within = |d: [f64; 2], x: f64| [0, 1].map(|i| d[i].clamp(least[i] * x, most[i] * x));
                 let first = |x: f64| within(initial.map(|d| d * x), x);
                 // The first two designs have the first distances.
-                let begin = trail.get(1).or(trail.first()).map_or(initial, |b| first(b[k]));
+                let begin = history.get(1).or(history.first()).map_or(initial, |b| first(b[k]));
                 let next = |d: [f64; 2], w: &[Vec<f64>]| {
-                    let turns = (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]) < 0.0;
-                    within(d.map(|d| if turns { d * rate } else { d / rate }), w[2][k])
+                    let reverses = (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]) < 0.0;
+                    within(d.map(|d| if reverses { d * rate } else { d / rate }), w[2][k])
                 };
-                let [below, above] = trail.windows(3).fold(begin, next);
+                let [below, above] = history.windows(3).fold(begin, next);
                 Ok((x - below, x + above))
             }
         }
@@ -129,17 +134,17 @@ impl Asymptotes {
 mod tests {
     use super::*;
 
-    fn of(rule: Asymptotes, trail: &[f64]) -> (f64, f64) {
-        let trail = trail.iter().map(|&x| vec![x]).collect();
-        rule.of(0, &SubproblemBox { trail, lower: vec![0.0], upper: vec![1.0], scale: vec![2.0] }).unwrap()
+    fn of(rule: Asymptotes, history: &[f64]) -> (f64, f64) {
+        let history = history.iter().map(|&x| vec![x]).collect();
+        rule.of(0, &SubproblemBox { history, lower: vec![0.0], upper: vec![1.0], scale: vec![2.0] }).unwrap()
     }
 
     #[test]
     fn they_follow_the_signs_of_the_steps() {
         let rule = Asymptotes::SVANBERG_2002;
-        let distance = |trail: &[f64]| {
-            let (l, u) = of(rule, trail);
-            assert!(((u + l) / 2.0 - trail[trail.len() - 1]).abs() < 1e-15);
+        let distance = |history: &[f64]| {
+            let (l, u) = of(rule, history);
+            assert!(((u + l) / 2.0 - history[history.len() - 1]).abs() < 1e-15);
             (u - l) / 4.0
         };
         assert!((distance(&[1.0, 2.0]) - 0.5).abs() < 1e-15);
@@ -154,7 +159,7 @@ mod tests {
         let rule = Asymptotes::Relative { initial: [1.0, 4.0], rate: 0.5, least: [0.75, 1.5], most: [51.0, 49.0] };
         assert_eq!(of(rule, &[2.0]), (0.0, 10.0));
         assert_eq!(of(rule, &[2.0, 3.0]), (0.0, 15.0));
-        // It goes on: distances 3 and 12 double. It turns: they halve, but not below 0.75 and 1.5 times the variable.
+        // One direction: distances 3 and 12 double. A reversal: they halve, but not below 0.75 and 1.5 times the variable.
         assert_eq!(of(rule, &[2.0, 3.0, 4.0]), (-2.0, 28.0));
         assert_eq!(of(rule, &[2.0, 4.0, 3.0]), (0.75, 11.0));
         assert_eq!(of(rule, &[2.0, 10.0, 8.0]), (2.0, 28.0));
@@ -170,7 +175,7 @@ mod tests {
     fn refuses_what_cannot_be() {
         assert!(Asymptotes::Proportional(1.0).check().is_err());
         assert!(Asymptotes::Moving { initial: 0.0, shrink: 0.7, grow: 1.2, least: 0.01, most: 1.0 }.check().is_err());
-        let at_zero = SubproblemBox { trail: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };
+        let at_zero = SubproblemBox { history: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };
         let message = Asymptotes::Proportional(0.5).of(0, &at_zero).unwrap_err().to_string();
         assert!(message.contains("variable 0") && message.contains("positive"), "{message}");
     }

@@ -1,4 +1,4 @@
-//! What every approximation is tested for.
+//! Tests that every approximation has to pass.
 
 use super::{AnyModel, Approximation, Expansion, Sample, SubproblemBox};
 use crate::problem::Intermediates;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 type Sampled = (Vec<f64>, f64, Vec<f64>);
 
-/// A function with all that is known of it at a design.
+/// A function with its values and derivatives at designs.
 pub(crate) struct Case<F> {
     f: F,
     here: Sampled,
@@ -24,15 +24,15 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
         let (value, slope, curvature) = hessian(&f, b);
         let scale = lower.iter().zip(upper).map(|(l, u)| u - l).collect();
         let subproblem_box =
-            SubproblemBox { trail: vec![b.to_vec()], lower: lower.to_vec(), upper: upper.to_vec(), scale };
+            SubproblemBox { history: vec![b.to_vec()], lower: lower.to_vec(), upper: upper.to_vec(), scale };
         Self { f, here: (b.to_vec(), value, slope), before: vec![], curvature, subproblem_box }
     }
 
-    /// The same with a design accepted before those given until now.
+    /// Adds a design accepted before those given until now.
     pub fn after(mut self, b: &[f64]) -> Self {
         let (value, slope, _) = hessian(&self.f, b);
         self.before.push((b.to_vec(), value, slope));
-        self.subproblem_box.trail.insert(0, b.to_vec());
+        self.subproblem_box.history.insert(0, b.to_vec());
         self
     }
 
@@ -72,7 +72,7 @@ pub(crate) fn check(approximation: &dyn Approximation, convex: bool) {
     ];
     for case in cases {
         let Ok(model) = case.fit(approximation) else {
-            // The one approximation that may refuse: asymptotes in proportion to a negative variable.
+            // The one approximation that may fail: asymptotes in proportion to a negative variable.
             assert!(format!("{approximation:?}").contains("Proportional"));
             continue;
         };

@@ -10,7 +10,7 @@ use std::sync::Arc;
 ///
 /// $$ \tilde r(b) = r(b_0) + \sum_k s_k (b_k - b_{0,k}) + \tfrac12 c_k (b_k - b_{0,k})^2 ,\qquad c_k \ge 0 . $$
 ///
-/// The curvatures decide what it imitates; see [`CurvatureRule`]. Intermediate variables of the response are not used.
+/// The curvatures determine the approximation that it imitates; see [`CurvatureRule`]. Intermediate variables of the response are not used.
 ///
 /// **Source.** Groenwold, Etman & Wood, *Struct. Multidisc. Optim.* 41 (2010) 39–56; Groenwold & Etman, *Int. J. Numer.
 /// Meth. Eng.* 82 (2010) 505–524. We differ: the spherical curvatures are spherical in variables divided by their scales, so
@@ -27,9 +27,9 @@ pub struct DiagonalQuadratic {
 /// absolute value (Groenwold & Etman). In a first cycle two-point curvatures are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CurvatureRule {
-    /// The same for all scaled variables, so that the value at the design before is met.
+    /// One curvature for all scaled variables, so that the value at the design before is met.
     SphericalValue,
-    /// The same for all scaled variables, so that the change of slope along the last step is met.
+    /// One curvature for all scaled variables, so that the change of slope along the last step is met.
     SphericalGradient,
     /// Of the reciprocal approximation: 2 |sₖ / b₀ₖ|; zero where the variable is zero.
     Reciprocal,
@@ -76,11 +76,15 @@ impl DiagonalQuadratic {
     }
 }
 
-/// The Hessian of the analysis, or why there is none.
+/// The Hessian from the analysis.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] if the analysis offers no second derivatives.
 pub(super) fn exact<'a>(expansion: &Expansion<'a>) -> Result<&'a nalgebra::DMatrix<f64>> {
     expansion.curvature.ok_or_else(|| {
         let why = "its analysis offers no second derivatives";
-        Error::definition(format!("curvature of `{}`", expansion.name), why, "estimate it from gradients")
+        Error::unsupported(format!("curvature of `{}`", expansion.name), why, "estimate it from gradients")
     })
 }
 
@@ -150,7 +154,7 @@ mod tests {
             let model = case.fit(&DiagonalQuadratic { bend }).unwrap();
             hessian(|b| model.hyper_dual(b), &[1.0, 2.0]).2
         };
-        // b³ and 2/b: second derivatives 6 and 4/b³ = 0.5; the exponents 3 and −1 tell the same.
+        // b³ and 2/b: second derivatives 6 and 4/b³ = 0.5; the exponents 3 and −1 give the same.
         for bend in [CurvatureRule::Exact, CurvatureRule::Exponential] {
             let c = curvature(bend);
             assert!((c[(0, 0)] - 6.0).abs() < 1e-12 && (c[(1, 1)] - 0.5).abs() < 1e-12, "{bend:?} {c}");

@@ -1,4 +1,4 @@
-//! What is known of one number at a design, and the chain rule to its intermediate variables.
+//! Values and derivatives of one number, and the chain rule to its intermediate variables.
 
 use super::SubproblemBox;
 use crate::problem::Intermediates;
@@ -17,7 +17,7 @@ pub struct Sample<'a> {
     pub gradient: &'a [f64],
 }
 
-/// Everything that an approximation of one number may use.
+/// All data that an approximation of one number may use.
 #[derive(Clone, Copy, Debug)]
 pub struct Expansion<'a> {
     /// Name of the number, for messages.
@@ -31,14 +31,16 @@ pub struct Expansion<'a> {
     pub intermediates: &'a Intermediates,
     /// ∂²r/∂b² at b₀ (n × n), if the approximation asks for it and the analysis offers it.
     pub curvature: Option<&'a DMatrix<f64>>,
-    /// What all numbers of the cycle share.
+    /// The box and the designs of the cycle, the same for all numbers.
     pub subproblem_box: &'a SubproblemBox,
 }
 
 impl Expansion<'_> {
     /// ∂r/∂bᴵ at b₀: the solution of (∂bᴵ/∂b)ᵀ s = ∂r/∂b.
     ///
-    /// Errors with [`Error::Definition`] where the intermediate variables do not move with the design.
+    /// # Errors
+    ///
+    /// [`Error::Definition`] if the derivatives of the intermediate variables by the design are singular.
     pub fn intermediate_gradient(&self) -> Result<Vec<f64>> {
         let (b, n) = (self.here.design, self.here.design.len());
         if let Intermediates::Identity = self.intermediates {
@@ -76,7 +78,9 @@ impl Expansion<'_> {
     ///
     /// or none where signs change or nothing moved. b₁ is the design before.
     ///
-    /// **Source.** Fadel, Riley & Barthelemy, *Structural Optimization* 2 (1990) 117–124.
+    /// # Sources
+    ///
+    /// Fadel, Riley & Barthelemy, *Structural Optimization* 2 (1990) 117–124.
     pub fn exponent(&self, k: usize) -> Option<f64> {
         let before = self.last()?;
         let slopes = before.gradient[k] / self.here.gradient[k];

@@ -1,7 +1,7 @@
-//! Curvature of the Lagrangian, learnt from gradients.
+//! Curvature of the Lagrangian from gradients at accepted designs.
 
 use super::LinearizationPoint;
-use crate::problem::{Problem, Quantity, Responses, RowId, Sensitivities};
+use crate::problem::{Problem, Quantity, Responses, RowId, Sensitivities, SignedQuantity};
 use error::{Error, Result};
 use nlp::LowRank;
 
@@ -21,14 +21,16 @@ const DAMPING: f64 = 0.2;
 /// $$ B_0 = \frac{y^T y}{s^T y} I ,\qquad B \leftarrow B - \frac{B s s^T B}{s^T B s} + \frac{r r^T}{s^T r} ,\qquad
 ///    r = θ y + (1 - θ) B s , $$
 ///
-/// where B₀ is that of the newest step along which L bends up, and θ keeps sᵀr ≥ 0.2 sᵀBs. All steps are taken anew in every
+/// where B₀ is that of the newest step along which L has positive curvature, and θ keeps sᵀr ≥ 0.2 sᵀBs. All steps are evaluated again in every
 /// cycle, with its multipliers. B is a multiple of the identity and at most two outer products for each step, never a matrix:
-/// a thousand variables cost next to nothing. A first cycle has none, and so has one after which L did not bend up.
+/// the cost grows linearly with the number of variables. The first cycle has no B, nor has a cycle without positive curvature.
 ///
-/// A row counts as far back as it was differentiated; peaks in continuous time, whose times differ from design to design,
-/// do not count.
+/// A row enters as far back as it was differentiated; peaks in continuous time, whose times differ from design to design,
+/// do not enter.
 ///
-/// **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed. (2006), procedure 18.2 (Powell's damping) and section 7.2
+/// # Sources
+///
+/// Nocedal & Wright, *Numerical Optimization*, 2nd ed. (2006), procedure 18.2 (Powell's damping) and section 7.2
 /// (limited memory).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LagrangianCurvature {
@@ -43,22 +45,28 @@ impl Default for LagrangianCurvature {
 }
 
 impl LagrangianCurvature {
-    /// Refuses settings out of range.
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] for a setting out of range.
     pub fn check(&self) -> Result<()> {
         let steps = self.steps as f64;
         Error::check_option("steps of the curvature of the Lagrangian", "at least 1", steps, self.steps > 0)
     }
 
-    /// ½ dᵀ B d about the design of `known`; none where nothing is known of it. `multipliers` are those of the last cycle.
-    pub fn fit(&self, problem: &Problem, known: &LinearizationPoint, multipliers: &[(RowId, f64)]) -> Option<LowRank> {
+    /// ½ dᵀ B d about the design of `here`; `multipliers` are those of the last cycle.
+    ///
+    /// `None` without a step along which the Lagrangian has positive curvature.
+    pub fn fit(&self, problem: &Problem, here: &LinearizationPoint, multipliers: &[(RowId, f64)]) -> Option<LowRank> {
         let scale = problem.scales();
         let mut points = vec![Point {
             problem,
-            design: known.design,
-            responses: known.responses,
-            sensitivities: known.sensitivities,
+            design: here.design,
+            responses: here.responses,
+            sensitivities: &here.data.sensitivities,
         }];
-        points.extend(known.past.iter().take(self.steps).map(|p| Point {
+        points.extend(here.previous.iter().take(self.steps).map(|p| Point {
             problem,
             design: &p.design,
             responses: &p.responses,
@@ -68,11 +76,11 @@ impl LagrangianCurvature {
             points.windows(2).rev().filter_map(|ends| pair([&ends[0], &ends[1]], multipliers, &scale)).collect();
         let scaled = limited_memory(&pairs)?;
         let inverse: Vec<f64> = scale.iter().map(|s| 1.0 / s).collect();
-        Some(LowRank { origin: known.design.to_vec(), ..scaled.scaled(&inverse, 1.0) })
+        Some(LowRank { origin: here.design.to_vec(), ..scaled.scaled(&inverse, 1.0) })
     }
 }
 
-/// A design with what is known there.
+/// A design with responses and sensitivities.
 struct Point<'a> {
     problem: &'a Problem,
     design: &'a [f64],
@@ -81,19 +89,20 @@ struct Point<'a> {
 }
 
 impl Point<'_> {
-    fn knows(&self, quantity: &Quantity, p: usize) -> bool {
-        self.problem.instants_of(quantity, p).iter().all(|i| self.sensitivities.row_of(*i).is_some())
+    fn has_derivatives_of(&self, quantity: &Quantity, p: usize) -> bool {
+        self.problem.responses_of(quantity, p).iter().all(|i| self.sensitivities.row_of(*i).is_some())
     }
 
     /// ∇L, with these rows and multipliers.
     fn slope(&self, rows: &[(RowId, f64)]) -> Vec<f64> {
         let problem = self.problem;
-        let total = |q: &Quantity, p| problem.total_derivative(q, p, self.design, self.responses, self.sensitivities);
-        let mut slope = total(&problem.objective, 0);
+        let total =
+            |q: SignedQuantity, p| problem.total_derivative(q, p, self.design, self.responses, self.sensitivities);
+        let mut slope = total(problem.objective.signed(), 0);
         for &(row, λ) in rows {
             let constraint = &problem.constraints[row.constraint];
             let share = λ / constraint.scale;
-            slope.iter_mut().zip(total(&constraint.quantity, row.point)).for_each(|(s, g)| *s += share * g);
+            slope.iter_mut().zip(total(constraint.signed(), row.point)).for_each(|(s, g)| *s += share * g);
         }
         slope
     }
@@ -105,22 +114,22 @@ type Pair = [Vec<f64>; 2];
 /// The step between two designs, the newer first, and the change of ∇L; none where the objective was not differentiated.
 fn pair(ends: [&Point; 2], multipliers: &[(RowId, f64)], scale: &[f64]) -> Option<Pair> {
     let problem = ends[0].problem;
-    let both = |q: &Quantity, p| ends.iter().all(|end| end.knows(q, p));
+    let both = |q: &Quantity, p| ends.iter().all(|end| end.has_derivatives_of(q, p));
     let counts = |(row, _): &(RowId, f64)| {
         let constraint = &problem.constraints[row.constraint];
         !constraint.is_continuous && both(&constraint.quantity, row.point)
     };
     let rows: Vec<(RowId, f64)> = multipliers.iter().copied().filter(counts).collect();
-    let [newer, older] = both(&problem.objective, 0).then(|| ends.map(|end| end.slope(&rows)))?;
+    let [newer, older] = both(&problem.objective.quantity, 0).then(|| ends.map(|end| end.slope(&rows)))?;
     let step = (0..scale.len()).map(|k| (ends[0].design[k] - ends[1].design[k]) / scale[k]);
     Some([step.collect(), (0..scale.len()).map(|k| (newer[k] - older[k]) * scale[k]).collect()])
 }
 
-/// B by damped BFGS updates with pairs (s, y), the oldest first; none unless y goes with s in one of them.
+/// B by damped BFGS updates with pairs (s, y), the oldest first; none unless sᵀy > 0 for one of them.
 fn limited_memory(pairs: &[Pair]) -> Option<LowRank> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let bends_up = |[s, y]: &&Pair| dot(s, y) > 1e-12 * (dot(s, s) * dot(y, y)).sqrt();
-    let [s, y] = pairs.iter().rev().find(bends_up)?;
+    let is_convex = |[s, y]: &&Pair| dot(s, y) > 1e-12 * (dot(s, s) * dot(y, y)).sqrt();
+    let [s, y] = pairs.iter().rev().find(is_convex)?;
     let first = dot(y, y) / dot(s, y);
     let mut b = LowRank::diagonal(vec![0.0; s.len()], vec![first; s.len()]);
     for [s, y] in pairs {
@@ -149,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn conjugate_steps_through_a_quadratic_teach_its_hessian() {
+    fn conjugate_steps_through_a_quadratic_yield_its_hessian() {
         // Steps along the axes of a diagonal Hessian are conjugate: after n of them B is the Hessian, none being so much flatter than the last
         // that it is damped.
         let h = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 4.0, 9.0]));
@@ -159,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_step_is_met_and_what_bends_down_is_damped() {
+    fn the_last_step_is_met_and_negative_curvature_is_damped() {
         let h = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, -3.0]);
         let pairs = pairs_of(&h, &[vec![0.1, 1.0], vec![1.0, 0.2]]);
         let b = limited_memory(&pairs).unwrap();

@@ -58,7 +58,7 @@ mod tests {
 
     fn nowhere(n: usize) -> SubproblemBox {
         let (lower, upper) = (vec![-9.0; n], vec![9.0; n]);
-        SubproblemBox { trail: vec![], lower, upper, scale: vec![1.0; n] }
+        SubproblemBox { history: vec![], lower, upper, scale: vec![1.0; n] }
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::sync::Arc;
 ///    q_k = (b_{0,k} - l_k)^2 \bigl( s_k^- + \kappa\, |s_k| + ε_k \bigr) , $$
 ///
 /// with s the gradient and s⁺ = max(0, s), s⁻ = max(0, −s). κ = 0 and ε = 0 give the method of 1987; the form of 2002 has
-/// κ = 0.001 and a small ε that keeps the curvature positive where a slope vanishes. The design may go nine tenths of the
+/// κ = 0.001 and a small ε that keeps the curvature positive where a slope is zero. The design may go nine tenths of the
 /// way to an asymptote. Intermediate variables of the response are not used.
 ///
 /// **Units.** ε is [`flatness`](Self::flatness) times the mean of |sₖ|·scaleₖ over all variables, over the scale of the variable.

@@ -1,42 +1,45 @@
 //! Approximations of responses, and the approximate problem of a cycle made from them.
 //!
-//! An [`Approximation`] is fitted to what is known of one number at the cycle's start design, its [`Expansion`], and
-//! gives a [`Model`] of it: cheap, smooth, exact in value and gradient at that design. Responses are approximated;
+//! An [`Approximation`] is fitted to values and derivatives of one number at the cycle's start design, its [`Expansion`]. The
+//! result is a [`Model`]: cheap, smooth, exact in value and gradient at that design. Responses are approximated;
 //! objective and constraints keep their explicit dependence on responses, design variables and time (10), (11).
 
+mod approximate_functions;
+mod approximate_problem;
 mod asymptotes;
-mod blend;
 #[cfg(test)]
 pub(crate) mod checks;
 mod conlin;
 mod diagonal_quadratic;
-mod drift;
 mod expansion;
-mod fitting;
+mod fitted_models;
 mod lagrangian;
 mod linear;
+mod linearization;
 mod mma;
+mod moving_peak;
 mod per_response;
-mod problem;
 mod quadratic;
 mod reciprocal;
+mod separable_sum;
 mod separated;
 mod subproblem_box;
 mod tana;
 mod two_point;
 
+pub use approximate_problem::ApproximateProblem;
 pub use asymptotes::Asymptotes;
 pub use conlin::Conlin;
 pub use diagonal_quadratic::{CurvatureRule, DiagonalQuadratic};
 pub use expansion::{Expansion, Sample};
 pub use lagrangian::LagrangianCurvature;
 pub use linear::Linear;
+pub use linearization::{CycleData, LinearizationPoint, PreviousPoint};
 pub use mma::Mma;
 pub use per_response::PerResponse;
-pub use problem::{ApproximateProblem, ApproximationOptions, LinearizationPoint};
 pub use quadratic::{FullQuadratic, Hessian};
 pub use reciprocal::Reciprocal;
-pub use subproblem_box::{PreviousPoint, SubproblemBox};
+pub use subproblem_box::{ApproximationOptions, SubproblemBox};
 pub use tana::Tana;
 pub use two_point::TwoPointExponential;
 
@@ -46,21 +49,31 @@ use error::Result;
 use nlp::separable::Term;
 use std::sync::Arc;
 
-/// A way to approximate one number around a design. Values hold settings only.
+/// An approximation of one number around a design. Values hold settings only.
 pub trait Approximation: Send + Sync + std::fmt::Debug {
-    /// Refuses settings out of range, and settings that do not fit the problem.
+    /// Checks the settings, also against the problem.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`](crate::Error::Option) for a setting out of range, [`Error::Definition`](crate::Error::Definition) for one
+    /// that does not fit the problem.
     fn check(&self, _problem: &Problem) -> Result<()> {
         Ok(())
     }
-    /// How many designs accepted before it uses.
+    /// Number of designs accepted before that it uses.
     fn memory(&self) -> usize {
         0
     }
-    /// Whether it uses second derivatives of the analysis.
+    /// True if it uses second derivatives of the analysis.
     fn wants_curvature(&self) -> bool {
         false
     }
-    /// Fits a model to what is known.
+    /// Fits a model.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Definition`](crate::Error::Definition) where it is not defined at the design, such as for singular intermediate
+    /// variables.
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>>;
 }
 
@@ -68,7 +81,7 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
 pub trait Model: Send + Sync + 'static {
     /// The approximate value at design `b` (length n).
     fn at<S: ProblemScalar>(&self, b: &[S]) -> S;
-    /// Lower and upper sides of the box in which the model holds; none where it holds everywhere.
+    /// Lower and upper sides of the box in which the model holds; none if it holds everywhere.
     fn domain(&self) -> Option<&[Vec<f64>; 2]> {
         None
     }
@@ -82,7 +95,7 @@ pub trait Model: Send + Sync + 'static {
     }
 }
 
-/// Object-safe face of [`Model`]; implemented for every model.
+/// Object-safe form of [`Model`]; implemented for every model.
 #[doc(hidden)]
 pub trait AnyModel: Send + Sync {
     fn real(&self, b: &[f64]) -> f64;

@@ -21,12 +21,12 @@ pub struct PerResponse {
 }
 
 impl PerResponse {
-    /// The same approximation for all numbers.
+    /// One approximation for all numbers.
     pub fn all(approximation: impl Approximation + 'static) -> Self {
         Self { default: Box::new(approximation), choices: vec![] }
     }
 
-    /// Another one for the number of this name; the last choice for a name counts.
+    /// Replaces the approximation of the number of this name; the last choice for a name counts.
     #[must_use]
     pub fn but(mut self, name: &str, approximation: impl Approximation + 'static) -> Self {
         self.choices.push((name.to_owned(), Box::new(approximation)));

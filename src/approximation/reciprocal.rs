@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// $$ \tilde r(b) = r(b_0) + \sum_k b_{0,k} \Bigl(1 - \frac{b_{0,k}}{b_k}\Bigr) \frac{\partial r}{\partial b_k}\Big|_{b_0}, $$
 ///
 /// exact for stresses and displacements of statically determinate trusses as functions of the areas. A variable whose
-/// search subregion holds zero is expanded linearly instead: there 1/b is not defined. Intermediate variables of the
+/// search subregion holds zero is expanded linearly instead: 1/b is not defined at zero. Intermediate variables of the
 /// response are not used.
 ///
 /// **Source.** Schmit & Farshi, *AIAA Journal* 12 (1974) 692–699.

@@ -1,24 +1,13 @@
-//! What the approximations of a cycle share: where the designs came from and how far they may go.
+//! The box of a cycle, the designs before it, and options of the approximate problem.
 
-use crate::problem::{Problem, Responses, Sensitivities};
-use serde::{Deserialize, Serialize};
+use crate::problem::Problem;
+use nlp::LowRank;
 
-/// A design accepted before, with what was differentiated there.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct PreviousPoint {
-    /// The design.
-    pub design: Vec<f64>,
-    /// Responses there.
-    pub responses: Responses,
-    /// Their sensitivities, where they were wanted.
-    pub sensitivities: Sensitivities,
-}
-
-/// The designs accepted so far, and the box of the cycle.
+/// The box in which the approximate problem is solved, and the designs accepted so far.
 #[derive(Clone, Debug)]
 pub struct SubproblemBox {
     /// Accepted designs, the oldest first; the last is the start design of the cycle.
-    pub trail: Vec<Vec<f64>>,
+    pub history: Vec<Vec<f64>>,
     /// Lower sides of the search subregion.
     pub lower: Vec<f64>,
     /// Upper sides of the search subregion.
@@ -28,13 +17,25 @@ pub struct SubproblemBox {
 }
 
 impl SubproblemBox {
-    /// The surroundings of a cycle.
-    pub fn new(problem: &Problem, trail: Vec<Vec<f64>>, (lower, upper): (Vec<f64>, Vec<f64>)) -> Self {
-        Self { trail, lower, upper, scale: problem.scales() }
+    /// The box with these sides after the accepted designs `history`.
+    pub fn new(problem: &Problem, history: Vec<Vec<f64>>, (lower, upper): (Vec<f64>, Vec<f64>)) -> Self {
+        Self { history, lower, upper, scale: problem.scales() }
     }
 
-    /// True if variable k can neither reach nor change the sign of zero in this cycle.
+    /// True if variable k can neither reach zero nor change its sign in this cycle.
     pub fn keeps_sign(&self, k: usize) -> bool {
         self.lower[k] > 0.0 || self.upper[k] < 0.0
     }
+}
+
+/// Options of the approximate problem apart from the approximation.
+#[derive(Clone, Debug, Default)]
+pub struct ApproximationOptions {
+    /// ρ of the objective and of each constraint, in the unit of each: ρ·w(b) with
+    /// w = ½ Σ ((bₖ − b₀ₖ)/scaleₖ)² is added. Empty for none.
+    pub conservatism: Vec<f64>,
+    /// True if peaks in continuous time move with the design.
+    pub drifting: bool,
+    /// A convex quadratic about the start design that is added to the objective.
+    pub curvature: Option<LowRank>,
 }

@@ -13,10 +13,12 @@ use std::sync::Arc;
 ///    {} + \frac{H}{2} \frac{\sum_k y_k^2}{\sum_k (y_k - y^1_k)^2 + \sum_k y_k^2} ,\qquad
 ///    H = 2 \Bigl[ r(b_1) - r(b_0) - \sum_k \frac{s_k b_{0,k}}{p_k} y^1_k \Bigr] . $$
 ///
-/// Exponents and their exceptions are those of [`TwoPointExponential`], an exponent nearer to zero than 0.001 is kept away from it.
+/// Exponents and their exceptions are those of [`TwoPointExponential`], the absolute value of an exponent is at least 0.001.
 /// Without a design before there is no correction. Neither convex nor separable.
 ///
-/// **Source.** Xu & Grandhi, *Computers & Structures* 67 (1998) 325–334 (there with bᵖ where we have (b/b₀)ᵖ, so that
+/// # Sources
+///
+/// Xu & Grandhi, *Computers & Structures* 67 (1998) 325–334 (with bᵖ where this file has (b/b₀)ᵖ, so that
 /// units do not matter).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tana {

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// $$ \tilde r(b) = r(b_0) + \sum_k \Bigl[\Bigl(\frac{b_k}{b_{0,k}}\Bigr)^{p_k} - 1\Bigr] \frac{b_{0,k}}{p_k}
 ///    \frac{\partial r}{\partial b_k}\Big|_{b_0} . $$
 ///
-/// The exponents are kept between [`least`](Self::least) and [`most`](Self::most). Where an exponent is not defined (the first
+/// The exponents are limited to values between [`least`](Self::least) and [`most`](Self::most). Where an exponent is not defined (the first
 /// cycle, a slope that changes sign or vanishes, a variable that stands still) it is [`otherwise`](Self::otherwise); a
 /// variable whose search subregion holds zero is expanded linearly. Intermediate variables of the response are not used.
 ///

@@ -6,7 +6,8 @@
 //!
 //! from xⱼ = 5. The optimum is known in closed form: with a the coefficients, xⱼ = K aⱼ^¼ and K³ = Σ aⱼ^¼.
 //!
-//! **Source.** Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, section 6; its convex problem.
+//! # Sources
+//! Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, section 6; its convex problem.
 
 use super::Optimum;
 use crate::function;
@@ -19,7 +20,7 @@ pub const SHARES: [f64; 5] = [61.0, 37.0, 19.0, 7.0, 1.0];
 /// Weight of a segment per unit of its height.
 pub const DENSITY: f64 = 0.0624;
 
-/// The tip deflection over its limit, the only response.
+/// Tip deflection divided by its limit, the only response.
 struct Tip;
 
 impl ClosedForm for Tip {

@@ -1,4 +1,4 @@
-//! Every problem of the library by name, with its optima and sources.
+//! The problems by name, with their optima and sources.
 
 use super::{
     Optimum, cantilever, eight_bar_truss, impact_absorber, quadratic_forms, segmented_cantilever, slider_crank,
@@ -7,33 +7,34 @@ use super::{
 use crate::problem::Problem;
 use error::{Error, Result};
 
-/// A problem of the field.
+/// A problem with its known optima.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     /// Name on the command line: lower case with hyphens.
     pub name: &'static str,
-    /// What it is, in a few words.
+    /// Description in a few words.
     pub title: &'static str,
-    /// Who posed it, and where.
+    /// Author and publication.
     pub source: &'static str,
-    /// Makes the problem, start design included.
+    /// Builds the problem, start design included.
     pub build: fn() -> Result<Problem>,
-    /// Known optima, the one to reach first; local ones behind it.
+    /// Known optima: the one to reach first, then local ones.
     pub optima: &'static [Optimum],
-    /// Whether there are constraints over time.
+    /// True if a constraint depends on time.
     pub time_dependent: bool,
-    /// Whether one analysis takes more than some milliseconds: left out where all problems are run.
+    /// True if an analysis takes more than some milliseconds; `compare --all` skips such problems.
     pub expensive: bool,
 }
 
-/// All problems, in the order of their families.
+/// All problems, similar ones next to each other.
 pub fn catalogue() -> &'static [Entry] {
     ENTRIES
 }
 
-/// The problem of that name.
+/// Finds a problem by name.
 ///
-/// **Errors.** [`Error::Definition`] with the nearest names if there is none.
+/// # Errors
+/// [`Error::Definition`] with the nearest names if there is no such problem.
 pub fn find(name: &str) -> Result<&'static Entry> {
     let known = || Error::unknown("problem", name, catalogue().iter().map(|entry| entry.name));
     catalogue().iter().find(|entry| entry.name == name).ok_or_else(known)

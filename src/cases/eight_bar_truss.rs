@@ -1,9 +1,10 @@
 //! Svanberg's eight-bar truss: eight bars in space from eight supports to one loaded node.
 //!
 //! Minimize W = Σ Aᵢ Lᵢ / 128 211 mm³ over the areas Aᵢ ≥ 100 mm², from 400 mm², with stresses within ± 100 N/mm² under
-//! the force (40, 20, 200) kN. The optimum is not unique: what the first four bars carry can be shared in many ways.
+//! the force (40, 20, 200) kN. The optimum is not unique: the first four bars can share their load in many ways.
 //!
-//! **Source.** Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, section 6; its eight-bar truss.
+//! # Sources
+//! Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, section 6; its eight-bar truss.
 
 use super::{Optimum, truss::Truss};
 use crate::function;
@@ -26,7 +27,7 @@ const LOADED: usize = 4;
 const FORCE: [f64; 3] = [40e3, 20e3, 200e3];
 /// Allowed stress in N/mm².
 const ALLOWED: f64 = 100.0;
-/// Largest area in mm²; the source has none, and it is far from active.
+/// Largest area in mm²; the source has no such bound, and it is never active.
 const LARGEST: f64 = 1e4;
 
 /// The problem. The weight is explicit, the stresses are the responses of an analysis.

@@ -1,29 +1,47 @@
-//! Problems of the field with their data, optimum and source: to test with, to compare on, to learn from.
+//! Problems and mechanisms of the literature with their data, known optima and sources.
+//!
+//! Each module is one case. [`catalogue`] lists the optimization problems by name; [`compare`] runs methods on one of them.
 
+#[cfg(feature = "mechanics")]
+pub mod andrews;
+mod benchmark;
 pub mod cantilever;
 mod catalogue;
-mod comparison;
+#[cfg(feature = "mechanics")]
+pub mod chain;
 pub mod eight_bar_truss;
 #[cfg(feature = "mechanics")]
 pub mod four_bar;
-pub mod impact_absorber;
 #[cfg(feature = "mechanics")]
-pub mod mechanisms;
+pub mod governor;
+pub mod impact_absorber;
 #[cfg(feature = "mechanics")]
 pub mod nonlinear_absorber;
 mod optimum;
 pub mod quadratic_forms;
 pub mod segmented_cantilever;
 pub mod slider_crank;
+#[cfg(feature = "mechanics")]
+pub mod spinning_beam;
 pub mod ten_bar_truss;
-mod toeplitz;
 mod truss;
 pub mod two_bar_truss;
 pub mod two_spheres;
 #[cfg(feature = "mechanics")]
 pub mod vehicle_suspension;
 
+pub use benchmark::{Attempt, Conclusion, Work, attempt, attempt_with, compare};
 pub use catalogue::{Entry, catalogue, find};
-pub use comparison::{Attempt, Conclusion, Work, attempt, attempt_with, compare};
 pub use optimum::{Optimum, Origin};
 pub use truss::Truss;
+
+#[cfg(feature = "mechanics")]
+pub use self::{
+    andrews::Andrews,
+    chain::Chain,
+    four_bar::{FourBar, RigidFourBar},
+    governor::Governor,
+    impact_absorber::Absorber,
+    slider_crank::{CouplerPath, SliderCrank},
+    spinning_beam::SpinningBeam,
+};

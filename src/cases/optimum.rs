@@ -1,53 +1,53 @@
-//! Solutions that are known from elsewhere.
+//! Known optima of problems.
 
-/// Where a solution was found.
+/// Origin of a known solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// In print, with the digits given there or more.
+    /// Published, with the printed digits or more.
     Published,
-    /// In closed form, or by optimizers to tight tolerance; not in print.
+    /// From a closed form, or from optimizers with tight tolerances; not published.
     Computed,
 }
 
-/// A solution that is known from elsewhere.
+/// A known optimum of a problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optimum {
-    /// The objective there, in its unit.
+    /// Optimal objective, in its unit.
     pub objective: f64,
-    /// The design, in the order of the problem's variables; none where it is not unique, not known or too long to print.
+    /// Optimal design, in the order of the variables; `None` if it is not unique, not known or too long to print.
     pub design: Option<&'static [f64]>,
-    /// Whether it is in print.
+    /// Published or computed.
     pub origin: Origin,
-    /// Relative uncertainty of the objective: what its digits leave open.
+    /// Relative uncertainty of the objective, from its number of digits.
     pub uncertainty: f64,
-    /// Who found it, and where.
+    /// Author and publication, or method of computation.
     pub source: &'static str,
 }
 
 impl Optimum {
-    /// A published solution, known to eight digits or so.
+    /// A published solution, known to about eight digits.
     pub const fn published(objective: f64, design: &'static [f64], source: &'static str) -> Self {
         Self { objective, design: Some(design), origin: Origin::Published, uncertainty: 0.0, source }
     }
 
-    /// A solution found by other optimizers.
+    /// A computed solution.
     pub const fn computed(objective: f64, design: &'static [f64], source: &'static str) -> Self {
         Self { origin: Origin::Computed, ..Self::published(objective, design, source) }
     }
 
-    /// The same, known to this relative accuracy only.
+    /// Sets the relative uncertainty of the objective.
     #[must_use]
     pub const fn within(self, uncertainty: f64) -> Self {
         Self { uncertainty, ..self }
     }
 
-    /// The same without a design: it is not unique, not known or too long to print.
+    /// Removes the design, which is not unique, not known or too long to print.
     #[must_use]
     pub const fn of_any_design(self) -> Self {
         Self { design: None, ..self }
     }
 
-    /// (F − F*) / |F*|: how far an objective is above this one, relative to it; in its unit if F* is zero.
+    /// Relative excess (F − F*) / |F*| of an objective; absolute if F* is zero.
     pub fn excess(&self, objective: f64) -> f64 {
         let scale = if self.objective == 0.0 { 1.0 } else { self.objective.abs() };
         (objective - self.objective) / scale

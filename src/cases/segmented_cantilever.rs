@@ -12,7 +12,8 @@
 //!
 //! Units N and cm: P = 5e4, E = 2e7, L = 500, σ̄ = 14 000, ȳ = 2.5.
 //!
-//! **Source.** Vanderplaats, *Numerical Optimization Techniques for Engineering Design* (1984), chapter 7.
+//! # Sources
+//! Vanderplaats, *Numerical Optimization Techniques for Engineering Design* (1984), chapter 7.
 
 use super::Optimum;
 use crate::function;
@@ -67,7 +68,8 @@ impl ClosedForm for Cantilever {
 ///
 /// Volume and height over width are explicit, stresses and deflection are the responses of an analysis.
 ///
-/// **Errors.** [`Error::Option`] without a segment.
+/// # Errors
+/// [`Error::Option`] if there is no segment.
 pub fn problem(segments: usize) -> Result<Problem> {
     Error::check_option("number of segments", "at least 1", segments as f64, segments > 0)?;
     let mut parts = ProblemBuilder::new(format!("cantilever of {segments} segments"));
@@ -96,7 +98,7 @@ pub fn problem(segments: usize) -> Result<Problem> {
     parts.build_analytic(Cantilever { segments })
 }
 
-/// The least volume for some numbers of segments.
+/// Minimum volume in cm³ for some numbers of segments.
 pub const VOLUMES: [(usize, f64); 7] = [
     (1, 89_523.18),
     (2, 72_959.62),

@@ -1,10 +1,11 @@
 //! The ten-bar truss, with equal allowed stresses and with a stronger ninth bar.
 //!
 //! Six nodes in two bays of 360 in, two of them supported; 100 kip down at both lower free nodes. Minimize the weight
-//! 0.1 lb/in³ Σ Aᵢ Lᵢ over the areas Aᵢ ≥ 0.1 in², from 5 in², with stresses within ± 25 ksi. With more strength in bar 9
-//! the optimum is no longer fully stressed. Units are those of the source: in, lb, ksi.
+//! 0.1 lb/in³ Σ Aᵢ Lᵢ over the areas Aᵢ ≥ 0.1 in², from 5 in², with stresses within ± 25 ksi. With a larger allowed stress in
+//! bar 9 the optimum is not fully stressed. Units are those of the source: in, lb, ksi.
 //!
-//! **Source.** Haftka & Gürdal, *Elements of Structural Optimization*, 3rd ed. (1992), example 6.1.1 and chapter 9.
+//! # Sources
+//! Haftka & Gürdal, *Elements of Structural Optimization*, 3rd ed. (1992), example 6.1.1 and chapter 9.
 
 use super::{Optimum, truss::Truss};
 use crate::function;
@@ -21,7 +22,8 @@ const DENSITY: f64 = 0.1;
 ///
 /// The weight is explicit, the stresses are the responses of an analysis.
 ///
-/// **Errors.** [`Error::Option`] unless `ninth` is positive and finite.
+/// # Errors
+/// [`Error::Option`] unless `ninth` is positive and finite.
 pub fn problem(ninth: f64) -> Result<Problem> {
     let good = ninth > 0.0 && ninth.is_finite();
     Error::check_option("allowed stress of bar 9", "positive and finite", ninth, good)?;

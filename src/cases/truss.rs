@@ -1,35 +1,35 @@
-//! Linear pin-jointed trusses, written once over the scalar: stresses in the bars from areas.
+//! Linear pin-jointed trusses: stresses of the bars as functions of their areas.
 //!
 //! $$ K(A)\, u = F ,\qquad K = \sum_e \frac{E A_e}{L_e}\, c_e c_e^T ,\qquad \sigma_e = \frac{E}{L_e}\, c_e \cdot u , $$
 //!
-//! with c_e the direction cosines of bar e at its free nodes. The equations are solved in the numbers that the areas have, so
-//! first and second derivatives of the stresses are exact.
+//! with c_e the direction cosines of bar e at its free nodes. The equations are solved in the scalar type of the areas,
+//! so first and second derivatives of the stresses are exact.
 
 use crate::problem::ClosedForm;
 use autodiff::Scalar;
 use error::{Error, Result};
 
-/// A truss in `D` dimensions with Young's modulus one: stresses of a linear truss with one material do not depend on it.
+/// A truss in `D` dimensions with Young's modulus one; stresses of a linear truss of one material do not depend on it.
 #[derive(Clone, Debug)]
 pub struct Truss<const D: usize> {
     /// Lengths of the bars, in the unit of the nodes.
     lengths: Vec<f64>,
-    /// For each bar its free degrees of freedom with their direction cosines.
+    /// Free degrees of freedom of each bar with their direction cosines.
     cosines: Vec<Vec<(usize, f64)>>,
-    /// The load on every free degree of freedom.
+    /// Load on every free degree of freedom.
     load: Vec<f64>,
 }
 
 impl<const D: usize> Truss<D> {
-    /// From
+    /// A truss from
     ///
     /// * `nodes` — coordinates;
-    /// * `bars` — the two nodes of each;
-    /// * `loads` — node and force vector; every other free node carries none;
-    /// * `supports` — nodes that cannot move.
+    /// * `bars` — the two nodes of each bar;
+    /// * `loads` — node and force vector; other free nodes are unloaded;
+    /// * `supports` — fixed nodes.
     ///
-    /// **Errors.** [`Error::Definition`] for a node that does not exist, a bar of length zero, or a mechanism (a truss that
-    /// bars of equal area do not hold).
+    /// # Errors
+    /// [`Error::Definition`] for a node that does not exist, a bar of length zero, or a truss that is a mechanism.
     pub fn new(
         nodes: &[[f64; D]],
         bars: &[[usize; 2]],
@@ -73,7 +73,7 @@ impl<const D: usize> Truss<D> {
         &self.lengths
     }
 
-    /// u for Young's modulus one, by elimination without pivoting: K is positive definite where the areas are positive.
+    /// Displacements u for Young's modulus one, by elimination without pivoting: K is positive definite for positive areas.
     pub fn displacements<S: Scalar>(&self, areas: &[S]) -> Vec<S> {
         let n = self.load.len();
         let mut k = vec![S::from(0.0); n * n];
@@ -103,14 +103,14 @@ impl<const D: usize> Truss<D> {
         u
     }
 
-    /// The stress of bar `e`, force over area; positive in tension.
+    /// Stress of bar `e`, force over area; positive in tension.
     pub fn stress<S: Scalar>(&self, e: usize, areas: &[S]) -> S {
         let u = self.displacements(areas);
         self.cosines[e].iter().fold(S::from(0.0), |sum, &(i, c)| sum + u[i] * c) / self.lengths[e]
     }
 }
 
-/// Response h is the stress of bar h, the design the areas.
+/// Response h is the stress of bar h; the design variables are the areas.
 impl<const D: usize> ClosedForm for Truss<D> {
     fn response<S: Scalar>(&self, h: usize, areas: &[S], _: S) -> S {
         self.stress(h, areas)

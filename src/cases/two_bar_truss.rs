@@ -5,9 +5,10 @@
 //!    0.2 \le x_1 \le 4 ,\quad 0.1 \le x_2 \le 1.6 , $$
 //!
 //! from (1.5, 0.5). x₁ is the area of both bars in cm², x₂ half the distance of their supports in m. The stresses rise and
-//! fall with x₂: linear and convex-linear approximations oscillate without end where asymptotes that move converge.
+//! fall with x₂: linear and convex-linear approximations oscillate without end, moving asymptotes converge.
 //!
-//! **Source.** Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, section 6; its two-bar truss.
+//! # Sources
+//! Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, section 6; its two-bar truss.
 
 use super::Optimum;
 use crate::function;
@@ -15,7 +16,7 @@ use crate::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBui
 use autodiff::Scalar;
 use error::Result;
 
-/// Stress of a bar over its limit: response 0 with the sign +, response 1 with −.
+/// Stress of a bar divided by its limit: response 0 with the sign +, response 1 with −.
 struct Stresses;
 
 impl ClosedForm for Stresses {

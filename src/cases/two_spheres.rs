@@ -1,11 +1,12 @@
-//! Svanberg's toy: the point of two balls that is nearest to the origin.
+//! Svanberg's small example: the point in the intersection of two balls that is nearest to the origin.
 //!
 //! $$ \min\ x \cdot x \quad\text{subject to}\quad |x - (5, 2, 1)|^2 \le 9 ,\quad |x - (3, 4, 3)|^2 \le 9 ,\qquad
 //!    0 \le x_j \le 5 , $$
 //!
 //! from (4, 3, 2).
 //!
-//! **Source.** Svanberg, *MMA and GCMMA – two methods for nonlinear optimization* (2007), the small example.
+//! # Sources
+//! Svanberg, *MMA and GCMMA – two methods for nonlinear optimization* (2007), the small example.
 
 use super::Optimum;
 use crate::function;
@@ -15,7 +16,7 @@ use error::Result;
 
 const CENTRES: [[f64; 3]; 2] = [[5.0, 2.0, 1.0], [3.0, 4.0, 3.0]];
 
-/// Squared distances from both centres.
+/// Squared distances from the two centres.
 struct Distances;
 
 impl ClosedForm for Distances {

@@ -2,14 +2,14 @@
 
 use super::model::{design, is_file, load, located};
 use super::output::{folder, say, write};
-use crate::Error;
-use crate::cases::find;
-use crate::model_file::Model;
-use crate::problem::check::{GradientCheck, GradientStatus};
-use crate::problem::{Evaluation, Problem};
-use crate::report::proof::{table, text};
-use crate::report::table::{Cell, Table};
 use clap::Args;
+use linkwright::Error;
+use linkwright::cases::find;
+use linkwright::gradient_check::{GradientCheck, GradientStatus};
+use linkwright::model_file::Model;
+use linkwright::problem::{Evaluation, Problem};
+use linkwright::report::proof::{table, text};
+use linkwright::report::table::{Cell, Table};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -115,7 +115,7 @@ fn describe(problem: &Problem, here: &Evaluation) -> anyhow::Result<()> {
         problem.constraints.len(),
         problem.grids.first().map_or(0, |grid| grid.len()),
     ))?;
-    let (unit, violation) = (&problem.objective_unit, here.max_violation_pct());
+    let (unit, violation) = (&problem.objective.unit, here.max_violation_pct());
     say(&format!(
         "At this design the objective is {:.5e} {unit} and the largest violation {violation:.2} %.",
         here.objective

@@ -2,20 +2,20 @@
 
 use super::model::{compare as compare_file, is_file, load};
 use super::output::{folder, results, say, write};
-use crate::cases::{Attempt, Conclusion, Entry, catalogue, compare, find};
-use crate::report::methods::{distances, profile, summary, table};
-use crate::report::table::Table;
-use crate::sao::{Preset, preset, presets};
 use clap::Args;
+use linkwright::cases::{Attempt, Conclusion, Entry, catalogue, compare, find};
+use linkwright::report::methods::{distances, profile, summary, table};
+use linkwright::report::table::Table;
+use linkwright::sao::{Preset, preset, presets};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   linkwright compare --list
   linkwright compare impact-absorber
-  linkwright compare slider-crank --methods paper,gcmma,hessian --out out
+  linkwright compare slider-crank --methods slp,gcmma,hessian --out out
   linkwright compare --all
-  linkwright compare lift.toml --methods paper,mma,gcmma
+  linkwright compare lift.toml --methods slp,mma,gcmma
 
 Of a model file, the method that it has itself is run, too, and its stop test holds for all.
 The end of a run of a problem whose optima are known: `optimum` converged to a known optimum; `other optimum` converged elsewhere, where the optimality

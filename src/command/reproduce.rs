@@ -1,52 +1,60 @@
 //! `linkwright reproduce PAPER`.
 
 use super::output::{folder, results, say, write};
-use crate::papers::etman_1998::{self, Regenerated, ReproducedRun, Summary, TABLES};
-use crate::sao::State;
 use anyhow::bail;
 use clap::Args;
+use linkwright::papers::{ReproducedTable, Summary, papers};
+use linkwright::sao::State;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   linkwright reproduce etman-1998
-  linkwright reproduce etman-1998 --only table1,table4 --out tables")]
+  linkwright reproduce etman-1998 --only table1,table4 --out tables
+  linkwright reproduce --list")]
 pub struct Reproduce {
-    /// The paper: etman-1998
-    paper: String,
+    /// Name of the paper, see --list
+    #[arg(required_unless_present = "list", conflicts_with = "list")]
+    paper: Option<String>,
     /// Folder for tables, summary and figures [default: out/PAPER]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Only these tables, separated by commas
     #[arg(long, value_name = "TABLES", value_delimiter = ',')]
     only: Vec<String>,
+    /// Names of papers and of their tables
+    #[arg(long)]
+    list: bool,
 }
 
 impl Reproduce {
     pub fn run(&self) -> anyhow::Result<()> {
-        if self.paper != "etman-1998" {
-            bail!("no paper `{}` is known; choose etman-1998", self.paper);
+        let Some(name) = &self.paper else { return list() };
+        let Some(paper) = papers().iter().find(|p| p.name() == name) else {
+            let known: Vec<&str> = papers().iter().map(|p| p.name()).collect();
+            bail!("no paper `{name}` is known; choose {}", known.join(" or "));
+        };
+        let known: Vec<&str> = paper.tables().iter().map(|t| t.name).collect();
+        if let Some(unknown) = self.only.iter().find(|t| !known.contains(&t.as_str())) {
+            bail!("no table `{unknown}`; choose from {}", known.join(", "));
         }
-        if let Some(unknown) = self.only.iter().find(|t| !TABLES.contains(&t.as_str())) {
-            bail!("no table `{unknown}`; choose from {}", TABLES.join(", "));
-        }
-        let out = self.out.clone().unwrap_or_else(|| results().join(&self.paper));
+        let out = self.out.clone().unwrap_or_else(|| results().join(name));
         folder(&out)?;
         let mut tables = vec![];
-        for name in TABLES.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
-            for table in etman_1998::regenerate(name, &mut progress)? {
+        for name in known.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
+            for table in paper.regenerate(name, &mut progress)? {
                 print(&table)?;
                 write(&out.join(format!("{}.csv", table.name)), table.table.csv().as_bytes())?;
                 tables.push(table);
             }
         }
-        write(&out.join("summary.json"), Summary::of(&tables)?.to_json().as_bytes())?;
+        write(&out.join("summary.json"), Summary::new(*paper, &tables)?.to_json().as_bytes())?;
         for table in &tables {
-            for (name, figure) in etman_1998::figures(table)? {
+            for (name, figure) in paper.figures(table)? {
                 figure.save(&out, &name)?;
             }
-            for (name, bytes) in etman_1998::animations(table)? {
+            for (name, bytes) in paper.animations(table)? {
                 write(&out.join(name), &bytes)?;
             }
         }
@@ -54,24 +62,37 @@ impl Reproduce {
     }
 }
 
-/// The table beside the printed one, with its notes and a line on how the run went.
-fn print(table: &Regenerated) -> anyhow::Result<()> {
-    say(&table.comparison()?.to_string())?;
-    table.notes.iter().try_for_each(|note| say(&format!("Note: {note}")))?;
-    let Some(ReproducedRun { state, .. }) = &table.run else { return Ok(()) };
-    let counters = state.counters;
-    say(&format!(
-        "Run: {} cycles, {} analyses, {} sensitivity analyses, {} subproblem iterations. {:?}: {}.\n",
-        state.cycles(),
-        counters.analyses,
-        counters.sensitivity_analyses,
-        counters.subproblem_iterations,
-        state.status,
-        state.reason
-    ))
+/// Prints the papers with their references and tables.
+fn list() -> anyhow::Result<()> {
+    papers().iter().try_for_each(|paper| {
+        let tables: Vec<&str> = paper.tables().iter().map(|t| t.name).collect();
+        let [name, description, reference] = [paper.name(), paper.description(), paper.reference()];
+        say(&format!("{name}: {description}\n  {reference}\n  Tables: {}", tables.join(", ")))
+    })
 }
 
-/// A line for each cycle on a terminal, nothing when piped.
+/// Prints the table next to the printed one, with its notes and a line for each run.
+fn print(table: &ReproducedTable) -> anyhow::Result<()> {
+    say(&table.comparison()?.to_string())?;
+    table.notes.iter().try_for_each(|note| say(&format!("Note: {note}")))?;
+    for (k, run) in table.runs.iter().enumerate() {
+        let (state, counters) = (&run.state, run.state.counters);
+        let end = if k + 1 == table.runs.len() { "\n" } else { "" };
+        say(&format!(
+            "Run{}: {} cycles, {} analyses, {} sensitivity analyses, {} subproblem iterations. {:?}: {}.{end}",
+            run.label.map(|label| format!(" {label}")).unwrap_or_default(),
+            state.cycles(),
+            counters.analyses,
+            counters.sensitivity_analyses,
+            counters.subproblem_iterations,
+            state.status,
+            state.reason
+        ))?;
+    }
+    Ok(())
+}
+
+/// Prints a line for each cycle on a terminal, nothing when piped.
 fn progress(table: &str, state: &State) {
     let (Some(cycle), true) = (state.history.last(), std::io::stderr().is_terminal()) else { return };
     let mark = if cycle.accepted { "accepted" } else { "rejected" };
@@ -80,6 +101,6 @@ fn progress(table: &str, state: &State) {
         cycle.cycle,
         cycle.objective,
         cycle.violation_pct,
-        cycle.kept.len()
+        cycle.retained.len()
     );
 }

@@ -1,10 +1,20 @@
-//! The list of all keys, as it stands in the documentation.
+//! The reference of all keys: as tables, as Markdown for the documentation, and as JSON schema for editors.
 
-use super::{Need, Table, tables};
+use super::file::{KEYS, families};
+use super::{Accepts, Key, Need, Table};
+use serde_json::{Map, Value, json};
+
+/// All tables that a file may have, with their keys, in the order of a file.
+pub fn tables() -> Vec<Table> {
+    let file = Table { name: "", kind: None, about: "the file", keys: KEYS };
+    std::iter::once(file).chain(families()).collect()
+}
+use super::file::element_of;
+use mechanics::elements::Measure;
 
 /// All tables with their keys as Markdown, in the order of a file.
 ///
-/// The section "All keys" of `docs/model-file.md` is this text; a test holds it to it.
+/// The section "All keys" of `docs/model-file.md` is this text; a test compares them.
 pub fn document() -> String {
     let all = tables();
     let mut text = String::new();
@@ -15,7 +25,7 @@ pub fn document() -> String {
             text += &heading(table, last);
         }
         if !table.keys.is_empty() && !again {
-            text += "| key | takes | left out | |\n|---|---|---|---|\n";
+            text += "| key | takes | default | |\n|---|---|---|---|\n";
         }
         for key in table.keys {
             let need = match key.need {
@@ -32,18 +42,120 @@ pub fn document() -> String {
     text
 }
 
-/// A heading for a table, a line for a kind of it.
+/// The heading of a table, or the line above the keys of one kind.
 fn heading(table: &Table, last: Option<&Table>) -> String {
     let new = last.is_none_or(|last| last.name != table.name);
     let title = if table.name.is_empty() { "The file".to_owned() } else { format!("`{}`", table.name) };
     match table.kind {
         None => format!("\n### {title}\n\n{}.\n\n", capital(table.about)),
         Some(kind) if new => format!("\n### {title}\n\n**`kind = \"{kind}\"`** — {}.\n\n", table.about),
-        Some(kind) => format!("\n**`kind = \"{kind}\"`** — {}.\n\n", table.about),
+        Some(kind) => format!("\n**`kind = \"{kind}\"`**{} — {}.\n\n{}", family(table), table.about, measures(table)),
     }
+}
+
+/// The family of an element in brackets.
+fn family(table: &Table) -> String {
+    element_of(table).map_or(String::new(), |element| format!(" ({})", element.family))
+}
+
+/// The measures of an element, with unit and sign.
+fn measures(table: &Table) -> String {
+    let measures = element_of(table).map_or(&[][..], |element| element.measures);
+    if measures.is_empty() {
+        return String::new();
+    }
+    let line = |measure: &Measure| format!("| `{}` | {} | {} |\n", measure.name, measure.unit, measure.about);
+    let lines: String = measures.iter().map(line).collect();
+    format!("| measure | unit | |\n|---|---|---|\n{lines}\n")
 }
 
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// The JSON schema of model files, with which editors complete keys and mark mistakes.
+pub fn schema() -> Value {
+    let all = tables();
+    let mut definitions = Map::new();
+    for table in all.iter().filter(|table| !table.name.is_empty()) {
+        if !definitions.contains_key(table.name) {
+            definitions.insert(table.name.to_owned(), object(table.name, &all));
+        }
+    }
+    definitions.insert("number".into(), json!({ "type": ["number", "string"] }));
+    definitions.insert("pair".into(), json!({ "type": "array", "items": number(), "minItems": 2, "maxItems": 2 }));
+    definitions.insert("numbers".into(), json!({ "type": "array", "items": number() }));
+    let mut file = object("", &all);
+    file["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    file["title"] = json!("model file of linkwright");
+    file["$defs"] = Value::Object(definitions);
+    file
+}
+
+/// The schema of a table: the keys of all its kinds, and for each kind the keys that it requires.
+fn object(name: &str, all: &[Table]) -> Value {
+    let own = || all.iter().filter(|table| table.name == name);
+    let mut properties = Map::new();
+    for key in own().flat_map(|table| table.keys) {
+        properties.entry(key.name).or_insert_with(|| property(name, key, all));
+    }
+    let required = |kind: Option<&str>| -> Vec<&str> {
+        let keys = own().filter(|table| table.kind == kind).flat_map(|table| table.keys);
+        keys.filter(|key| key.need == Need::Required).map(|key| key.name).collect()
+    };
+    let mut kinds: Vec<&str> = own().filter_map(|table| table.kind).collect();
+    kinds.dedup();
+    let of_kind = |kind: &&str| {
+        let condition = json!({ "properties": { "kind": { "const": kind } }, "required": ["kind"] });
+        json!({ "if": condition, "then": { "required": required(Some(kind)) } })
+    };
+    let mut object = json!({
+        "type": "object",
+        "properties": properties,
+        "required": required(None),
+        "additionalProperties": false,
+    });
+    if !kinds.is_empty() {
+        object["allOf"] = kinds.iter().map(of_kind).collect();
+    }
+    object
+}
+
+fn property(table: &str, key: &Key, all: &[Table]) -> Value {
+    let mut property = match key.accepts {
+        Accepts::Number | Accepts::Expression | Accepts::Quantity | Accepts::Feedback => number(),
+        Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
+        Accepts::Numbers => json!({ "$ref": "#/$defs/numbers" }),
+        Accepts::Count => json!({ "type": "integer", "minimum": 0 }),
+        Accepts::Flag => json!({ "type": "boolean" }),
+        Accepts::Text | Accepts::Name | Accepts::Coordinate => json!({ "type": "string" }),
+        Accepts::Marker => json!({ "type": ["string", "object"] }),
+        Accepts::Motion => json!({ "anyOf": [number(), { "$ref": "#/$defs/motion" }] }),
+        Accepts::Intermediate => json!({ "type": ["number", "string", "object"] }),
+        Accepts::Choice(words) => json!({ "enum": words }),
+        Accepts::NumberOr(words) => json!({ "anyOf": [{ "type": "number" }, { "enum": words }] }),
+        Accepts::Each => json!({ "type": "object" }),
+        Accepts::Tables if key.name == "design" => {
+            json!({ "type": "object", "additionalProperties": { "$ref": "#/$defs/design.NAME" } })
+        }
+        Accepts::Tables => json!({ "type": "array", "items": { "$ref": format!("#/$defs/{}", key.name) } }),
+        Accepts::Table => inner(table, key, all),
+    };
+    property["description"] = json!(key.about);
+    property
+}
+
+/// The schema of a table inside another one, or of one whose keys are names of the user.
+fn inner(table: &str, key: &Key, all: &[Table]) -> Value {
+    let name = if table.is_empty() { key.name.to_owned() } else { format!("{table}.{}", key.name) };
+    if all.iter().any(|table| table.name == name) {
+        return json!({ "$ref": format!("#/$defs/{name}") });
+    }
+    let value = if key.name == "series" { json!({ "$ref": "#/$defs/numbers" }) } else { number() };
+    json!({ "type": "object", "additionalProperties": value })
+}
+
+fn number() -> Value {
+    json!({ "$ref": "#/$defs/number" })
 }

@@ -1,24 +1,24 @@
-//! Sizes beyond which a model file is refused, with a reason, before any work is done.
+//! Sizes beyond which a model file is rejected before any work is done.
 
 /// Bytes of a file.
 pub const FILE: usize = 1 << 20;
 /// Characters of an expression.
 pub const EXPRESSION: usize = 4096;
-/// Parentheses, signs and powers inside each other.
+/// Nesting levels of parentheses, signs and powers, and of named expressions.
 pub const NESTING: usize = 64;
-/// Operations of a compiled expression, named ones that it uses included.
+/// Operations of a compiled expression, with those of named expressions that it uses.
 pub const OPERATIONS: usize = 20_000;
 /// Operations of all expressions of a file together.
 pub const ALL_OPERATIONS: usize = 5_000_000;
-/// Characters of a name that is compared with others, or shown.
+/// Characters of a name that is shown or compared with others.
 pub const NAME: usize = 64;
 /// Named expressions.
 pub const NAMES: usize = 1000;
-/// Parts of one kind, copies by `each` included.
+/// Parts of one kind, with copies by `each`.
 pub const PARTS: usize = 10_000;
 /// Design variables.
 pub const VARIABLES: usize = 10_000;
-/// Outputs times design variables, and times time points: what a table of all values would have.
+/// Outputs times design variables, and outputs times time points.
 pub const VALUES: usize = 10_000_000;
 /// Time points.
 pub const POINTS: usize = 100_000;
@@ -26,9 +26,9 @@ pub const POINTS: usize = 100_000;
 pub const ROWS: usize = 10_000_000;
 /// Time steps of an analysis.
 pub const STEPS: f64 = 1e7;
-/// Time steps of fixed length times coordinates: what derivatives need to remember of a motion, in numbers.
+/// Time steps of fixed length times coordinates: numbers that derivatives store of a motion.
 pub const MOTION: f64 = 3e7;
-/// Least tolerance of adaptive steps.
+/// Smallest tolerance of adaptive steps.
 pub const TOLERANCE: f64 = 1e-15;
 /// Elements of a beam.
 pub const ELEMENTS: usize = 1000;

@@ -1,28 +1,44 @@
 //! The model file: a mechanism, an optimization problem and a method as text.
 //!
-//! | folder | what |
+//! | module | content |
 //! |---|---|
-//! | `expression/` | formulas such as `2*pi*r^2`: parsed once, evaluated over any [`Scalar`](autodiff::Scalar) |
-//! | `file/` | sections of the file: what may stand in them, and what they make |
-//! | `complaint` | what is wrong with a file, and where |
-//! | `document` | the list of all keys |
-//! | `schema` | the same for editors, as JSON schema |
-//! | `settings` | all values of a file by their keys, for telling two files apart |
-//! | `limits` | sizes beyond which a file is refused |
+//! | `diagnostics` | errors and notes about a file, with their locations |
+//! | `settings` | the TOML of a file: parsing, all settings by their keys, the fingerprint |
+//! | `version` | versions of the format and renamed words |
+//! | `limits` | sizes beyond which a file is rejected |
+//! | [`expression`] | formulas such as `2*pi*r^2`: parsed once, evaluated over any [`Scalar`](autodiff::Scalar) |
+//! | `file` | sections of the file: their keys, and what they define |
+//! | `document` | the reference of all keys, for the documentation and for editors |
 //!
 //! A file is read completely, every name resolved and every formula compiled, before anything is analysed. All keys are
 //! listed in `docs/model-file.md`.
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let text = r#"
+//!     version = 2
+//!     [design.width]
+//!     start = 2.0
+//!     lower = 0.5
+//!     [objective]
+//!     minimize = "width + 1/width"
+//! "#;
+//! let model = linkwright::model_file::read("beam.toml", text)?;
+//! let solution = model.method().solve(&model.problem()?, |_| ())?;
+//! assert!((solution.design[0] - 1.0).abs() < 1e-2);
+//! # Ok(())
+//! # }
+//! ```
 
-mod complaint;
+mod diagnostics;
 mod document;
 pub mod expression;
 mod file;
 mod limits;
-mod schema;
 mod settings;
+mod version;
 
-pub use complaint::{Diagnostic, DiagnosticReport};
-pub use document::document;
-pub use file::{Accepts, Key, Model, Need, Table, read, tables};
-pub use schema::schema;
+pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
+pub use document::{document, schema, tables};
+pub use file::{Accepts, Key, Model, Need, Table, read};
 pub use settings::settings;

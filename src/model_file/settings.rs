@@ -1,19 +1,86 @@
-//! All values of a model file, key by key, for telling two files apart.
+//! The TOML of a model file: parsing, all settings by their keys, and the fingerprint.
 
-use super::{Diagnostic, DiagnosticReport};
+use super::{Diagnostic, DiagnosticReport, limits, version};
 use std::collections::BTreeMap;
 use toml::de::{DeTable, DeValue};
 
-/// Every value under its whole key, as it is written: `design.k.lower` is `1e-6`, `joint.pin.a` is `"ground"`. Tables of a list
-/// go by their name, or by their number where they have none.
+/// Parses the text of a model file.
 ///
-/// **Errors.** A text that is not TOML.
-pub fn settings(file: &str, text: &str) -> Result<BTreeMap<String, String>, Box<DiagnosticReport>> {
+/// # Errors
+/// If the text is too long or not TOML.
+pub(super) fn parse(text: &str) -> Result<DeTable<'_>, Diagnostic> {
+    if text.len() > limits::FILE {
+        let message = format!("a file of {} bytes is too long", text.len());
+        return Err(Diagnostic::new(0..0, message).help(format!("at most {} are read", limits::FILE)));
+    }
     let broken = |e: toml::de::Error| {
-        let complaint = Diagnostic::new(e.span().unwrap_or(0..0), e.message());
-        Box::new(DiagnosticReport { file: file.to_owned(), text: text.to_owned(), complaint, others: vec![] })
+        let message = e.message().lines().next().unwrap_or("");
+        let error = |message: &str| Diagnostic::new(e.span().unwrap_or(0..0), message);
+        if message.contains("recurs") {
+            error("tables and lists are nested too deeply").help("a model needs three levels")
+        } else {
+            error(message)
+        }
     };
-    let table = DeTable::parse(text).map_err(broken)?.into_inner();
+    Ok(DeTable::parse(text).map_err(broken)?.into_inner())
+}
+
+/// A number that identifies a problem: a hash of everything but method, title, and bounds of design variables. Comments and order
+/// of keys do not matter, nor does the version of the format.
+pub(super) fn fingerprint(file: &DeTable<'_>) -> u64 {
+    let mut file = file.clone();
+    // The words of version 1, with which the first runs were stored.
+    version::to_first_version(&mut file);
+    let mut text = String::new();
+    for (key, value) in &file {
+        match &**key.get_ref() {
+            "method" | "title" => {}
+            "version" => text += "version1",
+            key => {
+                text += key;
+                write_plainly(value.get_ref(), &mut text);
+            }
+        }
+    }
+    // FNV-1a, which is the same on every machine and in every version.
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+fn write_plainly(value: &DeValue<'_>, out: &mut String) {
+    match value {
+        DeValue::String(text) => *out += &format!("{text:?}"),
+        DeValue::Integer(i) => *out += i.as_str(),
+        DeValue::Float(f) => *out += f.as_str(),
+        DeValue::Boolean(b) => *out += if *b { "true" } else { "false" },
+        DeValue::Datetime(_) => {}
+        DeValue::Array(list) => list.iter().for_each(|item| {
+            write_plainly(item.get_ref(), out);
+            out.push(',');
+        }),
+        DeValue::Table(table) => {
+            let is_variable = table.contains_key("start");
+            for (key, value) in table {
+                // Bounds of design variables may change when a run is resumed.
+                if !(is_variable && matches!(&**key.get_ref(), "lower" | "upper")) {
+                    *out += &format!("{:?}=", key.get_ref());
+                    write_plainly(value.get_ref(), out);
+                    out.push(';');
+                }
+            }
+        }
+    }
+}
+
+/// Every value under its whole key, as it is written: `design.k.lower` is `1e-6`, `joint.pin.a` is `"ground"`. The key of a table
+/// in a list has the name of the table, or its number if it has none. Words of version 1 are replaced by the current ones.
+///
+/// # Errors
+/// If the text is not TOML.
+pub fn settings(file: &str, text: &str) -> Result<BTreeMap<String, String>, Box<DiagnosticReport>> {
+    let mut table = parse(text).map_err(|error| {
+        Box::new(DiagnosticReport { file: file.to_owned(), text: text.to_owned(), diagnostics: vec![error] })
+    })?;
+    version::modernize(&mut table);
     let mut found = BTreeMap::new();
     collect("", &table, &mut found);
     Ok(found)
@@ -56,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_of_a_list_go_by_their_names() {
+    fn tables_of_a_list_have_their_names_as_keys() {
         let text =
             "version = 1\n[design.k]\nlower = 1e-6\n[[joint]]\nname = \"pin\"\na = [0, 1.5]\n[[joint]]\nb = true\n";
         let found: Vec<String> = settings("m", text).unwrap().into_iter().map(|(k, v)| format!("{k} = {v}")).collect();
@@ -69,5 +136,19 @@ mod tests {
         ];
         assert_eq!(found, expected);
         assert!(settings("m", "a = ").is_err());
+    }
+
+    #[test]
+    fn a_problem_has_one_fingerprint_in_both_versions() {
+        let first = "version = 1\n[[joint]]\nname = \"pin{i}\"\nkind = \"weld\"\nturn = 1\n[[driver]]\nname = \"motor\"\n\
+            [[output]]\nvalue = \"motor.effort*pin1.couple + rod.first.moment\"\n";
+        let second = "version = 2\n[[joint]]\nname = \"pin{i}\"\nkind = \"fixed\"\nangle = 1\n[[driver]]\nname = \"motor\"\n\
+            [[output]]\nvalue = \"motor.driving_force*pin1.moment + rod.first.moment\"\n";
+        let of = |text| fingerprint(&parse(text).unwrap());
+        assert_eq!(of(first), of(second));
+        assert_ne!(of(first), of(&first.replace("turn = 1", "turn = 2")));
+        let [mut old, new] = [first, second].map(|text| settings("m", text).unwrap());
+        old.insert("version".into(), "2".into());
+        assert_eq!(old, new);
     }
 }

@@ -1,16 +1,17 @@
-//! Putting a problem together, part by part.
+//! A builder that collects the parts of a problem.
 
 use super::{
-    Analysis, Analytic, ClosedForm, Constraint, DesignVariable, Function, Intermediates, Point, Problem, Quantity,
-    Response, TimeGrid,
+    Analysis, Analytic, ClosedForm, Constraint, DesignVariable, Goal, Intermediates, Objective, PeakBound, Problem,
+    Quantity, Response, TimeGrid,
 };
-use autodiff::Scalar;
 use error::{Error, Result};
 
-/// Collects the parts of a [`Problem`]; each part is referred to by the index that its method returns.
+/// A builder of a [`Problem`]. Each method returns the index of the part that it adds.
+///
+/// # Examples
 ///
 /// ```
-/// use linkwright::{function, problem::*, scalar::Scalar};
+/// use linkwright::{autodiff::Scalar, function, problem::*};
 /// struct Decay;
 /// impl ClosedForm for Decay {
 ///     fn response<S: Scalar>(&self, _: usize, b: &[S], t: S) -> S {
@@ -22,7 +23,7 @@ use error::{Error, Result};
 /// let time = parts.grid(TimeGrid::uniform(1.0, 2.0, 11)?);
 /// let level = parts.transient("level", "-", time);
 /// parts.minimize("rate", "1/s", Quantity::plain(function!(|p| p.design[0])));
-/// parts.subject_to(Constraint::at_most("low", 0.1, Quantity::each_point(time, function!(|p| p.response[0])).of(&[level])));
+/// parts.subject_to(Constraint::at_most("low", 0.1, Quantity::response(time, level)));
 /// let problem = parts.build_analytic(Decay)?;
 /// let here = problem.evaluate(&[2.0], &problem.analysis.analyze(&[2.0])?)?;
 /// assert!((here.max_violation_pct() - 35.335).abs() < 1e-3);
@@ -33,7 +34,7 @@ pub struct ProblemBuilder {
     variables: Vec<DesignVariable>,
     grids: Vec<TimeGrid>,
     responses: Vec<Response>,
-    objective: Option<(String, String, Quantity)>,
+    objective: Option<Objective>,
     constraints: Vec<Constraint>,
 }
 
@@ -85,7 +86,12 @@ impl ProblemBuilder {
 
     /// Sets the objective to be minimized.
     pub fn minimize(&mut self, name: &str, unit: &str, quantity: Quantity) {
-        self.objective = Some((name.to_owned(), unit.to_owned(), quantity));
+        self.objective = Some(Objective::new(name, unit, quantity, Goal::Minimize));
+    }
+
+    /// Sets the objective to be maximized.
+    pub fn maximize(&mut self, name: &str, unit: &str, quantity: Quantity) {
+        self.objective = Some(Objective::new(name, unit, quantity, Goal::Maximize));
     }
 
     /// Adds a constraint.
@@ -94,26 +100,32 @@ impl ProblemBuilder {
         self.constraints.len() - 1
     }
 
-    /// Minimizes max |f(r(t), b, t)| over a grid by a bound variable β (equations 37–39): β is added to the design
-    /// variables and becomes the objective, subject to f − β ≤ 0 and −f − β ≤ 0 at every time point.
+    /// Adds both sides of a two-sided constraint, as from [`Constraint::between`].
+    pub fn subject_to_both(&mut self, pair: [Constraint; 2]) -> [usize; 2] {
+        pair.map(|constraint| self.subject_to(constraint))
+    }
+
+    /// Minimizes max |f(r(t), b, t)| over a grid by a bound variable β (equations 37–39).
     ///
-    /// Both constraints are normalised by `scale`, in the unit of f: ĝ = 1 + (±f − β)/scale. The paper's is 1.
-    /// Returns the index of β.
-    pub fn minimize_peak<F>(&mut self, bound: DesignVariable, grid: usize, f: F, of: &[usize], scale: f64) -> usize
-    where
-        F: Function + Clone,
-    {
+    /// `quantity` is f at each time point. β is added to the design variables and becomes the objective, subject to f ≤ β
+    /// and f ≥ −β at every time point. Both constraints are normalised by `scale`, in the unit of f:
+    /// ĝ = 1 + (±f − β)/scale. The paper's is 1. Returns the index of β.
+    pub fn minimize_peak(&mut self, bound: DesignVariable, quantity: Quantity, scale: f64) -> usize {
         let (name, unit) = (bound.name.clone(), bound.unit.clone());
-        let index = self.variable(bound);
-        for (sign, word) in [(1.0, "upper"), (-1.0, "lower")] {
-            let excess = Quantity::each_point(grid, BelowBound { function: f.clone(), sign, index }).of(of);
-            self.subject_to(Constraint::at_most(format!("{name} {word}"), 0.0, excess).scaled_by(scale));
-        }
-        self.minimize(&name, &unit, Quantity::plain(BoundVariable { index }));
-        index
+        let variable = self.variable(bound);
+        // A lower limit of −0 is the limit 0 of −f: the fingerprint holds that sign.
+        let pair = Constraint::between(&name, [-0.0, 0.0], quantity);
+        let constraints = self.subject_to_both(pair.map(|side| side.bounded_by(variable).scaled_by(scale)));
+        let goal = Goal::MinimizePeak(PeakBound { variable, constraints });
+        self.objective = Some(Objective::new(&name, &unit, Quantity::variable(variable), goal));
+        variable
     }
 
     /// The problem with responses in closed form.
+    ///
+    /// # Errors
+    ///
+    /// As [`build`](Self::build).
     pub fn build_analytic(self, model: impl ClosedForm + 'static) -> Result<Problem> {
         self.check_grids()?;
         let grids: Vec<_> = self.responses.iter().map(|r| r.grid.map(|g| &self.grids[g])).collect();
@@ -121,18 +133,20 @@ impl ProblemBuilder {
         self.build(analysis)
     }
 
-    /// The problem with this analysis. Refuses parts that do not fit together, naming the part.
+    /// The problem with this analysis.
+    ///
+    /// # Errors
+    ///
+    /// As [`Problem::check`], and [`Error::Definition`] without an objective.
     pub fn build(self, analysis: impl Analysis + 'static) -> Result<Problem> {
         self.check_grids()?;
         let missing = || Error::definition(&self.name, "there is no objective", "call `minimize`");
-        let (objective_name, objective_unit, objective) = self.objective.ok_or_else(missing)?;
+        let objective = self.objective.ok_or_else(missing)?;
         let problem = Problem {
             name: self.name,
             variables: self.variables,
             grids: self.grids,
             responses: self.responses,
-            objective_name,
-            objective_unit,
             objective,
             constraints: self.constraints,
             analysis: Box::new(analysis),
@@ -149,30 +163,5 @@ impl ProblemBuilder {
                 Err(Error::definition(format!("response `{}`", r.name), why, "add the grid first and use its index"))
             }
         }
-    }
-}
-
-/// ±f − β: the excess over a bound variable.
-#[derive(Clone)]
-struct BelowBound<F> {
-    function: F,
-    sign: f64,
-    index: usize,
-}
-
-impl<F: Function> Function for BelowBound<F> {
-    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
-        self.function.at(point) * self.sign - point.design[self.index]
-    }
-}
-
-/// β itself.
-struct BoundVariable {
-    index: usize,
-}
-
-impl Function for BoundVariable {
-    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
-        point.design[self.index]
     }
 }

@@ -1,7 +1,7 @@
 //! Analyses in closed form: responses as explicit functions, differentiated by dual numbers.
 
-use super::{Analysis, ContinuousTime, ResponseAt, Responses, TimeGrid};
-use autodiff::{BLOCK, Dual, HyperDual, Scalar, WIDTH, hessian, seed, slopes};
+use super::{Analysis, ContinuousTime, ResponseAt, Responses, TimeGrid, seed_block};
+use autodiff::{BLOCK, Dual, HyperDual, Scalar, WIDTH, hessian, partials, seed};
 use error::Result;
 use nalgebra::{Const, DMatrix, U1};
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ pub trait ClosedForm: Send + Sync {
     fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S;
 }
 
-/// The [`Analysis`] of a [`ClosedForm`]: only the wanted instants are differentiated, in chunks of design variables.
+/// The [`Analysis`] of a [`ClosedForm`]: only the wanted responses are differentiated, in chunks of design variables.
 pub struct Analytic<M> {
     model: M,
     times: Vec<Vec<f64>>,
@@ -42,7 +42,7 @@ impl<M: ClosedForm> Analysis for Analytic<M> {
         let row = |i: &ResponseAt| -> Vec<f64> {
             let t = Dual::from(self.times[i.response][i.point]);
             let chunk =
-                |(c, b): (usize, &Vec<Dual>)| slopes(&self.model.response(i.response, b, t), b.len() - c * WIDTH);
+                |(c, b): (usize, &Vec<Dual>)| partials(&self.model.response(i.response, b, t), b.len() - c * WIDTH);
             seeds.iter().enumerate().flat_map(chunk).collect()
         };
         let rows: Vec<Vec<f64>> = wanted.par_iter().with_min_len(64).map(row).collect();
@@ -78,12 +78,7 @@ impl<M: ClosedForm> ContinuousTime for Analytic<M> {
     fn rate_sensitivities(&self, b: &[f64], _: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]> {
         let mut found = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
         for start in (0..b.len()).step_by(BLOCK) {
-            let seeded = |(k, &v): (usize, &f64)| match k.checked_sub(start) {
-                Some(a) if a < BLOCK => HyperDual::from_re(v).derivative1(a),
-                _ => HyperDual::from_re(v),
-            };
-            let design: Vec<HyperDual> = b.iter().enumerate().map(seeded).collect();
-            let value = self.model.response(h, &design, HyperDual::from_re(t).derivative2(0));
+            let value = self.model.response(h, &seed_block(b, start), HyperDual::from_re(t).derivative2(0));
             let slopes = value.eps1.unwrap_generic(Const::<BLOCK>, U1);
             let mixed = value.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>);
             for a in 0..BLOCK.min(b.len() - start) {

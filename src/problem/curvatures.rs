@@ -1,13 +1,13 @@
 //! Second derivatives of responses, and of quantities made from them.
 
-use super::{Problem, Quantity, ResponseAt, Responses, Sensitivities};
+use super::{Problem, ResponseAt, Responses, Sensitivities, SignedQuantity};
 use autodiff::{BLOCK, HyperDual};
 use error::{Error, Result};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use num_dual::Derivative;
 
 impl Problem {
-    /// ∂²r/∂b² at the wanted instants (n × n each), if the analysis offers them; checked for shape and finiteness.
+    /// ∂²r/∂b² at the wanted responses (n × n each), checked for shape and finiteness; `None` if the analysis does not offer them.
     pub fn curvatures(
         &self,
         b: &[f64],
@@ -16,23 +16,23 @@ impl Problem {
     ) -> Result<Option<Vec<DMatrix<f64>>>> {
         let Some(found) = self.analysis.curvatures(b, responses, wanted)? else { return Ok(None) };
         Error::check_length("second derivatives of the analysis", wanted.len(), found.len())?;
-        for (instant, matrix) in wanted.iter().zip(&found) {
+        for (at, matrix) in wanted.iter().zip(&found) {
             Error::check_length("rows of the second derivatives", self.n(), matrix.nrows())?;
             Error::check_length("columns of the second derivatives", self.n(), matrix.ncols())?;
             if let Some(&value) = matrix.iter().find(|v| !v.is_finite()) {
-                let response = &self.responses[instant.response];
+                let response = &self.responses[at.response];
                 let what = format!("second derivative of response `{}`", response.name);
-                return Err(self.not_finite(what, value, response.grid, instant.point, b));
+                return Err(self.not_finite(what, value, response.grid, at.point, b));
             }
         }
         Ok(Some(found))
     }
 
     /// The total second derivative d²g/db² of a quantity at time point `p` by the chain rule over the derivatives of the
-    /// responses; `curvatures` has one matrix for each instant of `sensitivities`.
+    /// responses; `curvatures` has one matrix for each row of `sensitivities`.
     pub fn total_curvature(
         &self,
-        quantity: &Quantity,
+        signed: SignedQuantity<'_>,
         p: usize,
         b: &[f64],
         responses: &Responses,
@@ -43,14 +43,14 @@ impl Problem {
         let starts = || (0..n).step_by(BLOCK);
         for (i, j) in starts().flat_map(|i| starts().map(move |j| (i, j))) {
             let design: Vec<HyperDual> = (0..n).map(|k| variable(b[k], k, i, j)).collect();
-            let value = quantity.value(p, &self.grids, &design, |h, p| {
-                let instant = self.instant(h, p);
-                let row = sensitivities.row_of(instant).expect("every instant of a kept quantity is differentiated");
+            let value = signed.value(p, &self.grids, &design, |h, p| {
+                let at = self.response_at(h, p);
+                let row = sensitivities.row_of(at).expect("every response of a retained quantity is differentiated");
                 let slope = |k: usize| if k < n { sensitivities.rows[(row, k)] } else { 0.0 };
                 let second =
                     |a: usize, c: usize| if i + a < n && j + c < n { curvatures[row][(i + a, j + c)] } else { 0.0 };
                 HyperDual::new(
-                    responses.at(instant),
+                    responses.at(at),
                     Derivative::some(SVector::from_fn(|a, _| slope(i + a))),
                     Derivative::some(SVector::<f64, BLOCK>::from_fn(|c, _| slope(j + c)).transpose()),
                     Derivative::some(SMatrix::from_fn(second)),
@@ -83,7 +83,7 @@ fn variable(value: f64, k: usize, i: usize, j: usize) -> HyperDual {
 mod tests {
     use super::*;
     use crate::function;
-    use crate::problem::{ClosedForm, DesignVariable, ProblemBuilder};
+    use crate::problem::{ClosedForm, DesignVariable, ProblemBuilder, Quantity};
     use autodiff::{DualNum as _, Scalar, hessian};
 
     struct Product;
@@ -104,11 +104,11 @@ mod tests {
         let problem = parts.build_analytic(Product).unwrap();
         let b = [1.0, 0.5, 2.0, 3.0, 0.7, 0.2];
         let responses = problem.analyze(&b).unwrap();
-        let instants = vec![ResponseAt { response: 0, point: 0 }];
-        let curvatures = problem.curvatures(&b, &responses, &instants).unwrap().unwrap();
-        let rows = problem.sensitivities(&b, &responses, &instants).unwrap();
-        let known = Sensitivities { instants, rows };
-        let total = problem.total_curvature(&problem.objective, 0, &b, &responses, (&known, &curvatures));
+        let at = vec![ResponseAt { response: 0, point: 0 }];
+        let curvatures = problem.curvatures(&b, &responses, &at).unwrap().unwrap();
+        let rows = problem.sensitivities(&b, &responses, &at).unwrap();
+        let known = Sensitivities { at, rows };
+        let total = problem.total_curvature(problem.objective.signed(), 0, &b, &responses, (&known, &curvatures));
         let whole = hessian(|b| Product.response(0, b, 0.0.into()).powi(2) * b[4], &b).2;
         assert!((total - whole).amax() < 1e-13);
     }

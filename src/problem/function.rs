@@ -2,7 +2,7 @@
 
 use autodiff::Scalar;
 
-/// What a function sees at one instant.
+/// Arguments of a function at one time point.
 #[derive(Clone, Copy, Debug)]
 pub struct Point<'a, S> {
     /// The responses that the quantity declares with `of`, in that order, at this time point.
@@ -17,7 +17,7 @@ pub struct Point<'a, S> {
 ///
 /// The [`function!`](crate::function) macro makes one from an expression; implement the trait to carry parameters.
 pub trait Function: Send + Sync + 'static {
-    /// The value at one instant.
+    /// The value at one time point.
     fn at<S: Scalar>(&self, point: &Point<S>) -> S;
 }
 
@@ -26,7 +26,7 @@ pub trait Functional: Send + Sync + 'static {
     /// The value over all points of the grid, in order.
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S;
 
-    /// The number of time points that it is made for, such as that of its weights; a grid of another length is refused.
+    /// The number of time points that it is made for, such as that of its weights; a grid of another length is rejected.
     fn points(&self) -> Option<usize> {
         None
     }

@@ -28,14 +28,18 @@ impl TimeGrid {
         Self::new("time", "s", (0..count).map(|p| from + (to - from) * (p as f64 / last)).collect())
     }
 
-    /// A grid of given points. Refuses an empty grid and points that do not increase.
+    /// A grid of given points.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Definition`] for an empty grid and for points that do not increase.
     pub fn new(name: &str, unit: &str, points: Vec<f64>) -> Result<Self> {
         let grid = Self { name: name.to_owned(), unit: unit.to_owned(), points };
         grid.check()?;
         Ok(grid)
     }
 
-    /// Refuses an empty grid and points that do not increase.
+    /// Checks that the grid is not empty and the points increase.
     pub(super) fn check(&self) -> Result<()> {
         let Self { name, unit, points } = self;
         let what = || format!("time grid `{name}`");
@@ -73,7 +77,9 @@ impl TimeGrid {
 
     /// Composite Simpson weights: ∫ f dt ≈ Σ wₚ f(tₚ), fourth order for a smooth f.
     ///
-    /// Errors with [`Error::Definition`] unless the points are equally spaced and odd in number.
+    /// # Errors
+    ///
+    /// [`Error::Definition`] unless the points are equally spaced and odd in number.
     pub fn simpson(&self) -> Result<Vec<f64>> {
         let (last, step) = (self.len() - 1, self.span() / (self.len() - 1).max(1) as f64);
         let even = (0..=last).all(|p| (self.points[p] - self.points[0] - p as f64 * step).abs() <= 1e-9 * step);
@@ -110,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_no_grid() {
+    fn empty_and_decreasing_grids_are_rejected() {
         for (points, word) in [(vec![], "no time point"), (vec![0.0, 0.0], "increase"), (vec![0.0, f64::NAN], "NaN")] {
             let message = TimeGrid::new("time", "s", points).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");

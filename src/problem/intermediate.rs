@@ -1,7 +1,7 @@
 //! Intermediate design variables: the variables in which a response is close to linear.
 
 use super::IntermediateMap;
-use super::number::{AnyMap, ProblemScalar};
+use super::problem_scalar::{AnyMap, ProblemScalar};
 use autodiff::Scalar;
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ pub enum Intermediates {
 }
 
 impl Intermediates {
-    /// The same choice for all `n` design variables.
+    /// One choice for all `n` design variables.
     pub fn all(n: usize, choice: Intermediate) -> Self {
         Self::Each(vec![choice; n])
     }

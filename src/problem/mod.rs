@@ -4,43 +4,46 @@
 //! g_j(r(b, t), b, t) ≤ c_j for all t, within bˡ ≤ b ≤ bᵘ. Responses r come from an expensive [`Analysis`]; objective
 //! and constraints are cheap explicit functions of (responses, design variables, time), written once over the scalar.
 
-mod alternatives;
+mod analysis;
 mod builder;
-pub mod check;
 mod closed_form;
-mod continuous;
-mod coupling;
+mod constraint;
+mod continuous_time;
 mod curvatures;
-mod definition;
-mod differences;
-mod equivalents;
+mod direct_coupling;
+mod equivalent_constraints;
+mod evaluation;
 mod function;
+mod gradient_methods;
 mod grid;
 mod intermediate;
-mod number;
+mod objective;
+#[expect(clippy::module_inception, reason = "the file of the type")]
+mod problem;
+mod problem_scalar;
 mod quantity;
-mod responses;
-mod selection;
 mod sensitivities;
 mod variable;
 
-pub use alternatives::{Differentiated, GradientMethod};
+pub use analysis::{Analysis, Response, ResponseAt, Responses};
 pub use builder::ProblemBuilder;
 pub use closed_form::{Analytic, ClosedForm};
-pub(crate) use continuous::maxima;
-pub use continuous::{ContinuousTime, Peak, PeakTime};
-pub use coupling::DirectCoupling;
-pub use definition::{Evaluation, Problem, RowId};
-pub use differences::Differences;
-pub use equivalents::{Envelope, MeanExcess};
+pub use constraint::{Constraint, Selection, Side};
+pub use continuous_time::{ContinuousTime, Peak, PeakTime};
+pub(crate) use continuous_time::{maxima, seed_block};
+pub use direct_coupling::DirectCoupling;
+pub use equivalent_constraints::{Envelope, MeanExcess};
+pub(crate) use evaluation::violation;
+pub use evaluation::{AnalyzedDesign, Evaluation, RowId};
 pub use function::{Function, Functional, IntermediateMap, Point, WeightedSum};
+pub use gradient_methods::{Differentiated, GradientMethod};
 pub use grid::TimeGrid;
 pub use intermediate::{Intermediate, Intermediates};
-pub use number::ProblemScalar;
+pub use objective::{Goal, Objective, PeakBound};
+pub use problem::Problem;
+pub use problem_scalar::ProblemScalar;
 #[doc(hidden)]
-pub use number::{AnyFunction, AnyFunctional, AnyMap};
-pub use quantity::{Constraint, Quantity};
-pub use responses::{Analysis, Response, ResponseAt, Responses};
-pub use selection::Selection;
+pub use problem_scalar::{AnyFunction, AnyFunctional, AnyMap};
+pub use quantity::{Quantity, SignedQuantity};
 pub use sensitivities::Sensitivities;
 pub use variable::DesignVariable;

@@ -1,11 +1,12 @@
-//! Objective and constraints: explicit functions of responses, design variables and time.
+//! Quantities: explicit functions of responses, design variables and time.
 
 use super::function::Point;
-use super::number::{AnyFunction, AnyFunctional, ProblemScalar};
-use super::{Function, Functional, Intermediates, Selection, WeightedSum};
+use super::problem_scalar::{AnyFunction, AnyFunctional, ProblemScalar};
+use super::{Function, Functional, Intermediates, TimeGrid, WeightedSum};
+use autodiff::Scalar;
 use std::sync::Arc;
 
-/// How a quantity is made from responses and design.
+/// The function of a quantity, and its arguments.
 #[derive(Clone)]
 pub(crate) enum Form {
     /// g(r, b): of time-independent responses and design.
@@ -16,28 +17,56 @@ pub(crate) enum Form {
     Whole(usize, Arc<dyn AnyFunctional>),
 }
 
-/// An explicit function of responses and design: what objective and constraints are made of.
+/// An explicit function of responses, design and time, for objective and constraints.
 #[derive(Clone)]
 pub struct Quantity {
     pub(crate) form: Form,
     pub(crate) uses: Vec<usize>,
     pub(crate) direct: Option<Intermediates>,
+    is_response: bool,
+}
+
+/// s g − β: a quantity with the sign and the bound variable of the constraint or objective that it is in.
+#[derive(Clone, Copy)]
+pub struct SignedQuantity<'a> {
+    /// Quantity g.
+    pub quantity: &'a Quantity,
+    /// Sign s, 1 or −1.
+    pub sign: f64,
+    /// Index of the design variable β; none for β = 0.
+    pub bound: Option<usize>,
 }
 
 impl Quantity {
     /// g(r, b): a function of time-independent responses and design variables.
     pub fn plain(function: impl Function) -> Self {
-        Self { form: Form::Plain(Arc::new(function)), uses: vec![], direct: None }
+        Self::new(Form::Plain(Arc::new(function)))
+    }
+
+    /// Design variable number `variable` itself.
+    pub fn variable(variable: usize) -> Self {
+        Self::plain(DesignComponent(variable))
+    }
+
+    /// Response number `response` itself: at every time point of grid number `grid`, or time-independent for `None`.
+    pub fn response(grid: impl Into<Option<usize>>, response: usize) -> Self {
+        let quantity =
+            grid.into().map_or_else(|| Self::plain(OnlyResponse), |grid| Self::each_point(grid, OnlyResponse));
+        Self { is_response: true, ..quantity.of(&[response]) }
     }
 
     /// g(r(t), b, t) at every time point of grid number `grid`.
     pub fn each_point(grid: usize, function: impl Function) -> Self {
-        Self { form: Form::EachPoint(grid, Arc::new(function)), uses: vec![], direct: None }
+        Self::new(Form::EachPoint(grid, Arc::new(function)))
     }
 
     /// One number from the whole history over grid number `grid`.
     pub fn whole(grid: usize, functional: impl Functional) -> Self {
-        Self { form: Form::Whole(grid, Arc::new(functional)), uses: vec![], direct: None }
+        Self::new(Form::Whole(grid, Arc::new(functional)))
+    }
+
+    fn new(form: Form) -> Self {
+        Self { form, uses: vec![], direct: None, is_response: false }
     }
 
     /// Σₚ wₚ g(r(tₚ), b, tₚ) over grid number `grid`: an integral with quadrature weights, or a sum.
@@ -45,10 +74,10 @@ impl Quantity {
         Self::whole(grid, WeightedSum { weights, function })
     }
 
-    /// Declares the responses, by index, that the function sees as `response[0]`, `response[1]`, …
+    /// Declares the responses, by index, that the function receives as `response[0]`, `response[1]`, …
     #[must_use]
     pub fn of(self, responses: &[usize]) -> Self {
-        Self { uses: responses.to_vec(), ..self }
+        Self { uses: responses.to_vec(), is_response: false, ..self }
     }
 
     /// Approximates the quantity itself, linearized in these intermediate variables, instead of keeping its explicit
@@ -61,6 +90,11 @@ impl Quantity {
     /// The responses that the quantity uses, by index.
     pub fn responses(&self) -> &[usize] {
         &self.uses
+    }
+
+    /// The index of the response that the quantity is; none for a function of responses.
+    pub fn as_response(&self) -> Option<usize> {
+        self.uses.first().copied().filter(|_| self.is_response)
     }
 
     /// The grid over which the quantity is evaluated, if any.
@@ -80,17 +114,19 @@ impl Quantity {
     pub fn is_transient(&self) -> bool {
         matches!(self.form, Form::EachPoint(..))
     }
+}
 
+impl SignedQuantity<'_> {
     /// The value at time point `p` (ignored unless transient), from `response(h, p)`.
     pub(crate) fn value<S: ProblemScalar>(
         &self,
         p: usize,
-        grids: &[super::TimeGrid],
+        grids: &[TimeGrid],
         design: &[S],
         response: impl Fn(usize, usize) -> S,
     ) -> S {
-        let gather = |p: usize| -> Vec<S> { self.uses.iter().map(|&h| response(h, p)).collect() };
-        match &self.form {
+        let gather = |p: usize| -> Vec<S> { self.quantity.uses.iter().map(|&h| response(h, p)).collect() };
+        match &self.quantity.form {
             Form::Plain(_) => self.value_at(&gather(0), design, S::from(f64::NAN)),
             Form::EachPoint(g, _) => self.value_at(&gather(p), design, S::from(grids[*g].points[p])),
             Form::Whole(g, f) => {
@@ -101,81 +137,41 @@ impl Quantity {
                     .zip(times)
                     .map(|(response, &t)| Point { response, design, time: S::from(t) })
                     .collect();
-                S::call_over(&**f, &history)
+                self.signed(S::call_over(&**f, &history), design)
             }
         }
     }
 
+    fn signed<S: ProblemScalar>(&self, g: S, design: &[S]) -> S {
+        let g = if self.sign < 0.0 { g * self.sign } else { g };
+        self.bound.map_or(g, |variable| g - design[variable])
+    }
+
     /// The value where it is made of responses at one time, from these and that time.
     pub(crate) fn value_at<S: ProblemScalar>(&self, response: &[S], design: &[S], time: S) -> S {
-        match &self.form {
-            Form::Plain(f) | Form::EachPoint(_, f) => S::call(&**f, &Point { response, design, time }),
+        match &self.quantity.form {
+            Form::Plain(f) | Form::EachPoint(_, f) => {
+                self.signed(S::call(&**f, &Point { response, design, time }), design)
+            }
             Form::Whole(..) => unreachable!("a functional has no value at one time"),
         }
     }
 }
 
-/// A constraint g ≤ c or g = c, normalised as ĝ = 1 + (g − c)/s ≤ 1.
-///
-/// The scale s is |c| unless given, so that ĝ = g/c for a positive limit and the violation (18) is (g − c)/c. With
-/// c = 0 the scale is 1 in the unit of g; with a limit that moves with the design write g − b + c ≤ c and give the
-/// scale in the unit of g (the paper's Table I uses an absolute distance, s = 1).
-#[derive(Clone)]
-pub struct Constraint {
-    /// Name, unique in the problem.
-    pub name: String,
-    /// What is constrained.
-    pub quantity: Quantity,
-    /// The limit c, in the unit of g.
-    pub limit: f64,
-    /// The scale s > 0 of the normalisation, in the unit of g.
-    pub scale: f64,
-    /// Which time points near local maxima are kept, where it differs from the method's.
-    pub selection: Option<Selection>,
-    /// True for g = c instead of g ≤ c.
-    pub is_equality: bool,
-    /// True where the constraint holds at all times between the time points, too.
-    pub is_continuous: bool,
+/// The only response of a quantity.
+struct OnlyResponse;
+
+impl Function for OnlyResponse {
+    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
+        point.response[0]
+    }
 }
 
-impl Constraint {
-    /// g ≤ `limit`, normalised by |limit|, or by 1 where the limit is zero.
-    pub fn at_most(name: impl Into<String>, limit: f64, quantity: Quantity) -> Self {
-        let scale = if limit == 0.0 { 1.0 } else { limit.abs() };
-        Self { name: name.into(), quantity, limit, scale, selection: None, is_equality: false, is_continuous: false }
-    }
+/// A component of the design.
+struct DesignComponent(usize);
 
-    /// g = `value`, normalised like an inequality: ĝ = 1 where it holds, and |ĝ − 1| is its violation.
-    ///
-    /// Equalities are never screened out; a time-dependent one holds at every time point.
-    pub fn equal(name: impl Into<String>, value: f64, quantity: Quantity) -> Self {
-        Self { is_equality: true, ..Self::at_most(name, value, quantity) }
-    }
-
-    /// The same constraint at all times of the interval from the first to the last time point, and not only at these.
-    ///
-    /// Its local maxima are found between the time points, where the analysis offers responses in
-    /// [continuous time](super::ContinuousTime), else on polynomials through the time points; peaks that rise and fall
-    /// between two time points are not seen. One row for each peak enters the approximate problem.
-    #[must_use]
-    pub fn in_continuous_time(self) -> Self {
-        Self { is_continuous: true, ..self }
-    }
-
-    /// The same constraint with another scale of normalisation, in the unit of g.
-    #[must_use]
-    pub fn scaled_by(self, scale: f64) -> Self {
-        Self { scale, ..self }
-    }
-
-    /// The same constraint with its own selection of time points.
-    #[must_use]
-    pub fn selecting(self, selection: Selection) -> Self {
-        Self { selection: Some(selection), ..self }
-    }
-
-    /// ĝ from g.
-    pub fn normalised<S: ProblemScalar>(&self, g: S) -> S {
-        (g - self.limit) / self.scale + 1.0
+impl Function for DesignComponent {
+    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
+        point.design[self.0]
     }
 }

@@ -17,9 +17,9 @@ pub struct DesignVariable {
     pub unit: String,
     /// Start value, in the unit.
     pub start: f64,
-    /// Lower bound, in the unit; −∞ where there is none.
+    /// Lower bound, in the unit; −∞ for none.
     pub lower: f64,
-    /// Upper bound, in the unit; ∞ where there is none.
+    /// Upper bound, in the unit; ∞ for none.
     pub upper: f64,
 }
 
@@ -29,13 +29,13 @@ impl DesignVariable {
         Self { name: name.into(), unit: unit.into(), start, lower: f64::NEG_INFINITY, upper: f64::INFINITY }
     }
 
-    /// The same variable with bounds; give ∓∞ for none.
+    /// Replaces the bounds; ∓∞ for none.
     #[must_use]
     pub fn within(self, lower: f64, upper: f64) -> Self {
         Self { lower, upper, ..self }
     }
 
-    /// Refuses crossed bounds, NaN, and a start outside the bounds.
+    /// Checks that the bounds are not crossed or NaN, and that the start is inside.
     pub(super) fn check(&self) -> Result<()> {
         let Self { name, lower, upper, .. } = self;
         let what = format!("design variable `{name}`");
@@ -46,7 +46,7 @@ impl DesignVariable {
         self.check_start(self.start)
     }
 
-    /// Refuses a start that is no number within the bounds.
+    /// Checks that the start is a number within the bounds.
     pub(super) fn check_start(&self, start: f64) -> Result<()> {
         let Self { name, lower, upper, .. } = self;
         if start.is_finite() && (*lower..=*upper).contains(&start) {

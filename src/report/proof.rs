@@ -1,8 +1,8 @@
 //! Checked derivatives as a table.
 
 use super::table::{Cell, Table, aligned};
+use crate::gradient_check::{Checked, GradientCheck, GradientStatus};
 use crate::problem::Problem;
-use crate::problem::check::{Checked, GradientCheck, GradientStatus};
 use error::Result;
 use std::fmt::Write;
 
@@ -20,19 +20,19 @@ pub fn table(problem: &Problem, proof: &GradientCheck) -> Result<Table> {
 }
 
 fn row(problem: &Problem, proof: &GradientCheck, d: &Checked) -> Vec<Cell> {
-    let response = &problem.responses[d.instant.response];
-    let time = response.grid.map_or(Cell::Empty, |grid| Cell::Number(problem.grids[grid].points[d.instant.point]));
+    let response = &problem.responses[d.at.response];
+    let time = response.grid.map_or(Cell::Empty, |grid| Cell::Number(problem.grids[grid].points[d.at.point]));
     let mut cells = vec![response.name.as_str().into(), time, problem.variables[d.variable].name.as_str().into()];
-    cells.extend(d.claimed.iter().map(|&claimed| Cell::Number(claimed)));
+    cells.extend(d.computed.iter().map(|&claimed| Cell::Number(claimed)));
     let [value, error] = d.difference.map_or([Cell::Empty, Cell::Empty], |s| [s.value, s.error].map(Cell::Number));
     let (suspects, explanation) = (suspects(proof, d), d.explanation(&proof.methods));
-    cells.extend([value, error, d.disagreement().into(), d.finding.text().into()]);
+    cells.extend([value, error, d.disagreement().into(), d.status.text().into()]);
     cells.extend([suspects.as_str().into(), explanation.as_str().into()]);
     cells
 }
 
 fn suspects(proof: &GradientCheck, d: &Checked) -> String {
-    d.suspects.iter().map(|&k| proof.methods[k].as_str()).collect::<Vec<_>>().join(", ")
+    d.disagreeing.iter().map(|&k| proof.methods[k].as_str()).collect::<Vec<_>>().join(", ")
 }
 
 /// The same for a terminal: the derivatives of one response at one time under each other, numbers in four digits, those of
@@ -57,7 +57,7 @@ pub fn text(problem: &Problem, proof: &GradientCheck, all: bool) -> String {
     }
     let mut before = None;
     for (line, d) in lines.zip(&shown) {
-        if before.replace(d.instant) != Some(d.instant) {
+        if before.replace(d.at) != Some(d.at) {
             let _ = writeln!(text, "{}", place(problem, d));
         }
         let _ = writeln!(text, "{line}");
@@ -86,27 +86,26 @@ fn explanations(problem: &Problem, proof: &GradientCheck) -> String {
 
 /// Whether a derivative is shown: it is not fine, or the least certain of its response.
 fn is_telling(proof: &GradientCheck, d: &Checked) -> bool {
-    let relative = |d: &Checked| d.disagreement() / d.claimed.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));
-    let same =
-        |other: &&Checked| other.instant.response == d.instant.response && other.finding == GradientStatus::Right;
+    let relative = |d: &Checked| d.disagreement() / d.computed.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));
+    let same = |other: &&Checked| other.at.response == d.at.response && other.status == GradientStatus::Right;
     let worst = proof.derivatives.iter().filter(same).max_by(|a, b| relative(a).total_cmp(&relative(b)));
     !d.is_fine() || worst.is_some_and(|worst| std::ptr::eq(worst, d))
 }
 
 fn place(problem: &Problem, d: &Checked) -> String {
-    let response = &problem.responses[d.instant.response];
+    let response = &problem.responses[d.at.response];
     match response.grid {
-        Some(_) => format!("{} at {}", response.name, problem.time_in_words(response.grid, d.instant.point)),
+        Some(_) => format!("{} at {}", response.name, problem.time_in_words(response.grid, d.at.point)),
         None => response.name.clone(),
     }
 }
 
 fn cells(problem: &Problem, d: &Checked) -> Vec<String> {
     let mut cells = vec![problem.variables[d.variable].name.clone()];
-    let star = |k: usize| if d.suspects.contains(&k) { "*" } else { "" };
-    cells.extend(d.claimed.iter().enumerate().map(|(k, &claimed)| four_digits(claimed) + star(k)));
+    let star = |k: usize| if d.disagreeing.contains(&k) { "*" } else { "" };
+    cells.extend(d.computed.iter().enumerate().map(|(k, &claimed)| four_digits(claimed) + star(k)));
     let [value, error] = d.difference.map_or(Default::default(), |s| [four_digits(s.value), size(s.error)]);
-    cells.extend([value, error, size(d.disagreement()), d.finding.text().to_owned()]);
+    cells.extend([value, error, size(d.disagreement()), d.status.text().to_owned()]);
     cells
 }
 

@@ -4,7 +4,7 @@ use super::{Globalization, GlobalizationState, Trial, Verdict};
 use crate::problem::{Evaluation, Problem};
 use error::{Error, Result};
 
-/// A design is accepted where the approximations of objective and all kept rows are not below the analysed values there.
+/// A design is accepted where the approximations of objective and all retained rows are not below the analysed values there.
 ///
 /// Else the cycle is repeated from the same design, without new sensitivities, with ρᵢ w(b) added to each approximation i that
 /// was too low, w = ½ Σ (Δbₖ/scaleₖ)². With the shortfall δᵢ = (fᵢ − f̃ᵢ)/w,
@@ -14,18 +14,22 @@ use error::{Error, Result};
 /// where the cap 10 ρᵢ does not bind the first increase from [`least`](Self::least). After an accepted design
 /// ρᵢ ← max(0.1 ρᵢ, least). Every accepted design is feasible then if the start is, and the objective falls.
 ///
-/// **Units.** ρ has the unit of the objective for i = 0; rows are normalised. The least ρ of the objective is `least` × its
+/// # Units
+///
+/// ρ has the unit of the objective for i = 0; rows are normalised. The least ρ of the objective is `least` × its
 /// value at the start. Equalities are never conservative and do not count.
 ///
-/// **Source.** Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 4. We differ: the lengths in w are fixed for the run, and
+/// # Sources
+///
+/// Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 4. We differ: the lengths in w are fixed for the run, and
 /// the first increase is not capped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conservatism {
     /// Least ρ; positive.
     pub least: f64,
-    /// Shortfall, relative to the value of the objective or as a fraction of a limit, that is forgiven.
+    /// Shortfall, relative to the value of the objective or as a fraction of a limit, that is tolerated.
     pub tolerance: f64,
-    /// Largest ρ, in the same units; a cycle that asks for more is repeated with other move limits instead.
+    /// Largest ρ, in the same units; a cycle that needs more is repeated with other move limits instead.
     pub most: f64,
 }
 
@@ -36,23 +40,23 @@ impl Default for Conservatism {
 }
 
 impl Conservatism {
-    /// The guard of a start design.
-    pub(super) fn guard(&self, problem: &Problem, first: &Evaluation) -> GlobalizationState {
+    /// The conservatism at a start design.
+    pub(super) fn initial(&self, problem: &Problem, first: &Evaluation) -> GlobalizationState {
         let objective = self.least * unit(first.objective);
         let rows = std::iter::repeat_n(self.least, problem.constraints.len());
         GlobalizationState { conservatism: std::iter::once(objective).chain(rows).collect(), ..Default::default() }
     }
 
-    /// Whether nothing was too low.
+    /// True if no approximation was too low.
     pub(super) fn is_conservative(&self, trial: &Trial) -> bool {
         let Some(outcome) = &trial.outcome else { return false };
         (0..outcome.shortfall.len()).all(|i| outcome.shortfall[i] <= self.tolerance * scale(trial, i))
     }
 
-    /// More conservatism where it lacks; [`Verdict::Reject`] where there is too much already.
-    pub(super) fn tighten(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict {
+    /// Increases the conservatism of approximations that were too low; [`Verdict::Reject`] beyond the largest conservatism.
+    pub(super) fn increase(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict {
         let Some(outcome) = &trial.outcome else { return Verdict::Reject };
-        for (i, rho) in guard.conservatism.iter_mut().enumerate() {
+        for (i, rho) in state.conservatism.iter_mut().enumerate() {
             let unit = scale(trial, i);
             if outcome.shortfall[i] > self.tolerance * unit {
                 let wanted = 1.1 * (*rho + outcome.shortfall[i] / trial.distance);
@@ -66,9 +70,9 @@ impl Conservatism {
         Verdict::IncreaseConservatism
     }
 
-    /// Less conservatism after an accepted design.
-    pub(super) fn relax(&self, trial: &Trial, guard: &mut GlobalizationState) {
-        for (i, rho) in guard.conservatism.iter_mut().enumerate() {
+    /// Reduces the conservatism after an accepted design.
+    pub(super) fn relax(&self, trial: &Trial, state: &mut GlobalizationState) {
+        for (i, rho) in state.conservatism.iter_mut().enumerate() {
             *rho = (0.1 * *rho).max(self.least * scale(trial, i));
         }
     }
@@ -91,14 +95,14 @@ impl Globalization for Conservatism {
     }
 
     fn start(&self, problem: &Problem, first: &Evaluation) -> GlobalizationState {
-        self.guard(problem, first)
+        self.initial(problem, first)
     }
 
-    fn judge(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict {
+    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict {
         if self.is_conservative(trial) {
-            self.relax(trial, guard);
+            self.relax(trial, state);
             return Verdict::Accept;
         }
-        self.tighten(trial, guard)
+        self.increase(trial, state)
     }
 }

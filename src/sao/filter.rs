@@ -11,17 +11,19 @@ use error::{Error, Result};
 ///
 /// $$ h \le (1 - γ) h_i \quad\text{or}\quad F \le F_i - γ h , $$
 ///
-/// and if besides, where the approximate problem promises a fall of the objective ΔF̃ > 0 that outweighs the violation it starts
-/// from, F falls by at least σ ΔF̃. A start from which the objective was not asked to fall enters the filter. A rejected cycle
+/// and if besides, where the approximate problem predicts a decrease of the objective ΔF̃ > 0 that outweighs the violation at the
+/// start of the cycle, F decreases by at least σ ΔF̃. A start without such a decrease enters the filter. A rejected cycle
 /// is repeated with other move limits: combine it with [`TrustRegion`](super::TrustRegion).
 ///
-/// **Source.** Fletcher, Leyffer & Toint, *SIAM J. Optim.* 13 (2002) 44–59, with h the largest violation. We differ: the
+/// # Sources
+///
+/// Fletcher, Leyffer & Toint, *SIAM J. Optim.* 13 (2002) 44–59, with h the largest violation. We differ: the
 /// restoration phase is the relaxation of the subproblem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Filter {
     /// γ, the margin; between 0 and 1.
     pub margin: f64,
-    /// σ, the fraction of the promised fall that must come; between 0 and 1.
+    /// σ, the fraction of the predicted decrease that must be reached; between 0 and 1.
     pub fraction: f64,
     /// Violation, as a fraction, that counts as none.
     pub tolerance: f64,
@@ -41,31 +43,31 @@ impl Filter {
         if h <= self.tolerance { 0.0 } else { h }
     }
 
-    /// The first entry: no design is as bad as that.
+    /// The first entry, an upper bound of the violation.
     fn ceiling(&self, first: &Evaluation) -> [f64; 2] {
         [self.ceiling.max(2.0 * self.violation(first.max_violation_pct())), f64::MIN]
     }
 
-    /// Whether the trial may start the next cycle; remembers its start if so.
-    fn admits(&self, trial: &Trial, guard: &mut GlobalizationState) -> bool {
+    /// True if the trial step is accepted by the filter, into which its start then may enter.
+    fn accepts(&self, trial: &Trial, state: &mut GlobalizationState) -> bool {
         let Some(outcome) = &trial.outcome else { return false };
         let (h, f) = (self.violation(outcome.violation_pct), outcome.objective);
         let before = [self.violation(100.0 * trial.violation_before), trial.objective_before];
-        // Differences in the last digits of the objective decide nothing.
+        // Differences in the last digits of the objective are ignored.
         let noise = 1e-10 * trial.objective_before.abs();
         let better = |&[hi, fi]: &[f64; 2]| h < (1.0 - self.margin) * hi || f <= fi - self.margin * h + noise;
-        if !guard.filter.iter().all(better) || !(better(&before) || (h == 0.0 && before[0] > 0.0)) {
+        if !state.filter.iter().all(better) || !(better(&before) || (h == 0.0 && before[0] > 0.0)) {
             return false;
         }
-        let promised = trial.objective_before - trial.approximate_objective;
-        let asked_to_fall = promised > noise && promised >= before[0] * before[0] * trial.objective_before.abs();
-        if asked_to_fall && h >= before[0] && trial.objective_before - f < self.fraction * promised - noise {
+        let predicted = trial.objective_before - trial.approximate_objective;
+        let must_decrease = predicted > noise && predicted >= before[0] * before[0] * trial.objective_before.abs();
+        if must_decrease && h >= before[0] && trial.objective_before - f < self.fraction * predicted - noise {
             return false;
         }
-        if !asked_to_fall {
-            guard.filter.retain(|&[hi, fi]| hi < before[0] || fi < before[1]);
+        if !must_decrease {
+            state.filter.retain(|&[hi, fi]| hi < before[0] || fi < before[1]);
             if before[0] > 0.0 {
-                guard.filter.push(before);
+                state.filter.push(before);
             }
         }
         true
@@ -77,7 +79,7 @@ impl Globalization for Filter {
         let fraction = |v: f64| v > 0.0 && v < 1.0;
         Error::check_option("margin of the filter", "between 0 and 1", self.margin, fraction(self.margin))?;
         Error::check_option(
-            "fraction of the promised fall",
+            "fraction of the predicted decrease",
             "between 0 and 1",
             self.fraction,
             fraction(self.fraction),
@@ -90,16 +92,18 @@ impl Globalization for Filter {
         GlobalizationState { filter: vec![self.ceiling(first)], ..Default::default() }
     }
 
-    fn judge(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict {
-        if self.admits(trial, guard) { Verdict::Accept } else { Verdict::Reject }
+    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict {
+        if self.accepts(trial, state) { Verdict::Accept } else { Verdict::Reject }
     }
 }
 
-/// Filtered conservatism: what a filter admits is accepted; only what it refuses is repeated with more conservatism.
+/// Filtered conservatism: designs that the filter accepts are accepted, the others are repeated with more conservatism.
 ///
-/// A refused design that was approximated conservatively is repeated with other move limits.
+/// A rejected design that was approximated conservatively is repeated with other move limits.
 ///
-/// **Source.** Groenwold & Etman, *Struct. Multidisc. Optim.* 42 (2010) 165–178.
+/// # Sources
+///
+/// Groenwold & Etman, *Struct. Multidisc. Optim.* 42 (2010) 165–178.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FilteredConservatism {
     /// The filter.
@@ -115,17 +119,17 @@ impl Globalization for FilteredConservatism {
     }
 
     fn start(&self, problem: &Problem, first: &Evaluation) -> GlobalizationState {
-        GlobalizationState { filter: vec![self.filter.ceiling(first)], ..self.conservatism.guard(problem, first) }
+        GlobalizationState { filter: vec![self.filter.ceiling(first)], ..self.conservatism.initial(problem, first) }
     }
 
-    fn judge(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict {
-        if self.filter.admits(trial, guard) {
-            self.conservatism.relax(trial, guard);
+    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict {
+        if self.filter.accepts(trial, state) {
+            self.conservatism.relax(trial, state);
             Verdict::Accept
         } else if self.conservatism.is_conservative(trial) {
             Verdict::Reject
         } else {
-            self.conservatism.tighten(trial, guard)
+            self.conservatism.increase(trial, state)
         }
     }
 }

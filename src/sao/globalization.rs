@@ -1,11 +1,12 @@
-//! Accepting or rejecting a proposed design.
+//! Acceptance of a proposed design.
 
-use super::{GlobalizationState, Trial};
+use super::Trial;
 use crate::problem::{Evaluation, Problem};
 use error::{Error, Result};
+use serde::{Deserialize, Serialize};
 
-/// What becomes of a proposed design.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+/// The decision on a proposed design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
     /// It starts the next cycle.
     Accept,
@@ -15,18 +16,31 @@ pub enum Verdict {
     IncreaseConservatism,
 }
 
-/// A rule that judges trials. Values hold settings only; what it remembers is in the [`GlobalizationState`] of the state.
+/// Data that a globalization stores from cycle to cycle.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GlobalizationState {
+    /// Conservatism ρ of the objective, then of each constraint, in the unit of each; empty for none.
+    pub conservatism: Vec<f64>,
+    /// The filter: largest violation (as a fraction) and objective of designs that no other one dominates.
+    pub filter: Vec<[f64; 2]>,
+}
+
+/// A rule that accepts or rejects trial steps. Values hold settings only; their data are in the [`GlobalizationState`].
 pub trait Globalization: Send + Sync + std::fmt::Debug {
-    /// Refuses settings out of range.
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] for a setting out of range.
     fn check(&self) -> Result<()> {
         Ok(())
     }
-    /// What is remembered of the start design.
+    /// The state at the start design.
     fn start(&self, _problem: &Problem, _first: &Evaluation) -> GlobalizationState {
         GlobalizationState::default()
     }
-    /// The verdict on a trial. A trial whose analysis failed never gets here: it is rejected.
-    fn judge(&self, trial: &Trial, guard: &mut GlobalizationState) -> Verdict;
+    /// The decision on a trial step; one whose analysis failed is rejected without this method.
+    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict;
 }
 
 /// The paper's rule: a design is accepted unless the approximation errors there are too large.
@@ -56,9 +70,9 @@ impl Globalization for ErrorBased {
 
 /// A design is accepted unless it violates constraints by more than a limit and more than the design before it.
 ///
-/// From a feasible start the run stays near the feasible region. The error-based rule throws away feasible and better
-/// designs where responses change fast, as near a resonance, and may accept violated ones from which the least
-/// violation leads to a local minimum of the violation. Errors still steer the move limits.
+/// From a feasible start the run stays near the feasible region. The error-based rule rejects feasible and better designs
+/// where responses change fast, as near a resonance, and may accept infeasible ones that lead to a local minimum of the
+/// violation. Errors still determine the move limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StayFeasible {
     /// V in percent up to which a design is always accepted.
@@ -103,7 +117,7 @@ mod tests {
     use crate::sao::Outcome;
 
     #[test]
-    fn staying_feasible_minds_the_violation_and_not_the_error() {
+    fn staying_feasible_depends_on_the_violation_and_not_on_the_error() {
         let judge = |before: f64, violation_pct: f64| {
             let outcome = Outcome {
                 objective: 1.0,

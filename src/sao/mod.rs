@@ -1,10 +1,11 @@
 //! The sequence of approximate optimization cycles (Sections 3 and 4 of the paper).
 //!
-//! A [`Method`] is a filling of interchangeable parts; its [`Method::step`] does one cycle; everything that changes is in
+//! A [`Method`] is a choice of interchangeable parts, and its [`Method::step`] does one cycle. Everything that changes is in
 //! one [`State`], which can be written to a file and continued from it with the same bits.
 
 mod conservatism;
 mod cycle;
+mod driver;
 mod filter;
 mod globalization;
 mod method;
@@ -14,6 +15,7 @@ mod post_optimal;
 mod presets;
 mod screening;
 mod state;
+mod status;
 mod stop;
 mod trial;
 mod trust_region;
@@ -21,13 +23,14 @@ mod trust_region;
 pub use conservatism::Conservatism;
 pub use cycle::{ActiveRow, Cycle, Prediction};
 pub use filter::{Filter, FilteredConservatism};
-pub use globalization::{AcceptAlways, ErrorBased, Globalization, StayFeasible, Verdict};
+pub use globalization::{AcceptAlways, ErrorBased, Globalization, GlobalizationState, StayFeasible, Verdict};
 pub use method::Method;
 pub use move_limits::{MoveLimits, Region, RelativeLimits};
 pub use post_optimal::{Parameter, PostOptimal};
 pub use presets::{Preset, preset, presets};
 pub use screening::Screening;
-pub use state::{Counters, CycleData, GlobalizationState, STATE_VERSION, State};
-pub use stop::{Status, Stop};
+pub use state::{Counters, STATE_VERSION, State};
+pub use status::Status;
+pub use stop::Stop;
 pub use trial::{Outcome, Trial};
 pub use trust_region::{FixedLimits, Merit, TrustRegion};

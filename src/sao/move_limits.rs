@@ -27,7 +27,7 @@ impl Region {
         Self { lower, upper, is_limit }
     }
 
-    /// Which variables of `b` stand at a move limit, within a millionth of the width of the region.
+    /// Marks the variables of `b` that are at a move limit, within a millionth of the width of the region.
     pub fn at_limit(&self, b: &[f64]) -> Vec<bool> {
         let one = |k: usize| {
             let near = 1e-6 * (self.upper[k] - self.lower[k]);
@@ -40,17 +40,21 @@ impl Region {
 
 /// A move-limit strategy. Values hold settings only; the factors belong to the state of the run.
 pub trait MoveLimits: Send + Sync + std::fmt::Debug {
-    /// Refuses settings out of range.
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] for a setting out of range.
     fn check(&self) -> Result<()>;
     /// The factors of the first cycle, one for each of `n` variables.
     fn start(&self, n: usize) -> Vec<f64>;
     /// The search subregion around design `b`.
     fn region(&self, problem: &Problem, b: &[f64], factors: &[f64]) -> Region;
-    /// The factors of the next try, after a trial was judged.
+    /// Updates the factors for the next trial step, after the decision on a trial step.
     fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict);
 }
 
-/// The move limits of the paper: one relative factor for each design variable, steered by the approximation errors.
+/// The move limits of the paper: one relative factor for each design variable, controlled by the approximation errors.
 ///
 /// The region is bᵢ ± fᵢ·|bᵢ|, cut to the design space. With E = max(E_f, E_g) in percent, after a cycle that was
 ///
@@ -58,8 +62,8 @@ pub trait MoveLimits: Send + Sync + std::fmt::Debug {
 /// * accepted with E above [`reduce_above_pct`](Self::reduce_above_pct), all × [`reduction`](Self::reduction);
 /// * accepted with E up to [`increase_below_pct`](Self::increase_below_pct), × [`increase`](Self::increase) for variables
 ///   at a move limit, unless V exceeds [`increase_violation_pct`](Self::increase_violation_pct) or nothing was approximated;
-/// * accepted with E up to that threshold, × [`on_reversal`](Self::on_reversal) for variables whose step turned against
-///   their last step, if V exceeds [`reversal_violation_pct`](Self::reversal_violation_pct): the sign of an oscillation
+/// * accepted with E up to that threshold, × [`on_reversal`](Self::on_reversal) for variables whose step changed its sign
+///   against their last step, if V exceeds [`reversal_violation_pct`](Self::reversal_violation_pct): the sign of an oscillation
 ///   between time points. With E between the two thresholds it takes a V above
 ///   [`increase_violation_pct`](Self::increase_violation_pct) both before and after the step.
 ///
@@ -86,7 +90,7 @@ pub struct RelativeLimits {
     pub increase_violation_pct: f64,
     /// Their multiplier then.
     pub increase: f64,
-    /// Multiplier of the factor of a variable whose step turned; 1 switches the rule off.
+    /// Multiplier of the factor of a variable whose step changed its sign; 1 switches the rule off.
     pub on_reversal: f64,
     /// Violation in percent above which it applies.
     pub reversal_violation_pct: f64,
@@ -162,8 +166,8 @@ impl MoveLimits for RelativeLimits {
             } else if may_widen && trial.at_limit[k] {
                 *factor = (*factor * self.increase).min(self.cap.max(*factor));
             }
-            let turned = trial.last_step.is_some_and(|last| last[k] * (trial.to[k] - trial.from[k]) < 0.0);
-            if turned && oscillates {
+            let is_reversed = trial.last_step.is_some_and(|last| last[k] * (trial.to[k] - trial.from[k]) < 0.0);
+            if is_reversed && oscillates {
                 *factor *= self.on_reversal;
             }
         }

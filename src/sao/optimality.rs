@@ -1,23 +1,23 @@
-//! How far the start of a cycle was from the first-order conditions of the problem itself.
+//! Residual of the first-order optimality conditions of the problem at the start of a cycle.
 
 use crate::approximation::ApproximateProblem;
 use crate::problem::Problem;
 use error::Result;
 use nlp::Program;
 
-/// A variable's length: its size, between a tenth of its scale and its scale.
+/// The length of each variable: its size, between a tenth of its scale and its scale.
 fn lengths(problem: &Problem, b: &[f64]) -> Vec<f64> {
     problem.scales().iter().zip(b).map(|(scale, b)| b.abs().clamp(0.1 * scale, *scale)).collect()
 }
 
-/// What first-order models at design `b`, the start of a cycle, still promise, relative to the objective there.
+/// Possible first-order decrease of the objective at design `b`, the start of a cycle, relative to the objective there.
 ///
 /// The approximate problem has the values and gradients of the problem at `b`. With its multipliers λ and
 /// s = ∇F + Σ λᵢ ∇ĝᵢ at `b`, this is the largest of
 ///
-/// * |sₖ| × the distance that variable k can move against sₖ, at most its length, over |F|. Multipliers of move limits are
-///   left out of s: a step that only a move limit stops is not at its end;
-/// * |λᵢ (ĝᵢ − 1)| over |F|: a row that holds the solution of the approximate problem, but not yet the design.
+/// * |sₖ| × the distance that variable k can move against sₖ, at most its length, over |F|. Multipliers of move limits do not
+///   enter s: a design at a move limit only is not optimal;
+/// * |λᵢ (ĝᵢ − 1)| over |F|: a row that is active in the solution of the approximate problem, but not yet at the design.
 ///
 /// The error of the objective is of second order in it.
 pub(super) fn residual(
@@ -33,8 +33,8 @@ pub(super) fn residual(
         let held = multipliers.iter().zip(here.rows.column(k).iter()).map(|(λ, g)| λ * g).sum::<f64>();
         let slope = here.objective[k] + held;
         let variable = &problem.variables[k];
-        let room = if slope > 0.0 { b[k] - variable.lower } else { variable.upper - b[k] };
-        most = most.max(slope.abs() * room.min(length));
+        let distance = if slope > 0.0 { b[k] - variable.lower } else { variable.upper - b[k] };
+        most = most.max(slope.abs() * distance.min(length));
     }
     let slack = multipliers.iter().zip(&here.values.rows).map(|(λ, g)| (λ * g).abs());
     Ok(slack.fold(most, f64::max) / unit)

@@ -1,8 +1,8 @@
-//! What holds an optimum, and what moves it.
+//! Post-optimality analysis: multipliers at the optimum, and derivatives of the optimum with respect to parameters.
 
 use super::{ActiveRow, State};
-use crate::approximation::ApproximateProblem;
-use crate::problem::{Problem, RowId, Sensitivities};
+use crate::approximation::CycleData;
+use crate::problem::{AnalyzedDesign, Problem, RowId, Sensitivities};
 use error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
@@ -14,7 +14,7 @@ const AT_BOUND: f64 = 1e-7;
 /// A parameter of the problem that is not free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
-    /// A design variable that stands at a bound, or is fixed by equal bounds: its value.
+    /// A design variable that is at a bound, or is fixed by equal bounds: its value.
     Variable(usize),
     /// The limit c of a constraint, in its unit.
     Limit(usize),
@@ -29,7 +29,9 @@ pub enum Parameter {
 ///
 /// over the free variables, as long as the active rows and bounds stay the same.
 ///
-/// **Source.** Fiacco, *Introduction to Sensitivity and Stability Analysis in Nonlinear Programming* (1983), section 3.2.
+/// # Sources
+///
+/// Fiacco, *Introduction to Sensitivity and Stability Analysis in Nonlinear Programming* (1983), section 3.2.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PostOptimal {
     /// Active rows and their multipliers ∂F/∂ĝ, in the unit of the objective.
@@ -49,24 +51,20 @@ pub struct PostOptimal {
 
 /// Gradients of objective and rows at a design.
 fn gradients(problem: &Problem, b: &[f64], rows: &[RowId]) -> Result<(Vec<f64>, DMatrix<f64>)> {
-    let responses = problem.analyze(b)?;
-    let evaluation = problem.evaluate(b, &responses)?;
-    let instants = ApproximateProblem::instants(problem, rows);
-    let known = problem.sensitivities(b, &responses, &instants)?;
-    let sensitivities = Sensitivities { instants, rows: known };
-    let objective = problem.total_derivative(&problem.objective, 0, b, &responses, &sensitivities);
+    let AnalyzedDesign { responses, evaluation, .. } = problem.analyze_design(b)?;
+    let at = CycleData::needed(problem, rows);
+    let sensitivities = Sensitivities { rows: problem.sensitivities(b, &responses, &at)?, at };
+    let objective = problem.total_derivative(problem.objective.signed(), 0, b, &responses, &sensitivities);
     let mut all = DMatrix::zeros(rows.len(), b.len());
     for (i, row) in rows.iter().enumerate() {
         let constraint = &problem.constraints[row.constraint];
-        let near = evaluation.peaks.iter().filter(|p| p.row.constraint == row.constraint);
-        let peak = near.min_by_key(|p| p.row.point.abs_diff(row.point)).filter(|_| constraint.is_continuous);
-        let slope = match peak {
+        let slope = match evaluation.nearest_peak(*row) {
             Some(&at) => {
                 let peak = problem.peak(at, b, &responses, &evaluation.constraints[row.constraint])?;
                 problem.peak_gradient(&peak, b)
             }
             None => {
-                let slope = problem.total_derivative(&constraint.quantity, row.point, b, &responses, &sensitivities);
+                let slope = problem.total_derivative(constraint.signed(), row.point, b, &responses, &sensitivities);
                 slope.into_iter().map(|v| v / constraint.scale).collect()
             }
         };
@@ -92,7 +90,7 @@ impl PostOptimal {
         let free: Vec<usize> = (0..b.len()).filter(|&k| is_free[k]).collect();
         let a = DMatrix::from_fn(free.len(), rows.len(), |i, j| gradients[(j, free[i])] * scale[free[i]]);
         let f = DVector::from_fn(free.len(), |i, _| -objective[free[i]] * scale[free[i]]);
-        // A design at bounds in all variables says nothing of the multipliers.
+        // A design at bounds in all variables does not determine the multipliers.
         let multipliers = match rows.len().min(free.len()) {
             0 => DVector::zeros(rows.len()),
             _ => a.svd(true, true).solve(&f, 1e-12).map_err(|why| singular(problem, why))?,
@@ -112,7 +110,7 @@ impl PostOptimal {
     pub fn kkt(&self, problem: &Problem) -> f64 {
         let scale = problem.scales();
         let row = |(i, r): (usize, &ActiveRow)| {
-            let inequality = !problem.constraints[r.row.constraint].is_equality;
+            let inequality = !problem.constraints[r.row.constraint].is_equality();
             let size = (0..scale.len()).fold(0.0, |m: f64, k| m.max((self.gradients[(i, k)] * scale[k]).abs()));
             if inequality { -r.multiplier * size } else { 0.0 }
         };
@@ -132,13 +130,16 @@ impl PostOptimal {
 
     /// dF*/dp, in the unit of the objective over that of the parameter.
     ///
-    /// Errors with [`Error::Definition`] if the parameter is a free variable.
+    /// # Errors
+    ///
+    /// [`Error::Definition`] if the parameter is a free variable.
     pub fn objective(&self, problem: &Problem, parameter: Parameter) -> Result<f64> {
         match parameter {
             Parameter::Variable(k) => self.fixed(problem, k).map(|()| self.slopes[k]),
             Parameter::Limit(j) => {
                 let of = self.rows.iter().filter(|r| r.row.constraint == j);
-                Ok(-of.map(|r| r.multiplier).sum::<f64>() / problem.constraints[j].scale)
+                let constraint = &problem.constraints[j];
+                Ok(-constraint.sign() * of.map(|r| r.multiplier).sum::<f64>() / constraint.scale)
             }
         }
     }
@@ -174,8 +175,10 @@ impl PostOptimal {
 
     /// db*/dp, length n; two analyses and sensitivity analyses for each free variable and for the parameter.
     ///
-    /// Errors with [`Error::Definition`] if the parameter is a free variable, or if the optimum is not determined by its
-    /// active rows and its curvature.
+    /// # Errors
+    ///
+    /// [`Error::Definition`] if the parameter is a free variable, or if the optimum is not determined by its active rows and its
+    /// curvature.
     pub fn design(&self, problem: &Problem, parameter: Parameter) -> Result<Vec<f64>> {
         let free: Vec<usize> = (0..self.design.len()).filter(|&k| self.is_free[k]).collect();
         let (n, m, scale) = (free.len(), self.rows.len(), problem.scales());
@@ -198,7 +201,8 @@ impl PostOptimal {
             }
             Parameter::Limit(j) => {
                 let of = (0..m).filter(|&i| self.rows[i].row.constraint == j);
-                of.for_each(|i| right[n + i] = 1.0 / problem.constraints[j].scale);
+                let constraint = &problem.constraints[j];
+                of.for_each(|i| right[n + i] = constraint.sign() / constraint.scale);
             }
         }
         let moved = matrix.lu().solve(&right).filter(|x| x.iter().all(|v| v.is_finite()));
@@ -211,19 +215,19 @@ impl PostOptimal {
         Ok(change)
     }
 
-    /// What holds the optimum, in words, the largest multiplier first:
+    /// Active constraints and bounds with their effect on the objective, in words, the largest multiplier first:
     /// `displacement upper at time 2.28 s: relaxing it by 1 % changes peak acceleration by -0.0028 m/s²`.
     pub fn in_words(&self, problem: &Problem, state: &State) -> Vec<String> {
         let percent = |row: &ActiveRow| {
             let change = -0.01 * row.multiplier;
             let what = state.row_in_words(problem, row.row);
-            let (name, unit) = (&problem.objective_name, &problem.objective_unit);
+            let (name, unit) = (&problem.objective.name, &problem.objective.unit);
             (change.abs(), format!("{what}: relaxing it by 1 % of its scale changes {name} by {change:.3e} {unit}"))
         };
         let bound = |k: usize| {
             let (v, slope) = (&problem.variables[k], self.slopes[k]);
             let per =
-                format!("{} changes by {slope:.3e} {} per {}", problem.objective_name, problem.objective_unit, v.unit);
+                format!("{} changes by {slope:.3e} {} per {}", problem.objective.name, problem.objective.unit, v.unit);
             ((slope * 0.01 * problem.scales()[k]).abs(), format!("bound of {} at {}: {per}", v.name, self.design[k]))
         };
         let mut all: Vec<(f64, String)> = self.rows.iter().map(percent).collect();
@@ -241,8 +245,7 @@ impl State {
     /// A constraint and its time in words; a peak in continuous time with its own time.
     pub fn row_in_words(&self, problem: &Problem, row: RowId) -> String {
         let constraint = &problem.constraints[row.constraint];
-        let near = self.evaluation.peaks.iter().filter(|p| p.row.constraint == row.constraint);
-        match near.min_by_key(|p| p.row.point.abs_diff(row.point)).zip(constraint.quantity.grid()) {
+        match self.evaluation.nearest_peak(row).zip(constraint.quantity.grid()) {
             Some((peak, grid)) => {
                 let grid = &problem.grids[grid];
                 format!("{} at {} {:.6} {}", constraint.name, grid.name, peak.time, grid.unit)

@@ -1,8 +1,8 @@
-//! Methods of the literature by name: each a filling of the interchangeable parts.
+//! Methods of the literature by name: presets of the interchangeable parts.
 
 use super::{
-    AcceptAlways, Conservatism, ErrorBased, Filter, FilteredConservatism, FixedLimits, Globalization, Merit, Method,
-    MoveLimits, RelativeLimits, TrustRegion,
+    AcceptAlways, Conservatism, Filter, FilteredConservatism, FixedLimits, Globalization, Merit, Method, MoveLimits,
+    RelativeLimits, TrustRegion,
 };
 use crate::approximation::{
     Approximation, Asymptotes, Conlin, CurvatureRule, DiagonalQuadratic, FullQuadratic, Hessian, LagrangianCurvature,
@@ -10,7 +10,7 @@ use crate::approximation::{
 };
 use error::{Error, Result};
 
-/// A method with a name.
+/// A named method.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
     /// Name on the command line: lower case with hyphens.
@@ -21,30 +21,32 @@ pub struct Preset {
     pub method: fn() -> Method,
 }
 
-/// All of them: those with first derivatives at one design, at several designs, and with second derivatives.
+/// All presets: those with first derivatives at one design, at several designs, and with second derivatives.
 pub fn presets() -> &'static [Preset] {
     PRESETS
 }
 
-/// The method of that name.
+/// The method of that name, or of a former name: `paper` is `slp`.
 ///
-/// **Errors.** [`Error::Definition`] with the nearest names if there is none.
+/// # Errors
+/// [`Error::Definition`] with the nearest names if there is none.
 pub fn preset(name: &str) -> Result<&'static Preset> {
+    let name = FORMER_NAMES.iter().find(|(former, _)| *former == name).map_or(name, |(_, current)| current);
     let unknown = || Error::unknown("method", name, PRESETS.iter().map(|p| p.name));
     PRESETS.iter().find(|p| p.name == name).ok_or_else(unknown)
 }
 
-/// Errors of the approximation decide, as in the paper.
+/// Acceptance by the errors of the approximation, as in the paper.
 fn by_errors(approximation: impl Approximation + 'static) -> Method {
-    Method { approximation: Box::new(approximation), ..Method::default() }
+    Method::default().with_approximation(approximation)
 }
 
-/// A filter decides, a trust region limits the step.
+/// Acceptance by a filter; a trust region limits the step.
 fn by_filter(approximation: impl Approximation + 'static) -> Method {
     with(approximation, Filter::default(), TrustRegion::default())
 }
 
-/// What a filter refuses is repeated with more conservatism; the step may reach over the whole design space.
+/// Acceptance by a filter, with more conservatism after a rejection; the step may reach over the whole design space.
 fn by_filtered_conservatism(approximation: impl Approximation + 'static) -> Method {
     with(approximation, FilteredConservatism::default(), FixedLimits::default())
 }
@@ -54,24 +56,27 @@ fn with(
     globalization: impl Globalization + 'static,
     move_limits: impl MoveLimits + 'static,
 ) -> Method {
-    Method { globalization: Box::new(globalization), move_limits: Box::new(move_limits), ..by_errors(approximation) }
+    by_errors(approximation).with_globalization(globalization).with_move_limits(move_limits)
 }
 
-/// The paper's move limits, but wide enough at the start for a step that second derivatives can be trusted with.
+/// The paper's move limits, but wider at the start, for approximations with second derivatives.
 fn wide() -> RelativeLimits {
     RelativeLimits { initial: 0.7, cap: 1.0, ..RelativeLimits::default() }
 }
 
 const EXPONENTIAL: TwoPointExponential = TwoPointExponential { least: -3.0, most: 3.0, otherwise: -1.0 };
 
+/// Former names of presets with the current ones.
+const FORMER_NAMES: &[(&str, &str)] = &[("paper", "slp"), ("paper-fixed-times", "slp-fixed-times")];
+
 static PRESETS: &[Preset] = &[
     Preset {
-        name: "paper",
+        name: "slp",
         title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time drift",
         method: Method::default,
     },
     Preset {
-        name: "paper-fixed-times",
+        name: "slp-fixed-times",
         title: "the same, but peaks in continuous time keep their times",
         method: || Method { drifting: false, ..Method::default() },
     },
@@ -168,11 +173,7 @@ static PRESETS: &[Preset] = &[
     Preset {
         name: "hessian-errors",
         title: "exact second derivatives; approximation errors; relative move limits from 70 %",
-        method: || Method {
-            move_limits: Box::new(wide()),
-            globalization: Box::new(ErrorBased::default()),
-            ..by_errors(FullQuadratic { hessian: Hessian::Exact })
-        },
+        method: || by_errors(FullQuadratic { hessian: Hessian::Exact }).with_move_limits(wide()),
     },
 ];
 
@@ -187,6 +188,7 @@ mod tests {
         names.dedup();
         assert_eq!(names.len(), presets().len());
         assert_eq!(preset("gcmma").unwrap().name, "gcmma");
+        assert_eq!(preset("paper").unwrap().name, "slp");
         assert!(preset("gcma").unwrap_err().to_string().contains("try `gcmma`"));
     }
 }

@@ -1,19 +1,19 @@
-//! Constraint screening: only critical and potentially critical constraints enter the approximate problem.
+//! Constraint screening: selects the critical and potentially critical constraints for the approximate problem.
 
 use crate::problem::{Evaluation, Problem, RowId, Selection, maxima};
 use error::{Error, Result};
 use std::collections::BTreeSet;
 
-/// Which constraints, at which time points, are kept (Section 4 of the paper).
+/// Selection of the constraints and time points that are retained (Section 4 of the paper).
 ///
-/// A row is a candidate where ĝ exceeds the cut-off; of a history, those near local maxima are kept. Constraints that
-/// depend on the design variables alone cost nothing and are always kept, equalities too. Of a constraint in continuous time
-/// the peaks above the cut-off are kept, one row for each.
+/// A row is a candidate where ĝ exceeds the cut-off; of a history, those near local maxima are retained. Constraints that
+/// depend on the design variables alone cost nothing and are always retained, equalities too. Of a constraint in continuous
+/// time the peaks above the cut-off are retained, one row for each. Time points outside the window of a constraint are not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Screening {
-    /// Rows with ĝ up to this value are removed; ĝ = 1 is the limit. The paper's examples use 0.7 and 0.5. None keeps all.
+    /// Rows with ĝ up to this value are removed; ĝ = 1 is the limit. The paper's examples use 0.7 and 0.5. `None` retains all.
     pub cutoff: Option<f64>,
-    /// Time points of a history, unless its constraint says otherwise.
+    /// Time points of a history, unless its constraint has a selection of its own.
     pub selection: Selection,
 }
 
@@ -25,7 +25,16 @@ impl Default for Screening {
 }
 
 impl Screening {
-    /// Refuses a cut-off that is not a number.
+    /// Rows above this cut-off, and near local maxima the time points that the paper retains.
+    pub fn above(cutoff: f64) -> Self {
+        Self { cutoff: Some(cutoff), ..Self::default() }
+    }
+
+    /// Checks the cut-off.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless it is below 1.
     pub fn check(&self) -> Result<()> {
         let cutoff = self.cutoff.unwrap_or(0.0);
         Error::check_option("screening cut-off", "a number below 1, such as 0.7", cutoff, cutoff < 1.0)
@@ -36,12 +45,12 @@ impl Screening {
         self.cutoff.is_none_or(|cutoff| g > cutoff)
     }
 
-    /// The kept rows, in order of constraint and time.
-    pub fn keep(&self, problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
-        let mut kept = vec![];
+    /// The retained rows, in order of constraint and time.
+    pub fn retain(&self, problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
+        let mut retained = vec![];
         for (constraint, (declared, history)) in problem.constraints.iter().zip(&evaluation.constraints).enumerate() {
             let quantity = &declared.quantity;
-            let points: Vec<usize> = if declared.is_equality {
+            let points: Vec<usize> = if declared.is_equality() {
                 (0..history.len()).collect()
             } else if declared.is_continuous {
                 let peaks = evaluation.peaks.iter().filter(|p| p.row.constraint == constraint);
@@ -51,12 +60,13 @@ impl Screening {
             } else {
                 self.points(history, declared.selection.unwrap_or(self.selection))
             };
-            kept.extend(points.into_iter().map(|point| RowId { constraint, point }));
+            let points = points.into_iter().filter(|&p| problem.holds(constraint, p));
+            retained.extend(points.map(|point| RowId { constraint, point }));
         }
-        kept
+        retained
     }
 
-    /// The kept points of one history.
+    /// The retained points of one history.
     fn points(&self, g: &[f64], selection: Selection) -> Vec<usize> {
         let critical = |p: &usize| self.is_critical(g[*p]);
         match selection {
@@ -79,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn keeps_neighbours_of_maxima_above_the_cutoff() {
+    fn retains_neighbours_of_maxima_above_the_cutoff() {
         let g = [0.0, 0.2, 0.75, 0.9, 0.8, 0.6, 0.65, 0.6, 0.1];
         assert_eq!(points(&g, 0.7, 2), [2, 3, 4]);
         assert_eq!(points(&g, 0.7, 0), [3]);

@@ -1,14 +1,13 @@
 //! The state of a run: one record that can be written to a file.
 
-use super::{Cycle, Status};
-use crate::approximation::PreviousPoint;
-use crate::problem::{Evaluation, Peak, Problem, Responses, RowId, Sensitivities};
+use super::{Cycle, GlobalizationState, Status};
+use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
+use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
-use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Version of the state file; a file of another version is refused.
+/// Version of the state file; a file of another version is rejected.
 pub const STATE_VERSION: u32 = 2;
 
 /// Work done, counted as the paper counts.
@@ -16,42 +15,10 @@ pub const STATE_VERSION: u32 = 2;
 pub struct Counters {
     /// Analyses, the first one included, failed ones too.
     pub analyses: usize,
-    /// Sensitivity analyses: one for each cycle that needed any, none for a repeated try.
+    /// Sensitivity analyses: one for each cycle that needed any, none for a repeated one.
     pub sensitivity_analyses: usize,
     /// Iterations of the subproblem solver, all cycles together.
     pub subproblem_iterations: usize,
-}
-
-/// What a cycle knows besides its start: kept rows and sensitivities, reused when it is repeated.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CycleData {
-    /// Kept constraints and time points.
-    pub kept: Vec<RowId>,
-    /// Sensitivities of the responses that they and the objective need.
-    pub sensitivities: Sensitivities,
-    /// Second derivatives at the same instants, if the approximation uses them.
-    pub curvatures: Option<Vec<DMatrix<f64>>>,
-    /// Kept local maxima of constraints in continuous time.
-    pub peaks: Vec<Peak>,
-}
-
-impl CycleData {
-    /// The largest violation of the kept rows, as a fraction, at least zero.
-    pub(super) fn violation(&self, problem: &Problem, rows: &[f64]) -> f64 {
-        let one = |(kept, &row): (&RowId, &f64)| {
-            if problem.constraints[kept.constraint].is_equality { row.abs() } else { row }
-        };
-        self.kept.iter().zip(rows).map(one).fold(0.0, f64::max)
-    }
-}
-
-/// What a globalization remembers.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct GlobalizationState {
-    /// Conservatism ρ of the objective, then of each constraint, in the unit of each; empty for none.
-    pub conservatism: Vec<f64>,
-    /// The filter: largest violation (as a fraction) and objective of designs that no other one dominates.
-    pub filter: Vec<[f64; 2]>,
 }
 
 /// Everything that changes during a run.
@@ -69,23 +36,26 @@ pub struct State {
     pub responses: Responses,
     /// Objective and constraints there.
     pub evaluation: Evaluation,
-    /// Move-limit factors of the next try.
+    /// Move-limit factors of the next trial step.
     pub factors: Vec<f64>,
     /// The last accepted step.
     pub last_step: Option<Vec<f64>>,
-    /// What the globalization remembers.
-    pub guard: GlobalizationState,
+    /// State of the globalization.
+    #[serde(rename = "guard")]
+    pub globalization: GlobalizationState,
     /// Designs accepted before, the newest first; as many as the approximation uses.
-    pub past: Vec<PreviousPoint>,
-    /// Present after a rejected try.
-    pub knowledge: Option<CycleData>,
-    /// What happened so far, cycle 0 first.
+    #[serde(rename = "past")]
+    pub previous: Vec<PreviousPoint>,
+    /// Retained rows and derivatives of a cycle that is to be repeated; none after an accepted trial step.
+    #[serde(rename = "knowledge")]
+    pub data: Option<CycleData>,
+    /// All trial steps so far, cycle 0 first.
     pub history: Vec<Cycle>,
     /// Work done.
     pub counters: Counters,
-    /// Whether the run goes on.
+    /// Status of the run.
     pub status: Status,
-    /// Why not, in words.
+    /// Reason of the status in words; empty while the run is not at its end.
     pub reason: String,
 }
 
@@ -97,7 +67,9 @@ impl State {
 
     /// The state from JSON, for continuing a run of `problem`.
     ///
-    /// Errors with [`Error::File`] if the text is not a state, of another version or of another problem.
+    /// # Errors
+    ///
+    /// [`Error::File`] if the text is not a state, or one of another version or another problem.
     pub fn from_json(text: &str, problem: &Problem) -> Result<Self> {
         #[derive(Deserialize)]
         struct Version {
@@ -112,7 +84,7 @@ impl State {
         Ok(state)
     }
 
-    /// Refuses a state of another version or problem, and one whose parts do not have the problem's shape.
+    /// Rejects a state of another version or problem, and one whose parts do not have the problem's shape.
     pub(super) fn check(&self, problem: &Problem) -> Result<()> {
         check_version(self.version)?;
         if self.fingerprint != problem.fingerprint() {
@@ -125,12 +97,14 @@ impl State {
         Error::check_length("constraints of the state", problem.constraints.len(), self.evaluation.constraints.len())
     }
 
-    /// Writes the state to a file. The file appears whole or not at all: it is written beside its place and then moved.
+    /// Writes the state to a file. The file appears whole or not at all: a temporary file is written and then moved.
     ///
-    /// Errors with [`Error::File`] if that is not possible.
+    /// # Errors
+    ///
+    /// [`Error::File`] if that is not possible.
     pub fn save(&self, path: &Path) -> Result<()> {
-        let beside = path.with_extension("part");
-        let written = std::fs::write(&beside, self.to_json()).and_then(|()| std::fs::rename(&beside, path));
+        let temporary = path.with_extension("part");
+        let written = std::fs::write(&temporary, self.to_json()).and_then(|()| std::fs::rename(&temporary, path));
         written.map_err(|e| {
             file_fault(path, &format!("it cannot be written: {e}"), "give a folder that can be written to")
         })
@@ -138,7 +112,9 @@ impl State {
 
     /// Reads a state that [`State::save`] wrote, for continuing a run of `problem` with the same bits.
     ///
-    /// Errors as [`State::from_json`] does, and if the file cannot be read; the message names the file.
+    /// # Errors
+    ///
+    /// As [`State::from_json`], and if the file cannot be read; the message names the file.
     pub fn load(path: &Path, problem: &Problem) -> Result<Self> {
         let unreadable = |e| file_fault(path, &format!("it cannot be read: {e}"), "give a file that a run wrote");
         let text = std::fs::read_to_string(path).map_err(unreadable)?;
@@ -148,26 +124,18 @@ impl State {
         })
     }
 
-    /// Analyses a proposed design. A failure is a fact about the design, not the end of the run.
-    pub(super) fn analyse(&mut self, problem: &Problem, design: &[f64]) -> Result<(Responses, Evaluation)> {
-        self.counters.analyses += 1;
-        let responses = problem.analyze(design)?;
-        let evaluation = problem.evaluate(design, &responses)?;
-        Ok((responses, evaluation))
+    /// The accepted design as the point of linearization.
+    pub fn linearization_point<'a>(&'a self, data: &'a CycleData) -> LinearizationPoint<'a> {
+        LinearizationPoint { design: &self.design, responses: &self.responses, data, previous: &self.previous }
     }
 
-    /// Makes an accepted design the start of the next cycle; the last `memory` designs are remembered with their
-    /// sensitivities.
-    pub(super) fn advance(
-        &mut self,
-        (design, responses, evaluation): (Vec<f64>, Responses, Evaluation),
-        sensitivities: Sensitivities,
-        memory: usize,
-    ) {
+    /// Makes an accepted design the start of the next cycle; the last `memory` designs are stored with their sensitivities.
+    pub(super) fn advance(&mut self, accepted: AnalyzedDesign, sensitivities: Sensitivities, memory: usize) {
+        let AnalyzedDesign { design, responses, evaluation } = accepted;
         if memory > 0 {
             let responses = Responses::new(self.responses.values.clone());
-            self.past.insert(0, PreviousPoint { design: self.design.clone(), responses, sensitivities });
-            self.past.truncate(memory);
+            self.previous.insert(0, PreviousPoint { design: self.design.clone(), responses, sensitivities });
+            self.previous.truncate(memory);
         }
         self.last_step = Some(design.iter().zip(&self.design).map(|(to, from)| to - from).collect());
         (self.design, self.responses, self.evaluation) = (design, responses, evaluation);

@@ -1,39 +1,15 @@
-//! When a run ends, and why, in words.
+//! The stop test.
 
-use super::{Cycle, State};
+use super::{Cycle, State, Status};
 use crate::problem::Problem;
 use error::{Error, Result};
-use serde::{Deserialize, Serialize};
-
-/// What the mathematics concluded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum Status {
-    /// Not ended yet.
-    Running,
-    /// The objective has settled, no constraint is violated, and the optimality conditions hold.
-    Converged,
-    /// The cycles are used up.
-    CycleLimit,
-    /// The move limits have shrunk to nothing without an acceptable design.
-    Stalled,
-    /// The design has settled where constraints are violated.
-    Infeasible,
-}
-
-impl Status {
-    /// True if the last design is a solution.
-    pub fn is_success(self) -> bool {
-        self == Self::Converged
-    }
-}
 
 /// The stop test.
 ///
 /// A run has converged where over an accepted cycle the objective changed by less than [`accuracy`](Self::accuracy) of itself,
 /// no constraint is violated by more, and the optimality conditions of the problem at the start of that cycle hold up to
-/// [`residual`](Self::residual) ([`Cycle::residual`]). Steps that are short because move limits have shrunk, asymptotes are near
-/// or conservatism has grown are therefore no convergence. [`Stop::as_published`] has the first two conditions alone.
+/// [`residual`](Self::residual) ([`Cycle::residual`]). Short steps by small move limits, near asymptotes or high conservatism
+/// therefore do not count as convergence. [`Stop::as_published`] has the first two conditions alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Relative change of the objective over an accepted cycle, and violation (as a fraction), below which the run has
@@ -61,7 +37,11 @@ impl Stop {
         Self { residual: f64::INFINITY, ..Self::default() }
     }
 
-    /// Refuses settings out of range.
+    /// Checks the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] for a setting out of range.
     pub fn check(&self) -> Result<()> {
         let positive = |v: f64| v > 0.0 && v < 1.0;
         Error::check_option("accuracy", "between 0 and 1", self.accuracy, positive(self.accuracy))?;
@@ -86,28 +66,28 @@ impl Stop {
             let reason = format!("all move-limit factors are below {:e} after {}", self.smallest_factor, words(last));
             return (Status::Stalled, reason);
         }
-        let tries = state.history.len() - 1;
-        if tries >= self.max_cycles {
-            return (Status::CycleLimit, format!("{tries} cycles are done; continue with a larger number of cycles"));
+        let trials = state.history.len() - 1;
+        if trials >= self.max_cycles {
+            return (Status::CycleLimit, format!("{trials} cycles are done; continue with a larger number of cycles"));
         }
         (Status::Running, String::new())
     }
 
-    /// Whether the objective changed little from `before` over an accepted cycle that ends without violation.
+    /// True if an accepted cycle without violation changed the objective little from `before`.
     pub(super) fn has_settled(&self, cycle: &Cycle, before: f64) -> bool {
         let change = relative_change(cycle.objective, before);
         cycle.accepted && change < self.accuracy && cycle.violation_pct / 100.0 < self.accuracy
     }
 
-    /// Whether the run is at its end.
+    /// Status and reason, if the run is at its end.
     fn settled(&self, problem: &Problem, state: &State, last: &Cycle) -> Option<(Status, String)> {
         if !last.accepted || last.cycle == 0 {
             return None;
         }
         let before = state.history.iter().rev().skip(1).find(|c| c.accepted)?.objective;
         let violation = last.violation_pct / 100.0;
-        let held = last.residual.filter(|r| *r <= self.residual && self.has_settled(last, before));
-        if let Some(residual) = held {
+        let residual = last.residual.filter(|r| *r <= self.residual && self.has_settled(last, before));
+        if let Some(residual) = residual {
             let reason = format!(
                 "the objective changed by {:.1e} of itself and the largest violation is {violation:.1e}, both below {:e}; \
                  the optimality conditions hold to {residual:.1e}",
@@ -116,8 +96,8 @@ impl Stop {
             );
             return Some((Status::Converged, reason));
         }
-        let still = last.max_variable_change_pct / 100.0 < self.accuracy;
-        if still && violation >= self.accuracy && last.relaxation > 0.0 {
+        let is_settled = last.max_variable_change_pct / 100.0 < self.accuracy;
+        if is_settled && violation >= self.accuracy && last.relaxation > 0.0 {
             let worst = last.worst.map_or_else(String::new, |row| problem.row_in_words(row));
             let reason = format!(
                 "no design within the move limits is feasible; {worst} is exceeded by {violation:.1e} of its scale"

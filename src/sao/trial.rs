@@ -1,14 +1,31 @@
-//! What is learnt from analysing a proposed design: approximation errors and violation (14)–(18).
+//! The analysis of a proposed design: approximation errors and violation (14)–(18).
 
-use super::Screening;
-use crate::problem::{Evaluation, Problem, RowId};
-use nlp::Values;
+use super::{Region, Screening};
+use crate::approximation::CycleData;
+use crate::problem::{AnalyzedDesign, Evaluation, Problem, RowId};
+use error::Result;
+use nlp::{Solution, Values};
 
 /// The value of ĝ below which its error is taken relative to this value. Without a cut-off the relative error (16) of a
 /// constraint that is nowhere near its limit would decide, and it is infinite at ĝ = 0. The paper cuts off at 0.5 or 0.7.
 const SMALL: f64 = 0.5;
 
-/// A proposed design, held against its analysis.
+/// The solution of an approximate problem and its analysis, from which the decision on it is made.
+pub(super) struct Proposal<'a> {
+    pub data: &'a CycleData,
+    /// The search subregion.
+    pub region: Region,
+    /// The solution of the approximate problem.
+    pub solution: Solution,
+    /// w = ½ Σ (Δbₖ/scaleₖ)² of the step to it.
+    pub distance: f64,
+    /// True for variables of the solution that are at a move limit.
+    pub at_limit: Vec<bool>,
+    /// The solution as analysed.
+    pub analyzed: Result<AnalyzedDesign>,
+}
+
+/// A trial step: a proposed design, compared with its analysis.
 #[derive(Clone, Debug)]
 pub struct Trial<'a> {
     /// The design from which the step was made.
@@ -29,16 +46,16 @@ pub struct Trial<'a> {
     pub approximate_violation: f64,
     /// Sum of the multipliers of all rows, in the unit of the objective.
     pub multipliers: f64,
-    /// Fall of the Lagrangian F + Σ λᵢ gᵢ over the step, with the multipliers λ of the approximate problem: promised, and as
-    /// analysed; none if the analysis failed.
+    /// Decrease of the Lagrangian F + Σ λᵢ gᵢ over the step, with the multipliers λ of the approximate problem: predicted, and
+    /// as analysed; none if the analysis failed.
     pub lagrangian: Option<[f64; 2]>,
-    /// w = ½ Σ (Δbₖ/scaleₖ)², the distance that conservatism is measured in.
+    /// w = ½ Σ (Δbₖ/scaleₖ)², the distance in which conservatism is measured.
     pub distance: f64,
-    /// What the analysis says; none if it failed.
+    /// Errors and violation by the analysis; none if it failed.
     pub outcome: Option<Outcome>,
 }
 
-/// Errors and violation of a trial whose analysis succeeded, in percent.
+/// Errors and violation of a trial step whose analysis succeeded, in percent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// F at the proposed design.
@@ -47,14 +64,42 @@ pub struct Outcome {
     pub objective_error_pct: f64,
     /// E_g (15), (16).
     pub constraint_error_pct: f64,
-    /// V (17), (18) over all constraints and time points, kept or not.
+    /// V (17), (18) over all constraints and time points, retained or not.
     pub violation_pct: f64,
-    /// Whether anything was approximated at all: without evidence errors of zero mean nothing.
+    /// True if anything was approximated: otherwise errors of zero have no meaning.
     pub evidence: bool,
-    /// By how much the analysed value exceeds the approximate one: of the objective, then of each constraint the largest over
-    /// its kept time points, with the sign that counts for an equality taken away. Not positive where the approximation is
-    /// conservative.
+    /// Analysed minus approximate value: of the objective, then of each constraint the largest over its retained time points,
+    /// at least zero for an equality. Not positive where the approximation is conservative.
     pub shortfall: Vec<f64>,
+}
+
+impl<'a> Trial<'a> {
+    /// Compares a proposal with the accepted design `from` and its evaluation `before`.
+    pub(super) fn new(
+        problem: &Problem,
+        screening: &Screening,
+        (from, before): (&'a [f64], &Evaluation),
+        last_step: Option<&'a [f64]>,
+        proposal: &'a Proposal,
+    ) -> Self {
+        let Proposal { data, solution, distance, at_limit, analyzed, .. } = proposal;
+        let approximate = Values { objective: solution.objective, rows: solution.rows.clone() };
+        let after = analyzed.as_ref().ok().map(|analyzed| &analyzed.evaluation);
+        Self {
+            from,
+            to: &solution.x,
+            last_step,
+            at_limit,
+            objective_before: before.objective,
+            violation_before: before.max_violation_pct().max(0.0) / 100.0,
+            approximate_objective: solution.objective,
+            approximate_violation: data.violation(problem, &solution.rows),
+            multipliers: solution.multipliers.iter().map(|m| m.abs()).sum(),
+            lagrangian: after.map(|after| decreases_of_lagrangian(&data.retained, solution, [before, after])),
+            distance: *distance,
+            outcome: after.map(|after| Outcome::new(problem, screening, &data.retained, &approximate, after)),
+        }
+    }
 }
 
 impl Outcome {
@@ -65,12 +110,12 @@ impl Outcome {
 
     /// Compares approximate and analysed values.
     ///
-    /// E_g is taken over kept rows that are still above the cut-off at the new design: an error in a constraint that
-    /// has become unimportant says nothing about the step.
+    /// E_g is taken over retained rows that are still above the cut-off at the new design: the error of an unimportant
+    /// constraint says nothing about the step.
     pub fn new(
         problem: &Problem,
         screening: &Screening,
-        kept: &[RowId],
+        retained: &[RowId],
         approximate: &Values,
         analysed: &Evaluation,
     ) -> Self {
@@ -79,20 +124,20 @@ impl Outcome {
             objective_error_pct: relative_pct(approximate.objective, analysed.objective),
             constraint_error_pct: 0.0,
             violation_pct: analysed.max_violation_pct(),
-            evidence: !problem.objective.is_explicit(),
+            evidence: !problem.objective.quantity.is_explicit(),
             shortfall: vec![f64::NEG_INFINITY; 1 + problem.constraints.len()],
         };
         outcome.shortfall[0] = analysed.objective - approximate.objective;
-        for (row, approximate) in kept.iter().zip(&approximate.rows) {
-            if problem.constraints[row.constraint].quantity.is_explicit() {
+        for (&row, approximate) in retained.iter().zip(&approximate.rows) {
+            let constraint = &problem.constraints[row.constraint];
+            if constraint.quantity.is_explicit() {
                 continue;
             }
             outcome.evidence = true;
-            let g = tracked(problem, row, analysed);
+            let g = analysed.value_of(row);
             let short = g - (approximate + 1.0);
-            let is_equality = problem.constraints[row.constraint].is_equality;
-            let worst = &mut outcome.shortfall[row.constraint + 1];
-            *worst = worst.max(if is_equality { 0.0 } else { short });
+            let largest = &mut outcome.shortfall[row.constraint + 1];
+            *largest = largest.max(if constraint.is_equality() { 0.0 } else { short });
             if screening.is_critical(g) {
                 let error = 100.0 * (approximate + 1.0 - g).abs() / g.abs().max(SMALL);
                 outcome.constraint_error_pct = outcome.constraint_error_pct.max(error);
@@ -102,31 +147,16 @@ impl Outcome {
     }
 }
 
-/// What a [`Trial`] says of the Lagrangian: the approximate problem's values and multipliers held against two analyses.
-pub(super) fn falls_of_lagrangian(
-    problem: &Problem,
-    kept: &[RowId],
-    (approximate, multipliers): (&Values, &[f64]),
-    [before, after]: [&Evaluation; 2],
-) -> [f64; 2] {
-    let mut falls = [before.objective - approximate.objective, before.objective - after.objective];
-    for ((row, λ), to) in kept.iter().zip(multipliers).zip(&approximate.rows).filter(|((_, λ), _)| **λ != 0.0) {
+/// Predicted and actual decrease of the Lagrangian between two evaluations.
+fn decreases_of_lagrangian(retained: &[RowId], solution: &Solution, [before, after]: [&Evaluation; 2]) -> [f64; 2] {
+    let mut decreases = [before.objective - solution.objective, before.objective - after.objective];
+    let rows = retained.iter().zip(&solution.multipliers).zip(&solution.rows);
+    for ((&row, λ), to) in rows.filter(|((_, λ), _)| **λ != 0.0) {
         let from = before.constraints[row.constraint][row.point] - 1.0;
-        falls[0] += λ * (from - to);
-        falls[1] += λ * (from - (tracked(problem, row, after) - 1.0));
+        decreases[0] += λ * (from - to);
+        decreases[1] += λ * (from - (after.value_of(row) - 1.0));
     }
-    falls
-}
-
-/// ĝ of a kept row at the new design. A peak in continuous time is followed to the nearest one, if there is one.
-pub(super) fn tracked(problem: &Problem, row: &RowId, analysed: &Evaluation) -> f64 {
-    let history = &analysed.constraints[row.constraint];
-    if !problem.constraints[row.constraint].is_continuous {
-        return history[row.point];
-    }
-    let peaks = analysed.peaks.iter().filter(|p| p.row.constraint == row.constraint);
-    let nearest = peaks.min_by_key(|p| p.row.point.abs_diff(row.point));
-    nearest.map_or(history[row.point], |p| history[p.row.point])
+    decreases
 }
 
 /// |a − b| / |b| in percent; in units of the value itself where b is zero.

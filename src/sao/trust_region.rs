@@ -15,8 +15,9 @@ fn check_width(width: f64) -> Result<()> {
     Error::check_option("width of the search region", "positive and finite", width, width > 0.0 && width.is_finite())
 }
 
-/// Move limits that stay: `width` × the scale of the variable on both sides. A rejected cycle halves them until the next
-/// accepted one, since the same step would be proposed again.
+/// Fixed move limits: `width` × the scale of the variable on both sides.
+///
+/// A rejected cycle halves them until the next accepted one, since the same step would be proposed again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedLimits {
     /// Half the width of the region in scales of the variable; 1 reaches over the whole design space.
@@ -48,18 +49,20 @@ impl MoveLimits for FixedLimits {
     }
 }
 
-/// The classical trust region: a box whose size follows the ratio of the actual fall of a merit function to the promised one.
+/// The classical trust region: a box whose size follows the ratio of actual to predicted decrease of a merit function.
 ///
 /// The merit is φ = F + μ h with the largest violation h (as a fraction) and μ twice the sum of the multipliers of the
 /// approximate problem. With the ratio ϱ = Δφ / Δφ̃ the box shrinks after a rejected cycle or ϱ below
-/// [`poor`](Self::poor), and grows where ϱ exceeds [`good`](Self::good) and the design stands at its side.
+/// [`poor`](Self::poor), and grows where ϱ exceeds [`good`](Self::good) and the design is at a side of the box.
 ///
-/// With [`Merit::Lagrangian`] φ is the Lagrangian instead: see there.
+/// With [`Merit::Lagrangian`] φ is the Lagrangian instead.
 ///
-/// **Source.** Conn, Gould & Toint, *Trust-Region Methods* (2000), algorithm 6.1.1; exact penalty as in section 14.5.
+/// # Sources
+///
+/// Conn, Gould & Toint, *Trust-Region Methods* (2000), algorithm 6.1.1; exact penalty as in section 14.5.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustRegion {
-    /// What is held against its promise.
+    /// Merit function.
     pub merit: Merit,
     /// First half width in scales of the variable.
     pub initial: f64,
@@ -75,7 +78,7 @@ pub struct TrustRegion {
     pub grow: f64,
 }
 
-/// What a [`TrustRegion`] holds against its promise.
+/// The merit function of a [`TrustRegion`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Merit {
     /// F + μ h with the largest violation h and μ twice the sum of the multipliers: a step that is worse by what linear rows
@@ -84,7 +87,7 @@ pub enum Merit {
     Penalty,
     /// F + Σ λᵢ gᵢ with the multipliers of the approximate problem. The curvature of the constraints cancels where the
     /// approximate objective has that of the Lagrangian ([`LagrangianCurvature`](crate::approximation::LagrangianCurvature)):
-    /// the box then stays as large as the step needs. It takes a filter besides, which looks after the violation.
+    /// the box then stays as large as the step needs. Combine it with a filter, which limits the violation.
     Lagrangian,
 }
 
@@ -95,18 +98,18 @@ impl Default for TrustRegion {
 }
 
 impl TrustRegion {
-    /// ϱ; none where nothing was promised.
+    /// ϱ; none if no decrease was predicted.
     fn ratio(&self, trial: &Trial) -> Option<f64> {
         let outcome = trial.outcome.as_ref()?;
         if self.merit == Merit::Lagrangian {
-            let [promised, actual] = trial.lagrangian?;
-            return (promised > 1e-10 * trial.objective_before.abs()).then_some(actual / promised);
+            let [predicted, actual] = trial.lagrangian?;
+            return (predicted > 1e-10 * trial.objective_before.abs()).then_some(actual / predicted);
         }
         let weight = 2.0 * trial.multipliers;
         let before = trial.objective_before + weight * trial.violation_before;
-        let promised = before - trial.approximate_objective - weight * trial.approximate_violation;
+        let predicted = before - trial.approximate_objective - weight * trial.approximate_violation;
         let actual = before - outcome.objective - weight * (outcome.violation_pct / 100.0).max(0.0);
-        (promised > 1e-10 * before.abs()).then_some(actual / promised)
+        (predicted > 1e-10 * before.abs()).then_some(actual / predicted)
     }
 }
 

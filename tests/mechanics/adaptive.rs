@@ -1,15 +1,15 @@
-//! Adaptive implicit steps: their error follows the tolerance, they adapt, and what they reject is reported.
+//! Adaptive implicit steps: error against tolerance, adaptation, rejected steps.
 
-use linkwright::cases::mechanisms::{Absorber, Chain};
+use linkwright::cases::{Absorber, Chain};
 use linkwright::mechanics::analyses::dynamics::StepSize;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 
-/// A local error of h³ per step: ten times the tolerance is 10^{1/3} times the step and 10^{2/3} times the error.
+/// The local error is of order h³: ten times the tolerance gives 10^{1/3} times the step and 10^{2/3} times the error.
 #[test]
 fn the_error_follows_the_tolerance() {
     let chain = Chain::horizontal(2);
@@ -28,7 +28,7 @@ fn the_error_follows_the_tolerance() {
     assert!((errors - 2.0 / 3.0).abs() < 0.1 && (steps - 1.0 / 3.0).abs() < 0.1, "{errors} {steps}: {runs:?}");
 }
 
-/// A ball that falls on a stiff stop.
+/// A ball falling on a stiff bump stop.
 fn bouncer() -> Mechanism<f64> {
     let mut m = Mechanism::with_gravity(0.0, -9.81);
     let ball = m.point_mass("ball", 1.0, 0.0, 0.5);
@@ -53,17 +53,17 @@ fn steps_become_short_in_a_contact_and_long_after_it() {
     let work = run.work();
     println!("steps from {shortest:.1e} to {longest:.1e} s, {work:?}");
     assert!(longest > 50.0 * shortest && work.failed_steps > 0 && work.iterations > work.steps);
-    // It rises again to the height of energy, 0.5 m, at twice the time of the fall and of the short contact.
+    // By energy it rises to 0.5 m again, after twice the time of the fall and the short contact.
     let times: Vec<f64> = (0..=40).map(|k| 0.6 + 0.01 * f64::from(k)).collect();
     let height = simulate(&m, &settings, &times).unwrap().values[0].iter().copied().fold(0.0, f64::max);
     assert!((height - 0.5).abs() < 5e-3, "{height}");
-    // No step is longer than is asked for.
+    // No step is longer than the limit.
     let StepSize::Adaptive { tolerance, first, .. } = settings.step else { unreachable!() };
     let short = Dynamics { step: StepSize::Adaptive { tolerance, first, longest: 1e-3 }, ..settings };
     assert!(simulate(&m, &short, &[0.2]).unwrap().work.steps >= 200);
 }
 
-/// ÿ + c ẏ + k y = 0 with y(0) = 0, ẏ(0) = 1, over the scalar.
+/// ÿ + c ẏ + k y = 0 with y(0) = 0, ẏ(0) = 1, generic over the scalar.
 fn closed<S: linkwright::autodiff::Scalar>(b: &[S], t: f64) -> S {
     let w = (b[0] - b[1] * b[1] * 0.25).sqrt();
     (b[1] * (-0.5 * t)).exp() * (w * t).sin() / w

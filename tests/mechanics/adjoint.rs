@@ -2,9 +2,7 @@
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::Result;
-use linkwright::cases::mechanisms::{
-    Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam,
-};
+use linkwright::cases::{Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialAcceleration};
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::adjoint::{

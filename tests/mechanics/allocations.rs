@@ -1,21 +1,18 @@
-//! Time steps allocate nothing after the first one.
+//! Time steps allocate memory only in the first one.
 
-use linkwright::cases::mechanisms::{Andrews, Chain, FourBar};
+use linkwright::cases::{Andrews, Chain, FourBar};
+use linkwright::mechanics::analyses::dynamics::Dynamics;
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 
 /// Allocations of `steps` further steps after the first few.
-fn allocations<M: ParametricMechanism>(
-    model: &M,
-    b: &[f64],
-    settings: &linkwright::mechanics::analyses::dynamics::Dynamics,
-) -> u64 {
+fn allocations<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Dynamics) -> u64 {
     let mechanism = model.build(b).unwrap();
-    let mut run = TimeStepper::new(&mechanism, settings, &[0.1]).unwrap();
-    run.advance().unwrap();
+    let mut stepper = TimeStepper::new(&mechanism, settings, &[0.1]).unwrap();
+    stepper.advance().unwrap();
     let count = allocation_counter::measure(|| {
         for _ in 0..20 {
-            run.advance().unwrap();
+            stepper.advance().unwrap();
         }
     });
     count.count_total
@@ -26,21 +23,15 @@ fn no_allocation_per_step() {
     let four_bar = FourBar::as_published();
     assert_eq!(allocations(&four_bar, &[0.0385, 0.0252, 0.02], &four_bar.dynamics().unwrap()), 0);
     let chain = Chain::horizontal(8);
-    assert_eq!(
-        allocations(&chain, &chain.equal_links(), &linkwright::mechanics::analyses::dynamics::Dynamics::fixed(1e-3)),
-        0
-    );
-    assert_eq!(
-        allocations(&Andrews, &Andrews::DESIGN, &linkwright::mechanics::analyses::dynamics::Dynamics::fixed(1e-5)),
-        0
-    );
+    assert_eq!(allocations(&chain, &chain.equal_links(), &Dynamics::fixed(1e-3)), 0);
+    assert_eq!(allocations(&Andrews, &Andrews::DESIGN, &Dynamics::fixed(1e-5)), 0);
 }
 
-/// Runs of 50 steps allocate as much as runs of 10, with and without derivatives.
+/// Simulations of 50 steps allocate as much as those of 10, with and without derivatives.
 #[test]
 fn no_allocation_per_explicit_step() {
+    use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
     use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
-    use linkwright::mechanics::integrators::explicit::simulate_explicitly;
     use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
     let chain = Chain::horizontal(8);
     let b = chain.equal_links();

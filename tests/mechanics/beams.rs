@@ -1,6 +1,6 @@
-//! Flexible beams held to closed forms.
+//! Flexible beams compared with closed forms.
 
-use linkwright::cases::mechanisms::SpinningBeam;
+use linkwright::cases::SpinningBeam;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::elements::{BeamSection, Shear};
@@ -8,8 +8,8 @@ use linkwright::mechanics::integrators::generalized_alpha::GeneralizedAlpha;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::ConstantSpeed;
 
-/// Simo & Vu-Quoc's spin-up: the tip lags by more than half a metre, and at full speed the beam is straight and stretched
-/// by 5.14e-4 m. A theory without centrifugal stiffening diverges.
+/// Spin-up by Simo & Vu-Quoc: the tip deflects by more than 0.5 m, and at full speed the beam is straight and elongated by
+/// 5.14e-4 m. A theory without centrifugal stiffening diverges.
 #[test]
 fn a_spinning_beam_lags_and_is_stretched_as_the_literature_says() {
     let times: Vec<f64> = (0..=300).map(|k| 0.1 * f64::from(k)).collect();
@@ -30,7 +30,7 @@ fn a_spinning_beam_lags_and_is_stretched_as_the_literature_says() {
     assert!(fine.values[1][end].abs() < 1e-3, "straight again: {:e}", fine.values[1][end]);
 }
 
-/// Tip of a cantilever under an end moment: an arc. Rotations are exact for this element, positions of second order.
+/// Tip of a cantilever under an end moment, bent to an arc. Rotations are exact for this element, positions of second order.
 #[test]
 fn a_cantilever_under_an_end_moment_converges_with_the_square_of_the_element_length() {
     let section = BeamSection::rectangular(0.02, 0.01, 2e11, 0.3, 7800.0);

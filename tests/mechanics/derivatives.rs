@@ -1,7 +1,8 @@
 //! Exact derivatives compared with Richardson-extrapolated differences of the same discrete solution.
 
 use crate::zoo::Arm;
-use linkwright::cases::mechanisms::{Andrews, Chain, SliderCrank};
+use linkwright::cases::{Andrews, Chain, SliderCrank};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
@@ -10,7 +11,6 @@ use linkwright::mechanics::derivatives::forward::explicit::differentiate_explici
 use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::ParametricMechanism;

@@ -1,9 +1,9 @@
-//! What every integrator must keep: energy, momentum, closed joints.
+//! Conservation of energy and momentum, and drift of the constraints, for every integrator.
 
 use linkwright::autodiff::Scalar;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Newton};
 use linkwright::mechanics::mechanism::outputs::Formula;
 use linkwright::mechanics::mechanism::{Mechanism, Pose};
@@ -20,7 +20,7 @@ impl Formula for AngularMomentum {
     }
 }
 
-/// Three links that fly freely, pinned to each other and wound up by a torsion spring.
+/// Three free-floating links, pinned to each other, with a preloaded torsion spring.
 ///
 /// Outputs: kinetic and potential energy, momentum along x and y, angular momentum link by link, gap of the second pin.
 fn flyer() -> Mechanism<f64> {
@@ -56,7 +56,7 @@ fn flyer() -> Mechanism<f64> {
     m
 }
 
-/// Largest change of energy, momentum and angular momentum, and the largest gap, over a run.
+/// Largest change of energy, momentum and angular momentum, and the largest gap, in a simulation.
 fn drift(run: &History) -> [f64; 4] {
     let sum = |outputs: std::ops::Range<usize>, t: usize| run.values[outputs].iter().map(|s| s[t]).sum::<f64>();
     let largest = |value: &dyn Fn(usize) -> f64| (0..run.times.len()).map(value).fold(0.0, f64::max);
@@ -81,7 +81,7 @@ fn explicit_steps_keep_energy_momentum_and_joints() {
     }
 }
 
-/// Momentum and joints to the tolerance of Newton's iteration; energy and angular momentum to second order or better.
+/// Momentum and joints hold to the tolerance of Newton's iteration, energy and angular momentum to second order or better.
 #[test]
 fn implicit_steps_keep_momentum_and_joints_and_the_rest_to_their_order() {
     let m = flyer();

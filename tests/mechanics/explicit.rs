@@ -1,12 +1,12 @@
 //! Explicit steps and their derivatives, on differential equations and on constrained mechanisms.
 
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::Chain;
+use linkwright::cases::Chain;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
+use linkwright::mechanics::analyses::dynamics::simulate_with_steps;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_ode;
 use linkwright::mechanics::elements::{Element, ElementState};
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
-use linkwright::mechanics::integrators::explicit::simulate_with_steps;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl, Tolerance};
 use linkwright::mechanics::integrators::explicit::{Ode, integrate};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
@@ -25,7 +25,7 @@ impl Ode for Oscillator {
     }
 }
 
-/// Its closed form, over the scalar: exact derivatives come from seeding it.
+/// Closed form of the oscillator, generic over the scalar for exact derivatives.
 fn oscillation<S: Scalar>(b: &[S], t: f64) -> S {
     let (k, d) = (b[0], b[1]);
     let w = (k - d * d).sqrt();
@@ -120,7 +120,7 @@ fn energy_and_joints_of_a_chain_are_kept() {
         let [x, y] = run.last.q[run.last.q.len() - 3..run.last.q.len() - 1] else { unreachable!() };
         let turn = run.last.q[run.last.q.len() - 1];
         let tip = [x + turn.cos() / 12.0, y + turn.sin() / 12.0];
-        // Tip by the angles alone: the joints are closed if it is the same.
+        // The tip computed from the angles alone agrees if the joints are closed.
         let angles = run.last.q.iter().skip(5).step_by(3);
         let sum = angles.fold([0.0; 2], |a, t| [a[0] + t.cos() / 6.0, a[1] + t.sin() / 6.0]);
         let drift = (tip[0] - sum[0]).hypot(tip[1] - sum[1]);
@@ -173,7 +173,7 @@ fn a_double_pendulum_is_that_of_minimal_coordinates_with_its_derivatives() {
     }
 }
 
-/// Two links thrown with velocities that the joints do not allow: they and the positions are made consistent.
+/// Two links with initial velocities and positions that violate the joints; both are made consistent.
 struct Thrown;
 
 impl ParametricMechanism for Thrown {
@@ -196,7 +196,7 @@ impl ParametricMechanism for Thrown {
     }
 }
 
-/// Worst deviation from Richardson differences with the steps of the undisturbed run.
+/// Largest deviation from Richardson differences with the steps of the unperturbed simulation.
 fn frozen_deviation<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Explicit, times: &[f64]) -> f64 {
     let exact = differentiate_explicitly(model, b, settings, times).unwrap();
     let (plain, steps) = simulate_with_steps(&model.build(b).unwrap(), settings, times).unwrap();
@@ -251,7 +251,7 @@ fn same_bits_for_any_number_of_threads() {
     assert_eq!(one, run(5));
 }
 
-/// A force that is no number once the coordinate has passed p\[0\].
+/// A force that is NaN once the coordinate exceeds p\[0\].
 struct Trap;
 
 impl Element for Trap {
@@ -260,7 +260,7 @@ impl Element for Trap {
     }
 }
 
-/// Blows up at t = 1.
+/// A solution with a singularity at t = 1.
 struct Explosion;
 
 impl Ode for Explosion {

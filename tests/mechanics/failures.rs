@@ -1,17 +1,17 @@
-//! What cannot be analysed is refused by name, with a reason and a remedy.
+//! Mechanisms that cannot be analysed are rejected with a name, a reason and a remedy.
 
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::{Chain, FourBar};
+use linkwright::cases::{Chain, FourBar};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::elements::StateFunction;
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::elements::{Element, ElementState};
-use linkwright::mechanics::initial_conditions::{Assembly, redundant_closures};
+use linkwright::mechanics::initial_conditions::{Assembly, redundant_constraints};
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::mechanism::outputs::Formula;
 use linkwright::mechanics::mechanism::{Coordinate, Marker, Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::{ConstantSpeed, Motion};
@@ -40,10 +40,10 @@ fn a_loop_that_is_too_short_is_named() {
     m.revolute("near", ground.origin(), rod.at(-0.5, 0.0));
     m.revolute("far", ground.at(3.0, 0.0), rod.at(0.5, 0.0));
     let error = message(&m);
-    assert!(error.contains("far (closure 1)") && error.contains("t = 0.0"), "{error}");
+    assert!(error.contains("far (constraint 1)") && error.contains("t = 0.0"), "{error}");
 }
 
-/// Two links that are too short together, out of line: the joint with the largest gap is named.
+/// Two links too short to close the loop: the joint with the largest gap is named.
 #[test]
 fn a_chain_that_does_not_reach_its_end_is_named() {
     let mut m = Mechanism::<f64>::new();
@@ -67,7 +67,7 @@ fn contradictory_joints_are_named() {
     assert!(error.contains("longer rod") && error.contains("contradictory at t = 0.0"), "{error}");
 }
 
-/// A third crank on a parallelogram closes nothing that is open; only rounding tells its equations from the others.
+/// A third crank on a parallelogram is redundant; only rounding errors make its equations independent.
 #[test]
 fn a_third_parallel_crank_is_redundant_at_any_angle() {
     let parallelogram = |cranks: usize, angle: f64| {
@@ -86,11 +86,11 @@ fn a_third_parallel_crank_is_redundant_at_any_angle() {
     for angle in [0.3, 0.7, 1.1, 2.345] {
         assert_eq!(parallelogram(2, angle), Ok(()));
         let error = parallelogram(3, angle).unwrap_err().to_string();
-        assert!(error.contains("head 2 (closure") && error.contains("redundant"), "{error}");
+        assert!(error.contains("head 2 (constraint") && error.contains("redundant"), "{error}");
     }
 }
 
-/// A link that a drive holds stretched out: any motion of the drive is impossible for an instant.
+/// A link held stretched by a drive: at this time any motion of the drive is impossible.
 #[test]
 fn a_dead_centre_is_named_with_its_time() {
     let crank = |angle: f64| {
@@ -125,7 +125,7 @@ fn sections_of_no_or_negative_size_are_named() {
     }
 }
 
-/// A brake that jumps at rest to neither side: no velocity after a step is right, however short the step.
+/// A brake whose force jumps at rest: no step has a solution, however short.
 struct Brake;
 
 impl StateFunction for Brake {
@@ -144,7 +144,7 @@ fn a_step_that_does_not_converge_names_element_and_time() {
     assert!(error.contains("cart, mostly by brake") && error.contains("does not converge from t ="), "{error}");
 }
 
-/// A number until half a second.
+/// A motion that is finite until 0.5 s.
 struct Breaks;
 
 fn until_half_a_second<T: Scalar>(t: T) -> T {
@@ -169,7 +169,7 @@ impl StateFunction for Breaks {
     }
 }
 
-/// A cart of one kilogram on a spring, with something that breaks.
+/// A cart of 1 kg on a spring, with an element that fails.
 fn cart(breaks: impl Fn(&mut Mechanism<f64>, Coordinate)) -> Mechanism<f64> {
     let mut m = Mechanism::<f64>::new();
     let x = m.coordinate("cart", 0.0, 0.3);
@@ -219,7 +219,7 @@ fn nan_from_drivers_forces_and_expressions_is_named_with_its_time() {
             assert!(place && error.contains("t = ") && error.contains("e-1 s"), "{analysis} {name}: {error}");
         }
     }
-    // Driven at all times and asked by itself.
+    // The drive is evaluated at all times and by itself.
     let m = cart(|m, x| m.drive(x, Breaks, &[]));
     let error = kinematics(&m, Assembly::default(), &times).unwrap_err().to_string();
     assert!(error.contains("cart") && error.contains("t = "), "{error}");
@@ -261,9 +261,9 @@ fn redundant_joints_are_named() {
     m.revolute("hinge", ground.origin(), rod.at(-0.5, 0.0));
     m.revolute("same hinge", ground.origin(), rod.at(-0.5, 0.0));
     let error = message(&m);
-    assert!(error.contains("same hinge (closure 1)") && error.contains("redundant"), "{error}");
+    assert!(error.contains("same hinge (constraint 1)") && error.contains("redundant"), "{error}");
     let system = System::new(&m).unwrap();
-    assert_eq!(redundant_closures(&system, &m, &State::built(&m, 0.0)).len(), 2);
+    assert_eq!(redundant_constraints(&system, &m, &State::built(&m, 0.0)).len(), 2);
 }
 
 #[test]
@@ -274,7 +274,7 @@ fn a_coordinate_without_mass_is_named() {
     assert!(message(&m).contains("loose"), "{}", message(&m));
 }
 
-/// A drive that asks the slider to go beyond the reach of the rod.
+/// A drive that moves the slider farther than the rod allows.
 #[test]
 fn an_impossible_driver_names_joint_and_time() {
     let mut m = Mechanism::<f64>::new();
@@ -285,11 +285,11 @@ fn an_impossible_driver_names_joint_and_time() {
     m.revolute("pin", rod.at(0.5, 0.0), slider.origin());
     m.driver("drive", ground.x, slider.x, ConstantSpeed, &[0.8, 1.0]);
     let error = kinematics(&m, Assembly::default(), &[0.0, 0.1, 0.19, 0.3]).expect_err("1.1 m > 1 m").to_string();
-    // The rod is stretched out at 0.2 s, on the way to 0.3 s.
+    // The rod is fully extended at 0.2 s, before 0.3 s.
     assert!(error.contains("t = 2.0") && error.contains("e-1 s"), "{error}");
 }
 
-/// A user element whose function breaks.
+/// A user's element whose function fails.
 struct Broken;
 
 impl Element for Broken {

@@ -1,10 +1,10 @@
 //! The flexible four-bar mechanism of Tables V and VI.
 
 use linkwright::Error;
+use linkwright::cases::FourBar;
 use linkwright::cases::four_bar::{
     Derivatives, Linearized, StressConstrained, method, published_optima, published_stiff_optimum,
 };
-use linkwright::cases::mechanisms::FourBar;
 use linkwright::papers::etman_1998::four_bar::{PAPER_STEP, as_printed, check_rows, violation_rms};
 use linkwright::problem::{Problem, ResponseAt};
 use linkwright::sao::Status;
@@ -20,7 +20,7 @@ fn rows_of_table_vi_one_by_one() {
     for (k, c) in checks.iter().enumerate() {
         let (p, what) = (&c.printed, format!("row {k}, cycle {}", c.printed.cycle));
         assert!((c.violation_pct - p.violation_pct).abs() < 0.65, "{what}: V {} {}", c.violation_pct, p.violation_pct);
-        // Row 5: the first, rejected try of cycle 5, far from where it was made.
+        // Row 5: the first, rejected trial design of cycle 5, far from the linearization point.
         let tolerance = if k == 5 { 0.45e-3 } else { 0.2e-3 };
         let near = c.proposed.iter().zip(&p.design).all(|(ours, printed)| (ours - printed).abs() < tolerance);
         assert!(near, "{what}: {:?} {:?}", c.proposed, p.design);
@@ -36,7 +36,7 @@ fn rows_of_table_vi_one_by_one() {
 #[test]
 fn restarted_at_cycle_4_the_run_walks_through_the_printed_rows() {
     use linkwright::papers::etman_1998::four_bar::table6_from_cycle_4;
-    let run = table6_from_cycle_4(&mut |_, _| ()).unwrap().run.unwrap();
+    let run = table6_from_cycle_4(&mut |_, _| ()).unwrap().runs.remove(0);
     assert_eq!(run.state.status, Status::Converged);
     let accepted: Vec<bool> = run.state.history.iter().map(|c| c.accepted).collect();
     // Cycle 4 itself, then 5(n, n, y), 6, 7, 8(n, y), 9 … 15, and one more to the accuracy of the stop test.
@@ -58,7 +58,7 @@ fn ten_times_as_stiff_it_ends_at_optimum_iii() {
     assert!((end.evaluation.objective / optimum.objective - 1.0).abs() < 3e-3);
     end.design.iter().zip(optimum.design.unwrap()).for_each(|(d, o)| assert!((d - o).abs() < 5e-5, "{:?}", end.design));
     assert_eq!(end.cycles(), 9);
-    // The paper's 8: converged to the third decimal of a percent.
+    // The paper's 8, converged to the third decimal of a percent.
     assert!(end.history[8].violation_pct < 5e-3);
     assert_eq!(end.counters.analyses, end.cycles() + 1);
 }

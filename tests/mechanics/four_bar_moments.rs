@@ -1,6 +1,6 @@
 //! Derivatives of the flexible four-bar's moments compared with extrapolated differences.
 
-use linkwright::cases::mechanisms::FourBar;
+use linkwright::cases::FourBar;
 use linkwright::mechanics::analyses::dynamics::simulate;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::mechanism::ParametricMechanism;

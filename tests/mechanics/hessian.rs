@@ -2,7 +2,7 @@
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::autodiff::{Scalar, hessian};
-use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
+use linkwright::cases::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
 use linkwright::mechanics::analyses::dynamics::Dynamics;
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;

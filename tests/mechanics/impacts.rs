@@ -1,7 +1,8 @@
-//! Impacts: closed forms, conservation, derivatives through them, and what is refused.
+//! Impacts: closed forms, conservation, derivatives, rejected mechanisms.
 
 use linkwright::Result;
 use linkwright::autodiff::{Scalar, gradient, hessian};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
@@ -10,13 +11,12 @@ use linkwright::mechanics::elements::Driver;
 use linkwright::mechanics::elements::Revolute;
 use linkwright::mechanics::elements::{Element, ElementState};
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::Pose;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::{Fixed, Harmonic};
 
-/// A ball that falls from the height b₀ under the gravity b₁ and rebounds with the restitution b₂ of its speed.
+/// A ball dropped from the height b₀ under the gravity b₁, with the coefficient of restitution b₂.
 struct Ball;
 
 impl ParametricMechanism for Ball {
@@ -34,7 +34,7 @@ impl ParametricMechanism for Ball {
     }
 }
 
-/// Height and velocity of the ball at time `t` after `bounces` impacts.
+/// Height and velocity of the ball at the time `t` after `bounces` impacts.
 fn flight<S: Scalar>(b: &[S], t: f64, bounces: i32) -> [S; 2] {
     let (fall, mut speed) = ((b[0] * 2.0 / b[1]).sqrt(), (b[0] * b[1] * 2.0).sqrt());
     if bounces == 0 {
@@ -58,7 +58,7 @@ fn fixed(h: f64) -> Dynamics {
 
 #[test]
 fn a_bouncing_ball_and_its_derivatives_in_closed_form() {
-    // Before the first impact, after one, two and three; never at one.
+    // Before the first impact, after one, two and three, never at the time of one.
     let times = [0.3, 0.6, 1.3, 1.7];
     for settings in [fixed(0.01), fixed(0.037), Dynamics::adaptive(1e-4)] {
         let first = differentiate(&Ball, &BALL, &settings, &times).unwrap();
@@ -92,9 +92,9 @@ fn a_history_says_when_what_was_struck() {
     }
 }
 
-/// Two hinged bars that hang from a shaken pivot, the lower one beside a wall that is turned in the vertical plane.
+/// Two hinged bars hanging from a shaken pivot, the lower one near an inclined wall.
 ///
-/// Design: mass, inertia and half length of both bars, place and angle of the wall, restitution, amplitude and frequency of
+/// Design: mass, inertia and half length of both bars, position and angle of the wall, restitution, amplitude and frequency of
 /// the pivot.
 struct DoublePendulum;
 
@@ -193,10 +193,10 @@ fn what_cannot_bounce_is_refused() {
     let mut m = Mechanism::<f64>::new();
     let ground = m.ground().coordinates();
     let twice = m.impact("pin", Revolute, &[ground, ground].concat(), &[0.0; 4], 0.5).unwrap_err().to_string();
-    assert!(twice.contains("2 closures"), "{twice}");
+    assert!(twice.contains("2 constraints"), "{twice}");
 }
 
-/// A force p₀ along a coordinate after the time p₁, or beyond the place p₁.
+/// A force p₀ along a coordinate after the time p₁, or beyond the position p₁.
 struct Push {
     by_time: bool,
 }
@@ -209,7 +209,7 @@ impl Element for Push {
     }
 }
 
-/// A mass b₀ with the velocity b₁, pushed by the force b₂ after the time or beyond the place b₃.
+/// A mass b₀ with the velocity b₁, accelerated by the force b₂ after the time or beyond the position b₃.
 struct Pushed {
     by_time: bool,
 }
@@ -235,7 +235,7 @@ impl ParametricMechanism for Pushed {
 
 #[test]
 fn what_is_switched_by_time_or_place_in_closed_form() {
-    // The instant of the switch on a time of the grid, and between two of them.
+    // The switch at a time of the grid, and between two of them.
     for (by_time, at) in [(true, 0.5), (true, 0.503), (false, 1.0), (false, 1.017)] {
         let (b, t) = ([1.3, 2.0, -1.7, at], 0.9);
         fn place<S: Scalar>(b: &[S], t: f64, by_time: bool) -> S {
@@ -248,7 +248,7 @@ fn what_is_switched_by_time_or_place_in_closed_form() {
             let model = Pushed { by_time };
             let first = differentiate(&model, &b, &settings, &[t]).unwrap();
             let second = differentiate_twice(&model, &b, &settings, &[t], HessianPart::Full).unwrap();
-            // What is switched is looked at a millionth of a step beyond: that much of a step's error is left.
+            // Forces after the switch are evaluated a millionth of a step beyond it, an error of that part of a step.
             let close = |a: f64, b: f64| (a - b).abs() < 1e-7;
             assert!(close(first.values[0][0], value), "{by_time} {at}: {} {value}", first.values[0][0]);
             for i in 0..4 {

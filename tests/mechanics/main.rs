@@ -1,4 +1,4 @@
-//! Mechanics held to closed forms, published solutions, identities and differences.
+//! Mechanics compared with closed forms, published solutions, identities and finite differences.
 
 mod adaptive;
 mod adjoint;

@@ -2,7 +2,7 @@
 
 use crate::zoo::Arm;
 use linkwright::autodiff::Scalar;
-use linkwright::cases::mechanisms::{Absorber, Chain, Governor};
+use linkwright::cases::{Absorber, Chain, Governor};
 use linkwright::mechanics::analyses::modal::modes;
 use linkwright::mechanics::analyses::statics::{Statics, find_equilibrium};
 use linkwright::mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes};
@@ -26,7 +26,7 @@ fn a_mass_on_a_spring_has_its_closed_form() {
     close(&found.gradients[0], &[1.0, 0.0], 1e-14);
 }
 
-/// ω² = 3g / 2L for a hanging rod: constraints, and the stiffness that comes from their reactions.
+/// ω² = 3g / 2L for a hanging rod: constraints, and the geometric stiffness of their reactions.
 #[test]
 fn a_hanging_rod_has_its_closed_form() {
     let rod = Chain { angle: -std::f64::consts::FRAC_PI_2, ..Chain::horizontal(1) };
@@ -61,7 +61,7 @@ fn a_governor_vibrates_about_its_equilibrium() {
     }
 }
 
-/// A clamped arm that sags under its weight: prestress, clamps, a weld and a tip mass.
+/// A clamped arm deflected by its weight: prestress, clamps, a fixed joint and a tip mass.
 #[test]
 fn frequencies_of_a_sagging_arm_agree_with_differences() {
     let (model, settings) = (Arm { elements: 3 }, Statics { tolerance: 1e-12, ..Statics::default() });
@@ -95,7 +95,7 @@ fn frequencies_of_a_sagging_arm_agree_with_differences() {
     assert!(worst < 1e-7, "{worst:.2e}");
 }
 
-/// Two equal oscillators that know nothing of each other, coupled by a third spring of zero stiffness.
+/// Two equal oscillators, coupled by a third spring of zero stiffness.
 struct Twins;
 
 impl ParametricMechanism for Twins {
@@ -113,14 +113,14 @@ impl ParametricMechanism for Twins {
     }
 }
 
-/// Growing alone, k₁ or k₂ leaves one frequency and raises the other; the coupling raises one of them twice as fast.
+/// A larger k₁ or k₂ raises one of the two frequencies; the coupling raises one of them twice as fast.
 #[test]
 fn a_repeated_frequency_splits_into_its_one_sided_derivatives() {
     let found = differentiate_modes(&Twins, &[4.0, 4.0, 0.0], About::Assembled, 0.0).unwrap();
     close(&found.squares, &[4.0, 4.0], 1e-14);
     close(&found.gradients[0], &[0.0, 0.0, 0.0], 1.0e-13);
     close(&found.gradients[1], &[1.0, 1.0, 2.0], 1e-13);
-    // Apart by more than rounding, each has its own gradient.
+    // Frequencies that differ by more than rounding have their own gradients.
     let apart = differentiate_modes(&Twins, &[4.0, 5.0, 0.0], About::Assembled, 0.0).unwrap();
     close(&apart.gradients[0], &[1.0, 0.0, 1.0], 1e-13);
 }

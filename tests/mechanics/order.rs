@@ -1,11 +1,11 @@
 //! Measured orders of the integrators and of the beam element.
 
-use linkwright::cases::mechanisms::{Absorber, Chain};
+use linkwright::cases::{Absorber, Chain};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::modal::modes;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Newton};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
@@ -71,7 +71,7 @@ fn implicit_steps_of_a_constrained_pendulum_are_of_second_order() {
     }
 }
 
-/// Dense output loses one order at most: of five, and of eight.
+/// Dense output loses at most one of the orders five and eight.
 #[test]
 fn explicit_dense_output_is_of_its_order() {
     let oscillator = Absorber.build(&DESIGN).unwrap();

@@ -20,7 +20,7 @@ fn from_rest(h: f64) -> Dynamics {
     Dynamics { origin: InitialConfiguration::Equilibrium(statics), newton, ..Dynamics::fixed(h) }
 }
 
-/// A bar on a pivot that is shaken, held up by a spring: mass, inertia, half length, gravity, stiffness, damping, unloaded
+/// A bar on a shaken pivot, supported by a spring: mass, inertia, half length, gravity, stiffness, damping, unloaded
 /// length, amplitude and frequency, initial velocity.
 struct HeldBar;
 
@@ -79,7 +79,7 @@ fn derivatives_of_the_motion_from_an_equilibrium() {
                 let size: f64 = exact.gradients[output][p].iter().zip(&BAR).map(|(s, b)| (s * b).abs()).sum();
                 let values = slope(around.each_ref().map(|h| h.values[output][p]));
                 worst[0] = worst[0].max((values - exact.gradients[output][p][k]).abs() * BAR[k] / size);
-                // Differences of accelerations carry the rounding of 1/h².
+                // Differences of accelerations have rounding errors proportional to 1/h².
                 let hessian = second.hessian(output, p).unwrap();
                 let size = hessian.row(k).iter().zip(&BAR).map(|(h, b)| (h * b * BAR[k]).abs()).sum::<f64>();
                 for i in 0..BAR.len() {

@@ -1,7 +1,8 @@
-//! Every kind of output, held to a number, in every kind of analysis; and at any time.
+//! Values of every kind of output in every kind of analysis, at any time.
 
 use linkwright::autodiff::{DualNum, Scalar};
-use linkwright::cases::mechanisms::{Absorber, Governor};
+use linkwright::cases::{Absorber, Governor};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
@@ -9,7 +10,6 @@ use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::instants::differentiate_equilibria;
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::mechanism::outputs::Formula;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
@@ -22,7 +22,7 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance * (1.0 + expected.abs()), "{found} instead of {expected}");
 }
 
-/// Power, of a torque and a speed.
+/// Power as the product of a torque and a speed.
 struct Product;
 
 impl Formula for Product {
@@ -31,7 +31,7 @@ impl Formula for Product {
     }
 }
 
-/// A rod that turns at constant speed about its end, in gravity, with a spring from its tip to the pivot's left.
+/// A rod turning at constant speed about its end in gravity, with a spring from its tip to a point left of the pivot.
 fn spinner() -> Mechanism<f64> {
     let mut m = Mechanism::with_gravity(0.0, -10.0);
     let ground = m.ground();
@@ -56,7 +56,7 @@ fn spinner() -> Mechanism<f64> {
     m
 }
 
-/// At the angle φ = 3t, by hand.
+/// Closed forms of the outputs at the angle φ = 3t.
 fn by_hand(t: f64) -> Vec<f64> {
     let phi = 3.0 * t;
     let (sin, cos) = phi.sin_cos();
@@ -65,9 +65,9 @@ fn by_hand(t: f64) -> Vec<f64> {
     let rate = (gap[0] * -6.0 * sin + gap[1] * 6.0 * cos) / length;
     let tension = 5.0 * (length - 1.0) + rate;
     let pull = [-tension * gap[0] / length, -tension * gap[1] / length];
-    // The pin supplies what mass times acceleration of the centre lacks.
+    // The pin supplies the rest of mass times acceleration of the centre.
     let pin = [2.0 * -9.0 * cos - pull[0], 2.0 * -9.0 * sin - pull[1] + 20.0];
-    // No angular acceleration: moments of drive, weight and spring about the pivot are zero together.
+    // Without angular acceleration the moments of drive, weight and spring about the pivot add up to zero.
     let torque = 20.0 * cos - (2.0 * cos * pull[1] - 2.0 * sin * pull[0]);
     let kinetic = 0.5 * (0.5 + 2.0) * 9.0;
     let potential = 20.0 * sin + 2.5 * (length - 1.0).powi(2);
@@ -91,7 +91,7 @@ fn positions_reactions_efforts_energies_and_formulas_by_hand() {
     }
 }
 
-/// Between implicit steps positions are as exact as at their ends: the order stays two.
+/// Positions between implicit steps have the order two, as those at the steps.
 #[test]
 fn dense_output_of_implicit_steps_is_of_second_order() {
     let exact = |t: f64| {
@@ -109,7 +109,7 @@ fn dense_output_of_implicit_steps_is_of_second_order() {
     assert!((order - 2.0).abs() < 0.2, "{order}");
 }
 
-/// Output does not disturb the motion: any set of times gives the same values at common times, bit for bit.
+/// Output times do not influence the motion: values at common times are the same bits.
 #[test]
 fn requested_times_do_not_change_the_motion() {
     let m = spinner();
@@ -124,7 +124,7 @@ fn requested_times_do_not_change_the_motion() {
     assert_eq!([a[0][0], a[16][1]], [b[0][30], b[16][61]]);
 }
 
-/// cos α = (m + M) g / (m L Ω²): height −2 L cos α, radius L sin α, tension (m + M) g / (… ) from the balance of a ball.
+/// cos α = (m + M) g / (m L Ω²): height −2 L cos α, radius L sin α, tension (m + M) g / (… ) from the equilibrium of a ball.
 #[test]
 fn a_governor_stands_at_its_angle_with_its_derivatives() {
     let (model, b) = (Governor { angle: 1.0 }, Governor::DESIGN);
@@ -145,7 +145,7 @@ fn a_governor_stands_at_its_angle_with_its_derivatives() {
     }
 }
 
-/// A bob on a spring without an unloaded length swings through its anchor: y = v/ω sin ωt, ω² = k/m.
+/// A mass on a spring of zero unloaded length passes through its anchor: y = v/ω sin ωt, ω² = k/m.
 struct Bob;
 
 impl ParametricMechanism for Bob {
@@ -202,7 +202,7 @@ impl Motion for Chirp {
     }
 }
 
-/// A mass that is led along by each kind of drive needs the force m ẍ.
+/// Every kind of drive supplies the force m ẍ to a driven mass.
 #[test]
 fn drives_of_every_kind_need_the_force_of_their_acceleration() {
     let knots: Vec<f64> = (0..=40).map(|k| 0.05 * f64::from(k)).collect();
@@ -228,12 +228,12 @@ fn drives_of_every_kind_need_the_force_of_their_acceleration() {
     let x = m.coordinate("cart", 0.0, 0.0);
     m.inertia("mass", x, 2.0);
     let drive = m.driver("drive", m.ground().x, x, Chirp, &[3.0]);
-    let effort = m.measure(drive, "effort").unwrap();
+    let effort = m.measure(drive, "driving_force").unwrap();
     m.output("force", &[effort]);
     close(kinematics(&m, Assembly::default(), &[t]).unwrap()[0][0], chirp, 1e-12);
 }
 
-/// A ramp of load on a spring: u = F / k on the way.
+/// A load ramp on a spring: u = F / k at all times.
 #[test]
 fn a_ramp_loads_a_spring_step_by_step() {
     let mut m = Mechanism::<f64>::new();
@@ -242,7 +242,7 @@ fn a_ramp_loads_a_spring_step_by_step() {
     m.inertia("mass", x, 1.0);
     let spring = m.coordinate_spring("spring", ground, x, [50.0, 0.0, 0.0, 0.0]);
     m.load("load", ground, x, Ramp::Linear, &[0.0, 10.0, 1.0, 2.0]);
-    let term = m.measure(spring, "stretch").unwrap();
+    let term = m.measure(spring, "elongation").unwrap();
     m.output("stretch", &[term]);
     let found = equilibria(&m, &Statics::default(), &[0.5, 2.0, 4.0]).unwrap();
     found[0].iter().zip([0.0, 0.1, 0.2]).for_each(|(u, expected)| close(*u, expected, 1e-13));

@@ -1,13 +1,13 @@
 //! Published solutions and closed forms.
 
-use linkwright::cases::mechanisms::{Absorber, Andrews, Chain, SliderCrank};
+use linkwright::cases::{Absorber, Andrews, Chain, SliderCrank};
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::elements::{BeamSection, Shear};
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::mechanics::motion::ConstantSpeed;
 use linkwright::responses::mechanism::Transient;
@@ -83,7 +83,7 @@ fn a_stiff_rod_moves_like_a_rigid_one() {
     }
 }
 
-/// A cantilever under the end moment 2π EI / L becomes a full circle; element by element exactly for this element.
+/// A cantilever under the end moment 2π EI / L becomes a full circle, which this element represents exactly.
 #[test]
 fn a_cantilever_rolls_up_to_a_circle() {
     let section = BeamSection::rectangular(0.02, 0.01, 2e11, 0.3, 7800.0);
@@ -104,12 +104,12 @@ fn a_cantilever_rolls_up_to_a_circle() {
         assert!((series[3][k] - moment * load).abs() < 1e-5 * moment, "moment {k}");
     }
     assert!(series[0][8].abs() < 1e-8 && series[1][8].abs() < 1e-8, "{} {}", series[0][8], series[1][8]);
-    // Half-way the exact half-circle has its tip at (0, 2L/π); the polygon of ten chords is off by its order h².
+    // At half the moment the exact tip is at (0, 2L/π); the polygon of ten chords has an error of order h².
     let chord = 2.0 / std::f64::consts::PI;
     assert!((series[1][4] / chord - 1.0).abs() < 1e-2, "{} {chord}", series[1][4]);
 }
 
-/// The impact absorber of Table I through the engine: responses and sensitivities of the closed form on its grid.
+/// The impact absorber of Table I as a mechanism: responses and sensitivities of the closed form on its time grid.
 #[test]
 fn impact_absorber_has_its_closed_form() {
     use linkwright::problem::{Analysis, ResponseAt};

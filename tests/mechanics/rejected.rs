@@ -1,4 +1,4 @@
-//! In an optimization a design that cannot be analysed is a rejected try, whatever is wrong with it.
+//! An optimization rejects a trial design that cannot be analysed, for every kind of failure.
 
 use linkwright::autodiff::Scalar;
 use linkwright::function;
@@ -12,7 +12,7 @@ use linkwright::problem::{DesignVariable, Problem, ProblemBuilder, Quantity, Tim
 use linkwright::responses::mechanism::Transient;
 use linkwright::sao::{Method, State, Stop};
 
-/// What goes wrong once the design variable is above one half.
+/// Kinds of failures for design variables above 0.5.
 #[derive(Clone, Copy, Debug)]
 enum Flaw {
     Assembly,
@@ -40,7 +40,7 @@ impl Formula for Root {
     }
 }
 
-/// A brake that jumps at rest to neither side: no velocity after a step is right, however short the step.
+/// A brake whose force jumps at rest: no step has a solution, however short.
 struct Brake;
 
 impl StateFunction for Brake {
@@ -49,7 +49,7 @@ impl StateFunction for Brake {
     }
 }
 
-/// A marker at b, whose position is to be as large as possible, beside a mechanism that fails.
+/// A marker at b, whose position is maximized, and a mechanism that fails.
 struct Flawed(Flaw);
 
 impl Flawed {
@@ -64,10 +64,10 @@ impl Flawed {
                 let slider = m.point_mass("slider", one, S::from(turn.cos()), S::from(turn.sin()));
                 m.revolute("pin", rod.at(S::from(0.5), zero), slider.origin());
                 if matches!(self.0, Flaw::Assembly) {
-                    // The guide is out of reach of the rod of one metre.
+                    // The distance of the guide is longer than the rod of 1 m.
                     m.point_on_line("guide", ground.at(zero, b * 2.0), zero, slider.origin());
                 } else {
-                    // Within one second the drive goes there.
+                    // The drive gets there within one second.
                     m.driver("drive", ground.x, slider.x, ConstantSpeed, &[S::from(turn.cos()), b * 2.0 - turn.cos()]);
                 }
             }
@@ -130,7 +130,7 @@ fn problem(flaw: Flaw) -> Problem {
 #[test]
 fn every_failure_is_a_rejected_try_with_its_reason() {
     let cases = [
-        (Flaw::Assembly, "(closure", "cannot be assembled at t = 0.0"),
+        (Flaw::Assembly, "(constraint", "cannot be assembled at t = 0.0"),
         (Flaw::Mass, "lump", "mass is -"),
         (Flaw::Section, "arm element 1", "EA is -"),
         (Flaw::Drive, "pivot", "does not converge from t = "),
@@ -150,7 +150,7 @@ fn every_failure_is_a_rejected_try_with_its_reason() {
         );
         let message = failed[0].failure.as_deref().unwrap();
         assert!(message.contains(name) && message.contains(reason), "{flaw:?}: {message}");
-        // The run goes on from the last good design, with smaller steps.
+        // The optimization continues from the last valid design with smaller steps.
         let last = state.history.iter().rfind(|cycle| cycle.accepted).unwrap();
         assert!(last.design[0] > 0.4 && last.design[0] <= 0.5, "{flaw:?}: {:?}", last.design);
         assert!(failed.windows(2).all(|pair| pair[1].factors[0] < pair[0].factors[0]), "{flaw:?}");

@@ -1,6 +1,6 @@
 //! The flexible four-bar mechanism approaches the rigid one as its stiffness grows.
 
-use linkwright::cases::mechanisms::{FourBar, RigidFourBar};
+use linkwright::cases::{FourBar, RigidFourBar};
 use linkwright::mechanics::analyses::dynamics::simulate;
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::mechanism::ParametricMechanism;
@@ -15,14 +15,14 @@ fn rigid(model: FourBar) -> Vec<Vec<f64>> {
     moments.into_iter().map(|series| series[300..].to_vec()).collect()
 }
 
-/// The same with beams, Young's modulus multiplied.
+/// Bending moments at all nodes with beams, for a multiple of Young's modulus.
 fn flexible(model: FourBar, stiffness: f64) -> Vec<Vec<f64>> {
     let model = FourBar { young: model.young * stiffness, ..model };
     let mechanism = model.build(&DIAMETERS).unwrap();
     simulate(&mechanism, &model.dynamics().unwrap(), &FourBar::window()).unwrap().values
 }
 
-/// Largest difference at the inner nodes of each link over the largest moment of that link.
+/// Largest difference at the inner nodes of each link, relative to the largest moment of the link.
 fn deviation(a: &[Vec<f64>], b: &[Vec<f64>]) -> [f64; 3] {
     [0, 1, 2].map(|link| {
         let nodes = link * 7 + 1..link * 7 + 6;
@@ -34,7 +34,7 @@ fn deviation(a: &[Vec<f64>], b: &[Vec<f64>]) -> [f64; 3] {
 
 #[test]
 fn stiff_links_carry_the_moments_of_rigid_inverse_dynamics() {
-    // HHT with α = 0.05 weighs the moments of two steps: short steps, so that this does not show.
+    // HHT with α = 0.05 averages the moments of two steps; with short steps the effect is negligible.
     for model in [FourBar::physical(), FourBar::as_published()].map(|m| FourBar { step: 1e-4, ..m }) {
         let exact = rigid(model);
         let [real, stiff, stiffer, rigid] = [1.0, 10.0, 100.0, 1e4].map(|e| deviation(&flexible(model, e), &exact));

@@ -3,12 +3,12 @@
 //! `WRITE_DOCS=1 cargo test --test mechanics table` writes it anew.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
-use linkwright::cases::mechanisms::SpinningBeam;
+use linkwright::cases::SpinningBeam;
+use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
-use linkwright::mechanics::integrators::explicit::simulate_explicitly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::ParametricMechanism;

@@ -271,7 +271,7 @@ impl ParametricMechanism for Drives {
             drive(&mut m, lead);
             m.inertia("mass", cart, b[0]);
             let spring = m.coordinate_spring("spring", lead, cart, [40.0, 1.0, 0.0, 0.0].map(S::from));
-            for name in ["effort", "stretch"] {
+            for name in ["generalized_force", "elongation"] {
                 let term = m.measure(spring, name)?;
                 m.output(name, &[term]);
             }
@@ -291,7 +291,7 @@ impl ParametricMechanism for Drives {
         m.inertia("controlled mass", cart, b[0]);
         let control = m.feedback_force("control", cart, &[cart], Control, &b[18..21]);
         let sensor = m.coordinate_sensor("controlled motion", m.ground().x, cart);
-        for (part, name) in [(control, "effort"), (sensor, "position"), (sensor, "velocity")] {
+        for (part, name) in [(control, "generalized_force"), (sensor, "position"), (sensor, "velocity")] {
             let term = m.measure(part, name)?;
             m.output(name, &[term]);
         }

@@ -7,7 +7,7 @@ use resvg::tiny_skia::Pixmap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The browser, if there is one: `$CHROMIUM`, or one of its usual names.
+/// The browser, if one is installed: `$CHROMIUM`, or one of the usual names.
 fn browser() -> Option<PathBuf> {
     let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
     let folders = std::env::var_os("PATH").unwrap_or_default();
@@ -26,7 +26,7 @@ struct Browser<'p> {
 }
 
 impl Browser<'_> {
-    /// Shows an address for two virtual seconds. What is printed.
+    /// Shows an address for two virtual seconds and returns what the browser prints.
     fn show(&self, address: &str, size: [u32; 2], wanted: &str) -> String {
         let profile = self.place.0.join(format!("profile-{}", address.len() + wanted.len() + size[0] as usize));
         let output = Command::new(&self.program)
@@ -96,7 +96,7 @@ fn from_nothing_to_a_page_whose_mechanism_moves() {
     shades.dedup();
     assert!(shades.len() > 50, "{} shades", shades.len());
 
-    // The mechanism is at another place, and all else stands still.
+    // The mechanism has moved, and nothing else.
     let (count, first, last) = differences(&early, &late);
     assert!(count > 2000 && first > 500 && last < 1300, "{count} pixels differ in rows {first} to {last}");
 

@@ -124,7 +124,7 @@ fn settings_may_be_edited_between_two_parts_of_a_run_but_not_the_problem() {
     assert!(place.run(&["resume", "nowhere"], 1).contains("no run"));
 }
 
-/// Every `$ linkwright …` of the tutorial ends well and prints the lines that stand below it.
+/// Every `$ linkwright …` of the tutorial succeeds and prints the lines below it.
 #[test]
 fn the_tutorial_does_what_it_says() {
     let place = Place::new("tutorial");

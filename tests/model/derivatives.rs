@@ -1,10 +1,10 @@
-//! How derivatives are chosen in a model file.
+//! The choice of derivatives in a model file.
 
 use linkwright::model_file::read;
 use linkwright::problem::{Problem, ResponseAt};
 
 const MODEL: &str = r#"
-version = 1
+version = 2
 [design.k]
 start = 40.0
 [design.c]
@@ -16,7 +16,7 @@ to = 0.5
 points = 6
 [[body]]
 name = "cart"
-kind = "slide"
+kind = "slider"
 mass = 1.3
 position = 0.1
 [[force]]
@@ -37,7 +37,7 @@ fn text(analysis: &str, derivatives: &str) -> String {
 }
 
 fn problem(text: &str) -> linkwright::Result<Problem> {
-    read("m.toml", text).unwrap_or_else(|fault| panic!("{fault}")).problem()
+    read("m.toml", text).unwrap_or_else(|report| panic!("{report}")).problem()
 }
 
 fn slopes(text: &str) -> [f64; 2] {
@@ -66,7 +66,7 @@ fn every_choice_gives_the_same_derivatives() {
     }
     let exact = slopes(&text(EXPLICIT, "automatic"));
     assert_eq!(exact, slopes(&text(EXPLICIT, "direct")));
-    // A step of one's own: an error of first order.
+    // A given step: an error of first order.
     let coarse = slopes(&(text(DYNAMICS, "forward") + "difference = 0.1\n"));
     assert!((coarse[0] / exact[0] - 1.0).abs() > 1e-3);
 }
@@ -75,10 +75,10 @@ fn every_choice_gives_the_same_derivatives() {
 fn kinematics_and_statics_have_a_choice_too() {
     let driven = MODEL
         .replace("[[force]]", "[[driver]]\nname = \"drive\"\ncoordinate = \"cart\"\nmotion = \"c*time^2\"\n[[force]]");
-    let driven = driven.replace("cart.position\"", "spring.effort\"");
+    let driven = driven.replace("cart.position\"", "spring.generalized_force\"");
     let still = MODEL.replace(
         "[[force]]",
-        "[[force]]\nname = \"pull\"\nkind = \"load\"\nb = \"cart\"\neffort = \"c*time\"\n[[force]]",
+        "[[force]]\nname = \"pull\"\nkind = \"load\"\nb = \"cart\"\ngeneralized_force = \"c*time\"\n[[force]]",
     );
     for (model, kind) in [(driven, "kinematics"), (still, "statics")] {
         let of = |choice: &str| slopes(&format!("{model}[analysis]\nkind = \"{kind}\"\nderivatives = \"{choice}\"\n"));
@@ -93,14 +93,14 @@ fn kinematics_and_statics_have_a_choice_too() {
 }
 
 #[test]
-fn what_an_analysis_does_not_have_is_refused_with_what_it_has() {
-    let complaint = |text: &str| read("m.toml", text).map(|_| ()).unwrap_err().to_string();
-    let message = complaint(&text(EXPLICIT, "semi-analytical"));
+fn an_unsupported_method_is_rejected_with_the_supported_ones() {
+    let error = |text: &str| read("m.toml", text).map(|_| ()).unwrap_err().to_string();
+    let message = error(&text(EXPLICIT, "semi-analytical"));
     assert!(message.contains("explicit schemes") && message.contains("derivatives = \"direct\""), "{message}");
-    let message = complaint(&(text(DYNAMICS, "direct") + "difference = 1e-4\n"));
+    let message = error(&(text(DYNAMICS, "direct") + "difference = 1e-4\n"));
     assert!(message.contains("none is taken here"), "{message}");
-    let message = complaint(&(text(DYNAMICS, "central") + "difference = 2\n"));
+    let message = error(&(text(DYNAMICS, "central") + "difference = 2\n"));
     assert!(message.contains("between 0 and 1"), "{message}");
-    let message = complaint(&text(DYNAMICS, "complex"));
+    let message = error(&text(DYNAMICS, "complex"));
     assert!(message.contains("richardson"), "{message}");
 }

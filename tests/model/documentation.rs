@@ -1,4 +1,4 @@
-//! The documentation lists the keys that the reader knows, no more and no less.
+//! The documentation lists exactly the keys that the reader knows.
 
 use linkwright::model_file::document;
 
@@ -19,7 +19,7 @@ fn the_listing_of_the_documentation_is_a_model() {
     let page = std::fs::read_to_string(format!("{}/docs/model-file.md", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let listings: Vec<&str> = page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     let whole = listings.iter().find(|text| text.starts_with("version")).expect("one listing is a whole file");
-    let model = linkwright::model_file::read("docs/model-file.md", whole).unwrap_or_else(|fault| panic!("{fault}"));
+    let model = linkwright::model_file::read("docs/model-file.md", whole).unwrap_or_else(|report| panic!("{report}"));
     assert!(model.method().solve(&model.problem().unwrap(), |_| ()).unwrap().status.is_success());
 }
 

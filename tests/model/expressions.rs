@@ -1,4 +1,4 @@
-//! Expressions: precedence, derivatives, refusals, and anything that one can type.
+//! Expressions: precedence, derivatives, errors, and random text.
 
 use linkwright::autodiff::{Dual, PolynomialDegree, gradient, hessian};
 use linkwright::model_file::Diagnostic;
@@ -113,7 +113,7 @@ fn structure_is_kept() {
 
 #[test]
 fn named_expressions_are_evaluated_once() {
-    // 2^60 operations if each name were put in place of its text.
+    // 2^60 operations if each name were replaced by its definition.
     let mut names = names();
     let named = |k: usize| {
         let text = if k == 0 { "x".to_owned() } else { format!("e{0} + e{0}", k - 1) };
@@ -131,14 +131,14 @@ fn sizes_are_limited() {
     let signs = "-".repeat(3000) + "1";
     let powers = "x".to_owned() + &"^x".repeat(2000);
     for text in [deep, signs, powers, "1+".repeat(4000) + "1"] {
-        let complaint = Tree::parse(&text, TextPlace::from(0)).unwrap_err();
-        assert!(complaint.message.contains("levels") || complaint.message.contains("too long"), "{complaint:?}");
+        let error = Tree::parse(&text, TextPlace::from(0)).unwrap_err();
+        assert!(error.message.contains("levels") || error.message.contains("too long"), "{error:?}");
     }
     assert_eq!(value(&("1".to_owned() + &"+1".repeat(2000))), 2001.0);
 }
 
-/// Expressions that make sense at most points, as text and as a function.
-fn sound() -> impl Strategy<Value = String> {
+/// Expressions that are defined at most points.
+fn valid() -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
         Just("x".to_owned()),
         Just("y".to_owned()),
@@ -162,15 +162,15 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn derivatives_agree_with_differences(text in sound(), x in 0.5..2.0f64, y in 0.5..2.0f64) {
-        // A constant part may be infinite; that is refused.
+    fn derivatives_agree_with_differences(text in valid(), x in 0.5..2.0f64, y in 0.5..2.0f64) {
+        // A constant part may be infinite, which is an error.
         let Ok(program) = compile(&text) else { return Ok(()) };
         let at = |x: f64, y: f64| program.value(&Inputs::design(&[x, y]));
         let (value, slope) = gradient(|b| program.value(&Inputs::design(b)), &[x, y]);
         prop_assume!(value.is_finite() && slope.iter().all(|s| s.abs() < 1e3));
         let difference = |h: f64| (at(x + h, y) - at(x - h, y)) / (2.0 * h);
         let (coarse, fine) = (difference(2e-5), difference(1e-5));
-        // Where two steps disagree, the function is too wild to judge.
+        // If two steps disagree, differences of the function are not accurate.
         prop_assume!((coarse - fine).abs() < 1e-6 * (1.0 + fine.abs()));
         prop_assert!((slope[0] - fine).abs() < 1e-4 * (1.0 + fine.abs() + value.abs()), "{text}: {} and {fine}", slope[0]);
         // The real part of a dual may differ in the last digit.
@@ -178,15 +178,15 @@ proptest! {
     }
 
     #[test]
-    fn anything_typed_is_read_or_refused_in_its_place(text in "[-+*/^(),.a-z0-9eE_ πé]{0,60}") {
+    fn anything_typed_is_read_or_rejected_with_its_location(text in "[-+*/^(),.a-z0-9eE_ πé]{0,60}") {
         match compile(&text) {
             Ok(program) => drop(program.value(&Inputs::at(&[1.0, 2.0], 0.0))),
-            Err(complaint) => prop_assert!(complaint.span.end <= text.len(), "{complaint:?}"),
+            Err(error) => prop_assert!(error.span.end <= text.len(), "{error:?}"),
         }
     }
 
     #[test]
-    fn any_text_at_all_does_no_harm(text in "\\PC{0,80}") {
+    fn any_text_is_read_or_rejected(text in "\\PC{0,80}") {
         drop(compile(&text));
     }
 }

@@ -5,7 +5,7 @@ use linkwright::problem::{Problem, ResponseAt};
 use std::collections::BTreeSet;
 
 const BASE: &str = r#"
-version = 1
+version = 2
 gravity = [0, -9.81]
 [design.p]
 start = 1.5
@@ -38,14 +38,14 @@ const EXPLICIT: &str = "[analysis]\nkind = \"dynamics\"\nscheme = \"rk8\"\ntoler
 /// A part, and what it measures.
 const PARTS: &[(&str, &str, &str, &[&str])] = &[
     ("joint", "revolute", "a = 'one'\nb = { body = 'two', at = [-1, 0] }", &["force_x", "force_y", "force"]),
-    ("joint", "weld", "a = { body = 'one', at = [1, 0] }\nb = 'two'", &["force_x", "force_y", "couple"]),
-    ("joint", "prismatic", "a = 'one'\nb = 'two'", &["force", "couple", "position"]),
+    ("joint", "fixed", "a = { body = 'one', at = [1, 0] }\nb = 'two'", &["force_x", "force_y", "moment"]),
+    ("joint", "prismatic", "a = 'one'\nb = 'two'", &["force", "moment", "position"]),
     ("joint", "point-on-line", "a = 'one'\nb = 'two'", &["force", "position"]),
-    ("joint", "rod", "a = 'one'\nb = 'two'\nlength = 1", &["tension"]),
+    ("joint", "distance", "a = 'one'\nb = 'two'\nlength = 1", &["tension"]),
     ("joint", "gears", "a = 'one.theta'\nb = 'two.theta'\nradius_a = 'p/3'\nradius_b = 0.5", &["tooth_force"]),
     ("joint", "rack", "a = 'one'\nb = 'two'\nradius = 0.5\noffset = -1", &["tooth_force"]),
-    ("driver", "coordinate", "coordinate = 'one.theta'\nmotion = 'p*time^2'", &["effort"]),
-    ("driver", "relative", "a = 'one.theta'\nb = 'two.theta'\nmotion = 'p*time^2'", &["effort", "power"]),
+    ("driver", "coordinate", "coordinate = 'one.theta'\nmotion = 'p*time^2'", &["driving_force"]),
+    ("driver", "relative", "a = 'one.theta'\nb = 'two.theta'\nmotion = 'p*time^2'", &["driving_force", "power"]),
     ("driver", "length", "a = 'one'\nb = 'two'\nmotion = '1 + p*time^2'", &["tension", "length"]),
     (
         "force",
@@ -57,40 +57,75 @@ const PARTS: &[(&str, &str, &str, &[&str])] = &[
         "force",
         "coordinate-spring",
         "a = 'one.y'\nb = 'two.y'\nstiffness = '10*p'\nunloaded = 0.1",
-        &["effort", "stretch", "rate"],
+        &["generalized_force", "elongation", "rate"],
     ),
     (
         "force",
         "bushing",
-        "a = { body = 'one', at = [0.9, 0] }\nb = 'two'\nstiffness_x = '10*p'\nstiffness_y = 10\nstiffness_turn = 2\ndamping_x = 1",
-        &["force_x", "force_y", "couple"],
+        "a = { body = 'one', at = [0.9, 0] }\nb = 'two'\nstiffness_x = '10*p'\nstiffness_y = 10\nstiffness_theta = 2\ndamping_x = 1",
+        &["force_x", "force_y", "moment"],
     ),
     ("force", "actuator", "a = 'one'\nb = 'two'\ntension = '3*p*time'", &["tension", "length", "rate"]),
-    ("force", "load", "a = 'one.theta'\nb = 'two.theta'\neffort = 'p*sin(9*time)'", &["effort", "power"]),
+    (
+        "force",
+        "load",
+        "a = 'one.theta'\nb = 'two.theta'\ngeneralized_force = 'p*sin(9*time)'",
+        &["generalized_force", "power"],
+    ),
     ("force", "force", "at = { body = 'one', at = ['p/9', 0] }\ndirection = 'deg(30)'\nforce = 'p'", &["force"]),
-    ("force", "friction", "a = 'one.y'\nb = 'ground.y'\neffort = 'p'\nspeed = 0.01\nviscous = 1", &["effort"]),
-    ("force", "stop", "a = 'ground.y'\nb = 'one.y'\nstiffness = '1e4*p'\ndamping = 0.1\nlimit = 0.01", &["push"]),
+    (
+        "force",
+        "friction",
+        "a = 'one.y'\nb = 'ground.y'\ncoulomb_force = 'p'\nspeed = 0.01\nviscous = 1",
+        &["generalized_force"],
+    ),
+    (
+        "force",
+        "bump-stop",
+        "a = 'ground.y'\nb = 'one.y'\nstiffness = '1e4*p'\ndamping = 0.1\nlimit = 0.01",
+        &["contact_force"],
+    ),
     (
         "force",
         "wall",
         "at = 'one'\nwall_x = 0\nwall_y = 0.01\nnormal = 'pi/2'\nstiffness = '1e4*p'\ndamping = 0.1",
-        &["push"],
+        &["contact_force"],
     ),
     (
         "force",
-        "state-load",
-        "coordinate = 'two.x'\neffort = '-3*p*two.x - two.vx + one.omega*time + two.theta*ground.x'",
-        &["effort", "power"],
+        "feedback",
+        "coordinate = 'two.x'\ngeneralized_force = '-3*p*two.x - two.vx + one.omega*time + two.theta*ground.x'",
+        &["generalized_force", "power"],
     ),
-    ("force", "load", "b = 'one.x'\neffort = { kind = 'constant-speed', speed = 'p' }", &["effort"]),
-    ("force", "load", "b = 'one.x'\neffort = { kind = 'start-up', speed = 'p', duration = 0.01 }", &["effort"]),
-    ("force", "load", "b = 'one.x'\neffort = { kind = 'harmonic', amplitude = 'p', frequency = 9 }", &["effort"]),
-    ("force", "load", "b = 'one.x'\neffort = { kind = 'ramp', from = 0, to = 'p', duration = 0.01 }", &["effort"]),
     (
         "force",
         "load",
-        "b = 'one.x'\neffort = { kind = 'table', times = [0, 1, 2], values = [0, 1, 3], scale = 'p' }",
-        &["effort"],
+        "b = 'one.x'\ngeneralized_force = { kind = 'constant-speed', speed = 'p' }",
+        &["generalized_force"],
+    ),
+    (
+        "force",
+        "load",
+        "b = 'one.x'\ngeneralized_force = { kind = 'start-up', speed = 'p', duration = 0.01 }",
+        &["generalized_force"],
+    ),
+    (
+        "force",
+        "load",
+        "b = 'one.x'\ngeneralized_force = { kind = 'harmonic', amplitude = 'p', frequency = 9 }",
+        &["generalized_force"],
+    ),
+    (
+        "force",
+        "load",
+        "b = 'one.x'\ngeneralized_force = { kind = 'ramp', from = 0, to = 'p', duration = 0.01 }",
+        &["generalized_force"],
+    ),
+    (
+        "force",
+        "load",
+        "b = 'one.x'\ngeneralized_force = { kind = 'table', times = [0, 1, 2], values = [0, 1, 3], scale = 'p' }",
+        &["generalized_force"],
     ),
 ];
 
@@ -158,7 +193,7 @@ fn bodies_beams_and_formulas_differentiate() {
     let clamped = |kind: &str, keys: &str| {
         format!(
             "[[beam]]\nname = \"rod\"\nkind = \"{kind}\"\nfrom = [0, 1]\nto = [1, 1]\nelements = 2\n{keys}\n\
-             [[joint]]\nname = \"clamp\"\nkind = \"weld\"\na = {{ body = \"ground\", at = [0, 1] }}\nb = \"rod.first\"\n"
+             [[joint]]\nname = \"clamp\"\nkind = \"fixed\"\na = {{ body = \"ground\", at = [0, 1] }}\nb = \"rod.first\"\n"
         )
     };
     let material = "young = 2.1e9\ndensity = 1000";
@@ -180,7 +215,7 @@ fn bodies_beams_and_formulas_differentiate() {
         assert!(values.iter().all(|v| *v != 0.0), "{values:?}");
     }
     let parts = "[[body]]\nname = \"bob\"\nkind = \"point\"\nmass = 1\nposition = [2, 0]\nvelocity = [\"p\", 0]\n\
-                 [[body]]\nname = \"slide\"\nkind = \"slide\"\nmass = 1\nvelocity = \"p\"\n\
+                 [[body]]\nname = \"slide\"\nkind = \"slider\"\nmass = 1\nvelocity = \"p\"\n\
                  [[point]]\nname = \"edge\"\nbody = \"one\"\nat = [\"p\", 0]\n";
     let measures = ["bob.vx", "slide.position", "edge.x", "kinetic_energy", "potential_energy + time"];
     let values =
@@ -193,7 +228,7 @@ fn bodies_beams_and_formulas_differentiate() {
 
 #[test]
 fn a_weight_hangs_lower_on_a_softer_spring() {
-    let text = "version = 1\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0]\n\
+    let text = "version = 2\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0]\n\
                 [[body]]\nname = \"weight\"\nkind = \"point\"\nmass = 2\nposition = [0, 0]\n\
                 [[driver]]\nname = \"guide\"\ncoordinate = \"weight.x\"\nmotion = 0\n\
                 [[force]]\nname = \"spring\"\nkind = \"coordinate-spring\"\na = \"ground.y\"\nb = \"weight.y\"\nstiffness = \"p\"\n\
@@ -214,7 +249,7 @@ fn a_ball_bounces_off_a_stop_and_off_a_wall() {
     ];
     for contact in contacts {
         let text = format!(
-            "version = 1\ngravity = [0, -10]\n[design.p]\nstart = 0.8\n[objective]\nminimize = \"p\"\n[time]\nat = [0.6]\n\
+            "version = 2\ngravity = [0, -10]\n[design.p]\nstart = 0.8\n[objective]\nminimize = \"p\"\n[time]\nat = [0.6]\n\
              [[body]]\nname = \"ball\"\nkind = \"point\"\nmass = 2\nposition = [0, 0.8]\n\
              [[force]]\nname = \"floor\"\n{contact}{}\n[[output]]\nname = \"y\"\nvalue = \"ball.y\"\n",
             "[analysis]\nkind = \"dynamics\"\nstep = 0.01"
@@ -230,11 +265,11 @@ fn a_ball_bounces_off_a_stop_and_off_a_wall() {
 
 #[test]
 fn a_motion_from_an_equilibrium_stays_there() {
-    let text = "version = 1\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0, 0.5]\n\
+    let text = "version = 2\ngravity = [0, -10]\n[design.p]\nstart = 50\n[objective]\nminimize = \"p\"\n[time]\nat = [0, 0.5]\n\
                 [[body]]\nname = \"weight\"\nkind = \"point\"\nmass = 2\nposition = [0, 0]\n\
                 [[force]]\nname = \"spring\"\nkind = \"coordinate-spring\"\na = \"ground.y\"\nb = \"weight.y\"\nstiffness = \"p\"\n\
                 [[force]]\nname = \"guide\"\nkind = \"coordinate-spring\"\na = \"ground.x\"\nb = \"weight.x\"\nstiffness = 10\n\
-                [analysis]\nkind = \"dynamics\"\nstep = 0.01\norigin = \"equilibrium\"\n\
+                [analysis]\nkind = \"dynamics\"\nstep = 0.01\ninitial_configuration = \"equilibrium\"\n\
                 [[output]]\nname = \"y\"\nvalue = \"weight.y\"\n";
     let problem = problem(text);
     let responses = problem.analyze(&[50.0]).unwrap();

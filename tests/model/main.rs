@@ -1,22 +1,23 @@
 //! Model files: the same problems as in the library, mistakes and their messages, expressions.
 
+mod any_text;
 #[cfg(feature = "cli")]
 mod browser;
 mod commands;
 mod derivatives;
+mod diagnostics;
 mod documentation;
 mod edits;
 mod expressions;
-mod harmless;
 mod kinds;
+mod limits;
 mod mistakes;
 #[cfg(feature = "cli")]
 mod page;
-mod places;
-mod refusals;
 #[cfg(feature = "cli")]
 mod report;
 mod robust;
 mod runs;
 mod shell;
 mod twins;
+mod version1;

@@ -1,27 +1,29 @@
-//! Wrong model files, each by one change of a good one, and what is said about them.
+//! Wrong model files, each by one change of a good one, and the diagnostics.
 
 use linkwright::model_file::read;
 use proptest::prelude::*;
 
 const GOOD: &str = include_str!("good.toml");
 
-/// What is wrong, what stands in the good file, what stands there instead.
+/// The mistake, a text of the good file, and its replacement.
 const MISTAKES: &[[&str; 3]] = &[
     // The file as such.
     ["broken string", "title = \"good\"", "title = \"good"],
     ["broken table", "[design.length]", "[design.length"],
     ["key twice", "start = 1.0\n", "start = 1.0\nstart = 2.0\n"],
     ["section twice", "[time]", "[time]\nto = 2.0\n[time]"],
-    ["no version", "version = 1\n", ""],
-    ["another version", "version = 1", "version = 7"],
+    ["no version", "version = 2\n", ""],
+    ["another version", "version = 2", "version = 7"],
+    ["old kind", "kind = \"fixed\"", "kind = \"weld\"\nturn = 0.0"],
+    ["old measure", "value = \"rod.first.moment\"", "value = \"2*spring.effort + clamp.couple\""],
     ["unknown section", "[constants]", "[constant]"],
     ["unknown part", "[[joint]]", "[[joints]]"],
     ["a table in place of tables", "[[driver]]", "[driver]"],
     // Keys and types.
     ["unknown key", "stiffness = \"stiffness\"", "stiffnes = \"stiffness\""],
-    ["key of another kind", "kind = \"slide\"", "kind = \"slide\"\ninertia = 1.0"],
+    ["key of another kind", "kind = \"slider\"", "kind = \"slider\"\ninertia = 1.0"],
     ["missing key", "coordinate = \"cart\"\n", ""],
-    ["unknown kind", "kind = \"weld\"", "kind = \"wled\""],
+    ["unknown kind", "kind = \"fixed\"", "kind = \"fxied\""],
     ["missing kind", "kind = \"force\"\n", ""],
     ["text for a flag", "from = 0.5\n", "from = 0.5\ncontinuous = \"yes\"\n"],
     ["number for text", "name = \"motor\"", "name = 3"],
@@ -75,7 +77,7 @@ const MISTAKES: &[[&str; 3]] = &[
     ["unknown measure", "\"arm.theta\"\nlinear", "\"arm.teta\"\nlinear"],
     ["unknown measure of a beam", "\"rod.first.moment\"", "\"rod.first.couple\""],
     ["unknown output", "value = \"angle\"", "value = \"angel\""],
-    ["unknown method", "preset = \"paper\"", "preset = \"gcma\""],
+    ["unknown method", "preset = \"slp\"", "preset = \"gcma\""],
     ["unknown intermediate variable", "linear_in = \"reciprocal\"", "linear_in = { lenght = \"reciprocal\" }"],
     // Motions.
     ["unknown motion", "kind = \"ramp\"", "kind = \"rampe\""],
@@ -119,32 +121,32 @@ const MISTAKES: &[[&str; 3]] = &[
 
 #[test]
 fn the_good_file_is_good() {
-    let model = read("good.toml", GOOD).unwrap_or_else(|fault| panic!("{fault}"));
+    let model = read("good.toml", GOOD).unwrap_or_else(|report| panic!("{report}"));
     let problem = model.problem().unwrap();
     let here = problem.evaluate(&problem.start(), &problem.analyze(&problem.start()).unwrap()).unwrap();
     assert!(here.objective > 0.0);
 }
 
 #[test]
-fn every_mistake_is_shown_in_its_place() {
+fn every_mistake_is_shown_at_its_location() {
     let mut all = String::new();
     for [what, good, bad] in MISTAKES {
         assert!(GOOD.contains(good), "{what}: `{good}` is not in the good file");
-        let fault = match read("model.toml", &GOOD.replacen(good, bad, 1)) {
+        let report = match read("model.toml", &GOOD.replacen(good, bad, 1)) {
             Ok(_) => panic!("{what}: the file was read"),
-            Err(fault) => fault,
+            Err(report) => report,
         };
-        all += &format!("## {what}\n{fault}\n\n");
+        all += &format!("## {what}\n{report}\n\n");
     }
     assert!(MISTAKES.len() >= 60);
     insta::assert_snapshot!("mistakes", all);
 }
 
 #[test]
-fn cut_anywhere_a_file_is_refused_or_read_without_harm() {
+fn cut_anywhere_a_file_is_read_or_rejected() {
     for end in (0..GOOD.len()).step_by(7) {
-        if let Err(fault) = read("m.toml", &GOOD[..end]) {
-            assert!(!fault.to_string().is_empty());
+        if let Err(report) = read("m.toml", &GOOD[..end]) {
+            assert!(!report.to_string().is_empty());
         }
     }
 }
@@ -153,7 +155,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_good_file_with_anything_typed_into_it_is_read_or_refused(
+    fn a_good_file_with_anything_typed_into_it_is_read_or_rejected(
         at in 0..GOOD.len(),
         cut in 0..20usize,
         typed in "[-+*/^(){}\\[\\]\"'=,.#a-z0-9 \n]{0,12}",
@@ -162,12 +164,12 @@ proptest! {
         let text = format!("{}{typed}{}", &GOOD[..at], &GOOD[end..]);
         match read("m.toml", &text) {
             Ok(model) => drop(model.problem()),
-            Err(fault) => prop_assert!(fault.to_string().contains("--> m.toml:")),
+            Err(report) => prop_assert!(report.to_string().contains("--> m.toml:")),
         }
     }
 }
 
-/// All that is wrong is shown at once, in the order of the file, but not what follows from it.
+/// All mistakes are shown at once, in the order of the file, without those that follow from others.
 #[test]
 fn several_mistakes_are_shown_at_once() {
     let bad = GOOD
@@ -176,30 +178,31 @@ fn several_mistakes_are_shown_at_once() {
         .replacen("a = \"ground\"\n", "a = \"grund\"\n", 1)
         .replacen("\"rod.first.moment\"", "\"rod.first.couple\"", 1)
         .replacen("cutoff = 0.5", "cutof = 0.5", 1);
-    let fault = read("model.toml", &bad).err().unwrap();
-    insta::assert_snapshot!("several", fault);
-    // Ten are enough.
+    let report = read("model.toml", &bad).err().unwrap();
+    insta::assert_snapshot!("several", report);
+    // At most ten are shown.
     let many: String = (0..100).map(|k| format!("[[body]]\nname = \"b{k}\"\nkind = \"bodie\"\n")).collect();
-    let fault = read("model.toml", &format!("version = 1\n{many}")).err().unwrap();
-    assert_eq!(fault.others.len(), 9);
+    let report = read("model.toml", &format!("version = 2\n{many}")).err().unwrap();
+    assert_eq!(report.diagnostics.len(), 10);
 }
 
-/// What an analysis cannot do is shown at the part that is to blame.
+/// An error of an analysis is shown at the part that it names.
 #[test]
-fn what_fails_in_an_analysis_is_shown_where_it_stands() {
+fn an_error_of_an_analysis_is_shown_at_its_part() {
     let mut all = String::new();
     for [what, good, bad] in FAILURES {
         assert!(GOOD.contains(good), "{what}: `{good}` is not in the good file");
-        let model = read("model.toml", &GOOD.replacen(good, bad, 1)).unwrap_or_else(|fault| panic!("{what}: {fault}"));
+        let model =
+            read("model.toml", &GOOD.replacen(good, bad, 1)).unwrap_or_else(|report| panic!("{what}: {report}"));
         let done = model.problem().and_then(|p| p.evaluate(&p.start(), &p.analyze(&p.start())?));
         let error = done.err().unwrap_or_else(|| panic!("{what}: nothing fails"));
-        let fault = model.locate(&error).unwrap_or_else(|| panic!("{what}: {error}"));
-        all += &format!("## {what}\n{fault}\n\n");
+        let report = model.locate(&error).unwrap_or_else(|| panic!("{what}: {error}"));
+        all += &format!("## {what}\n{report}\n\n");
     }
     insta::assert_snapshot!("failures", all);
 }
 
-/// Files that are sound, but whose mechanism cannot move.
+/// Valid files of mechanisms that cannot be analysed.
 const FAILURES: &[[&str; 3]] = &[
     ["no mass", "mass = \"load\"", "mass = \"load - 2\""],
     ["not a number", "inertia = \"load*length^2/12\"", "inertia = \"sqrt(0.5 - length)\""],
@@ -207,6 +210,6 @@ const FAILURES: &[[&str; 3]] = &[
     [
         "two joints for one",
         "[[driver]]",
-        "[[joint]]\nname = \"again\"\nkind = \"rod\"\na = \"ground\"\nb = \"arm\"\nlength = 7\n\n[[driver]]",
+        "[[joint]]\nname = \"again\"\nkind = \"distance\"\na = \"ground\"\nb = \"arm\"\nlength = 7\n\n[[driver]]",
     ],
 ];

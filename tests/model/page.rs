@@ -1,17 +1,17 @@
-//! A small reader of HTML: whether elements are closed in their order, and what a page is made of.
+//! A small HTML reader: checks that elements are closed in order, and lists the content of a page.
 
 /// A tag with its attributes as text.
 pub struct Tag {
     pub name: String,
     pub attributes: String,
     pub closes: bool,
-    /// What stands between it and the next tag.
+    /// The text up to the next tag.
     pub text: String,
 }
 
 const VOID: [&str; 3] = ["meta", "input", "link"];
 
-/// All tags in their order. Panics where a `<` begins no tag, or an attribute has no quotes.
+/// All tags in order. Panics if a `<` begins no tag, or an attribute has no quotes.
 pub fn tags(page: &str) -> Vec<Tag> {
     let mut rest = page.strip_prefix("<!DOCTYPE html>").expect("a page begins with its type");
     let mut tags = vec![];
@@ -25,7 +25,7 @@ pub fn tags(page: &str) -> Vec<Tag> {
         let attributes = inside[name.len()..].trim_end_matches('/').to_owned();
         let alone = inside.ends_with('/');
         rest = &rest[end + 1..];
-        // The inside of scripts and styles is no HTML.
+        // The content of scripts and styles is not HTML.
         let text_end = if !closes && (name == "script" || name == "style") {
             rest.find(&format!("</{name}>")).expect("it ends")
         } else {
@@ -41,7 +41,7 @@ pub fn tags(page: &str) -> Vec<Tag> {
     tags
 }
 
-/// Panics unless every element is closed where it should be.
+/// Panics unless all elements are closed in order.
 pub fn check(page: &str) {
     let mut open: Vec<String> = vec![];
     for tag in tags(page) {
@@ -54,7 +54,7 @@ pub fn check(page: &str) {
     assert!(open.is_empty(), "{open:?} are not closed");
 }
 
-/// Panics if the page loads anything: it has no elements that do, and its links lead to itself or to files beside it.
+/// Panics if the page loads anything: no element may load, and links must lead to the page or to files in its folder.
 pub fn asks_nobody(page: &str) {
     for tag in tags(page) {
         let Tag { name, attributes, text, .. } = &tag;

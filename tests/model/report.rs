@@ -1,4 +1,4 @@
-//! The report of a run: one page that is well formed, complete and asks nobody.
+//! The report of a run: one page that is well formed, complete and loads nothing.
 
 use super::page::{asks_nobody, check, outline};
 use crate::shell::Place;
@@ -54,7 +54,7 @@ fn every_figure_is_a_file_and_the_mechanism_moves_in_one() {
             _ => begins(b"GIF89a"),
         }
     }
-    // Every link of the page leads to a file beside it.
+    // Every link of the page leads to a file in its folder.
     let page = place.read("run/report.html");
     let links = page.split("<a href=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
     for link in links.filter(|link| !link.starts_with('#')) {
@@ -96,7 +96,7 @@ fn a_run_that_was_stopped_gives_a_report_too() {
     std::fs::write(place.0.join("short.toml"), model).unwrap();
     place.run(&["optimize", "short.toml", "--quiet", "--out", "run"], 3);
     assert!(report(&place).contains(">cycle limit</span>"));
-    // What a kill leaves behind: the state of a run that goes on, and no results.
+    // The folder after a kill: the state of an unfinished run, and no results.
     let state = place.read("run/state.json").replace("\"status\": \"CycleLimit\"", "\"status\": \"Running\"");
     assert!(state.contains("Running"));
     std::fs::write(place.0.join("run/state.json"), state).unwrap();
@@ -113,23 +113,23 @@ fn a_run_that_was_stopped_gives_a_report_too() {
     assert!(place.run(&["report", "nowhere"], 1).contains("no run"));
 }
 
-/// What a cycle stores of its promises gives the errors that it reports (14) to (16).
+/// The predictions that a cycle stores give the errors (14) to (16) that it reports.
 #[test]
-fn promises_and_errors_agree() {
+fn predictions_and_errors_agree() {
     let problem = linkwright::cases::impact_absorber::peak_acceleration().unwrap();
     let end = linkwright::sao::Method::default().solve(&problem, |_| ()).unwrap();
     for cycle in &end.history[1..] {
         let promised = cycle.prediction.as_ref().unwrap();
         let error = 100.0 * (promised.objective - cycle.objective).abs() / cycle.objective;
         assert!((error - cycle.objective_error_pct).abs() < 1e-9);
-        assert_eq!((promised.rows.len(), promised.analysed.len()), (cycle.kept.len(), cycle.kept.len()));
+        assert_eq!((promised.rows.len(), promised.analysed.len()), (cycle.retained.len(), cycle.retained.len()));
         let pairs = promised.rows.iter().zip(&promised.analysed).filter(|(_, g)| **g >= 0.7);
         let error = pairs.map(|(p, g)| 100.0 * (p - g).abs() / g.abs()).fold(0.0, f64::max);
         assert!((error - cycle.constraint_error_pct).abs() < 1e-6 || error <= cycle.constraint_error_pct, "{cycle:?}");
     }
 }
 
-/// The drawing of a chain is the motion that its outputs tell of.
+/// The drawing of a chain agrees with its outputs.
 #[test]
 fn drawings_move_as_the_analysis_says() {
     let text =

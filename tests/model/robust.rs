@@ -1,11 +1,11 @@
-//! Runs that are killed, folders that are full or cannot be written.
+//! Runs that are killed, folders on full disks, folders that cannot be written.
 #![cfg(feature = "cli")]
 
 use crate::shell::{Place, text};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// What a run that was killed must have in common with one that was not: everything but the date.
+/// Files that must be equal for a run with and without a kill: all files without a date.
 const FILES: &[&str] =
     &["state.json", "history.jsonl", "cycles.csv", "summary.json", "responses.csv", "constraints.csv"];
 
@@ -15,7 +15,7 @@ fn assert_same(place: &Place, one: &str, other: &str) {
     }
 }
 
-/// A number from 0 to 1 that looks random: multiples of the golden ratio spread evenly.
+/// Evenly spread numbers from 0 to 1: multiples of the golden ratio.
 fn spread(k: u32) -> f64 {
     (f64::from(k) * 0.618_033_988_749_895 + 0.37).fract()
 }
@@ -32,7 +32,7 @@ fn a_run_that_is_killed_at_any_moment_is_resumed_to_the_same_end() {
     let mut interrupted = 0;
     for k in 0..50 {
         let out = format!("cut{k}");
-        // The run itself, then what resumes it, until nobody kills it.
+        // The run, then a process that resumes it; both are killed.
         for (try_, command) in [["optimize", file, "--quiet", "--out", &out].as_slice(), &["resume", &out, "--quiet"]]
             .into_iter()
             .enumerate()
@@ -46,7 +46,7 @@ fn a_run_that_is_killed_at_any_moment_is_resumed_to_the_same_end() {
                 .stdout(Stdio::null())
                 .spawn()
                 .unwrap();
-            // However fast the machine is: once a part of the history is there, and a moment later.
+            // On any machine: shortly after a given part of the history has been written.
             let (part, moment) = (spread(2 * k + try_ as u32), spread(7 * k + 3));
             let written = || std::fs::metadata(place.0.join(&out).join("history.jsonl")).map_or(0, |file| file.len());
             while (written() as f64) < part * whole as f64 && child.try_wait().unwrap().is_none() {
@@ -59,7 +59,7 @@ fn a_run_that_is_killed_at_any_moment_is_resumed_to_the_same_end() {
         let summary = std::fs::read_to_string(place.0.join(&out).join("summary.json")).unwrap_or_default();
         interrupted += usize::from(!summary.contains("Converged"));
         if !place.0.join(&out).join("run.json").exists() {
-            // Killed before anything was written: there is nothing to resume, and nothing in the way.
+            // Killed before anything was written: the run can be started again in the same folder.
             place.run(&["optimize", file, "--quiet", "--out", &out], 0);
         } else {
             place.run(&["resume", &out, "--quiet"], 0);
@@ -83,7 +83,7 @@ fn a_history_that_was_cut_in_the_middle_of_a_line_is_mended() {
     }
 }
 
-/// A limit on the size of files is what a full disk is: some writes still fit, one does not any more.
+/// A limit on the size of files acts as a full disk: the first writes succeed, a later one fails.
 #[cfg(target_os = "linux")]
 #[test]
 fn on_a_full_disk_earlier_cycles_are_kept_and_the_message_says_what_to_do() {
@@ -118,7 +118,7 @@ fn a_folder_that_cannot_be_written_is_named() {
     std::fs::write(place.0.join("file"), "").unwrap();
     let shown = place.run(&["optimize", "two-bar-truss.toml", "--out", "file/runs"], 1);
     assert!(shown.contains("cannot make the folder file/runs"), "{shown}");
-    // Nobody may write here, whoever it is.
+    // No user may write to this folder.
     if cfg!(target_os = "linux") {
         let shown = place.run(&["optimize", "two-bar-truss.toml", "--out", "/proc/sys"], 1);
         assert!(shown.contains("cannot write /proc/sys/") && shown.contains("give a folder"), "{shown}");

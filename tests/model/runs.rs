@@ -1,4 +1,4 @@
-//! Lists of runs, runs beside each other, methods beside each other.
+//! Lists of runs, comparisons of runs and of methods.
 #![cfg(feature = "cli")]
 
 use crate::shell::{Place, linkwright, text};
@@ -57,8 +57,8 @@ fn results_go_where_the_environment_says() {
 }
 
 #[test]
-fn two_runs_stand_beside_each_other() {
-    let place = Place::new("beside");
+fn two_runs_are_compared() {
+    let place = Place::new("compared");
     place.example("two-bar-truss");
     let good = place.read("two-bar-truss.toml");
     std::fs::write(place.0.join("mma.toml"), good.replace("preset = \"gcmma\"", "preset = \"mma\"")).unwrap();
@@ -80,10 +80,10 @@ fn two_runs_stand_beside_each_other() {
 }
 
 #[test]
-fn methods_stand_beside_each_other_on_a_model_file() {
+fn methods_are_compared_on_a_model_file() {
     let place = Place::new("methods");
     place.example("two-bar-truss");
-    let shown = place.run(&["compare", "two-bar-truss.toml", "--methods", "paper,mma,gcmma", "--out", "here"], 0);
+    let shown = place.run(&["compare", "two-bar-truss.toml", "--methods", "slp,mma,gcmma", "--out", "here"], 0);
     assert!(shown.contains("(the file's)") && shown.matches("Converged").count() >= 3, "{shown}");
     let table = place.read("here/two-bar-truss.csv");
     let line = |name: &str| table.lines().find(|line| line.starts_with(name)).unwrap().split_once(',').unwrap().1;
@@ -110,7 +110,7 @@ fn every_command_shows_examples_and_exit_codes_and_shells_complete_them() {
         assert!(names.iter().all(|name| script.contains(name)) && script.contains("methods"), "{shell}");
     }
     assert_eq!(linkwright(&["completion", "cmd"], &place.0).status.code(), Some(2));
-    // A shell that is there is asked whether the script is sound.
+    // An installed shell checks the syntax of the script.
     if let Ok(bash) = std::process::Command::new("bash").arg("--version").output()
         && bash.status.success()
     {
@@ -122,7 +122,7 @@ fn every_command_shows_examples_and_exit_codes_and_shells_complete_them() {
     }
 }
 
-/// A terminal has a line on the time below the table, which each row replaces; a pipe has plain lines.
+/// On a terminal each row replaces the line with the remaining time; a pipe gets plain lines.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_terminal_shows_the_time_that_is_left() {
@@ -133,11 +133,11 @@ fn a_terminal_shows_the_time_that_is_left() {
     let command = format!("{} optimize slider-crank.toml --out drawn", env!("CARGO_BIN_EXE_linkwright"));
     let drawn =
         std::process::Command::new("script").args(["-qec", &command, "/dev/null"]).current_dir(&place.0).output();
-    // Not every system can play a terminal.
+    // Some systems cannot emulate a terminal.
     let Ok(drawn) = drawn else { return };
     let drawn = text(&drawn.stdout).replace("\r\n", "\n");
     assert!(drawn.contains(" elapsed, about ") && drawn.contains(" left, at most "), "{drawn}");
-    // What stays on the screen: of each line what is written after it was last cleared.
+    // The visible text: of each line the part after it was last cleared.
     let shown =
         |line: &str| line.rsplit("\u{1b}[K").next().unwrap().replace("\u{1b}[?7l", "").replace("\u{1b}[?7h", "");
     let screen: Vec<String> = drawn.lines().map(shown).collect();

@@ -1,4 +1,4 @@
-//! The command in a folder of its own.
+//! Runs the command in a separate folder.
 #![cfg(feature = "cli")]
 
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// A fresh folder that is removed at the end.
+/// An empty folder that is removed at the end.
 pub struct Place(pub PathBuf);
 
 impl Place {

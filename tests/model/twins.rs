@@ -1,8 +1,6 @@
 //! Every model file that has a twin in the library runs through the same cycles.
 
-use linkwright::cases::mechanisms::{
-    Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam,
-};
+use linkwright::cases::{Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank as Crank, SpinningBeam};
 use linkwright::cases::{
     cantilever, four_bar, four_bar::StressConstrained, impact_absorber, nonlinear_absorber, slider_crank,
     ten_bar_truss, two_bar_truss, vehicle_suspension,
@@ -18,10 +16,10 @@ use linkwright::sao::{Method, State, preset};
 fn model(name: &str) -> Model {
     let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap();
-    read(name, &text).unwrap_or_else(|fault| panic!("{fault}"))
+    read(name, &text).unwrap_or_else(|report| panic!("{report}"))
 }
 
-/// Runs both and compares every cycle: verdicts exactly, numbers to `tolerance`.
+/// Runs both and compares every cycle: acceptance exactly, numbers to `tolerance`.
 fn assert_twins(name: &str, twin: Problem, method: Method, tolerance: f64) -> State {
     let model = model(name);
     let ours = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
@@ -30,7 +28,7 @@ fn assert_twins(name: &str, twin: Problem, method: Method, tolerance: f64) -> St
     assert_eq!(ours.history.len(), theirs.history.len());
     assert_eq!(ours.counters.analyses, theirs.counters.analyses);
     for (a, b) in ours.history.iter().zip(&theirs.history) {
-        assert_eq!((a.cycle, a.accepted, &a.kept), (b.cycle, b.accepted, &b.kept));
+        assert_eq!((a.cycle, a.accepted, &a.retained), (b.cycle, b.accepted, &b.retained));
         for (x, y) in a.design.iter().zip(&b.design).chain([(&a.objective, &b.objective)]) {
             assert!((x - y).abs() <= tolerance * y.abs().max(1e-3), "cycle {}: {x} and {y}", a.cycle);
         }
@@ -85,8 +83,8 @@ fn the_chain_loses_energy_and_its_tip_stays_above_the_floor() {
     assert!((lowest + 0.8).abs() < 1e-4, "the floor is touched: {lowest}");
 }
 
-/// Histories of a file at its start design and of its twin: to `tolerance` of the largest value of each response. What the twin
-/// has beyond the file is left out by `kept`.
+/// Compares the histories of a file at its start design with those of its twin, to `tolerance` of the largest value of each
+/// response. `kept` selects the responses of the twin that the file has.
 fn assert_histories(name: &str, twin: &dyn Analysis, design: &[f64], tolerance: f64, kept: impl Fn(usize) -> bool) {
     let problem = model(name).problem().unwrap();
     assert_eq!(problem.start()[..design.len()], *design, "{name}");
@@ -142,7 +140,7 @@ fn driven_mechanisms_move_as_their_twins() {
 fn equilibria_are_those_of_their_twins() {
     let governor = StaticResponses::new(Governor { angle: 0.8 }, Statics::default(), &[0.0]).unwrap();
     assert_histories("governor", &governor, &Governor::DESIGN, 1e-10, all);
-    // Bars that stretch by a billionth: the linear truss up to their strain.
+    // Strains of 1e-9: the results of the linear truss to that accuracy.
     let truss = ten_bar_truss::equal_strengths().unwrap();
     assert_histories("ten-bar-truss", truss.analysis.as_ref(), &[5.0; 10], 1e-6, all);
 }

@@ -1,9 +1,11 @@
 //! Exact derivatives against differences of values, for every problem of the library.
 
-use linkwright::approximation::{ApproximateProblem, ApproximationOptions, Linear, LinearizationPoint, SubproblemBox};
+use linkwright::approximation::{
+    ApproximateProblem, ApproximationOptions, CycleData, Linear, LinearizationPoint, SubproblemBox,
+};
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::nlp::Program;
-use linkwright::problem::{Problem, ResponseAt, Sensitivities};
+use linkwright::problem::{Problem, ResponseAt, Sensitivities, SignedQuantity};
 use linkwright::sao::{MoveLimits, RelativeLimits, Screening};
 use nalgebra::DMatrix;
 
@@ -44,28 +46,28 @@ fn assert_derivatives(problem: &Problem, b: &[f64]) {
     assert_approximate_problem(problem, b);
 }
 
-/// ∂r/∂b of all responses at all instants.
+/// ∂r/∂b of all responses at all time points.
 #[track_caller]
 fn assert_responses(problem: &Problem, b: &[f64]) -> Sensitivities {
     let responses = problem.analyze(b).unwrap();
     let histories = responses.values.iter().enumerate();
     let points =
         |(response, history): (usize, &Vec<f64>)| (0..history.len()).map(move |point| ResponseAt { response, point });
-    let instants: Vec<ResponseAt> = histories.flat_map(points).collect();
-    let rows = problem.sensitivities(b, &responses, &instants).unwrap();
+    let at: Vec<ResponseAt> = histories.flat_map(points).collect();
+    let rows = problem.sensitivities(b, &responses, &at).unwrap();
     assert_close("responses", &rows, &differences(|b| problem.analyze(b).unwrap().values.concat(), b));
-    Sensitivities { instants, rows }
+    Sensitivities { at, rows }
 }
 
 /// dF/db and dg/db of the objective and of all constraints at all their time points.
 #[track_caller]
 fn assert_quantities(problem: &Problem, b: &[f64], known: &Sensitivities) {
     let responses = problem.analyze(b).unwrap();
-    let slope = |quantity, p| problem.total_derivative(quantity, p, b, &responses, known);
-    let mut rows = slope(&problem.objective, 0);
+    let slope = |signed: SignedQuantity, p| problem.total_derivative(signed, p, b, &responses, known);
+    let mut rows = slope(problem.objective.signed(), 0);
     for row in problem.all_rows() {
         let constraint = &problem.constraints[row.constraint];
-        rows.extend(slope(&constraint.quantity, row.point).iter().map(|s| s / constraint.scale));
+        rows.extend(slope(constraint.signed(), row.point).iter().map(|s| s / constraint.scale));
     }
     let values = |b: &[f64]| {
         let all = problem.evaluate(b, &problem.analyze(b).unwrap()).unwrap();
@@ -78,18 +80,14 @@ fn assert_quantities(problem: &Problem, b: &[f64], known: &Sensitivities) {
 /// Gradients and the Hessian of the Lagrangian of the approximate problem around `b`, away from `b`.
 #[track_caller]
 fn assert_approximate_problem(problem: &Problem, b: &[f64]) {
-    let responses = problem.analyze(b).unwrap();
-    let evaluation = problem.evaluate(b, &responses).unwrap();
-    let kept = Screening { cutoff: None, ..Screening::default() }.keep(problem, &evaluation);
-    let instants = ApproximateProblem::instants(problem, &kept);
-    let rows = problem.sensitivities(b, &responses, &instants).unwrap();
-    let sensitivities = Sensitivities { instants, rows };
-    let known = LinearizationPoint::first_order(b, &responses, &evaluation, &sensitivities);
+    let analyzed = problem.analyze_design(b).unwrap();
+    let retained = Screening { cutoff: None, ..Screening::default() }.retain(problem, &analyzed.evaluation);
+    let data = CycleData::first_order(problem, &analyzed, retained).unwrap();
+    let point = LinearizationPoint::first_order(&analyzed, &data);
     let region = RelativeLimits::default().region(problem, b, &vec![0.4; b.len()]);
     let subproblem_box = SubproblemBox::new(problem, vec![b.to_vec()], (region.lower, region.upper));
     let program =
-        ApproximateProblem::new(problem, &Linear, known, kept, (subproblem_box, ApproximationOptions::default()))
-            .unwrap();
+        ApproximateProblem::new(problem, &Linear, point, (subproblem_box, ApproximationOptions::default())).unwrap();
 
     let x: Vec<f64> = b.iter().enumerate().map(|(k, v)| v * (1.03 + 0.01 * k as f64)).collect();
     let here = program.gradients(&x).unwrap();

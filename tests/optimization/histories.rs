@@ -15,7 +15,7 @@ fn row(cycle: &Cycle) -> String {
     let mut text = format!("{:>3} {}", cycle.cycle, if cycle.accepted { "y" } else { "n" });
     let factors = cycle.factors.iter().copied().fold((f64::INFINITY, 0.0f64), |(l, u), f| (l.min(f), u.max(f)));
     let [e_f, e_g, v] = [cycle.objective_error_pct, cycle.constraint_error_pct, cycle.violation_pct].map(percent);
-    let (kept, active) = (cycle.kept.len(), cycle.active.len());
+    let (kept, active) = (cycle.retained.len(), cycle.active.len());
     write!(text, "  {:>12.5e}  {e_f:>10} {e_g:>10} {v:>10}", cycle.objective).unwrap();
     write!(text, "  {:.4}…{:.4} {:>2}  {kept:>2} {active:>2} ", factors.0, factors.1, cycle.active_limits).unwrap();
     cycle.design.iter().for_each(|b| write!(text, " {b:>9.5}").unwrap());

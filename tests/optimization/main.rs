@@ -1,8 +1,8 @@
 //! Optimization held to published optima, iterates and tables.
 
-mod check;
 mod cli;
 mod derivatives;
+mod gradient_check;
 mod histories;
 mod invalid;
 mod issues;
@@ -11,6 +11,7 @@ mod matrix;
 mod optima;
 mod papers;
 mod parts;
+mod problem_data;
 mod properties;
 mod resume;
 mod separable;

@@ -18,7 +18,7 @@ fn cell(a: &Attempt) -> String {
 }
 
 /// The methods that run on the flexible four-bars, whose analyses take a hundred times as long as those of the others.
-const FEW: [&str; 2] = ["paper", "tana"];
+const FEW: [&str; 2] = ["slp", "tana"];
 /// Problems beside each other in a table.
 const ABREAST: usize = 9;
 

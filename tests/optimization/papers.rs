@@ -1,13 +1,14 @@
 //! The tables of the paper, cell by cell: what is printed must come out, and every exception is named here with its reason.
 
 use linkwright::cases::{impact_absorber, slider_crank};
-use linkwright::papers::etman_1998::{Regenerated, ReproducedRun, regenerate, table1};
+use linkwright::papers::etman_1998::{Etman1998, table1};
+use linkwright::papers::{Paper, ReproducedTable, papers};
 use linkwright::problem::Problem;
 use linkwright::report::table::Comparison;
 use linkwright::sao::{Method, State};
 
-fn table(name: &str) -> (Regenerated, Comparison) {
-    let table = regenerate(name, &mut |_, _| ()).unwrap().remove(0);
+fn table(name: &str) -> (ReproducedTable, Comparison) {
+    let table = Etman1998.regenerate(name, &mut |_, _| ()).unwrap().remove(0);
     let comparison = table.comparison().unwrap();
     (table, comparison)
 }
@@ -19,8 +20,8 @@ fn cycles_in_every_digit(comparison: &Comparison) -> Vec<usize> {
 }
 
 /// Cycles, analyses and sensitivity analyses of the run.
-fn work(table: &Regenerated) -> [usize; 3] {
-    let ReproducedRun { state, .. } = table.run.as_ref().unwrap();
+fn work(table: &ReproducedTable) -> [usize; 3] {
+    let state = &table.runs[0].state;
     [state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses]
 }
 
@@ -36,12 +37,12 @@ fn table_one_comes_out_of_the_simulated_mechanism() {
     is_table_one((table, comparison));
 }
 
-fn is_table_one((table, comparison): (Regenerated, Comparison)) {
+fn is_table_one((table, comparison): (ReproducedTable, Comparison)) {
     assert_eq!(work(&table), [5, 6, 5]);
     assert_eq!(comparison.compared, 36);
     assert!(cycles_in_every_digit(&comparison).starts_with(&[0, 1, 2, 3]), "{comparison}");
     // Cycles 4 and 5 print errors and violations below 1e-8 %: the rounding of two programs.
-    let errors = &table.run.unwrap().state.history[4..];
+    let errors = &table.runs[0].state.history[4..];
     assert!(errors.iter().all(|c| c.constraint_error_pct < 1e-6 && c.violation_pct < 1e-6));
     assert!(comparison.differing <= 4, "{comparison}");
 }
@@ -55,7 +56,7 @@ fn table_two_comes_out_in_every_digit_but_the_named_ones() {
     // minimum that ends cycle 4. Cycles 7 and 8 print errors below 1e-6 %.
     let exact = cycles_in_every_digit(&comparison);
     assert!([0, 1, 3, 4].iter().all(|cycle| exact.contains(cycle)), "{comparison}");
-    let history = &table.run.unwrap().state.history;
+    let history = &table.runs[0].state.history;
     assert!((history[2].design[1] - 0.6440).abs() < 5e-5 && (history[2].objective - 0.06949).abs() < 5e-6);
     for (cycle, printed) in [(5, 2.494e-2), (6, 7.365e-4)] {
         let error = history[cycle].objective_error_pct;
@@ -74,7 +75,7 @@ fn table_three_is_the_data_of_the_problem() {
 fn table_four_tells_the_same_story_from_its_stand_in_start() {
     let (table, _) = table("table4");
     assert_eq!(work(&table), [10, 12, 10]);
-    let history = &table.run.unwrap().state.history;
+    let history = &table.runs[0].state.history;
     assert!(!history[1].accepted && history[2..].iter().all(|c| c.accepted), "the first try alone is rejected");
     assert!((history[1].objective_error_pct - 85.41).abs() < 0.5, "the error of the first try is printed as 85.41 %");
     assert_eq!(history[2].active_limits, 8);
@@ -91,7 +92,7 @@ fn apart(one: &Problem, other: &Problem) -> f64 {
     let work = |state: &State| (state.status, state.counters.analyses, state.counters.sensitivity_analyses);
     assert_eq!(work(&one), work(&other));
     let verdicts = |state: &State| -> Vec<_> {
-        let row = |c: &linkwright::sao::Cycle| (c.cycle, c.accepted, c.active_limits, c.kept.clone());
+        let row = |c: &linkwright::sao::Cycle| (c.cycle, c.accepted, c.active_limits, c.retained.clone());
         state.history.iter().map(row).collect()
     };
     assert_eq!(verdicts(&one), verdicts(&other));
@@ -115,6 +116,18 @@ fn mechanisms_give_the_histories_of_their_closed_forms() {
 
 #[test]
 fn a_table_that_the_paper_does_not_have_is_refused_with_a_choice() {
-    let message = regenerate("table9", &mut |_, _| ()).err().unwrap().to_string();
+    let message = Etman1998.regenerate("table9", &mut |_, _| ()).err().unwrap().to_string();
     assert!(message.contains("`table9`") && message.contains("table1, table2"), "{message}");
+}
+
+#[test]
+fn papers_have_unique_names_tables_and_references() {
+    let mut names: Vec<&str> = papers().iter().map(|p| p.name()).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), papers().len());
+    for paper in papers() {
+        assert!(!paper.tables().is_empty() && paper.reference().contains("doi:"), "{}", paper.name());
+        assert!(!paper.description().is_empty() && !paper.description().contains('\n'), "{}", paper.name());
+    }
 }

@@ -5,7 +5,7 @@ use linkwright::approximation::{
     Reciprocal, Tana, TwoPointExponential,
 };
 use linkwright::autodiff::Scalar;
-use linkwright::cases::{self, impact_absorber::Absorber};
+use linkwright::cases::{self, impact_absorber::ClosedFormMotion};
 use linkwright::function;
 use linkwright::problem::*;
 use linkwright::sao::*;
@@ -179,7 +179,7 @@ fn absorber(continuous: bool, travel: f64) -> Problem {
             parts.subject_to(if continuous { c.in_continuous_time() } else { c });
         }
     }
-    parts.build_analytic(Absorber).unwrap()
+    parts.build_analytic(ClosedFormMotion).unwrap()
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn a_drifting_peak_needs_one_row_and_no_oscillation() {
     assert!((end.evaluation.objective - 0.520_599).abs() < 1e-6 && end.evaluation.max_violation_pct() < 1e-3);
     assert!((end.design[0] - 0.360_57).abs() < 1e-5 && (end.design[1] - 0.485_16).abs() < 2e-5, "{:?}", end.design);
     assert_eq!((end.cycles(), end.counters.analyses, end.counters.sensitivity_analyses), (4, 5, 4));
-    assert!(end.history.iter().all(|c| c.kept.len() <= 2));
+    assert!(end.history.iter().all(|c| c.retained.len() <= 2));
     let fixed = Method { drifting: false, ..Default::default() }.solve(&problem, |_| ()).unwrap();
     assert!(fixed.cycles() > 3 * end.cycles(), "{}", fixed.cycles());
     let json = State::from_json(&end.to_json(), &problem).unwrap();

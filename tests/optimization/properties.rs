@@ -1,8 +1,8 @@
 //! Properties that hold for all inputs: first-order exactness, optimality of subproblem solutions, safe screening.
 
 use linkwright::approximation::{
-    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CurvatureRule, DiagonalQuadratic, Expansion,
-    FullQuadratic, Hessian, Linear, LinearizationPoint, Mma, Reciprocal, Sample, SubproblemBox, Tana,
+    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CurvatureRule, CycleData, DiagonalQuadratic,
+    Expansion, FullQuadratic, Hessian, Linear, LinearizationPoint, Mma, Reciprocal, Sample, SubproblemBox, Tana,
     TwoPointExponential,
 };
 use linkwright::autodiff::{Scalar, gradient};
@@ -11,7 +11,7 @@ use linkwright::function;
 use linkwright::nlp::{Automatic, KktResidual, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use linkwright::problem::{
     ClosedForm, Constraint, DesignVariable, Evaluation, Intermediate, IntermediateMap, Intermediates, Problem,
-    ProblemBuilder, Quantity, Selection, Sensitivities, TimeGrid,
+    ProblemBuilder, Quantity, Selection, TimeGrid,
 };
 use linkwright::sao::{MoveLimits, RelativeLimits, Screening};
 use nalgebra::DMatrix;
@@ -70,7 +70,7 @@ proptest! {
                 let here = Sample { design: &design, value, gradient: &slope };
                 let box_of = |factor: f64| design.iter().map(|b| b * factor).collect::<Vec<_>>();
                 let subproblem_box = SubproblemBox {
-                    trail: vec![design.clone()],
+                    history: vec![design.clone()],
                     lower: box_of(0.6),
                     upper: box_of(1.4),
                     scale: vec![1.0; design.len()],
@@ -124,18 +124,14 @@ proptest! {
 
 /// The paper's approximate problem around a design, handed to `judge`.
 fn with_approximate_problem(problem: &Problem, b: &[f64], judge: impl FnOnce(&ApproximateProblem)) {
-    let responses = problem.analyze(b).unwrap();
-    let evaluation = problem.evaluate(b, &responses).unwrap();
-    let kept = Screening::default().keep(problem, &evaluation);
-    let instants = ApproximateProblem::instants(problem, &kept);
-    let rows = problem.sensitivities(b, &responses, &instants).unwrap();
-    let sensitivities = Sensitivities { instants, rows };
-    let known = LinearizationPoint::first_order(b, &responses, &evaluation, &sensitivities);
+    let analyzed = problem.analyze_design(b).unwrap();
+    let retained = Screening::default().retain(problem, &analyzed.evaluation);
+    let data = CycleData::first_order(problem, &analyzed, retained).unwrap();
+    let point = LinearizationPoint::first_order(&analyzed, &data);
     let region = RelativeLimits::default().region(problem, b, &vec![0.2; b.len()]);
     let subproblem_box = SubproblemBox::new(problem, vec![b.to_vec()], (region.lower, region.upper));
     judge(
-        &ApproximateProblem::new(problem, &Linear, known, kept, (subproblem_box, ApproximationOptions::default()))
-            .unwrap(),
+        &ApproximateProblem::new(problem, &Linear, point, (subproblem_box, ApproximationOptions::default())).unwrap(),
     );
 }
 
@@ -225,15 +221,15 @@ proptest! {
         let problem = one_history(g.len());
         let evaluation = Evaluation { objective: 0.0, constraints: vec![g.clone()], equalities: vec![], peaks: vec![] };
         for selection in [Selection::All, Selection::NearMaxima(neighbours)] {
-            let kept = Screening { cutoff, selection }.keep(&problem, &evaluation);
-            let is_kept = |p: usize| kept.iter().any(|row| row.point == p);
-            prop_assert!(kept.is_sorted(), "in order and once each: {kept:?}");
+            let retained = Screening { cutoff, selection }.retain(&problem, &evaluation);
+            let is_retained = |p: usize| retained.iter().any(|row| row.point == p);
+            prop_assert!(retained.is_sorted(), "in order and once each: {retained:?}");
             for p in (0..g.len()).filter(|&p| g[p] > 1.0) {
                 let top = summit(&g, p);
-                prop_assert!(is_kept(top), "{selection:?} drops point {top} of {g:?}");
+                prop_assert!(is_retained(top), "{selection:?} drops point {top} of {g:?}");
             }
             for end in [0, g.len() - 1] {
-                prop_assert!(g[end] <= 1.0 || is_kept(end), "{selection:?} drops the end {end} of {g:?}");
+                prop_assert!(g[end] <= 1.0 || is_retained(end), "{selection:?} drops the end {end} of {g:?}");
             }
         }
     }

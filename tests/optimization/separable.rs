@@ -2,16 +2,15 @@
 
 use linkwright::Error;
 use linkwright::approximation::{
-    ApproximateProblem, Approximation, ApproximationOptions, Conlin, LinearizationPoint, Mma, SubproblemBox,
+    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CycleData, LinearizationPoint, Mma, SubproblemBox,
 };
 use linkwright::cases::{cantilever, ten_bar_truss, two_bar_truss};
 use linkwright::nlp::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal, Term};
 use linkwright::nlp::{
-    Automatic, Conic, Curvature, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status,
-    SubproblemSolver,
+    Automatic, Conic, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
 };
 use linkwright::nlp::{Gradients, LowRank, Program, Separable, Values};
-use linkwright::problem::{Intermediates, Sensitivities};
+use linkwright::problem::Intermediates;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -29,7 +28,7 @@ impl Numbers<'_> {
     }
 }
 
-/// Rows that pull against the objective, feasible at the middle of the box.
+/// Rows that oppose the objective, feasible at the middle of the box.
 fn asymptotes(n: usize, m: usize, v: &mut Numbers<'_>) -> MovingAsymptotes {
     let (mut p, mut q) = (v.many(n * (m + 1), 0.0, 0.2), v.many(n * (m + 1), 0.0, 0.2));
     for j in 0..n {
@@ -150,31 +149,22 @@ fn many_rows_and_few_variables() {
 fn solvers_agree_on_the_subproblems_of_structures() {
     let problems = [cantilever::problem(), two_bar_truss::problem(), ten_bar_truss::strong_ninth_bar()];
     for mut problem in problems.map(Result::unwrap) {
-        // What is approximated is convex; minus a convex stress would not be.
+        // Approximated directly, these functions are convex; minus a convex stress would not be.
         problem.objective = problem.objective.directly(Intermediates::Identity);
         for constraint in &mut problem.constraints {
             constraint.quantity = constraint.quantity.clone().directly(Intermediates::Identity);
         }
         let start = problem.start();
-        let responses = problem.analyze(&start).unwrap();
-        let evaluation = problem.evaluate(&start, &responses).unwrap();
-        let kept = problem.all_rows();
-        let instants = ApproximateProblem::instants(&problem, &kept);
-        let rows = problem.sensitivities(&start, &responses, &instants).unwrap();
-        let sensitivities = Sensitivities { instants, rows };
+        let analyzed = problem.analyze_design(&start).unwrap();
+        let data = CycleData::first_order(&problem, &analyzed, problem.all_rows()).unwrap();
         for approximation in [&Mma::default() as &dyn Approximation, &Mma::SVANBERG_1987, &Conlin] {
-            let known = LinearizationPoint::first_order(&start, &responses, &evaluation, &sensitivities);
+            let point = LinearizationPoint::first_order(&analyzed, &data);
             let region = problem.variables.iter().zip(&start);
             let bounds = region.map(|(v, x)| ((0.3 * x).max(v.lower), (3.0 * x).min(v.upper))).unzip();
             let around = SubproblemBox::new(&problem, vec![start.clone()], bounds);
-            let program = ApproximateProblem::new(
-                &problem,
-                approximation,
-                known,
-                kept.clone(),
-                (around, ApproximationOptions::default()),
-            )
-            .unwrap();
+            let program =
+                ApproximateProblem::new(&problem, approximation, point, (around, ApproximationOptions::default()))
+                    .unwrap();
             let dual = Falk::default().solve(&program, &start).unwrap();
             let interior = InteriorPoint::default().solve(&program, &start).unwrap();
             let sqp = Sqp::default().solve(&program, &start).unwrap();
@@ -219,15 +209,15 @@ fn many_variables_take_few_passes_and_many_rows_few_rounds() {
     assert_eq!(
         s.kkt,
         KktResidual::of(&program, &start, &s).unwrap(),
-        "judged apart from the solver and without its matrices"
+        "computed independently of the solver and without matrices"
     );
 
-    // Contradictory as they come.
+    // Contradictory rows.
     let program = asymptotes(3, 10_000, &mut Numbers(&numbers, 0));
     let s = InteriorPoint::default().solve(&program, &[1.0; 3]).unwrap();
     assert!(s.status == Status::Relaxed && s.kkt.largest() < 1e-8, "{:?} {:?}", s.status, s.kkt);
 
-    // Rows that fall with every variable can be met.
+    // Rows that decrease with every variable can be satisfied.
     let mut v = Numbers(&numbers, 0);
     let (mut p, mut q) = (vec![1e-3; 3 * 10_001], vec![1e-3; 3 * 10_001]);
     for j in 0..3 {
@@ -260,16 +250,19 @@ fn zero_gradients_and_rows_of_zeros_do_no_harm() {
 }
 
 #[test]
-fn programs_that_are_not_separable_and_bad_settings_are_refused() {
+fn programs_that_are_not_separable_and_settings_out_of_range_are_rejected() {
     let h = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.5, 1.0]);
     let program = QuadraticProgram::new(vec![1.0, DVector::<f64>::zeros(1)[0]]).hessian(h);
-    assert!(matches!(Falk::default().solve(&program, &[0.0; 2]), Err(Error::Definition { .. })));
-    assert!(matches!(InteriorPoint::default().solve(&program, &[0.0; 2]), Err(Error::Definition { .. })));
-    for (tolerance, iterations) in [(0.0, 10), (f64::NAN, 10), (1.0, 10), (1e-9, 0)] {
-        assert!(matches!(Falk::new(tolerance, iterations), Err(Error::Option { .. })));
-        assert!(matches!(InteriorPoint::new(tolerance, iterations), Err(Error::Option { .. })));
-        assert!(matches!(Sqp::new(tolerance, iterations, Curvature::Exact), Err(Error::Option { .. })));
+    assert!(matches!(Falk::default().solve(&program, &[0.0; 2]), Err(Error::Unsupported { .. })));
+    assert!(matches!(InteriorPoint::default().solve(&program, &[0.0; 2]), Err(Error::Unsupported { .. })));
+    for tolerance in [0.0, f64::NAN, 1.0] {
+        assert!(matches!(Falk::default().with_tolerance(tolerance), Err(Error::Option { .. })));
+        assert!(matches!(InteriorPoint::default().with_tolerance(tolerance), Err(Error::Option { .. })));
+        assert!(matches!(Sqp::default().with_tolerance(tolerance), Err(Error::Option { .. })));
     }
+    assert!(matches!(Falk::default().with_iterations(0), Err(Error::Option { .. })));
+    assert!(matches!(InteriorPoint::default().with_iterations(0), Err(Error::Option { .. })));
+    assert!(matches!(Sqp::default().with_iterations(0), Err(Error::Option { .. })));
 }
 
 /// Σ xⱼ²/2 − xⱼ and a row Σ xⱼ ≤ 1, coupled by ½ c (u·x)² in the objective.
@@ -320,7 +313,7 @@ impl Separable for Coupled {
 }
 
 #[test]
-fn variables_coupled_by_a_quadratic_of_low_rank_give_what_the_whole_matrix_gives() {
+fn a_coupling_of_low_rank_gives_the_solution_of_the_dense_quadratic_program() {
     let n = 12;
     let wave = |k: usize| (0.7 * k as f64).sin();
     let mut low_rank = LowRank::diagonal(vec![0.1; n], vec![0.5; n]);

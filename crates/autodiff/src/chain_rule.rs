@@ -1,13 +1,13 @@
-//! The arithmetic that a number type owes num-dual's `DualNum`, from a few rules.
+//! num-dual's `DualNum` and the operators that it requires, implemented from a few functions of a number type.
 
-/// Implements `DualNum` and the operators it asks for, from inherent functions of the type:
+/// Implements `DualNum` and the operators that it requires. The type must have these inherent functions:
 ///
 /// * `constant(f64) -> Self` and the field `re: f64`;
 /// * `plus(self, Self)`, `times(self, Self)` and `divided_by(self, Self)`;
-/// * `chain(self, f: f64, df: f64, ddf: impl FnOnce() -> f64)`: the value `f`, slope `df` and second derivative `ddf` of
-///   a smooth function at `self.re`;
-/// * `angle(self, x: Self)`: the angle of the point (x, self);
-/// * `power(self, i32)` and `kinked(self, f64)`: whole powers and ±self;
+/// * `chain(self, f: f64, df: f64, ddf: impl FnOnce() -> f64)`: the value `f` and derivatives `df` and `ddf` of a smooth
+///   function at `self.re`;
+/// * `angle(self, x: Self)`: atan2(self, x);
+/// * `power(self, i32)` and `kinked(self, f64)`: integer powers, and ±self with the derivative's sign;
 /// * `scaled(self, f64)`: multiplication by a constant.
 macro_rules! impl_scalar {
     ([$($gen:tt)*] $t:ty, order = $order:expr) => {
@@ -19,7 +19,7 @@ macro_rules! impl_scalar {
             |a, b| a.times(b), |a, c| a.scaled(c));
         impl_scalar!(@binary [$($gen)*] $t, Div, div, DivAssign, div_assign,
             |a, b| a.divided_by(b), |a, c| a.divided_by(<$t>::constant(c)));
-        // The remainder keeps the derivative of the dividend: x − b·trunc(x/b) with the quotient held.
+        // The remainder keeps the derivative of the dividend: x − b·trunc(x/b) with a constant quotient.
         impl_scalar!(@binary [$($gen)*] $t, Rem, rem, RemAssign, rem_assign,
             |a, b| a.plus(b.scaled(-(a.re / b.re).trunc())), |a, c| a.plus(<$t>::constant(-c * (a.re / c).trunc())));
 
@@ -215,14 +215,14 @@ macro_rules! impl_scalar {
                 let (x, df) = (self.re, 1.0 / (1.0 - self.re * self.re));
                 self.chain(x.atanh(), df, || 2.0 * x * df * df)
             }
-            fn sph_j0(&self) -> Self { self.lent(|d| d.sph_j0()) }
-            fn sph_j1(&self) -> Self { self.lent(|d| d.sph_j1()) }
-            fn sph_j2(&self) -> Self { self.lent(|d| d.sph_j2()) }
+            fn sph_j0(&self) -> Self { self.by_num_dual(|d| d.sph_j0()) }
+            fn sph_j1(&self) -> Self { self.by_num_dual(|d| d.sph_j1()) }
+            fn sph_j2(&self) -> Self { self.by_num_dual(|d| d.sph_j2()) }
         }
 
         impl<$($gen)*> $t {
-            /// A function that num-dual knows.
-            fn lent(self, f: impl Fn(num_dual::Dual2_64) -> num_dual::Dual2_64) -> Self {
+            /// A function evaluated with num-dual's second-order dual number.
+            fn by_num_dual(self, f: impl Fn(num_dual::Dual2_64) -> num_dual::Dual2_64) -> Self {
                 let d = f(num_dual::Dual2_64::new(self.re, 1.0, 0.0));
                 self.chain(d.re, d.v1, || d.v2)
             }

@@ -1,7 +1,16 @@
-//! What can go wrong, with numbers and a remedy.
+//! The error type of linkwright: one variant for each cause, with numbers and a remedy.
 //!
-//! Three kinds of bad news are never mixed: an [`Error`] is misuse or breakdown, a `Status` is what the mathematics
-//! concluded, and `expect("why it holds")` marks a bug of ours.
+//! An [`Error`] is misuse or breakdown. The conclusion of an algorithm is a `Status`, and `expect("why it holds")` marks a bug of
+//! the library.
+//!
+//! # Examples
+//!
+//! ```
+//! use linkwright_error::Error;
+//! let error = Error::unknown("method", "gcma", ["mma", "gcmma"]);
+//! assert!(matches!(&error, Error::Unknown { asked, .. } if asked == "gcma"));
+//! assert_eq!(error.to_string(), "method `gcma`: there is no method of that name; try `gcmma`, `mma`");
+//! ```
 
 /// A [`std::result::Result`] with linkwright's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -13,11 +22,11 @@ pub enum Error {
     /// A vector has the wrong length.
     #[error("{what}: expected length {expected}, got {got}")]
     Length {
-        /// What was measured.
+        /// The vector, by name.
         what: String,
-        /// The length that fits.
+        /// The required length.
         expected: usize,
-        /// The length that came.
+        /// The given length.
         got: usize,
     },
     /// A setting is outside its range.
@@ -27,7 +36,7 @@ pub enum Error {
         option: String,
         /// Its range in words.
         must: &'static str,
-        /// The value that came.
+        /// The given value.
         got: f64,
     },
     /// A number that must be finite is not.
@@ -37,7 +46,7 @@ pub enum Error {
         what: String,
         /// The offending value: NaN or infinite.
         value: f64,
-        /// Where: time and design in words and numbers.
+        /// Time and design in words and numbers.
         place: String,
         /// What to do.
         remedy: &'static str,
@@ -47,10 +56,20 @@ pub enum Error {
     Definition {
         /// The part, by name.
         what: String,
-        /// What is wrong with it.
+        /// What does not fit.
         why: String,
         /// What to do.
         remedy: String,
+    },
+    /// A name is not among the existing ones.
+    #[error("{kind} `{asked}`: there is no {kind} of that name; try {}", quoted(.nearest))]
+    Unknown {
+        /// Kind of the named thing: problem, method, response, …
+        kind: String,
+        /// The given name.
+        asked: String,
+        /// The most similar names, best first; at most three.
+        nearest: Vec<String>,
     },
     /// The request is valid, but this method or analysis does not offer it.
     #[error("{what}: {why}; {remedy}")]
@@ -62,7 +81,7 @@ pub enum Error {
         /// What to do.
         remedy: String,
     },
-    /// An analysis could not be done at this design: a fact about the design, normal during an optimization.
+    /// An analysis failed at this design. During an optimization the design is rejected.
     #[error("analysis failed in {what}: {why}; {remedy}")]
     Analysis {
         /// The element, response or stage, by name.
@@ -77,17 +96,17 @@ pub enum Error {
     Subproblem {
         /// Name of the solver.
         solver: &'static str,
-        /// Its own last word.
+        /// Its final status.
         status: String,
         /// Iterations done.
         iterations: usize,
         /// What to do.
         remedy: &'static str,
     },
-    /// A file does not hold what it should.
+    /// A file is missing, unreadable or of the wrong content.
     #[error("{file}: {why}; {remedy}")]
     File {
-        /// The file, as it was named.
+        /// The file, as given.
         file: String,
         /// What is wrong.
         why: String,
@@ -117,11 +136,10 @@ impl Error {
         Self::Unsupported { what: what.into(), why: why.into(), remedy: remedy.into() }
     }
 
-    /// An [`Error::Definition`] for a name that is not among the known ones: the remedy lists the nearest three.
+    /// An [`Error::Unknown`] with the three most similar of the `known` names.
     pub fn unknown<'k>(kind: &str, asked: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
-        let nearest: Vec<String> = nearest(asked, known).iter().take(3).map(|(n, _)| format!("`{n}`")).collect();
-        let why = format!("there is no {kind} of that name");
-        Self::definition(format!("{kind} `{asked}`"), why, format!("try {}", nearest.join(", ")))
+        let nearest = nearest(asked, known).into_iter().take(3).map(|(name, _)| name.to_owned()).collect();
+        Self::Unknown { kind: kind.to_owned(), asked: asked.to_owned(), nearest }
     }
 
     /// An [`Error::Analysis`].
@@ -130,28 +148,20 @@ impl Error {
     }
 }
 
-/// The known names, the nearest to `asked` first, with the steps from one to the other.
+fn quoted(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// The known names with their edit distances from `asked`, the most similar first.
 pub fn nearest<'k>(asked: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<(&'k str, usize)> {
     let mut names: Vec<(&str, usize)> = known.into_iter().map(|known| (known, distance(known, asked))).collect();
     names.sort_by_key(|(_, steps)| *steps);
     names
 }
 
-/// Steps from one name to another by adding, removing and changing letters (Levenshtein); none if one is a part of the other.
+/// Edit distance of two names: letters added, removed, changed or swapped with their neighbour. Zero if `asked` is a part of `known`.
 fn distance(known: &str, asked: &str) -> usize {
-    if !asked.is_empty() && known.contains(asked) {
-        return 0;
-    }
-    let mut row: Vec<usize> = (0..=asked.chars().count()).collect();
-    for (i, a) in known.chars().enumerate() {
-        let mut corner = std::mem::replace(&mut row[0], i + 1);
-        for (j, b) in asked.chars().enumerate() {
-            let change = corner + usize::from(a != b);
-            corner = row[j + 1];
-            row[j + 1] = change.min(corner + 1).min(row[j] + 1);
-        }
-    }
-    row[row.len() - 1]
+    if !asked.is_empty() && known.contains(asked) { 0 } else { strsim::osa_distance(known, asked) }
 }
 
 #[cfg(test)]

@@ -1,17 +1,15 @@
-//! Who is to blame when the equations cannot be evaluated or solved.
+//! Names the element or coordinate behind a singular, non-finite or diverging system.
 
-use crate::analyses::dynamics::check_finite;
 use crate::elements::element::{ElementWorkspace, JacobianWorkspace, TangentWeights};
-use crate::mechanism::ElementInstance;
-use crate::mechanism::Mechanism;
-use crate::system::residual::{evaluate, gather};
-use crate::system::state::State;
+use crate::mechanism::scalars::StateScalar;
+use crate::mechanism::{ElementInstance, Mechanism};
+use crate::system::state::{State, evaluate, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 
-/// The first prescribed motion, or else the first element, whose numbers are not finite at `state`; none if all are.
+/// Finds what is not finite at `state`: the first prescribed motion, or else the first element; `None` if all are finite.
 ///
-/// The message has the name, the time, and what the element itself says about the state.
+/// The error has the name, the time, and the explanation that the element itself gives.
 pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Error> {
     let t = state.t;
     if let Err(error) = check_motions(mechanism, state) {
@@ -25,7 +23,7 @@ pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Erro
     })
 }
 
-/// What is not finite about an element, in words.
+/// Describes what is not finite in an element; `None` if everything is finite.
 fn non_finite_part(
     part: &ElementInstance<f64>,
     state: &State<f64>,
@@ -34,7 +32,7 @@ fn non_finite_part(
     evaluate(part, state, workspace);
     let broken = |rows: &[f64]| rows.iter().any(|row| !row.is_finite());
     let what = match (broken(&workspace.dynamics), broken(&workspace.constraint)) {
-        (_, true) => "its closure is not finite",
+        (_, true) => "its constraint is not finite",
         (true, _) => "its forces are not finite",
         _ if broken(&columns(part, state, workspace)) => "the derivatives of its forces are not finite",
         _ => return None,
@@ -45,24 +43,18 @@ fn non_finite_part(
     Some(explanation.map_or(what.to_owned(), |why| format!("{what}: {why}")))
 }
 
-/// Residual and derivatives of an element with respect to all its variables.
+/// Residual of an element and its derivatives with respect to all variables of the element.
 fn columns(part: &ElementInstance<f64>, state: &State<f64>, workspace: &mut ElementWorkspace<f64>) -> Vec<f64> {
     gather(part, state, workspace);
     workspace.p.clone_from(&part.parameters);
     let active: Vec<usize> = (0..part.coordinates.len() + part.num_constraints).collect();
     let mut out = vec![0.0; active.len() * (active.len() + 1)];
-    let newmark_coefficients = TangentWeights { position: 1.0, velocity: 1.0, acceleration: 1.0 };
-    part.element.columns(
-        &workspace.local(state.t),
-        newmark_coefficients,
-        &active,
-        &mut JacobianWorkspace::default(),
-        &mut out,
-    );
+    let weights = TangentWeights { position: 1.0, velocity: 1.0, acceleration: 1.0 };
+    part.element.columns(&workspace.local(state.t), weights, &active, &mut JacobianWorkspace::default(), &mut out);
     out
 }
 
-/// The unknown whose row is largest, and the element with the largest share in it.
+/// Name of the unknown with the largest residual in `rows`, and of the element with the largest share in it.
 pub fn dominant_residual(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &[[f64; 1]]) -> String {
     let name = system.dominant_residual(mechanism, rows);
     let worst = (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
@@ -79,10 +71,10 @@ pub fn dominant_residual(system: &System, mechanism: &Mechanism<f64>, state: &St
     largest.map_or(name.clone(), |(_, part)| format!("{name}, mostly by {part}"))
 }
 
-/// Refuses prescribed motions that are not finite.
+/// Checks that the prescribed motions are finite.
 fn check_motions(mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
-    let moves = |i: usize| [state.q[i], state.v[i], state.a[i]].iter().all(|x| x.is_finite());
-    let broken = (0..state.q.len()).find(|&i| mechanism.coordinates[i].motion.is_some() && !moves(i));
+    let is_finite = |i: usize| [state.q[i], state.v[i], state.a[i]].iter().all(|x| x.is_finite());
+    let broken = (0..state.q.len()).find(|&i| mechanism.coordinates[i].motion.is_some() && !is_finite(i));
     broken.map_or(Ok(()), |i| {
         let [q, v, a] = [state.q[i], state.v[i], state.a[i]];
         let why = format!("its prescribed motion is {q}, {v}, {a} at t = {:.6e} s", state.t);
@@ -90,14 +82,30 @@ fn check_motions(mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
     })
 }
 
-/// Refuses prescribed motions and outputs that are not finite, naming what makes them so.
+/// Checks that prescribed motions and `outputs` are finite.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming the motion, the element or the output that is not.
 pub fn check(mechanism: &Mechanism<f64>, state: &State<f64>, outputs: &[f64]) -> Result<()> {
     check_motions(mechanism, state)?;
-    let sound = check_finite(mechanism, outputs, state.t);
-    sound.map_err(|error| not_finite(mechanism, state).unwrap_or(error))
+    let checked = check_finite(mechanism, outputs, state.t);
+    checked.map_err(|error| not_finite(mechanism, state).unwrap_or(error))
 }
 
-/// Factorizes what was assembled at `state`; a failure is explained by what is not finite there.
+/// Checks that the values of `outputs` at the time `t` (s) are finite.
+pub(crate) fn check_finite<T: StateScalar>(mechanism: &Mechanism<T>, outputs: &[T], t: f64) -> Result<()> {
+    outputs.iter().position(|value| !value.value().is_finite()).map_or(Ok(()), |k| {
+        let why = format!("the output is {} at t = {t:.6e} s", outputs[k].value());
+        Err(Error::analysis(&mechanism.outputs[k].name, why, "check the element that it measures"))
+    })
+}
+
+/// Factorizes the matrix assembled at `state`.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming what is not finite, or else the unknown without a pivot.
 pub fn factorize(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
     system.factorize(mechanism, state.t).map_err(|error| not_finite(mechanism, state).unwrap_or(error))
 }

@@ -1,20 +1,23 @@
-//! Where a motion starts: assembled positions, consistent velocities and accelerations.
+//! Initial conditions: assembled positions, static equilibrium, consistent velocities and accelerations.
+//!
+//! Every analysis begins with [`assemble`]. Dynamics continues with [`make_velocities_consistent`] and
+//! [`AccelerationSolver`]; statics with [`find_equilibrium`].
 
 use crate::diagnostics;
 use crate::elements::element::ElementWorkspace;
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::{Jet2, StateScalar};
+use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
 use crate::{Error, Result};
 
-/// Settings of the assembly.
+/// Settings of the assembly of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Assembly {
     /// Largest correction (m or rad) of the last iteration.
     pub tolerance: f64,
-    /// Most iterations.
+    /// Most Newton iterations.
     pub iterations: usize,
 }
 
@@ -24,21 +27,23 @@ impl Default for Assembly {
     }
 }
 
-/// Multipliers of the two projections, needed for their derivatives.
+/// Multipliers of the projections of initial positions and velocities, for their derivatives.
 #[derive(Clone, Debug, Default)]
 pub struct Projection {
-    /// Of the positions; where the motion starts in equilibrium, the reactions there.
+    /// Multipliers of the positions, or the reactions if the motion starts in static equilibrium.
     pub position: Vec<f64>,
-    /// Of the velocities.
+    /// Multipliers of the velocities.
     pub velocity: Vec<f64>,
 }
 
-/// Moves the free coordinates of `state` to the nearest point on the constraints, keeping the branch.
+/// Moves the free coordinates of `state` to the nearest point that satisfies the constraints.
 ///
-/// Minimizes ½ |q − q_guess|² subject to Φ(q, t) = 0 by Newton's method on the optimality conditions; a step is
-/// shortened when it would move anything by more than half a metre or radian.
+/// Minimizes ½ |q − q_guess|² subject to Φ(q, t) = 0 by Newton's method on the optimality conditions. To stay on the branch
+/// of the guess, steps are shortened so that no coordinate changes by more than 0.5 m or rad.
 ///
-/// **Errors.** [`Error::Analysis`] naming the joint that stays open.
+/// # Errors
+///
+/// [`Error::Analysis`] naming the joint that cannot be closed, or joints that depend on each other.
 pub fn assemble(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -64,7 +69,7 @@ pub fn assemble(
             break;
         }
         let largest = apply(system, &rows, state);
-        // Newton's next correction would be of the size of this one's square.
+        // The next correction of Newton's method is about the square of this one.
         if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance {
             check_independence(system, mechanism, state, &mut rows)?;
             let position = std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]);
@@ -83,14 +88,14 @@ pub fn assemble(
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
 }
 
-/// Answers of the projection above this size mean that closures depend on each other: by rounding alone a redundant
-/// closure leaves a pivot near 1e-16.
+/// Size of a solution of the projection above which constraints depend on each other: a redundant constraint has a pivot
+/// near 1e-16 by rounding.
 const INDEPENDENT: f64 = 1e12;
 
-/// Refuses closures that depend on each other although rounding lets the matrix be factorized.
+/// Checks that the constraints are independent, for a matrix that rounding errors make regular.
 ///
-/// One back-substitution with the factor of the projection and a right-hand side that favours no direction; the joints are
-/// looked through only if its answer is suspiciously large.
+/// Solves once with the factor of the projection and a right-hand side without preferred direction. Only if the solution is
+/// very large, the joints are searched for redundant constraints.
 fn check_independence(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -102,7 +107,7 @@ fn check_independence(
     if rows.iter().all(|row| row[0].abs() < INDEPENDENT) {
         return Ok(());
     }
-    let redundant = redundant_closures(system, mechanism, state);
+    let redundant = redundant_constraints(system, mechanism, state);
     if redundant.is_empty() { Ok(()) } else { Err(dependent(&redundant, state.t)) }
 }
 
@@ -121,7 +126,11 @@ fn apply(system: &System, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
     largest
 }
 
-/// Moves the free velocities to the nearest ones that the constraints allow: Φ_q v + Φ_t = 0.
+/// Moves the free velocities to the nearest ones that satisfy the constraints: Φ_q v + Φ_t = 0. Returns the multipliers.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming joints that depend on each other.
 pub fn make_velocities_consistent(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -147,7 +156,7 @@ pub fn make_velocities_consistent(
     Ok(multipliers)
 }
 
-/// Room for solving for accelerations again and again without allocating.
+/// Solver for consistent accelerations; it allocates only once.
 #[derive(Clone, Debug, Default)]
 pub struct AccelerationSolver {
     rows: Vec<[f64; 1]>,
@@ -160,7 +169,9 @@ impl AccelerationSolver {
     ///
     /// The factor of the saddle-point matrix stays in `system`.
     ///
-    /// **Errors.** [`Error::Analysis`] naming the coordinate or joint without a pivot.
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] naming the coordinate or joint without a pivot.
     pub fn solve(&mut self, system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<()> {
         self.rows.resize(system.size(), [0.0]);
         self.rates.resize(system.size(), 0.0);
@@ -193,7 +204,7 @@ impl AccelerationSolver {
     }
 }
 
-/// Rows of the acceleration problem in any number type: balance, and Φ̈ in the closure rows.
+/// Residual of the accelerations in any number type: equations of motion, and Φ̈ in the rows of the constraints.
 pub fn acceleration_rows<T: StateScalar>(
     system: &System,
     mechanism: &Mechanism<T>,
@@ -202,37 +213,39 @@ pub fn acceleration_rows<T: StateScalar>(
     jets: &mut ElementWorkspace<Jet2<T>>,
     rows: &mut [T],
 ) where
-    Jet2<T>: crate::mechanism::scalars::ElementScalar,
+    Jet2<T>: ElementScalar,
 {
     system.residual(mechanism, state, 1.0, workspace, rows);
     system.closure_rates(mechanism, state, 2, jets, rows);
 }
 
+/// The error of accelerations that are not finite although all elements are.
 fn no_accelerations(t: f64) -> Error {
     let why = format!("the accelerations at t = {t:.6e} s are not finite");
     Error::analysis("the mechanism", why, "check its masses, and the rates of its prescribed motions")
 }
 
-/// A singular system explained by what is not finite, or by redundant joints, if that is what it is.
+/// The error of a singular system: what is not finite, redundant joints if there are any, or else `error`.
 fn explained(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, error: Error) -> Error {
     if let Some(error) = diagnostics::not_finite(mechanism, state) {
         return error;
     }
-    let redundant = redundant_closures(system, mechanism, state);
+    let redundant = redundant_constraints(system, mechanism, state);
     if redundant.is_empty() { error } else { dependent(&redundant, state.t) }
 }
 
+/// The error of `redundant` constraints.
 fn dependent(redundant: &[String], t: f64) -> Error {
     let why = format!("redundant or contradictory at t = {t:.6e} s");
-    let remedy = "remove these num_constraints, or free the directions that other joints hold already; \
-                  a dead centre makes num_constraints dependent for an instant";
+    let remedy = "remove these constraints, or free the directions that other joints hold already; \
+                  a dead centre makes constraints dependent for an instant";
     Error::analysis(redundant.join(", "), why, remedy)
 }
 
-/// Names of the closures whose gradient depends on those of the closures before them.
+/// Names of the constraints whose gradients depend on those of the constraints before them.
 ///
-/// Gram–Schmidt on the rows of Φ_q with respect to the free coordinates, in the order of the joints.
-pub fn redundant_closures(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+/// Applies Gram–Schmidt to the rows of Φ_q with respect to the free coordinates, in the order of the joints.
+pub fn redundant_constraints(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let mut redundant = Vec::new();
     for (m, mut row) in system.closure_gradients(mechanism, state).into_iter().enumerate() {
@@ -252,4 +265,109 @@ pub fn redundant_closures(system: &System, mechanism: &Mechanism<f64>, state: &S
         }
     }
     redundant
+}
+
+/// Settings of Newton's iteration for a static equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Statics {
+    /// Largest correction (m or rad) of the last iteration.
+    pub tolerance: f64,
+    /// Most Newton iterations at one time.
+    pub iterations: usize,
+    /// Largest change of a position (m or rad) in one iteration.
+    pub longest: f64,
+}
+
+impl Default for Statics {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, iterations: 100, longest: 0.5 }
+    }
+}
+
+/// Moves `state` to the static equilibrium at its time: the equations of motion with v = q̈ = 0, and Φ = 0.
+///
+/// The factor of the last iteration stays in `system`.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming the unknown with the largest residual and the element with the largest share in it.
+pub fn find_equilibrium(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    settings: &Statics,
+) -> Result<()> {
+    let mut rows = vec![[0.0]; system.size()];
+    state.prescribe(mechanism);
+    state.v.fill(0.0);
+    state.a.fill(0.0);
+    if mechanism.multipliers > 0 && state.l.iter().all(|l| *l == 0.0) {
+        guess_reactions(system, mechanism, state, &mut rows)?;
+    }
+    for _ in 0..settings.iterations {
+        system.assemble(mechanism, state, Linearization::statics(), &mut rows);
+        diagnostics::factorize(system, mechanism, state)?;
+        system.factor().solve(&mut rows);
+        let moves = system.unknowns().iter().zip(&rows).filter(|(u, _)| matches!(u, Unknown::Coordinate(_)));
+        let largest = moves.map(|(_, r)| r[0].abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+        if !largest.is_finite() {
+            break;
+        }
+        let part = if largest > settings.longest { settings.longest / largest } else { 1.0 };
+        for (unknown, change) in system.unknowns().iter().zip(&rows) {
+            match *unknown {
+                Unknown::Coordinate(i) => state.q[i] -= part * change[0],
+                Unknown::Multiplier(m) => state.l[m] -= change[0],
+            }
+        }
+        if largest <= settings.tolerance {
+            return Ok(());
+        }
+    }
+    system.assemble(mechanism, state, Linearization::statics(), &mut rows);
+    if let Some(error) = diagnostics::not_finite(mechanism, state) {
+        return Err(error);
+    }
+    let what = diagnostics::dominant_residual(system, mechanism, state, &rows);
+    let why = format!("no static equilibrium found at t = {:.6e} s", state.t);
+    Err(Error::analysis(what, why, "apply the load in more steps, or add stiffness to free motions"))
+}
+
+/// Sets the reactions that minimize the residual forces at the given positions.
+///
+/// A pendulum has no stiffness except that of its reactions: without this guess its equations are singular.
+fn guess_reactions(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    rows: &mut [[f64; 1]],
+) -> Result<()> {
+    let mut forces = vec![[0.0]; rows.len()];
+    system.assemble(mechanism, state, Linearization::statics(), &mut forces);
+    system.assemble(mechanism, state, Linearization::projection(), rows);
+    diagnostics::factorize(system, mechanism, state)?;
+    for ((row, force), unknown) in rows.iter_mut().zip(&forces).zip(system.unknowns()) {
+        *row = if matches!(unknown, Unknown::Coordinate(_)) { *force } else { [0.0] };
+    }
+    system.factor().solve(rows);
+    for (unknown, row) in system.unknowns().iter().zip(rows.iter()) {
+        if let Unknown::Multiplier(m) = *unknown {
+            state.l[m] = -row[0];
+        }
+    }
+    Ok(())
+}
+
+/// Moves `state` to the static equilibrium at its time and keeps its velocities. Returns the reactions, one per multiplier.
+pub(crate) fn equilibrium_reactions(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    statics: &Statics,
+) -> Result<Vec<f64>> {
+    let velocities = state.v.clone();
+    find_equilibrium(system, mechanism, state, statics)?;
+    state.v = velocities;
+    state.prescribe(mechanism);
+    Ok(std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]))
 }

@@ -1,28 +1,46 @@
 //! Planar rigid and flexible multibody dynamics, with exact derivatives with respect to design parameters.
 //!
-//! Every element is one residual, written once over the scalar type. Mass, stiffness and constraint matrices, consistent
-//! velocities and accelerations, and the derivatives with respect to the design follow from it by automatic
-//! differentiation. Units are SI and radians. Absolute coordinates: every body and every beam node has x, y and θ.
+//! Every element is one residual, generic over the scalar type. Mass, stiffness and constraint matrices, consistent
+//! velocities and accelerations, and design derivatives follow from it by automatic differentiation. Units are SI and
+//! radians. Coordinates are absolute: every body and every beam node has x, y and θ.
+//!
+//! Write a mechanism as a [`ParametricMechanism`], a function of the design variables. [`ParametricMechanism::build`] in `f64`
+//! gives a [`Mechanism`] for an analysis; the functions of [`derivatives`] take the parametric mechanism itself.
 //!
 //! | module | contents |
 //! |---|---|
 //! | [`linalg`] | sparse LU factorizations of matrices with a fixed pattern |
-//! | [`mechanism`] | coordinates, elements and outputs as a function of the design |
 //! | [`motion`] | prescribed functions of time: constant speed, ramps, harmonics, tables |
+//! | [`mechanism`] | coordinates, elements and outputs as a function of the design |
 //! | [`elements`] | bodies, joints, drives, forces, contacts, beams and sensors |
 //! | [`system`] | equations of motion: numbering of unknowns, residual, matrix |
-//! | [`initial_conditions`] | assembly, consistent velocities and accelerations, static equilibrium at the start |
+//! | [`diagnostics`] | names the element or coordinate behind a singular, non-finite or diverging system |
+//! | [`initial_conditions`] | assembly, static equilibrium, consistent velocities and accelerations |
+//! | [`events`] | impacts of rigid contacts and switches of forces |
 //! | [`integrators`] | generalized-α and HHT on the index-3 equations, explicit Runge–Kutta methods of orders 5 and 8 |
-//! | [`events`] | impacts and switches |
 //! | [`checkpointing`] | recorded steps within a memory limit, played back in reverse |
 //! | [`analyses`] | dynamics, kinematics with inverse dynamics, statics, vibration modes |
 //! | [`derivatives`] | direct, adjoint, semi-analytical and second-order derivatives of the analyses |
-//! | [`diagnostics`] | names the element or coordinate behind a singular, non-finite or diverging system |
+//!
+//! Modules use only those above them in the table. The names that most programs need are at the root of the crate, and all
+//! of them in the [`prelude`].
+//!
+//! | analysis | settings | function |
+//! |---|---|---|
+//! | dynamics by implicit steps | [`Dynamics`] | [`simulate`] |
+//! | dynamics by explicit steps | [`Explicit`] | [`simulate_explicitly`] |
+//! | kinematics and inverse dynamics | [`Assembly`] | [`kinematics`] |
+//! | static equilibria | [`Statics`] | [`equilibria`] |
+//! | vibration modes | | [`modes`] |
+//!
+//! Settings are plain structs. Start from a constructor or `Default` and change fields by struct update syntax,
+//! `Dynamics { newton, ..Dynamics::fixed(1e-3) }`: fields that are added later do not break your program.
 
 pub mod analyses;
 pub mod checkpointing;
 pub mod derivatives;
 pub mod diagnostics;
+pub(crate) mod dual_numbers;
 pub mod elements;
 pub mod events;
 pub mod initial_conditions;
@@ -30,6 +48,19 @@ pub mod integrators;
 pub mod linalg;
 pub mod mechanism;
 pub mod motion;
+pub mod prelude;
 pub mod system;
 
+pub use analyses::dynamics::{History, simulate, simulate_explicitly};
+pub use analyses::kinematics::kinematics;
+pub use analyses::modal::{Modes, modes};
+pub use analyses::statics::equilibria;
 pub use error::{Error, Result};
+pub use initial_conditions::{Assembly, Statics};
+pub use integrators::explicit::Explicit;
+pub use integrators::{Dynamics, GeneralizedAlpha, InitialAcceleration, InitialConfiguration, Newton, StepSize, Work};
+pub use mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism, ParametricMechanism, Pose};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

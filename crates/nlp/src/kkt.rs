@@ -1,8 +1,7 @@
-//! The optimality conditions of Karush, Kuhn and Tucker, checked apart from every solver.
+//! Residual of the Karush–Kuhn–Tucker conditions, and the scales in which it is measured.
 
-use super::{Solution, Status};
 use crate::{Gradients, Program};
-use error::Result;
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 /// How far a point with multipliers is from the Karush–Kuhn–Tucker conditions. All entries are dimensionless.
@@ -17,7 +16,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// with tᵢ the relaxation, zero unless the program is infeasible.
 ///
-/// **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed., equations (12.34).
+/// # Sources
+/// Nocedal & Wright, *Numerical Optimization*, 2nd ed., equations (12.34).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct KktResidual {
     /// Gradient of the Lagrangian.
@@ -32,8 +32,8 @@ pub struct KktResidual {
 
 /// The unit in which variable j is measured.
 ///
-/// Between a hundredth of its range and its range, by the size of start and point. Where the range is infinite or
-/// zero: the size of start and point, at least one if the start is zero.
+/// The larger of |start| and |x|, limited to between a hundredth of the variable's range and the range. If the range is
+/// infinite or zero there is no limit, but a variable that starts at zero has a scale of at least one.
 pub fn variable_scale(lower: f64, upper: f64, start: f64, x: f64) -> f64 {
     let (range, size) = (upper - lower, start.abs().max(x.abs()));
     if range.is_finite() && range > 0.0 {
@@ -45,52 +45,78 @@ pub fn variable_scale(lower: f64, upper: f64, start: f64, x: f64) -> f64 {
     }
 }
 
-impl KktResidual {
-    /// The residual of `solution`, from fresh evaluations of `program` at the point and at `start`.
-    pub fn of(program: &dyn Program, start: &[f64], solution: &Solution) -> Result<Self> {
-        let here = program.gradients(&solution.x)?;
-        let there = program.gradients(start).ok();
-        Ok(Self::from_gradients(program, start, &here, there.as_ref().map(|g| g.objective.as_slice()), solution))
-    }
+/// The scales of all variables of `program`.
+pub(crate) fn variable_scales(program: &dyn Program, start: &[f64], x: &[f64]) -> Vec<f64> {
+    let (lower, upper) = (program.lower(), program.upper());
+    (0..x.len()).map(|j| variable_scale(lower[j], upper[j], start[j], x[j])).collect()
+}
 
+/// Largest change of a function over the scale of one variable: maxⱼ sⱼ |∂f/∂xⱼ|.
+pub(crate) fn largest_change<'a>(scales: &[f64], gradient: impl IntoIterator<Item = &'a f64>) -> f64 {
+    scales.iter().zip(gradient).fold(0.0f64, |largest, (s, slope)| largest.max((s * slope).abs()))
+}
+
+/// The units of the rows: their largest changes over the scales of the variables, one for rows of zeros.
+pub(crate) fn row_units(scales: &[f64], rows: &DMatrix<f64>) -> Vec<f64> {
+    rows.row_iter().map(|row| positive_or_one(largest_change(scales, row.iter()))).collect()
+}
+
+/// The value if it is positive, otherwise one.
+pub(crate) fn positive_or_one(value: f64) -> f64 {
+    if value > 0.0 { value } else { 1.0 }
+}
+
+/// Multipliers of all bounds from the gradient of the Lagrangian f + Σ λᵢ gᵢ; zero for variables off their bounds.
+pub(crate) fn bound_multipliers(program: &dyn Program, x: &[f64], g: &Gradients, λ: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (lower, upper) = (program.lower(), program.upper());
+    let slope = |j: usize| g.rows.column(j).iter().zip(λ).fold(g.objective[j], |a, (g, λ)| a + λ * g);
+    let pair = |j: usize| VariableBounds::new((lower[j], upper[j]), x[j], x[j]).multipliers(slope(j));
+    (0..x.len()).map(pair).map(|[l, u]| (l, u)).unzip()
+}
+
+/// A point with its multipliers and the amounts by which its rows are relaxed (empty: not relaxed).
+pub(crate) struct PrimalDual<'a> {
+    pub x: &'a [f64],
+    pub multipliers: &'a [f64],
+    pub lower: &'a [f64],
+    pub upper: &'a [f64],
+    pub relaxed: &'a [f64],
+}
+
+impl KktResidual {
     /// The residual from gradients at the point and the objective's gradient at the start.
     pub(crate) fn from_gradients(
         program: &dyn Program,
         start: &[f64],
         here: &Gradients,
-        first: Option<&[f64]>,
-        solution: &Solution,
+        start_gradient: Option<&[f64]>,
+        point: &PrimalDual<'_>,
     ) -> Self {
-        let x = &solution.x;
         let (lower, upper) = (program.lower(), program.upper());
-        let mut survey = KktAccumulator::new(solution.multipliers.len());
-        for (j, &at) in x.iter().enumerate() {
+        let mut accumulator = KktAccumulator::new(point.multipliers.len());
+        for (j, &x) in point.x.iter().enumerate() {
             let column = here.rows.column(j);
-            let sides = VariableBounds::of((lower[j], upper[j]), at, start[j]);
-            let first = first.map_or(0.0, |first| first[j]);
-            let own = [solution.lower_multipliers[j], solution.upper_multipliers[j]];
-            survey.add(&sides, [here.objective[j], first], column.as_slice(), &solution.multipliers, |_| own);
+            let bounds = VariableBounds::new((lower[j], upper[j]), x, start[j]);
+            let at_start = start_gradient.map_or(0.0, |gradient| gradient[j]);
+            let given = [point.lower[j], point.upper[j]];
+            accumulator.add(&bounds, [here.objective[j], at_start], column.as_slice(), point.multipliers, |_| given);
         }
-        survey.finish(program, &here.values.rows, &solution.multipliers, &solution.relaxed_rows)
+        accumulator.finish(program, &here.values.rows, point.multipliers, point.relaxed)
     }
 
-    /// The largest of the four; NaN if one of them is.
+    /// The largest of the four entries; NaN if one of them is.
     pub fn largest(&self) -> f64 {
-        largest([self.stationarity, self.primal, self.dual, self.complementarity].into_iter())
+        [self.stationarity, self.primal, self.dual, self.complementarity].into_iter().fold(0.0, larger)
     }
 }
 
-/// Largest absolute value; NaN is kept.
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, larger)
-}
-
+/// The larger absolute value; NaN is kept.
 fn larger(a: f64, v: f64) -> f64 {
     if a.is_nan() || v.is_nan() { f64::NAN } else { a.max(v.abs()) }
 }
 
-/// A variable between its bounds.
-pub(super) struct VariableBounds {
+/// A variable with its bounds and its scale.
+pub(crate) struct VariableBounds {
     x: f64,
     lower: f64,
     upper: f64,
@@ -98,11 +124,11 @@ pub(super) struct VariableBounds {
 }
 
 impl VariableBounds {
-    pub fn of((lower, upper): (f64, f64), x: f64, start: f64) -> Self {
+    pub fn new((lower, upper): (f64, f64), x: f64, start: f64) -> Self {
         Self { x, lower, upper, scale: variable_scale(lower, upper, start, x) }
     }
 
-    /// The multipliers of the bounds that a slope of the Lagrangian asks for, none off the bounds.
+    /// Multipliers of the lower and upper bound that balance a slope of the Lagrangian; zero off the bounds.
     pub fn multipliers(&self, slope: f64) -> [f64; 2] {
         if self.x <= self.lower && slope > 0.0 {
             [slope, 0.0]
@@ -114,9 +140,9 @@ impl VariableBounds {
     }
 }
 
-/// What the variables contribute to a [`KktResidual`], taken in one by one; the formulas are those given there.
+/// Contributions of the variables to a [`KktResidual`], added one by one.
 #[derive(Clone, Debug)]
-pub(super) struct KktAccumulator {
+pub(crate) struct KktAccumulator {
     row_units: Vec<f64>,
     unit: f64,
     stationarity: f64,
@@ -131,22 +157,23 @@ impl KktAccumulator {
         Self { row_units, unit: 0.0, stationarity: 0.0, primal: 0.0, dual: 0.0, complementarity: 0.0 }
     }
 
-    /// Takes in a variable with the slopes of the objective at the point and at the start, and those of the rows; `price`
-    /// gives the multipliers of its bounds from the slope of f + Σ λᵢ gᵢ, which are returned.
+    /// Adds a variable with the slopes of the objective at the point and at the start, and the slopes of the rows.
+    ///
+    /// `bound_multipliers` gives the multipliers of the bounds from the slope of f + Σ λᵢ gᵢ; they are returned.
     pub fn add(
         &mut self,
         at: &VariableBounds,
         objective: [f64; 2],
         rows: &[f64],
         λ: &[f64],
-        price: impl Fn(f64) -> [f64; 2],
+        bound_multipliers: impl Fn(f64) -> [f64; 2],
     ) -> [f64; 2] {
         let mut slope = objective[0];
         for ((unit, λ), g) in self.row_units.iter_mut().zip(λ).zip(rows) {
             slope += λ * g;
             *unit = unit.max((at.scale * g).abs());
         }
-        let [l, u] = price(slope);
+        let [l, u] = bound_multipliers(slope);
         self.unit = larger(larger(self.unit, at.scale * objective[0]), at.scale * objective[1]);
         self.stationarity = larger(self.stationarity, at.scale * (slope + u - l));
         self.primal = self.primal.max((at.lower - at.x).max(at.x - at.upper) / at.scale);
@@ -156,8 +183,8 @@ impl KktAccumulator {
         [l, u]
     }
 
-    /// Takes in other variables.
-    pub fn join(&mut self, other: &Self) {
+    /// Adds the contributions of other variables.
+    pub fn merge(&mut self, other: &Self) {
         self.row_units.iter_mut().zip(&other.row_units).for_each(|(a, b)| *a = a.max(*b));
         self.unit = larger(self.unit, other.unit);
         self.stationarity = larger(self.stationarity, other.stationarity);
@@ -166,11 +193,11 @@ impl KktAccumulator {
         self.complementarity = self.complementarity.max(other.complementarity);
     }
 
-    /// The residual, with the rows and by how much each is relaxed.
+    /// The residual, after the rows with their multipliers and relaxations have been added.
     pub fn finish(mut self, program: &dyn Program, rows: &[f64], λ: &[f64], relaxed: &[f64]) -> KktResidual {
         for (i, (&g, &λ)) in rows.iter().zip(λ).enumerate() {
             self.unit = larger(self.unit, λ * self.row_units[i]);
-            let row = if self.row_units[i] > 0.0 { self.row_units[i] } else { 1.0 };
+            let row = positive_or_one(self.row_units[i]);
             let relaxed = relaxed.get(i).copied().unwrap_or(0.0);
             let equality = program.is_equality(i);
             let beyond = if equality { g.abs() } else { g } - relaxed;
@@ -182,8 +209,8 @@ impl KktAccumulator {
                 self.complementarity = self.complementarity.max((λ * beyond).abs());
             }
         }
-        // A constant objective and rows of zeros have no unit.
-        let unit = if self.unit > 0.0 { self.unit } else { 1.0 };
+        // A constant objective with rows of zeros has no unit.
+        let unit = positive_or_one(self.unit);
         KktResidual {
             stationarity: self.stationarity / unit,
             primal: self.primal,
@@ -191,41 +218,4 @@ impl KktAccumulator {
             complementarity: self.complementarity / unit,
         }
     }
-}
-
-/// What holds the solution in place.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ActiveSet {
-    /// Rows without slack or with a multiplier.
-    pub rows: Vec<usize>,
-    /// Variables at their lower bound.
-    pub lower: Vec<usize>,
-    /// Variables at their upper bound.
-    pub upper: Vec<usize>,
-}
-
-impl ActiveSet {
-    /// The active set of `solution`: a row or bound whose slack is at most `tolerance` of its scale (see
-    /// [`KktResidual`]), and every equality row.
-    pub fn of(program: &dyn Program, start: &[f64], solution: &Solution, tolerance: f64) -> Result<Self> {
-        let here = program.gradients(&solution.x)?;
-        let (lower, upper, x) = (program.lower(), program.upper(), &solution.x);
-        let scale: Vec<f64> = (0..x.len()).map(|j| variable_scale(lower[j], upper[j], start[j], x[j])).collect();
-        let near = |&i: &usize| {
-            let row = largest((0..x.len()).map(|j| scale[j] * here.rows[(i, j)]));
-            let relaxed = solution.relaxed_rows.get(i).copied().unwrap_or(0.0);
-            program.is_equality(i) || here.values.rows[i] - relaxed >= -tolerance * if row > 0.0 { row } else { 1.0 }
-        };
-        Ok(Self {
-            rows: (0..program.rows()).filter(near).collect(),
-            lower: (0..x.len()).filter(|&j| x[j] - lower[j] <= tolerance * scale[j]).collect(),
-            upper: (0..x.len()).filter(|&j| upper[j] - x[j] <= tolerance * scale[j]).collect(),
-        })
-    }
-}
-
-/// The status that the conditions support: `Solved` or `Relaxed` only within `tolerance`.
-pub(crate) fn supported(status: Status, kkt: &KktResidual, tolerance: f64) -> Status {
-    let holds = kkt.largest() <= tolerance;
-    if status.is_usable() && !holds { Status::Stalled } else { status }
 }

@@ -1,4 +1,4 @@
-//! Quadratics whose Hessian is a diagonal and a few outer products.
+//! Quadratic functions whose Hessian is a diagonal plus a few outer products.
 
 use autodiff::Scalar;
 use nalgebra::{DMatrix, DVector};
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 ///
 /// $$ B = \operatorname{diag}(δ) + \sum_{i=1}^{k} c_i u_i u_i^T , $$
 ///
-/// which costs n k numbers and no n × n matrix. B is symmetric; whoever makes it answers for its definiteness.
+/// which stores n (k + 2) numbers and no n × n matrix. B is symmetric; it is not checked for definiteness.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LowRank {
     /// x₀, length n.
@@ -25,12 +25,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl LowRank {
-    /// A diagonal alone.
+    /// A quadratic with a diagonal Hessian.
     pub fn diagonal(origin: Vec<f64>, diagonal: Vec<f64>) -> Self {
         Self { origin, diagonal, columns: vec![], weights: vec![] }
     }
 
-    /// Adds c u uᵀ; nothing where c is zero.
+    /// Adds c u uᵀ; does nothing if c is zero.
     pub fn add(&mut self, weight: f64, column: Vec<f64>) {
         if weight != 0.0 {
             self.weights.push(weight);
@@ -42,8 +42,8 @@ impl LowRank {
     pub fn times(&self, d: &[f64]) -> Vec<f64> {
         let mut product: Vec<f64> = self.diagonal.iter().zip(d).map(|(δ, d)| δ * d).collect();
         for (u, c) in self.columns.iter().zip(&self.weights) {
-            let along = c * dot(u, d);
-            product.iter_mut().zip(u).for_each(|(p, u)| *p += along * u);
+            let factor = c * dot(u, d);
+            product.iter_mut().zip(u).for_each(|(p, u)| *p += factor * u);
         }
         product
     }
@@ -52,20 +52,20 @@ impl LowRank {
         x.iter().zip(&self.origin).map(|(x, o)| x - o).collect()
     }
 
-    /// Value and slope B d at `x` (length n).
+    /// Value and gradient B d at `x` (length n).
     pub fn value_and_slope(&self, x: &[f64]) -> (f64, Vec<f64>) {
         let d = self.step(x);
         let slope = self.times(&d);
         (0.5 * dot(&d, &slope), slope)
     }
 
-    /// The value at `x` in any number type.
+    /// The value at `x` for any scalar type.
     pub fn at<S: Scalar>(&self, x: &[S]) -> S {
         let d: Vec<S> = x.iter().zip(&self.origin).map(|(&x, &o)| x - o).collect();
         let squares = d.iter().zip(&self.diagonal).fold(S::from(0.0), |sum, (&d, &δ)| sum + d * d * δ);
-        let along = |u: &[f64]| d.iter().zip(u).fold(S::from(0.0), |sum, (&d, &u)| sum + d * u);
-        let shares = self.columns.iter().zip(&self.weights).map(|(u, &c)| (along(u), c));
-        shares.fold(squares, |sum, (a, c)| sum + a * a * c) * 0.5
+        let product = |u: &[f64]| d.iter().zip(u).fold(S::from(0.0), |sum, (&d, &u)| sum + d * u);
+        let terms = self.columns.iter().zip(&self.weights).map(|(u, &c)| (product(u), c));
+        terms.fold(squares, |sum, (a, c)| sum + a * a * c) * 0.5
     }
 
     /// B as a matrix, n × n.
@@ -78,7 +78,7 @@ impl LowRank {
         b
     }
 
-    /// The same in variables z = x / `lengths` and divided by `unit`.
+    /// This quadratic as a function of z = x / `lengths`, divided by `unit`.
     #[must_use]
     pub fn scaled(&self, lengths: &[f64], unit: f64) -> Self {
         let times = |v: &[f64]| v.iter().zip(lengths).map(|(v, s)| v * s).collect::<Vec<f64>>();
@@ -90,7 +90,7 @@ impl LowRank {
         }
     }
 
-    /// The same with one more variable, on which it does not depend.
+    /// This quadratic with one more variable, on which it does not depend.
     #[must_use]
     pub fn extended(&self) -> Self {
         let with_zero = |v: &[f64]| v.iter().copied().chain([0.0]).collect::<Vec<f64>>();

@@ -1,8 +1,7 @@
-//! A linear or quadratic program by its matrices.
+//! Linear and quadratic programs, given by their matrices.
 
-use super::kkt::variable_scale;
-use super::solver::{check_finite, feasible_start};
-use crate::{Gradients, Program, Structure, Values};
+use crate::kkt::variable_scale;
+use crate::program::{Gradients, Program, Structure, Values, check_finite, feasible_start};
 use error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
@@ -10,8 +9,8 @@ use nalgebra::{DMatrix, DVector};
 ///
 /// $$ \min_x f_0 + q^T d + \tfrac12 d^T H d \quad\text{subject to}\quad g_0 + A d \le 0,\quad l \le x \le u, \qquad d = x - c. $$
 ///
-/// Rows marked as equalities read g₀ + A d = 0. Expanded about a centre, an approximate problem loses no digits where
-/// the changes of the design are small beside the design.
+/// Rows marked as equalities read g₀ + A d = 0. The expansion about a centre avoids cancellation where the steps d are
+/// small compared with x.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuadraticProgram {
     /// c, length n.
@@ -57,21 +56,21 @@ impl QuadraticProgram {
         Self { hessian: Some(hessian), ..self }
     }
 
-    /// With one more row a·(x − c) ≤ b.
+    /// With another row a·(x − c) ≤ b.
     #[must_use]
     pub fn at_most(mut self, a: &[f64], b: f64) -> Self {
         self.push(a, b, false);
         self
     }
 
-    /// With one more row a·(x − c) = b.
+    /// With another row a·(x − c) = b.
     #[must_use]
     pub fn equal(mut self, a: &[f64], b: f64) -> Self {
         self.push(a, b, true);
         self
     }
 
-    /// With bounds.
+    /// With the bounds l and u, length n each.
     #[must_use]
     pub fn bounds(self, lower: Vec<f64>, upper: Vec<f64>) -> Self {
         Self { lower, upper, ..self }
@@ -89,13 +88,15 @@ impl QuadraticProgram {
 
     /// The matrices of a linear or quadratic `program`, expanded about `start`.
     ///
-    /// The Hessian is the program's own, or else the differences of n gradients, exact for a quadratic but for rounding.
+    /// The Hessian is the program's own. A program without one is differenced: n gradients give the Hessian of a
+    /// quadratic up to rounding.
     ///
-    /// **Errors.** [`Error::Definition`] for a nonlinear program; what the evaluations report.
+    /// # Errors
+    /// [`Error::Unsupported`] for a nonlinear program, and the program's own errors.
     pub fn of(program: &dyn Program, start: &[f64]) -> Result<Self> {
         if program.structure() == Structure::Nonlinear {
             let why = "the program is neither linear nor quadratic";
-            return Err(Error::definition("matrices of a program", why, "use the SQP solver"));
+            return Err(Error::unsupported("matrices of a program", why, "use the SQP solver"));
         }
         let center = feasible_start(program, start)?;
         let here = program.gradients(&center)?;
@@ -117,7 +118,7 @@ impl QuadraticProgram {
         })
     }
 
-    /// The same program with some of its rows.
+    /// The program with the rows `kept` only.
     pub(crate) fn with_rows(&self, kept: &[usize]) -> Self {
         Self {
             offset: kept.iter().map(|&i| self.offset[i]).collect(),
@@ -138,7 +139,7 @@ impl QuadraticProgram {
     }
 
     /// Gradient of the objective after the step d.
-    pub(crate) fn slope(&self, d: &DVector<f64>) -> DVector<f64> {
+    pub(crate) fn objective_gradient(&self, d: &DVector<f64>) -> DVector<f64> {
         let q = DVector::from_column_slice(&self.gradient);
         match &self.hessian {
             Some(h) => h * d + q,
@@ -146,14 +147,14 @@ impl QuadraticProgram {
         }
     }
 
-    /// Rows after the step d.
+    /// Values of the rows after the step d.
     pub(crate) fn values_of_rows(&self, d: &DVector<f64>) -> DVector<f64> {
         &self.rows * d + DVector::from_column_slice(&self.offset)
     }
 }
 
-/// ∂²f/∂x² of a quadratic objective.
-fn objective_hessian(program: &dyn Program, x: &[f64], slope: &[f64]) -> Result<DMatrix<f64>> {
+/// Hessian of a quadratic objective.
+fn objective_hessian(program: &dyn Program, x: &[f64], gradient: &[f64]) -> Result<DMatrix<f64>> {
     if let Some(h) = program.lagrangian_hessian(x, &vec![0.0; program.rows()])? {
         return Ok(h);
     }
@@ -162,12 +163,12 @@ fn objective_hessian(program: &dyn Program, x: &[f64], slope: &[f64]) -> Result<
     for j in 0..n {
         let mut y = x.to_vec();
         let scale = variable_scale(program.lower()[j], program.upper()[j], x[j], x[j]);
-        // Towards the farther bound, by a step that is exact in binary.
+        // Towards the more distant bound, by a power of two.
         let inward = if program.upper()[j] - x[j] >= x[j] - program.lower()[j] { 1.0 } else { -1.0 };
         y[j] += inward * scale.log2().floor().exp2();
         let moved = program.gradients(&y)?.objective;
         for i in 0..n {
-            h[(i, j)] = (moved[i] - slope[i]) / (y[j] - x[j]);
+            h[(i, j)] = (moved[i] - gradient[i]) / (y[j] - x[j]);
         }
     }
     Ok((&h + h.transpose()) * 0.5)
@@ -194,12 +195,12 @@ impl Program for QuadraticProgram {
     }
     fn values(&self, x: &[f64]) -> Result<Values> {
         let d = self.step(x);
-        let curved = self.hessian.as_ref().map_or(0.0, |h| 0.5 * d.dot(&(h * &d)));
+        let quadratic = self.hessian.as_ref().map_or(0.0, |h| 0.5 * d.dot(&(h * &d)));
         let linear: f64 = d.iter().zip(&self.gradient).map(|(d, q)| d * q).sum();
-        Ok(Values { objective: self.constant + linear + curved, rows: self.values_of_rows(&d).as_slice().to_vec() })
+        Ok(Values { objective: self.constant + linear + quadratic, rows: self.values_of_rows(&d).as_slice().to_vec() })
     }
     fn gradients(&self, x: &[f64]) -> Result<Gradients> {
-        let objective = self.slope(&self.step(x)).as_slice().to_vec();
+        let objective = self.objective_gradient(&self.step(x)).as_slice().to_vec();
         Ok(Gradients { values: self.values(x)?, objective, rows: self.rows.clone() })
     }
     fn lagrangian_hessian(&self, x: &[f64], _: &[f64]) -> Result<Option<DMatrix<f64>>> {

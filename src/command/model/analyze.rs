@@ -2,8 +2,8 @@
 
 use super::{design, load, located, tables};
 use crate::command::output::{folder, say, write};
-use crate::problem::{Evaluation, Problem, ResponseAt, Responses, Sensitivities as Derivatives};
 use clap::Args;
+use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses, Sensitivities as Derivatives};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -57,7 +57,7 @@ impl Where {
         let responses = located(&model, problem.analyze(&design))?;
         let evaluation = located(&model, problem.evaluate(&design, &responses))?;
         say(&format!("{} at {}", model.title(), problem.design_in_words(&design)))?;
-        say(&format!("  {:<32} {:>16.9e} {}", problem.objective_name, evaluation.objective, problem.objective_unit))?;
+        say(&format!("  {:<32} {:>16.9e} {}", problem.objective.name, evaluation.objective, problem.objective.unit))?;
         Ok(Analysed { problem, design, responses, evaluation })
     }
 
@@ -89,7 +89,7 @@ impl Sensitivities {
         let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(of).collect();
         let rows = problem.sensitivities(&design, &responses, &instants)?;
         let table = tables::sensitivities(&problem, &responses, &instants, &rows)?;
-        let known = Derivatives { instants, rows };
+        let known = Derivatives { at: instants, rows };
         let line = |name: &str, slopes: &[f64]| {
             let slopes: String = slopes.iter().map(|s| format!(" {s:>13.6e}")).collect();
             say(&format!("  {name:<40}{slopes}"))
@@ -97,9 +97,9 @@ impl Sensitivities {
         let names: String = problem.variables.iter().map(|v| format!(" {:>13}", format!("d/d {}", v.name))).collect();
         say(&format!("  {:<40}{names}", ""))?;
         let slopes = |quantity, p| problem.total_derivative(quantity, p, &design, &responses, &known);
-        line(&problem.objective_name, &slopes(&problem.objective, 0))?;
+        line(&problem.objective.name, &slopes(problem.objective.signed(), 0))?;
         for row in tables::worst(&problem, &evaluation) {
-            line(&problem.row_in_words(row), &slopes(&problem.constraints[row.constraint].quantity, row.point))?;
+            line(&problem.row_in_words(row), &slopes(problem.constraints[row.constraint].signed(), row.point))?;
         }
         self.given.write("sensitivities.csv", &table.csv())
     }

@@ -1,9 +1,9 @@
 //! Several methods on the problem of a model file.
 
-use crate::model_file::Model;
-use crate::problem::Problem;
-use crate::report::table::{Cell, Table};
-use crate::sao::{Method, PostOptimal, Preset, State};
+use linkwright::model_file::Model;
+use linkwright::problem::Problem;
+use linkwright::report::table::{Cell, Table};
+use linkwright::sao::{Method, PostOptimal, Preset, State};
 use rayon::prelude::*;
 
 /// A method with the end of its run, or why it did not run.
@@ -24,7 +24,7 @@ const OWN: &str = "(the file's)";
 /// Runs the file's own method and others on its problem, several at a time. The stop test is the file's.
 ///
 /// **Errors.** If the problem cannot be made.
-pub fn rows(model: &Model, presets: &[&'static Preset]) -> crate::Result<Vec<Row>> {
+pub fn rows(model: &Model, presets: &[&'static Preset]) -> linkwright::Result<Vec<Row>> {
     let problem = model.problem()?;
     let stop = model.method().stop;
     let own = [row(OWN, model.method(), &problem)];
@@ -63,7 +63,7 @@ impl Row {
 
 /// One row for each method, solutions with the least work first. `above_best` is (F − F*) / |F*| with the least objective F* of
 /// all solutions.
-pub fn table(model: &Model, rows: &[Row]) -> crate::Result<Table> {
+pub fn table(model: &Model, rows: &[Row]) -> linkwright::Result<Table> {
     let columns = [
         "method",
         "end",

@@ -22,10 +22,10 @@ use super::summary::Summary;
 use super::{load, tables};
 use crate::command::clock;
 use crate::command::output::folder;
-use crate::model_file::{Model, settings};
-use crate::problem::Problem;
-use crate::sao::{STATE_VERSION, State};
 use anyhow::{Context, bail};
+use linkwright::model_file::{Model, settings};
+use linkwright::problem::Problem;
+use linkwright::sao::{STATE_VERSION, State};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! How long a run may still take.
 
-use crate::sao::{State, Stop};
+use linkwright::sao::{State, Stop};
 
 /// Accepted cycles whose progress is extrapolated.
 const LAST: usize = 4;

@@ -14,7 +14,7 @@ use super::files;
 use super::folder::{Edit, RunDirectory};
 use super::progress::Line;
 use super::summary::Summary;
-use crate::sao::State;
+use linkwright::sao::State;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -35,20 +35,23 @@ pub use report::Report;
 pub use starter::{New, Schema};
 pub(super) use summary::{Named, Nearest, Summary};
 
-use crate::model_file::{Model, read};
-use crate::problem::Problem;
 use anyhow::{Context, bail};
+use linkwright::model_file::{Model, read};
+use linkwright::problem::Problem;
 use std::path::Path;
 
-/// Reads a model file. Returns its text, too.
+/// Reads a model file and prints the note about an old version. Returns the text, too.
 pub(super) fn load(path: &Path) -> anyhow::Result<(Model, String)> {
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the model {}", path.display()))?;
     let model = read(&path.display().to_string(), &text)?;
+    if let Some(note) = model.note() {
+        eprintln!("{note}");
+    }
     Ok((model, text))
 }
 
 /// A result, or an error that shows the part of the model file that is to blame.
-pub(super) fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: crate::Result<T>) -> anyhow::Result<T> {
+pub(super) fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: linkwright::Result<T>) -> anyhow::Result<T> {
     result.map_err(|error| match model.into().and_then(|model| model.locate(&error)) {
         Some(fault) => fault.into(),
         None => error.into(),
@@ -57,7 +60,7 @@ pub(super) fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: crate:
 
 /// Whether this is a model file rather than the name of a problem of the library.
 pub(super) fn is_file(what: &str) -> bool {
-    let is_known = crate::cases::catalogue().iter().any(|entry| entry.name == what);
+    let is_known = linkwright::cases::catalogue().iter().any(|entry| entry.name == what);
     let path = Path::new(what);
     !is_known && (path.exists() || path.extension().is_some())
 }

@@ -4,10 +4,10 @@ use super::folder::Folder;
 use super::progress::{Progress, Show};
 use super::{load, located};
 use crate::command::output::results;
-use crate::model_file::Model;
-use crate::problem::Problem;
-use crate::sao::{State, Status};
 use clap::Args;
+use linkwright::model_file::Model;
+use linkwright::problem::Problem;
+use linkwright::sao::{State, Status};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

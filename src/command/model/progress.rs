@@ -4,8 +4,8 @@ use super::forecast::Forecast;
 use super::summary::Summary;
 use crate::command::clock::brief;
 use crate::command::output::say;
-use crate::problem::Problem;
-use crate::sao::{Cycle, State, Status, Stop};
+use linkwright::problem::Problem;
+use linkwright::sao::{Cycle, State, Status, Stop};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -151,7 +151,7 @@ fn count(cycles: usize) -> u32 {
 fn row(c: &Cycle) -> String {
     let mark = if c.accepted { ' ' } else { 'R' };
     let errors = format!("{:>7.2} {:>7.2} {:>8.2}", c.objective_error_pct, c.constraint_error_pct, c.violation_pct);
-    let counts = format!("{:>7} {:>6}", c.active_limits, c.kept.len());
+    let counts = format!("{:>7} {:>6}", c.active_limits, c.retained.len());
     let design: String = c.design.iter().take(COLUMNS).map(|b| format!(" {b:>11.5e}")).collect();
     format!("{:>4}{mark} {:>17.9e} {errors} {counts}{design}", c.cycle, c.objective)
 }

@@ -3,17 +3,17 @@
 use super::files;
 use super::folder::Folder;
 use crate::command::output::{folder as make_folder, say, write};
-use crate::model_file::Model;
-use crate::problem::Problem;
-use crate::report::animation::{Animation, Scene};
-use crate::report::figure::Quantity;
-use crate::report::figure::literal;
-use crate::report::page::{Page, Section, Tone};
-use crate::report::run::{OptimizationReport, Slice};
-use crate::report::table::{Cell, Table};
-use crate::sao::State;
 use anyhow::Context;
 use clap::Args;
+use linkwright::model_file::Model;
+use linkwright::problem::Problem;
+use linkwright::report::animation::{Animation, Scene};
+use linkwright::report::figure::Quantity;
+use linkwright::report::figure::literal;
+use linkwright::report::page::{Page, Section, Tone};
+use linkwright::report::run::{OptimizationReport, Slice};
+use linkwright::report::table::{Cell, Table};
+use linkwright::sao::State;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -175,7 +175,7 @@ fn listed(path: &Path, model: &Model, folder: &Folder, text: &str) -> Section {
 fn write_figures(place: &Path, page: &Page, motion: Option<&Animation>) -> anyhow::Result<()> {
     make_folder(place)?;
     let figures: Vec<_> = page.figures().collect();
-    let save = |name: &str, figure: &crate::report::figure::Figure| -> anyhow::Result<()> {
+    let save = |name: &str, figure: &linkwright::report::figure::Figure| -> anyhow::Result<()> {
         write(&place.join(format!("{name}.svg")), figure.svg()?.as_bytes())?;
         write(&place.join(format!("{name}.png")), &figure.png(PRINT)?)
     };

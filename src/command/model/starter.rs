@@ -37,6 +37,6 @@ pub struct Schema {}
 
 impl Schema {
     pub fn run(&self) -> anyhow::Result<()> {
-        say(&serde_json::to_string_pretty(&crate::model_file::schema())?)
+        say(&serde_json::to_string_pretty(&linkwright::model_file::schema())?)
     }
 }

@@ -2,10 +2,10 @@
 
 use super::folder::{Edit, VERSION};
 use super::tables;
-use crate::model_file::Model;
-use crate::problem::{DesignVariable, Problem, RowId};
-use crate::sao::{State, Status};
 use anyhow::Context;
+use linkwright::model_file::Model;
+use linkwright::problem::{DesignVariable, Problem, RowId};
+use linkwright::sao::{State, Status};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -60,8 +60,8 @@ impl Summary {
     pub fn of(model: &Model, problem: &Problem, state: &State, edits: &[Edit]) -> Self {
         let named = |(v, b): (&DesignVariable, &f64)| Named { name: v.name.clone(), unit: v.unit.clone(), value: *b };
         let objective = Named {
-            name: problem.objective_name.clone(),
-            unit: problem.objective_unit.clone(),
+            name: problem.objective.name.clone(),
+            unit: problem.objective.unit.clone(),
             value: state.evaluation.objective,
         };
         let worst = tables::worst(problem, &state.evaluation).into_iter();

@@ -1,12 +1,12 @@
 //! Cycles, histories and derivatives as tables.
 
-use crate::problem::{Evaluation, Problem, ResponseAt, Responses, RowId};
-use crate::report::table::{Cell, Table};
-use crate::sao::State;
+use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses, RowId};
+use linkwright::report::table::{Cell, Table};
+use linkwright::sao::State;
 use nalgebra::DMatrix;
 
 /// Every cycle and every rejected try of it.
-pub fn cycles(problem: &Problem, state: &State) -> crate::Result<Table> {
+pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
     let fixed = [
         "cycle",
         "accepted",
@@ -32,7 +32,7 @@ pub fn cycles(problem: &Problem, state: &State) -> crate::Result<Table> {
             c.violation_pct.into(),
             c.max_variable_change_pct.into(),
             c.active_limits.into(),
-            c.kept.len().into(),
+            c.retained.len().into(),
             c.active.len().into(),
             c.iterations.into(),
         ];
@@ -42,12 +42,12 @@ pub fn cycles(problem: &Problem, state: &State) -> crate::Result<Table> {
 }
 
 /// All histories over time; responses that do not change with time stand in the first row alone.
-pub fn responses(problem: &Problem, values: &Responses) -> crate::Result<Table> {
+pub fn responses(problem: &Problem, values: &Responses) -> linkwright::Result<Table> {
     over_time(problem, "Responses", problem.responses.iter().zip(&values.values).map(|(r, v)| (r.name.clone(), v)))
 }
 
 /// All constraints over time, normalised: feasible means at most one.
-pub fn constraints(problem: &Problem, evaluation: &Evaluation) -> crate::Result<Table> {
+pub fn constraints(problem: &Problem, evaluation: &Evaluation) -> linkwright::Result<Table> {
     let columns = problem.constraints.iter().zip(&evaluation.constraints).map(|(c, v)| (c.name.clone(), v));
     over_time(problem, "Constraints", columns)
 }
@@ -56,7 +56,7 @@ fn over_time<'v>(
     problem: &Problem,
     title: &str,
     columns: impl Iterator<Item = (String, &'v Vec<f64>)>,
-) -> crate::Result<Table> {
+) -> linkwright::Result<Table> {
     let columns: Vec<(String, &Vec<f64>)> = columns.collect();
     let times = problem.grids.first().map(|grid| (&grid.name, &grid.points));
     let names = times.iter().map(|(name, _)| (*name).clone()).chain(columns.iter().map(|(name, _)| name.clone()));
@@ -76,7 +76,7 @@ pub fn sensitivities(
     values: &Responses,
     instants: &[ResponseAt],
     rows: &DMatrix<f64>,
-) -> crate::Result<Table> {
+) -> linkwright::Result<Table> {
     let names = problem.variables.iter().map(|v| format!("d/d {}", v.name));
     let fixed = ["response", "time", "value"].map(str::to_owned);
     let mut table = Table::new("Sensitivities", fixed.into_iter().chain(names));
@@ -91,11 +91,5 @@ pub fn sensitivities(
 
 /// Where each constraint is nearest to or farthest beyond its limit.
 pub fn worst(problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
-    let of = |(constraint, history): (usize, &Vec<f64>)| {
-        let beyond = |p: usize| evaluation.violation(constraint, history[p]);
-        let point = (0..history.len()).max_by(|a, b| beyond(*a).total_cmp(&beyond(*b)).then(b.cmp(a)))?;
-        Some(RowId { constraint, point })
-    };
-    debug_assert_eq!(problem.constraints.len(), evaluation.constraints.len());
-    evaluation.constraints.iter().enumerate().filter_map(of).collect()
+    (0..problem.constraints.len()).filter_map(|j| evaluation.worst_of(j)).map(|(row, _)| row).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::record::Record;
 use crate::command::model::{Change, Named, Summary, changes};
-use crate::report::table::{Cell, Table};
+use linkwright::report::table::{Cell, Table};
 use serde::Serialize;
 use std::path::Path;
 
@@ -61,7 +61,7 @@ impl Comparison {
         Ok(text + self.quantities_table()?.text().trim_end())
     }
 
-    fn settings_table(&self) -> crate::Result<Table> {
+    fn settings_table(&self) -> linkwright::Result<Table> {
         let mut table = Table::new("Settings that differ", ["setting", "A", "B"]);
         for change in &self.settings {
             let cell = |value: &Option<String>| Cell::from(value.as_deref().unwrap_or("–"));
@@ -70,7 +70,7 @@ impl Comparison {
         Ok(table)
     }
 
-    fn quantities_table(&self) -> crate::Result<Table> {
+    fn quantities_table(&self) -> linkwright::Result<Table> {
         let mut table = Table::new("Results", ["quantity", "unit", "A", "B", "B_minus_A"])
             .headed(["quantity", "unit", "A", "B", "B - A"])?;
         for quantity in &self.quantities {

@@ -12,9 +12,9 @@ mod comparison;
 mod record;
 
 use super::output::{results, say};
-use crate::report::table::{Cell, Table};
 use clap::Args;
 use comparison::Comparison;
+use linkwright::report::table::{Cell, Table};
 use record::Record;
 use std::path::{Path, PathBuf};
 
@@ -75,7 +75,7 @@ fn named(folder: &Path) -> PathBuf {
     if !folder.exists() && among.exists() { among } else { folder.to_owned() }
 }
 
-fn listing(folder: &Path, runs: &[Record]) -> crate::Result<Table> {
+fn listing(folder: &Path, runs: &[Record]) -> linkwright::Result<Table> {
     let columns = [
         "folder",
         "begun",

@@ -1,8 +1,8 @@
 //! What the folder of a run says about it.
 
 use crate::command::model::{Claim, RunDirectory, Summary};
-use crate::model_file::settings;
-use crate::sao::Status;
+use linkwright::model_file::settings;
+use linkwright::sao::Status;
 use serde::Serialize;
 use std::path::Path;
 
@@ -103,5 +103,6 @@ impl Record {
 /// The preset that a model names.
 fn preset(text: &str) -> String {
     let named = settings("", text).ok().and_then(|all| all.get("method.preset").cloned());
-    named.map_or_else(|| "paper".to_owned(), |name| name.trim_matches('"').to_owned())
+    let name = named.as_deref().map_or("slp", |name| name.trim_matches('"'));
+    linkwright::sao::preset(name).map_or(name, |preset| preset.name).to_owned()
 }

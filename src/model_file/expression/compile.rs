@@ -1,4 +1,4 @@
-//! From trees to programs.
+//! Compilation of parsed expressions to programs.
 
 use super::names::{Meaning, Order};
 use super::program::{Operation, Program};
@@ -8,17 +8,17 @@ use crate::model_file::{Diagnostic, limits};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// What an expression may name at its place, besides constants.
+/// Names that an expression may use, apart from constants.
 pub struct Wants<'a> {
-    /// What the place is, for messages: "a mass".
+    /// The quantity that the expression defines, for messages: "a mass".
     pub place: &'a str,
-    /// Whether design variables may enter.
+    /// Whether design variables may be used.
     pub design: bool,
-    /// Whether the time may enter.
+    /// Whether the time may be used.
     pub time: bool,
-    /// What else may, by index.
+    /// Indices of other names.
     pub others: &'a dyn Fn(&str) -> Option<usize>,
-    /// Names of these, for suggestions.
+    /// All other names, for suggestions.
     pub suggestions: &'a dyn Fn() -> Vec<String>,
 }
 
@@ -35,7 +35,8 @@ impl Wants<'_> {
 impl Names {
     /// The program of an expression.
     ///
-    /// **Errors.** A name that is unknown or may not enter here; a constant part that is not finite; too many operations.
+    /// # Errors
+    /// If a name is unknown or may not be used here, a constant part is not finite, or the operations are too many.
     pub fn compile(&self, tree: &Tree, wants: &Wants) -> Result<Program, Diagnostic> {
         let mut order = Order::default();
         for k in self.used(tree) {
@@ -44,13 +45,13 @@ impl Names {
         let mut code = Code { names: self, wants, known: HashMap::new(), operations: vec![], top: 0, height: 0 };
         for k in order.list {
             let value = match code.tree(&self.expressions[k]) {
-                // The mistake is where a name enters that may not enter here.
-                Err(complaint) if complaint.message.contains(CANNOT) => {
-                    return Err(Diagnostic { span: tree.span.clone(), ..complaint });
+                // The error is in the expression that uses the name, not in the named one.
+                Err(error) if error.message.contains(CANNOT) => {
+                    return Err(Diagnostic { span: tree.span.clone(), ..error });
                 }
                 result => result?,
             };
-            let named = value.map_or(Named::TextPlace(code.top.saturating_sub(1)), Named::Constant);
+            let named = value.map_or(Named::Stack(code.top.saturating_sub(1)), Named::Constant);
             code.known.insert(k, named);
         }
         if let Some(value) = code.tree(tree)? {
@@ -66,14 +67,14 @@ impl Names {
     }
 }
 
-const CANNOT: &str = "cannot enter here";
+const CANNOT: &str = "cannot be used here";
 
 /// A named expression that has been compiled.
 #[derive(Clone, Copy)]
 enum Named {
     Constant(f64),
-    /// Its value is at this place of the stack.
-    TextPlace(usize),
+    /// Position of its value on the stack.
+    Stack(usize),
 }
 
 struct Code<'a> {
@@ -86,7 +87,7 @@ struct Code<'a> {
 }
 
 impl Code<'_> {
-    /// Emits operations that leave the value on the stack, or none if it is a constant, which is returned.
+    /// Emits operations that leave the value on the stack. A constant is returned, without operations.
     fn tree(&mut self, tree: &Tree) -> Result<Option<f64>, Diagnostic> {
         let constant = match &tree.node {
             Node::Number(value) => Some(*value),
@@ -105,7 +106,7 @@ impl Code<'_> {
         finite(constant, &tree.span)
     }
 
-    /// Operands with signs between them, from the left to the right: a sum of a thousand terms is no thousand levels deep.
+    /// Operands with operators between them, from left to right, without recursion: a sum may have a thousand terms.
     fn chain(&mut self, tree: &Tree) -> Result<Option<f64>, Diagnostic> {
         let (mut links, mut first) = (vec![], tree);
         while let Node::Binary(operator, both) = &first.node {
@@ -123,7 +124,7 @@ impl Code<'_> {
         let Wants { place, design, time, others, .. } = self.wants;
         let cannot = |what: &str| {
             let message = format!("{what}`{name}` {CANNOT}");
-            Err(Diagnostic::new(span.clone(), message).help(format!("{place} may be made of {}", self.wants.words())))
+            Err(Diagnostic::new(span.clone(), message).help(format!("{place} may use {}", self.wants.words())))
         };
         if name == "time" {
             return if *time { self.push(Operation::Time, span) } else { cannot("") };
@@ -134,7 +135,7 @@ impl Code<'_> {
             Some(Meaning::Design(i)) => self.push(Operation::Design(*i), span),
             Some(Meaning::Expression(k)) => match self.known[k] {
                 Named::Constant(value) => Ok(Some(value)),
-                Named::TextPlace(place) => self.push(Operation::Copy(place), span),
+                Named::Stack(place) => self.push(Operation::Copy(place), span),
             },
             None => match others(name) {
                 Some(i) => self.push(Operation::Other(i), span),
@@ -181,7 +182,7 @@ impl Code<'_> {
                 Operation::Scale(c)
             }
             (Operator::Power, Some(c), None) if c <= 0.0 => {
-                let message = format!("a power of {c} is no number for most exponents");
+                let message = format!("powers of {c} are not defined for most exponents");
                 return Err(Diagnostic::new(span.clone(), message).help("the base must be positive"));
             }
             (Operator::Power, Some(c), None) => {
@@ -239,7 +240,7 @@ impl Code<'_> {
 
     fn emit(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         if self.operations.len() >= limits::OPERATIONS {
-            let message = format!("this takes more than {} operations", limits::OPERATIONS);
+            let message = format!("this expression takes more than {} operations", limits::OPERATIONS);
             return Err(Diagnostic::new(span.clone(), message));
         }
         self.operations.push(operation);
@@ -258,11 +259,11 @@ impl Wants<'_> {
     }
 }
 
-/// Refuses a constant that is not finite.
+/// Rejects a constant that is not finite.
 fn finite(constant: Option<f64>, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
     match constant {
         Some(value) if !value.is_finite() => {
-            Err(Diagnostic::new(span.clone(), format!("this is {value}, not a finite number")))
+            Err(Diagnostic::new(span.clone(), format!("the value is {value}, not a finite number")))
         }
         constant => Ok(constant),
     }

@@ -29,7 +29,7 @@ pub enum Function {
 
 use Function::*;
 
-/// Every function with its name and what it is.
+/// All functions with name and meaning.
 pub const FUNCTIONS: &[(&str, Function, &str)] = &[
     ("sin", Sin, "sine of an angle in rad"),
     ("cos", Cos, "cosine of an angle in rad"),
@@ -58,7 +58,7 @@ impl Function {
         FUNCTIONS.iter().find(|(known, ..)| *known == name).map(|(_, function, _)| *function)
     }
 
-    /// Its name.
+    /// The name of the function.
     pub fn name(self) -> &'static str {
         FUNCTIONS.iter().find(|(_, f, _)| *f == self).map_or("", |(name, ..)| name)
     }
@@ -102,7 +102,7 @@ impl Function {
     }
 }
 
-/// The chosen operand. Nothing is added but the mark of a kink, so that no line or parabola is seen where there is none.
+/// The chosen operand with a kink: a scalar that tracks the polynomial degree must not take the function for a polynomial.
 fn kinked<S: Scalar>(chosen: S, difference: S) -> S {
     chosen + difference.abs() * 0.0
 }

@@ -1,14 +1,13 @@
-//! Expressions: text that becomes a number, with exact derivatives.
+//! Expressions: formulas as text, evaluated over any scalar, with exact derivatives.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
-//! | `token` | numbers, names, signs, with their places |
-//! | `tree` | a parsed expression |
-//! | `parse` | precedence: `^` binds to the right and tighter than a sign, `-2^2` is −4 |
+//! | `tree` | a parsed expression with its location |
 //! | `function` | `sin`, `hypot`, `deg`, … |
-//! | `names` | what names mean: design variables, constants, other expressions |
-//! | `compile` | from a tree to a program: constants folded, named expressions evaluated once |
+//! | `parse` | tokens and precedence: `^` is right-associative and binds tighter than a sign, `-2^2` is −4 |
+//! | `names` | definitions of names: design variables, constants, other expressions |
 //! | `program` | operations on a stack, over any scalar |
+//! | `compile` | from a tree to a program: constants are folded, named expressions are evaluated once |
 //!
 //! ```
 //! use linkwright::model_file::expression::{Inputs, Names, TextPlace, Tree, Wants};
@@ -18,7 +17,7 @@
 //! let tree = Tree::parse("pi*r^2*h", TextPlace::from(0))?;
 //! let volume = names.compile(&tree, &Wants::DESIGN)?;
 //! assert_eq!(volume.value(&Inputs::design(&[3.0])), std::f64::consts::PI * 9.0 * 2.0);
-//! # Ok::<(), linkwright::model_file::Complaint>(())
+//! # Ok::<(), linkwright::model_file::Diagnostic>(())
 //! ```
 
 mod compile;
@@ -26,13 +25,12 @@ mod function;
 mod names;
 mod parse;
 mod program;
-mod token;
 mod tree;
 
 pub use compile::Wants;
 pub use function::Function;
 pub use names::Names;
 pub(crate) use names::check_name;
+pub use parse::TextPlace;
 pub use program::{Inputs, Program};
-pub use token::TextPlace;
 pub use tree::{Node, Operator, Tree};

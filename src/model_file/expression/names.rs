@@ -1,4 +1,4 @@
-//! What names mean.
+//! Names in expressions: design variables, constants and named expressions.
 
 use super::Tree;
 use super::function::FUNCTIONS;
@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-/// What a name stands for.
+/// Definition of a name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Meaning {
     Design(usize),
@@ -20,7 +20,7 @@ pub(super) enum Meaning {
 #[derive(Clone, Debug, Default)]
 pub struct Names {
     pub(super) meanings: HashMap<String, Meaning>,
-    /// Names in the order in which they came.
+    /// Names in the order of their definition.
     pub(super) order: Vec<String>,
     pub(super) expressions: Vec<Tree>,
     designs: usize,
@@ -28,14 +28,14 @@ pub struct Names {
     pub(super) compiled: Cell<usize>,
 }
 
-/// Named expressions in an order in which each comes behind all that it uses.
+/// Named expressions, each after all expressions that it uses.
 #[derive(Default)]
 pub(super) struct Order {
     pub list: Vec<usize>,
     seen: HashSet<usize>,
 }
 
-/// Names that mean something everywhere.
+/// Names with a fixed meaning.
 const RESERVED: &[&str] = &["time", "pi", "ground", "kinetic_energy", "potential_energy"];
 
 /// Whether `text` can be a name: a letter or underscore, then letters, digits and underscores.
@@ -56,7 +56,10 @@ impl Names {
         self.add(name, Meaning::Constant(value));
     }
 
-    /// Adds named expressions, which may use each other in any order but not in a circle.
+    /// Adds named expressions, which may use each other in any order.
+    ///
+    /// # Errors
+    /// If definitions are circular, or too many.
     pub fn expressions(&mut self, named: Vec<(String, Tree)>) -> Result<(), Diagnostic> {
         let first = self.expressions.len();
         for (name, tree) in named {
@@ -71,8 +74,8 @@ impl Names {
         (first..self.expressions.len()).try_for_each(|k| self.visit(k, &mut vec![], &mut order).map(drop))
     }
 
-    /// Makes a named expression the constant that it is.
-    pub fn settle(&mut self, name: &str, value: f64) {
+    /// Replaces a named expression by its value.
+    pub fn define_constant(&mut self, name: &str, value: f64) {
         self.meanings.insert(name.to_owned(), Meaning::Constant(value));
     }
 
@@ -81,7 +84,10 @@ impl Names {
         self.order.push(name.to_owned());
     }
 
-    /// Refuses a name that cannot be one or means something else already.
+    /// Checks that a name can be defined.
+    ///
+    /// # Errors
+    /// If it is no name, or is defined already.
     pub fn check(&self, name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
         check_name(name, span.clone())?;
         if !self.meanings.contains_key(name) {
@@ -90,26 +96,29 @@ impl Names {
         Err(Diagnostic::new(span, format!("the name `{name}` is taken twice")).label("second use"))
     }
 
-    /// Appends expression `k` to `done` behind all that it uses. `way` is how it was reached.
-    pub(super) fn visit(&self, k: usize, way: &mut Vec<usize>, done: &mut Order) -> Result<(), Diagnostic> {
+    /// Appends expression `k` to `done` after all that it uses. `path` holds the expressions that led to it.
+    pub(super) fn visit(&self, k: usize, path: &mut Vec<usize>, done: &mut Order) -> Result<(), Diagnostic> {
         if done.seen.contains(&k) {
             return Ok(());
         }
-        if way.contains(&k) || way.len() > limits::NESTING {
+        if path.contains(&k) || path.len() > limits::NESTING {
             let tree = &self.expressions[k];
-            let circle: Vec<&str> = way.iter().chain([&k]).map(|&k| self.name_of(k)).collect();
-            return Err(if way.contains(&k) {
-                let message = format!("`{}` is defined by itself", self.name_of(k));
-                Diagnostic::new(tree.span.clone(), message).help(format!("the circle is {}", circle.join(" → ")))
+            let circle: Vec<&str> = path.iter().chain([&k]).map(|&k| self.name_of(k)).collect();
+            return Err(if path.contains(&k) {
+                let message = format!("the definition of `{}` is circular", self.name_of(k));
+                Diagnostic::new(tree.span.clone(), message).help(circle.join(" → "))
             } else {
-                Diagnostic::new(tree.span.clone(), format!("more than {} expressions upon each other", limits::NESTING))
+                Diagnostic::new(
+                    tree.span.clone(),
+                    format!("more than {} nested levels of named expressions", limits::NESTING),
+                )
             });
         }
-        way.push(k);
+        path.push(k);
         for other in self.used(&self.expressions[k]) {
-            self.visit(other, way, done)?;
+            self.visit(other, path, done)?;
         }
-        way.pop();
+        path.pop();
         done.seen.insert(k);
         done.list.push(k);
         Ok(())
@@ -134,14 +143,14 @@ impl Names {
     }
 }
 
-/// Refuses what cannot be a name, or means something everywhere.
+/// Checks that a text is a name without a fixed meaning.
 pub(crate) fn check_name(name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
     if !is_name(name) {
-        let help = "a name starts with a letter and goes on with letters, digits and underscores";
+        let help = "a name starts with a letter and continues with letters, digits and underscores";
         return Err(Diagnostic::new(span, format!("`{name}` cannot be a name")).help(help));
     }
     if RESERVED.contains(&name) || FUNCTIONS.iter().any(|f| f.0 == name) {
-        return Err(Diagnostic::new(span, format!("`{name}` means something else already")).help("choose another name"));
+        return Err(Diagnostic::new(span, format!("the name `{name}` is reserved")).help("choose another name"));
     }
     Ok(())
 }

@@ -1,22 +1,23 @@
-//! From text to tree, by precedence climbing.
+//! Parsing of an expression: from text to tokens, and from these to a tree by precedence climbing.
 //!
-//! **Source.** Pratt, *Proc. ACM Symp. Principles of Programming Languages* (1973) 41–51.
+//! # Sources
+//! Pratt, *Proc. ACM Symp. Principles of Programming Languages* (1973) 41–51.
 
 use super::function::{FUNCTIONS, Function};
-use super::token::{Piece, TextPlace, Token, tokens};
 use super::tree::{Node, Operator, Tree};
 use crate::model_file::{Diagnostic, limits};
+use std::ops::Range;
 
-/// How tightly a sign before an operand binds: looser than a power, tighter than a product.
+/// Binding power of a sign before an operand: below a power, above a product.
 const SIGN: u8 = 5;
 
 impl Operator {
-    /// How tightly it binds to the left and to the right.
+    /// Binding power to the left and to the right.
     fn binding(self) -> (u8, u8) {
         match self {
             Self::Add | Self::Subtract => (1, 2),
             Self::Multiply | Self::Divide => (3, 4),
-            // To the right: 2^3^2 is 2^9.
+            // Right-associative: 2^3^2 is 2^9.
             Self::Power => (8, 7),
         }
     }
@@ -34,11 +35,14 @@ impl Operator {
 }
 
 impl Tree {
-    /// Parses an expression that stands at `place` of a file.
+    /// Parses an expression at `place` of a file.
+    ///
+    /// # Errors
+    /// If the text is no expression, too long or too deeply nested.
     pub fn parse(text: &str, place: TextPlace) -> Result<Self, Diagnostic> {
         if text.len() > limits::EXPRESSION {
             let message = format!("an expression of {} characters is too long", text.len());
-            let help = format!("at most {} characters; give its parts names in [expressions]", limits::EXPRESSION);
+            let help = format!("at most {} characters; define parts of it in [expressions]", limits::EXPRESSION);
             return Err(Diagnostic::new(place.of(0..text.len()), message).help(help));
         }
         let tokens = tokens(text, &place)?;
@@ -63,7 +67,7 @@ impl<'t> Parser<'t> {
 
     fn next(&mut self) -> &'t Token {
         let token = self.peek();
-        // The end stays the end.
+        // The last token is the end, which is never passed.
         self.at = (self.at + 1).min(self.tokens.len() - 1);
         token
     }
@@ -73,7 +77,7 @@ impl<'t> Parser<'t> {
         if token.piece == Piece::Sign(sign) { Ok(token) } else { Err(unexpected(token, otherwise)) }
     }
 
-    /// An operand with everything behind it that binds more tightly than `least`.
+    /// An operand with all operators after it whose binding power is at least `least`.
     fn operand(&mut self, least: u8, depth: usize) -> Result<Tree, Diagnostic> {
         let mut left = self.prefix(depth)?;
         while let Some(operator) = Operator::of(&self.peek().piece) {
@@ -89,12 +93,12 @@ impl<'t> Parser<'t> {
         Ok(left)
     }
 
-    /// A number, a name, a call, something in parentheses, or one of these behind a sign.
+    /// A number, a name, a call, an expression in parentheses, or one of these after a sign.
     fn prefix(&mut self, depth: usize) -> Result<Tree, Diagnostic> {
         let token = self.next();
         if depth > limits::NESTING {
-            let message = format!("more than {} levels inside each other", limits::NESTING);
-            return Err(Diagnostic::new(token.span.clone(), message).help("give inner parts names in [expressions]"));
+            let message = format!("more than {} nested levels", limits::NESTING);
+            return Err(Diagnostic::new(token.span.clone(), message).help("define inner parts in [expressions]"));
         }
         match &token.piece {
             Piece::Number(value) => Ok(Tree::number(*value, token.span.clone())),
@@ -145,4 +149,99 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
         Piece::End => "the end of the expression".to_owned(),
     };
     Diagnostic::new(token.span.clone(), format!("expected {wanted}, got {got}")).label(format!("expected {wanted}"))
+}
+
+/// Location of the text of an expression in its file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TextPlace {
+    /// The characters of the text, from this byte on.
+    From(usize),
+    /// These bytes, which do not have the same characters.
+    Within(Range<usize>),
+}
+
+impl From<usize> for TextPlace {
+    fn from(start: usize) -> Self {
+        Self::From(start)
+    }
+}
+
+impl TextPlace {
+    /// The bytes of the file that hold these bytes of the expression.
+    pub fn of(&self, span: Range<usize>) -> Range<usize> {
+        match self {
+            Self::From(start) => start + span.start..start + span.end,
+            Self::Within(all) => all.clone(),
+        }
+    }
+}
+
+/// Content of a token.
+#[derive(Clone, Debug, PartialEq)]
+enum Piece {
+    Number(f64),
+    Name(String),
+    /// One of `+ - * / ^ ( ) ,`.
+    Sign(char),
+    End,
+}
+
+/// A number, name or sign with its bytes in the file.
+#[derive(Clone, Debug, PartialEq)]
+struct Token {
+    piece: Piece,
+    span: Range<usize>,
+}
+
+/// All tokens of `text`, with the end as the last one.
+fn tokens(text: &str, place: &TextPlace) -> Result<Vec<Token>, Diagnostic> {
+    let mut found = vec![];
+    let mut at = 0;
+    while let Some(c) = text[at..].chars().next() {
+        let rest = &text[at..];
+        let (piece, length) = match c {
+            c if c.is_whitespace() => {
+                at += c.len_utf8();
+                continue;
+            }
+            '0'..='9' | '.' => number(rest, at, place)?,
+            c if c.is_alphabetic() || c == '_' => {
+                let length = rest.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).unwrap_or(rest.len());
+                (Piece::Name(rest[..length].to_owned()), length)
+            }
+            '+' | '-' | '*' | '/' | '^' | '(' | ')' | ',' => (Piece::Sign(c), 1),
+            c => {
+                let error = Diagnostic::new(place.of(at..at + c.len_utf8()), format!("unexpected character `{c}`"));
+                return Err(error
+                    .label("not part of an expression")
+                    .help("an expression consists of numbers, names, + - * / ^ ( ) and ,"));
+            }
+        };
+        found.push(Token { piece, span: place.of(at..at + length) });
+        at += length;
+    }
+    found.push(Token { piece: Piece::End, span: place.of(at..at) });
+    Ok(found)
+}
+
+/// A number such as `12`, `.5`, `1e-3` at the start of `rest`, which is at byte `at` of the expression.
+fn number(rest: &str, at: usize, place: &TextPlace) -> Result<(Piece, usize), Diagnostic> {
+    let bytes = rest.as_bytes();
+    let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let mut end = digits(0);
+    if bytes.get(end) == Some(&b'.') {
+        end = digits(end + 1);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let power = digits(end + 1 + sign);
+        // `2e` is the number 2 and the start of a name, which the parser rejects.
+        end = if power > end + 1 + sign { power } else { end };
+    }
+    let wrong = |message: String| Diagnostic::new(place.of(at..at + end.max(1)), message).label("expected a number");
+    match rest[..end].parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok((Piece::Number(value), end)),
+        Ok(_) => Err(wrong(format!("`{}` is too large for a number", &rest[..end]))),
+        Err(_) => Err(wrong(format!("`{}` is not a number", &rest[..end.max(1)]))),
+    }
 }

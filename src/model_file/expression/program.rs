@@ -3,14 +3,14 @@
 use super::function::Function;
 use autodiff::Scalar;
 
-/// What a program reads.
+/// Inputs of a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a, S> {
     /// Design variables.
     pub design: &'a [S],
     /// The time.
     pub time: S,
-    /// What else the expression may name, such as outputs, in the order in which it was compiled.
+    /// Values of other names, such as outputs, by their indices.
     pub others: &'a [S],
 }
 
@@ -26,14 +26,14 @@ impl<'a, S: Scalar> Inputs<'a, S> {
     }
 }
 
-/// One operation: takes its operands from the stack and leaves its result there.
+/// An operation on the stack: takes its operands from the top and puts its result there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Operation {
     Constant(f64),
     Design(usize),
     Time,
     Other(usize),
-    /// The value of a named expression, which stays at this place of the stack.
+    /// A copy of the value of a named expression, which is at this position of the stack.
     Copy(usize),
     Negate,
     Reciprocal,
@@ -52,7 +52,7 @@ pub(super) enum Operation {
 
 use Operation::*;
 
-/// A compiled expression. Derivatives come from the numbers that are put in.
+/// A compiled expression. Derivatives are those of the scalar with which it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     pub(super) operations: Vec<Operation>,
@@ -73,7 +73,7 @@ impl Program {
         Self { operations: vec![Design(i)], height: 1 }
     }
 
-    /// Quantity number `i` from outside.
+    /// Other name number `i`.
     pub fn other(i: usize) -> Self {
         Self { operations: vec![Other(i)], height: 1 }
     }
@@ -112,7 +112,7 @@ impl Program {
         stack[top - 1]
     }
 
-    /// The number that it always is, if it reads nothing.
+    /// The value of a constant program.
     pub fn as_constant(&self) -> Option<f64> {
         match self.operations[..] {
             [Constant(value)] => Some(value),
@@ -120,51 +120,50 @@ impl Program {
         }
     }
 
-    /// True if it is input number `i` of the others and nothing else.
+    /// Whether the program is other name number `i` and nothing else.
     pub fn is_other(&self, i: usize) -> bool {
         self.operations == [Other(i)]
     }
 
-    /// Whether the time enters.
+    /// Whether the program uses the time.
     pub fn uses_time(&self) -> bool {
         self.operations.contains(&Time)
     }
 
-    /// Design variables that enter, by index, increasing.
+    /// Indices of the design variables that the program uses, increasing.
     pub fn uses(&self) -> Vec<usize> {
-        let design = |operation: &Operation| if let Design(i) = operation { Some(*i) } else { None };
-        let mut found: Vec<usize> = self.operations.iter().filter_map(design).collect();
-        found.sort_unstable();
-        found.dedup();
-        found
+        self.indices(|operation| if let Design(i) = operation { Some(*i) } else { None })
     }
 
-    /// Others that enter, by index, increasing.
+    /// Indices of the other names that the program uses, increasing.
     pub fn others(&self) -> Vec<usize> {
-        let other = |operation: &Operation| if let Other(i) = operation { Some(*i) } else { None };
-        let mut found: Vec<usize> = self.operations.iter().filter_map(other).collect();
+        self.indices(|operation| if let Other(i) = operation { Some(*i) } else { None })
+    }
+
+    fn indices(&self, index: impl Fn(&Operation) -> Option<usize>) -> Vec<usize> {
+        let mut found: Vec<usize> = self.operations.iter().filter_map(index).collect();
         found.sort_unstable();
         found.dedup();
         found
     }
 
-    /// The same program that finds other number `kept[k]` at place k.
+    /// Renumbers other names: the program reads number `kept[k]` at index `k`.
     #[must_use]
     pub fn with_others(mut self, kept: &[usize]) -> Self {
         for operation in &mut self.operations {
             if let Other(i) = operation {
-                *i = kept.iter().position(|k| k == i).expect("every other that enters is kept");
+                *i = kept.iter().position(|k| k == i).expect("every other name in use is kept");
             }
         }
         self
     }
 
-    /// The same program that finds design variable `kept[k]` at place k.
+    /// Renumbers design variables: the program reads variable `kept[k]` at index `k`.
     #[must_use]
     pub fn with_design(mut self, kept: &[usize]) -> Self {
         for operation in &mut self.operations {
             if let Design(i) = operation {
-                *i = kept.iter().position(|k| k == i).expect("every design variable that enters is kept");
+                *i = kept.iter().position(|k| k == i).expect("every design variable in use is kept");
             }
         }
         self

@@ -1,9 +1,9 @@
-//! A parsed expression.
+//! Parsed expressions.
 
 use super::function::Function;
 use std::ops::Range;
 
-/// The signs between two operands.
+/// An operator between two operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operator {
     /// `+`
@@ -18,7 +18,7 @@ pub enum Operator {
     Power,
 }
 
-/// What stands at a place of an expression.
+/// A node of an expression.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Node {
     /// A number.
@@ -27,28 +27,28 @@ pub enum Node {
     Name(String),
     /// A sign before an operand.
     Negative(Box<Tree>),
-    /// A sign between two operands.
+    /// An operator between two operands.
     Binary(Operator, Box<[Tree; 2]>),
     /// A function of arguments, as many as it takes.
     Call(Function, Vec<Tree>),
 }
 
-/// An expression with its place in the file.
+/// A parsed expression with its location in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tree {
-    /// What it is.
+    /// The root of the expression.
     pub node: Node,
     /// The bytes of the file that it was read from.
     pub span: Range<usize>,
 }
 
 impl Tree {
-    /// A number that stands in the file as such.
+    /// A number without quotes.
     pub fn number(value: f64, span: Range<usize>) -> Self {
         Self { node: Node::Number(value), span }
     }
 
-    /// Shows every name with its place to `see`, in the order of reading.
+    /// Calls `see` with each name and its location, from left to right.
     pub fn names<'t>(&'t self, see: &mut impl FnMut(&'t str, &Range<usize>)) {
         match &self.node {
             Node::Number(_) => {}

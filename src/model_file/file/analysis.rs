@@ -1,4 +1,4 @@
-//! `[analysis]`: how the mechanism is analysed.
+//! `[time]` and `[analysis]`: time points, and how the mechanism is analysed.
 
 use super::key::{Accepts, Key, Table, default, optional, required};
 use super::mechanism::MechanismTemplate;
@@ -8,13 +8,23 @@ use crate::model_file::expression::Names;
 use crate::model_file::limits;
 #[cfg(feature = "report")]
 use crate::problem::Responses;
-use crate::problem::{Analysis, Differences, Differentiated, Problem, ProblemBuilder, TimeGrid};
+use crate::problem::{Analysis, Differentiated, Problem, ProblemBuilder, TimeGrid};
+use crate::responses::Differences;
 use crate::responses::mechanism::{Integration, KinematicResponses, StaticResponses, Transient};
 use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize};
 use mechanics::analyses::statics::Statics;
 use mechanics::initial_conditions::Assembly;
 use mechanics::integrators::explicit::{Explicit, StepControl};
 use mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed};
+
+const TIME: &[Key] = &[
+    default("name", Accepts::Text, "time", "name of the time, for axes"),
+    default("unit", Accepts::Text, "s", "unit of the time, for axes"),
+    default("from", Accepts::Number, "0", "first time point"),
+    optional("to", Accepts::Number, "last time point"),
+    optional("points", Accepts::Count, "number of equally spaced time points, both ends included"),
+    optional("at", Accepts::Numbers, "list of all time points, in place of the three keys above"),
+];
 
 const KEYS: &[Key] = &[
     required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "what is computed"),
@@ -31,12 +41,12 @@ const KEYS: &[Key] = &[
             "noise-aware",
         ]),
         "automatic",
-        "automatic chooses among direct and adjoint, which are exact; the last four are differences of whole analyses",
+        "automatic chooses between direct and adjoint, which are exact; the last four are finite differences of whole analyses",
     ),
     optional(
         "difference",
         Accepts::Number,
-        "relative step of differences; 1e-5 semi-analytical, 1e-6 forward and central, 1e-3 richardson if left out",
+        "relative step of differences; by default 1e-5 semi-analytical, 1e-6 forward and central, 1e-3 richardson",
     ),
 ];
 const DYNAMICS: &[Key] = &[
@@ -52,10 +62,10 @@ const DYNAMICS: &[Key] = &[
     default("spectral_radius", Accepts::Number, "0.9", "of generalized-alpha at infinite frequency, 0 to 1"),
     default("damping", Accepts::Number, "0.05", "numerical damping of hht, 0 to 1/3"),
     default(
-        "origin",
+        "initial_configuration",
         Accepts::Choice(&["built", "equilibrium"]),
         "built",
-        "positions at the start: as given, or those of the static equilibrium there; implicit schemes only",
+        "positions at the start: as given, or in static equilibrium; implicit schemes only",
     ),
     default(
         "initial_acceleration",
@@ -65,31 +75,68 @@ const DYNAMICS: &[Key] = &[
     ),
     default(
         "prescribed",
-        Accepts::Choice(&["exact", "steps"]),
+        Accepts::Choice(&["exact", "newmark"]),
         "exact",
-        "velocity of prescribed coordinates: exact, or from the steps",
+        "velocity of prescribed coordinates: exact, or by the Newmark formulas of the scheme",
     ),
 ];
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[Table] = &[
+    Table { name: "time", kind: None, about: "the time points of all histories", keys: TIME },
     Table { name: "analysis", kind: None, about: "how the mechanism is analysed", keys: KEYS },
     Table { name: "analysis", kind: Some("dynamics"), about: "the motion over time", keys: DYNAMICS },
     Table {
         name: "analysis",
         kind: Some("kinematics"),
-        about: "a mechanism whose every motion is prescribed, with its inverse dynamics",
+        about: "prescribed motion of all coordinates, with inverse dynamics",
         keys: &[],
     },
-    Table { name: "analysis", kind: Some("statics"), about: "static equilibria, one for every time point", keys: &[] },
+    Table { name: "analysis", kind: Some("statics"), about: "a static equilibrium for each time point", keys: &[] },
 ];
 
-/// How derivatives are had.
+/// Reads the time points, if there are any.
+pub fn read_time(file: &Section<'_>, names: &Names) -> Read<Option<TimeGrid>> {
+    let Some(section) = file.inner("time", &[TIME])? else { return Ok(None) };
+    let points = match section.numbers("at", names)? {
+        Some(points) => {
+            if let Some(key) = ["from", "to", "points"].into_iter().find(|key| section.has(key)) {
+                return Err(section.complain(key, format!("`{key}` and `at` exclude each other")));
+            }
+            points
+        }
+        None => uniform(&section, names)?,
+    };
+    if let Some(p) = (1..points.len()).find(|&p| points[p] <= points[p - 1]) {
+        let message = format!("time points must increase, but {} follows {}", points[p], points[p - 1]);
+        return Err(section.complain("at", message).help("give strictly increasing time points"));
+    }
+    let grid = TimeGrid::new(&section.text("name")?, &section.text("unit")?, points);
+    grid.map(Some).map_err(|e| section.complain("at", e.to_string()))
+}
+
+fn uniform(section: &Section<'_>, names: &Names) -> Read<Vec<f64>> {
+    let from = section.number("from", names)?.unwrap_or(0.0);
+    let (Some(to), Some(count)) = (section.number("to", names)?, section.count("points", limits::POINTS)?) else {
+        let message = "[time] needs `to` and `points`, or `at`";
+        return Err(section.complain("to", message).help("for instance to = 12.0 and points = 101"));
+    };
+    if !(from < to) {
+        return Err(section.complain("to", format!("the last time point {to} must be after the first one, {from}")));
+    }
+    if count < 2 {
+        return Err(section.complain("points", "at least two time points are needed"));
+    }
+    let grid = TimeGrid::uniform(from, to, count).map_err(|e| section.complain("points", e.to_string()))?;
+    Ok(grid.points)
+}
+
+/// How derivatives are computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Derivatives {
-    /// What the analysis itself chooses.
+    /// The choice of the analysis.
     Automatic,
-    /// One of the ways that the analysis has, with the step of its differences.
+    /// A method of the analysis, with the step of its differences.
     By(&'static str, Option<f64>),
     Forward(f64),
     Central(f64),
@@ -111,7 +158,7 @@ enum Kind {
     Statics,
 }
 
-/// Reads the section.
+/// Reads `[analysis]`.
 pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usize) -> Read<Settings> {
     let Some(value) = file.get("analysis") else {
         let help = "for instance [analysis] with kind = \"dynamics\" and step = 1e-3";
@@ -150,7 +197,7 @@ fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Deriva
     let chosen = section.choice("derivatives", &choices)?;
     let is_exact = matches!(chosen, Derivatives::Automatic | Derivatives::By("direct" | "adjoint", _));
     if step.is_some() && (is_exact || chosen == Derivatives::NoiseAware) {
-        let message = "`difference` is the step of differences, and none is taken here";
+        let message = "`difference` is the step of finite differences, and these derivatives use none";
         return Err(section.complain("difference", message).help("leave it out, or choose other `derivatives`"));
     }
     if matches!(chosen, Derivatives::By("semi-analytical", _))
@@ -159,7 +206,7 @@ fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Deriva
         let message = "explicit schemes have no semi-analytical derivatives";
         return Err(section
             .complain("derivatives", message)
-            .help("take derivatives = \"direct\", or an implicit scheme"));
+            .help("use derivatives = \"direct\", or an implicit scheme"));
     }
     Ok(chosen)
 }
@@ -173,10 +220,8 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
     }
     let (step, tolerance) = (number("step")?, number("tolerance")?);
     if tolerance.is_some_and(|t| t > 0.0 && t < limits::TOLERANCE) {
-        let message = format!("rounding does not let a tolerance be below {:e}", limits::TOLERANCE);
-        return Err(section
-            .complain("tolerance", message)
-            .help("steps would become endlessly short: take a larger one"));
+        let message = format!("`tolerance` must be at least {:e}", limits::TOLERANCE);
+        return Err(section.complain("tolerance", message).help("rounding errors are larger than this"));
     }
     for (key, value) in [("step", step), ("tolerance", tolerance)] {
         if value.is_some_and(|v| v <= 0.0) {
@@ -192,7 +237,7 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
         };
         if steps > limits::STEPS || steps * coordinates as f64 > limits::MOTION {
             let message = format!("a step of {h} makes more than {most:e} {of}");
-            return Err(section.complain("step", message).help("take a longer step, or end sooner"));
+            return Err(section.complain("step", message).help("use a longer step or an earlier last time point"));
         }
     }
     let is_explicit =
@@ -234,24 +279,24 @@ fn implicit(
         Some(tolerance) => Dynamics::adaptive(tolerance).step,
         None => StepSize::Fixed(step.unwrap_or(1e-3)),
     };
-    let origins = [
+    let configurations = [
         ("built", InitialConfiguration::Built),
         ("equilibrium", InitialConfiguration::Equilibrium(Statics::default())),
     ];
     let initials = [("consistent", InitialAcceleration::Consistent), ("zero", InitialAcceleration::Zero)];
     Ok(Integration::Implicit(Dynamics {
-        origin: section.choice("origin", &origins)?,
+        origin: section.choice("initial_configuration", &configurations)?,
         start,
         scheme,
         step,
         initial: section.choice("initial_acceleration", &initials)?,
-        prescribed: section.choice("prescribed", &[("exact", Prescribed::Exact), ("steps", Prescribed::Newmark)])?,
+        prescribed: section.choice("prescribed", &[("exact", Prescribed::Exact), ("newmark", Prescribed::Newmark)])?,
         ..Dynamics::fixed(1e-3)
     }))
 }
 
 impl Settings {
-    /// Whether the motion follows from forces, so that its times are seconds.
+    /// Whether the time points are times of a motion, not load cases of statics.
     #[cfg(feature = "report")]
     pub fn is_motion(&self) -> bool {
         !matches!(self.kind, Kind::Statics)

@@ -9,7 +9,12 @@ use mechanics::mechanism::{Body as Handle, Pose};
 
 const COMMON: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file"),
-    default("kind", Accepts::Choice(&["rigid", "point", "pivot", "frame", "slide"]), "rigid", "what it is"),
+    default(
+        "kind",
+        Accepts::Choice(&["rigid", "point", "fixed-node", "massless-node", "slider"]),
+        "rigid",
+        "what it is",
+    ),
     EACH,
 ];
 const POSITION: Key = required("position", Accepts::Pair, "[x, y] at the start in m; a guess where joints decide");
@@ -42,9 +47,14 @@ pub const TABLES: &[Table] = &[
         keys: RIGID,
     },
     Table { name: "body", kind: Some("point"), about: "a point mass, which does not rotate", keys: POINT_MASS },
-    Table { name: "body", kind: Some("pivot"), about: "a point at rest that beam ends can share", keys: PIVOT },
-    Table { name: "body", kind: Some("frame"), about: "a massless node that elements give mass to", keys: FRAME },
-    Table { name: "body", kind: Some("slide"), about: "one coordinate with a mass", keys: SLIDE },
+    Table { name: "body", kind: Some("fixed-node"), about: "a point at rest that beam ends can share", keys: PIVOT },
+    Table {
+        name: "body",
+        kind: Some("massless-node"),
+        about: "a massless node that elements give mass to",
+        keys: FRAME,
+    },
+    Table { name: "body", kind: Some("slider"), about: "one coordinate with a mass", keys: SLIDE },
     Table { name: "point", kind: None, about: "a named point of a body", keys: POINT },
     Table { name: "point", kind: None, about: "a named point of a body", keys: SPOT },
 ];
@@ -61,9 +71,9 @@ pub enum Kind {
 const KINDS: &[(&str, Kind, &[Key])] = &[
     ("rigid", Kind::Rigid, RIGID),
     ("point", Kind::Point, POINT_MASS),
-    ("pivot", Kind::Pivot, PIVOT),
-    ("frame", Kind::Frame, FRAME),
-    ("slide", Kind::Slide, SLIDE),
+    ("fixed-node", Kind::Pivot, PIVOT),
+    ("massless-node", Kind::Frame, FRAME),
+    ("slider", Kind::Slide, SLIDE),
 ];
 
 /// A body with its numbers as programs of the design.

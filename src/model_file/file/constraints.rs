@@ -1,29 +1,33 @@
-//! `[[constraint]]`: what must hold, at a time, at all time points, or on an interval.
+//! `[[constraint]]`: limits of a value, at all time points, on an interval, or in continuous time.
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
 use super::outputs::intermediates;
-use super::quantity::{Explicit, Quantified, QuantityContext, Times};
+use super::quantity::{Quantified, QuantityContext};
 use super::section::{Read, Section};
 use crate::model_file::limits;
 use crate::problem::{Constraint, DesignVariable, Quantity, Selection, TimeGrid};
 
 const KEYS: &[Key] = &[
     required("name", Accepts::Text, "name, unique in the file"),
-    required("value", Accepts::Quantity, "what is constrained"),
+    required("value", Accepts::Quantity, "the constrained quantity"),
     optional("at_most", Accepts::Number, "upper limit, in the unit of the value"),
     optional("at_least", Accepts::Number, "lower limit; with `at_most` there are two constraints"),
     optional("equals", Accepts::Number, "the value that must be met"),
-    optional("scale", Accepts::Number, "normalisation, in the unit of the value; |limit|, or 1 where that is zero"),
-    optional("from", Accepts::Number, "first time at which it must hold; the first time point"),
-    optional("to", Accepts::Number, "last time at which it must hold; the last time point"),
-    default("continuous", Accepts::Flag, "false", "whether it must hold between the time points, too"),
-    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are kept before and after each maximum"),
+    optional(
+        "scale",
+        Accepts::Number,
+        "normalisation, in the unit of the value; by default |limit|, or 1 if that is zero",
+    ),
+    optional("from", Accepts::Number, "first time at which the constraint must hold; by default the first time point"),
+    optional("to", Accepts::Number, "last time at which the constraint must hold; by default the last time point"),
+    default("continuous", Accepts::Flag, "false", "whether the constraint must hold between the time points, too"),
+    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are retained before and after each maximum"),
     optional("directly_in", Accepts::Intermediate, "approximates the value itself, linearized in these variables"),
     EACH,
 ];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[Table] = &[Table { name: "constraint", kind: None, about: "what must hold", keys: KEYS }];
+pub const TABLES: &[Table] = &[Table { name: "constraint", kind: None, about: "limits of a quantity", keys: KEYS }];
 
 /// Reads the constraints.
 pub fn read(
@@ -61,13 +65,12 @@ fn one(
     let tree = section.tree("value")?.expect("the key is required");
     let value = known.compile(&tree, "value")?;
     let limit = |key| section.number(key, known.names);
+    let quantity = quantity(section, known, value.clone(), variables)?;
     let sides = match (limit("at_least")?, limit("at_most")?, limit("equals")?) {
-        (None, Some(most), None) => vec![(name, 1.0, most, false)],
-        (Some(least), None, None) => vec![(name, -1.0, -least, false)],
-        (None, None, Some(exactly)) => vec![(name, 1.0, exactly, true)],
-        (Some(least), Some(most), None) if least <= most => {
-            vec![(format!("{name} upper"), 1.0, most, false), (format!("{name} lower"), -1.0, -least, false)]
-        }
+        (None, Some(most), None) => vec![Constraint::at_most(name, most, quantity)],
+        (Some(least), None, None) => vec![Constraint::at_least(name, least, quantity)],
+        (None, None, Some(exactly)) => vec![Constraint::equal(name, exactly, quantity)],
+        (Some(least), Some(most), None) if least <= most => Constraint::between(&name, [least, most], quantity).into(),
         (Some(least), Some(most), None) => {
             return Err(section.complain("at_least", format!("no value is at least {least} and at most {most}")));
         }
@@ -77,25 +80,14 @@ fn one(
         }
         _ => return Err(section.complain("equals", "`equals` excludes other limits")),
     };
-    let scale = scale(section, known)?;
-    let window = window(section, known, grid, &value)?;
-    let mut constraints = vec![];
-    for (name, sign, limit, is_equality) in sides {
-        // Outside of the interval the normalised value is zero, far from critical.
-        let own = scale.unwrap_or(if limit == 0.0 { 1.0 } else { limit.abs() });
-        let function = match window {
-            Some(interval) => value.function.clone().within(interval, sign * (limit - own)),
-            None => value.function.clone(),
-        };
-        let quantity = quantity(section, known, &value, Times(function, sign), variables)?;
-        let made = if is_equality {
-            Constraint::equal(name, limit, quantity)
-        } else {
-            Constraint::at_most(name, limit, quantity)
-        };
-        constraints.push(selected(section, made.scaled_by(own))?);
-    }
-    continuous(section, &value, constraints, window.is_some())
+    let (scale, window, selection) =
+        (scale(section, known)?, window(section, known, grid, &value)?, neighbours(section)?);
+    let made = sides.into_iter().map(|mut constraint| {
+        constraint.scale = scale.unwrap_or(constraint.scale);
+        (constraint.window, constraint.selection) = (window, selection);
+        constraint
+    });
+    continuous(section, &value, made.collect(), window.is_some())
 }
 
 fn scale(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Option<f64>> {
@@ -133,26 +125,17 @@ fn window(
 fn quantity(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
-    value: &Quantified,
-    function: Times,
+    value: Quantified,
     variables: &[DesignVariable],
 ) -> Read<Quantity> {
-    let made = if value.is_transient { Quantity::each_point(0, function) } else { Quantity::plain(function) };
-    let made = made.of(&value.uses);
+    let quantity = value.quantity();
     if !section.has("directly_in") {
-        return Ok(made);
+        return Ok(quantity);
     }
-    Ok(made.directly(intermediates(section, "directly_in", known.names, variables)?))
+    Ok(quantity.directly(intermediates(section, "directly_in", known.names, variables)?))
 }
 
-fn selected(section: &Section<'_>, constraint: Constraint) -> Read<Constraint> {
-    Ok(match neighbours(section)? {
-        Some(selection) => constraint.selecting(selection),
-        None => constraint,
-    })
-}
-
-/// Time points that are kept: a number of neighbours, or all.
+/// Time points that are retained around each maximum: a number of neighbours, or all.
 pub fn neighbours(section: &Section<'_>) -> Read<Option<Selection>> {
     match section.get("neighbours").map(|value| value.get_ref().is_str()) {
         None => Ok(None),
@@ -161,7 +144,7 @@ pub fn neighbours(section: &Section<'_>) -> Read<Option<Selection>> {
     }
 }
 
-/// Constraints that hold between the time points, too, if that is wanted and possible.
+/// The constraints in continuous time, if the section has `continuous = true`.
 fn continuous(
     section: &Section<'_>,
     value: &Quantified,
@@ -171,7 +154,7 @@ fn continuous(
     if !section.flag("continuous")? {
         return Ok(constraints);
     }
-    let function: &Explicit = &value.function;
+    let function = &value.function;
     let obstacle = if !value.is_transient {
         "a value that does not change with time"
     } else if section.has("equals") {

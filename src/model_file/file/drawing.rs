@@ -2,7 +2,7 @@
 
 use super::Model;
 use super::bodies::Kind;
-use super::element_kinds::Element;
+use super::elements::ElementSpec;
 use super::measures::Measure;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::outputs::Output;
@@ -11,6 +11,7 @@ use crate::Result;
 use crate::model_file::expression::Inputs;
 use crate::problem::TimeGrid;
 use crate::report::plots::Linkage;
+use mechanics::elements::Symbol;
 use std::sync::Arc;
 
 /// Fewest frames of a motion; a coarser time grid is refined for the drawing.
@@ -110,16 +111,16 @@ impl<'p> Sketch<'p> {
 
     /// Joints that let a point slide along a line of another body: the two points and the angle of the line.
     fn sliding(&self) -> impl Iterator<Item = (&PointRef, &PointRef, f64)> {
-        let is_sliding = |element| matches!(element, Element::Prismatic | Element::PointOnLine);
-        let one = |part: &'p super::elements::ElementSpec| {
-            (&part.spots[0], &part.spots[1], part.numbers[0].value(&Inputs::design(self.design)))
+        let one = |part: &'p ElementSpec| {
+            let (mut points, line) = (part.points(), part.numbers().next()?);
+            Some((points.next()?, points.next()?, line.value(&Inputs::design(self.design))))
         };
-        self.plan.attached.iter().filter(move |part| is_sliding(part.element)).map(one)
+        self.plan.attached.iter().filter(|part| symbol(part) == Symbol::Guide).filter_map(one)
     }
 
     /// Points of a body that something is attached to, each once.
     fn points_of(&self, body: usize) -> Vec<[f64; 2]> {
-        let spots = self.plan.attached.iter().flat_map(|part| &part.spots).chain(&self.plan.parts.points);
+        let spots = self.plan.attached.iter().flat_map(ElementSpec::points).chain(&self.plan.parts.points);
         let mut points: Vec<[f64; 2]> = vec![];
         for spot in spots.filter(|spot| spot.frame == Frame::Body(body)) {
             let at = self.local(spot);
@@ -246,19 +247,18 @@ impl DrawnState<'_> {
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
     }
 
-    fn draw_attached(&self, part: &super::elements::ElementSpec, linkage: &mut Linkage) {
-        let [Some(a), Some(b)] = [part.spots.first(), part.spots.get(1)] else { return };
+    fn draw_attached(&self, part: &ElementSpec, linkage: &mut Linkage) {
+        let mut points = part.points();
+        let (Some(a), Some(b)) = (points.next(), points.next()) else { return };
         let ends = [self.spot(a), self.spot(b)];
-        match part.element {
-            Element::Revolute => self.draw_pin(ends[0], [a.frame, b.frame], linkage),
-            Element::DistanceConstraint => linkage.bars.push(ends.to_vec()),
-            Element::Spring | Element::Actuator | Element::Length => linkage.springs.push(ends),
-            _ => return,
+        match symbol(part) {
+            Symbol::Pin => return self.draw_pin(ends[0], [a.frame, b.frame], linkage),
+            Symbol::Bar => linkage.bars.push(ends.to_vec()),
+            Symbol::Spring => linkage.springs.push(ends),
+            Symbol::None | Symbol::Guide => return,
         }
-        if part.element != Element::Revolute {
-            let grounded = [a, b].into_iter().zip(ends).filter(|(spot, _)| spot.frame == Frame::Ground);
-            linkage.ground_joints.extend(grounded.map(|(_, end)| end));
-        }
+        let grounded = [a, b].into_iter().zip(ends).filter(|(spot, _)| spot.frame == Frame::Ground);
+        linkage.ground_joints.extend(grounded.map(|(_, end)| end));
     }
 
     /// Bodies of one coordinate stand below each other, each on its guide; a spring to the ground hangs on its left end.
@@ -271,8 +271,10 @@ impl DrawnState<'_> {
             linkage.guides.push([[low, row(k)], [high, row(k)]]);
             linkage.sliders.push(([*place, row(k)], 0.0));
         }
-        for part in self.sketch.plan.attached.iter().filter(|p| p.element == Element::CoordinateSpring) {
-            match (part.places[0], part.places[1]) {
+        for part in self.sketch.plan.attached.iter().filter(|part| symbol(part) == Symbol::Spring) {
+            let mut coordinates = part.coordinates();
+            let (Some(a), Some(b)) = (coordinates.next(), coordinates.next()) else { continue };
+            match (a, b) {
                 (CoordinateRef::Slide(k), CoordinateRef::Of(Frame::Ground, _))
                 | (CoordinateRef::Of(Frame::Ground, _), CoordinateRef::Slide(k)) => {
                     linkage.springs.push([anchor(k), [self.slides[k], row(k)]]);
@@ -285,6 +287,10 @@ impl DrawnState<'_> {
             }
         }
     }
+}
+
+fn symbol(part: &ElementSpec) -> Symbol {
+    part.kind.descriptor.symbol
 }
 
 /// The convex hull, counter-clockwise; the two ends where all points are on one line.

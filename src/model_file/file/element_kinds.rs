@@ -1,391 +1,98 @@
-//! Kinds of joints, drives and forces: how they are attached, what they take and what they measure.
+//! Kinds of joints, drives and forces of model files, made from the declarations of the elements.
 
-use super::key::{Accepts, EACH, Key, Table, default, required};
+use super::feedback::ObservedFormula;
+use super::key::{Accepts, EACH, Key, Need, Table, default, required};
+use super::motion::MotionLaw;
+use mechanics::elements::{self, ElementDescriptor, ElementKind, Family, Input, Role};
+use std::sync::LazyLock;
 
-/// What a part is attached to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Attach {
-    /// Points `a` and `b`.
-    Points,
-    /// Coordinates `a` and `b`.
-    Coordinates,
-    /// Coordinates `a` and `b` of two wheels, and that of their carrier.
-    Wheels,
-    /// One point.
-    Point,
-    /// One coordinate.
-    Coordinate,
+/// A kind of element with the types of functions that model files give it.
+pub type Kind = ElementKind<MotionLaw, ObservedFormula>;
+
+/// A section of the file, such as `[[joint]]`, with its kinds.
+pub struct KindSection {
+    pub name: &'static str,
+    about: &'static str,
+    /// The kind of a table without the key `kind`; empty if the key is required.
+    pub usual: &'static str,
+    /// Keys of all kinds.
+    pub common: &'static [Key],
+    pub kinds: Vec<(Kind, &'static [Key])>,
 }
 
-impl Attach {
-    pub const fn keys(self) -> &'static [Key] {
-        match self {
-            Self::Points => POINTS,
-            Self::Coordinates => COORDINATES,
-            Self::Wheels => WHEELS,
-            Self::Point => POINT,
-            Self::Coordinate => COORDINATE,
-        }
+/// Sections of elements, in the order in which they are read.
+pub static SECTIONS: LazyLock<[KindSection; 3]> = LazyLock::new(|| {
+    [
+        KindSection::new("joint", "what joins bodies", "revolute", "what it is"),
+        KindSection::new("driver", "what moves as prescribed", "coordinate", "what it prescribes"),
+        KindSection::new("force", "what pushes and pulls", "", "what it is"),
+    ]
+});
+
+impl KindSection {
+    /// The section with all elements that belong to it.
+    ///
+    /// Its keys and their texts live as long as the program, as those of other sections do.
+    fn new(name: &'static str, about: &'static str, usual: &'static str, about_kind: &'static str) -> Self {
+        let mut kinds = elements::kinds();
+        kinds.retain(|kind: &Kind| section_of(kind.descriptor) == name);
+        let words: Vec<&str> = kinds.iter().map(|kind| kind.descriptor.kind).collect();
+        let accepts = Accepts::Choice(words.leak());
+        let kind = match usual {
+            "" => required("kind", accepts, about_kind),
+            _ => default("kind", accepts, usual, about_kind),
+        };
+        let common = vec![required("name", Accepts::Name, "name, unique in the file"), kind, EACH].leak();
+        let with_keys = |kind: Kind| {
+            let keys: &[Key] = kind.descriptor.inputs.iter().map(key).collect::<Vec<_>>().leak();
+            (kind, keys)
+        };
+        Self { name, about, usual, common, kinds: kinds.into_iter().map(with_keys).collect() }
     }
 }
 
-const POINTS: &[Key] = &[
-    required("a", Accepts::Marker, "point of the first body"),
-    required("b", Accepts::Marker, "point of the second body"),
-];
-const COORDINATES: &[Key] = &[
-    default("a", Accepts::Coordinate, "ground.x", "coordinate that it acts against"),
-    required("b", Accepts::Coordinate, "coordinate that it acts on"),
-];
-const WHEELS: &[Key] = &[
-    required("a", Accepts::Coordinate, "rotation of the first wheel"),
-    required("b", Accepts::Coordinate, "rotation of the second wheel"),
-    default("carrier", Accepts::Coordinate, "ground.theta", "rotation of the carrier"),
-];
-const POINT: &[Key] = &[required("at", Accepts::Marker, "point that it acts on")];
-const COORDINATE: &[Key] = &[required("coordinate", Accepts::Coordinate, "coordinate that it acts on")];
-
-/// A kind of joint, drive or force.
-#[derive(Clone, Copy, Debug)]
-pub struct Kind {
-    pub name: &'static str,
-    pub element: Element,
-    pub attach: Attach,
-    /// Its numbers, in the order of the element's parameters, and its function of time.
-    pub keys: &'static [Key],
-    pub measures: &'static [&'static str],
-    pub about: &'static str,
+/// The section of a file in which an element is declared.
+fn section_of(descriptor: &ElementDescriptor) -> &'static str {
+    match descriptor.family {
+        Family::Joint => "joint",
+        Family::Drive => "driver",
+        Family::Force | Family::Contact | Family::Body => "force",
+        Family::Beam => "beam",
+        Family::Sensor => "output",
+    }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Element {
-    Revolute,
-    FixedJoint,
-    Prismatic,
-    PointOnLine,
-    DistanceConstraint,
-    GearPair,
-    Rack,
-    Prescribed,
-    Relative,
-    Length,
-    Spring,
-    CoordinateSpring,
-    Bushing,
-    Actuator,
-    Load,
-    Force,
-    Friction,
-    BumpStop,
-    Wall,
-    RigidStop,
-    RigidWall,
-    FeedbackForce,
-    Inertia,
+/// The key of an input.
+pub fn key(input: &Input) -> Key {
+    let accepts = match input.role {
+        Role::Marker | Role::Body | Role::Translations => Accepts::Marker,
+        Role::Coordinate => Accepts::Coordinate,
+        Role::Parameter | Role::Gravity => Accepts::Expression,
+        Role::TimeFunction => Accepts::Motion,
+        Role::StateFunction => Accepts::Feedback,
+    };
+    let about = match input.unit {
+        "" => input.about,
+        unit => format!("{}, {unit}", input.about).leak(),
+    };
+    Key { name: input.name, accepts, need: input.default.map_or(Need::Required, Need::Default), about }
 }
-
-pub const COMMON_JOINT: &[Key] = &[
-    required("name", Accepts::Name, "name, unique in the file"),
-    default(
-        "kind",
-        Accepts::Choice(&["revolute", "weld", "prismatic", "point-on-line", "rod", "gears", "rack"]),
-        "revolute",
-        "what it is",
-    ),
-    EACH,
-];
-pub const COMMON_DRIVER: &[Key] = &[
-    required("name", Accepts::Name, "name, unique in the file"),
-    default("kind", Accepts::Choice(&["coordinate", "relative", "length"]), "coordinate", "what it prescribes"),
-    EACH,
-];
-pub const COMMON_FORCE: &[Key] = &[
-    required("name", Accepts::Name, "name, unique in the file"),
-    required(
-        "kind",
-        Accepts::Choice(&[
-            "spring",
-            "coordinate-spring",
-            "bushing",
-            "actuator",
-            "load",
-            "force",
-            "friction",
-            "stop",
-            "wall",
-            "rigid-stop",
-            "rigid-wall",
-            "state-load",
-            "inertia",
-        ]),
-        "what it is",
-    ),
-    EACH,
-];
-
-const TURN: Key = default("turn", Accepts::Expression, "0", "rotation of b against a in rad");
-const LINE: Key = default("line", Accepts::Expression, "0", "direction of the line in the body of a, rad");
-
-pub const JOINTS: &[Kind] = &[
-    Kind {
-        name: "revolute",
-        element: Element::Revolute,
-        attach: Attach::Points,
-        keys: &[],
-        measures: &["force_x", "force_y", "force"],
-        about: "pins two points together",
-    },
-    Kind {
-        name: "weld",
-        element: Element::FixedJoint,
-        attach: Attach::Points,
-        keys: &[TURN],
-        measures: &["force_x", "force_y", "couple"],
-        about: "joins two bodies rigidly",
-    },
-    Kind {
-        name: "prismatic",
-        element: Element::Prismatic,
-        attach: Attach::Points,
-        keys: &[LINE, TURN],
-        measures: &["force", "couple", "position"],
-        about: "lets b slide along a line of a without turning",
-    },
-    Kind {
-        name: "point-on-line",
-        element: Element::PointOnLine,
-        attach: Attach::Points,
-        keys: &[LINE],
-        measures: &["force", "position"],
-        about: "keeps point b on a line through a",
-    },
-    Kind {
-        name: "rod",
-        element: Element::DistanceConstraint,
-        attach: Attach::Points,
-        keys: &[required("length", Accepts::Expression, "m")],
-        measures: &["tension"],
-        about: "keeps two points at a distance",
-    },
-    Kind {
-        name: "gears",
-        element: Element::GearPair,
-        attach: Attach::Wheels,
-        keys: &[
-            required("radius_a", Accepts::Expression, "m"),
-            required("radius_b", Accepts::Expression, "m; negative for an internal gear"),
-            default("offset", Accepts::Expression, "0", "r_a θ_a + r_b θ_b against the carrier, m"),
-        ],
-        measures: &["tooth_force"],
-        about: "lets two wheels roll on each other",
-    },
-    Kind {
-        name: "rack",
-        element: Element::Rack,
-        attach: Attach::Points,
-        keys: &[
-            required("radius", Accepts::Expression, "of the pinion, the body of b, in m"),
-            default("direction", Accepts::Expression, "0", "of the rack, rad"),
-            default("offset", Accepts::Expression, "0", "m"),
-        ],
-        measures: &["tooth_force"],
-        about: "moves a rack, the body of a, with a pinion, the body of b",
-    },
-];
-
-const MOTION: Key = required("motion", Accepts::Motion, "position as a function of time, m or rad");
-
-pub const DRIVERS: &[Kind] = &[
-    Kind {
-        name: "coordinate",
-        element: Element::Prescribed,
-        attach: Attach::Coordinate,
-        keys: &[MOTION],
-        measures: &["effort"],
-        about: "prescribes a coordinate",
-    },
-    Kind {
-        name: "relative",
-        element: Element::Relative,
-        attach: Attach::Coordinates,
-        keys: &[MOTION],
-        measures: &["effort", "power"],
-        about: "prescribes b − a",
-    },
-    Kind {
-        name: "length",
-        element: Element::Length,
-        attach: Attach::Points,
-        keys: &[MOTION],
-        measures: &["tension", "length"],
-        about: "prescribes the distance of two points",
-    },
-];
-
-const DAMPING: Key = default("damping", Accepts::Expression, "0", "N·s/m or N·m·s/rad");
-const CUBIC: Key = default("cubic", Accepts::Expression, "0", "cubic stiffness, N/m³ or N·m/rad³");
-
-pub const FORCES: &[Kind] = &[
-    Kind {
-        name: "spring",
-        element: Element::Spring,
-        attach: Attach::Points,
-        keys: &[
-            required("stiffness", Accepts::Expression, "N/m"),
-            DAMPING,
-            default("length", Accepts::Expression, "0", "unloaded length, m"),
-            CUBIC,
-        ],
-        measures: &["tension", "length", "rate"],
-        about: "a spring and damper between two points",
-    },
-    Kind {
-        name: "coordinate-spring",
-        element: Element::CoordinateSpring,
-        attach: Attach::Coordinates,
-        keys: &[
-            required("stiffness", Accepts::Expression, "N/m or N·m/rad"),
-            DAMPING,
-            default("unloaded", Accepts::Expression, "0", "b − a without force, m or rad"),
-            CUBIC,
-        ],
-        measures: &["effort", "stretch", "rate"],
-        about: "a spring and damper on b − a",
-    },
-    Kind {
-        name: "bushing",
-        element: Element::Bushing,
-        attach: Attach::Points,
-        keys: &[
-            required("stiffness_x", Accepts::Expression, "N/m"),
-            required("stiffness_y", Accepts::Expression, "N/m"),
-            required("stiffness_turn", Accepts::Expression, "N·m/rad"),
-            default("damping_x", Accepts::Expression, "0", "N·s/m"),
-            default("damping_y", Accepts::Expression, "0", "N·s/m"),
-            default("damping_turn", Accepts::Expression, "0", "N·m·s/rad"),
-        ],
-        measures: &["force_x", "force_y", "couple"],
-        about: "joins two points elastically",
-    },
-    Kind {
-        name: "actuator",
-        element: Element::Actuator,
-        attach: Attach::Points,
-        keys: &[required("tension", Accepts::Motion, "as a function of time, N")],
-        measures: &["tension", "length", "rate"],
-        about: "pulls two points together",
-    },
-    Kind {
-        name: "load",
-        element: Element::Load,
-        attach: Attach::Coordinates,
-        keys: &[required("effort", Accepts::Motion, "as a function of time, N or N·m")],
-        measures: &["effort", "power"],
-        about: "drives b against a by an effort",
-    },
-    Kind {
-        name: "force",
-        element: Element::Force,
-        attach: Attach::Point,
-        keys: &[
-            required("direction", Accepts::Expression, "fixed in space, rad"),
-            required("force", Accepts::Motion, "as a function of time, N"),
-        ],
-        measures: &["force"],
-        about: "a force at a point",
-    },
-    Kind {
-        name: "friction",
-        element: Element::Friction,
-        attach: Attach::Coordinates,
-        keys: &[
-            required("effort", Accepts::Expression, "Coulomb effort, N or N·m"),
-            required("speed", Accepts::Expression, "over which it rises, m/s or rad/s"),
-            default("viscous", Accepts::Expression, "0", "N·s/m or N·m·s/rad"),
-        ],
-        measures: &["effort"],
-        about: "lets b rub on a",
-    },
-    Kind {
-        name: "stop",
-        element: Element::BumpStop,
-        attach: Attach::Coordinates,
-        keys: &[
-            required("stiffness", Accepts::Expression, "N/m^1.5"),
-            default("damping", Accepts::Expression, "0", "s/m"),
-            required("limit", Accepts::Expression, "of b − a, m or rad"),
-        ],
-        measures: &["push"],
-        about: "keeps b − a above a limit",
-    },
-    Kind {
-        name: "wall",
-        element: Element::Wall,
-        attach: Attach::Point,
-        keys: &[
-            required("wall_x", Accepts::Expression, "a point of the wall, m"),
-            required("wall_y", Accepts::Expression, "m"),
-            required("normal", Accepts::Expression, "direction of the outward normal, rad"),
-            required("stiffness", Accepts::Expression, "N/m^1.5"),
-            default("damping", Accepts::Expression, "0", "s/m"),
-        ],
-        measures: &["push"],
-        about: "keeps a point on the outer side of a wall",
-    },
-    Kind {
-        name: "rigid-stop",
-        element: Element::RigidStop,
-        attach: Attach::Coordinates,
-        keys: &[
-            required("clearance", Accepts::Expression, "of b − a, m or rad"),
-            default("restitution", Accepts::Expression, "0.5", "part of the speed that is left, 0 to 1"),
-        ],
-        measures: &[],
-        about: "lets b − a bounce off a limit that it does not fall below; implicit schemes only",
-    },
-    Kind {
-        name: "rigid-wall",
-        element: Element::RigidWall,
-        attach: Attach::Points,
-        keys: &[LINE, default("restitution", Accepts::Expression, "0.5", "part of the speed that is left, 0 to 1")],
-        measures: &[],
-        about: "lets b bounce off the line through a; it stays to the left, seen along the line; implicit schemes only",
-    },
-    Kind {
-        name: "state-load",
-        element: Element::FeedbackForce,
-        attach: Attach::Coordinate,
-        keys: &[required(
-            "effort",
-            Accepts::Feedback,
-            "as a function of time and motion, N or N·m: `-k*cart.x - c*cart.vx`",
-        )],
-        measures: &["effort", "power"],
-        about: "drives a coordinate by an effort that depends on the motion: a controller, a drag, a magnet",
-    },
-    Kind {
-        name: "inertia",
-        element: Element::Inertia,
-        attach: Attach::Coordinate,
-        keys: &[required("inertia", Accepts::Expression, "kg or kg·m²")],
-        measures: &[],
-        about: "adds mass to a coordinate",
-    },
-];
 
 /// Declarations for documentation and schema.
 pub fn tables() -> Vec<Table> {
-    let families: [(&str, &str, &'static [Key], &[Kind]); 3] = [
-        ("joint", "what joins bodies", COMMON_JOINT, JOINTS),
-        ("driver", "what moves as prescribed", COMMON_DRIVER, DRIVERS),
-        ("force", "what pushes and pulls", COMMON_FORCE, FORCES),
-    ];
-    let family = |(name, about, common, kinds): (&'static str, &'static str, &'static [Key], &'static [Kind])| {
-        let kind = move |kind: &'static Kind| {
-            let both = [kind.attach.keys(), kind.keys];
-            both.into_iter().map(move |keys| Table { name, kind: Some(kind.name), about: kind.about, keys })
+    let of_section = |section: &'static KindSection| {
+        let KindSection { name, about, common, .. } = *section;
+        let of_kind = move |(kind, keys): &(Kind, &'static [Key])| {
+            let descriptor = kind.descriptor;
+            Table { name, kind: Some(descriptor.kind), about: descriptor.about, keys }
         };
-        std::iter::once(Table { name, kind: None, about, keys: common }).chain(kinds.iter().flat_map(kind))
+        std::iter::once(Table { name, kind: None, about, keys: common }).chain(section.kinds.iter().map(of_kind))
     };
-    families.into_iter().flat_map(family).collect()
+    SECTIONS.iter().flat_map(of_section).collect()
+}
+
+/// The declaration of the element that a table describes, if it describes one.
+pub fn element_of(table: &Table) -> Option<&'static ElementDescriptor> {
+    let section = SECTIONS.iter().find(|section| section.name == table.name)?;
+    section.kinds.iter().map(|(kind, _)| kind.descriptor).find(|descriptor| Some(descriptor.kind) == table.kind)
 }

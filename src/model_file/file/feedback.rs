@@ -1,4 +1,4 @@
-//! Efforts that depend on time and motion.
+//! Forces and torques that depend on time and motion.
 
 use super::parts::{BuildContext, CoordinateRef, Parts, Symbol};
 use super::section::{Read, Section};
@@ -8,45 +8,45 @@ use mechanics::elements::StateFunction;
 use mechanics::mechanism::Coordinate;
 use std::cell::RefCell;
 
-/// An effort with its parameters as programs of the design.
+/// A force or torque with its parameters as programs of the design.
 #[derive(Clone, Debug)]
 pub struct Feedback {
-    law: Measured,
+    law: ObservedFormula,
     observed: Vec<CoordinateRef>,
     parameters: Vec<Program>,
 }
 
-/// A formula of its parameters, the time and the motion of what is observed.
+/// A formula of its parameters, the time and the motion of the observed coordinates.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub struct ObservedFormula {
     program: Program,
-    /// Number of the coordinate, and whether its velocity is meant: in the order of the program.
-    read: Vec<(usize, bool)>,
+    /// For each reading of the program, the number of its coordinate and whether it is the velocity.
+    readings: Vec<(usize, bool)>,
 }
 
-/// Most readings without an allocation at every evaluation.
+/// Largest number of readings without an allocation at every evaluation.
 const FEW: usize = 16;
 
-impl StateFunction for Measured {
+impl StateFunction for ObservedFormula {
     fn generalized_force<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T {
         let reading = |&(k, is_rate): &(usize, bool)| if is_rate { v[k] } else { q[k] };
         let value = |others: &[T]| self.program.value(&Inputs { design: p, time: t, others });
-        if self.read.len() > FEW {
-            return value(&self.read.iter().map(reading).collect::<Vec<T>>());
+        if self.readings.len() > FEW {
+            return value(&self.readings.iter().map(reading).collect::<Vec<T>>());
         }
         let mut few = [T::from(0.0); FEW];
-        few.iter_mut().zip(&self.read).for_each(|(to, from)| *to = reading(from));
-        value(&few[..self.read.len()])
+        few.iter_mut().zip(&self.readings).for_each(|(to, from)| *to = reading(from));
+        value(&few[..self.readings.len()])
     }
 }
 
-/// The effort at `key` of a part.
+/// The force or torque at `key` of a section.
 pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> Read<Feedback> {
-    let (observed, read) = (RefCell::<Vec<CoordinateRef>>::default(), RefCell::<Vec<(usize, bool)>>::default());
+    let (observed, readings) = (RefCell::<Vec<CoordinateRef>>::default(), RefCell::<Vec<(usize, bool)>>::default());
     let others = |text: &str| {
         let (place, is_rate) = find(text, parts)?;
         let k = position_or_push(&mut observed.borrow_mut(), place);
-        Some(position_or_push(&mut read.borrow_mut(), (k, is_rate)))
+        Some(position_or_push(&mut readings.borrow_mut(), (k, is_rate)))
     };
     let suggestions = || suggestions(parts);
     let place = "an effort";
@@ -54,13 +54,13 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
     let program = section.program(key, names, &wants)?;
     let used = program.uses();
     let parameters = used.iter().map(|&i| Program::variable(i)).collect();
-    let law = Measured { program: program.with_design(&used), read: read.into_inner() };
+    let law = ObservedFormula { program: program.with_design(&used), readings: readings.into_inner() };
     Ok(Feedback { law, observed: observed.into_inner(), parameters })
 }
 
 impl Feedback {
-    /// The law with its parameters, and the coordinates that it observes.
-    pub fn build<S: Scalar>(&self, world: &BuildContext<S>, b: &[S]) -> (Measured, Vec<S>, Vec<Coordinate>) {
+    /// The formula, its parameters, and the coordinates that it observes.
+    pub fn build<S: Scalar>(&self, world: &BuildContext<S>, b: &[S]) -> (ObservedFormula, Vec<S>, Vec<Coordinate>) {
         let parameters = self.parameters.iter().map(|program| program.value(&Inputs::design(b))).collect();
         (self.law.clone(), parameters, self.observed.iter().map(|&place| world.coordinate(place)).collect())
     }
@@ -73,7 +73,7 @@ fn position_or_push<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
     })
 }
 
-/// Velocities with the coordinates that they belong to.
+/// Velocities and the coordinates of which they are the rates.
 const RATES: [(&str, &str); 3] = [("vx", "x"), ("vy", "y"), ("omega", "theta")];
 
 /// The coordinate of a name such as `crank.theta` or `cart.position`, or of its velocity: `crank.omega`, `cart.velocity`.

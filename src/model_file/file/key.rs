@@ -1,19 +1,19 @@
-//! Keys that may stand in a file: one declaration for reader, documentation and schema.
+//! Keys of a file: one declaration for reader, documentation and schema.
 
-/// What a key takes.
+/// Type of the value of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Accepts {
     /// A number or an expression of constants.
     Number,
     /// A number or an expression of constants and design variables.
     Expression,
-    /// Two of them.
+    /// Two expressions.
     Pair,
     /// An expression of time, or a table that names a kind of motion.
     Motion,
     /// An expression of time, and of positions and velocities.
     Feedback,
-    /// A number or expression that may name outputs, too.
+    /// An expression that may name outputs, too.
     Quantity,
     /// Several numbers or expressions of constants.
     Numbers,
@@ -21,7 +21,7 @@ pub enum Accepts {
     Count,
     /// `true` or `false`.
     Flag,
-    /// Any words.
+    /// Any text.
     Text,
     /// A name.
     Name,
@@ -37,46 +37,46 @@ pub enum Accepts {
     NumberOr(&'static [&'static str]),
     /// A table.
     Table,
-    /// Tables, one for each part: `[[name]]`.
+    /// Tables `[[name]]`, one for each part.
     Tables,
-    /// Words, or the first and last of a row of whole numbers, for each letter.
+    /// For each index a list of words, or a range of whole numbers.
     Each,
 }
 
-/// Whether a key can be left out.
+/// Whether a key is required.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// It cannot.
+    /// The key is required.
     Required,
-    /// It can, and then means this.
+    /// The key is optional and has this default.
     Default(&'static str),
-    /// It can.
+    /// The key is optional.
     Optional,
 }
 
-/// A key with what it takes and means.
+/// A key with its type and meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
-    /// As it is written.
+    /// Name of the key.
     pub name: &'static str,
-    /// What it takes.
+    /// Type of the value.
     pub accepts: Accepts,
-    /// Whether it can be left out.
+    /// Whether it is required.
     pub need: Need,
-    /// What it means, with unit.
+    /// Meaning, with unit.
     pub about: &'static str,
 }
 
 /// A table of a file, or one kind of it, with its keys.
 #[derive(Clone, Copy, Debug)]
 pub struct Table {
-    /// Name, as it stands in brackets.
+    /// Name in brackets.
     pub name: &'static str,
-    /// The value of `kind`, where there are several.
+    /// The value of `kind`, if the table has several kinds.
     pub kind: Option<&'static str>,
-    /// What it is.
+    /// Meaning.
     pub about: &'static str,
-    /// Its keys; those that all kinds share stand in the table without a kind.
+    /// Keys. Keys that all kinds share are in the table without a kind.
     pub keys: &'static [Key],
 }
 
@@ -92,12 +92,12 @@ pub(super) const fn default(name: &'static str, accepts: Accepts, value: &'stati
     Key { name, accepts, need: Need::Default(value), about }
 }
 
-/// The key by which a table stands for several.
+/// The key that replicates a table.
 pub(super) const EACH: Key =
-    optional("each", Accepts::Each, "makes one copy for every value; `{i}`, `{i+1}` in texts stand for it");
+    optional("each", Accepts::Each, "makes one copy for each value; `{i}`, `{i+1}` in texts are replaced by it");
 
 impl Accepts {
-    /// What it takes, in words.
+    /// The type in words.
     pub fn words(&self) -> String {
         let words = match self {
             Self::Number => "number",

@@ -4,23 +4,32 @@ use super::parts::{BuildContext, Frame, Parts, PointRef, Symbol};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Program};
 use autodiff::Scalar;
+use mechanics::elements::{self, Added, CoordinateSensor, Element, MarkerSensor};
 use mechanics::mechanism::{ElementIndex, Term};
 use std::collections::HashMap;
 
-/// What a point with its body measures: position, velocity and acceleration, in the fixed axes.
-pub const OF_POINT: &[&str] = &["x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha"];
-/// What a body that is one coordinate measures.
-pub const OF_SLIDE: &[&str] = &["position", "velocity", "acceleration"];
-/// What a beam measures at its nodes: the mean of the adjoining elements.
-pub const OF_NODE: &[&str] = &["moment", "normal_force", "shear_force"];
+/// Measures of a beam at its nodes: the mean of the adjoining elements.
+const OF_NODE: &[&str] = &["moment", "normal_force", "shear_force"];
+
+/// Measures of a point and of its body, in the axes of the plane.
+fn of_point() -> Vec<&'static str> {
+    names(Element::measures(&MarkerSensor))
+}
+
+/// Measures of a body with one coordinate.
+fn of_slide() -> Vec<&'static str> {
+    names(Element::measures(&CoordinateSensor))
+}
+
+fn names(measures: &[elements::Measure]) -> Vec<&'static str> {
+    measures.iter().map(|measure| measure.name).collect()
+}
 
 /// A quantity of a mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measure {
     /// Of a joint, drive or force.
     Element(usize, &'static str),
-    /// The effort of a prescribed coordinate.
-    Effort(usize),
     /// Of the reference point of a body, or of a beam node.
     Frame(Frame, &'static str),
     /// Of a named point.
@@ -40,18 +49,17 @@ pub fn find(text: &str, parts: &Parts) -> Option<Measure> {
         _ => {}
     }
     let (owner, what) = text.rsplit_once('.')?;
-    let among = |known: &'static [&'static str]| known.iter().find(|k| **k == what).copied();
+    let among = |known: &[&'static str]| known.iter().find(|k| **k == what).copied();
     match parts.get(owner) {
-        Some(Symbol::Element(k, known)) => return among(known).map(|what| Measure::Element(*k, what)),
-        Some(Symbol::Drive(k)) => return among(&["effort"]).map(|_| Measure::Effort(*k)),
-        Some(Symbol::Slide(k)) => return among(OF_SLIDE).map(|what| Measure::Slide(*k, what)),
-        Some(Symbol::Point(k)) => return among(OF_POINT).map(|what| Measure::Point(*k, what)),
+        Some(Symbol::Element(k, of)) => return among(&names(of.measures)).map(|what| Measure::Element(*k, what)),
+        Some(Symbol::Slide(k)) => return among(&of_slide()).map(|what| Measure::Slide(*k, what)),
+        Some(Symbol::Point(k)) => return among(&of_point()).map(|what| Measure::Point(*k, what)),
         _ => {}
     }
     let frame = parts.find_frame(owner)?;
     match (frame, among(OF_NODE)) {
         (Frame::Node(beam, node), Some(what)) => Some(Measure::Node(beam, node, what)),
-        _ => among(OF_POINT).map(|what| Measure::Frame(frame, what)),
+        _ => among(&of_point()).map(|what| Measure::Frame(frame, what)),
     }
 }
 
@@ -60,23 +68,23 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
     let of = |name: &String| -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
-            Some(Symbol::Element(_, known)) => all(known),
-            Some(Symbol::Drive(_)) => all(&["effort"]),
-            Some(Symbol::Slide(_)) => all(OF_SLIDE),
-            Some(Symbol::Point(_) | Symbol::Frame(_)) => all(OF_POINT),
+            Some(Symbol::Element(_, of)) => all(&names(of.measures)),
+            Some(Symbol::Slide(_)) => all(&of_slide()),
+            Some(Symbol::Point(_) | Symbol::Frame(_)) => all(&of_point()),
             Some(Symbol::Beam(..)) => {
                 let node = |end: &str| {
-                    OF_NODE.iter().chain(OF_POINT).map(move |w| format!("{name}.{end}.{w}")).collect::<Vec<_>>()
+                    let known = OF_NODE.iter().copied().chain(of_point());
+                    known.map(|what| format!("{name}.{end}.{what}")).collect::<Vec<_>>()
                 };
                 [node("first"), node("last")].concat()
             }
-            Some(Symbol::Contact) | None => vec![],
+            None => vec![],
         }
     };
     parts.order.iter().flat_map(of).chain(["kinetic_energy".into(), "potential_energy".into()]).collect()
 }
 
-/// Whose motion a sensor shows.
+/// What a sensor measures the motion of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Owner {
     Frame(Frame),
@@ -85,7 +93,7 @@ enum Owner {
     Design(usize),
 }
 
-/// Sensors of a mechanism that is being built, each made when it is first asked for.
+/// Sensors of a mechanism under construction, each added at its first use.
 pub struct Sensors<'p> {
     points: &'p [PointRef],
     made: HashMap<Owner, ElementIndex>,
@@ -106,8 +114,13 @@ impl<'p> Sensors<'p> {
         let owner = match measure {
             Measure::KineticEnergy => return Ok(vec![world.mechanism.kinetic_energy()]),
             Measure::PotentialEnergy => return Ok(vec![world.mechanism.potential_energy()]),
-            Measure::Effort(k) => return Ok(vec![world.mechanism.driving_force(world.drives[*k])]),
-            Measure::Element(k, what) => return Ok(vec![world.mechanism.measure(world.elements[*k], what)?]),
+            Measure::Element(k, what) => {
+                return Ok(vec![match world.elements[*k] {
+                    Added::Element(element) => world.mechanism.measure(element, what)?,
+                    Added::Motion(coordinate) => world.mechanism.driving_force(coordinate),
+                    Added::Contact => unreachable!("a rigid contact measures nothing"),
+                }]);
+            }
             Measure::Node(beam, node, what) => return at_node(*beam, *node, what, world),
             Measure::Frame(frame, _) => Owner::Frame(*frame),
             Measure::Point(k, _) => Owner::Point(*k),
@@ -120,7 +133,7 @@ impl<'p> Sensors<'p> {
         Ok(vec![world.mechanism.measure(part, what)?])
     }
 
-    /// A quantity that is a design variable: the place of a point that stands so far from the origin.
+    /// A design variable as a quantity: the position of a ground point at this distance from the origin.
     pub fn design<S: Scalar>(&mut self, i: usize, world: &mut BuildContext<S>, b: &[S]) -> Result<Term<S>> {
         let part = self.sensor(Owner::Design(i), world, b);
         world.mechanism.measure(part, "x")

@@ -1,4 +1,4 @@
-//! The mechanism of a file, as a pure function of the design.
+//! The mechanism of a file as a pure function of the design.
 
 use super::beams::{self, Beam};
 use super::bodies::{self, Body};
@@ -71,7 +71,6 @@ impl ParametricMechanism for MechanismTemplate {
             slides: vec![],
             beams: vec![],
             elements: vec![],
-            drives: vec![],
         };
         plan.bodies.iter().for_each(|body| body.build(&mut world, b));
         plan.beams.iter().for_each(|beam| beam.build(&mut world, b));

@@ -11,14 +11,18 @@ use crate::sao::{
 };
 
 const KEYS: &[Key] = &[
-    default("preset", Accepts::Text, "paper", "a method by name; `linkwright compare --list` shows all"),
-    optional("accuracy", Accepts::Number, "relative change of the objective, and violation, at which the run ends"),
-    optional("residual", Accepts::Number, "residual of the optimality conditions at which the run may end"),
+    default("preset", Accepts::Text, "slp", "a method by name; `linkwright compare --list` lists all"),
+    optional("accuracy", Accepts::Number, "relative change of the objective, and violation, below which the run ends"),
+    optional("residual", Accepts::Number, "residual of the optimality conditions below which the run may end"),
     optional("max_cycles", Accepts::Count, "most cycles"),
     optional("smallest_factor", Accepts::Number, "move-limit factor below which the run has stalled"),
-    optional("cutoff", Accepts::NumberOr(&["none"]), "normalised value up to which constraints are screened out"),
-    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are kept before and after each maximum"),
-    optional("drifting", Accepts::Flag, "whether peaks in continuous time drift in the approximate problem"),
+    optional(
+        "cutoff",
+        Accepts::NumberOr(&["none"]),
+        "normalised value up to which constraints are left out of the subproblem",
+    ),
+    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are retained before and after each maximum"),
+    optional("moving_peaks", Accepts::Flag, "whether peaks in continuous time move in the approximate problem"),
     optional("move_limits", Accepts::Table, "move limits other than those of the preset"),
     optional("acceptance", Accepts::Table, "rule of acceptance other than that of the preset"),
 ];
@@ -29,15 +33,15 @@ const RELATIVE: &[Key] = &[
     optional("cap", Accepts::Number, "largest factor"),
     optional("on_rejection", Accepts::Number, "multiplier after a rejected cycle"),
     optional("reduce_above_pct", Accepts::Number, "error in % above which the factors shrink"),
-    optional("reduction", Accepts::Number, "their multiplier then"),
+    optional("reduction", Accepts::Number, "multiplier of factors that shrink"),
     optional("increase_below_pct", Accepts::Number, "error in % up to which active limits widen"),
-    optional("increase_violation_pct", Accepts::Number, "violation in % up to which they do"),
-    optional("increase", Accepts::Number, "their multiplier then"),
-    optional("on_reversal", Accepts::Number, "multiplier where a step has turned"),
-    optional("reversal_violation_pct", Accepts::Number, "violation in % above which that counts"),
-    optional("floor", Accepts::Number, "least width, in parts of the range"),
+    optional("increase_violation_pct", Accepts::Number, "violation in % up to which active limits widen"),
+    optional("increase", Accepts::Number, "multiplier of factors that widen"),
+    optional("on_reversal", Accepts::Number, "multiplier where a step has changed its sign"),
+    optional("reversal_violation_pct", Accepts::Number, "violation in % above which `on_reversal` applies"),
+    optional("floor", Accepts::Number, "smallest width, as a fraction of the range"),
 ];
-const FIXED: &[Key] = &[default("width", Accepts::Number, "1", "half width, in parts of the range")];
+const FIXED: &[Key] = &[default("width", Accepts::Number, "1", "half width, as a fraction of the range")];
 const ACCEPTANCE: &[Key] =
     &[default("kind", Accepts::Choice(&["errors", "feasible", "always", "filter"]), "errors", "the rule")];
 const ERRORS: &[Key] = &[optional("reject_above_pct", Accepts::Number, "error in % above which a cycle is rejected")];
@@ -47,22 +51,42 @@ const FEASIBLE: &[Key] = &[optional("violation_pct", Accepts::Number, "violation
 pub const TABLES: &[Table] = &[
     Table { name: "method", kind: None, about: "how the problem is solved", keys: KEYS },
     Table { name: "method.move_limits", kind: None, about: "the search subregion", keys: LIMITS },
-    Table { name: "method.move_limits", kind: Some("relative"), about: "the paper's", keys: RELATIVE },
-    Table { name: "method.move_limits", kind: Some("fixed"), about: "of constant width", keys: FIXED },
-    Table { name: "method.move_limits", kind: Some("trust-region"), about: "grow and shrink with success", keys: &[] },
+    Table {
+        name: "method.move_limits",
+        kind: Some("relative"),
+        about: "relative to the range of each variable (Etman et al. 1998)",
+        keys: RELATIVE,
+    },
+    Table { name: "method.move_limits", kind: Some("fixed"), about: "constant width", keys: FIXED },
+    Table {
+        name: "method.move_limits",
+        kind: Some("trust-region"),
+        about: "wider after good steps, narrower after bad ones",
+        keys: &[],
+    },
     Table { name: "method.acceptance", kind: None, about: "which designs are accepted", keys: ACCEPTANCE },
     Table {
         name: "method.acceptance",
         kind: Some("errors"),
-        about: "those with small errors: the paper's",
+        about: "designs with small approximation errors (Etman et al. 1998)",
         keys: ERRORS,
     },
-    Table { name: "method.acceptance", kind: Some("feasible"), about: "those with small violation", keys: FEASIBLE },
-    Table { name: "method.acceptance", kind: Some("always"), about: "all", keys: &[] },
-    Table { name: "method.acceptance", kind: Some("filter"), about: "those that a filter lets through", keys: &[] },
+    Table {
+        name: "method.acceptance",
+        kind: Some("feasible"),
+        about: "designs with a small violation",
+        keys: FEASIBLE,
+    },
+    Table { name: "method.acceptance", kind: Some("always"), about: "all designs", keys: &[] },
+    Table {
+        name: "method.acceptance",
+        kind: Some("filter"),
+        about: "designs that a filter of objective and violation accepts",
+        keys: &[],
+    },
 ];
 
-/// Reads the section.
+/// Reads `[method]`.
 pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
     let Some(section) = file.inner("method", &[KEYS])? else { return Ok(Method::default()) };
     let word = section.need_word("preset")?;
@@ -80,10 +104,10 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
     if let Some(count) = section.count("max_cycles", 1_000_000)? {
         method.stop.max_cycles = count;
     }
-    method.stop.check().map_err(|e| section.complain(&blamed(&section, &e.to_string()), e.to_string()))?;
+    method.stop.check().map_err(|e| section.complain(&key_of_error(&section, &e.to_string()), e.to_string()))?;
     screening(&section, names, &mut method)?;
-    if section.has("drifting") {
-        method.drifting = section.flag("drifting")?;
+    if section.has("moving_peaks") {
+        method.drifting = section.flag("moving_peaks")?;
     }
     if let Some(limits) = move_limits(&section, names)? {
         limits.check().map_err(|e| section.complain("move_limits", e.to_string()))?;
@@ -97,7 +121,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
 }
 
 /// The key that an error of the stop test is about.
-fn blamed(section: &Section<'_>, message: &str) -> String {
+fn key_of_error(section: &Section<'_>, message: &str) -> String {
     let words =
         [("accuracy", "accuracy"), ("residual", "residual"), ("smallest", "smallest_factor"), ("cycles", "max_cycles")];
     let found = words.iter().find(|(word, key)| message.contains(word) && section.has(key));

@@ -1,20 +1,17 @@
-//! Sections of a model file: what may stand in them, and what they make.
+//! Sections of a model file: their keys, and what they define.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
-//! | `key` | the keys that a section has: one declaration for reader, documentation and schema |
-//! | `section` | a table while it is read: known keys, typed values, places |
-//! | `log` | mistakes, of which several are shown at once, and where parts stand |
-//! | `origin` | the file, to say where what fails in an analysis stands |
-//! | `each` | one table that stands for several |
+//! | `key` | the keys of a section: one declaration for reader, documentation and schema |
+//! | `value`, `section`, `replicate` | typed values with locations; a table with checked keys; its copies by `each` |
 //! | `naming` | design variables, constants, named expressions |
 //! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
-//! | `mechanism` | all of it as a pure function of the design |
+//! | `mechanism` | the mechanism as a pure function of the design |
 //! | `measures`, `outputs` | responses |
-//! | `time`, `analysis` | time points; how the mechanism is analysed |
+//! | `analysis` | time points; how the mechanism is analysed |
 //! | `quantity`, `objective`, `constraints` | formulas of responses |
 //! | `method` | how the problem is solved |
-//! | `drawing` | the mechanism in motion, as pictures |
+//! | `drawing` | pictures of the mechanism in motion |
 
 mod analysis;
 mod beams;
@@ -22,76 +19,73 @@ mod bodies;
 mod constraints;
 #[cfg(feature = "report")]
 mod drawing;
-mod each;
 mod element_kinds;
 mod elements;
 mod feedback;
 mod key;
-mod log;
 mod measures;
 mod mechanism;
 mod method;
 mod motion;
 mod naming;
 mod objective;
-mod origin;
 mod outputs;
 mod parts;
 mod quantity;
+mod replicate;
 mod section;
-mod time;
+mod value;
 
+pub(super) use element_kinds::element_of;
 pub use key::{Accepts, Key, Need, Table};
 
-use super::{Diagnostic, DiagnosticReport, limits};
+use super::diagnostics::{DiagnosticLog, SourceMap};
+use super::version::{self, Modernizer};
+use super::{Diagnostic, DiagnosticReport, settings};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Program};
-use crate::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, TimeGrid};
+use crate::problem::{
+    ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, TimeGrid,
+};
 use crate::sao::Method;
 use autodiff::Scalar;
 use key::{default, optional, required};
-use log::{FileSource, Log};
 use mechanism::{MechanismSpec, MechanismTemplate};
 use objective::Objective;
-use origin::Origin;
 use outputs::Output;
-use section::{Read, Section};
+use section::{FileSource, Read, Section};
 use std::sync::Arc;
-use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+use toml::de::DeTable;
 
-const KEYS: &[Key] = &[
-    required("version", Accepts::Count, "version of the format: 1"),
+pub(super) const KEYS: &[Key] = &[
+    required("version", Accepts::Count, "version of the format: 2; files of version 1 are read, with a note"),
     default("title", Accepts::Text, "", "a line for tables and figures"),
     optional("design", Accepts::Tables, "design variables, as tables [design.NAME]"),
     optional("constants", Accepts::Table, "names for numbers: NAME = 1.0, or an expression of others"),
     optional("expressions", Accepts::Table, "names for expressions of design variables, constants and time"),
-    optional("gravity", Accepts::Pair, "gravitational acceleration [x, y] in m/s²; none if left out"),
-    optional("body", Accepts::Tables, "what moves"),
+    optional("gravity", Accepts::Pair, "gravitational acceleration [x, y] in m/s²; none by default"),
+    optional("body", Accepts::Tables, "bodies"),
     optional("beam", Accepts::Tables, "flexible beams"),
     optional("point", Accepts::Tables, "named points of bodies"),
-    optional("joint", Accepts::Tables, "what joins bodies"),
-    optional("driver", Accepts::Tables, "what moves as prescribed"),
-    optional("force", Accepts::Tables, "what pushes and pulls"),
+    optional("joint", Accepts::Tables, "joints between bodies"),
+    optional("driver", Accepts::Tables, "prescribed motions"),
+    optional("force", Accepts::Tables, "forces"),
     optional("time", Accepts::Table, "the time points of all histories"),
-    optional("series", Accepts::Table, "rows of numbers, one for each time point: NAME = [ … ]"),
+    optional("series", Accepts::Table, "series of numbers, one for each time point: NAME = [ … ]"),
     optional("analysis", Accepts::Table, "how the mechanism is analysed"),
     optional("output", Accepts::Tables, "responses of the analysis"),
-    optional("objective", Accepts::Table, "what is minimized"),
-    optional("constraint", Accepts::Tables, "what must hold"),
-    optional("method", Accepts::Table, "how the problem is solved; the paper's method if left out"),
+    optional("objective", Accepts::Table, "the function to minimize"),
+    optional("constraint", Accepts::Tables, "constraints"),
+    optional("method", Accepts::Table, "how the problem is solved; by default `slp`"),
 ];
 
-/// The version of the format that is read.
-const VERSION: usize = 1;
-
-/// All tables that a file may have, with their keys.
-pub fn tables() -> Vec<Table> {
-    let top = Table { name: "", kind: None, about: "the file", keys: KEYS };
-    let design = Table { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN };
-    let mut all = vec![top, design];
+/// All tables below the file, with their keys.
+pub(super) fn families() -> Vec<Table> {
+    let mut all = vec![Table { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN }];
     all.extend(bodies::TABLES.iter().chain(beams::TABLES));
     all.extend(element_kinds::tables());
-    all.extend(motion::TABLES.iter().chain(time::TABLES).chain(analysis::TABLES).chain(outputs::TABLES));
+    all.extend(motion::TABLES.iter().chain(analysis::TABLES).chain(outputs::TABLES));
     all.extend(objective::TABLES.iter().chain(constraints::TABLES).chain(method::TABLES));
     all
 }
@@ -107,55 +101,56 @@ pub struct Model {
     constraints: Vec<Constraint>,
     method: Method,
     fingerprint: u64,
-    origin: Origin,
+    source: SourceMap,
+    note: Option<Diagnostic>,
 }
 
 /// Reads a model; `file` is its name in messages.
 ///
-/// **Errors.** The first mistakes, with their places; those that follow from others are left out.
+/// # Errors
+/// The first errors of the file with their locations, without those that follow from others.
 pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<DiagnosticReport>> {
-    let log = Log::default();
-    let model = log.keep(model(file, FileSource { text, log: &log }));
-    let (mut mistakes, places) = log.into_parts();
-    let origin = Origin { file: file.to_owned(), text: text.to_owned(), places };
+    let log = DiagnosticLog::default();
+    let model = log.keep(model_of_text(file, text, &log));
+    let (errors, locations) = log.into_parts();
+    let source = SourceMap { file: file.to_owned(), text: text.to_owned(), locations };
     match model {
-        Some(model) if mistakes.is_empty() => Ok(Model { origin, ..model }),
-        _ => {
-            let others = mistakes.split_off(1);
-            let complaint = mistakes.remove(0);
-            Err(Box::new(DiagnosticReport { file: origin.file, text: origin.text, complaint, others }))
-        }
+        Some(model) if errors.is_empty() => Ok(Model { source, ..model }),
+        _ => Err(Box::new(source.report(errors))),
     }
 }
 
-fn model(file: &str, source: FileSource<'_>) -> Read<Model> {
-    let text = source.text;
-    if text.len() > limits::FILE {
-        let message = format!("a file of {} bytes is too long", text.len());
-        return Err(Diagnostic::new(0..0, message).help(format!("at most {} are read", limits::FILE)));
-    }
-    let broken = |e: toml::de::Error| {
-        let complaint = |message: &str| Diagnostic::new(e.span().unwrap_or(0..0), message);
-        match first_line(e.message()) {
-            deep if deep.contains("recurs") => {
-                complaint("tables and lists are too deep inside each other").help("a model needs three levels")
-            }
-            message => complaint(&message),
+fn model_of_text(file: &str, text: &str, log: &DiagnosticLog) -> Read<Model> {
+    let mut table = settings::parse(text)?;
+    let version = version::version(&table)?;
+    let fingerprint = settings::fingerprint(&table);
+    let words = Modernizer::default();
+    for name in ["analysis", "method"] {
+        if let Some(toml::de::DeValue::Table(table)) = table.get_mut(name).map(Spanned::get_mut) {
+            words.update(name, table, text);
         }
-    };
-    let table = DeTable::parse(text).map_err(broken)?.into_inner();
-    check_version(&table)?;
-    let section = Section::of(table, 0..text.len(), "the file", &[KEYS], source)?;
-    // A section with a wrong name is as good as missing: whatever it has would be missed below.
-    source.log.stop()?;
+    }
+    let model = log.keep(model_of_document(file, &table, FileSource { text, log, words: &words }));
+    if version == version::CURRENT {
+        words.errors().into_iter().for_each(|error| log.note(error));
+    }
+    log.check()?;
+    let note = (version < version::CURRENT).then(|| words.note(&table));
+    Ok(Model { fingerprint, note, ..model.expect("no error was logged") })
+}
+
+fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) -> Read<Model> {
+    let section = Section::of(table.clone(), 0..source.text.len(), "the file", &[KEYS], source)?;
+    // The content of a section with a wrong name would be missed below.
+    source.log.check()?;
     let (mut names, variables) = naming::read(&section)?;
     let plan = mechanism::read(&section, &names)?;
-    let grid = time::read(&section, &names)?;
+    let grid = analysis::read_time(&section, &names)?;
     let series = quantity::series(&section, &names, grid.as_ref())?;
     let outputs = outputs::read(&section, &names, plan.as_ref().map(|plan| &plan.parts), &variables, grid.as_ref())?;
     let bound = objective::read_bound(&section, &mut names)?;
     let all: Vec<DesignVariable> = variables.iter().chain(&bound).cloned().collect();
-    naming::some(&all, &section)?;
+    naming::check_any(&all, &section)?;
     check_times(&section, &outputs, grid.as_ref())?;
     let outputs = extended(outputs, &variables, &bound);
     let known = quantity::QuantityContext { names: &names, outputs: &outputs, series: &series };
@@ -172,16 +167,25 @@ fn model(file: &str, source: FileSource<'_>) -> Read<Model> {
     };
     let title = section.text("title")?;
     let title = if title.is_empty() { file.to_owned() } else { title };
-    let fingerprint = fingerprint(&section.table);
-    let (outputs, origin) = (Arc::new(outputs), Origin::default());
-    source.log.stop()?;
-    let (objective, method) = (objective.expect("no mistake was noted"), method.expect("no mistake was noted"));
-    Ok(Model { title, variables, plan, grid, outputs, objective, constraints, method, fingerprint, origin })
+    source.log.check()?;
+    let (objective, method) = (objective.expect("no error was logged"), method.expect("no error was logged"));
+    Ok(Model {
+        title,
+        variables,
+        plan,
+        grid,
+        outputs: Arc::new(outputs),
+        objective,
+        constraints,
+        method,
+        fingerprint: 0,
+        source: SourceMap::default(),
+        note: None,
+    })
 }
 
-/// Intermediate variables for one design variable more, if a peak has added it.
+/// The outputs with an intermediate variable for the bound of a peak, if the objective has one.
 fn extended(outputs: Vec<Output>, variables: &[DesignVariable], bound: &Option<DesignVariable>) -> Vec<Output> {
-    use crate::problem::{Intermediate, Intermediates};
     let longer = |mut output: Output| {
         if let (Intermediates::Each(each), Some(_)) = (&mut output.intermediates, bound) {
             each.resize(variables.len() + 1, Intermediate::Identity);
@@ -191,69 +195,12 @@ fn extended(outputs: Vec<Output>, variables: &[DesignVariable], bound: &Option<D
     outputs.into_iter().map(longer).collect()
 }
 
-/// Another version may have other keys: it is looked at before everything else.
-fn check_version(table: &DeTable<'_>) -> Read<()> {
-    let Some(value) = table.get("version") else {
-        let help = format!("write version = {VERSION} in the first line");
-        return Err(Diagnostic::new(0..0, "the file lacks `version`").help(help));
-    };
-    let version = value.get_ref().as_integer().and_then(|i| i.as_str().parse().ok());
-    if version == Some(VERSION) {
-        return Ok(());
-    }
-    let message = format!("this program reads version {VERSION} of the format");
-    Err(Diagnostic::new(value.span(), message).label(format!("expected {VERSION}")))
-}
-
 fn check_times(section: &Section<'_>, outputs: &[Output], grid: Option<&TimeGrid>) -> Read<()> {
     match outputs.iter().find(|o| o.is_transient && grid.is_none()) {
         None => Ok(()),
         Some(output) => {
             let message = format!("the output `{}` changes with time, but there are no time points", output.name);
             Err(section.complain("time", message).help("add [time] with `to` and `points`"))
-        }
-    }
-}
-
-fn first_line(message: &str) -> String {
-    message.lines().next().unwrap_or("").to_owned()
-}
-
-/// A number that tells problems apart: of everything but method, title, and bounds of design variables. Comments and order of
-/// keys do not matter.
-fn fingerprint(table: &DeTable<'_>) -> u64 {
-    let mut text = String::new();
-    for (key, value) in table {
-        if !matches!(&**key.get_ref(), "method" | "title") {
-            text += key.get_ref();
-            write_plainly(value.get_ref(), &mut text);
-        }
-    }
-    // FNV-1a, which is the same on every machine and in every version.
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
-}
-
-fn write_plainly(value: &DeValue<'_>, out: &mut String) {
-    match value {
-        DeValue::String(text) => *out += &format!("{text:?}"),
-        DeValue::Integer(i) => *out += i.as_str(),
-        DeValue::Float(f) => *out += f.as_str(),
-        DeValue::Boolean(b) => *out += if *b { "true" } else { "false" },
-        DeValue::Datetime(_) => {}
-        DeValue::Array(list) => list.iter().for_each(|item| {
-            write_plainly(item.get_ref(), out);
-            out.push(',');
-        }),
-        DeValue::Table(table) => {
-            let is_variable = table.contains_key("start");
-            for (key, value) in table {
-                // Bounds of design variables may change between two parts of a run.
-                if !(is_variable && matches!(&**key.get_ref(), "lower" | "upper")) {
-                    *out += &format!("{:?}=", key.get_ref());
-                    write_plainly(value.get_ref(), out);
-                    out.push(';');
-                }
-            }
         }
     }
 }
@@ -269,20 +216,26 @@ impl Model {
         &self.method
     }
 
-    /// A number that tells problems apart: of everything in the file but method, title, bounds of design variables and comments.
+    /// A number that identifies the problem: a hash of everything in the file but method, title, bounds of design variables,
+    /// comments and version.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
     }
 
-    /// An error of this model's problem as a fault of the file: the part that is to blame, underlined. None if the error names
-    /// no part of the file.
+    /// The note about a file of version 1, with the new names of its old words.
+    pub fn note(&self) -> Option<DiagnosticReport> {
+        self.note.clone().map(|note| self.source.report(vec![note]))
+    }
+
+    /// An error of this model's problem as a diagnostic of the part of the file that it names; `None` if it names no part.
     pub fn locate(&self, error: &crate::Error) -> Option<DiagnosticReport> {
-        self.origin.locate(error)
+        self.source.locate(error)
     }
 
     /// The optimization problem.
     ///
-    /// **Errors.** As [`ProblemBuilder::build`].
+    /// # Errors
+    /// As [`ProblemBuilder::build`].
     pub fn problem(&self) -> Result<Problem> {
         let mut parts = ProblemBuilder::new(&self.title);
         for variable in &self.variables {

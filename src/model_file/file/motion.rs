@@ -1,4 +1,4 @@
-//! Functions of time: prescribed positions and efforts.
+//! Functions of time: prescribed positions, forces and torques.
 
 use super::key::{Accepts, Key, Table as Declared, default, required};
 use super::section::{Read, Section, tree, wrong_type};
@@ -6,11 +6,7 @@ use crate::model_file::Diagnostic;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
 use mechanics::mechanism::scalars::MOST_MOTION_PARAMETERS;
-use mechanics::motion::Motion;
-use mechanics::motion::Ramp;
-use mechanics::motion::StartUp;
-use mechanics::motion::Table;
-use mechanics::motion::{ConstantSpeed, Harmonic};
+use mechanics::motion::{ConstantSpeed, Harmonic, Motion, Ramp, StartUp, Table};
 use toml::de::DeValue;
 
 const KIND: Key = required("kind", Accepts::Choice(KINDS), "kind of motion");
@@ -21,8 +17,8 @@ const CONSTANT_SPEED: &[Key] = &[
 ];
 const START_UP: &[Key] = &[
     default("position", Accepts::Expression, "0", "position at time 0, m or rad"),
-    required("speed", Accepts::Expression, "speed that is reached, m/s or rad/s"),
-    required("duration", Accepts::Expression, "how long it takes, s"),
+    required("speed", Accepts::Expression, "final speed, m/s or rad/s"),
+    required("duration", Accepts::Expression, "duration of the rise, s"),
     default("profile", Accepts::Choice(PROFILES), "half-cosine", "how the speed rises from zero"),
 ];
 const PROFILES: &[&str] = &["sudden", "linear", "cubic", "half-cosine", "cycloid", "polynomial"];
@@ -33,15 +29,15 @@ const HARMONIC: &[Key] = &[
     default("phase", Accepts::Expression, "0", "rad"),
 ];
 const RAMP: &[Key] = &[
-    required("from", Accepts::Expression, "value before"),
-    required("to", Accepts::Expression, "value after"),
+    required("from", Accepts::Expression, "value before the ramp"),
+    required("to", Accepts::Expression, "value after the ramp"),
     default("begin", Accepts::Expression, "0", "s"),
     required("duration", Accepts::Expression, "s"),
     default("profile", Accepts::Choice(&["smooth", "linear"]), "smooth", "smooth: the 3-4-5 polynomial"),
 ];
 const TABLE: &[Key] = &[
     required("times", Accepts::Numbers, "increasing times, s"),
-    required("values", Accepts::Numbers, "values there, joined by a natural cubic spline"),
+    required("values", Accepts::Numbers, "values at these times, interpolated by a natural cubic spline"),
     default("scale", Accepts::Expression, "1", "factor of all values"),
 ];
 
@@ -50,7 +46,7 @@ pub const TABLES: &[Declared] = &[
     Declared {
         name: "motion",
         kind: None,
-        about: "a function of time as a table; an expression of `time` does as well",
+        about: "a function of time as a table; an expression of `time` is possible, too",
         keys: &[KIND],
     },
     Declared { name: "motion", kind: Some("constant-speed"), about: "position + speed·time", keys: CONSTANT_SPEED },
@@ -62,10 +58,10 @@ pub const TABLES: &[Declared] = &[
         keys: HARMONIC,
     },
     Declared { name: "motion", kind: Some("ramp"), about: "from one value to another", keys: RAMP },
-    Declared { name: "motion", kind: Some("table"), about: "a spline through points", keys: TABLE },
+    Declared { name: "motion", kind: Some("table"), about: "a spline through given values", keys: TABLE },
 ];
 
-/// The form of a function of time; its parameters are given from outside.
+/// The form of a function of time, without its parameters.
 #[derive(Clone, Debug)]
 pub enum MotionLaw {
     /// A formula of time whose design variables are the parameters.
@@ -113,7 +109,8 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     let program = names.compile(&tree, &Wants { place: &format!("`{key}`"), ..Wants::MOTION })?;
     let used = program.uses();
     if used.len() > MOST_MOTION_PARAMETERS {
-        let message = format!("a motion of {} design variables; {MOST_MOTION_PARAMETERS} are possible", used.len());
+        let message =
+            format!("a motion may use {MOST_MOTION_PARAMETERS} design variables, this one uses {}", used.len());
         return Err(Diagnostic::new(tree.span, message));
     }
     let parameters = used.iter().map(|&i| Program::variable(i)).collect();

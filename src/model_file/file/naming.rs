@@ -1,15 +1,15 @@
 //! Design variables, constants and named expressions.
 
 use super::key::{Accepts, Key, default, optional, required};
-use super::section::{Read, Section, constant, tree, wrong_type};
-use crate::model_file::expression::{Names, Wants};
+use super::section::{Read, Section, constant, ordered, tree, wrong_type};
+use crate::model_file::expression::{Names, Tree, Wants};
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
 
 pub const DESIGN: &[Key] = &[
     required("start", Accepts::Number, "start value, in the unit"),
-    optional("lower", Accepts::Number, "lower bound; none if left out"),
-    optional("upper", Accepts::Number, "upper bound; none if left out"),
+    optional("lower", Accepts::Number, "lower bound; none by default"),
+    optional("upper", Accepts::Number, "upper bound; none by default"),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
 ];
 
@@ -19,14 +19,14 @@ pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
     let designs = designs(file)?;
     let log = file.source().log;
     for (name, design) in &designs {
-        log.place(name, design.span.clone());
+        log.locate(name, design.span.clone());
         if log.keep(names.check(name, design.span.clone())).is_none() {
             log.poison_all();
         }
         names.design(name);
     }
     constants(file, &mut names)?;
-    // A variable that cannot be read is one nevertheless, for those who name it.
+    // A variable with errors is defined nevertheless, because other parts of the file name it.
     let read = |(name, section): &(String, Section<'_>)| {
         log.keep(variable(name, section, &names)).unwrap_or_else(|| DesignVariable::new(name, "", 0.0))
     };
@@ -46,7 +46,7 @@ fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
         return Err(file.complain("design", message));
     }
     let mut found = vec![];
-    for (word, value) in super::section::ordered(table) {
+    for (word, value) in ordered(table) {
         let title = format!("design variable `{}`", word.text);
         match file.source().log.keep(Section::open(value, &title, &[DESIGN], file.source())) {
             Some(mut section) => {
@@ -59,13 +59,14 @@ fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
     Ok(found)
 }
 
-fn variable(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
+/// The design variable of a table with the keys [`DESIGN`].
+pub fn variable(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
     let bound = |key, none| Ok(section.number(key, names)?.unwrap_or(none));
     let (lower, upper) = (bound("lower", f64::NEG_INFINITY)?, bound("upper", f64::INFINITY)?);
     let start = section.number("start", names)?.unwrap_or(f64::NAN);
     if lower > upper {
         let message = format!("the lower bound {lower} of `{name}` is above the upper bound {upper}");
-        return Err(section.complain("lower", message).help("leave room between the bounds"));
+        return Err(section.complain("lower", message).help("raise the upper bound or lower the lower bound"));
     }
     if !(lower..=upper).contains(&start) {
         let message = format!("the start {start} of `{name}` is outside its bounds {lower} to {upper}");
@@ -74,22 +75,15 @@ fn variable(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVari
     Ok(DesignVariable::new(name, section.text("unit")?, start).within(lower, upper))
 }
 
-/// A design variable from a table that is written elsewhere, such as the bound of a peak.
-pub fn extra(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
-    variable(name, section, names)
-}
-
 fn constants(file: &Section<'_>, names: &mut Names) -> Read<()> {
     let trees = named(file, "constants", names)?;
     names.expressions(trees.clone())?;
     let mut last = Ok(());
     for (name, tree) in &trees {
         match constant(tree, name, names) {
-            Ok(value) => names.settle(name, value),
-            // Bounds and limits are made of constants: nothing can be said of them without these.
-            Err(mistake) => {
-                last = last.and(Err(mistake)).inspect_err(|m: &Diagnostic| file.source().log.note(m.clone()))
-            }
+            Ok(value) => names.define_constant(name, value),
+            // Bounds and limits need the constants, so reading ends with the first wrong one.
+            Err(error) => last = last.and(Err(error)).inspect_err(|e: &Diagnostic| file.source().log.note(e.clone())),
         }
     }
     last
@@ -100,19 +94,19 @@ fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {
     names.expressions(trees.clone())?;
     for (name, tree) in &trees {
         if file.source().log.keep(names.compile(tree, &Wants::MOTION)).is_none() {
-            // The mistake is told once, and not again by those who name it.
-            names.settle(name, 1.0);
+            // Any number: references to the expression raise no follow-up errors.
+            names.define_constant(name, 1.0);
         }
     }
     Ok(())
 }
 
 /// The entries of a table of expressions.
-fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, crate::model_file::expression::Tree)>> {
+fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, Tree)>> {
     let Some(value) = file.get(key) else { return Ok(vec![]) };
     let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, &format!("`{key}`"), "a table")) };
     let mut found = vec![];
-    for (word, value) in super::section::ordered(table) {
+    for (word, value) in ordered(table) {
         let read = names.check(&word.text, word.span).and_then(|()| tree(value, &word.text, file.source()));
         match file.source().log.keep(read) {
             Some(tree) => found.push((word.text, tree)),
@@ -122,8 +116,8 @@ fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, crat
     Ok(found)
 }
 
-/// Refuses a file without design variables.
-pub fn some(variables: &[DesignVariable], file: &Section<'_>) -> Read<()> {
+/// Rejects a file without design variables.
+pub fn check_any(variables: &[DesignVariable], file: &Section<'_>) -> Read<()> {
     if !variables.is_empty() {
         return Ok(());
     }

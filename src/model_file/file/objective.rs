@@ -1,20 +1,20 @@
-//! `[objective]`: what is minimized.
+//! `[objective]`: the function that is minimized.
 
 use super::key::{Accepts, Key, Table, default, optional};
 use super::naming;
 use super::outputs::intermediates;
-use super::quantity::{Explicit, Quantified, QuantityContext, Times};
+use super::quantity::{Quantified, QuantityContext};
 use super::section::{Read, Section};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::Names;
-use crate::problem::{DesignVariable, ProblemBuilder, Quantity, TimeGrid};
+use crate::problem::{DesignVariable, Goal, ProblemBuilder, Quantity, TimeGrid};
 
 const KEYS: &[Key] = &[
     default("name", Accepts::Text, "objective", "name, for tables and axes"),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
-    optional("minimize", Accepts::Quantity, "what is to be small"),
-    optional("maximize", Accepts::Quantity, "what is to be large, in place of `minimize`"),
-    optional("over", Accepts::Choice(OVER), "how a history becomes a number"),
+    optional("minimize", Accepts::Quantity, "the quantity to minimize"),
+    optional("maximize", Accepts::Quantity, "the quantity to maximize, in place of `minimize`"),
+    optional("over", Accepts::Choice(OVER), "how a history is reduced to a number"),
     default("rule", Accepts::Choice(&["simpson", "trapezoid"]), "trapezoid", "quadrature of integral and mean"),
     optional("bound", Accepts::Table, "with over = \"peak\": the variable that bounds |value| and is minimized"),
     default(
@@ -30,7 +30,7 @@ const BOUND: &[Key] = &[default("name", Accepts::Name, "peak", "name of the vari
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[Table] = &[
-    Table { name: "objective", kind: None, about: "what is minimized", keys: KEYS },
+    Table { name: "objective", kind: None, about: "the function to minimize", keys: KEYS },
     Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: BOUND },
     Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: naming::DESIGN },
 ];
@@ -38,18 +38,18 @@ pub const TABLES: &[Table] = &[
 /// The objective.
 pub enum Objective {
     /// A number.
-    Number { name: String, unit: String, quantity: Quantity },
+    Number { name: String, unit: String, quantity: Quantity, goal: Goal },
     /// The peak of a history, bounded by a variable.
-    Peak { bound: DesignVariable, function: Explicit, uses: Vec<usize>, scale: f64 },
+    Peak { bound: DesignVariable, quantity: Quantity, scale: f64 },
 }
 
-/// The bound variable of a peak, which is a design variable like others from here on.
+/// The variable that bounds a peak. It is a design variable like any other.
 pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<DesignVariable>> {
     let Some(section) = file.inner("objective", &[KEYS])? else { return Ok(None) };
     let Some(bound) = section.inner("bound", &[BOUND, naming::DESIGN])? else { return Ok(None) };
     let word = bound.need_word("name")?;
     names.check(&word.text, word.span)?;
-    let variable = naming::extra(&word.text, &bound, names)?;
+    let variable = naming::variable(&word.text, &bound, names)?;
     names.design(&word.text);
     Ok(Some(variable))
 }
@@ -66,9 +66,9 @@ pub fn read(
         let help = "add [objective] with minimize = \"…\"";
         return Err(Diagnostic::new(file.span.start..file.span.start, "there is no objective").help(help));
     };
-    let (key, sign) = match (section.has("minimize"), section.has("maximize")) {
-        (true, false) => ("minimize", 1.0),
-        (false, true) => ("maximize", -1.0),
+    let (key, goal) = match (section.has("minimize"), section.has("maximize")) {
+        (true, false) => ("minimize", Goal::Minimize),
+        (false, true) => ("maximize", Goal::Maximize),
         (true, true) => return Err(section.complain("maximize", "`minimize` and `maximize` exclude each other")),
         (false, false) => return Err(section.complain("minimize", "[objective] lacks `minimize` or `maximize`")),
     };
@@ -80,18 +80,18 @@ pub fn read(
     };
     match (over, bound) {
         (None, _) if value.is_transient => {
-            let help = "say how it becomes a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
+            let help = "reduce it to a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
             Err(section.complain(key, "the objective is a history, not a number").help(help))
         }
         (Some(_), _) if !value.is_transient => Err(section.complain("over", "the objective is a number already")),
-        (Some(0), Some(bound)) if sign > 0.0 => peak(&section, known, value, bound),
+        (Some(0), Some(bound)) if goal == Goal::Minimize => peak(&section, known, value, bound),
         (Some(0), None) => {
             let help = "for instance bound = { name = \"peak\", start = 1.0, lower = 0.0 }";
-            Err(section.complain("over", "the least peak needs a variable that bounds it").help(help))
+            Err(section.complain("over", "over = \"peak\" needs a variable that bounds the peak").help(help))
         }
-        (Some(0), _) => Err(section.complain("maximize", "a peak can be minimized only")),
+        (Some(0), _) => Err(section.complain("maximize", "a peak can only be minimized")),
         (_, Some(_)) => Err(section.complain("bound", "`bound` belongs to over = \"peak\"")),
-        (over, None) => number(&section, known.names, value, sign, over, grid, variables),
+        (over, None) => number(&section, known.names, value, goal, over, grid, variables),
     }
 }
 
@@ -105,28 +105,26 @@ fn peak(
     if scale <= 0.0 {
         return Err(section.complain("scale", "`scale` must be positive"));
     }
-    Ok(Objective::Peak { bound, function: value.function, uses: value.uses, scale })
+    Ok(Objective::Peak { bound, quantity: value.quantity(), scale })
 }
 
 fn number(
     section: &Section<'_>,
     names: &Names,
     value: Quantified,
-    sign: f64,
+    goal: Goal,
     over: Option<usize>,
     grid: Option<&TimeGrid>,
     variables: &[DesignVariable],
 ) -> Read<Objective> {
-    let function = Times(value.function, sign);
-    let quantity = match (over, grid) {
-        (Some(over), Some(grid)) => Quantity::sum(0, weights(section, over, grid)?, function),
-        _ => Quantity::plain(function),
+    let mut quantity = match (over, grid) {
+        (Some(over), Some(grid)) => Quantity::sum(0, weights(section, over, grid)?, value.function).of(&value.uses),
+        _ => value.quantity(),
     };
-    let mut quantity = quantity.of(&value.uses);
     if section.has("directly_in") {
         quantity = quantity.directly(intermediates(section, "directly_in", names, variables)?);
     }
-    Ok(Objective::Number { name: section.text("name")?, unit: section.text("unit")?, quantity })
+    Ok(Objective::Number { name: section.text("name")?, unit: section.text("unit")?, quantity, goal })
 }
 
 /// Weights of a sum, an integral or a mean.
@@ -145,9 +143,10 @@ impl Objective {
     /// Adds the objective to a problem.
     pub fn build(&self, parts: &mut ProblemBuilder) {
         match self {
-            Self::Number { name, unit, quantity } => parts.minimize(name, unit, quantity.clone()),
-            Self::Peak { bound, function, uses, scale } => {
-                parts.minimize_peak(bound.clone(), 0, function.clone(), uses, *scale);
+            Self::Number { name, unit, quantity, goal: Goal::Maximize } => parts.maximize(name, unit, quantity.clone()),
+            Self::Number { name, unit, quantity, .. } => parts.minimize(name, unit, quantity.clone()),
+            Self::Peak { bound, quantity, scale } => {
+                parts.minimize_peak(bound.clone(), quantity.clone(), *scale);
             }
         }
     }

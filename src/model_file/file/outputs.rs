@@ -1,9 +1,9 @@
-//! `[[output]]`: the responses.
+//! `[[output]]`: responses of the analysis.
 
 use super::key::{Accepts, EACH, Key, Table, default, optional, required};
 use super::measures::{self, Measure, Sensors};
 use super::parts::{BuildContext, Parts};
-use super::section::{Read, Section, Word, find, ordered, tree};
+use super::section::{Read, Section, Value, Word, constant, find, ordered, tree};
 use crate::Result;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use crate::model_file::{Diagnostic, limits};
@@ -16,13 +16,9 @@ use toml::de::DeValue;
 
 const KEYS: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file"),
-    required(
-        "value",
-        Accepts::Quantity,
-        "what it is: of measures such as `crank.theta`, or a formula of the design and `time`",
-    ),
+    required("value", Accepts::Quantity, "a formula of measures such as `crank.theta`, of the design and of `time`"),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
-    optional("linear_in", Accepts::Intermediate, "intermediate variables in which it is linearized"),
+    optional("linear_in", Accepts::Intermediate, "intermediate variables in which the output is linearized"),
     EACH,
 ];
 
@@ -36,12 +32,12 @@ pub struct Output {
     pub unit: String,
     pub program: Program,
     measures: Vec<Measure>,
-    /// Whether it is a history.
+    /// Whether the output has a value at each time point.
     pub is_transient: bool,
     pub intermediates: Intermediates,
 }
 
-/// Reads the outputs. With a mechanism they are made of what it measures, and histories.
+/// Reads the outputs. With a mechanism they are histories of its measures.
 pub fn read(
     file: &Section<'_>,
     names: &Names,
@@ -114,12 +110,12 @@ pub fn intermediates(
     variables: &[DesignVariable],
 ) -> Read<Intermediates> {
     let Some(value) = section.get(key) else { return Ok(Intermediates::Identity) };
-    let choice = |value: &super::section::Value<'_>| -> Read<Intermediate> {
+    let choice = |value: &Value<'_>| -> Read<Intermediate> {
         match value.get_ref() {
             DeValue::String(text) => {
                 find(&Word { text: text.to_string(), span: value.span() }, "intermediate variable", WORDS)
             }
-            _ => Ok(Intermediate::Power(super::section::constant(&tree(value, key, section.source())?, key, names)?)),
+            _ => Ok(Intermediate::Power(constant(&tree(value, key, section.source())?, key, names)?)),
         }
     };
     let Some(table) = value.get_ref().as_table() else {
@@ -134,7 +130,7 @@ pub fn intermediates(
             return Err(Diagnostic::unknown(word.span, "design variable", &word.text, known));
         };
         match value.get_ref() {
-            // What is no word is a formula of the whole design.
+            // Any other text is a formula of the whole design.
             DeValue::String(text) if !WORDS.iter().any(|(w, _)| w == text) => {
                 programs[k] = names.compile(&tree(value, key, section.source())?, &Wants::DESIGN)?;
                 is_map = true;
@@ -153,7 +149,7 @@ struct Map {
 
 impl IntermediateMap for Map {
     fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S {
-        // The variable that bounds a peak has no choice and stays what it is.
+        // The variable that bounds a peak has no choice and is not transformed.
         match (self.each.get(k), self.programs.get(k)) {
             (Some(Intermediate::Identity), Some(program)) => program.value(&Inputs::design(design)),
             (Some(choice), _) => choice.of(design[k]),
@@ -199,7 +195,7 @@ impl Output {
     }
 }
 
-/// A formula of quantities, each the sum of so many terms, and of design variables behind them.
+/// A formula of quantities, each a sum of `counts` terms, followed by design variables.
 struct Measured {
     program: Program,
     counts: Vec<usize>,

@@ -1,11 +1,11 @@
 //! Names of the parts of a mechanism, and what refers to them.
 
 use super::key::{Accepts, Key, required};
-use super::log::FileSource;
-use super::section::{Read, Section, Value, Word, pair, wrong_type};
+use super::section::{FileSource, Read, Section, Value, Word, pair, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{Inputs, Names, Program, Wants};
 use autodiff::Scalar;
+use mechanics::elements::{Added, ElementDescriptor};
 use mechanics::mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -29,12 +29,8 @@ pub enum Symbol {
     /// A beam with its number of elements.
     Beam(usize, usize),
     Point(usize),
-    /// A joint, drive or force with the names of what it measures.
-    Element(usize, &'static [&'static str]),
-    /// A coordinate on a prescribed motion.
-    Drive(usize),
-    /// A rigid contact, of which nothing is measured.
-    Contact,
+    /// A joint, drive or force with its declaration.
+    Element(usize, &'static ElementDescriptor),
 }
 
 /// A point of a frame.
@@ -182,8 +178,7 @@ pub struct BuildContext<S> {
     pub bodies: Vec<Body>,
     pub slides: Vec<Coordinate>,
     pub beams: Vec<(Vec<Body>, Vec<ElementIndex>)>,
-    pub elements: Vec<ElementIndex>,
-    pub drives: Vec<Coordinate>,
+    pub elements: Vec<Added>,
 }
 
 impl<S: Scalar> BuildContext<S> {

@@ -1,14 +1,14 @@
-//! Formulas of outputs: what objective and constraints are made of.
+//! Formulas of outputs, of which objective and constraints are made, and `[series]`.
 
 use super::outputs::Output;
-use super::section::{Read, Section, wrong_type};
+use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Inputs, Names, Program, Tree, Wants};
-use crate::problem::{Function, Point, TimeGrid};
+use crate::model_file::expression::{Inputs, Names, Node, Program, Tree, Wants};
+use crate::problem::{Function, Point, Quantity, TimeGrid};
 use autodiff::Scalar;
 use std::sync::Arc;
 
-/// A row of numbers, one for each time point.
+/// A series: one number for each time point.
 #[derive(Clone, Debug)]
 pub struct Series {
     name: String,
@@ -17,7 +17,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// The number of the time point nearest to `t`.
+    /// The number at the time point nearest to `t`.
     fn at(&self, t: f64) -> f64 {
         let after = self.times.partition_point(|&time| time < t).min(self.times.len() - 1);
         let before = after.saturating_sub(1);
@@ -35,12 +35,11 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
     };
     let times = Arc::new(grid.points.clone());
     let mut all: Vec<Series> = vec![];
-    for (word, value) in super::section::ordered(table) {
+    for (word, value) in ordered(table) {
         names.check(&word.text, word.span.clone())?;
         let list =
             value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{}`", word.text), "a list"))?;
-        let number =
-            |item| super::section::constant(&super::section::tree(item, &word.text, file.source())?, &word.text, names);
+        let number = |item| constant(&tree(item, &word.text, file.source())?, &word.text, names);
         let values = list.iter().map(number).collect::<Read<Vec<f64>>>()?;
         if values.len() != times.len() {
             let message =
@@ -52,7 +51,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
     Ok(all)
 }
 
-/// What formulas of outputs may name.
+/// Names that a formula of outputs may use.
 pub struct QuantityContext<'a> {
     pub names: &'a Names,
     pub outputs: &'a [Output],
@@ -64,21 +63,33 @@ pub struct QuantityContext<'a> {
 pub struct Explicit {
     program: Program,
     series: Vec<Series>,
-    /// Where it counts, and its value elsewhere.
-    window: Option<([f64; 2], f64)>,
 }
 
-/// A formula with the outputs that it uses, in its own order.
+/// A formula with the outputs that it uses, in the order of its inputs.
 #[derive(Clone, Debug)]
 pub struct Quantified {
     pub function: Explicit,
     pub uses: Vec<usize>,
     /// Whether it has a value at each time point.
     pub is_transient: bool,
+    /// Whether it is an output and nothing else.
+    is_output: bool,
+}
+
+impl Quantified {
+    /// The quantity of a problem: a number, or a value at each time point.
+    pub fn quantity(self) -> Quantity {
+        let grid = self.is_transient.then_some(0);
+        match grid {
+            _ if self.is_output => Quantity::response(grid, self.uses[0]),
+            Some(grid) => Quantity::each_point(grid, self.function).of(&self.uses),
+            None => Quantity::plain(self.function).of(&self.uses),
+        }
+    }
 }
 
 impl QuantityContext<'_> {
-    /// The formula that a tree is.
+    /// The formula of a parsed expression.
     pub fn compile(&self, tree: &Tree, key: &str) -> Read<Quantified> {
         let output = |name: &str| self.outputs.iter().position(|o| o.name == name);
         let series = |name: &str| self.series.iter().position(|s| s.name == name).map(|k| self.outputs.len() + k);
@@ -96,21 +107,17 @@ impl QuantityContext<'_> {
         let series: Vec<Series> = rows.iter().map(|k| self.series[k - self.outputs.len()].clone()).collect();
         let is_transient =
             program.uses_time() || !series.is_empty() || uses.iter().any(|&h| self.outputs[h].is_transient);
+        let is_output = matches!(&tree.node, Node::Name(name) if output(name).is_some());
         Ok(Quantified {
-            function: Explicit { program: program.with_others(&used), series, window: None },
+            function: Explicit { program: program.with_others(&used), series },
             uses,
             is_transient,
+            is_output,
         })
     }
 }
 
 impl Explicit {
-    /// The same formula with this value outside of an interval.
-    #[must_use]
-    pub fn within(self, interval: [f64; 2], otherwise: f64) -> Self {
-        Self { window: Some((interval, otherwise)), ..self }
-    }
-
     /// Whether a row of numbers enters.
     pub fn uses_series(&self) -> bool {
         !self.series.is_empty()
@@ -120,26 +127,11 @@ impl Explicit {
 impl Function for Explicit {
     fn at<S: Scalar>(&self, point: &Point<S>) -> S {
         let (design, time, t) = (point.design, point.time, point.time.re());
-        if let Some(([from, to], otherwise)) = self.window
-            && !(from..=to).contains(&t)
-        {
-            return S::from(otherwise);
-        }
         if self.series.is_empty() {
             return self.program.value(&Inputs { design, time, others: point.response });
         }
         let rows = self.series.iter().map(|series| S::from(series.at(t)));
         let others: Vec<S> = point.response.iter().copied().chain(rows).collect();
         self.program.value(&Inputs { design, time, others: &others })
-    }
-}
-
-/// A formula with a factor.
-#[derive(Clone, Debug)]
-pub struct Times(pub Explicit, pub f64);
-
-impl Function for Times {
-    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
-        self.0.at(point) * self.1
     }
 }

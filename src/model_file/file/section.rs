@@ -1,34 +1,22 @@
-//! A table of the file while it is read: every key is known, every value has its place.
+//! Tables of a model file with checked keys and typed access to their values.
 
-use super::each::copies;
 use super::key::{Key, Need};
-use super::log::FileSource;
+use super::replicate::replicate;
+pub use super::value::{FileSource, Read, Value, Word, constant, find, ordered, pair, tree, wrong_type};
+use super::value::{count, numbers, text};
 use crate::model_file::expression::{Names, Program, TextPlace, Tree, Wants};
 use crate::model_file::{Diagnostic, limits};
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
-
-/// A value with its place.
-pub type Value<'a> = Spanned<DeValue<'a>>;
-
-/// A result of reading.
-pub type Read<T> = Result<T, Diagnostic>;
-
-/// A word with its place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Word {
-    pub text: String,
-    pub span: Range<usize>,
-}
+use toml::de::DeTable;
 
 /// A table whose keys have been checked.
 #[derive(Clone, Debug)]
 pub struct Section<'a> {
     pub table: DeTable<'a>,
-    /// Where it begins.
+    /// Its location.
     pub span: Range<usize>,
-    /// What it is, for messages: "joint `A`".
+    /// Family and name, for messages: "joint `A`".
     pub title: String,
     keys: Vec<&'static Key>,
     source: FileSource<'a>,
@@ -37,7 +25,8 @@ pub struct Section<'a> {
 impl<'a> Section<'a> {
     /// The table `value` whose keys are in `keys`.
     ///
-    /// **Errors.** Something that is no table; a key that is not known; a required key that is missing.
+    /// # Errors
+    /// If the value is no table, has an unknown key or lacks a required key.
     pub fn open(value: &Value<'a>, title: &str, keys: &[&'static [Key]], source: FileSource<'a>) -> Read<Self> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(wrong_type(value, title, "a table"));
@@ -45,6 +34,10 @@ impl<'a> Section<'a> {
         Self::of(table.clone(), value.span(), title, keys, source)
     }
 
+    /// A table whose keys are in `keys`.
+    ///
+    /// # Errors
+    /// As [`Section::open`].
     pub fn of(
         table: DeTable<'a>,
         span: Range<usize>,
@@ -60,33 +53,33 @@ impl<'a> Section<'a> {
         if let Some(name) = table.get("name")
             && let Some(text) = name.get_ref().as_str()
         {
-            source.log.place(text, name.span());
+            source.log.locate(text, name.span());
         }
         let section = Self { table, span, title, keys, source };
         section.check_keys()?;
         Ok(section)
     }
 
-    /// Refuses keys that are not known, and then tables in which a key is missing, which may be the one that is misspelt.
+    /// Rejects unknown keys, and only then missing keys, because a missing key may be the misspelt one.
     fn check_keys(&self) -> Read<()> {
         let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
         let mut unknown = Ok(());
         for key in self.table.keys().filter(|key| !is_known(key.get_ref())) {
-            let complaint = Diagnostic::unknown(key.span(), "key", key.get_ref(), self.keys.iter().map(|k| k.name));
-            let message = complaint.message.replacen("there is", &format!("{} has", self.title), 1);
-            let complaint = Diagnostic { message, asked: None, ..complaint };
-            self.source.log.note(complaint.clone());
-            unknown = Err(complaint);
+            let error = Diagnostic::unknown(key.span(), "key", key.get_ref(), self.keys.iter().map(|k| k.name));
+            let message = error.message.replacen("there is", &format!("{} has", self.title), 1);
+            let error = Diagnostic { message, unknown_name: None, ..error };
+            self.source.log.note(error.clone());
+            unknown = Err(error);
         }
         unknown?;
         let lacks = |key: &&&Key| key.need == Need::Required && !self.table.contains_key(key.name);
         let Some(missing) = self.keys.iter().find(lacks) else { return Ok(()) };
         let message = format!("{} lacks `{}`", self.title, missing.name);
         let help = format!("`{}` takes: {} — {}", missing.name, missing.accepts.words(), missing.about);
-        Err(Diagnostic::new(heading(&self.span, self.source), message).help(help))
+        Err(Diagnostic::new(self.source.first_line(&self.span), message).help(help))
     }
 
-    /// The value of a key, if it is there.
+    /// The value of a key, if the table has it.
     pub fn get(&self, key: &str) -> Option<&Value<'a>> {
         debug_assert!(self.keys.iter().any(|k| k.name == key), "key `{key}` is not declared for {}", self.title);
         self.table.get(key)
@@ -96,7 +89,7 @@ impl<'a> Section<'a> {
         self.get(key).is_some()
     }
 
-    /// The kind of a table that is not opened yet, by its key `kind` or a default.
+    /// The kind of a table, by its key `kind` or a default. The keys of the table need not be known.
     pub fn kind<T: Copy>(
         table: &DeTable<'_>,
         what: &str,
@@ -109,10 +102,7 @@ impl<'a> Section<'a> {
                 text: default.to_owned(),
                 span: table.keys().map(Spanned::span).min_by_key(|s| s.start).unwrap_or(0..0),
             },
-            Some(value) => match value.get_ref().as_str() {
-                Some(text) => Word { text: text.to_owned(), span: value.span() },
-                None => return Err(wrong_type(value, "`kind`", "text in quotes")),
-            },
+            Some(value) => Word { text: text(value, "kind")?.to_owned(), span: value.span() },
         };
         if word.text.is_empty() {
             let known: Vec<String> = kinds.iter().map(|(k, _)| format!("`{k}`")).collect();
@@ -124,11 +114,8 @@ impl<'a> Section<'a> {
 
     /// The text of an optional key.
     pub fn word(&self, key: &str) -> Read<Option<Word>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        match value.get_ref().as_str() {
-            Some(text) => Ok(Some(Word { text: text.to_owned(), span: value.span() })),
-            None => Err(wrong_type(value, &format!("`{key}`"), "text in quotes")),
-        }
+        let word = |value| Ok(Word { text: text(value, key)?.to_owned(), span: value.span() });
+        self.get(key).map(word).transpose()
     }
 
     /// The text of a key that is required, or of its default.
@@ -137,12 +124,12 @@ impl<'a> Section<'a> {
         Ok(self.word(key)?.unwrap_or_else(|| Word { text: default.to_owned(), span: self.span.clone() }))
     }
 
-    /// The text of a key, empty if it is not there.
+    /// The text of a key, its default, or an empty text.
     pub fn text(&self, key: &str) -> Read<String> {
         Ok(self.need_word(key)?.text)
     }
 
-    /// `true` or `false`; not there is false.
+    /// The truth value of a key, its default, or false.
     pub fn flag(&self, key: &str) -> Read<bool> {
         match self.get(key) {
             None => Ok(self.default_of(key) == Some("true")),
@@ -152,18 +139,9 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A whole number.
+    /// A whole number from 0 to `most`.
     pub fn count(&self, key: &str, most: usize) -> Read<Option<usize>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let whole = value.get_ref().as_integer().and_then(|i| usize::from_str_radix(i.as_str(), i.radix()).ok());
-        match (whole, value.get_ref().is_integer()) {
-            (Some(count), _) if count <= most => Ok(Some(count)),
-            (_, true) => {
-                let message = format!("`{key}` must be a whole number from 0 to {most}");
-                Err(Diagnostic::new(value.span(), message).label("out of range"))
-            }
-            _ => Err(wrong_type(value, &format!("`{key}`"), "a whole number")),
-        }
+        self.get(key).map(|value| count(value, key, most)).transpose()
     }
 
     /// The expression of a key, or of its default.
@@ -180,7 +158,7 @@ impl<'a> Section<'a> {
     pub fn program(&self, key: &str, names: &Names, wants: &Wants) -> Read<Program> {
         match self.tree(key)? {
             Some(tree) => names.compile(&tree, &Wants { place: &format!("`{key}`"), ..*wants }),
-            None => Err(Diagnostic::new(heading(&self.span, self.source), format!("{} lacks `{key}`", self.title))),
+            None => Err(Diagnostic::new(self.source.first_line(&self.span), format!("{} lacks `{key}`", self.title))),
         }
     }
 
@@ -196,17 +174,12 @@ impl<'a> Section<'a> {
         pair(value, key, names, wants, self.source)
     }
 
-    /// Numbers of a list.
+    /// A list of numbers.
     pub fn numbers(&self, key: &str, names: &Names) -> Read<Option<Vec<f64>>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), "a list [ … ]"))?;
-        if list.len() > limits::POINTS {
-            return Err(Diagnostic::new(value.span(), format!("{} values are too many", list.len())));
-        }
-        list.iter().map(|item| constant(&tree(item, key, self.source)?, key, names)).collect::<Read<_>>().map(Some)
+        self.get(key).map(|value| numbers(value, key, names, self.source)).transpose()
     }
 
-    /// The word of a key among those of a table, with what it stands for.
+    /// The choice that the word of a key names.
     pub fn choice<T: Copy>(&self, key: &str, choices: &[(&'static str, T)]) -> Read<T> {
         let word = self.need_word(key)?;
         find(&word, key, choices)
@@ -217,7 +190,7 @@ impl<'a> Section<'a> {
         self.get(key).map(|value| Self::open(value, &format!("[{key}]"), keys, self.source)).transpose()
     }
 
-    /// The tables `[[key]]`, copies by `each` included.
+    /// The tables `[[key]]` with copies by `each`, in the words of the current version.
     pub fn tables(&self, key: &str) -> Read<Vec<(DeTable<'a>, Range<usize>)>> {
         let Some(value) = self.get(key) else { return Ok(vec![]) };
         let list = value.get_ref().as_array();
@@ -225,11 +198,14 @@ impl<'a> Section<'a> {
         let mut all = vec![];
         for item in list.iter() {
             let table = item.get_ref().as_table().ok_or_else(|| wrong_type(item, &format!("`{key}`"), "a table"))?;
-            let Some(tables) = self.source.log.keep(copies(table, item.span())) else {
+            let Some(tables) = self.source.log.keep(replicate(table, item.span())) else {
                 self.source.log.poison_all();
                 continue;
             };
-            all.extend(tables.into_iter().map(|table| (table, item.span())));
+            for mut table in tables {
+                self.source.words.update(key, &mut table, self.source.text);
+                all.push((table, item.span()));
+            }
             if all.len() > limits::PARTS {
                 return Err(Diagnostic::new(item.span(), format!("more than {} parts under [[{key}]]", limits::PARTS)));
             }
@@ -237,7 +213,7 @@ impl<'a> Section<'a> {
         Ok(all)
     }
 
-    /// Reads each of the tables `[[key]]`; a mistake in one of them is noted, and the others are read.
+    /// Reads all tables `[[key]]`. An error in one of them is logged, and the others are read.
     pub fn each<T>(&self, key: &str, mut read: impl FnMut(DeTable<'a>, Range<usize>) -> Read<T>) -> Read<Vec<T>> {
         let log = self.source.log;
         let mut all = vec![];
@@ -245,13 +221,13 @@ impl<'a> Section<'a> {
             let name = table.get("name").map(|name| (name.get_ref().as_str().unwrap_or("").to_owned(), name.span()));
             match (read(table, span), name) {
                 (Ok(item), _) => all.push(item),
-                (Err(mistake), name) => {
+                (Err(error), name) => {
                     match name {
-                        Some((name, span)) if span != mistake.span => log.poison(&name),
-                        // What it should be called, nobody knows.
+                        Some((name, span)) if span != error.span => log.poison(&name),
+                        // The name is missing or wrong.
                         _ => log.poison_all(),
                     }
-                    log.note(mistake);
+                    log.note(error);
                 }
             }
         }
@@ -262,9 +238,9 @@ impl<'a> Section<'a> {
         self.source
     }
 
-    /// A complaint about the value of a key, or about the table if the key is not there.
+    /// An error at the value of a key, or at the table if it has no such key.
     pub fn complain(&self, key: &str, message: impl Into<String>) -> Diagnostic {
-        let span = self.table.get(key).map_or_else(|| heading(&self.span, self.source), Spanned::span);
+        let span = self.table.get(key).map_or_else(|| self.source.first_line(&self.span), Spanned::span);
         Diagnostic::new(span, message)
     }
 
@@ -274,87 +250,4 @@ impl<'a> Section<'a> {
             _ => None,
         })
     }
-}
-
-/// The entries of a table in the order of the file.
-pub fn ordered<'t, 'a>(table: &'t DeTable<'a>) -> Vec<(Word, &'t Value<'a>)> {
-    let word = |key: &Spanned<std::borrow::Cow<'a, str>>| Word { text: key.get_ref().to_string(), span: key.span() };
-    let mut entries: Vec<_> = table.iter().map(|(key, value)| (word(key), value)).collect();
-    entries.sort_by_key(|(key, _)| key.span.start);
-    entries
-}
-
-/// The first line of a table.
-fn heading(span: &Range<usize>, source: FileSource<'_>) -> Range<usize> {
-    let line = source.text.get(span.clone()).and_then(|text| text.find('\n')).unwrap_or(span.len());
-    span.start..span.start + line
-}
-
-/// The entry of that word.
-pub fn find<T: Copy>(word: &Word, key: &str, choices: &[(&'static str, T)]) -> Read<T> {
-    match choices.iter().find(|(known, _)| *known == word.text) {
-        Some((_, value)) => Ok(*value),
-        None => Err(Diagnostic::unknown(word.span.clone(), key, &word.text, choices.iter().map(|c| c.0))),
-    }
-}
-
-/// A number, or an expression in quotes.
-pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<Tree> {
-    let number = match value.get_ref() {
-        DeValue::String(text) => return Tree::parse(text, place(value, text, source)),
-        DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
-        DeValue::Float(f) => f.as_str().parse::<f64>().ok(),
-        _ => return Err(wrong_type(value, &format!("`{key}`"), "a number, or an expression in quotes")),
-    };
-    match number.filter(|x| x.is_finite()) {
-        Some(x) => Ok(Tree::number(x, value.span())),
-        None => {
-            let complaint = Diagnostic::new(value.span(), format!("`{key}` must be a finite number"));
-            Err(complaint.help("leave a bound out where there is none"))
-        }
-    }
-}
-
-/// Where the letters of a text stand.
-pub fn place(value: &Value<'_>, text: &str, source: FileSource<'_>) -> TextPlace {
-    let span = value.span();
-    let quoted = source.text.get(span.clone()).unwrap_or("");
-    if quoted.len() == text.len() + 2 && &quoted[1..=text.len()] == text {
-        TextPlace::From(span.start + 1)
-    } else {
-        TextPlace::Within(span)
-    }
-}
-
-/// The number that an expression of constants is.
-pub fn constant(tree: &Tree, key: &str, names: &Names) -> Read<f64> {
-    let program = names.compile(tree, &Wants { place: &format!("`{key}`"), ..Wants::NUMBER })?;
-    Ok(program.as_constant().expect("an expression of constants is folded"))
-}
-
-/// A list of two expressions.
-pub fn pair(value: &Value<'_>, key: &str, names: &Names, wants: &Wants, source: FileSource<'_>) -> Read<[Program; 2]> {
-    let two = "two values [x, y]";
-    let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), two))?;
-    if list.len() != 2 {
-        return Err(Diagnostic::new(value.span(), format!("`{key}` takes {two}, got {}", list.len())));
-    }
-    let one = |k: usize| -> Read<Program> {
-        let tree = tree(&list[k], key, source)?;
-        names.compile(&tree, &Wants { place: &format!("`{key}`"), ..*wants })
-    };
-    Ok([one(0)?, one(1)?])
-}
-
-pub fn wrong_type(value: &Value<'_>, what: &str, wanted: &str) -> Diagnostic {
-    let got = match value.get_ref() {
-        DeValue::String(_) => "text",
-        DeValue::Integer(_) => "a whole number",
-        DeValue::Float(_) => "a number",
-        DeValue::Boolean(_) => "true or false",
-        DeValue::Datetime(_) => "a date",
-        DeValue::Array(_) => "a list",
-        DeValue::Table(_) => "a table",
-    };
-    Diagnostic::new(value.span(), format!("{what} must be {wanted}, got {got}")).label(format!("expected {wanted}"))
 }

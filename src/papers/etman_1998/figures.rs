@@ -1,10 +1,10 @@
-//! The paper's figures 3 to 6, and what a run looks like: convergence and time histories.
+//! Figures 3 to 6 of the paper, and convergence and time histories of the runs.
 
 use super::four_bar_figures::{four_bar_animation, four_bar_figures};
-use super::{Regenerated, ReproducedRun};
 use crate::cases::four_bar::StressConstrained;
 use crate::cases::impact_absorber::{self, ACCELERATION, DISPLACEMENT, motion};
 use crate::cases::slider_crank::{self, coupler_point};
+use crate::papers::paper::{ReproducedRun, ReproducedTable};
 use crate::problem::{ClosedForm, TimeGrid};
 use crate::report::figure::{Figure, Grid, Quantity, literal};
 use crate::report::plots::{
@@ -15,9 +15,9 @@ use crate::report::plots::{
 use crate::sao::Cycle;
 use error::Result;
 
-/// Every figure that belongs to a regenerated table, by file stem.
-pub fn figures(table: &Regenerated) -> Result<Vec<(String, Figure)>> {
-    let Some(run) = &table.run else { return Ok(vec![]) };
+/// Figures of a regenerated table, by file stem.
+pub(super) fn figures(table: &ReproducedTable) -> Result<Vec<(String, Figure)>> {
+    let Some(run) = table.runs.first() else { return Ok(vec![]) };
     let mut figures = vec![(format!("{}_convergence", table.name), convergence_of(run)?)];
     match table.name {
         "table1" => {
@@ -41,9 +41,9 @@ pub fn figures(table: &Regenerated) -> Result<Vec<(String, Figure)>> {
     Ok(figures)
 }
 
-/// Every animation that belongs to a regenerated table, by file name.
-pub fn animations(table: &Regenerated) -> Result<Vec<(String, Vec<u8>)>> {
-    match &table.run {
+/// Animations of a regenerated table, by file name.
+pub(super) fn animations(table: &ReproducedTable) -> Result<Vec<(String, Vec<u8>)>> {
+    match table.runs.first() {
         Some(run) if table.name == "table5" => {
             four_bar_animation("figure7_four_bar", &StressConstrained::as_published().mechanism, run)
         }
@@ -55,7 +55,7 @@ fn variables() -> [Quantity; 2] {
     [Quantity::new("*b*_1", "N m^{-1}"), Quantity::new("*b*_2", "N s m^{-1}")]
 }
 
-/// A function of stiffness and damping over the plane of the figures.
+/// Samples a function of stiffness and damping on the plane of the figures.
 fn plane(f: impl Fn(f64, f64) -> f64) -> Result<Grid> {
     Grid::sample([0.0, 1.0], [0.0, 1.0], [81, 81], f)
 }
@@ -128,7 +128,7 @@ fn figure4(run: &ReproducedRun) -> Result<Figure> {
     })
 }
 
-/// The slider-crank of a design at a crank rotation in radians: its coupler point and its drawing.
+/// Coupler point and drawing of the slider-crank of a design at a crank rotation in radians.
 pub fn slider_crank_at(b: &[f64], rotation: f64) -> ([f64; 2], Linkage) {
     let pose: Vec<f64> = (0..3).map(|h| slider_crank::Coupler.response(h, b, rotation)).collect();
     let (ground, pin) = ([b[4], b[5]], [pose[0], pose[1]]);
@@ -172,7 +172,7 @@ fn convergence_of(run: &ReproducedRun) -> Result<Figure> {
     convergence(&Convergence {
         cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
         accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
-        objective: Quantity::new(literal(&run.problem.objective_name), literal(&run.problem.objective_unit)),
+        objective: Quantity::new(literal(&run.problem.objective.name), literal(&run.problem.objective.unit)),
         objective_values: &objective,
         objective_logarithmic: spread > 20.0,
         measures: &[
@@ -185,13 +185,13 @@ fn convergence_of(run: &ReproducedRun) -> Result<Figure> {
     })
 }
 
-/// A response at the first and the final design, with its limits and the points kept and active in the last cycle.
+/// A response at the first and the final design, with its limits and the time points retained and active in the last cycle.
 fn history_of(run: &ReproducedRun, response: usize, limits: &[f64]) -> Result<Figure> {
     let (problem, state) = (&run.problem, &run.state);
     let declared = &problem.responses[response];
     let grid = &problem.grids[declared.grid.unwrap_or(0)];
     let first = problem.analyze(&state.history[0].design)?;
-    let last = state.history.last().map_or((vec![], vec![]), |c| (c.kept.clone(), c.active.clone()));
+    let last = state.history.last().map_or((vec![], vec![]), |c| (c.retained.clone(), c.active.clone()));
     let mine = |j: usize| problem.constraints[j].quantity.responses().contains(&response);
     let mut kept: Vec<usize> = last.0.iter().filter(|r| mine(r.constraint)).map(|r| r.point).collect();
     let mut active: Vec<usize> = last.1.iter().filter(|a| mine(a.row.constraint)).map(|a| a.row.point).collect();

@@ -1,11 +1,10 @@
 //! Tables V and VI: the stress-constrained flexible four-bar mechanism.
 
 use super::printed_rows::{PrintedRow, printed_rows};
-pub use super::runs::{Observer, Regenerated, ReproducedRun};
-use crate::approximation::{ApproximateProblem, ApproximationOptions, LinearizationPoint, SubproblemBox};
-use crate::cases::four_bar::{Derivatives, StressConstrained, method};
-use crate::cases::mechanisms::FourBar;
-use crate::problem::{Evaluation, Problem, Responses, Sensitivities};
+use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, LinearizationPoint, SubproblemBox};
+use crate::cases::four_bar::{Derivatives, FourBar, StressConstrained, method};
+use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
+use crate::problem::{AnalyzedDesign, Problem};
 use crate::report::table::{Cell, Printed, Table};
 use crate::sao::{Cycle, Method, Outcome, RelativeLimits};
 use error::Result;
@@ -14,15 +13,16 @@ use nlp::Program;
 const TABLE5: &str = include_str!("../../../papers/etman-1998/table5.csv");
 const TABLE6: &str = include_str!("../../../papers/etman-1998/table6.csv");
 
-/// Start from which optimum I is found, in mm; optimum II is found from the paper's.
+/// Start that leads to optimum I, in mm; the paper's start leads to optimum II.
 pub const START_OF_OPTIMUM_I: [f64; 3] = [50.0, 50.0, 50.0];
 /// The design that Table V cites from Sohoni & Haug (1982), in mm.
 const SOHONI_HAUG: [f64; 3] = [36.2, 28.1, 12.2];
-/// The step in m of the paper's forward differences, inferred from the printed errors and designs: no relative step
-/// fits the thick designs (at most 4e-4) and the thin ones (at least 7e-4) alike.
+/// The step in m of the paper's forward differences, inferred from the printed errors and designs.
+///
+/// No relative step fits: the thick designs need at most 4e-4, the thin ones at least 7e-4.
 pub const PAPER_STEP: f64 = 2.3e-5;
 
-/// The problem as the paper's tables have it, with forward differences as it used them.
+/// The problem of the paper's tables, with its forward differences.
 pub fn as_printed() -> StressConstrained {
     StressConstrained { derivatives: Derivatives::ForwardBy(PAPER_STEP), ..StressConstrained::as_published() }
 }
@@ -30,11 +30,11 @@ pub fn as_printed() -> StressConstrained {
 fn solve(name: &str, setup: &StressConstrained, observe: &mut Observer) -> Result<ReproducedRun> {
     let problem = setup.problem()?;
     let state = method().solve(&problem, |s| observe(name, s))?;
-    Ok(ReproducedRun { problem, state })
+    Ok(ReproducedRun { label: None, problem, state })
 }
 
 /// Table V: the start, the optima and a design from the literature; the runs of the optima I, II and III.
-pub fn table5(observe: &mut Observer) -> Result<(Regenerated, [ReproducedRun; 3])> {
+pub fn table5(observe: &mut Observer) -> Result<(ReproducedTable, [ReproducedRun; 3])> {
     let published = StressConstrained::as_published();
     let mechanism = published.mechanism;
     let runs = [
@@ -59,11 +59,11 @@ pub fn table5(observe: &mut Observer) -> Result<(Regenerated, [ReproducedRun; 3]
         "The printed 546.0 kg and 2.89 kg are not those of the printed diameters (546.1 and 2.896 kg) to the last digit.",
     ];
     let printed = Printed::from_csv("table5.csv", TABLE5)?;
-    Ok((Regenerated { name: "table5", table, printed: Some(printed), keys: 1, notes, run: None }, runs))
+    Ok((ReproducedTable { name: "table5", table, printed: Some(printed), keys: 1, notes, runs: vec![] }, runs))
 }
 
-/// Table VI: the run from the paper's start, with our derivatives. It ends in optimum II where the paper's ends in I.
-pub fn table6(observe: &mut Observer) -> Result<Regenerated> {
+/// Table VI: the run from the paper's start with exact derivatives. It ends in optimum II, the paper's run in optimum I.
+pub fn table6(observe: &mut Observer) -> Result<ReproducedTable> {
     let run = solve("table6", &StressConstrained::as_published(), observe)?;
     let title = "Table VI. Flexible four-bar mechanism, from 356.8 mm with exact derivatives";
     let notes = vec![
@@ -72,8 +72,8 @@ pub fn table6(observe: &mut Observer) -> Result<Regenerated> {
     history("table6", title, 0, run, notes)
 }
 
-/// Table VI from its cycle 4 on: forward differences with step 1e-3 from the printed design of cycle 4.
-pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<Regenerated> {
+/// Table VI from its cycle 4 on, with forward differences from the printed design of cycle 4.
+pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<ReproducedTable> {
     let rows = printed_rows(TABLE6, &RelativeLimits::default())?;
     let problem = as_printed().problem()?;
     let method = method();
@@ -82,7 +82,7 @@ pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<Regenerated> {
     let state = method.resume(&problem, state, |s| observe("table6_from_cycle_4", s))?;
     let title = "Table VI. Flexible four-bar mechanism, continued from the printed cycle 4 with forward differences";
     let notes = vec!["Row 4 is the printed design, un-rounded by its move limits; its E_g belongs to the step before."];
-    history("table6_from_cycle_4", title, rows[4].cycle, ReproducedRun { problem, state }, notes)
+    history("table6_from_cycle_4", title, rows[4].cycle, ReproducedRun { label: None, problem, state }, notes)
 }
 
 fn history(
@@ -91,7 +91,7 @@ fn history(
     first: usize,
     run: ReproducedRun,
     notes: Vec<&'static str>,
-) -> Result<Regenerated> {
+) -> Result<ReproducedTable> {
     let columns = [
         "cycle",
         "accepted",
@@ -109,7 +109,7 @@ fn history(
         table.push(row(first, c))?;
     }
     let printed = Printed::from_csv("table6.csv", TABLE6)?;
-    Ok(Regenerated { name, table, printed: Some(printed), keys: 2, notes, run: Some(run) })
+    Ok(ReproducedTable { name, table, printed: Some(printed), keys: 2, notes, runs: vec![run] })
 }
 
 fn row(first: usize, c: &Cycle) -> Vec<Cell> {
@@ -123,20 +123,25 @@ fn word(accepted: bool) -> Cell {
     if accepted { "y" } else { "n" }.into()
 }
 
-/// What our programs say at one printed row of Table VI.
+/// Our values at one printed row of Table VI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowCheck {
     /// The printed row.
     pub printed: PrintedRow,
     /// V at its design, in percent.
     pub violation_pct: f64,
-    /// E_g at its design, of the approximations made at the row that it was found from, in percent.
+    /// E_g at its design, of the approximations at the row from which it was found, in percent.
     pub error_pct: f64,
-    /// The design in m that one cycle from that row proposes, with the move limits of the paper.
+    /// The design in m that one cycle from that row gives, with the move limits of the paper.
     pub proposed: Vec<f64>,
 }
 
-/// Every printed row of Table VI on its own: no path, so no chaos. `setup` has the mechanism and the derivatives.
+/// Checks every printed row of Table VI on its own, so differences do not accumulate along the path.
+///
+/// `setup` has the mechanism and the derivatives.
+///
+/// # Errors
+/// If an analysis or a subproblem fails.
 pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
     let rows = printed_rows(TABLE6, &RelativeLimits::default())?;
     let (problem, method) = (setup.problem()?, method());
@@ -145,7 +150,7 @@ pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
     let mut checks = vec![];
     for (k, printed) in rows.into_iter().enumerate() {
         if k == 0 {
-            let (violation_pct, proposed) = (start.evaluation.max_violation_pct(), printed.design.clone());
+            let (violation_pct, proposed) = (start.analyzed.evaluation.max_violation_pct(), printed.design.clone());
             checks.push(RowCheck { printed, violation_pct, error_pct: 0.0, proposed });
             continue;
         }
@@ -159,37 +164,32 @@ pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
     Ok(checks)
 }
 
-/// All that is known at the start of a cycle.
+/// The start of a cycle with its derivatives.
 struct Start {
-    design: Vec<f64>,
-    responses: Responses,
-    evaluation: Evaluation,
-    kept: Vec<crate::problem::RowId>,
-    sensitivities: Sensitivities,
+    analyzed: AnalyzedDesign,
+    data: CycleData,
 }
 
 impl Start {
     fn at(problem: &Problem, method: &Method, design: &[f64]) -> Result<Self> {
-        let responses = problem.analyze(design)?;
-        let evaluation = problem.evaluate(design, &responses)?;
-        let kept = method.screening.keep(problem, &evaluation);
-        let instants = ApproximateProblem::instants(problem, &kept);
-        let rows = problem.sensitivities(design, &responses, &instants)?;
-        let sensitivities = Sensitivities { instants, rows };
-        Ok(Self { design: design.to_vec(), responses, evaluation, kept, sensitivities })
+        let analyzed = problem.analyze_design(design)?;
+        let retained = method.screening.retain(problem, &analyzed.evaluation);
+        let data = CycleData::first_order(problem, &analyzed, retained)?;
+        Ok(Self { analyzed, data })
     }
 
     fn check(&self, problem: &Problem, method: &Method, printed: PrintedRow) -> Result<RowCheck> {
-        let Self { design, responses, evaluation, kept, sensitivities } = self;
-        let known = LinearizationPoint::first_order(design, responses, evaluation, sensitivities);
+        let Self { analyzed, data } = self;
+        let point = LinearizationPoint::first_order(analyzed, data);
+        let design = &analyzed.design;
         let region = method.move_limits.region(problem, design, &printed.factors);
         let subproblem_box = SubproblemBox::new(problem, vec![design.clone()], (region.lower, region.upper));
         let around = (subproblem_box, ApproximationOptions::default());
-        let approximate = ApproximateProblem::new(problem, &*method.approximation, known, kept.clone(), around)?;
+        let approximate = ApproximateProblem::new(problem, &*method.approximation, point, around)?;
         let proposed = method.solver.solve(&approximate, design)?.x;
         let there = problem.evaluate(&printed.design, &problem.analyze(&printed.design)?)?;
         let predicted = approximate.values(&printed.design)?;
-        let outcome = Outcome::new(problem, &method.screening, kept, &predicted, &there);
+        let outcome = Outcome::new(problem, &method.screening, &data.retained, &predicted, &there);
         Ok(RowCheck {
             printed,
             violation_pct: outcome.violation_pct,
@@ -199,7 +199,7 @@ impl Start {
     }
 }
 
-/// [`check_rows`] as a table: errors and violations beside the printed ones, and the designs that one cycle proposes.
+/// The checked rows as a table: errors and violations next to the printed ones, and the proposed designs.
 pub fn table6_rows(checks: &[RowCheck]) -> Result<Table> {
     let columns = [
         "cycle",
@@ -248,13 +248,13 @@ pub fn violation_rms(checks: &[RowCheck]) -> Result<f64> {
     Ok((misses.iter().map(|m| m * m).sum::<f64>() / misses.len() as f64).sqrt())
 }
 
-/// Every printed row of Table VI analysed and proposed again, with the paper's forward differences.
-pub fn row_by_row() -> Result<Regenerated> {
+/// Table VI row by row, with the paper's forward differences.
+pub fn row_by_row() -> Result<ReproducedTable> {
     let checks = check_rows(&as_printed())?;
     let notes = vec![
         "The printed diameters are un-rounded by their move limits; each row is proposed from the printed row before it.",
         "The printed stresses need the rotary inertia m l²/12 counted twice (the as-published preset), see the README.",
     ];
     let table = table6_rows(&checks)?;
-    Ok(Regenerated { name: "table6_rows", table, printed: None, keys: 2, notes, run: None })
+    Ok(ReproducedTable { name: "table6_rows", table, printed: None, keys: 2, notes, runs: vec![] })
 }

@@ -1,8 +1,7 @@
-//! Pictures of the flexible four-bar: stresses over time and along the links, the mechanism, its motion.
+//! Figures of the flexible four-bar: stresses over time and along the links, the mechanism and its motion.
 
-use super::runs::ReproducedRun;
-use crate::cases::four_bar::LINKS;
-use crate::cases::mechanisms::FourBar;
+use crate::cases::four_bar::{FourBar, LINKS};
+use crate::papers::paper::ReproducedRun;
 use crate::problem::Problem;
 use crate::report::animation::{Animation, Scene};
 use crate::report::figure::{Figure, Grid, Quantity};
@@ -14,7 +13,7 @@ use mechanics::analyses::sampling::interpolate;
 use mechanics::integrators::time_stepper::TimeStepper as Motion;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 
-/// How many times the bending of the links is enlarged in pictures of the motion.
+/// Magnification of the bending in animations.
 const ENLARGED: f64 = 10.0;
 /// Pascals in a megapascal.
 const MEGA: f64 = 1e6;
@@ -34,9 +33,9 @@ pub fn four_bar_figures(name: &str, model: &FourBar, run: &ReproducedRun) -> Res
     Ok(figures)
 }
 
-/// The motion of the start and of the final design in the observed window, as a page and as a GIF, by file name.
+/// The motion of an early and of the final design in the observed window, as a page and as a GIF, by file name.
 ///
-/// The bending of the links is enlarged ten times, and 0.2 s last 8 s.
+/// The bending of the links is magnified ten times; 0.2 s take 8 s.
 pub fn four_bar_animation(name: &str, model: &FourBar, run: &ReproducedRun) -> Result<Vec<(String, Vec<u8>)>> {
     let times: Vec<f64> = run.problem.grids[0].points.iter().copied().step_by(2).collect();
     let scene = |title: &str, design: &[f64]| -> Result<Scene> {
@@ -65,7 +64,7 @@ fn stresses(model: &FourBar, design: &[f64], moments: &[Vec<f64>]) -> Vec<Vec<f6
     moments.iter().enumerate().map(stress).collect()
 }
 
-/// The node of a link with the largest stress, over time; with the points kept and active in the last cycle.
+/// Stress over time at the most loaded node of a link, with the time points retained and active in the last cycle.
 fn stress_history(
     problem: &Problem,
     run: &ReproducedRun,
@@ -78,7 +77,7 @@ fn stress_history(
     let mine = |j: usize| problem.constraints[j].quantity.responses() == [node];
     let (mut kept, mut active): (Vec<usize>, Vec<usize>) = (vec![], vec![]);
     if let Some(last) = run.state.history.last() {
-        kept.extend(last.kept.iter().filter(|r| mine(r.constraint)).map(|r| r.point));
+        kept.extend(last.retained.iter().filter(|r| mine(r.constraint)).map(|r| r.point));
         active.extend(last.active.iter().filter(|a| mine(a.row.constraint)).map(|a| a.row.point));
     }
     let limit = FourBar::ALLOWED_STRESS / MEGA;
@@ -163,7 +162,7 @@ fn shapes(model: &FourBar, design: &[f64], times: &[f64]) -> Result<Vec<[Vec<[f6
     Ok(shapes)
 }
 
-/// The drawing of three links whose distance from their chords is enlarged.
+/// The drawing of three links with magnified deflection from their chords.
 fn linkage(links: &[Vec<[f64; 2]>; 3], enlarged: f64) -> Linkage {
     let bars = links.iter().map(|link| {
         let (from, to) = (link[0], link[link.len() - 1]);

@@ -1,20 +1,20 @@
-//! The printed rows of Table VI, un-rounded as far as their own move limits allow.
+//! The printed rows of Table VI, with more digits where the move limits determine them.
 
 use crate::sao::{MoveLimits, Outcome, RelativeLimits, Trial, Verdict};
 use error::{Error, Result};
 
-/// A row of Table VI and what follows from it.
+/// A printed row of Table VI, with its move-limit factors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintedRow {
     /// Number of the cycle.
     pub cycle: usize,
     /// Whether the design was accepted.
     pub accepted: bool,
-    /// Diameters in m: those at a move limit of exactly known diameters in full, the others as printed.
+    /// Diameters in m: in full where a move limit determines them, otherwise as printed.
     pub design: Vec<f64>,
-    /// Move-limit factors with which it was found.
+    /// Move-limit factors of its trial step.
     pub factors: Vec<f64>,
-    /// Index of the row that it was found from.
+    /// Index of the row from which it was found.
     pub from: usize,
     /// E_g in percent, as printed.
     pub error_pct: f64,
@@ -22,13 +22,16 @@ pub struct PrintedRow {
     pub violation_pct: f64,
 }
 
-/// A printed diameter this near to a move limit, in m, stands at it: half a digit of both, and a little.
+/// Distance in m below which a printed diameter is at its move limit: slightly more than half a unit of the last digit.
 const NEAR: f64 = 6e-5;
 
-/// Rows of Table VI from its CSV text, with the factors that `limits` gives on the printed errors.
+/// Rows of Table VI from its CSV text, with the factors that `limits` computes from the printed errors.
 ///
-/// The paper prints no factors and diameters to 0.1 mm only. The first three steps are the full 40 %, and the factors
-/// follow from the printed errors, so that a diameter that went from limit to limit is known to all digits.
+/// The paper prints no factors, and diameters to 0.1 mm only. The first three steps are the full 40 %, and the factors
+/// follow from the printed errors. A diameter that went from move limit to move limit is therefore known to all digits.
+///
+/// # Errors
+/// [`Error::File`] or [`Error::Length`] if the text is not the table.
 pub fn printed_rows(csv: &str, limits: &RelativeLimits) -> Result<Vec<PrintedRow>> {
     let mut rows: Vec<PrintedRow> = vec![];
     let mut exact = vec![true; 3];
@@ -57,7 +60,7 @@ pub fn printed_rows(csv: &str, limits: &RelativeLimits) -> Result<Vec<PrintedRow
     Ok(rows)
 }
 
-/// A printed step as the move limits see it. The objective plays no part in them.
+/// A printed step as input of the move limits, which do not use the objective.
 fn trial<'a>(
     row: &'a PrintedRow,
     base: &'a PrintedRow,
@@ -69,7 +72,7 @@ fn trial<'a>(
         objective_error_pct: 0.0,
         constraint_error_pct: row.error_pct,
         violation_pct: row.violation_pct,
-        // Something was approximated if a stress was above half its limit.
+        // A constraint was approximated if a stress was above half its limit.
         evidence: base.violation_pct > -50.0,
         shortfall: vec![],
     };

@@ -49,7 +49,7 @@ impl OptimizationReport<'_> {
         let figure = plots::convergence(&Convergence {
             cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
             accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
-            objective: Quantity::new(literal(&self.problem.objective_name), literal(&self.problem.objective_unit)),
+            objective: Quantity::new(literal(&self.problem.objective.name), literal(&self.problem.objective.unit)),
             objective_values: &objective,
             objective_logarithmic: self.spans_decades(),
             measures: &[
@@ -146,7 +146,7 @@ impl OptimizationReport<'_> {
                 c.violation_pct.into(),
                 c.max_variable_change_pct.into(),
                 c.active_limits.into(),
-                c.kept.len().into(),
+                c.retained.len().into(),
                 c.active.len().into(),
             ];
             table.push(fixed.into_iter().chain(c.design.iter().map(|b| Cell::from(*b))))?;

@@ -1,8 +1,8 @@
 //! Objective and violation along the only design variable that is free.
 
 use super::OptimizationReport;
-use super::plane::{axis, evaluate, peak, window};
-use crate::problem::{Evaluation, Problem};
+use super::plane::{axis, evaluate, least_peak, window};
+use crate::problem::{Evaluation, PeakBound, Problem};
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Stroke, literal};
 use crate::report::page::Section;
 use crate::sao::State;
@@ -18,15 +18,12 @@ pub(super) struct Line {
 impl Line {
     /// Analyses `count` designs along the variable.
     pub fn sample(problem: &Problem, state: &State, variable: usize, count: usize) -> Self {
-        let bound = peak(problem);
+        let peak = problem.objective.peak();
         let places = axis(window(problem, state, variable), count);
         let one = |x: &f64| {
             let evaluation = evaluate(problem, state, &[variable], &[*x])?;
-            let (value, violation) = match bound {
-                Some((k, upper)) => (
-                    super::plane::least_peak(problem, &evaluation, state.design[k], upper),
-                    without(&evaluation, upper),
-                ),
+            let (value, violation) = match peak {
+                Some(peak) => (least_peak(problem, &evaluation, &state.design, peak), without(&evaluation, peak)),
                 None => (evaluation.objective, evaluation.max_violation_pct()),
             };
             Some([*x, value, violation])
@@ -36,8 +33,8 @@ impl Line {
 }
 
 /// The largest violation in percent of all constraints but the two that bound a peak.
-fn without(evaluation: &Evaluation, upper: usize) -> f64 {
-    let kept = evaluation.violations().into_iter().enumerate().filter(|(j, _)| *j != upper && *j != upper + 1);
+fn without(evaluation: &Evaluation, peak: PeakBound) -> f64 {
+    let kept = evaluation.violations().into_iter().enumerate().filter(|(j, _)| !peak.constraints.contains(j));
     kept.map(|(_, v)| 100.0 * v).fold(-100.0, f64::max)
 }
 
@@ -68,7 +65,7 @@ impl OptimizationReport<'_> {
             let at: Vec<[f64; 2]> = self.tries().filter(|c| c.accepted).map(|c| [c.design[k], value(c)]).collect();
             Mark::points(at, Marker::Disc, Colour::BLUE, 3.6)
         };
-        let objective = Axis::new(literal(&problem.objective_name), literal(&problem.objective_unit));
+        let objective = Axis::new(literal(&problem.objective.name), literal(&problem.objective.unit));
         let mut top = Panel::new(x.clone().unlabelled(), objective).legend(Legend::Absent);
         top.add(curve(1)).add(designs(|c| c.objective));
         let mut bottom = Panel::new(x, Axis::new("largest violation", "%")).legend(Legend::Absent);

@@ -29,7 +29,7 @@ use crate::sao::{Cycle, State};
 /// A run at any stage, for reading.
 ///
 /// ```
-/// use linkwright::{library::impact_absorber, report::run::{OptimizationReport, Slice}, sao::Method};
+/// use linkwright::{cases::impact_absorber, report::run::{OptimizationReport, Slice}, sao::Method};
 ///
 /// let problem = impact_absorber::peak_acceleration()?;
 /// let state = Method::default().solve(&problem, |_| ())?;

@@ -59,7 +59,7 @@ impl OptimizationReport<'_> {
     }
 
     fn multipliers(&self, last: &Cycle) -> Result<Table> {
-        let unit = match self.problem.objective_unit.as_str() {
+        let unit = match self.problem.objective.unit.as_str() {
             "" => "multiplier".to_owned(),
             unit => format!("multiplier in {unit}"),
         };

@@ -2,7 +2,7 @@
 
 use super::{OptimizationReport, change, number};
 use crate::Result;
-use crate::problem::{DesignVariable, RowId};
+use crate::problem::{Constraint, DesignVariable, Evaluation, Side};
 use crate::report::page::{Page, Section, Tone};
 use crate::report::table::{Cell, Table};
 use crate::sao::Status;
@@ -18,7 +18,7 @@ impl OptimizationReport<'_> {
         let (problem, state) = (self.problem, self.state);
         let (word, tone, lead) = self.status();
         let (before, after) = (self.first.1.objective, state.evaluation.objective);
-        let unit = |value: f64| format!("{} {}", number(value), problem.objective_unit).trim_end().to_owned();
+        let unit = |value: f64| format!("{} {}", number(value), problem.objective.unit).trim_end().to_owned();
         let changed = change(before, after).map_or_else(String::new, |c| format!(", {}", percent(c)));
         let violation = state.evaluation.max_violation_pct();
         let nearest = state.evaluation.worst().map_or_else(String::new, |(row, _)| problem.row_in_words(row));
@@ -32,7 +32,7 @@ impl OptimizationReport<'_> {
         Page::new(self.title)
             .status(word, tone)
             .lead(lead)
-            .card(&problem.objective_name, unit(after), format!("from {}{changed}", unit(before)))
+            .card(&problem.objective.name, unit(after), format!("from {}{changed}", unit(before)))
             .card(held, value, if nearest.is_empty() { nearest } else { format!("nearest: {nearest}") })
             .card("cycles", state.cycles().to_string(), format!("and {rejected} rejected tries"))
             .card(
@@ -69,7 +69,7 @@ impl OptimizationReport<'_> {
         let columns = ["variable", "unit", "first", "last", "change in %", "lower bound", "upper bound", "remark"];
         let mut table = Table::new("Design variables", columns);
         let bound = |b: f64| if b.is_finite() { Cell::from(b) } else { Cell::Empty };
-        let peak = super::plane::peak(self.problem).map(|(k, _)| &self.problem.variables[k].name);
+        let peak = self.problem.objective.peak().map(|peak| &self.problem.variables[peak.variable].name);
         for ((variable, &from), &to) in self.problem.variables.iter().zip(self.start()).zip(&self.state.design) {
             table.push([
                 variable.name.as_str().into(),
@@ -85,7 +85,7 @@ impl OptimizationReport<'_> {
         let (n, m) = (self.problem.n(), self.problem.constraints.len());
         let text = format!(
             "{} is minimized over {n} design variable{}, subject to {m} constraint{}.",
-            self.problem.objective_name,
+            self.problem.objective.name,
             plural(n),
             plural(m)
         );
@@ -97,11 +97,11 @@ impl OptimizationReport<'_> {
         let section = Section::new("constraints", "Objective and constraints");
         let mut objective = Table::new("Objective", ["objective", "unit", "first", "last", "change in %"]);
         let (before, after) = (self.first.1.objective, self.state.evaluation.objective);
-        let name = self.problem.objective_name.as_str();
+        let name = self.problem.objective.name.as_str();
         let changed = change(before, after).map_or(Cell::Empty, Cell::from);
         objective.push([
             name.into(),
-            self.problem.objective_unit.as_str().into(),
+            self.problem.objective.unit.as_str().into(),
             before.into(),
             after.into(),
             changed,
@@ -114,8 +114,8 @@ impl OptimizationReport<'_> {
         let title = "Constraints where they are nearest to their limits; values are normalised so that 1 is the limit";
         let mut table = Table::new(title, columns);
         for (j, constraint) in self.problem.constraints.iter().enumerate() {
-            let (row, last) = self.worst(&self.state.evaluation, j);
-            let (_, first) = self.worst(&self.first.1, j);
+            let worst = |evaluation: &Evaluation| evaluation.worst_of(j).expect("a constraint has a time point");
+            let ((row, last), (_, first)) = (worst(&self.state.evaluation), worst(&self.first.1));
             let violation = settled(100.0 * self.state.evaluation.violation(j, last));
             let quantity = &constraint.quantity;
             let at = if quantity.is_transient() {
@@ -123,8 +123,7 @@ impl OptimizationReport<'_> {
             } else {
                 String::new()
             };
-            let relation =
-                format!("{} {}", if constraint.is_equality { "=" } else { "\u{2264}" }, number(constraint.limit));
+            let relation = self.relation(constraint);
             table.push([
                 constraint.name.as_str().into(),
                 relation.as_str().into(),
@@ -138,12 +137,17 @@ impl OptimizationReport<'_> {
         Ok(section.table(table))
     }
 
-    /// The time point of constraint `j` that is nearest to its limit, and ĝ there.
-    pub(super) fn worst(&self, evaluation: &crate::problem::Evaluation, j: usize) -> (RowId, f64) {
-        let history = &evaluation.constraints[j];
-        let beyond = |p: &usize| evaluation.violation(j, history[*p]);
-        let point = (0..history.len()).max_by(|a, b| beyond(a).total_cmp(&beyond(b)).then(b.cmp(a))).unwrap_or(0);
-        (RowId { constraint: j, point }, history[point])
+    /// The side and the limit of a constraint.
+    fn relation(&self, constraint: &Constraint) -> String {
+        let (sign, minus) = match constraint.side {
+            Side::AtMost => ("\u{2264}", ""),
+            Side::AtLeast => ("\u{2265}", "\u{2212}"),
+            Side::Equal => ("=", ""),
+        };
+        match constraint.bound {
+            Some(k) => format!("{sign} {minus}{}", self.problem.variables[k].name),
+            None => format!("{sign} {}", number(constraint.limit)),
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::OptimizationReport;
 use super::line::Line;
 use crate::Result;
-use crate::problem::{Evaluation, Problem};
+use crate::problem::{Evaluation, PeakBound, Problem};
 use crate::report::figure::{Grid, Quantity, literal};
 use crate::report::page::Section;
 use crate::report::plots::{Bound, DesignPlane, Iterate, Objective, design_plane};
@@ -32,15 +32,6 @@ struct Plane {
     bounds: Vec<(String, Grid)>,
 }
 
-/// The variable that bounds a peak, and the constraint below which it does.
-pub(super) fn peak(problem: &Problem) -> Option<(usize, usize)> {
-    let name = &problem.objective_name;
-    let variable = problem.variables.iter().position(|v| v.name == *name)?;
-    let upper = problem.constraints.iter().position(|c| c.name == format!("{name} upper"))?;
-    let lower = problem.constraints.get(upper + 1).is_some_and(|c| c.name == format!("{name} lower"));
-    (lower && problem.objective.is_explicit()).then_some((variable, upper))
-}
-
 /// Design variables, those that change most relative to their scales first.
 pub(super) fn changes(problem: &Problem, state: &State) -> Vec<usize> {
     let scales = problem.scales();
@@ -64,8 +55,7 @@ impl Slice {
     ///
     /// **Errors.** Not one of the designs can be analysed.
     pub fn sample(problem: &Problem, state: &State, count: usize) -> Result<Option<Self>> {
-        let peak = peak(problem);
-        let bound = peak.map(|(bound, _)| bound);
+        let bound = problem.objective.peak().map(|peak| peak.variable);
         let is_free = |k: &usize| problem.variables[*k].lower < problem.variables[*k].upper;
         let mut order = changes(problem, state).into_iter().filter(is_free).filter(|k| bound != Some(*k));
         match (order.next(), order.next()) {
@@ -79,7 +69,7 @@ impl Slice {
 
 impl Plane {
     fn sample(problem: &Problem, state: &State, [i, j]: [usize; 2], count: usize) -> Result<Self> {
-        let peak = peak(problem);
+        let peak = problem.objective.peak();
         let [x, y] = [i, j].map(|k| axis(window(problem, state, k), count));
         let places: Vec<[f64; 2]> = y.iter().flat_map(|y| x.iter().map(|x| [*x, *y])).collect();
         let evaluated: Vec<Option<Evaluation>> =
@@ -90,12 +80,11 @@ impl Plane {
             Grid::with_holes(&x, &y, &values)
         };
         let objective = match peak {
-            Some((bound, upper)) => grid(&|e| least_peak(problem, e, state.design[bound], upper))?,
+            Some(peak) => grid(&|e| least_peak(problem, e, &state.design, peak))?,
             None => grid(&|e| e.objective)?,
         };
         let mut kept: Vec<(usize, Grid)> = vec![];
-        for c in (0..problem.constraints.len()).filter(|c| peak.is_none_or(|(_, upper)| *c != upper && *c != upper + 1))
-        {
+        for c in (0..problem.constraints.len()).filter(|c| peak.is_none_or(|peak| !peak.constraints.contains(c))) {
             let excess = grid(&|e| e.violations()[c])?;
             let [low, high] = excess.range();
             if low < 0.0 && high > 0.0 {
@@ -128,9 +117,10 @@ pub(super) fn evaluate(problem: &Problem, state: &State, variables: &[usize], va
 }
 
 /// The least value of the bound variable that its two constraints allow: β + s·max(ĝ − 1).
-pub(super) fn least_peak(problem: &Problem, evaluation: &Evaluation, bound: f64, upper: usize) -> f64 {
-    let largest = evaluation.constraints[upper..upper + 2].concat().into_iter().fold(f64::NEG_INFINITY, f64::max);
-    bound + problem.constraints[upper].scale * (largest - 1.0)
+pub(super) fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: PeakBound) -> f64 {
+    let values = peak.constraints.map(|j| &evaluation.constraints[j]);
+    let largest = values.into_iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+    design[peak.variable] + problem.constraints[peak.constraints[0]].scale * (largest - 1.0)
 }
 
 /// The constraints nearest to their limits at the last design under their names, the others as one.
@@ -193,7 +183,7 @@ impl OptimizationReport<'_> {
             })
             .collect();
         let bounds: Vec<Bound> = slice.bounds.iter().map(|(name, excess)| Bound { name, excess }).collect();
-        let name = literal(&self.problem.objective_name);
+        let name = literal(&self.problem.objective.name);
         let plane = DesignPlane {
             variables: [quantity(i), quantity(j)],
             objective: Objective { name: &name, grid: &slice.objective, levels: &[] },
@@ -216,11 +206,11 @@ mod tests {
     fn the_least_bound_is_the_peak() {
         let problem = impact_absorber::peak_acceleration().unwrap();
         let state = Method::default().solve(&problem, |_| ()).unwrap();
-        let (bound, upper) = peak(&problem).unwrap();
+        let peak = problem.objective.peak().unwrap();
         let acceleration = problem.responses.iter().position(|r| r.name == "acceleration").unwrap();
         for at in [[0.9, 0.2], [0.4, 0.5], [state.design[0], state.design[1]]] {
             let evaluation = evaluate(&problem, &state, &[0, 1], &at).unwrap();
-            let found = least_peak(&problem, &evaluation, state.design[bound], upper);
+            let found = least_peak(&problem, &evaluation, &state.design, peak);
             let responses = problem.analyze(&[at[0], at[1], 0.0]).unwrap();
             let expected = responses.values[acceleration].iter().fold(0.0f64, |a, v| a.max(v.abs()));
             assert!((found - expected).abs() < 1e-9, "{found} and {expected}");

@@ -42,7 +42,7 @@ impl OptimizationReport<'_> {
 
     fn objectives(&self, known: &[(&Cycle, &Prediction)]) -> Figure {
         let problem = self.problem;
-        let objective = Axis::new(literal(&problem.objective_name), literal(&problem.objective_unit));
+        let objective = Axis::new(literal(&problem.objective.name), literal(&problem.objective.unit));
         let objective = if self.spans_decades() { objective.logarithmic() } else { objective };
         let mut panel = Panel::new(self.cycle_axis(), objective).legend(Legend::Below);
         let of = |accepted: bool| -> Vec<[f64; 2]> {
@@ -79,8 +79,9 @@ impl OptimizationReport<'_> {
             let most = misses.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
             let failed = cycle.failure.is_some();
             let value = |v: f64| if failed { Cell::Empty } else { Cell::from(v) };
-            let row =
-                most.and_then(|k| cycle.kept.get(k)).map_or_else(String::new, |row| self.problem.row_in_words(*row));
+            let row = most
+                .and_then(|k| cycle.retained.get(k))
+                .map_or_else(String::new, |row| self.problem.row_in_words(*row));
             table.push([
                 cycle.cycle.into(),
                 super::verdict(cycle).into(),

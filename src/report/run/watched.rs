@@ -1,10 +1,10 @@
 //! What is constrained over time, in its own unit.
 //!
-//! A problem knows normalised constraints ĝ ≤ 1. For reading, the two sides of one quantity are put together, the sign is
-//! turned back where the quantity is a response, and the bound of a peak is added again.
+//! Evaluations hold normalised constraints ĝ ≤ 1. For display they are converted to values of the constrained quantity, and
+//! the two sides of one quantity are one history.
 
 use super::OptimizationReport;
-use crate::problem::{Constraint, RowId};
+use crate::problem::{self, Evaluation, RowId};
 use crate::report::plots::{Side, TimeBound};
 
 /// A constrained quantity over time.
@@ -29,112 +29,80 @@ pub(super) struct Watched {
 }
 
 impl OptimizationReport<'_> {
-    /// All constrained histories, in the order of the constraints.
+    /// All constrained histories, in the order of the constraints; two sides of one quantity are one history.
     pub(super) fn watched(&self) -> Vec<Watched> {
-        let constraints = &self.problem.constraints;
-        let (mut all, mut j) = (vec![], 0);
-        while j < constraints.len() {
-            let pair = constraints.get(j + 1).filter(|next| is_pair(&constraints[j], next)).is_some();
-            if constraints[j].quantity.is_transient() {
-                all.push(self.watch(j, pair));
-            }
-            j += if pair { 2 } else { 1 };
-        }
-        all
+        let transient =
+            (0..self.problem.constraints.len()).filter(|&j| self.problem.constraints[j].quantity.is_transient());
+        let pairs = transient.map(|j| (j, self.problem.partner(j))).filter(|(j, other)| other.is_none_or(|k| *j < k));
+        pairs.map(|(j, other)| self.watch(j, other)).collect()
     }
 
-    fn watch(&self, j: usize, pair: bool) -> Watched {
-        let (constraint, grid) =
-            (&self.problem.constraints[j], self.problem.constraints[j].quantity.grid().unwrap_or(0));
-        let stem = constraint.name.strip_suffix(" upper").filter(|_| pair).unwrap_or(&constraint.name);
-        let peak =
-            self.problem.variables.iter().position(|v| pair && v.name == stem && stem == self.problem.objective_name);
+    fn watch(&self, j: usize, other: Option<usize>) -> Watched {
+        let constraint = &self.problem.constraints[j];
         let points = self.window(j);
-        let beta = |design: &[f64]| peak.map_or(0.0, |k| design[k]);
-        let of = |ĝ: &[f64], design: &[f64]| -> Vec<f64> {
-            ĝ[points.clone()].iter().map(|g| constraint.limit + constraint.scale * (g - 1.0) + beta(design)).collect()
+        let values = |evaluation: &Evaluation, design: &[f64]| -> Vec<f64> {
+            let beta = constraint.bound.map_or(0.0, |k| design[k]);
+            let value = |g: &f64| constraint.sign() * (constraint.signed_limit() + constraint.scale * (g - 1.0) + beta);
+            evaluation.constraints[j][points.clone()].iter().map(value).collect()
         };
-        let mut first = of(&self.first.1.constraints[j], self.start());
-        let mut last = of(&self.state.evaluation.constraints[j], &self.state.design);
-        let mut bounds =
-            bounds(constraint, pair.then(|| &self.problem.constraints[j + 1]), peak.map(|k| self.state.design[k]));
-        let response = self.response_like(constraint.quantity.responses(), &points, &last);
-        if let Some((_, true)) = response {
-            [&mut first, &mut last].into_iter().flatten().for_each(|v| *v = -*v);
-            bounds.iter_mut().for_each(|bound| *bound = turned(*bound));
-        }
-        let both = j..j + 1 + usize::from(pair);
-        let (kept, active) = self.marked(both.clone(), &points);
-        let worst = both.map(|j| self.worst(&self.state.evaluation, j).1).fold(f64::NEG_INFINITY, f64::max);
-        let response = response.map(|(h, _)| h);
-        let unit = match (response, peak) {
-            (Some(h), _) => self.problem.responses[h].unit.clone(),
+        let (kept, active) = self.marked(|k| k == j || Some(k) == other, &points);
+        let sides = || std::iter::once(j).chain(other);
+        let largest = |j| self.state.evaluation.worst_of(j).map_or(f64::NEG_INFINITY, |(_, g)| g);
+        let peak = self.problem.objective.peak().filter(|peak| peak.constraints.contains(&j));
+        let response = constraint.quantity.as_response().map(|h| &self.problem.responses[h]);
+        let unit = match (response, constraint.bound) {
+            (Some(response), _) => response.unit.clone(),
             (None, Some(k)) => self.problem.variables[k].unit.clone(),
-            _ => String::new(),
+            (None, None) => String::new(),
         };
-        let remark = if peak.is_some() { ", bounded by the objective" } else { "" };
         let name = match (response, peak) {
-            (Some(h), Some(_)) => self.problem.responses[h].name.clone(),
-            _ => stem.to_owned(),
+            (Some(response), Some(_)) => &response.name,
+            _ => constraint.pair.as_ref().filter(|_| other.is_some()).unwrap_or(&constraint.name),
         };
-        Watched { name, unit, grid, points, first, last, bounds, kept, active, worst, response, remark }
+        Watched {
+            name: name.clone(),
+            unit,
+            grid: constraint.quantity.grid().unwrap_or(0),
+            first: values(&self.first.1, self.start()),
+            last: values(&self.state.evaluation, &self.state.design),
+            bounds: sides().flat_map(|j| self.bounds(j)).collect(),
+            kept,
+            active,
+            worst: sides().map(largest).fold(f64::NEG_INFINITY, f64::max),
+            response: constraint.quantity.as_response(),
+            remark: if peak.is_some() { ", bounded by the objective" } else { "" },
+            points,
+        }
     }
 
-    /// Time points without those before and behind the interval on which the constraint holds, where ĝ is zero.
+    /// Time points at which a constraint holds.
     fn window(&self, j: usize) -> std::ops::Range<usize> {
-        const LEAST: usize = 3;
-        let (first, last) = (&self.first.1.constraints[j], &self.state.evaluation.constraints[j]);
-        let outside = |p: &usize| first[*p].abs() < 1e-9 && last[*p].abs() < 1e-9;
-        let n = last.len();
-        let (before, behind) = ((0..n).take_while(outside).count(), (0..n).rev().take_while(outside).count());
-        let begin = if before >= LEAST && before < n { before } else { 0 };
-        let end = if behind >= LEAST && behind < n { n - behind } else { n };
-        begin..end
+        let n = self.state.evaluation.constraints[j].len();
+        let mut inside = (0..n).filter(|&p| self.problem.holds(j, p));
+        let first = inside.next().unwrap_or(0);
+        first..inside.next_back().unwrap_or(first) + 1
     }
 
-    /// The response that has the values of a history, or their negatives.
-    fn response_like(&self, among: &[usize], points: &std::ops::Range<usize>, values: &[f64]) -> Option<(usize, bool)> {
-        let same = |h: usize, sign: f64| {
-            let response = self.state.responses.values.get(h).filter(|r| r.len() >= points.end);
-            let size = values.iter().fold(0.0f64, |a, v| a.max(v.abs()));
-            response
-                .is_some_and(|r| r[points.clone()].iter().zip(values).all(|(r, v)| (sign * r - v).abs() <= 1e-7 * size))
-        };
-        among.iter().find_map(|&h| [1.0, -1.0].into_iter().find(|sign| same(h, *sign)).map(|sign| (h, sign < 0.0)))
-    }
-
-    fn marked(&self, constraints: std::ops::Range<usize>, points: &std::ops::Range<usize>) -> (Vec<usize>, Vec<usize>) {
+    fn marked(&self, is_side: impl Fn(usize) -> bool, points: &std::ops::Range<usize>) -> (Vec<usize>, Vec<usize>) {
         let Some(cycle) = self.last() else { return (vec![], vec![]) };
-        let inside = |row: &RowId| constraints.contains(&row.constraint) && points.contains(&row.point);
+        let inside = |row: &RowId| is_side(row.constraint) && points.contains(&row.point);
         let place = |row: &RowId| row.point - points.start;
-        let kept = cycle.kept.iter().filter(|row| inside(row)).map(place).collect();
+        let kept = cycle.retained.iter().filter(|row| inside(row)).map(place).collect();
         (kept, cycle.active.iter().map(|a| &a.row).filter(|row| inside(row)).map(place).collect())
     }
-}
 
-/// Whether two constraints are the upper and lower side of one quantity.
-fn is_pair(upper: &Constraint, lower: &Constraint) -> bool {
-    let stems = (upper.name.strip_suffix(" upper"), lower.name.strip_suffix(" lower"));
-    matches!(stems, (Some(a), Some(b)) if a == b) && upper.quantity.responses() == lower.quantity.responses()
-}
-
-fn bounds(constraint: &Constraint, lower: Option<&Constraint>, peak: Option<f64>) -> Vec<TimeBound> {
-    let below = |value: f64| TimeBound { value, side: Side::Below };
-    let above = |value: f64| TimeBound { value, side: Side::Above };
-    match (peak, lower) {
-        (Some(peak), _) => vec![below(peak), above(-peak)],
-        (None, Some(lower)) => vec![below(constraint.limit), above(-lower.limit)],
-        (None, None) if constraint.is_equality => vec![below(constraint.limit), above(constraint.limit)],
-        (None, None) => vec![below(constraint.limit)],
+    /// The limits of a constraint at the last design.
+    fn bounds(&self, j: usize) -> Vec<TimeBound> {
+        let constraint = &self.problem.constraints[j];
+        let beta = constraint.bound.map_or(0.0, |k| self.state.design[k]);
+        let below = TimeBound { value: constraint.limit + beta, side: Side::Below };
+        let above = TimeBound { value: constraint.limit - beta, side: Side::Above };
+        match constraint.side {
+            problem::Side::AtMost => vec![below],
+            problem::Side::AtLeast => vec![above],
+            problem::Side::Equal => vec![below, above],
+        }
     }
-}
-
-fn turned(bound: TimeBound) -> TimeBound {
-    let side = match bound.side {
-        Side::Below => Side::Above,
-        Side::Above => Side::Below,
-    };
-    TimeBound { value: -bound.value, side }
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
-//! Outputs of a mechanism, or of a differential equation, as responses of an optimization problem.
+//! Outputs of a mechanism, or of an ordinary differential equation, as responses of an optimization problem.
 
-mod check;
-mod instants;
-mod trajectory;
+mod gradient_check;
+mod ode;
+mod quasi_static;
 mod transient;
 
-pub use check::{AnalysisSettings, check_model};
-pub use instants::{KinematicResponses, QuasiStaticResponses, StaticResponses};
-pub use trajectory::{OdeModel, OdeResponses};
+pub use gradient_check::{AnalysisSettings, check_model};
+pub use ode::{OdeModel, OdeResponses};
+pub use quasi_static::{InstantAnalysis, KinematicResponses, QuasiStaticResponses, StaticResponses};
 pub use transient::{Integration, Transient};
 
 use crate::problem::ResponseAt;
@@ -21,6 +21,6 @@ fn gradient_rows(
     wanted: &[ResponseAt],
     places: &[usize],
 ) -> DMatrix<f64> {
-    let row = |(instant, &place): (&ResponseAt, &usize)| history.gradients[instant.response][place].iter().copied();
+    let row = |(at, &place): (&ResponseAt, &usize)| history.gradients[at.response][place].iter().copied();
     DMatrix::from_row_iterator(wanted.len(), variables, wanted.iter().zip(places).flat_map(row))
 }

@@ -1,8 +1,10 @@
-//! The seam to the optimization wing: a mechanism's outputs as responses.
+//! The outputs of a moving mechanism as responses of an optimization problem.
 
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
+use mechanics::analyses::dynamics::simulate_with_recording;
 use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded};
+use mechanics::checkpointing::ExplicitRecording;
 use mechanics::checkpointing::recording::Recording;
 use mechanics::derivatives::adjoint::{Functional, differentiate_backwards_within, differentiate_recording_backwards};
 use mechanics::derivatives::adjoint::{
@@ -15,13 +17,11 @@ use mechanics::derivatives::second_order::{HessianPart, differentiate_recorded_t
 use mechanics::derivatives::semi_analytical;
 use mechanics::derivatives::semi_analytical::differentiate_semi_analytically;
 use mechanics::integrators::explicit::Explicit;
-use mechanics::integrators::explicit::ExplicitRecording;
-use mechanics::integrators::explicit::simulate_with_recording;
 use mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// How a motion is integrated.
+/// Time integration of a motion, with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Integration {
     /// Implicit steps: stiff and flexible mechanisms.
@@ -44,9 +44,9 @@ impl From<Explicit> for Integration {
 
 /// The outputs of a mechanism over one time grid, as responses of an optimization problem.
 ///
-/// Response h is the mechanism's output h, time-dependent, on the grid `times`. Nothing is differentiated beyond the last
-/// wanted time. An analysis leaves its steps in [`Responses::trace`], and sensitivities at the same design are had from there
-/// without another iteration; without them, as after a restart, the motion is integrated again.
+/// Response h is the mechanism's output h, time-dependent, on the grid `times`. An analysis stores its steps in
+/// [`Responses::trace`], and sensitivities at the same design reuse them without another iteration. Without them, as after a
+/// restart, the motion is integrated again. Differentiation stops at the last wanted time.
 pub struct Transient<M> {
     model: M,
     settings: Integration,
@@ -56,7 +56,7 @@ pub struct Transient<M> {
     perturbation: f64,
 }
 
-/// What an analysis leaves behind.
+/// The steps of an analysis.
 struct Trace {
     design: Vec<f64>,
     steps: Steps,
@@ -68,16 +68,18 @@ enum Steps {
 }
 
 impl Steps {
-    /// Whether all of them were kept, and implicit ones.
+    /// True if all of them are stored, and implicit.
     fn are_whole(&self) -> bool {
         matches!(self, Self::Implicit(recording) if recording.is_whole())
     }
 }
 
 impl<M: ParametricMechanism> Transient<M> {
-    /// For the outputs of `model` at `times` (s, increasing).
+    /// Responses from the outputs of `model` at `times` (s, increasing).
     ///
-    /// **Errors.** [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
+    /// # Errors
+    ///
+    /// [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
     pub fn new(model: M, settings: impl Into<Integration>, times: &[f64]) -> Result<Self> {
         let settings = settings.into();
         match &settings {
@@ -94,34 +96,39 @@ impl<M: ParametricMechanism> Transient<M> {
         })
     }
 
-    /// With at most `bytes` of memory for the steps of an analysis (a quarter of a gigabyte unless told). Of a longer
-    /// motion check-points are kept: when sensitivities are asked for it is integrated again, for the adjoint stretch by
-    /// stretch.
+    /// Limits the memory for the steps of an analysis to `bytes` (by default a quarter of a gigabyte).
+    ///
+    /// Of a longer motion checkpoints are stored, and sensitivities integrate it again: for the adjoint method block by
+    /// block.
     pub fn with_memory(self, bytes: usize) -> Self {
         Self { memory: bytes, ..self }
     }
 
-    /// With derivatives by this method.
+    /// Replaces the method of differentiation.
     ///
-    /// **Errors.** [`Error::Definition`] for semi-analytical derivatives of explicit steps.
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`] for semi-analytical derivatives of explicit steps.
     pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
         if differentiation == Differentiation::SemiAnalytical && matches!(self.settings, Integration::Explicit(_)) {
             let why = "explicit steps have no semi-analytical derivatives";
-            return Err(Error::definition("differentiation", why, "take another method, or implicit steps"));
+            return Err(Error::unsupported("differentiation", why, "take another method, or implicit steps"));
         }
         Ok(Self { differentiation, ..self })
     }
 
-    /// With this relative step of the residual's differences for semi-analytical derivatives, in place of
+    /// Replaces the relative step of the residual's differences for semi-analytical derivatives, by default
     /// [`semi_analytical::STEP`].
     ///
-    /// **Errors.** [`Error::Option`] unless it is between 0 and 1.
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless it is between 0 and 1.
     pub fn with_perturbation(self, step: f64) -> Result<Self> {
         semi_analytical::check_step(step)?;
         Ok(Self { perturbation: step, ..self })
     }
 
-    /// The method that derivatives at the `wanted` instants by this many design variables are taken by.
+    /// The method for derivatives of the `wanted` responses by this many design variables.
     pub fn differentiation_for(&self, variables: usize, wanted: &[ResponseAt]) -> Differentiation {
         let cost = match self.settings {
             Integration::Implicit(_) => Cost::IMPLICIT,
@@ -142,7 +149,7 @@ impl<M: ParametricMechanism> Transient<M> {
 }
 
 impl<M: ParametricMechanism> Transient<M> {
-    /// The method for these derivatives; where it is not demanded, the adjoint does not meet impacts.
+    /// The method for these derivatives. Unless it was demanded, the adjoint method is not chosen where there are impacts.
     fn chosen(&self, b: &[f64], wanted: &[ResponseAt]) -> Result<Differentiation> {
         let chosen = self.differentiation_for(b.len(), wanted);
         let is_free = self.differentiation == Differentiation::Automatic && chosen == Differentiation::Adjoint;
@@ -153,7 +160,7 @@ impl<M: ParametricMechanism> Transient<M> {
         &self,
         method: Differentiation,
         perturbation: f64,
-        (b, left): (&[f64], &Responses),
+        (b, stored): (&[f64], &Responses),
         wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
         let (points, places) = points_of(wanted);
@@ -161,22 +168,24 @@ impl<M: ParametricMechanism> Transient<M> {
         match method {
             Differentiation::Adjoint => {
                 let all: Vec<_> = wanted.iter().zip(places).map(|(i, at)| Functional::at(i.response, at)).collect();
-                self.backwards(b, &times, left, &all)
+                self.backwards(b, &times, stored, &all)
             }
-            Differentiation::SemiAnalytical => self.semi_analytically(perturbation, (b, left), &times, wanted, &places),
-            Differentiation::Direct | Differentiation::Automatic => self.directly((b, left), &times, wanted, &places),
+            Differentiation::SemiAnalytical => {
+                self.semi_analytically(perturbation, (b, stored), &times, wanted, &places)
+            }
+            Differentiation::Direct | Differentiation::Automatic => self.directly((b, stored), &times, wanted, &places),
         }
     }
 
     fn directly(
         &self,
-        (b, left): (&[f64], &Responses),
+        (b, stored): (&[f64], &Responses),
         times: &[f64],
         wanted: &[ResponseAt],
         places: &[usize],
     ) -> Result<DMatrix<f64>> {
         let model = &self.model;
-        let history = match (&self.settings, steps(left, b)) {
+        let history = match (&self.settings, steps(stored, b)) {
             (Integration::Implicit(settings), Some(Steps::Implicit(recording))) if recording.is_whole() => {
                 let slopes = differentiate_recorded(model, b, settings, times, recording)?;
                 let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
@@ -191,16 +200,16 @@ impl<M: ParametricMechanism> Transient<M> {
     fn semi_analytically(
         &self,
         step: f64,
-        (b, left): (&[f64], &Responses),
+        (b, stored): (&[f64], &Responses),
         times: &[f64],
         wanted: &[ResponseAt],
         places: &[usize],
     ) -> Result<DMatrix<f64>> {
         let (model, Integration::Implicit(settings)) = (&self.model, &self.settings) else {
             let why = "explicit steps have no semi-analytical derivatives";
-            return Err(Error::definition("differentiation", why, "take another method, or implicit steps"));
+            return Err(Error::unsupported("differentiation", why, "take another method, or implicit steps"));
         };
-        let Some(Steps::Implicit(recording)) = steps(left, b).filter(|steps| steps.are_whole()) else {
+        let Some(Steps::Implicit(recording)) = steps(stored, b).filter(|steps| steps.are_whole()) else {
             let history = differentiate_semi_analytically(model, b, settings, times, step)?;
             return Ok(super::gradient_rows(&history, b.len(), wanted, places));
         };
@@ -209,10 +218,10 @@ impl<M: ParametricMechanism> Transient<M> {
         Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
     }
 
-    /// From the steps that the analysis left behind, or from those of another one.
-    fn backwards(&self, b: &[f64], times: &[f64], left: &Responses, wanted: &[Functional]) -> Result<DMatrix<f64>> {
+    /// Derivatives by the adjoint method from the stored steps, or from a new analysis.
+    fn backwards(&self, b: &[f64], times: &[f64], stored: &Responses, wanted: &[Functional]) -> Result<DMatrix<f64>> {
         let model = &self.model;
-        let (rows, _) = match (&self.settings, steps(left, b)) {
+        let (rows, _) = match (&self.settings, steps(stored, b)) {
             (Integration::Implicit(settings), Some(Steps::Implicit(steps))) => {
                 differentiate_recording_backwards(model, b, settings, times, wanted, steps)?
             }
@@ -259,24 +268,24 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         Some(self.differentiation_for(variables, wanted).name())
     }
 
-    fn alternatives(&self) -> Vec<GradientMethod<'_>> {
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         let by = |method, step| {
-            move |b: &[f64], left: &Responses, wanted: &[ResponseAt]| {
-                self.sensitivities_by(method, step, (b, left), wanted)
+            move |b: &[f64], stored: &Responses, wanted: &[ResponseAt]| {
+                self.sensitivities_by(method, step, (b, stored), wanted)
             }
         };
         let exact = |name, method| GradientMethod::exact(name, by(method, self.perturbation));
         let mut all = vec![exact("direct", Differentiation::Direct), exact("adjoint", Differentiation::Adjoint)];
         if matches!(self.settings, Integration::Implicit(_)) {
-            let semi = move |step: f64, b: &[f64], left: &Responses, wanted: &[ResponseAt]| {
-                self.sensitivities_by(Differentiation::SemiAnalytical, step, (b, left), wanted)
+            let semi = move |step: f64, b: &[f64], stored: &Responses, wanted: &[ResponseAt]| {
+                self.sensitivities_by(Differentiation::SemiAnalytical, step, (b, stored), wanted)
             };
             all.push(GradientMethod::approximate("semi-analytical", self.perturbation, semi));
         }
         all
     }
 
-    /// By implicit steps; explicit ones offer none.
+    /// By implicit steps; `None` for explicit ones.
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let Integration::Implicit(settings) = &self.settings else { return Ok(None) };
         let (points, at) = points_of(wanted);
@@ -287,21 +296,21 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
             }
             _ => differentiate_twice(&self.model, b, settings, &times, HessianPart::Full)?,
         };
-        Ok(wanted.iter().zip(at).map(|(instant, at)| history.hessian(instant.response, at)).collect())
+        Ok(wanted.iter().zip(at).map(|(wanted, at)| history.hessian(wanted.response, at)).collect())
     }
 }
 
-/// The time points that are wanted, in order, and for each instant the place of its own among them.
+/// The wanted time points, in order, and for each wanted response the place of its own among them.
 fn points_of(wanted: &[ResponseAt]) -> (Vec<usize>, Vec<usize>) {
-    let mut points: Vec<usize> = wanted.iter().map(|instant| instant.point).collect();
+    let mut points: Vec<usize> = wanted.iter().map(|at| at.point).collect();
     points.sort_unstable();
     points.dedup();
-    let place = |instant: &ResponseAt| points.binary_search(&instant.point).expect("every wanted point is among them");
+    let place = |at: &ResponseAt| points.binary_search(&at.point).expect("every wanted point is among them");
     let places = wanted.iter().map(place).collect();
     (points, places)
 }
 
-/// The steps that the analysis of `b` left behind, if it did.
+/// The stored steps of the analysis of `b`, if there are any.
 fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
     let trace = responses.trace.as_ref()?.downcast_ref::<Trace>()?;
     (trace.design == b).then_some(&trace.steps)
@@ -310,10 +319,10 @@ fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::mechanisms::FourBar;
+    use crate::cases::FourBar;
 
     #[test]
-    fn wanted_instants_come_in_the_order_asked() {
+    fn derivatives_come_in_the_order_asked() {
         let model = FourBar::as_published();
         let analysis = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap();
         let b = [0.0385, 0.0252, 0.02];
@@ -321,8 +330,8 @@ mod tests {
         let wanted = [(2, 17), (20, 3), (2, 16)].map(|(response, point)| ResponseAt { response, point });
         let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
         let all = differentiate(&model, &b, &model.dynamics().unwrap(), &FourBar::window()).unwrap();
-        for (k, instant) in wanted.iter().enumerate() {
-            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[instant.response][instant.point]);
+        for (k, at) in wanted.iter().enumerate() {
+            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[at.response][at.point]);
         }
         // Integrated again, the same bits: without a trace, with too little memory, or at another design.
         let wanted_anew = |responses: &Responses| analysis.sensitivities(&b, responses, &wanted).unwrap();
@@ -335,7 +344,7 @@ mod tests {
         assert!(difference.amax() < 1e-10 * rows.amax());
         let forgetful = Transient::new(model, model.dynamics().unwrap(), &FourBar::window()).unwrap().with_memory(1000);
         assert_eq!(rows, wanted_anew(&forgetful.analyze(&b).unwrap()));
-        // From check-points the same bits as from all steps.
+        // From checkpoints the same bits as from all steps.
         let settings = model.dynamics().unwrap();
         let short = Transient::new(model, settings, &FourBar::window()).unwrap().with_memory(1 << 18);
         let short = short.differentiating(Differentiation::Adjoint).unwrap();

@@ -1,4 +1,4 @@
-//! Positions, velocities, accelerations and reactions of driven mechanisms.
+//! Kinematics and inverse dynamics of driven mechanisms.
 
 use crate::Result;
 use crate::analyses::sampling::Sampler;
@@ -9,85 +9,93 @@ use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
 
-/// A guess is good if it is wrong by at most this part of the way.
-const GOOD_GUESS: f64 = 0.2;
+/// Largest error of a predicted position, as a part of its change, with which a substep is accepted.
+const GOOD_PREDICTION: f64 = 0.2;
 
-/// Smallest stride in parts of the wanted one.
+/// Smallest substep, as a part of the whole interval.
 const SMALLEST: f64 = 1.0 / 256.0;
 
-/// Walks a driven mechanism through time: no integration, each instant is solved by itself.
+/// Solver for the motion of a driven mechanism, without integration: each time point is solved by itself.
 ///
-/// With all degrees of freedom driven this is kinematics, and the multipliers and efforts are its inverse dynamics:
-/// what drives and joints must supply. Where freedom is left, positions stay nearest to the instant before.
+/// If all degrees of freedom are driven, this is kinematics. Multipliers and driving forces are then the inverse dynamics: the
+/// reactions of the joints and the forces of the drives. Free coordinates stay nearest to the time point before.
 pub struct KinematicDriver<'m> {
     /// The mechanism.
     pub mechanism: &'m Mechanism<f64>,
-    /// Its equations, with the factor of the accelerations.
+    /// Equations of motion, with the factor of the accelerations.
     pub system: System,
-    /// The current instant.
+    /// State at the current time point.
     pub state: State<f64>,
-    /// Multipliers of the projections at the current instant.
+    /// Multipliers of the projections at the current time point.
     pub projection: Projection,
     assembly: Assembly,
     solver: AccelerationSolver,
 }
 
 impl<'m> KinematicDriver<'m> {
-    /// Assembled at time `t` from the positions that the mechanism was built in.
+    /// Assembles the mechanism at the time `t` (s) from the positions that it was built with.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`](crate::Error::Unsupported) for a mechanism with impacts or switches;
+    /// [`Error::Analysis`](crate::Error::Analysis) if it cannot be assembled.
     pub fn new(mechanism: &'m Mechanism<f64>, assembly: Assembly, t: f64) -> Result<Self> {
         impact::refuse(mechanism, "kinematics")?;
         let (system, state) = (System::at(mechanism, t)?, State::built(mechanism, t));
         let (projection, solver) = (Projection::default(), AccelerationSolver::default());
-        let mut walk = Self { mechanism, system, state, projection, assembly, solver };
-        walk.solve_position()?;
-        Ok(walk)
+        let mut driver = Self { mechanism, system, state, projection, assembly, solver };
+        driver.solve_position()?;
+        Ok(driver)
     }
 
-    /// Goes to time `t`, guessing positions from velocities and accelerations so that the branch is kept.
+    /// Advances to the time `t` (s) on the same branch, predicting positions from velocities and accelerations.
     ///
-    /// Where the guess is poor, or nothing can be assembled from it, the way is gone in halves.
+    /// If the prediction is poor, or the mechanism cannot be assembled from it, the interval is halved.
     ///
-    /// **Errors.** [`crate::Error::Analysis`] if a joint cannot be closed, for instance behind a dead centre.
+    /// # Errors
+    ///
+    /// [`Error::Analysis`](crate::Error::Analysis) if a joint cannot be closed, for example beyond a dead centre.
     pub fn go(&mut self, t: f64) -> Result<()> {
         let (from, start) = (self.state.t, self.state.clone());
-        let mut stride = t - from;
+        let mut substep = t - from;
         while self.state.t != t {
-            let last = (t - self.state.t).abs() <= stride.abs() * (1.0 + 1e-9);
-            let to = if last { t } else { self.state.t + stride };
+            let last = (t - self.state.t).abs() <= substep.abs() * (1.0 + 1e-9);
+            let to = if last { t } else { self.state.t + substep };
             let before = self.state.clone();
-            match self.stride(to) {
+            match self.substep(to) {
                 Ok(true) => continue,
-                outcome if (2.0 * SMALLEST * (t - from)).abs() > stride.abs() => {
+                outcome if (2.0 * SMALLEST * (t - from)).abs() > substep.abs() => {
                     outcome.inspect_err(|_| self.state.copy_from(&start))?;
                 }
                 _ => {
                     self.state.copy_from(&before);
-                    stride *= 0.5;
+                    substep *= 0.5;
                 }
             }
         }
         Ok(())
     }
 
-    /// One stride to `t`. Returns whether the guess was good.
-    fn stride(&mut self, t: f64) -> Result<bool> {
+    /// Advances to `t` in one substep. Returns whether the prediction was good.
+    fn substep(&mut self, t: f64) -> Result<bool> {
         let h = t - self.state.t;
-        let (mut moved, mut wrong) = (0.0f64, 0.0f64);
+        let (mut change, mut error) = (0.0f64, 0.0f64);
         for i in 0..self.state.q.len() {
-            let change = h * (self.state.v[i] + 0.5 * h * self.state.a[i]);
-            moved = moved.max(change.abs());
-            self.state.q[i] += change;
+            let increment = h * (self.state.v[i] + 0.5 * h * self.state.a[i]);
+            change = change.max(increment.abs());
+            self.state.q[i] += increment;
             self.state.v[i] += h * self.state.a[i];
         }
-        let guess = self.state.q.clone();
+        let predicted = self.state.q.clone();
         self.state.t = t;
         self.solve_position()?;
-        for (i, guess) in guess.iter().enumerate().filter(|(i, _)| self.system.equation_of(*i).is_some()) {
-            wrong = wrong.max((self.state.q[i] - guess).abs());
+        for (i, predicted) in predicted.iter().enumerate().filter(|(i, _)| self.system.equation_of(*i).is_some()) {
+            error = error.max((self.state.q[i] - predicted).abs());
         }
-        Ok(wrong <= GOOD_GUESS * moved.max(1e-6))
+        Ok(error <= GOOD_PREDICTION * change.max(1e-6))
     }
 
+    /// Assembles the current time point and solves for velocities, accelerations and multipliers.
     fn solve_position(&mut self) -> Result<()> {
         let Self { mechanism, system, state, .. } = self;
         state.prescribe(mechanism);
@@ -97,18 +105,22 @@ impl<'m> KinematicDriver<'m> {
     }
 }
 
-/// Outputs of a driven mechanism at `times`: one series per output, reactions and driving efforts included.
+/// Outputs of a driven mechanism at `times` (s): one series per output, including reactions and driving forces.
+///
+/// # Errors
+///
+/// As [`KinematicDriver::new`] and [`KinematicDriver::go`].
 pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64]) -> Result<Vec<Vec<f64>>> {
     let (mut sampler, mut outputs) = (Sampler::new(mechanism), Vec::new());
     let mut series = vec![Vec::with_capacity(times.len()); mechanism.outputs.len()];
     let Some(&first) = times.first() else { return Ok(series) };
-    let mut walk = KinematicDriver::new(mechanism, assembly, first)?;
+    let mut driver = KinematicDriver::new(mechanism, assembly, first)?;
     for &t in times {
-        if t != walk.state.t {
-            walk.go(t)?;
+        if t != driver.state.t {
+            driver.go(t)?;
         }
-        sampler.outputs(mechanism, &walk.state, &mut outputs);
-        diagnostics::check(mechanism, &walk.state, &outputs)?;
+        sampler.outputs(mechanism, &driver.state, &mut outputs);
+        diagnostics::check(mechanism, &driver.state, &outputs)?;
         series.iter_mut().zip(&outputs).for_each(|(s, &value)| s.push(value));
     }
     Ok(series)

@@ -1,4 +1,4 @@
-//! Small vibrations about a state.
+//! Vibration modes: small undamped vibrations about a state.
 
 use crate::mechanism::Mechanism;
 use crate::system::linearization::Linearization;
@@ -7,34 +7,36 @@ use crate::system::{System, Unknown};
 use crate::{Error, Result};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Natural angular frequencies (rad/s, rising) and mode shapes about a state, damping left out.
+/// Natural angular frequencies (rad/s, increasing) and mode shapes about a state, without damping.
 #[derive(Clone, Debug)]
 pub struct Modes {
-    /// Angular frequencies; an unstable direction has a negative one (minus the square root of −ω²).
+    /// Angular frequencies in rad/s; −√(−ω²) for an unstable direction with ω² < 0.
     pub frequencies: Vec<f64>,
-    /// One column per mode, one row per coordinate, mass-normalised.
+    /// Mode shapes, normalized by mass: one row per coordinate, one column per mode.
     pub shapes: DMatrix<f64>,
 }
 
-/// Solves K φ = ω² M φ on the motions that the constraints allow.
+/// Solves K φ = ω² M φ for the motions that satisfy the constraints.
 ///
 /// K and M are the derivatives of the residual with respect to positions (with the reactions of `state`) and
 /// accelerations; the constraints are eliminated by an orthogonal basis of the null space of Φ_q.
 ///
-/// **Errors.** [`Error::Analysis`] if an allowed motion has no mass.
+/// # Errors
+///
+/// [`Error::Analysis`] if a motion that satisfies the constraints has no mass.
 pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<Modes> {
     let mut rows = vec![[0.0]; system.size()];
     system.assemble(mechanism, state, Linearization::statics(), &mut rows);
     let stiffness = system.dense();
-    // Without reactions: with them the rows of the joints would add their geometric stiffness to the mass.
+    // Reactions would add the geometric stiffness of the joints to the mass matrix.
     let unloaded = State { l: vec![0.0; state.l.len()], ..state.clone() };
     system.assemble(mechanism, &unloaded, Linearization::accelerations(), &mut rows);
     let mass = system.dense();
     let free: Vec<usize> =
         (0..system.size()).filter(|&e| matches!(system.unknowns()[e], Unknown::Coordinate(_))).collect();
-    let held: Vec<usize> = (0..system.size()).filter(|e| !free.contains(e)).collect();
+    let constrained: Vec<usize> = (0..system.size()).filter(|e| !free.contains(e)).collect();
     let pick = |m: &DMatrix<f64>, rows: &[usize]| m.select_rows(rows).select_columns(&free);
-    let basis = null_space(&pick(&stiffness, &held), free.len());
+    let basis = null_space(&pick(&stiffness, &constrained), free.len());
     let reduce = |m: &DMatrix<f64>| basis.transpose() * pick(m, &free) * &basis;
     let (stiffness, mass) = (reduce(&stiffness), reduce(&mass));
     let lower = Cholesky::new((&mass + mass.transpose()) * 0.5)
@@ -56,12 +58,12 @@ pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>
     Ok(Modes { frequencies, shapes })
 }
 
-/// An orthonormal basis of the vectors that the rows of `held` map to zero.
-fn null_space(held: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
-    if held.nrows() == 0 {
+/// Orthonormal basis of the null space of `constraints`, with `n` columns.
+fn null_space(constraints: &DMatrix<f64>, n: usize) -> DMatrix<f64> {
+    if constraints.nrows() == 0 {
         return DMatrix::identity(n, n);
     }
-    let gram = held.transpose() * held;
+    let gram = constraints.transpose() * constraints;
     let largest = gram.amax().max(f64::MIN_POSITIVE);
     let eigen = gram.symmetric_eigen();
     let null: Vec<usize> = (0..n).filter(|&k| eigen.eigenvalues[k].abs() <= 1e-12 * largest).collect();

@@ -1,20 +1,17 @@
 //! States between steps, and named outputs of a state.
 
-use crate::elements::element::ElementState;
-use crate::elements::element::ElementWorkspace;
-use crate::mechanism::MeasuredQuantity;
-use crate::mechanism::Mechanism;
+use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::mechanism::scalars::StateScalar;
-use crate::system::residual::{evaluate, gather};
-use crate::system::state::State;
+use crate::mechanism::{MeasuredQuantity, Mechanism};
+use crate::system::state::{State, evaluate, gather};
 use autodiff::Scalar;
 use std::ops::Mul;
 
-/// The state at time `t` between `old` and `new`, written to `at`.
+/// Writes the state at the time `t` (s) between `old` and `new` to `at`.
 ///
-/// Positions by the cubic through positions and velocities, velocities by the cubic through velocities and
-/// accelerations, accelerations and multipliers linearly: of the order of the integrator. At the ends the states
-/// themselves, bit for bit.
+/// Positions follow the cubic through positions and velocities, and velocities the cubic through velocities and
+/// accelerations; accelerations and multipliers are linear. This has the order of the integrator. At the two ends the
+/// result is `old` or `new`, bit for bit.
 pub fn interpolate<T: StateScalar>(old: &State<T>, new: &State<T>, t: f64, at: &mut State<T>) {
     let ends = [old.t, new.t];
     if ends.iter().all(T::is_constant) {
@@ -24,13 +21,13 @@ pub fn interpolate<T: StateScalar>(old: &State<T>, new: &State<T>, t: f64, at: &
             Interval::Inside(weights) => blend(old, new, &weights, at),
         }
     } else {
-        // At a fixed time between ends that the design moves.
+        // The time is fixed, and the ends depend on the design.
         blend(old, new, &Weights::inside(ends, t), at);
     }
     at.t = T::from(t);
 }
 
-/// The weighted mean of two states.
+/// Writes the weighted sum of two states to `at`.
 fn blend<T: StateScalar + Mul<W, Output = T>, W: Scalar>(
     old: &State<T>,
     new: &State<T>,
@@ -52,7 +49,7 @@ fn blend<T: StateScalar + Mul<W, Output = T>, W: Scalar>(
     }
 }
 
-/// Where in a step a time is.
+/// Position of a time in a step.
 enum Interval {
     Old,
     New,
@@ -73,16 +70,16 @@ impl Interval {
 /// Weights of the two ends of a step in a state between them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights<T = f64> {
-    /// Of the values in Hermite's cubic.
+    /// Weights of the values in Hermite's cubic.
     pub value: [T; 2],
-    /// Of their rates in it, in s.
+    /// Weights of the rates in Hermite's cubic in s.
     pub slope: [T; 2],
-    /// Of accelerations and multipliers.
+    /// Weights of accelerations and multipliers.
     pub linear: [T; 2],
 }
 
 impl Weights {
-    /// As [`interpolate`] weighs them: at an end that end alone.
+    /// Weights used by [`interpolate`]; at an end, that end alone has a weight.
     pub fn of(ends: [f64; 2], t: f64) -> Self {
         let alone = |end: [f64; 2]| Self { value: end, slope: [0.0; 2], linear: end };
         match Interval::of(ends, t) {
@@ -94,6 +91,7 @@ impl Weights {
 }
 
 impl<T: Scalar> Weights<T> {
+    /// Weights inside a step, in any number type.
     fn inside([old, new]: [T; 2], t: f64) -> Self {
         let (h, one) = (new - old, T::from(1.0));
         let x = (T::from(t) - old) / h;
@@ -103,57 +101,61 @@ impl<T: Scalar> Weights<T> {
     }
 }
 
-/// Evaluates the named outputs of a mechanism: every element that is asked is asked once.
+/// Evaluates the named outputs of a mechanism, with one evaluation of every element that they refer to.
 #[derive(Clone, Debug)]
 pub struct Sampler<T> {
-    /// Elements that are asked, with the place of their first measure in `measured`.
-    asked: Vec<(usize, usize)>,
-    place: Vec<usize>,
+    /// Elements with referenced measures, and the index of their first measure in `measured`.
+    elements: Vec<(usize, usize)>,
+    /// Index of the first measure of every element in `measured`.
+    first_measure: Vec<usize>,
     measured: Vec<T>,
-    /// Prescribed coordinates whose efforts are asked for, with the elements and rows that make them up.
-    efforts: Vec<(usize, Vec<(usize, usize)>)>,
+    /// Prescribed coordinates whose driving forces are outputs, with the elements and rows that contribute to them.
+    driving_forces: Vec<(usize, Vec<(usize, usize)>)>,
     energy: bool,
     terms: Vec<T>,
     workspace: ElementWorkspace<T>,
 }
 
 impl<T: StateScalar> Sampler<T> {
-    /// For the outputs of `mechanism`.
+    /// Sampler of the outputs of `mechanism`.
     pub fn new(mechanism: &Mechanism<T>) -> Self {
-        let mut place = vec![usize::MAX; mechanism.parts.len()];
-        let (mut asked, mut count, mut efforts, mut energy) = (Vec::new(), 0, Vec::new(), false);
+        let mut first_measure = vec![usize::MAX; mechanism.parts.len()];
+        let (mut elements, mut count, mut driving_forces, mut energy) = (Vec::new(), 0, Vec::new(), false);
         for term in mechanism.outputs.iter().flat_map(|output| &output.terms) {
             match term.source {
-                MeasuredQuantity::Measure { part, .. } if place[part] == usize::MAX => {
-                    place[part] = count;
-                    asked.push((part, count));
+                MeasuredQuantity::Measure { part, .. } if first_measure[part] == usize::MAX => {
+                    first_measure[part] = count;
+                    elements.push((part, count));
                     count += mechanism.parts[part].element.measures().len();
                 }
                 MeasuredQuantity::Measure { .. } => {}
-                MeasuredQuantity::Effort { coordinate } => efforts.push((coordinate, rows_of(mechanism, coordinate))),
+                MeasuredQuantity::Effort { coordinate } => {
+                    driving_forces.push((coordinate, rows_of(mechanism, coordinate)));
+                }
                 MeasuredQuantity::KineticEnergy | MeasuredQuantity::PotentialEnergy => energy = true,
             }
         }
         let measured = vec![T::from(0.0); count];
-        Self { asked, place, measured, efforts, energy, terms: Vec::new(), workspace: ElementWorkspace::default() }
+        let (terms, workspace) = (Vec::new(), ElementWorkspace::default());
+        Self { elements, first_measure, measured, driving_forces, energy, terms, workspace }
     }
 
-    /// Writes the outputs at `state`, in the order of the mechanism's outputs.
+    /// Writes the outputs at `state` to `out`, in the order of the mechanism's outputs.
     pub fn outputs(&mut self, mechanism: &Mechanism<T>, state: &State<T>, out: &mut Vec<T>) {
         self.measure(mechanism, state);
         let [kinetic, potential] = if self.energy { energy(mechanism, state) } else { [T::from(0.0); 2] };
-        let mut efforts = 0;
+        let mut driving_forces = self.driving_forces.iter();
         out.clear();
         for output in &mechanism.outputs {
             self.terms.clear();
             for term in &output.terms {
                 let quantity = match term.source {
-                    MeasuredQuantity::Measure { part, measure } => self.measured[self.place[part] + measure],
+                    MeasuredQuantity::Measure { part, measure } => self.measured[self.first_measure[part] + measure],
                     MeasuredQuantity::KineticEnergy => kinetic,
                     MeasuredQuantity::PotentialEnergy => potential,
                     MeasuredQuantity::Effort { .. } => {
-                        efforts += 1;
-                        generalized_force(mechanism, state, &self.efforts[efforts - 1].1, &mut self.workspace)
+                        let (_, rows) = driving_forces.next().expect("one for each output of this kind");
+                        generalized_force(mechanism, state, rows, &mut self.workspace)
                     }
                 };
                 self.terms.push(quantity * term.weight);
@@ -165,9 +167,10 @@ impl<T: StateScalar> Sampler<T> {
         }
     }
 
+    /// Evaluates the measures of all elements that outputs refer to.
     fn measure(&mut self, mechanism: &Mechanism<T>, state: &State<T>) {
         self.measured.fill(T::from(0.0));
-        for &(index, first) in &self.asked {
+        for &(index, first) in &self.elements {
             let part = &mechanism.parts[index];
             gather(part, state, &mut self.workspace);
             let local = ElementState { p: &part.parameters, ..self.workspace.local(state.t) };
@@ -177,14 +180,14 @@ impl<T: StateScalar> Sampler<T> {
     }
 }
 
-/// Elements that act on a coordinate, with their local row for it.
+/// Elements that act on a coordinate, with their local rows of it.
 fn rows_of<T>(mechanism: &Mechanism<T>, coordinate: usize) -> Vec<(usize, usize)> {
     let rows = mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
     let rows = rows.flat_map(|(k, part)| part.coordinates.iter().enumerate().map(move |(row, &c)| (k, row, c)));
     rows.filter(|&(_, _, c)| c == coordinate).map(|(k, row, _)| (k, row)).collect()
 }
 
-/// Inertia minus force of all elements on a coordinate: what its drive must supply.
+/// Inertia minus force of all elements on a coordinate: the force or torque of its drive in N or N·m.
 fn generalized_force<T: StateScalar>(
     mechanism: &Mechanism<T>,
     state: &State<T>,
@@ -198,7 +201,7 @@ fn generalized_force<T: StateScalar>(
     rows.iter().map(share).sum()
 }
 
-/// Kinetic and potential energy of the whole mechanism in J.
+/// Kinetic and potential energy of the mechanism in J.
 pub fn energy<T: StateScalar>(mechanism: &Mechanism<T>, state: &State<T>) -> [T; 2] {
     let mut workspace = ElementWorkspace::default();
     let mut total = [T::from(0.0); 2];

@@ -1,42 +1,50 @@
-//! The converged steps of a motion, kept for derivatives.
+//! Recordings of converged steps, by implicit and by explicit methods, for derivatives.
 
 use crate::Result;
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::initial_conditions::Projection;
+use crate::integrators::explicit::mechanism::{MechanismRhs, Start};
+use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::predictor::Predictor;
 use crate::integrators::time_stepper::TimeStepper;
 use crate::system::System;
 use crate::system::state::State;
 
-/// The converged steps of a motion: from them derivatives are had without another iteration.
+/// The converged steps of a motion by implicit steps, from which derivatives are computed without another iteration.
 ///
-/// If the memory does not suffice for all, there are check-points in their place, from which steps are had again, bit for bit.
+/// If the steps do not fit into memory, checkpoints are stored and steps are recomputed from them bit for bit.
 #[derive(Clone)]
 pub struct Recording {
-    /// The equations, for their numbering.
+    /// The equations of motion, for the numbering of the unknowns.
     pub(crate) system: System,
     /// Multipliers of the initial projections.
     pub(crate) projection: Projection,
-    /// Where the motion starts: assembled and consistent.
+    /// The consistent initial state.
     pub(crate) start: State<f64>,
-    /// The steps.
+    /// Stored steps and checkpoints.
     pub(crate) log: TrajectoryStore<Checkpoint>,
 }
 
 impl Recording {
-    /// Of a motion that has not begun; `limit` is the most memory in bytes.
-    pub(crate) fn of(run: &TimeStepper<'_>, limit: usize) -> Self {
-        let (system, projection) = (run.integrator.system.clone(), run.projection.clone());
-        Self { system, projection, start: run.integrator.step.new.clone(), log: TrajectoryStore::of(run, limit) }
+    /// Recording of a motion that has not begun, in at most `limit` bytes.
+    pub(crate) fn of(stepper: &TimeStepper<'_>, limit: usize) -> Self {
+        let (system, projection) = (stepper.integrator.system.clone(), stepper.projection.clone());
+        Self {
+            system,
+            projection,
+            start: stepper.integrator.step.new.clone(),
+            log: TrajectoryStore::of(stepper, limit),
+        }
     }
 
-    /// Whether every step was kept: the memory sufficed.
+    /// Returns whether every step is stored: the memory sufficed.
     pub fn is_whole(&self) -> bool {
         self.log.is_whole()
     }
 
-    /// Memory of the steps and check-points in bytes.
+    /// Memory of the stored steps and checkpoints in bytes.
     pub fn bytes(&self) -> usize {
         self.log.bytes()
     }
@@ -46,14 +54,14 @@ impl Recording {
         self.log.steps()
     }
 
-    /// Copies the end of step `k` (from 0) to `state`; returns the length of the step in s.
+    /// Copies the end of step `k` (from 0) to `state`. Returns the length of the step in s.
     pub(crate) fn load(&self, k: usize, state: &mut State<f64>) -> f64 {
         state.read(self.log.row(k))
     }
 }
 
 impl State<f64> {
-    /// Takes over what was kept of a step; returns its length in s.
+    /// Reads the stored `row` of a step. Returns the length of the step in s.
     pub(crate) fn read(&mut self, row: &[f64]) -> f64 {
         self.t = row[0];
         let mut rest = &row[2..];
@@ -66,7 +74,7 @@ impl State<f64> {
     }
 }
 
-/// A check-point of a motion by implicit steps: besides the step what chooses its successors and their first guesses.
+/// Checkpoint of a motion by implicit steps: the step, and all that determines the lengths and predictions of later steps.
 #[derive(Clone)]
 pub struct Checkpoint {
     step: Step<f64>,
@@ -74,14 +82,14 @@ pub struct Checkpoint {
     curvature: f64,
     next: f64,
     length: f64,
-    /// Steps, those on the grid, those that failed, iterations.
+    /// Numbers of steps, grid steps, failed steps and iterations.
     counts: [usize; 4],
 }
 
 impl Checkpointable for TimeStepper<'_> {
     type Checkpoint = Checkpoint;
 
-    fn taken(&self) -> usize {
+    fn steps_taken(&self) -> usize {
         self.steps
     }
 
@@ -89,7 +97,7 @@ impl Checkpointable for TimeStepper<'_> {
         self.advance().map(|_| ())
     }
 
-    fn mark(&self) -> Checkpoint {
+    fn checkpoint(&self) -> Checkpoint {
         let integrator = &self.integrator;
         Checkpoint {
             step: integrator.step.clone(),
@@ -101,19 +109,19 @@ impl Checkpointable for TimeStepper<'_> {
         }
     }
 
-    fn mark_bytes(&self) -> usize {
+    fn checkpoint_bytes(&self) -> usize {
         let State { q, l, .. } = &self.integrator.step.new;
         let step = 2 * (4 * q.len() + l.len());
         size_of::<Checkpoint>() + size_of::<f64>() * (step + self.integrator.predictor.numbers())
     }
 
-    fn resume(&mut self, mark: &Checkpoint) -> Result<()> {
+    fn resume(&mut self, checkpoint: &Checkpoint) -> Result<()> {
         let integrator = &mut self.integrator;
-        integrator.step.clone_from(&mark.step);
-        integrator.predictor.clone_from(&mark.predictor);
-        integrator.curvature = mark.curvature;
-        (self.next, self.length) = (mark.next, mark.length);
-        [self.steps, self.grid_steps, self.failed_steps, integrator.iterations] = mark.counts;
+        integrator.step.clone_from(&checkpoint.step);
+        integrator.predictor.clone_from(&checkpoint.predictor);
+        integrator.curvature = checkpoint.curvature;
+        (self.next, self.length) = (checkpoint.next, checkpoint.length);
+        [self.steps, self.grid_steps, self.failed_steps, integrator.iterations] = checkpoint.counts;
         Ok(())
     }
 
@@ -126,5 +134,72 @@ impl Checkpointable for TimeStepper<'_> {
     fn width(&self) -> usize {
         let State { q, l, .. } = &self.integrator.step.new;
         2 + 3 * q.len() + l.len()
+    }
+}
+
+/// The converged steps of a motion by explicit steps.
+pub struct ExplicitRecording {
+    /// The equations of motion, for the numbering of the unknowns.
+    pub system: System,
+    /// The consistent initial state.
+    pub start: Start,
+    /// Ends of steps: time, state and rates.
+    pub log: TrajectoryStore<ExplicitCheckpoint>,
+}
+
+impl ExplicitRecording {
+    /// Recording of a motion that has not begun, in at most `limit` bytes.
+    pub fn of(driver: &OdeDriver<MechanismRhs<'_>>, start: Start, limit: usize) -> Self {
+        Self { system: driver.stepper.flow.system.clone(), start, log: TrajectoryStore::of(driver, limit) }
+    }
+}
+
+/// Checkpoint of a motion by explicit steps: the end of a step.
+#[derive(Clone)]
+pub struct ExplicitCheckpoint {
+    /// Time, state and rates.
+    end: Vec<f64>,
+    next: f64,
+    taken: usize,
+    failed_steps: usize,
+}
+
+impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
+    type Checkpoint = ExplicitCheckpoint;
+
+    fn steps_taken(&self) -> usize {
+        self.steps.len()
+    }
+
+    fn step(&mut self) -> Result<()> {
+        self.advance()
+    }
+
+    fn checkpoint(&self) -> ExplicitCheckpoint {
+        let mut end = Vec::with_capacity(self.width());
+        self.write(&mut end);
+        ExplicitCheckpoint { end, next: self.next, taken: self.steps.len(), failed_steps: self.failed_steps }
+    }
+
+    fn checkpoint_bytes(&self) -> usize {
+        size_of::<ExplicitCheckpoint>() + size_of::<f64>() * self.width()
+    }
+
+    fn resume(&mut self, checkpoint: &ExplicitCheckpoint) -> Result<()> {
+        self.stepper.put(&checkpoint.end, checkpoint.taken > 0);
+        self.steps.resize(checkpoint.taken, 0.0);
+        (self.next, self.failed_steps) = (checkpoint.next, checkpoint.failed_steps);
+        Ok(())
+    }
+
+    fn write(&self, to: &mut Vec<f64>) {
+        let stepper = &self.stepper;
+        to.push(stepper.t[1]);
+        to.extend_from_slice(&stepper.new);
+        to.extend_from_slice(stepper.rates_at_end(!self.steps.is_empty()));
+    }
+
+    fn width(&self) -> usize {
+        1 + 2 * self.stepper.new.len()
     }
 }

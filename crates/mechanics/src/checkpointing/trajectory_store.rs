@@ -1,82 +1,84 @@
-//! The steps of a motion in a limited memory: all of them, or check-points to go on from.
+//! Steps of a motion within a memory limit: all steps, or checkpoints from which they can be recomputed.
 
 use crate::Result;
 
-/// A motion that goes on from step to step, and from any of its check-points with the same bits.
+/// A simulation that can be resumed from a checkpoint with the same bits.
 pub trait Checkpointable {
-    /// All that it takes to go on.
+    /// All data needed to resume.
     type Checkpoint: Clone;
 
     /// Number of steps taken.
-    fn taken(&self) -> usize;
+    fn steps_taken(&self) -> usize;
 
     /// Takes the next step.
     fn step(&mut self) -> Result<()>;
 
-    /// A check-point after the steps taken.
-    fn mark(&self) -> Self::Checkpoint;
+    /// A checkpoint after the steps taken.
+    fn checkpoint(&self) -> Self::Checkpoint;
 
-    /// Memory of a check-point in bytes.
-    fn mark_bytes(&self) -> usize;
+    /// Memory of a checkpoint in bytes.
+    fn checkpoint_bytes(&self) -> usize;
 
-    /// Goes back, or forward, to a check-point of the same motion.
-    fn resume(&mut self, mark: &Self::Checkpoint) -> Result<()>;
+    /// Returns to a checkpoint of the same simulation.
+    fn resume(&mut self, checkpoint: &Self::Checkpoint) -> Result<()>;
 
-    /// Adds what is kept of the step just taken: always as many numbers.
+    /// Appends the numbers stored for the step just taken: [`Checkpointable::width`] of them.
     fn write(&self, to: &mut Vec<f64>);
 
-    /// How many numbers that are.
+    /// Number of values stored per step.
     fn width(&self) -> usize;
 }
 
-/// How a memory is divided: half for steps in a row, a quarter each for check-points laid while the motion is simulated
-/// and for more of them on the way back.
+/// Division of the memory: half for consecutive steps, a quarter for checkpoints of the simulation and a quarter for extra
+/// checkpoints of the playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// In bytes.
+    /// Memory limit in bytes.
     pub limit: usize,
-    /// Most check-points of either kind.
-    pub marks: usize,
-    /// Most steps in a row.
+    /// Most checkpoints of either kind.
+    pub checkpoints: usize,
+    /// Most consecutive steps.
     pub window: usize,
-    /// Least bytes with which there is a way back: four check-points, or two pairs of steps if they are longer.
+    /// Fewest bytes with which playback is possible: the larger of four checkpoints and four steps.
     pub least: usize,
 }
 
 impl Budget {
-    fn of(course: &impl Checkpointable, limit: usize) -> Self {
-        let (mark, row) = (course.mark_bytes().max(1), (size_of::<f64>() * course.width()).max(1));
-        Self { limit, marks: limit / 4 / mark, window: (limit / 2 / row).max(1), least: (4 * mark).max(4 * row) }
+    fn of(simulation: &impl Checkpointable, limit: usize) -> Self {
+        let (checkpoint, row) = (simulation.checkpoint_bytes().max(1), (size_of::<f64>() * simulation.width()).max(1));
+        let (checkpoints, window) = (limit / 4 / checkpoint, (limit / 2 / row).max(1));
+        Self { limit, checkpoints, window, least: (4 * checkpoint).max(4 * row) }
     }
 }
 
-/// The steps of a motion, all of them if the memory suffices.
+/// Steps of a motion: all of them if they fit into memory, and evenly spread checkpoints.
 #[derive(Clone)]
-pub struct TrajectoryStore<M> {
+pub struct TrajectoryStore<C> {
+    /// Division of the memory.
     pub budget: Budget,
-    /// Check-points, each with the number of steps before it, evenly spread.
-    pub marks: Vec<(usize, M)>,
-    /// Steps between check-points.
+    /// Checkpoints, each with the number of steps before it.
+    pub checkpoints: Vec<(usize, C)>,
+    /// Steps between checkpoints.
     stride: usize,
-    mark_bytes: usize,
+    checkpoint_bytes: usize,
     width: usize,
     count: usize,
     is_whole: bool,
     values: Vec<f64>,
-    /// Output times with the number of steps that reach them.
+    /// Output times with the number of steps up to them.
     reached: Vec<(f64, usize)>,
 }
 
-impl<M: Clone> TrajectoryStore<M> {
-    /// For a motion that has not begun, in at most `limit` bytes.
-    pub fn of(course: &impl Checkpointable<Checkpoint = M>, limit: usize) -> Self {
-        let budget = Budget::of(course, limit);
+impl<C: Clone> TrajectoryStore<C> {
+    /// Store for a motion that has not begun, in at most `limit` bytes.
+    pub fn of(simulation: &impl Checkpointable<Checkpoint = C>, limit: usize) -> Self {
+        let budget = Budget::of(simulation, limit);
         Self {
             budget,
-            marks: Vec::new(),
+            checkpoints: Vec::new(),
             stride: budget.window,
-            mark_bytes: course.mark_bytes(),
-            width: course.width(),
+            checkpoint_bytes: simulation.checkpoint_bytes(),
+            width: simulation.width(),
             count: 0,
             is_whole: true,
             values: Vec::new(),
@@ -84,16 +86,16 @@ impl<M: Clone> TrajectoryStore<M> {
         }
     }
 
-    /// Takes note of the step just taken.
-    pub fn keep(&mut self, course: &impl Checkpointable<Checkpoint = M>) {
+    /// Stores the step just taken.
+    pub fn push(&mut self, simulation: &impl Checkpointable<Checkpoint = C>) {
         self.count += 1;
-        if self.count.is_multiple_of(self.stride) && self.budget.marks > 0 {
-            if self.marks.len() == self.budget.marks {
+        if self.count.is_multiple_of(self.stride) && self.budget.checkpoints > 0 {
+            if self.checkpoints.len() == self.budget.checkpoints {
                 self.stride *= 2;
-                self.marks.retain(|(count, _)| count.is_multiple_of(self.stride));
+                self.checkpoints.retain(|(count, _)| count.is_multiple_of(self.stride));
             }
             if self.count.is_multiple_of(self.stride) {
-                self.marks.push((self.count, course.mark()));
+                self.checkpoints.push((self.count, simulation.checkpoint()));
             }
         }
         let bytes = self.bytes() + size_of::<f64>() * self.width;
@@ -101,16 +103,16 @@ impl<M: Clone> TrajectoryStore<M> {
             (self.is_whole, self.values) = (false, Vec::new());
         }
         if self.is_whole {
-            course.write(&mut self.values);
+            simulation.write(&mut self.values);
         }
     }
 
-    /// Takes note that an output time has been reached.
-    pub fn advance_to(&mut self, t: f64) {
+    /// Records that the steps so far reach the output time `t` (s).
+    pub fn mark_output(&mut self, t: f64) {
         self.reached.push((t, self.count));
     }
 
-    /// Number of steps that reach the output time `t`.
+    /// Number of steps up to the output time `t` (s).
     pub fn steps_to(&self, t: f64) -> usize {
         self.reached.iter().find(|(reached, _)| *reached >= t).map_or(self.count, |&(_, count)| count)
     }
@@ -120,22 +122,22 @@ impl<M: Clone> TrajectoryStore<M> {
         self.count
     }
 
-    /// Whether every step was kept.
+    /// Returns whether every step is stored.
     pub fn is_whole(&self) -> bool {
         self.is_whole
     }
 
-    /// Memory of steps and check-points in bytes.
+    /// Memory of steps and checkpoints in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.values[..]) + self.marks.len() * self.mark_bytes
+        size_of_val(&self.values[..]) + self.checkpoints.len() * self.checkpoint_bytes
     }
 
-    /// Memory of one check-point in bytes.
-    pub fn mark_bytes(&self) -> usize {
-        self.mark_bytes
+    /// Memory of one checkpoint in bytes.
+    pub fn checkpoint_bytes(&self) -> usize {
+        self.checkpoint_bytes
     }
 
-    /// What was kept of step `k` (from 0), if all were.
+    /// Values stored for step `k` (from 0), if every step is stored.
     pub fn row(&self, k: usize) -> &[f64] {
         &self.values[k * self.width..(k + 1) * self.width]
     }

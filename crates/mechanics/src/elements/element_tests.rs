@@ -1,7 +1,7 @@
 //! For tests: what an element does in a given state.
 
-use crate::elements::element::{ConstraintDerivatives, Element, ElementState, Energy, Variable};
-use crate::mechanism::scalars::Jet2;
+use crate::dual_numbers::Jet2;
+use crate::mechanism::element::{ConstraintDerivatives, Element, ElementState, Energy, Variable};
 use autodiff::DualVec;
 
 /// Rows of the coordinates and of the multipliers.

@@ -1,19 +1,19 @@
 //! The straight line between two points of two bodies.
 
-use crate::elements::element::ElementState;
+use crate::mechanism::element::ElementState;
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{Coordinate, Marker};
 use autodiff::Scalar;
 
-/// Distance of two points, its rate, and how a force along it acts.
+/// Distance of two points with its rate, and the action of a force along it.
 ///
-/// Where the points coincide the length is zero, the rate is the speed at which they part, and there is no direction:
-/// it is NaN, so that whatever needs one is found out.
+/// If the points coincide, the length is zero, the rate is their relative speed, and the direction is NaN, so that an
+/// analysis that needs it fails.
 pub struct Line<T> {
     /// From A to B in m.
     pub gap: [T; 2],
-    /// Velocity of B against A in m/s.
-    pub parting: [T; 2],
+    /// Velocity of B relative to A in m/s.
+    pub gap_rate: [T; 2],
     /// |gap|.
     pub length: T,
     /// Rate of the length.
@@ -25,24 +25,25 @@ pub struct Line<T> {
 }
 
 impl<T: Scalar> Line<T> {
-    /// Between the points with body-fixed coordinates p\[0..2\] and p\[2..4\].
+    /// The line of an element whose first inputs are the points A and B.
     #[inline]
     pub fn of(x: &ElementState<'_, T>) -> Self {
-        let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
-        let (lever_a, lever_b) = (a.turned(x.p[0], x.p[1]), b.turned(x.p[2], x.p[3]));
-        let (pa, pb) = (a.point(lever_a), b.point(lever_b));
+        let (frame_a, frame_b) = (Frame::of(x, 0), Frame::of(x, 3));
+        let [ax, ay, bx, by] = [x.p[0], x.p[1], x.p[2], x.p[3]];
+        let (lever_a, lever_b) = (frame_a.turned(ax, ay), frame_b.turned(bx, by));
+        let (pa, pb) = (frame_a.point(lever_a), frame_b.point(lever_b));
         let (va, vb) = (point_velocity(x, 0, lever_a), point_velocity(x, 3, lever_b));
         let gap = [pb[0] - pa[0], pb[1] - pa[1]];
-        let parting = [vb[0] - va[0], vb[1] - va[1]];
+        let gap_rate = [vb[0] - va[0], vb[1] - va[1]];
         let length = norm(gap);
         if length.re() == 0.0 {
-            let rate = norm(parting);
-            return Self { gap, parting, length, rate, direction: [T::from(f64::NAN); 2], lever_a, lever_b };
+            let rate = norm(gap_rate);
+            return Self { gap, gap_rate, length, rate, direction: [T::from(f64::NAN); 2], lever_a, lever_b };
         }
         let inverse = length.recip();
         let direction = [gap[0] * inverse, gap[1] * inverse];
-        let rate = parting[0] * direction[0] + parting[1] * direction[1];
-        Self { gap, parting, length, rate, direction, lever_a, lever_b }
+        let rate = gap_rate[0] * direction[0] + gap_rate[1] * direction[1];
+        Self { gap, gap_rate, length, rate, direction, lever_a, lever_b }
     }
 
     /// Whether the points coincide.
@@ -51,13 +52,13 @@ impl<T: Scalar> Line<T> {
         self.length.re() == 0.0
     }
 
-    /// A tension `f` (positive pulls the points together) as rows inertia − force.
+    /// Adds a tension `f` (positive pulls the points together) as rows inertia − force.
     #[inline]
     pub fn add_axial_force(&self, f: T, dynamics: &mut [T]) {
         self.apply([f * self.direction[0], f * self.direction[1]], dynamics);
     }
 
-    /// The force `f` on A and −`f` on B as rows inertia − force.
+    /// Adds the force `f` on A and −`f` on B as rows inertia − force.
     #[inline]
     pub fn apply(&self, [fx, fy]: [T; 2], dynamics: &mut [T]) {
         add_force(dynamics, 0, self.lever_a, [-fx, -fy]);
@@ -72,12 +73,12 @@ fn norm<T: Scalar>([x, y]: [T; 2]) -> T {
     if square.re() == 0.0 { T::zero() } else { square.sqrt() }
 }
 
-/// What is wrong where the points of an element that needs a direction coincide.
+/// Describes the state of an element that needs a direction if its points coincide.
 pub fn without_direction(x: &ElementState<'_, f64>) -> Option<String> {
     Line::of(x).is_point().then(|| "its two points coincide, so that it has no direction".to_owned())
 }
 
-/// Coordinates and body-fixed parameters of two points.
+/// Coordinates of the bodies of two points, and the body-fixed coordinates of the points.
 pub fn ends<S: Scalar>(a: Marker<S>, b: Marker<S>) -> ([Coordinate; 6], [S; 4]) {
     let ([ax, ay, at], [bx, by, bt]) = (a.body.coordinates(), b.body.coordinates());
     ([ax, ay, at, bx, by, bt], [a.x, a.y, b.x, b.y])

@@ -1,34 +1,39 @@
-//! Rigid contacts that a mechanism bounces off, and switches that it passes.
+//! Rigid contacts and switches of a mechanism, and the record of an event.
 
 use crate::elements::drives::driver::Driver;
-use crate::elements::element::{Element, ElementState};
 use crate::elements::joints::point_on_line::PointOnLine;
-use crate::mechanism::{Coordinate, ElementInstance, Marker, Mechanism};
+use crate::mechanism::element::{Element, ElementState};
+use crate::mechanism::{Coordinate, Marker, Mechanism};
 use crate::motion::Fixed;
 use crate::{Error, Result};
 use autodiff::Scalar;
 use std::sync::Arc;
 
-/// A contact that is open as long as its gap is positive, or a switch.
-pub(crate) struct EventElement<S> {
-    /// The constraint whose one closure is the gap; its multiplier is the impulse.
-    pub part: ElementInstance<S>,
-    /// Coefficient of restitution; none of a switch.
-    pub restitution: Option<S>,
+/// An impact during a motion, or the passage of a switch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// Name of the contact or switch.
+    pub contact: String,
+    /// Time in s.
+    pub t: f64,
 }
 
 /// # Impacts
 ///
-/// A contact is a constraint of one closure, the gap Φ(q, t) ≥ 0 in m or rad. When it closes, velocities jump so that
-/// it opens again with Newton's law, Φ̇⁺ = −e Φ̇⁻, by an impulse Λ along Φ_q while all joints hold:
-/// M (v⁺ − v⁻) + Φ_qᵀ Λ = 0. Contacts are without friction. What lasts is for compliant contacts
-/// ([`Mechanism::wall_contact`], [`Mechanism::stop`]).
+/// A rigid contact is an element with one constraint, the gap Φ(q, t) ≥ 0 in m or rad. When the gap closes, an impulse Λ
+/// along Φ_q makes velocities jump, M (v⁺ − v⁻) + Φ_qᵀ Λ = 0, and joints hold. The gap opens again by Newton's impact law,
+/// Φ̇⁺ = −e Φ̇⁻. There is no friction. For contacts that last, take compliant ones ([`Mechanism::wall_contact`],
+/// [`Mechanism::stop`]).
 ///
-/// **Source.** Pfeiffer & Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), Chapter 8.
+/// # Sources
+///
+/// Pfeiffer & Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), Chapter 8.
 impl<S: Scalar> Mechanism<S> {
-    /// A contact whose gap is the closure of the constraint `gap`, with the coefficient of restitution from 0 to 1.
+    /// Adds a rigid contact whose gap is the constraint of the element `gap`, with a coefficient of restitution from 0 to 1.
     ///
-    /// **Errors.** [`Error::Definition`] if the constraint has not just one closure.
+    /// # Errors
+    ///
+    /// [`Error::Definition`] if the element does not have exactly one constraint.
     pub fn impact(
         &mut self,
         name: impl Into<String>,
@@ -39,47 +44,38 @@ impl<S: Scalar> Mechanism<S> {
     ) -> Result<()> {
         let (name, num_constraints) = (name.into(), Element::num_constraints(&gap));
         if num_constraints != 1 {
-            let why = format!("its gap has {num_constraints} closures");
-            return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
+            let why = format!("its gap has {num_constraints} constraints");
+            return Err(Error::definition(
+                name,
+                why,
+                "give an element of one constraint: a point on a line, a distance constraint",
+            ));
         }
-        self.add_impact(name, gap, coordinates, parameters, Some(restitution));
+        self.add_event(name, Arc::new(gap), coordinates, parameters, Some(restitution));
         Ok(())
     }
 
-    fn add_impact(
-        &mut self,
-        name: String,
-        gap: impl Element,
-        coordinates: &[Coordinate],
-        parameters: &[S],
-        restitution: Option<S>,
-    ) {
-        let (num_constraints, coordinates) =
-            (Element::num_constraints(&gap), coordinates.iter().map(|c| c.0).collect());
-        let (element, parameters) = (Arc::new(gap), parameters.to_vec());
-        let part = ElementInstance { name, element, coordinates, first_multiplier: 0, num_constraints, parameters };
-        self.impacts.push(EventElement { part, restitution });
-    }
-
-    /// A rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
+    /// Adds a rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
     pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
-        self.add_impact(name.into(), Driver(Fixed), &[a, b], &[clearance], Some(restitution));
+        self.add_event(name.into(), Arc::new(Driver(Fixed)), &[a, b], &[clearance], Some(restitution));
     }
 
-    /// A rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays to the left of
-    /// it, as seen along the line.
+    /// Adds a rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays on its left
+    /// side, as seen along the line.
     pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add_impact(name.into(), PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y], Some(restitution));
+        let parameters = [a.x, a.y, line, b.x, b.y];
+        self.add_event(name.into(), Arc::new(PointOnLine), &coordinates, &parameters, Some(restitution));
     }
 
-    /// A switch: where the closure of the constraint `of` passes zero, either way, a time step ends and the next one begins.
+    /// Adds a switch: a time step ends where the constraint of the element `of` passes zero, in either direction.
     ///
-    /// What jumps there, a force that an element or a law switches by the same condition, is then integrated on either side
-    /// of the jump, and derivatives know that the instant moves with the design. Without a switch they would not: a step
-    /// across a jump has no derivative that tells.
+    /// Add one for every force that jumps under this condition. The force is then integrated on both sides of the jump, and
+    /// derivatives include the change of the time of the jump with the design. Without a switch they do not.
     ///
-    /// **Errors.** [`Error::Definition`] if the constraint has not just one closure.
+    /// # Errors
+    ///
+    /// [`Error::Definition`] if the element does not have exactly one constraint.
     pub fn switch(
         &mut self,
         name: impl Into<String>,
@@ -89,16 +85,20 @@ impl<S: Scalar> Mechanism<S> {
     ) -> Result<()> {
         let (name, num_constraints) = (name.into(), Element::num_constraints(&of));
         if num_constraints != 1 {
-            let why = format!("what it looks at has {num_constraints} closures");
-            return Err(Error::definition(name, why, "give a constraint of one closure: a pin in a slot, a rod"));
+            let why = format!("its function has {num_constraints} constraints");
+            return Err(Error::definition(
+                name,
+                why,
+                "give an element of one constraint: a point on a line, a distance constraint",
+            ));
         }
-        self.add_impact(name, of, coordinates, parameters, None);
+        self.add_event(name, Arc::new(of), coordinates, parameters, None);
         Ok(())
     }
 
-    /// A switch at the time `t` (s).
+    /// Adds a switch at the time `t` (s).
     pub fn switch_at(&mut self, name: &str, t: S) {
-        self.add_impact(name.into(), Clock, &[], &[t], None);
+        self.add_event(name.into(), Arc::new(Clock), &[], &[t], None);
     }
 }
 
@@ -106,7 +106,7 @@ impl<S: Scalar> Mechanism<S> {
 struct Clock;
 
 impl Element for Clock {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, _balance: &mut [T], constraint: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, _dynamics: &mut [T], constraint: &mut [T]) {
         constraint[0] = x.t - x.p[0];
     }
 

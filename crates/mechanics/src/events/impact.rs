@@ -1,34 +1,33 @@
-//! Impacts: what velocities do when a rigid contact closes.
+//! Impacts and switches: velocities, accelerations and multipliers after an event.
 
 use crate::elements::element::ElementWorkspace;
-use crate::events::event::EventElement;
 use crate::initial_conditions::AccelerationSolver;
-use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
+use crate::mechanism::{EventElement, Mechanism};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 
-/// Change of the velocities by an impact, with its impulses in N·s or N·m·s.
+/// Jump of the velocities at an impact, with the impulses in N·s or N·m·s.
 #[derive(Clone, Debug)]
 pub(crate) struct Jump<T> {
-    /// By coordinate.
+    /// Change of the velocities, by coordinate.
     pub velocity: Vec<T>,
-    /// Of the joints, by multiplier.
+    /// Impulses of the joints, by multiplier.
     pub joints: Vec<T>,
-    /// Of the contact.
+    /// Impulse of the contact.
     pub contact: T,
 }
 
 impl<T: StateScalar> Jump<T> {
-    /// None, in a state like `state`.
+    /// A jump of zero, of the size of `state`.
     pub fn none(state: &State<T>) -> Self {
         let zero = T::from(0.0);
         Self { velocity: vec![zero; state.v.len()], joints: vec![zero; state.l.len()], contact: zero }
     }
 
-    /// Adds a change by equation, and of the contact's impulse.
+    /// Adds `change(equation)` to velocities and impulses of the joints, and `contact` to the impulse of the contact.
     pub fn add(&mut self, system: &System, change: impl Fn(usize) -> T, contact: T) {
         for (equation, unknown) in system.unknowns().iter().enumerate() {
             match *unknown {
@@ -49,7 +48,7 @@ where
         self.evaluate(state, T::from(0.0)).constraint[0]
     }
 
-    /// Its rate with the velocities `v` of all coordinates.
+    /// Rate of the gap in m/s or rad/s with the velocities `v` of all coordinates.
     pub fn rate(&self, state: &State<T>, v: &[T]) -> T {
         let (zero, one) = (T::from(0.0), T::from(1.0));
         let constant = |x: T| Jet2::new(x, zero, zero);
@@ -66,7 +65,7 @@ where
         workspace.constraint[0].v1
     }
 
-    /// Rows of the coordinates with the `impulse`, and the gap.
+    /// Evaluates Φ_qᵀ times the `impulse`, and the gap.
     fn evaluate(&self, state: &State<T>, impulse: T) -> ElementWorkspace<T> {
         let of = |x: &[T]| self.part.coordinates.iter().map(|&i| x[i]).collect();
         let mut workspace = ElementWorkspace {
@@ -81,7 +80,7 @@ where
     }
 
     /// Adds Φ_qᵀ times the `impulse` to the rows.
-    fn push(&self, system: &System, state: &State<T>, impulse: T, rows: &mut [T]) {
+    fn add_impulse(&self, system: &System, state: &State<T>, impulse: T, rows: &mut [T]) {
         let workspace = self.evaluate(state, impulse);
         for (&coordinate, &row) in self.part.coordinates.iter().zip(&workspace.dynamics) {
             if let Some(equation) = system.equation_of(coordinate) {
@@ -90,8 +89,10 @@ where
         }
     }
 
-    /// What is wrong with a jump from the state `before`: M Δv + Φ_qᵀ Λ of joints and contact, Φ̇ of the joints with the
-    /// new velocities, written to `rows` by equation, and Φ̇⁺ + e Φ̇⁻ of the contact.
+    /// Residual of a jump from the state `before`.
+    ///
+    /// Writes M Δv + Φ_qᵀ Λ (joints and contact) and Φ̇ of the joints with the new velocities to `rows`, by equation; returns
+    /// Φ̇⁺ + e Φ̇⁻ of the contact.
     pub fn rows(
         &self,
         system: &System,
@@ -111,7 +112,7 @@ where
         still.l.copy_from_slice(&jump.joints);
         system.residual(mechanism, &still, 1.0, &mut workspace, rows);
         rows.iter_mut().zip(&forces).for_each(|(row, &force)| *row -= force);
-        self.push(system, before, jump.contact, rows);
+        self.add_impulse(system, before, jump.contact, rows);
         let mut after = before.clone();
         after.v.iter_mut().zip(&jump.velocity).for_each(|(v, &change)| *v += change);
         system.closure_rates(mechanism, &after, 1, &mut ElementWorkspace::default(), rows);
@@ -120,44 +121,48 @@ where
     }
 }
 
-/// The equations of an impact, factorized: those of the accelerations, bordered by the contact.
+/// The factorized equations of an impact: the matrix of the accelerations, bordered by the contact.
 pub(crate) struct Border {
     /// Φ_q of the contact by equation.
     direction: Vec<f64>,
-    /// How velocities and joints answer a unit impulse.
-    answer: Vec<[f64; 1]>,
-    /// How far the gap's rate does.
+    /// Change of velocities and impulses of the joints with a unit impulse of the contact.
+    response: Vec<[f64; 1]>,
+    /// Change of the gap's rate with a unit impulse of the contact.
     compliance: f64,
 }
 
 impl Border {
-    /// At the state `before` the impact.
+    /// Equations at the state `before` the impact.
     ///
-    /// **Errors.** [`Error::Analysis`] if nothing can move.
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if the contact acts on no free coordinate.
     pub fn new(
         system: &mut System,
         mechanism: &Mechanism<f64>,
         impact: &EventElement<f64>,
         before: &State<f64>,
     ) -> Result<Self> {
-        let mut answer = vec![[0.0]; system.size()];
+        let mut response = vec![[0.0]; system.size()];
         let mut free = before.clone();
         free.l.fill(0.0); // M and Φ_q alone
-        system.assemble(mechanism, &free, Linearization::accelerations(), &mut answer);
+        system.assemble(mechanism, &free, Linearization::accelerations(), &mut response);
         system.factorize(mechanism, before.t)?;
         let mut direction = vec![0.0; system.size()];
-        impact.push(system, before, 1.0, &mut direction);
-        answer.iter_mut().zip(&direction).for_each(|(to, from)| *to = [*from]);
-        system.factor().solve(&mut answer);
-        let compliance: f64 = direction.iter().zip(&answer).map(|(u, w)| u * w[0]).sum();
+        impact.add_impulse(system, before, 1.0, &mut direction);
+        response.iter_mut().zip(&direction).for_each(|(to, from)| *to = [*from]);
+        system.factor().solve(&mut response);
+        let compliance: f64 = direction.iter().zip(&response).map(|(u, w)| u * w[0]).sum();
         if !(compliance > 0.0) {
             let why = format!("the impact at t = {:.6e} s cannot move anything", before.t);
             return Err(Error::analysis(&impact.part.name, why, "let it act on a coordinate that is free"));
         }
-        Ok(Self { direction, answer, compliance })
+        Ok(Self { direction, response, compliance })
     }
 
-    /// Solves for what is wrong: `rows` and `contact` become the corrections, without their sign.
+    /// Solves with the residuals `rows` (by equation) and `contact`.
+    ///
+    /// Overwrites `rows` with the negative corrections, and returns the negative correction of the contact's impulse.
     pub fn solve<const W: usize>(&self, system: &mut System, rows: &mut [[f64; W]], contact: [f64; W]) -> [f64; W] {
         system.factor().solve(rows);
         let mut impulse = contact.map(|x| -x);
@@ -165,14 +170,14 @@ impl Border {
             impulse.iter_mut().zip(row).for_each(|(c, x)| *c += u * x);
         }
         impulse = impulse.map(|c| c / self.compliance);
-        for (w, row) in self.answer.iter().zip(rows.iter_mut()) {
+        for (w, row) in self.response.iter().zip(rows.iter_mut()) {
             row.iter_mut().zip(impulse).for_each(|(x, c)| *x -= w[0] * c);
         }
         impulse
     }
 }
 
-/// The state `state` a moment `ahead` (s) later, on the other side of a switch.
+/// Extrapolates `state` by the time `ahead` (s), beyond a switch.
 pub(crate) fn beyond<T: StateScalar>(state: &State<T>, ahead: f64) -> State<T> {
     let mut beyond = state.clone();
     beyond.t += ahead;
@@ -180,7 +185,7 @@ pub(crate) fn beyond<T: StateScalar>(state: &State<T>, ahead: f64) -> State<T> {
     beyond
 }
 
-/// Passes a switch: accelerations and reactions are those beyond it, velocities stay.
+/// Sets accelerations and multipliers of `state` to those beyond a switch. Returns the state beyond it.
 pub(crate) fn apply_switch(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -194,7 +199,7 @@ pub(crate) fn apply_switch(
     Ok(beyond)
 }
 
-/// Lets the mechanism bounce off contact number `contact`: velocities jump, accelerations and reactions follow.
+/// Applies the impact at the contact with the number `contact`: velocities jump, accelerations and multipliers are solved for.
 pub(crate) fn apply_impact(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -214,16 +219,15 @@ pub(crate) fn apply_impact(
     Ok(jump)
 }
 
-/// For an analysis that knows no impacts.
+/// Checks that the mechanism has no events, for an `analysis` that does not handle them.
 ///
-/// **Errors.** [`Error::Definition`] if the mechanism has contacts to bounce off.
+/// # Errors
+///
+/// [`Error::Unsupported`] if the mechanism has a rigid contact or a switch.
 pub(crate) fn refuse<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
     mechanism.impacts.first().map_or(Ok(()), |impact| {
         let why = format!("{analysis} know no impacts");
-        Err(Error::definition(
-            &impact.part.name,
-            why,
-            "simulate the motion by implicit steps, or leave the contact out",
-        ))
+        let remedy = "simulate the motion by implicit steps, or leave the contact out";
+        Err(Error::unsupported(&impact.part.name, why, remedy))
     })
 }

@@ -1,4 +1,4 @@
-//! Implicit time steps of second order on the index-3 equations.
+//! Generalized-α and HHT-α steps on the index-3 equations of motion.
 
 use crate::diagnostics;
 use crate::elements::element::ElementWorkspace;
@@ -23,7 +23,9 @@ use std::ops::{Add, Mul};
 /// and the equations of motion and the constraints hold at the end of the step. For a constant mass matrix and
 /// α_m = 0 this is the HHT-α method, M w₁ + (1−α) f(q₁) + α f(q₀) = 0.
 ///
-/// **Source.** Arnold & Brüls, *Multibody Syst. Dyn.* 18 (2007) 185–202; Hilber, Hughes & Taylor, *Earthq. Eng.
+/// # Sources
+///
+/// Arnold & Brüls, *Multibody Syst. Dyn.* 18 (2007) 185–202; Hilber, Hughes & Taylor, *Earthq. Eng.
 /// Struct. Dyn.* 5 (1977) 283–292; Chung & Hulbert, *J. Appl. Mech.* 60 (1993) 371–375.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeneralizedAlpha {
@@ -44,7 +46,7 @@ impl GeneralizedAlpha {
         Ok(Self::of(0.0, alpha))
     }
 
-    /// The least damped method of spectral radius `rho` at infinite frequency, from 0 to 1.
+    /// Chung and Hulbert's method with the spectral radius `rho` at infinite frequency, from 0 to 1 (no numerical damping).
     pub fn chung_hulbert(rho: f64) -> Result<Self> {
         Error::check_option("spectral radius", "from 0 to 1", rho, (0.0..=1.0).contains(&rho))?;
         Ok(Self::of((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)))
@@ -55,7 +57,7 @@ impl GeneralizedAlpha {
         Self { alpha_m, alpha_f, beta: (1.0 + shift).powi(2) / 4.0, gamma: 0.5 + shift }
     }
 
-    /// Change of the auxiliary acceleration with the new acceleration.
+    /// Derivative of the new auxiliary acceleration with respect to the new acceleration.
     pub(crate) fn ratio(&self) -> f64 {
         (1.0 - self.alpha_f) / (1.0 - self.alpha_m)
     }
@@ -66,26 +68,27 @@ impl GeneralizedAlpha {
         [self.alpha_f * share, -(self.alpha_m * share)]
     }
 
-    /// Change of position (s²) and velocity (s) with the new acceleration in a step `h`.
+    /// Derivatives of position (s²) and velocity (s) with respect to the new acceleration, in a step `h` (s).
     pub fn newmark_coefficients(&self, h: f64) -> (f64, f64) {
         (h * h * self.beta * self.ratio(), h * self.gamma * self.ratio())
     }
 }
 
-/// How velocity and acceleration of a prescribed coordinate are had.
+/// Source of the velocity and acceleration of a prescribed coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Prescribed {
-    /// From the derivatives of the motion.
+    /// The derivatives of the motion.
     Exact,
-    /// From the positions at the steps by the method's own formulas.
+    /// The integration formulas, from the positions at the steps.
     Newmark,
 }
 
 /// Settings of the Newton iteration in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newton {
-    /// Largest position correction (m or rad) of the last iteration; a larger one will do if what is left after it can be
-    /// expected to be a millionth of the tolerance.
+    /// Largest position correction (m or rad) of the last iteration. A larger one suffices if the error that remains after it
+    /// is estimated to be a millionth of the tolerance.
     pub tolerance: f64,
     /// Most iterations.
     pub iterations: usize,
@@ -97,7 +100,7 @@ impl Default for Newton {
     }
 }
 
-/// The two ends of a step, in any number type.
+/// States at the two ends of a step, in any number type.
 #[derive(Clone, Debug)]
 pub struct Step<T> {
     /// Beginning of the step.
@@ -109,27 +112,27 @@ pub struct Step<T> {
 }
 
 impl<T: StateScalar> Step<T> {
-    /// Before the first step.
+    /// A step that ends at the `start` of the motion.
     pub fn from(start: State<T>) -> Self {
         let auxiliary = start.a.clone();
         Self { new: start.clone(), old: start, new_auxiliary: auxiliary.clone(), old_auxiliary: auxiliary }
     }
 
-    /// The end becomes the beginning.
+    /// Makes the end of the step the beginning of the next one.
     pub fn accept(&mut self) {
         std::mem::swap(&mut self.old, &mut self.new);
         std::mem::swap(&mut self.old_auxiliary, &mut self.new_auxiliary);
     }
 
-    /// Puts the motion on its way anew from `state`, as after an impact: it takes the place of the step's end.
+    /// Replaces the end of the step by `state`, from which the motion restarts after an event.
     pub fn restart(&mut self, state: &State<T>) {
         self.new.copy_from(state);
         self.new_auxiliary.copy_from_slice(&state.a);
     }
 
-    /// The end of a step `h` whose free accelerations are `self.new.a` and multipliers `self.new.l`.
+    /// Integrates to the end of the step `h` (s), with the free accelerations `self.new.a` and multipliers `self.new.l`.
     ///
-    /// The length of the step is a plain number, or one that carries derivatives where the design decides it.
+    /// `h` is a plain number, or carries derivatives if it ends at an event that depends on the design.
     pub fn march<H: Scalar>(
         &mut self,
         mechanism: &Mechanism<T>,
@@ -144,8 +147,8 @@ impl<T: StateScalar> Step<T> {
         self.march_prescribed(mechanism, scheme, prescribed, h);
     }
 
-    /// The same once the prescribed coordinates of `self.new` are where they are wanted. It is linear in both ends of the
-    /// step: slopes march as values do.
+    /// [`Step::march`] after the prescribed coordinates of `self.new` have been set. It is linear in both ends of the step:
+    /// derivatives are integrated as values are.
     pub(crate) fn march_prescribed<H: Scalar>(
         &mut self,
         mechanism: &Mechanism<T>,
@@ -159,22 +162,24 @@ impl<T: StateScalar> Step<T> {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             let (q0, v0, w0) = (self.old.q[i], self.old.v[i], self.old_auxiliary[i]);
             let history = self.old.a[i] * old + w0 * auxiliary;
-            let coast = q0 + v0 * h + w0 * (h * h * (0.5 - scheme.beta));
+            let predicted = q0 + v0 * h + w0 * (h * h * (0.5 - scheme.beta));
             let w1 = match coordinate.motion {
-                Some(_) if prescribed == Prescribed::Newmark => (self.new.q[i] - coast) * (h * h * scheme.beta).recip(),
+                Some(_) if prescribed == Prescribed::Newmark => {
+                    (self.new.q[i] - predicted) * (h * h * scheme.beta).recip()
+                }
                 _ => self.new.a[i] * ratio + history,
             };
             self.new_auxiliary[i] = w1;
             match coordinate.motion {
                 Some(_) if prescribed == Prescribed::Exact => continue,
                 Some(_) => self.new.a[i] = (w1 - history) * (1.0 / ratio),
-                None => self.new.q[i] = coast + w1 * (h * h * scheme.beta),
+                None => self.new.q[i] = predicted + w1 * (h * h * scheme.beta),
             }
             self.new.v[i] = v0 + (w0 * (1.0 - scheme.gamma) + w1 * scheme.gamma) * h;
         }
     }
 
-    /// Adds `change(equation)` to accelerations and multipliers alone: [`Step::march`] has to follow.
+    /// Adds `change(equation)` to accelerations and multipliers only; call [`Step::march`] after it.
     pub fn improve(&mut self, system: &System, change: impl Fn(usize) -> T) {
         for (equation, unknown) in system.unknowns().iter().enumerate() {
             match *unknown {
@@ -184,7 +189,7 @@ impl<T: StateScalar> Step<T> {
         }
     }
 
-    /// Adds the solution of a linear system: `change(equation)` in accelerations and multipliers.
+    /// Adds `change(equation)` to accelerations and multipliers, and its effect to positions and velocities.
     pub fn correct(&mut self, system: &System, scheme: &GeneralizedAlpha, h: f64, change: impl Fn(usize) -> T) {
         let (position, velocity) = scheme.newmark_coefficients(h);
         for (equation, unknown) in system.unknowns().iter().enumerate() {
@@ -203,6 +208,7 @@ impl<T: StateScalar> Step<T> {
 }
 
 impl<T: StateScalar> State<T> {
+    /// Sets the prescribed coordinates at the state's time; with [`Prescribed::Newmark`] their positions only.
     pub(crate) fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, how: Prescribed) {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if let Some((motion, parameters)) = &coordinate.motion {
@@ -217,52 +223,52 @@ impl<T: StateScalar> State<T> {
     }
 }
 
-/// A correction in Newton's iteration.
+/// A correction of Newton's iteration.
 #[derive(Clone, Copy)]
 struct Correction {
-    /// Its largest change of a position in m or rad.
+    /// Largest change of a position in m or rad.
     largest: f64,
-    /// How much smaller the next one can be expected to be.
+    /// Estimated ratio of the next correction to this one.
     rate: f64,
-    /// Whether it was had with the matrix of the iteration before.
+    /// Whether the matrix is that of the iteration before.
     kept: bool,
 }
 
-/// If the next correction is to be smaller by this or more, the matrix is kept for it.
+/// Largest ratio of two corrections with which the matrix is kept for the next iteration.
 const SLOW: f64 = 1e-2;
 
-/// What may be left after an iteration, in parts of the tolerance: differences of two analyses must not see it.
-const LEFT: f64 = 1e-6;
+/// Error that may remain after the last iteration, as a part of the tolerance: small enough for differences of two analyses.
+const REMAINDER: f64 = 1e-6;
 
-/// In 1/m or 1/rad: what a motion without curvature may meet in the next step, a contact, say, is not foreseen.
+/// Smallest assumed curvature in 1/m or 1/rad: a motion without curvature may meet a contact in the next step.
 const LEAST_CURVATURE: f64 = 10.0;
 
-/// Takes steps in `f64` and keeps the factorization of the last one.
+/// Solver of the steps in `f64`; it keeps the factorization of the last one.
 pub struct Integrator<'m> {
     /// The mechanism.
     pub mechanism: &'m Mechanism<f64>,
-    /// Its equations; the factor is that of the last Newton iteration.
+    /// Equations of motion; the factor is that of the last Newton iteration.
     pub system: System,
-    /// The method.
+    /// Integration method.
     pub scheme: GeneralizedAlpha,
-    /// How prescribed coordinates move.
+    /// Velocities and accelerations of prescribed coordinates.
     pub prescribed: Prescribed,
-    /// Newton's settings.
+    /// Settings of Newton's iteration.
     pub newton: Newton,
     /// The current step.
     pub step: Step<f64>,
-    /// Newton iterations so far with an assembly, a factorization and a solution each; those that keep the matrix of the
+    /// Newton iterations so far with an assembly, a factorization and a solution each; iterations that keep the matrix of the
     /// one before are not counted.
     pub iterations: usize,
     rows: Vec<[f64; 1]>,
     workspace: ElementWorkspace<f64>,
     pub(crate) predictor: Predictor,
-    /// A correction over the square of the one before, in 1/m or 1/rad: the last one seen.
+    /// Last ratio of a correction to the square of the one before, in 1/m or 1/rad.
     pub(crate) curvature: f64,
 }
 
 impl<'m> Integrator<'m> {
-    /// At the beginning, in the state `start`.
+    /// Integrator at the start of the motion, in the state `start`.
     pub fn new(
         mechanism: &'m Mechanism<f64>,
         system: System,
@@ -272,19 +278,19 @@ impl<'m> Integrator<'m> {
         start: State<f64>,
     ) -> Self {
         let (mut rows, mut workspace) = (vec![[0.0]; system.size()], ElementWorkspace::default());
-        system.residual(mechanism, &start, 1.0, &mut workspace, rows.as_flattened_mut()); // makes the room
+        system.residual(mechanism, &start, 1.0, &mut workspace, rows.as_flattened_mut()); // allocates the workspace
         let (predictor, step) = (Predictor::new(&start), Step::from(start));
         let (iterations, curvature) = (0, f64::INFINITY);
         Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, workspace, predictor, curvature }
     }
 
-    /// The end of the step becomes the beginning of the next.
+    /// Makes the end of the step the beginning of the next one.
     pub fn accept(&mut self) {
         self.step.accept();
-        self.predictor.learn(&self.step.old);
+        self.predictor.add(&self.step.old);
     }
 
-    /// Factorizes the matrix at the end of the step: the derivatives of the converged step need it.
+    /// Factorizes the matrix at the end of the step, for the derivatives of the converged step.
     pub fn linearize(&mut self, h: f64) -> Result<()> {
         let (position, velocity) = self.scheme.newmark_coefficients(h);
         let how = Linearization::step(position, velocity);
@@ -292,17 +298,19 @@ impl<'m> Integrator<'m> {
         diagnostics::factorize(&mut self.system, self.mechanism, &self.step.new)
     }
 
-    /// Solves the step `h`; its end is then in `step.new`. A failed step leaves the beginning as it was.
+    /// Solves the step `h` (s); its end is then in `step.new`. A failed step does not change its beginning.
     ///
-    /// **Errors.** [`Error::Analysis`] naming the equation that resists and the time.
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] naming the equation with the largest residual and the time.
     pub fn solve(&mut self, h: f64) -> Result<()> {
         let (position, velocity) = self.scheme.newmark_coefficients(h);
         self.step.new.t = self.step.old.t + h;
-        self.predictor.guess(&mut self.step.new);
+        self.predictor.predict(&mut self.step.new);
         self.step.march(self.mechanism, &self.scheme, self.prescribed, h);
-        let mut before: Option<Correction> = None;
+        let mut previous: Option<Correction> = None;
         for _ in 0..self.newton.iterations {
-            let kept = before.is_some_and(|before| before.rate <= SLOW);
+            let kept = previous.is_some_and(|previous| previous.rate <= SLOW);
             if kept {
                 let rows = self.rows.as_flattened_mut();
                 self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, rows);
@@ -317,33 +325,35 @@ impl<'m> Integrator<'m> {
             }
             let rows = &self.rows;
             self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
-            let rate = self.rate(largest, kept, before);
-            if rate * largest <= LEFT * self.newton.tolerance || (!kept && largest <= self.newton.tolerance) {
+            let rate = self.rate(largest, kept, previous);
+            if rate * largest <= REMAINDER * self.newton.tolerance || (!kept && largest <= self.newton.tolerance) {
                 return Ok(());
             }
-            before = Some(Correction { largest, rate, kept });
+            previous = Some(Correction { largest, rate, kept });
         }
         Err(self.failure(Linearization::step(position, velocity)))
     }
 
-    /// How much smaller the next correction can be expected to be than this one of size `largest`.
-    fn rate(&mut self, largest: f64, kept: bool, before: Option<Correction>) -> f64 {
-        if let Some(before) = before.filter(|before| !before.kept) {
-            self.curvature = (largest / before.largest.powi(2)).max(LEAST_CURVATURE);
+    /// Estimated ratio of the next correction to this one of size `largest`.
+    fn rate(&mut self, largest: f64, kept: bool, previous: Option<Correction>) -> f64 {
+        if let Some(previous) = previous.filter(|previous| !previous.kept) {
+            self.curvature = (largest / previous.largest.powi(2)).max(LEAST_CURVATURE);
         }
-        match before {
-            Some(before) if kept => largest / before.largest,
+        match previous {
+            Some(previous) if kept => largest / previous.largest,
             _ => self.curvature * largest,
         }
     }
 
+    /// Largest correction of a position in m or rad; NaN if any is NaN.
     fn largest_correction(&self, position: f64) -> f64 {
         let coordinate = |u: &Unknown| matches!(u, Unknown::Coordinate(_));
         let sizes = self.system.unknowns().iter().zip(&self.rows).filter(|(u, _)| coordinate(u));
-        // NaN must not be lost in a maximum.
+        // `f64::max` ignores NaN.
         sizes.map(|(_, r)| (r[0] * position).abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 
+    /// The error of a step that does not converge.
     fn failure(&mut self, how: Linearization) -> Error {
         if let Some(error) = diagnostics::not_finite(self.mechanism, &self.step.new) {
             return error;

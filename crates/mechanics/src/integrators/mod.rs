@@ -1,7 +1,21 @@
 //! Time integration: implicit steps on the index-3 equations, and explicit Runge–Kutta methods.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `generalized_alpha` | one step of the generalized-α and HHT-α methods, Newton's iteration |
+//! | `predictor` | extrapolation of accelerations to the next step |
+//! | `settings` | settings of a dynamic analysis, limits and counts of steps |
+//! | `event_location` | steps that end at an event |
+//! | `time_stepper` | implicit steps with step control and events |
+//! | `explicit` | explicit Runge–Kutta methods of orders 5 and 8 |
 
+pub(crate) mod event_location;
 pub mod explicit;
 pub mod generalized_alpha;
 pub mod predictor;
-pub(crate) mod step_limit;
+pub mod settings;
 pub mod time_stepper;
+
+pub use generalized_alpha::{GeneralizedAlpha, Newton, Prescribed};
+pub use settings::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize, Work};
+pub use time_stepper::TimeStepper;

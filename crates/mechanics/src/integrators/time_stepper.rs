@@ -1,46 +1,30 @@
-//! A running simulation by implicit steps.
+//! Implicit time stepping of a mechanism, with step control and events.
 
-use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize, Work, is_before};
-use crate::analyses::statics::{Statics, find_equilibrium};
-use crate::events::location::Event;
-use crate::initial_conditions::{AccelerationSolver, Projection, assemble, make_velocities_consistent};
+use crate::initial_conditions::{
+    AccelerationSolver, Projection, assemble, equilibrium_reactions, make_velocities_consistent,
+};
+use crate::integrators::event_location::EventLocator;
 use crate::integrators::generalized_alpha::Integrator;
-use crate::integrators::step_limit::{MOST_STEPS, too_many_steps};
+use crate::integrators::settings::{
+    Dynamics, InitialAcceleration, InitialConfiguration, MOST_STEPS, StepSize, Work, is_before, too_many_steps,
+};
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
 
-/// Moves `state` to the equilibrium at its time, with the velocities that it has. Returns the reactions there.
-fn solve_initial_configuration(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    state: &mut State<f64>,
-    statics: &Statics,
-) -> Result<Vec<f64>> {
-    let velocities = state.v.clone();
-    find_equilibrium(system, mechanism, state, statics)?;
-    state.v = velocities;
-    state.prescribe(mechanism);
-    Ok(std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]))
-}
-
-/// A running simulation: advanced time by time, by one step after the other.
+/// A simulation in progress, advanced step by step.
 pub struct TimeStepper<'m> {
-    /// The integrator with the current step.
+    /// Integrator with the current step.
     pub integrator: Integrator<'m>,
     /// Multipliers of the initial projections.
     pub projection: Projection,
-    /// Impacts so far.
-    pub impacts: Vec<Event>,
-    /// The contact that the current step has closed.
-    pub(crate) closed: Option<usize>,
-    /// The contact that the current step comes from.
-    pub(crate) bounced: Option<usize>,
-    /// Whether the current step ends at a time of the grid.
+    pub(crate) locator: EventLocator,
+    /// Whether the current step ends at a time of the grid of fixed steps.
     pub(crate) is_on_grid: bool,
-    pub(crate) settings: Dynamics,
+    settings: Dynamics,
     end: f64,
+    /// Length of the next trial step in s.
     pub(crate) next: f64,
     /// Length of the current step in s.
     pub(crate) length: f64,
@@ -49,21 +33,25 @@ pub struct TimeStepper<'m> {
     pub(crate) failed_steps: usize,
 }
 
-/// What is left of a grid step after an impact is not gone by itself if it is less than this part of the step.
+/// Part of a grid step below which the rest of the step after an event is joined with the next grid step.
 const TINY: f64 = 1e-4;
 
-/// Smallest step in parts of the wanted one.
+/// Smallest trial step, as a part of the first one.
 const SMALLEST: f64 = 1.0 / 1024.0;
 
 impl<'m> TimeStepper<'m> {
-    /// Assembles the mechanism and puts it in its initial state.
+    /// Assembles the mechanism at the start of the motion and makes its initial state consistent.
+    ///
+    /// # Errors
+    ///
+    /// Settings that [`Dynamics::check`] rejects; [`Error::Analysis`] if the mechanism cannot be assembled.
     pub fn new(mechanism: &'m Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<Self> {
         settings.check(times)?;
         let mut system = System::at(mechanism, settings.start)?;
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
         if let InitialConfiguration::Equilibrium(statics) = &settings.origin {
-            projection.position = solve_initial_configuration(&mut system, mechanism, &mut state, statics)?;
+            projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
         if settings.initial == InitialAcceleration::Consistent {
@@ -76,29 +64,23 @@ impl<'m> TimeStepper<'m> {
             StepSize::Adaptive { first, longest, .. } => first.min(longest),
         };
         let end = times.last().copied().unwrap_or(settings.start);
-        let (steps, grid_steps, failed_steps) = (0, 0, 0);
-        let (settings, length) = (*settings, 0.0);
-        let (impacts, closed, bounced, is_on_grid) = (Vec::new(), None, None, false);
-        let run = Self {
+        let locator = EventLocator::new(&integrator, settings.step)?;
+        Ok(Self {
             integrator,
             projection,
-            impacts,
-            closed,
-            bounced,
-            is_on_grid,
-            settings,
+            locator,
+            is_on_grid: false,
+            settings: *settings,
             end,
             next,
-            length,
-            steps,
-            grid_steps,
-            failed_steps,
-        };
-        run.check_contacts()?;
-        Ok(run)
+            length: 0.0,
+            steps: 0,
+            grid_steps: 0,
+            failed_steps: 0,
+        })
     }
 
-    /// Takes steps until the current one ends at or after `t`.
+    /// Takes steps until the current one ends at or after `t` (s).
     pub fn advance_to(&mut self, t: f64) -> Result<()> {
         while self.is_before(t) {
             self.advance()?;
@@ -106,14 +88,14 @@ impl<'m> TimeStepper<'m> {
         Ok(())
     }
 
-    /// Whether the current step ends before `t`.
+    /// Returns whether the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
         is_before(self.settings.start, self.integrator.step.new.t, t)
     }
 
     /// Takes one step. Returns its length in s.
     pub fn advance(&mut self) -> Result<f64> {
-        self.bounce()?;
+        self.locator.apply(&mut self.integrator)?;
         if self.steps > 0 {
             self.integrator.accept();
         }
@@ -128,64 +110,65 @@ impl<'m> TimeStepper<'m> {
         Ok(self.length)
     }
 
-    /// Goes to, or half-way, quarter-way … to, the next time of the grid.
+    /// Takes a step to the next time of the grid, or a half, a quarter … of it where Newton's iteration fails.
     fn advance_fixed(&mut self, h: f64) -> Result<f64> {
         let grid = |k: usize| self.settings.start + h * k as f64;
         if grid(self.grid_steps + 1) - self.integrator.step.old.t < TINY * h {
-            self.grid_steps += 1; // the last impact was there
+            self.grid_steps += 1; // an event is at this time of the grid
         }
         let target = grid(self.grid_steps + 1);
         let rest = target - self.integrator.step.old.t;
-        let mut tried = self.next.min(rest);
-        if rest - tried < 1e-6 * h {
-            tried = rest;
+        let mut trial = self.next.min(rest);
+        if rest - trial < 1e-6 * h {
+            trial = rest;
         }
         loop {
-            match self.integrator.solve(tried) {
+            match self.integrator.solve(trial) {
                 Ok(()) => break,
-                Err(error) if tried < h * SMALLEST => return Err(error),
+                Err(error) if trial < h * SMALLEST => return Err(error),
                 Err(_) => {
                     self.failed_steps += 1;
-                    tried *= 0.5;
+                    trial *= 0.5;
                 }
             }
         }
-        let taken = self.stop_at_contact(tried)?;
+        let taken = self.locator.locate(&mut self.integrator, trial)?;
         self.is_on_grid = taken == rest;
         if self.is_on_grid {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;
         }
-        // An impact decides the length of this step, but not that of the next.
-        let length = if self.bounced.is_some() { self.next } else { tried };
+        // The length of a step after an event says nothing about the next one.
+        let length = if self.locator.opened.is_some() { self.next } else { trial };
         self.next = (2.0 * length).min(h);
         Ok(taken)
     }
 
+    /// Takes the longest step whose local error is below the tolerance.
     fn advance_adaptive(&mut self, tolerance: f64, longest: f64) -> Result<f64> {
         let (wanted, old) = (self.next, self.integrator.step.old.t);
-        let mut tried = wanted;
+        let mut trial = wanted;
         loop {
-            let is_smallest = tried < wanted * SMALLEST * SMALLEST || old + 0.1 * tried == old;
-            let error = match self.integrator.solve(tried) {
-                Ok(()) => self.local_error(tried) / tolerance,
+            let is_smallest = trial < wanted * SMALLEST * SMALLEST || old + 0.1 * trial == old;
+            let error = match self.integrator.solve(trial) {
+                Ok(()) => self.local_error(trial) / tolerance,
                 Err(error) if is_smallest => return Err(error),
                 Err(_) => f64::INFINITY,
             };
             if is_smallest && !(error <= 1.0) {
-                return Err(self.too_small(tried));
+                return Err(self.too_small(trial));
             }
             let growth = (0.9 * error.powf(-1.0 / 3.0)).clamp(0.25, 2.0);
             if error <= 1.0 {
-                self.next = (tried * growth).min(longest);
-                return self.stop_at_contact(tried);
+                self.next = (trial * growth).min(longest);
+                return self.locator.locate(&mut self.integrator, trial);
             }
             self.failed_steps += 1;
-            tried *= growth.min(0.9);
+            trial *= growth.min(0.9);
         }
     }
 
-    /// The coordinate whose acceleration does not let steps be as long as rounding demands.
+    /// The error of a step that becomes too small, naming the coordinate whose acceleration changes most.
     fn too_small(&self, h: f64) -> Error {
         let step = &self.integrator.step;
         let change = |i: &usize| (step.new.a[*i] - step.old.a[*i]).abs();
@@ -195,21 +178,23 @@ impl<'m> TimeStepper<'m> {
         Error::analysis(what, why, "loosen the tolerance, or smooth what jumps there")
     }
 
-    /// Local error of the positions: Newmark's h² |β − 1/6| times the change of the acceleration.
+    /// Local error of the positions in m or rad: h² |β − 1/6| times the change of the acceleration, for Newmark's method.
     ///
-    /// **Source.** Zienkiewicz & Xie, *Earthq. Eng. Struct. Dyn.* 20 (1991) 871–887.
+    /// # Sources
+    ///
+    /// Zienkiewicz & Xie, *Earthq. Eng. Struct. Dyn.* 20 (1991) 871–887.
     fn local_error(&self, h: f64) -> f64 {
         let step = &self.integrator.step;
         let changes = step.new.a.iter().zip(&step.old.a).map(|(new, old)| (new - old).abs());
         h * h * (self.settings.scheme.beta - 1.0 / 6.0).abs() * changes.fold(0.0, f64::max)
     }
 
-    /// Work so far.
+    /// Numbers of steps and iterations so far.
     pub fn work(&self) -> Work {
         Work { steps: self.steps, failed_steps: self.failed_steps, iterations: self.integrator.iterations }
     }
 
-    /// The last requested time.
+    /// The last output time in s.
     pub fn end(&self) -> f64 {
         self.end
     }

@@ -2,12 +2,14 @@
 
 use crate::linalg::simd::{Substitute, substitute, subtract};
 
-/// A square band matrix, its rows stored one after another, and after [`Banded::factorize`] its factors L and U.
+/// A square band matrix in row-major order, and after [`Banded::factorize`] its factors L and U.
 ///
-/// The envelope is followed row by row, so that rows shorter than the band cost less. Nothing is allocated after
+/// Operations stay inside the envelope of each row: rows shorter than the band cost less. Nothing is allocated after
 /// [`Banded::new`].
 ///
-/// **Source.** Golub & Van Loan, *Matrix Computations*, 4th ed., Section 4.3.3; LAPACK's `gbtf2` for keeping the
+/// # Sources
+///
+/// Golub & Van Loan, *Matrix Computations*, 4th ed., Section 4.3.3; LAPACK's `gbtf2` for keeping the
 /// multipliers where they arise.
 #[derive(Clone, Debug)]
 pub struct Banded {
@@ -15,12 +17,12 @@ pub struct Banded {
     width: usize,
     entries: Vec<f64>,
     /// Last column of each row in the pattern, and in the factors.
-    advance_to: Vec<usize>,
+    last: Vec<usize>,
     filled: Vec<usize>,
     pivots: Vec<usize>,
 }
 
-/// A pivot is taken off the diagonal only if the diagonal is smaller than this part of the column's largest entry.
+/// Smallest diagonal entry used as pivot, as a part of the largest entry of its column.
 const THRESHOLD: f64 = 0.1;
 
 impl Banded {
@@ -30,23 +32,23 @@ impl Banded {
         let upper = rows.iter().enumerate().flat_map(|(i, r)| r.iter().map(move |&j| j.saturating_sub(i))).max();
         let (lower, upper) = (lower.unwrap_or(0), upper.unwrap_or(0));
         let width = 2 * lower + upper + 1;
-        let advance_to: Vec<usize> =
+        let last: Vec<usize> =
             rows.iter().enumerate().map(|(i, r)| r.iter().copied().max().unwrap_or(i).max(i)).collect();
         let n = rows.len();
-        Self { lower, width, entries: vec![0.0; n * width], filled: advance_to.clone(), advance_to, pivots: vec![0; n] }
+        Self { lower, width, entries: vec![0.0; n * width], filled: last.clone(), last, pivots: vec![0; n] }
     }
 
-    /// Number of stored entries, fill included: a measure of the work.
+    /// Number of stored entries including fill, a measure of the work.
     pub fn stored(&self) -> usize {
         self.entries.len()
     }
 
-    /// Where entry (`i`, `j`) of the pattern is in [`Banded::entries_mut`].
+    /// Position of the entry (`i`, `j`) of the pattern in [`Banded::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
         self.at(i, j)
     }
 
-    /// The entries, to be set to zero and filled by slot before each factorization.
+    /// The entries by slot. Set them to zero and add to them before each factorization.
     pub fn entries_mut(&mut self) -> &mut [f64] {
         &mut self.entries
     }
@@ -56,10 +58,10 @@ impl Banded {
         i * self.width + j + self.lower - i
     }
 
-    /// Factorizes in place. On a zero or non-finite pivot the error is its number.
+    /// Factorizes in place. The error is the number of a zero or non-finite pivot.
     pub fn factorize(&mut self) -> Result<(), usize> {
         let n = self.pivots.len();
-        self.filled.copy_from_slice(&self.advance_to);
+        self.filled.copy_from_slice(&self.last);
         for k in 0..n {
             let last = (k + self.lower).min(n - 1);
             let pivot = self.choose_pivot(k, last).ok_or(k)?;

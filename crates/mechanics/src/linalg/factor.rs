@@ -1,26 +1,27 @@
-//! The choice of a factorization.
+//! Choice of a factorization by pattern and pivots.
 
 use crate::linalg::banded::Banded;
 use crate::linalg::sparse::Sparse;
 use crate::linalg::static_order::StaticOrderLu;
 use faer::dyn_stack::MemBuffer;
 
-/// A matrix of fixed pattern with whichever factorization is cheapest for it.
+/// A matrix of fixed pattern with the cheapest factorization that is safe for its entries.
 ///
-/// Without interchanges where that is safe; otherwise, matrix by matrix, with interchanges.
+/// Factorizes without interchanges unless a pivot is too small; such matrices are factorized with interchanges.
 #[derive(Clone)]
 pub struct Factor {
     kind: Kind,
-    /// With interchanges, for matrices of an ordered pattern that want them.
+    /// Factorization with interchanges, for matrices that need them.
     pivoting: Option<Box<Pivoting>>,
-    refused: bool,
+    /// Whether the last matrix was factorized with interchanges because of a small pivot.
+    pivoted: bool,
 }
 
 #[derive(Clone)]
 enum Kind {
-    /// Chains, beams, loops: everything with little fill.
+    /// Patterns with little fill: chains, beams, loops.
     StaticOrderLu(StaticOrderLu),
-    /// Much fill.
+    /// Patterns with much fill.
     Pivoting(Pivoting),
 }
 
@@ -33,32 +34,32 @@ enum Pivoting {
     Sparse(Box<Sparse>),
 }
 
-/// Memory of one caller that solves with a shared factorization.
+/// Memory of a caller that solves with a shared factorization.
 pub struct SolveWorkspace(Option<MemBuffer>);
 
-/// A factorization met a zero or non-finite pivot.
+/// The error of a zero or non-finite pivot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular {
-    /// Number of the unknown, as far as known.
+    /// Number of the unknown; the number of unknowns if it is not known which.
     pub unknown: usize,
 }
 
-/// A band wider than this (rows below the diagonal) is worth a general sparse factorization.
-const WIDE: usize = 40;
+/// Rows below the diagonal above which a general sparse factorization is cheaper than a banded one.
+const MAX_BAND: usize = 40;
 
-/// Multiplications per unknown up to which an ordered factorization is tried.
-const MUCH: usize = 1000;
+/// Most multiplications per unknown of a factorization in static order.
+const MAX_WORK: usize = 1000;
 
 impl Factor {
-    /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), numbered so
-    /// that the band is narrow. The diagonals of `multipliers` are zero.
+    /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), numbered
+    /// for a narrow band. The diagonals of `multipliers` are zero.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool]) -> Self {
-        let ordered = StaticOrderLu::new(rows, multipliers, MUCH * rows.len());
+        let ordered = StaticOrderLu::new(rows, multipliers, MAX_WORK * rows.len());
         let kind = ordered.map_or_else(|| Kind::Pivoting(Pivoting::new(rows)), Kind::StaticOrderLu);
-        Self { kind, pivoting: None, refused: false }
+        Self { kind, pivoting: None, pivoted: false }
     }
 
-    /// Where entry (`i`, `j`) of the pattern is in [`Factor::entries_mut`].
+    /// Position of the entry (`i`, `j`) of the pattern in [`Factor::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
         match &self.kind {
             Kind::StaticOrderLu(m) => m.slot(i, j),
@@ -66,7 +67,7 @@ impl Factor {
         }
     }
 
-    /// The entries by slot: set them to zero, add to them, and factorize.
+    /// The entries by slot. Set them to zero, add to them, and factorize.
     pub fn entries_mut(&mut self) -> &mut [f64] {
         match &mut self.kind {
             Kind::StaticOrderLu(m) => m.entries_mut(),
@@ -74,36 +75,40 @@ impl Factor {
         }
     }
 
-    /// Factorizes; entries may be overwritten.
+    /// Factorizes; this may overwrite the entries.
+    ///
+    /// # Errors
+    ///
+    /// [`Singular`] if a pivot is zero or not finite.
     pub fn factorize(&mut self) -> Result<(), Singular> {
         let done = match &mut self.kind {
             Kind::StaticOrderLu(m) => {
-                self.refused = m.factorize().is_err();
-                if !self.refused {
+                self.pivoted = m.factorize().is_err();
+                if !self.pivoted {
                     return Ok(());
                 }
-                self.pivoting.get_or_insert_with(|| Box::new(Pivoting::like(m))).take_over(m)
+                self.pivoting.get_or_insert_with(|| Box::new(Pivoting::like(m))).factorize_copy(m)
             }
             Kind::Pivoting(m) => m.factorize(),
         };
         done.map_err(|unknown| Singular { unknown })
     }
 
-    /// Whether the last matrix was factorized with interchanges.
+    /// Returns whether the last matrix was factorized with interchanges.
     pub fn has_interchanges(&self) -> bool {
-        self.refused || matches!(self.kind, Kind::Pivoting(_))
+        self.pivoted || matches!(self.kind, Kind::Pivoting(_))
     }
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         match (&mut self.kind, &mut self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.refused => m.solve(b),
+            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve(b),
             (Kind::StaticOrderLu(m), _) => m.solve(b),
             (Kind::Pivoting(m), _) => m.solve(b),
         }
     }
 
-    /// Memory of a caller's own for [`Factor::solve_in`].
+    /// Memory for [`Factor::solve_in`].
     pub fn workspace(&self) -> SolveWorkspace {
         match &self.kind {
             Kind::Pivoting(Pivoting::Sparse(m)) => SolveWorkspace(Some(m.workspace())),
@@ -111,10 +116,10 @@ impl Factor {
         }
     }
 
-    /// [`Factor::solve`] by several callers at the same time, each with its own `workspace`.
+    /// [`Factor::solve`] for concurrent callers, each with its own `workspace`.
     pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], workspace: &mut SolveWorkspace) {
         let pivoting = match (&self.kind, &self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.refused => &**m,
+            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => &**m,
             (Kind::StaticOrderLu(m), _) => return m.solve(b),
             (Kind::Pivoting(m), _) => m,
         };
@@ -127,7 +132,7 @@ impl Factor {
     /// Solves Aᵀ X = B in place for `W` right-hand sides.
     pub fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         match (&mut self.kind, &mut self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.refused => m.solve_transposed(b),
+            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve_transposed(b),
             (Kind::StaticOrderLu(m), _) => m.solve_transposed(b),
             (Kind::Pivoting(m), _) => m.solve_transposed(b),
         }
@@ -135,13 +140,14 @@ impl Factor {
 }
 
 impl Pivoting {
+    /// A zero matrix with the pattern `rows`: banded, or sparse if the band is wide.
     fn new(rows: &[Vec<usize>]) -> Self {
         let below = rows.iter().enumerate().flat_map(|(i, r)| r.iter().map(move |&j| i.saturating_sub(j))).max();
-        let sparse = if below.unwrap_or(0) > WIDE { Sparse::new(rows) } else { None };
+        let sparse = if below.unwrap_or(0) > MAX_BAND { Sparse::new(rows) } else { None };
         sparse.map_or_else(|| Self::Banded(Banded::new(rows)), |s| Self::Sparse(Box::new(s)))
     }
 
-    /// Of the same pattern.
+    /// A zero matrix with the pattern of `matrix`.
     fn like(matrix: &StaticOrderLu) -> Self {
         let mut rows = Vec::new();
         for (i, j, _) in matrix.entries() {
@@ -151,8 +157,8 @@ impl Pivoting {
         Self::new(&rows)
     }
 
-    /// Factorizes a matrix of the same pattern.
-    fn take_over(&mut self, matrix: &StaticOrderLu) -> Result<(), usize> {
+    /// Copies the entries of `matrix`, which has the same pattern, and factorizes.
+    fn factorize_copy(&mut self, matrix: &StaticOrderLu) -> Result<(), usize> {
         self.entries_mut().fill(0.0);
         for (i, j, value) in matrix.entries() {
             let slot = self.slot(i, j);
@@ -208,7 +214,7 @@ mod tests {
         let mut rows: Vec<Vec<usize>> = (0..n).map(|i| vec![i, n - 1]).collect();
         rows[n - 1] = (0..n).collect();
         rows.iter_mut().for_each(|r| r.dedup());
-        let pivoting = |kind| Factor { kind: Kind::Pivoting(kind), pivoting: None, refused: false };
+        let pivoting = |kind| Factor { kind: Kind::Pivoting(kind), pivoting: None, pivoted: false };
         let mut ordered = Factor::new(&rows, &vec![false; n]);
         let mut sparse = pivoting(Pivoting::new(&rows));
         let mut banded = pivoting(Pivoting::Banded(Banded::new(&rows)));

@@ -1,16 +1,16 @@
-//! The widest vector registers that the processor has.
+//! Loops compiled for the widest vector registers of the processor.
 
 use pulp::{Arch, Simd, WithSimd};
 
 /// A loop over many columns, compiled for wide registers as well as for any processor.
 pub(crate) trait Kernel {
-    /// Does the work. To be inlined always, and so what it calls.
+    /// Executes the loop. Mark it and all functions that it calls `#[inline(always)]`.
     fn run(self);
 }
 
-/// Does the work with the widest vector registers of the processor that it runs on, found out once.
+/// Executes `kernel` with the widest vector registers of the processor, which is detected once.
 ///
-/// Numbers are rounded alike in all of them: no product is fused with a sum.
+/// Results are the same bits for all registers: no product is fused with a sum.
 pub(crate) fn dispatch(kernel: impl Kernel) {
     Arch::new().dispatch(Dispatched(kernel));
 }
@@ -28,11 +28,11 @@ impl<K: Kernel> WithSimd for Dispatched<K> {
 
 /// A factorized matrix.
 pub(crate) trait Substitute {
-    /// Solves A X = B in place, row i of B being `b[i]`. To be inlined always.
+    /// Solves A X = B in place; row i of B is `b[i]`. Mark it `#[inline(always)]`.
     fn substitute<const W: usize>(&self, b: &mut [[f64; W]]);
 }
 
-/// Solves A X = B in place: with wide registers where there are columns enough to fill them.
+/// Solves A X = B in place, with wide registers if B has enough columns to fill them.
 pub(crate) fn substitute<M: Substitute, const W: usize>(matrix: &M, b: &mut [[f64; W]]) {
     if W < 4 { matrix.substitute(b) } else { dispatch(Substitution { matrix, b }) }
 }

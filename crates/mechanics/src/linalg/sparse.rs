@@ -1,14 +1,13 @@
-//! General sparse LU with the symbolic part done once, by faer.
+//! General sparse LU by faer, with one symbolic factorization per pattern.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, MatMut, Par};
 
-/// A square sparse matrix of fixed pattern and its factorization.
+/// A square sparse matrix of fixed pattern and its factorization with partial pivoting in COLAMD order.
 ///
-/// Used where the band is wide: several coupled loops, dense force elements. Partial pivoting, fill reduced by
-/// COLAMD; memory is allocated when first needed and then reused.
+/// Used for wide bands: several coupled loops, dense force elements. Memory is allocated once and then reused.
 pub struct Sparse {
     pattern: SymbolicSparseColMat<usize>,
     entries: Vec<f64>,
@@ -36,7 +35,7 @@ impl Sparse {
         let entries = vec![0.0; indices.len()];
         let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, indices);
         let symbolic = factorize_symbolic_lu(pattern.as_ref(), Default::default()).ok()?;
-        let memory = room_for(&symbolic);
+        let memory = workspace_for(&symbolic);
         Some(Self { pattern, entries, symbolic, numeric: NumericLu::new(), memory, n })
     }
 
@@ -45,7 +44,7 @@ impl Sparse {
         self.entries.len()
     }
 
-    /// Where entry (`i`, `j`) of the pattern is in [`Sparse::entries_mut`].
+    /// Position of the entry (`i`, `j`) of the pattern in [`Sparse::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
         let pattern = self.pattern.as_ref();
         let column = pattern.col_range(j);
@@ -53,12 +52,12 @@ impl Sparse {
         column.start + rows.binary_search(&i).expect("the entry is in the pattern")
     }
 
-    /// The entries, to be filled by slot.
+    /// The entries, by slot.
     pub fn entries_mut(&mut self) -> &mut [f64] {
         &mut self.entries
     }
 
-    /// Factorizes; the entries stay. On failure the error is the number of a column, as far as known.
+    /// Factorizes and keeps the entries. The error is the number of a column, or n if it is not known which.
     pub fn factorize(&mut self) -> Result<(), usize> {
         let matrix = SparseColMatRef::new(self.pattern.as_ref(), &self.entries);
         let stack = MemStack::new(&mut self.memory);
@@ -76,7 +75,7 @@ impl Sparse {
         lu.solve_in_place_with_conj(Conj::No, rhs, Par::Seq, MemStack::new(&mut self.memory));
     }
 
-    /// [`Sparse::solve`] with memory of the caller's, so that several may solve at the same time.
+    /// [`Sparse::solve`] for concurrent callers, each with its own `memory`.
     pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], memory: &mut MemBuffer) {
         let rhs = MatMut::from_row_major_slice_mut(b.as_flattened_mut(), self.n, W);
         let lu = LuRef::new_unchecked(&self.symbolic, &self.numeric);
@@ -85,7 +84,7 @@ impl Sparse {
 
     /// Memory for [`Sparse::solve_in`].
     pub fn workspace(&self) -> MemBuffer {
-        room_for(&self.symbolic)
+        workspace_for(&self.symbolic)
     }
 
     /// Solves Aᵀ X = B in place.
@@ -97,11 +96,11 @@ impl Sparse {
 }
 
 /// Memory for factorizing and solving.
-fn room_for(symbolic: &SymbolicLu<usize>) -> MemBuffer {
+fn workspace_for(symbolic: &SymbolicLu<usize>) -> MemBuffer {
     let factor = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
     let solve = symbolic.solve_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq);
-    let turned = symbolic.solve_transpose_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq);
-    MemBuffer::new(factor.or(solve).or(turned))
+    let transposed = symbolic.solve_transpose_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq);
+    MemBuffer::new(factor.or(solve).or(transposed))
 }
 
 impl Clone for Sparse {

@@ -1,17 +1,19 @@
-//! Sparse LU without interchanges, its order and its operations laid down once.
+//! Sparse LU without interchanges, with the order and all operations planned once per pattern.
 
-use crate::linalg::elimination::minimum_fill;
+use crate::linalg::ordering::minimum_fill;
 use crate::linalg::simd::{Substitute, substitute, subtract};
 use std::sync::Arc;
 
 /// A square sparse matrix of fixed pattern, factorized in an order that depends on the pattern alone.
 ///
-/// Unknowns are eliminated in the order of least fill, multipliers after all that they act on: a saddle-point matrix of
-/// a positive definite M and independent Φ_q then needs no interchanges. What an elimination reads and writes is looked
-/// up once, so that factorizing is one pass over a list. A pivot that is the small difference of large numbers, or zero,
-/// is refused; the caller then factorizes with interchanges.
+/// Unknowns are eliminated in the minimum-fill order, and multipliers after the unknowns that they are coupled with. A
+/// saddle-point matrix of a positive definite M and independent Φ_q then needs no interchanges. The positions that an
+/// elimination reads and writes are looked up once, and factorizing is one pass over a list. A pivot that is zero, or a small
+/// difference of large numbers, is rejected: the caller then factorizes with interchanges.
 ///
-/// **Source.** Duff, Erisman & Reid, *Direct Methods for Sparse Matrices*, 2nd ed. (2017), Chapters 9 and 10;
+/// # Sources
+///
+/// Duff, Erisman & Reid, *Direct Methods for Sparse Matrices*, 2nd ed. (2017), Chapters 9 and 10;
 /// Vanderbei, *SIAM J. Optim.* 5 (1995) 100–113, for the order of quasidefinite matrices.
 #[derive(Clone, Debug)]
 pub struct StaticOrderLu {
@@ -21,19 +23,19 @@ pub struct StaticOrderLu {
     inverses: Vec<f64>,
 }
 
-/// Where everything is, common to all matrices of one pattern.
+/// Positions of all entries and operations, shared by all matrices of one pattern.
 #[derive(Debug)]
 struct EliminationPlan {
-    /// Columns of each row of the matrix, increasing, and where each row's entries begin.
+    /// Columns of each row of the matrix, increasing, and the first entry of each row.
     columns: Vec<usize>,
     starts: Vec<usize>,
-    /// Where each entry of the matrix goes in the factors.
-    places: Vec<u32>,
+    /// Position of each entry of the matrix in the factors.
+    positions: Vec<u32>,
     rows: Vec<PlannedRow>,
-    /// Column of each factor entry: its unknown, and when that is eliminated.
+    /// Column of each factor entry: its unknown, and the number of the step that eliminates it.
     unknowns: Vec<u32>,
-    turns: Vec<u32>,
-    /// For each entry of L in turn the factor entries that it changes.
+    steps: Vec<u32>,
+    /// For each entry of L, the factor entries that it changes.
     targets: Vec<u32>,
 }
 
@@ -46,12 +48,12 @@ struct PlannedRow {
     end: usize,
 }
 
-/// A pivot below this part of the numbers that it is the sum of has lost too many digits.
+/// Smallest pivot as a part of the numbers that it is the sum of; smaller ones have lost too many digits.
 const CANCELLED: f64 = 1e-7;
 
 impl StaticOrderLu {
     /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), where the
-    /// diagonals of `multipliers` are zero. `None` if factorizing would take more than `most` multiplications.
+    /// diagonals of `multipliers` are zero. `None` if factorizing takes more than `most` multiplications.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool], most: usize) -> Option<Self> {
         let eliminated = minimum_fill(rows, multipliers, most)?;
         let plan = EliminationPlan::new(rows, &eliminated);
@@ -65,13 +67,13 @@ impl StaticOrderLu {
         self.plan.targets.len()
     }
 
-    /// Where entry (`i`, `j`) of the pattern is in [`StaticOrderLu::entries_mut`].
+    /// Position of the entry (`i`, `j`) of the pattern in [`StaticOrderLu::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
         let columns = &self.plan.columns[self.plan.starts[i]..self.plan.starts[i + 1]];
         self.plan.starts[i] + columns.binary_search(&j).expect("the entry is in the pattern")
     }
 
-    /// The entries, to be filled by slot.
+    /// The entries, by slot.
     pub fn entries_mut(&mut self) -> &mut [f64] {
         &mut self.entries
     }
@@ -82,19 +84,19 @@ impl StaticOrderLu {
         rows.map(|(i, k)| (i, self.plan.columns[k], self.entries[k]))
     }
 
-    /// Factorizes; the entries stay. A refused pivot's unknown is the error.
+    /// Factorizes and keeps the entries. The error is the unknown of a rejected pivot.
     pub fn factorize(&mut self) -> Result<(), usize> {
         let Self { plan, entries, factors, inverses } = self;
         factors.fill(0.0);
-        for (&place, &entry) in plan.places.iter().zip(&*entries) {
-            factors[place as usize] = entry;
+        for (&position, &entry) in plan.positions.iter().zip(&*entries) {
+            factors[position as usize] = entry;
         }
         let mut targets = plan.targets.as_slice();
-        for (turn_of_row, row) in plan.rows.iter().enumerate() {
+        for (step, row) in plan.rows.iter().enumerate() {
             let mut size = factors[row.diagonal].abs();
             for entry in row.first..row.diagonal {
-                let turn = plan.turns[entry] as usize;
-                let (above, factor) = (&plan.rows[turn], factors[entry] * inverses[turn]);
+                let eliminated = plan.steps[entry] as usize;
+                let (above, factor) = (&plan.rows[eliminated], factors[entry] * inverses[eliminated]);
                 factors[entry] = factor;
                 let upper = above.diagonal + 1..above.end;
                 let (own, rest) = targets.split_at(upper.len());
@@ -111,7 +113,7 @@ impl StaticOrderLu {
             if !(pivot.abs() > CANCELLED * size && size.is_finite()) {
                 return Err(row.unknown);
             }
-            inverses[turn_of_row] = 1.0 / pivot;
+            inverses[step] = 1.0 / pivot;
         }
         Ok(())
     }
@@ -162,35 +164,35 @@ impl Substitute for StaticOrderLu {
 }
 
 impl EliminationPlan {
-    /// From the unknowns in the order of elimination, each with those that it is coupled with when its turn comes.
+    /// Plan for unknowns in the order of elimination, each with those that it is coupled with when it is eliminated.
     fn new(matrix: &[Vec<usize>], eliminated: &[(usize, Vec<usize>)]) -> Self {
         let n = eliminated.len();
-        let mut turn = vec![0; n];
-        eliminated.iter().enumerate().for_each(|(k, (unknown, _))| turn[*unknown] = k);
+        let mut step_of = vec![0; n];
+        eliminated.iter().enumerate().for_each(|(k, (unknown, _))| step_of[*unknown] = k);
         let mut pattern: Vec<Vec<usize>> = (0..n).map(|k| vec![k]).collect();
         for (k, (_, later)) in eliminated.iter().enumerate() {
             for &other in later {
-                pattern[k].push(turn[other]);
-                pattern[turn[other]].push(k);
+                pattern[k].push(step_of[other]);
+                pattern[step_of[other]].push(k);
             }
         }
         pattern.iter_mut().for_each(|row| row.sort_unstable());
-        let (mut rows, mut turns) = (Vec::with_capacity(n), Vec::new());
+        let (mut rows, mut steps) = (Vec::with_capacity(n), Vec::new());
         for (k, row) in pattern.iter().enumerate() {
-            let first = turns.len();
-            turns.extend(row.iter().map(|&column| column as u32));
+            let first = steps.len();
+            steps.extend(row.iter().map(|&column| column as u32));
             let diagonal = first + row.iter().position(|&column| column == k).expect("the diagonal is in the pattern");
-            rows.push(PlannedRow { unknown: eliminated[k].0, first, diagonal, end: turns.len() });
+            rows.push(PlannedRow { unknown: eliminated[k].0, first, diagonal, end: steps.len() });
         }
-        let place = |k: usize, column: usize| {
-            let place = pattern[k].binary_search(&column).expect("an elimination changes what is in the pattern");
-            (rows[k].first + place) as u32
+        let position = |k: usize, column: usize| {
+            let offset = pattern[k].binary_search(&column).expect("an elimination changes what is in the pattern");
+            (rows[k].first + offset) as u32
         };
         let mut targets = Vec::new();
         for (k, row) in pattern.iter().enumerate() {
             for &above in row.iter().take_while(|&&above| above < k) {
                 let later = pattern[above].iter().filter(|&&column| column > above);
-                targets.extend(later.map(|&column| place(k, column)));
+                targets.extend(later.map(|&column| position(k, column)));
             }
         }
         let mut starts = vec![0];
@@ -199,9 +201,9 @@ impl EliminationPlan {
             Some(*sum)
         }));
         let all = |i: usize| matrix[i].iter().map(move |&j| (i, j));
-        let places = (0..n).flat_map(all).map(|(i, j)| place(turn[i], turn[j])).collect();
-        let unknowns = turns.iter().map(|&k| eliminated[k as usize].0 as u32).collect();
-        Self { columns: matrix.concat(), starts, places, rows, unknowns, turns, targets }
+        let positions = (0..n).flat_map(all).map(|(i, j)| position(step_of[i], step_of[j])).collect();
+        let unknowns = steps.iter().map(|&k| eliminated[k as usize].0 as u32).collect();
+        Self { columns: matrix.concat(), starts, positions, rows, unknowns, steps, targets }
     }
 }
 
@@ -264,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn lost_digits_and_zeros_are_refused() {
+    fn lost_digits_and_zeros_are_rejected() {
         let mut matrix = StaticOrderLu::new(&[vec![0, 1], vec![0, 1]], &[false; 2], usize::MAX).unwrap();
         matrix.entries_mut().copy_from_slice(&[1.0, 1.0, 1.0, 1.0 + 1e-9]);
         assert_eq!(matrix.factorize(), Err(1));

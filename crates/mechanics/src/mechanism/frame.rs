@@ -1,6 +1,6 @@
 //! Points, velocities and forces on a moving frame.
 
-use crate::elements::element::ElementState;
+use crate::mechanism::element::ElementState;
 use autodiff::Scalar;
 
 /// The frame of a body at an instant: position of its reference point, cosine and sine of its rotation.

@@ -1,11 +1,11 @@
 //! A mechanism: coordinates, elements connected to them, prescribed motions and named outputs.
 
+pub mod element;
 pub mod frame;
 pub mod outputs;
 pub mod scalars;
 
-use crate::elements::element::{AnyElement, Element};
-use crate::events::event::EventElement;
+use crate::mechanism::element::{AnyElement, Element};
 use crate::mechanism::outputs::{AnyFormula, Formula};
 use crate::motion::{AnyMotion, Fixed, Motion};
 use autodiff::Scalar;
@@ -93,6 +93,28 @@ pub(crate) struct ElementInstance<S> {
     pub first_multiplier: usize,
     pub num_constraints: usize,
     pub parameters: Vec<S>,
+}
+
+impl<S: Scalar> ElementInstance<S> {
+    fn new(
+        name: String,
+        element: Arc<dyn AnyElement>,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+        first_multiplier: usize,
+    ) -> Self {
+        let (num_constraints, parameters) = (element.num_constraints(), parameters.to_vec());
+        let coordinates = coordinates.iter().map(|c| c.0).collect();
+        Self { name, element, coordinates, first_multiplier, num_constraints, parameters }
+    }
+}
+
+/// A rigid contact, open as long as its gap is positive, or a switch.
+pub(crate) struct EventElement<S> {
+    /// The constraint whose one equation is the gap; its multiplier is the impulse.
+    pub part: ElementInstance<S>,
+    /// Coefficient of restitution; `None` for a switch.
+    pub restitution: Option<S>,
 }
 
 /// A named scalar response: a weighted sum of quantities, or a formula of them.
@@ -236,17 +258,33 @@ impl<S: Scalar> Mechanism<S> {
         coordinates: &[Coordinate],
         parameters: &[S],
     ) -> ElementIndex {
-        let num_constraints = Element::num_constraints(&element);
-        self.parts.push(ElementInstance {
-            name: name.into(),
-            element: Arc::new(element),
-            coordinates: coordinates.iter().map(|c| c.0).collect(),
-            first_multiplier: self.multipliers,
-            num_constraints,
-            parameters: parameters.to_vec(),
-        });
-        self.multipliers += num_constraints;
+        self.add_object(name.into(), Arc::new(element), coordinates, parameters)
+    }
+
+    pub(crate) fn add_object(
+        &mut self,
+        name: String,
+        element: Arc<dyn AnyElement>,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+    ) -> ElementIndex {
+        let part = ElementInstance::new(name, element, coordinates, parameters, self.multipliers);
+        self.multipliers += part.num_constraints;
+        self.parts.push(part);
         ElementIndex(self.parts.len() - 1)
+    }
+
+    /// Adds a rigid contact with the coefficient of `restitution`, or a switch without one; `gap` has one constraint.
+    pub(crate) fn add_event(
+        &mut self,
+        name: String,
+        gap: Arc<dyn AnyElement>,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+        restitution: Option<S>,
+    ) {
+        let part = ElementInstance::new(name, gap, coordinates, parameters, 0);
+        self.impacts.push(EventElement { part, restitution });
     }
 
     /// The measure `name` of an element with weight one.
@@ -255,8 +293,9 @@ impl<S: Scalar> Mechanism<S> {
     pub fn measure(&self, part: ElementIndex, name: &str) -> crate::Result<Term<S>> {
         let data = &self.parts[part.0];
         let known = data.element.measures();
-        let measure = known.iter().position(|&m| m == name).ok_or_else(|| {
-            let remedy = format!("it measures: {}", known.join(", "));
+        let measure = known.iter().position(|measure| measure.name == name).ok_or_else(|| {
+            let names: Vec<&str> = known.iter().map(|measure| measure.name).collect();
+            let remedy = format!("it measures: {}", names.join(", "));
             crate::Error::definition(&data.name, format!("has no measure \"{name}\""), remedy)
         })?;
         Ok(Term { source: MeasuredQuantity::Measure { part: part.0, measure }, weight: S::from(1.0) })

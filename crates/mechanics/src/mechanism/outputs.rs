@@ -1,6 +1,6 @@
 //! Outputs as formulas of measured quantities.
 
-use crate::mechanism::scalars::{Dual4, Dual8, HyperDual4};
+use crate::dual_numbers::{Dual4, Dual8, HyperDual4};
 use autodiff::Scalar;
 
 /// An output as a function of time and measured quantities, written once over the scalar type.

@@ -1,31 +1,22 @@
-//! The closed set of numbers in which mechanisms are evaluated.
+//! Evaluation of elements, motions and formulas as objects, in a closed set of number types.
 
-use crate::elements::element::{AnyElement, ElementState, ElementWorkspace, Energy};
-use crate::mechanism::outputs::AnyFormula;
-use crate::motion::AnyMotion;
-use autodiff::{DualVec, HyperDualVec, Scalar, WIDTH};
+use crate::mechanism::element::{AnyElement, ElementState, ElementWorkspace, Energy, Evaluate};
+use crate::mechanism::outputs::{AnyFormula, FormulaIn};
+use crate::motion::{AnyMotion, Position};
+use autodiff::Scalar;
 
-/// A value with its derivatives with respect to one chunk of [`WIDTH`] design variables.
-pub type Dual8 = DualVec<WIDTH>;
+pub use crate::dual_numbers::{Dual4, Dual8, HyperDual4, Jet2};
 
-/// The same for few design variables: half the work.
-pub type Dual4 = DualVec<4>;
-
-/// A value with first and second derivatives along four pairs of directions in the space of the design variables.
-pub type HyperDual4 = HyperDualVec<4>;
-
-pub use autodiff::Jet2;
-
-/// Most parameters of one prescribed motion (tables keep their points in the motion itself).
+/// Largest number of parameters of one prescribed motion. Tables keep their points in the motion itself.
 pub const MOST_MOTION_PARAMETERS: usize = 8;
 
-/// A number in which elements and motions can be asked although they are objects.
+/// A number type in which elements and motions can be evaluated as objects.
 pub trait ElementScalar: Scalar {
-    /// Evaluates an element's residual on what is in `workspace`.
+    /// Evaluates an element's residual in the state of `workspace`.
     fn residual(element: &dyn AnyElement, t: Self, workspace: &mut ElementWorkspace<Self>);
-    /// Evaluates an element's residual on what is in `workspace`, but with the parameters `p`.
+    /// Evaluates an element's residual in the state of `workspace`, with the parameters `p`.
     fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, workspace: &mut ElementWorkspace<Self>);
-    /// Evaluates an element's outputs.
+    /// Evaluates an element's measures.
     fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]);
     /// Evaluates an element's energy.
     fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self>;
@@ -33,7 +24,7 @@ pub trait ElementScalar: Scalar {
     fn position(motion: &dyn AnyMotion, p: &[Self], t: Self) -> Self;
 }
 
-macro_rules! impl_number {
+macro_rules! impl_element_scalar {
     ($($t:ty),*) => {$(
         impl ElementScalar for $t {
             fn residual(element: &dyn AnyElement, t: Self, workspace: &mut ElementWorkspace<Self>) {
@@ -43,20 +34,20 @@ macro_rules! impl_number {
                 workspace.residual_of(element as &dyn AnyElement, p, t);
             }
             fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]) {
-                crate::elements::element::Evaluate::<$t>::measure(element, x, out);
+                Evaluate::<$t>::measure(element, x, out);
             }
             fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self> {
-                crate::elements::element::Evaluate::<$t>::energy(element, x)
+                Evaluate::<$t>::energy(element, x)
             }
             fn position(motion: &dyn AnyMotion, p: &[Self], t: Self) -> Self {
-                crate::motion::Position::<$t>::position(motion, p, t)
+                Position::<$t>::position(motion, p, t)
             }
         }
     )*};
 }
-impl_number!(f64, Dual4, Dual8, HyperDual4, Jet2<f64>, Jet2<Dual4>, Jet2<Dual8>, Jet2<HyperDual4>);
+impl_element_scalar!(f64, Dual4, Dual8, HyperDual4, Jet2<f64>, Jet2<Dual4>, Jet2<Dual8>, Jet2<HyperDual4>);
 
-/// Numbers in which whole states are kept: the value itself, or the value with design derivatives.
+/// A number type of whole states: values, or values with design derivatives.
 pub trait StateScalar: ElementScalar {
     /// The value without derivatives.
     fn value(&self) -> f64 {
@@ -70,7 +61,7 @@ pub trait StateScalar: ElementScalar {
     fn motion(motion: &dyn AnyMotion, p: &[Self], t: Self) -> [Self; 3];
 }
 
-macro_rules! impl_real {
+macro_rules! impl_state_scalar {
     ($($t:ty, |$x:ident| $constant:expr);*) => {$(
         impl StateScalar for $t {
             fn is_constant(&self) -> bool {
@@ -78,7 +69,7 @@ macro_rules! impl_real {
                 $constant
             }
             fn formula(formula: &dyn AnyFormula, t: Self, x: &[Self]) -> Self {
-                crate::mechanism::outputs::FormulaIn::<$t>::value(formula, t, x)
+                FormulaIn::<$t>::value(formula, t, x)
             }
             fn motion(motion: &dyn AnyMotion, p: &[Self], t: Self) -> [Self; 3] {
                 let (zero, one) = (<$t>::from(0.0), <$t>::from(1.0));
@@ -90,18 +81,18 @@ macro_rules! impl_real {
         }
     )*};
 }
-impl_real!(
+impl_state_scalar!(
     f64, |_x| true;
     Dual4, |x| x.eps == [0.0; 4];
     Dual8, |x| x.eps == [0.0; 8];
     HyperDual4, |x| [x.a, x.b, x.ab] == [[0.0; 4]; 3]
 );
 
-/// A number that carries `L` derivatives beside its value.
+/// A number type with a value and `L` derivatives.
 ///
-/// Where F(x) = 0 holds for the values, x − A⁻¹ F(x) with the plain matrix A = ∂F/∂x has exact first derivatives if x had
-/// none, and exact derivatives of one order more than x otherwise: products of enough derivatives vanish. So
-/// [`DerivativeScalar::ORDER`] corrections are enough, each of them one evaluation of F and one back-substitution.
+/// Derivatives of an implicit solution follow by Newton corrections. If F(x) = 0 holds for the values, x − A⁻¹ F(x) with
+/// the real matrix A = ∂F/∂x has exact derivatives of one order more than x. [`DerivativeScalar::ORDER`] corrections
+/// suffice, each with one evaluation of F and one back-substitution.
 pub trait DerivativeScalar<const L: usize>: StateScalar {
     /// Highest order of the derivatives.
     const ORDER: usize;
@@ -111,7 +102,7 @@ pub trait DerivativeScalar<const L: usize>: StateScalar {
     fn derivatives(&self) -> [f64; L];
 }
 
-macro_rules! impl_carrier {
+macro_rules! impl_derivative_scalar {
     ($($t:ty, $l:literal);*) => {$(
         impl DerivativeScalar<$l> for $t {
             const ORDER: usize = 1;
@@ -126,7 +117,7 @@ macro_rules! impl_carrier {
         }
     )*};
 }
-impl_carrier!(Dual4, 4; Dual8, 8);
+impl_derivative_scalar!(Dual4, 4; Dual8, 8);
 
 impl DerivativeScalar<12> for HyperDual4 {
     const ORDER: usize = 2;

@@ -8,7 +8,7 @@ pub use ramp::Ramp;
 pub use start_up::StartUp;
 pub use table::Table;
 
-use crate::mechanism::scalars::{Dual4, Dual8, HyperDual4, Jet2};
+use crate::dual_numbers::{Dual4, Dual8, HyperDual4, Jet2};
 use autodiff::Scalar;
 
 /// A position as a function of time, written once over the scalar type.

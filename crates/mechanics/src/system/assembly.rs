@@ -1,16 +1,99 @@
-//! The matrix and its rows, element by element.
+//! Assembly of the residual in any number type, and of the matrix with its right-hand side.
 
-use crate::elements::element::ElementState;
-use crate::elements::element::{ElementWorkspace, JacobianWorkspace};
-use crate::mechanism::Mechanism;
+use crate::elements::element::{ElementState, ElementWorkspace, JacobianWorkspace};
+use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
+use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::System;
+use crate::system::dof_map::DofMap;
 use crate::system::linearization::Linearization;
-use crate::system::residual::gather;
-use crate::system::state::State;
+use crate::system::state::{State, evaluate, gather};
 use nalgebra::DMatrix;
 
 impl System {
-    /// Assembles the residual rows into `rows` and the matrix into the factor (not yet factorized).
+    /// Writes the residual by equation: equations of motion, and constraints times `constraint`.
+    pub fn residual<T: StateScalar>(
+        &self,
+        mechanism: &Mechanism<T>,
+        state: &State<T>,
+        constraint: f64,
+        workspace: &mut ElementWorkspace<T>,
+        rows: &mut [T],
+    ) {
+        rows.fill(T::from(0.0));
+        for (part, map) in mechanism.parts.iter().zip(&self.maps) {
+            if !map.active.is_empty() {
+                evaluate(part, state, workspace);
+                scatter(part, map, workspace, constraint, rows);
+            }
+        }
+    }
+
+    /// Writes the residual of the projection onto the constraints: Φ_qᵀ λ in the coordinate rows, Φ in the others.
+    pub fn constraint_rows<T: StateScalar>(
+        &self,
+        mechanism: &Mechanism<T>,
+        state: &State<T>,
+        workspace: &mut ElementWorkspace<T>,
+        rows: &mut [T],
+    ) {
+        rows.fill(T::from(0.0));
+        for (part, map) in mechanism.parts.iter().zip(&self.maps) {
+            if part.num_constraints > 0 {
+                evaluate(part, state, workspace);
+                scatter(part, map, workspace, 1.0, rows);
+            }
+        }
+    }
+
+    /// Overwrites the constraint rows with the time derivative of the constraints of the `order` 1 or 2 along the motion.
+    pub fn closure_rates<T: StateScalar>(
+        &self,
+        mechanism: &Mechanism<T>,
+        state: &State<T>,
+        order: usize,
+        workspace: &mut ElementWorkspace<Jet2<T>>,
+        rows: &mut [T],
+    ) where
+        Jet2<T>: ElementScalar,
+    {
+        let (zero, one) = (T::from(0.0), T::from(1.0));
+        let constant = |&x: &T| Jet2::new(x, zero, zero);
+        for part in mechanism.parts.iter().filter(|part| part.num_constraints > 0) {
+            workspace.p.clear();
+            workspace.p.extend(part.parameters.iter().map(constant));
+            workspace.q.clear();
+            workspace.q.extend(part.coordinates.iter().map(|&i| Jet2::new(state.q[i], state.v[i], state.a[i])));
+            for zeros in [&mut workspace.v, &mut workspace.a] {
+                zeros.clear();
+                zeros.resize(part.coordinates.len(), constant(&zero));
+            }
+            workspace.l.clear();
+            workspace.l.resize(part.num_constraints, constant(&zero));
+            Jet2::<T>::residual(part.element.as_ref(), Jet2::new(state.t, one, zero), workspace);
+            for (k, constraint) in workspace.constraint.iter().enumerate() {
+                let rate = if order == 1 { constraint.v1 } else { constraint.v2 };
+                rows[self.multiplier_equation[part.first_multiplier + k]] = rate;
+            }
+        }
+    }
+}
+
+/// Adds the residual of an element to the rows of its equations.
+fn scatter<T: StateScalar>(
+    part: &ElementInstance<T>,
+    map: &DofMap,
+    workspace: &ElementWorkspace<T>,
+    constraint: f64,
+    rows: &mut [T],
+) {
+    let n = part.coordinates.len();
+    for (&r, &equation) in map.active.iter().zip(&map.equations) {
+        rows[equation] += if r < n { workspace.dynamics[r] } else { workspace.constraint[r - n] * constraint };
+    }
+}
+
+impl System {
+    /// Assembles the residual into `rows` and the matrix, to be factorized by [`System::factorize`].
     pub fn assemble(
         &mut self,
         mechanism: &Mechanism<f64>,
@@ -20,13 +103,13 @@ impl System {
     ) {
         rows.fill([0.0]);
         self.begin_matrix(how);
-        for (part, place) in mechanism.parts.iter().zip(&self.places) {
+        for (part, map) in mechanism.parts.iter().zip(&self.maps) {
             let constraint = part.num_constraints > 0;
-            if place.active.is_empty() || (how.projection && !constraint) {
+            if map.active.is_empty() || (how.projection && !constraint) {
                 continue;
             }
             gather(part, state, &mut self.workspace);
-            let (width, n) = (place.varying.len() + 1, part.coordinates.len());
+            let (width, n) = (map.varying.len() + 1, part.coordinates.len());
             let size = (n + part.num_constraints) * width;
             if self.columns.len() < size {
                 self.columns.resize(size, 0.0);
@@ -34,22 +117,22 @@ impl System {
             let columns = &mut self.columns[..size];
             let tangent_weights = if constraint { how.constraint_weights } else { how.dynamics_weights };
             let local = ElementState { p: &part.parameters, ..self.workspace.local(state.t) };
-            part.element.columns(&local, tangent_weights, &place.varying, &mut self.jacobian_workspace, columns);
-            for (&r, &equation) in place.active.iter().zip(&place.equations) {
+            part.element.columns(&local, tangent_weights, &map.varying, &mut self.jacobian_workspace, columns);
+            for (&r, &equation) in map.active.iter().zip(&map.equations) {
                 rows[equation][0] += columns[r * width] * if r < n { 1.0 } else { how.constraint_scale };
             }
             let entries = self.factor.entries_mut();
-            for &(from, slot) in &place.dynamics {
+            for &(from, slot) in &map.dynamics {
                 entries[slot] += columns[from];
             }
-            for &(from, [slot, mirrored]) in &place.constraint {
+            for &(from, [slot, mirrored]) in &map.constraint {
                 entries[slot] += columns[from] * how.constraint_scale;
                 entries[mirrored] += columns[from] / tangent_weights.position;
             }
         }
     }
 
-    /// What is in the matrix whatever the state is.
+    /// Sets the matrix to its constant entries.
     fn begin_matrix(&mut self, how: Linearization) {
         let entries = self.factor.entries_mut();
         entries.fill(0.0);
@@ -69,26 +152,26 @@ impl System {
         }
     }
 
-    /// Rows of Φ_q with respect to all coordinates, zero for prescribed ones; one row per multiplier.
+    /// Φ_q with respect to all coordinates, zero for prescribed ones; one row per multiplier.
     pub fn closure_gradients(&self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<Vec<f64>> {
         let (mut jacobian_workspace, mut workspace, mut columns) =
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut gradients = vec![vec![0.0; mechanism.coordinates.len()]; mechanism.multipliers];
-        for (part, place) in mechanism.parts.iter().zip(&self.places).filter(|(part, _)| part.num_constraints > 0) {
+        for (part, map) in mechanism.parts.iter().zip(&self.maps).filter(|(part, _)| part.num_constraints > 0) {
             gather(part, state, &mut workspace);
-            let (width, n) = (place.active.len() + 1, part.coordinates.len());
+            let (width, n) = (map.active.len() + 1, part.coordinates.len());
             columns.resize((n + part.num_constraints) * width, 0.0);
             let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
             part.element.columns(
                 &local,
                 Linearization::statics().constraint_weights,
-                &place.active,
+                &map.active,
                 &mut jacobian_workspace,
                 &mut columns,
             );
             for k in 0..part.num_constraints {
                 let row = &columns[(n + k) * width + 1..(n + k + 1) * width];
-                for (&local, &value) in place.active.iter().zip(row).filter(|(local, _)| **local < n) {
+                for (&local, &value) in map.active.iter().zip(row).filter(|(local, _)| **local < n) {
                     gradients[part.first_multiplier + k][part.coordinates[local]] += value;
                 }
             }
@@ -96,7 +179,7 @@ impl System {
         gradients
     }
 
-    /// The assembled matrix, dense: only before it is factorized.
+    /// The assembled matrix as a dense one, before it is factorized.
     pub fn dense(&mut self) -> DMatrix<f64> {
         let n = self.size();
         let mut dense = DMatrix::zeros(n, n);
@@ -109,21 +192,20 @@ impl System {
         dense
     }
 
-    /// The matrix again, by seeding every unknown of every element and using nothing that elements declare of themselves:
-    /// slow, for checks.
+    /// The matrix by seeding every unknown of every element, without the sparsity that elements declare: slow, for checks.
     pub fn dense_by_seeding(&self, mechanism: &Mechanism<f64>, state: &State<f64>, how: Linearization) -> DMatrix<f64> {
         let (mut jacobian_workspace, mut workspace, mut columns) =
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut dense = DMatrix::zeros(self.size(), self.size());
-        for (part, place) in mechanism.parts.iter().zip(&self.places) {
+        for (part, map) in mechanism.parts.iter().zip(&self.maps) {
             gather(part, state, &mut workspace);
-            let (width, n) = (place.active.len() + 1, part.coordinates.len());
+            let (width, n) = (map.active.len() + 1, part.coordinates.len());
             columns.resize((n + part.num_constraints) * width, 0.0);
             let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
             let tangent_weights = if part.num_constraints > 0 { how.constraint_weights } else { how.dynamics_weights };
-            part.element.columns(&local, tangent_weights, &place.active, &mut jacobian_workspace, &mut columns);
-            for (&r, &i) in place.active.iter().zip(&place.equations) {
-                for (&j, value) in place.equations.iter().zip(&columns[r * width + 1..]) {
+            part.element.columns(&local, tangent_weights, &map.active, &mut jacobian_workspace, &mut columns);
+            for (&r, &i) in map.active.iter().zip(&map.equations) {
+                for (&j, value) in map.equations.iter().zip(&columns[r * width + 1..]) {
                     dense[(i, j)] += value * if r < n { 1.0 } else { how.constraint_scale };
                 }
             }

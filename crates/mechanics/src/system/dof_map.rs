@@ -1,38 +1,37 @@
-//! Where each element's share is in the equations, and what of it never changes.
+//! Rows and columns of each element in the equations, and its constant derivatives.
 
-use crate::elements::element::ElementState;
-use crate::elements::element::{ElementWorkspace, JacobianWorkspace, TangentWeights};
+use crate::elements::element::{ElementState, ElementWorkspace, JacobianWorkspace, TangentWeights};
 use crate::linalg::factor::Factor;
-use crate::mechanism::ElementInstance;
-use crate::mechanism::Mechanism;
-use crate::system::residual::gather;
-use crate::system::state::State;
+use crate::mechanism::{ElementInstance, Mechanism};
+use crate::system::state::{State, gather};
 
-/// A derivative that is the same in every state: of a local row with respect to a local coordinate.
+/// A derivative that does not depend on the state: of a local row with respect to a local coordinate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConstantEntry {
+    /// Local row.
     pub row: usize,
+    /// Local coordinate.
     pub coordinate: usize,
-    /// With respect to position, velocity and acceleration.
+    /// Derivatives with respect to position, velocity and acceleration.
     pub values: [f64; 3],
 }
 
-/// Where one element's rows and columns are in the system.
+/// Rows and columns of one element in the system.
 #[derive(Clone, Debug)]
 pub(crate) struct DofMap {
     /// Local variables that are unknowns: coordinates first, then multipliers.
     pub active: Vec<usize>,
     /// Equation of each active variable.
     pub equations: Vec<usize>,
-    /// Unknown coordinates that the element is not linear in: the columns to evaluate.
+    /// Unknown coordinates in which the element is not linear: the columns to evaluate.
     pub varying: Vec<usize>,
-    /// From where in the evaluated rows to which slot: rows of the coordinates.
+    /// Position in the evaluated rows and slot of the matrix, of the coordinate rows.
     pub dynamics: Vec<(usize, usize)>,
-    /// The same for closure rows, which are also columns of the multipliers.
+    /// Position in the evaluated rows and two slots, of the constraint rows; they are columns of the multipliers, too.
     pub constraint: Vec<(usize, [usize; 2])>,
 }
 
-/// What is in the matrix whatever the state is, by slot.
+/// Constant entries of the matrix, by slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Constants {
     /// Derivatives of coordinate rows with respect to position, velocity and acceleration.
@@ -42,8 +41,7 @@ pub(crate) struct Constants {
 }
 
 impl DofMap {
-    /// For an element whose variables have the unknowns `unknown` (coordinates, then multipliers); slots are not known
-    /// yet.
+    /// Map of an element whose variables (coordinates, followed by multipliers) have the unknowns `unknown`, without slots.
     pub fn new(part: &ElementInstance<f64>, unknown: &[Option<usize>]) -> Self {
         let linear = part.element.linear();
         let active: Vec<usize> =
@@ -64,8 +62,10 @@ impl DofMap {
         self.active.iter().position(|&k| k == local).map(|k| self.equations[k])
     }
 
-    /// Local rows and columns of the varying entries, and where they are in the evaluated rows. Entries of multipliers'
-    /// columns are those of closure rows mirrored; a constraint's coordinate rows vary only with what they belong to.
+    /// Local rows and columns of the varying entries, and their positions in the evaluated rows.
+    ///
+    /// Columns of multipliers are the transposed constraint rows. Coordinate rows of a constraint vary only if their coordinate
+    /// does.
     fn entries(&self, part: &ElementInstance<f64>) -> Vec<(usize, usize, usize)> {
         let (n, width) = (part.coordinates.len(), self.varying.len() + 1);
         let row = |&r: &usize| part.num_constraints == 0 || r >= n || self.varying.contains(&r);
@@ -77,18 +77,18 @@ impl DofMap {
     pub fn couplings<'a>(
         &'a self,
         part: &ElementInstance<f64>,
-        coefficients: &'a [ConstantEntry],
+        constant: &'a [ConstantEntry],
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
         let varying = self.entries(part).into_iter().map(|(r, c, _)| (r, c));
-        let constant = coefficients.iter().map(|k| (k.row, k.coordinate));
+        let constant = constant.iter().map(|k| (k.row, k.coordinate));
         varying.chain(constant).filter_map(|(r, c)| Some((self.equation(r)?, self.equation(c)?)))
     }
 
-    /// Looks up the slots.
+    /// Looks up the slots of all entries and adds the constant ones to `constants`.
     pub fn find_slots(
         &mut self,
         part: &ElementInstance<f64>,
-        coefficients: &[ConstantEntry],
+        constant: &[ConstantEntry],
         factor: &Factor,
         constants: &mut Constants,
     ) {
@@ -101,21 +101,21 @@ impl DofMap {
                 self.constraint.push((from, [factor.slot(i, j), factor.slot(j, i)]));
             }
         }
-        for coefficient in coefficients {
-            let Some((i, j)) = self.equation(coefficient.row).zip(self.equation(coefficient.coordinate)) else {
+        for entry in constant {
+            let Some((i, j)) = self.equation(entry.row).zip(self.equation(entry.coordinate)) else {
                 continue;
             };
-            if coefficient.row < n {
-                constants.dynamics.push((factor.slot(i, j), coefficient.values));
+            if entry.row < n {
+                constants.dynamics.push((factor.slot(i, j), entry.values));
             } else {
-                constants.constraint.push(([factor.slot(i, j), factor.slot(j, i)], coefficient.values[0]));
+                constants.constraint.push(([factor.slot(i, j), factor.slot(j, i)], entry.values[0]));
             }
         }
     }
 }
 
-/// The derivatives of an element with respect to the coordinates that it is linear in, those that are not zero.
-pub(crate) fn coefficients(
+/// Nonzero derivatives of an element with respect to the coordinates in which it is linear.
+pub(crate) fn constant_entries(
     part: &ElementInstance<f64>,
     state: &State<f64>,
     workspace: &mut ElementWorkspace<f64>,
@@ -136,9 +136,9 @@ pub(crate) fn coefficients(
     });
     let rows = if part.num_constraints > 0 { n..n + part.num_constraints } else { 0..n };
     let all = rows.flat_map(|row| linear.iter().enumerate().map(move |(k, &c)| (row, c, row * width + 1 + k)));
-    let known =
+    let entries =
         all.map(|(row, coordinate, k)| ConstantEntry { row, coordinate, values: [stiffness[k], damping[k], mass[k]] });
-    known.filter(|coefficient| coefficient.values != [0.0; 3]).collect()
+    entries.filter(|entry| entry.values != [0.0; 3]).collect()
 }
 
 /// The symmetric pattern of the `pairs` and the diagonal.
@@ -155,7 +155,7 @@ pub(crate) fn pattern(unknowns: usize, pairs: impl Iterator<Item = (usize, usize
     rows
 }
 
-/// Number of each variable of an element among the nodes of the mechanism: coordinates, then multipliers.
+/// Node of each variable of an element; nodes are all coordinates, followed by all multipliers.
 pub(crate) fn nodes_of(mechanism: &Mechanism<f64>, part: &ElementInstance<f64>) -> Vec<usize> {
     let n = mechanism.coordinates.len();
     debug_assert!(part.coordinates.iter().all(|&c| c < n));

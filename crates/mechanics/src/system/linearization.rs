@@ -1,26 +1,29 @@
-//! Which derivatives a matrix is made of.
+//! Combination of derivatives that a matrix consists of.
 
 use crate::elements::element::TangentWeights;
 
-/// How residual rows are linearized into a matrix.
+/// Weights of the derivatives of the residual in a matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linearization {
-    /// How variables of balancing elements move with an unknown.
+    /// Weights of position, velocity and acceleration for elements without constraints.
     pub dynamics_weights: TangentWeights,
-    /// How variables of constraints move with an unknown.
+    /// Weights of position, velocity and acceleration for constraints.
     pub constraint_weights: TangentWeights,
     /// Factor on the constraint rows.
     pub constraint_scale: f64,
-    /// Added to the diagonal of the free coordinates, while balancing elements are left out.
+    /// Whether the matrix has ones on the diagonal of the free coordinates instead of elements without constraints.
     pub projection: bool,
 }
 
 impl Linearization {
-    /// One implicit time step: the unknowns are accelerations, with which positions move by `position` (s²) and
-    /// velocities by `velocity` (s). Closure rows are divided by `position`, which keeps the matrix well scaled for
-    /// every step size.
+    /// Matrix of an implicit time step, whose unknowns are accelerations.
     ///
-    /// **Source.** Bottasso, Dopico & Trainelli, *Multibody Syst. Dyn.* 19 (2008) 3–20.
+    /// `position` (s²) and `velocity` (s) are the derivatives of position and velocity with respect to acceleration.
+    /// Constraint rows are divided by `position`, which keeps the matrix well scaled for every step size.
+    ///
+    /// # Sources
+    ///
+    /// Bottasso, Dopico & Trainelli, *Multibody Syst. Dyn.* 19 (2008) 3–20.
     pub fn step(position: f64, velocity: f64) -> Self {
         let weights = TangentWeights { position, velocity, acceleration: 1.0 };
         Self {
@@ -31,20 +34,20 @@ impl Linearization {
         }
     }
 
-    /// Accelerations and multipliers at a given state: the saddle-point matrix of M and Φ_q.
+    /// Saddle-point matrix of M and Φ_q, for accelerations and multipliers at a given state.
     pub fn accelerations() -> Self {
         let dynamics_weights = TangentWeights { position: 0.0, velocity: 0.0, acceleration: 1.0 };
         let constraint_weights = TangentWeights { position: 1.0, velocity: 0.0, acceleration: 0.0 };
         Self { dynamics_weights, constraint_weights, constraint_scale: 1.0, projection: false }
     }
 
-    /// Positions only.
+    /// Stiffness matrix and Φ_q, for a static equilibrium.
     pub fn statics() -> Self {
         let weights = TangentWeights { position: 1.0, velocity: 0.0, acceleration: 0.0 };
         Self { dynamics_weights: weights, constraint_weights: weights, constraint_scale: 1.0, projection: false }
     }
 
-    /// The nearest point on the constraints.
+    /// Identity and Φ_q, for the nearest point that satisfies the constraints.
     pub fn projection() -> Self {
         Self { projection: true, ..Self::statics() }
     }

@@ -1,17 +1,15 @@
-//! The equations of a mechanism: which unknown has which number, the residual, and the matrix.
-
+//! Equations of motion of a mechanism: numbering of the unknowns, residual and matrix.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
-//! | `place` | which rows and columns an element has, and which of its derivatives never change |
-//! | `assembly` | the matrix and its rows |
-//! | `linearization` | which derivatives the matrix is made of |
-//! | `rows` | residual rows in any number type |
+//! | `state` | positions, velocities, accelerations and multipliers at one time; residual of one element |
+//! | `dof_map` | rows and columns of each element, and its constant derivatives |
+//! | `linearization` | the combination of derivatives that a matrix consists of |
+//! | `assembly` | residual in any number type, matrix |
 
 pub(crate) mod assembly;
 pub(crate) mod dof_map;
 pub(crate) mod linearization;
-pub(crate) mod residual;
 pub mod state;
 
 pub(crate) use dof_map::ConstantEntry;
@@ -20,15 +18,10 @@ pub use linearization::Linearization;
 use crate::elements::element::{ElementWorkspace, JacobianWorkspace};
 use crate::linalg::factor::Factor;
 use crate::linalg::ordering::reverse_cuthill_mckee;
-use crate::mechanism::ElementInstance;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::State;
 use crate::{Error, Result};
-use dof_map::Constants;
-use dof_map::DofMap;
-use dof_map::coefficients;
-use dof_map::nodes_of;
-use dof_map::pattern;
+use dof_map::{Constants, DofMap, constant_entries, nodes_of, pattern};
 
 /// Unknown of an equation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,12 +33,12 @@ pub enum Unknown {
 }
 
 impl Unknown {
-    /// Of a node: the n coordinates, then the multipliers.
+    /// Unknown of a node; nodes are the n coordinates, followed by the multipliers.
     fn of(node: usize, n: usize) -> Self {
         if node < n { Self::Coordinate(node) } else { Self::Multiplier(node - n) }
     }
 
-    /// The other way round.
+    /// Node of the unknown.
     fn node(self, n: usize) -> usize {
         match self {
             Self::Coordinate(i) => i,
@@ -54,12 +47,12 @@ impl Unknown {
     }
 }
 
-/// Numbering, matrix and working room of one mechanism.
+/// Numbering, matrix and workspace of one mechanism.
 ///
-/// Made once per design; evaluating it allocates nothing after the first time.
+/// It is created once per design; assembling it allocates only at the first call.
 #[derive(Clone)]
 pub struct System {
-    places: Vec<DofMap>,
+    maps: Vec<DofMap>,
     /// Derivatives of each element that are the same in every state.
     coefficients: Vec<Vec<ConstantEntry>>,
     constants: Constants,
@@ -85,22 +78,24 @@ impl System {
 
     /// Numbers the unknowns of `mechanism` and checks its parameters, for an analysis that begins at the time `t` (s).
     ///
-    /// **Errors.** [`Error::Analysis`] naming the element whose parameters are impossible.
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] naming the element whose parameters are invalid.
     pub fn at(mechanism: &Mechanism<f64>, t: f64) -> Result<Self> {
         check_parameters(mechanism, t)?;
         let (n, parts) = (mechanism.coordinates.len(), &mechanism.parts);
         let (mut workspace, mut jacobian_workspace, built) =
             (ElementWorkspace::default(), JacobianWorkspace::default(), State::built(mechanism, t));
         let coefficients: Vec<_> =
-            parts.iter().map(|part| coefficients(part, &built, &mut workspace, &mut jacobian_workspace)).collect();
+            parts.iter().map(|part| constant_entries(part, &built, &mut workspace, &mut jacobian_workspace)).collect();
 
-        let (mut places, unknowns) = numbered(mechanism, &coefficients);
-        let pattern = couplings(mechanism, &places, &coefficients, unknowns.len());
+        let (mut maps, unknowns) = numbered(mechanism, &coefficients);
+        let pattern = couplings(mechanism, &maps, &coefficients, unknowns.len());
         let multipliers: Vec<_> = unknowns.iter().map(|u| matches!(u, Unknown::Multiplier(_))).collect();
         let factor = Factor::new(&pattern, &multipliers);
         let mut constants = Constants::default();
-        for ((place, part), known) in places.iter_mut().zip(parts).zip(&coefficients) {
-            place.find_slots(part, known, &factor, &mut constants);
+        for ((map, part), constant) in maps.iter_mut().zip(parts).zip(&coefficients) {
+            map.find_slots(part, constant, &factor, &mut constants);
         }
         let mut equations = vec![None; n + mechanism.multipliers];
         unknowns.iter().enumerate().for_each(|(equation, unknown)| equations[unknown.node(n)] = Some(equation));
@@ -110,7 +105,7 @@ impl System {
             equation_of: equations,
             multiplier_equation,
             columns: Vec::new(),
-            places,
+            maps,
             coefficients,
             constants,
             unknowns,
@@ -127,12 +122,12 @@ impl System {
         self.unknowns.len()
     }
 
-    /// What each equation's unknown is.
+    /// Unknown of each equation.
     pub fn unknowns(&self) -> &[Unknown] {
         &self.unknowns
     }
 
-    /// Equation of a coordinate, unless it is prescribed.
+    /// Equation of a coordinate; `None` if it is prescribed.
     pub fn equation_of(&self, coordinate: usize) -> Option<usize> {
         self.equation_of[coordinate]
     }
@@ -142,13 +137,13 @@ impl System {
         self.multiplier_equation[multiplier]
     }
 
-    /// The rows of an element: local number (coordinates first, then multipliers) and equation of its unknowns.
+    /// Unknowns of an element: local number (coordinates, followed by multipliers) and equation.
     pub(crate) fn rows_of(&self, part: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let place = &self.places[part];
-        place.active.iter().copied().zip(place.equations.iter().copied())
+        let map = &self.maps[part];
+        map.active.iter().copied().zip(map.equations.iter().copied())
     }
 
-    /// The derivatives of an element that are the same in every state.
+    /// Derivatives of an element that do not depend on the state.
     pub(crate) fn coefficients(&self, part: usize) -> &[ConstantEntry] {
         &self.coefficients[part]
     }
@@ -158,7 +153,7 @@ impl System {
         &mut self.factor
     }
 
-    /// Exchanges the factorization with another of the same pattern.
+    /// Exchanges the factorization with another one of the same pattern.
     pub(crate) fn swap_factor(&mut self, other: &mut Factor) {
         std::mem::swap(&mut self.factor, other);
     }
@@ -168,9 +163,11 @@ impl System {
         self.factor.workspace()
     }
 
-    /// Factorizes what was assembled.
+    /// Factorizes the assembled matrix.
     ///
-    /// **Errors.** [`Error::Analysis`] naming the unknown without a pivot.
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] naming the unknown without a pivot.
     pub fn factorize(&mut self, mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
         self.factor.factorize().map_err(|singular| {
             let what =
@@ -180,7 +177,7 @@ impl System {
         })
     }
 
-    /// The element whose rows are largest, and its row's name: for messages.
+    /// Name of the unknown whose row is not finite or has the largest residual, for messages.
     pub fn dominant_residual(&self, mechanism: &Mechanism<f64>, rows: &[[f64; 1]]) -> String {
         let worst = (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
         let not_finite = (0..rows.len()).find(|&i| !rows[i][0].is_finite());
@@ -188,7 +185,7 @@ impl System {
     }
 }
 
-/// Every element's place, and the unknowns in an order that makes the matrix a narrow band.
+/// Maps of all elements, and the unknowns in an order with a narrow band.
 fn numbered(mechanism: &Mechanism<f64>, coefficients: &[Vec<ConstantEntry>]) -> (Vec<DofMap>, Vec<Unknown>) {
     let (n, parts) = (mechanism.coordinates.len(), &mechanism.parts);
     let free = (0..n).filter(|&i| mechanism.coordinates[i].motion.is_none());
@@ -196,33 +193,34 @@ fn numbered(mechanism: &Mechanism<f64>, coefficients: &[Vec<ConstantEntry>]) -> 
     let mut unknown = vec![None; n + mechanism.multipliers];
     nodes.iter().enumerate().for_each(|(k, &node)| unknown[node] = Some(k));
     let variables = |part| nodes_of(mechanism, part).iter().map(|&node| unknown[node]).collect::<Vec<_>>();
-    let mut places: Vec<_> = parts.iter().map(|part| DofMap::new(part, &variables(part))).collect();
-    let order = reverse_cuthill_mckee(&couplings(mechanism, &places, coefficients, nodes.len()));
+    let mut maps: Vec<_> = parts.iter().map(|part| DofMap::new(part, &variables(part))).collect();
+    let order = reverse_cuthill_mckee(&couplings(mechanism, &maps, coefficients, nodes.len()));
     let mut number = vec![0; order.len()];
     order.iter().enumerate().for_each(|(equation, &k)| number[k] = equation);
-    places.iter_mut().for_each(|place| place.renumber(&number));
-    (places, order.iter().map(|&k| Unknown::of(nodes[k], n)).collect())
+    maps.iter_mut().for_each(|map| map.renumber(&number));
+    (maps, order.iter().map(|&k| Unknown::of(nodes[k], n)).collect())
 }
 
-/// For each unknown those that share an equation with it, itself among them.
+/// Unknowns that share an equation with each unknown, itself included.
 fn couplings(
     mechanism: &Mechanism<f64>,
-    places: &[DofMap],
+    maps: &[DofMap],
     coefficients: &[Vec<ConstantEntry>],
     unknowns: usize,
 ) -> Vec<Vec<usize>> {
-    let elements = places.iter().zip(&mechanism.parts).zip(coefficients);
-    pattern(unknowns, elements.flat_map(|((place, part), known)| place.couplings(part, known)))
+    let elements = maps.iter().zip(&mechanism.parts).zip(coefficients);
+    pattern(unknowns, elements.flat_map(|((map, part), constant)| map.couplings(part, constant)))
 }
 
+/// Checks parameters, coefficients of restitution and initial values.
 fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
     let when = format!("before the motion starts at t = {t:.6e} s");
     for part in mechanism.parts.iter().chain(mechanism.impacts.iter().map(|impact| &impact.part)) {
-        let validate_parameters = part.element.validate_parameters(&part.parameters).or_else(|| {
+        let flaw = part.element.validate_parameters(&part.parameters).or_else(|| {
             let bad = part.parameters.iter().find(|p| !p.is_finite());
             bad.map(|p| format!("a parameter is {p}"))
         });
-        if let Some(why) = validate_parameters {
+        if let Some(why) = flaw {
             return Err(Error::analysis(
                 &part.name,
                 format!("{why}, {when}"),
@@ -230,8 +228,8 @@ fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
             ));
         }
     }
-    let bounces = mechanism.impacts.iter().filter_map(|impact| Some((impact, impact.restitution?)));
-    if let Some((impact, e)) = bounces.into_iter().find(|(_, e)| !(0.0..=1.0).contains(e)) {
+    let contacts = mechanism.impacts.iter().filter_map(|impact| Some((impact, impact.restitution?)));
+    if let Some((impact, e)) = contacts.into_iter().find(|(_, e)| !(0.0..=1.0).contains(e)) {
         let why = format!("its coefficient of restitution is {e}, {when}");
         return Err(Error::analysis(&impact.part.name, why, "keep it from 0 to 1"));
     }
@@ -242,7 +240,7 @@ fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
     })
 }
 
-/// Name of an unknown: its coordinate, or the joint that it is a reaction of.
+/// Name of an unknown: its coordinate, or the joint whose reaction it is.
 pub(crate) fn name_of<T>(mechanism: &Mechanism<T>, unknown: Unknown) -> String {
     match unknown {
         Unknown::Coordinate(i) => mechanism.coordinates[i].name.clone(),
@@ -251,7 +249,7 @@ pub(crate) fn name_of<T>(mechanism: &Mechanism<T>, unknown: Unknown) -> String {
                 (part.first_multiplier..part.first_multiplier + part.num_constraints).contains(&m)
             };
             let part = mechanism.parts.iter().find(holds).expect("every multiplier belongs to a joint");
-            format!("{} (closure {})", part.name, m - part.first_multiplier + 1)
+            format!("{} (constraint {})", part.name, m - part.first_multiplier + 1)
         }
     }
 }

@@ -1,25 +1,26 @@
-//! The state of a mechanism at one instant.
+//! The state of a mechanism at one time, and the residual of one element at a state.
 
-use crate::mechanism::Mechanism;
+use crate::elements::element::ElementWorkspace;
 use crate::mechanism::scalars::StateScalar;
+use crate::mechanism::{ElementInstance, Mechanism};
 
 /// Positions, velocities and accelerations of all coordinates, and all multipliers, at time `t` (s).
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<T> {
-    /// Time in s. It carries derivatives where the design decides when something happens.
+    /// Time in s. It carries derivatives if it is the time of an event that depends on the design.
     pub t: T,
     /// Positions, one per coordinate.
     pub q: Vec<T>,
-    /// Velocities.
+    /// Velocities, one per coordinate.
     pub v: Vec<T>,
-    /// Accelerations.
+    /// Accelerations, one per coordinate.
     pub a: Vec<T>,
-    /// Multipliers: reactions of the joints.
+    /// Multipliers: reactions of the joints, one per constraint equation.
     pub l: Vec<T>,
 }
 
 impl<T: StateScalar> State<T> {
-    /// The state that the mechanism was built in, its prescribed coordinates where the motions want them at `t`.
+    /// The state that the mechanism was built with, and prescribed coordinates as prescribed at the time `t` (s).
     pub fn built(mechanism: &Mechanism<T>, t: f64) -> Self {
         let zero = T::from(0.0);
         let mut state = Self {
@@ -33,7 +34,7 @@ impl<T: StateScalar> State<T> {
         state
     }
 
-    /// Puts the prescribed coordinates where the motions want them at the state's time.
+    /// Sets position, velocity and acceleration of the prescribed coordinates at the state's time.
     pub fn prescribe(&mut self, mechanism: &Mechanism<T>) {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if let Some((motion, parameters)) = &coordinate.motion {
@@ -50,4 +51,24 @@ impl<T: StateScalar> State<T> {
         self.a.copy_from_slice(&other.a);
         self.l.copy_from_slice(&other.l);
     }
+}
+
+/// Copies the variables of an element from the state to `workspace`, without its parameters.
+pub(crate) fn gather<T: StateScalar>(part: &ElementInstance<T>, state: &State<T>, workspace: &mut ElementWorkspace<T>) {
+    for (to, from) in [(&mut workspace.q, &state.q), (&mut workspace.v, &state.v), (&mut workspace.a, &state.a)] {
+        to.clear();
+        to.extend(part.coordinates.iter().map(|&i| from[i]));
+    }
+    workspace.l.clear();
+    workspace.l.extend_from_slice(&state.l[part.first_multiplier..part.first_multiplier + part.num_constraints]);
+}
+
+/// Evaluates the residual of an element into `workspace`.
+pub(crate) fn evaluate<T: StateScalar>(
+    part: &ElementInstance<T>,
+    state: &State<T>,
+    workspace: &mut ElementWorkspace<T>,
+) {
+    gather(part, state, workspace);
+    T::residual_of(part.element.as_ref(), &part.parameters, state.t, workspace);
 }

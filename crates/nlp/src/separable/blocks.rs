@@ -1,13 +1,13 @@
-//! Coefficients of many functions in many variables, laid out for sums over variables.
+//! Tables of coefficients of many functions in many variables, stored for fast sums over the variables.
 
 use std::ops::Range;
 
-/// Variables of a block: what fits into the fastest cache with all it takes for some tens of functions.
+/// Variables per block: the coefficients of some tens of functions then fit into the first-level cache.
 pub(super) const LANES: usize = 64;
 
-/// A table of coefficients: blocks of [`LANES`] variables, in each of them function by function.
+/// A table of coefficients: blocks of [`LANES`] variables, each stored function by function.
 ///
-/// Sums over variables run over contiguous numbers for each function; the last block is as narrow as it needs to be.
+/// Sums over variables run over contiguous numbers for each function. The last block may be narrower.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Blocks {
     functions: usize,
@@ -27,7 +27,7 @@ impl Blocks {
         Self { functions, variables, values }
     }
 
-    /// Where the block of variable `j` begins, and how wide it is.
+    /// Start and width of the block of variable `j`.
     fn block(&self, j: usize) -> (usize, usize) {
         let first = j - j % LANES;
         (first * self.functions, LANES.min(self.variables - first))
@@ -56,13 +56,13 @@ impl Blocks {
     }
 }
 
-/// The parts of `range` that lie in one block each.
+/// Splits `range` at the boundaries of blocks.
 pub(super) fn parts(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
     let first = range.start / LANES;
     (first..range.end.div_ceil(LANES)).map(move |b| range.start.max(b * LANES)..range.end.min((b + 1) * LANES))
 }
 
-/// Σ aⱼ bⱼ in four lanes: the order of the additions is fixed, and processors add the lanes at once.
+/// Σ aⱼ bⱼ in four partial sums, in a fixed order of additions that SIMD instructions can execute.
 #[inline]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_entry_is_found_again() {
+    fn entries_are_stored_and_returned() {
         for (functions, variables) in [(1, 1), (3, 64), (2, 130), (5, 63)] {
             let entries: Vec<f64> = (0..functions * variables).map(|k| k as f64).collect();
             let table = Blocks::new(functions, variables, &entries);
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sum_in_lanes_is_the_sum() {
+    fn dot_product_of_partial_sums() {
         let v: Vec<f64> = (1..=11).map(f64::from).collect();
         assert_eq!(dot(&v, &v), 506.0);
     }

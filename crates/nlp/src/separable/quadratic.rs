@@ -1,13 +1,15 @@
 //! Separable quadratic functions.
 
-use super::{Separable, Term, check_coefficients, impl_separable_program};
+use super::evaluation::{check_coefficients, impl_separable_program};
+use crate::{Separable, program::Term};
 use error::{Error, Result};
 
 /// Quadratic functions with a diagonal Hessian:
 ///
 /// $$ f_i(x) = r_i + \sum_j g_{ij} (x_j - c_j) + \tfrac12 h_{ij} (x_j - c_j)^2 ,\qquad h_{ij} \ge 0 $$
 ///
-/// **Source.** Groenwold & Etman, *Int. J. Numer. Meth. Eng.* 82 (2010) 505–524.
+/// # Sources
+/// Groenwold & Etman, *Int. J. Numer. Meth. Eng.* 82 (2010) 505–524.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiagonalQuadratic {
     pub(super) constants: Vec<f64>,
@@ -22,8 +24,10 @@ impl DiagonalQuadratic {
     /// From `constants` rᵢ (length 1 + m), `center` c, `slope` g and `curvature` h (entry (i, j) at j (1 + m) + i) and
     /// finite `bounds`.
     ///
-    /// **Errors.** [`Error::Length`]; [`Error::Definition`] for a coefficient that is not finite, h below zero, bounds
-    /// that cross or are infinite.
+    /// # Errors
+    /// * [`Error::Length`] if the lengths differ.
+    /// * [`Error::Definition`] for a coefficient that is not finite, a negative h, and unless the bounds are finite with
+    ///   lower ≤ upper.
     pub fn new(
         constants: Vec<f64>,
         center: Vec<f64>,
@@ -75,7 +79,7 @@ impl Separable for DiagonalQuadratic {
         term(g, h, x - self.center[j])
     }
 
-    /// c − G/H within the bounds; without curvature the bound towards which it falls, or the centre.
+    /// c − G/H, moved into the bounds. Without curvature: the bound with the smaller value, or the centre of a constant.
     fn minimizer(&self, j: usize, weights: &[f64]) -> f64 {
         let (g, h) = self.sums(j, weights);
         let step = if h > 0.0 {

@@ -1,13 +1,15 @@
-//! Separable functions that are linear in a variable or in its reciprocal.
+//! Separable functions with terms that are linear in a variable or in its reciprocal.
 
-use super::{Separable, Term, check_coefficients, impl_separable_program};
+use super::evaluation::{check_coefficients, impl_separable_program};
+use crate::{Separable, program::Term};
 use error::{Error, Result};
 
 /// Linear and reciprocal terms, all convex:
 ///
 /// $$ f_i(x) = r_i + \sum_j a_{ij} x_j + \frac{b_{ij}}{x_j} ,\qquad a_{ij} \in ℝ,\ b_{ij} \ge 0,\ x_j > 0 $$
 ///
-/// **Source.** Fleury & Braibant, *Int. J. Numer. Meth. Eng.* 23 (1986) 409–428: CONLIN, with aᵢⱼ ≥ 0.
+/// # Sources
+/// Fleury & Braibant, *Int. J. Numer. Meth. Eng.* 23 (1986) 409–428: CONLIN, with aᵢⱼ ≥ 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reciprocal {
     pub(super) constants: Vec<f64>,
@@ -20,8 +22,9 @@ pub struct Reciprocal {
 impl Reciprocal {
     /// From `constants` rᵢ (length 1 + m), `a` and `b` (entry (i, j) at j (1 + m) + i) and positive `bounds`.
     ///
-    /// **Errors.** [`Error::Length`]; [`Error::Definition`] for a coefficient that is not finite, b below zero, a lower
-    /// bound that is not positive, an upper bound that is infinite, crossed bounds.
+    /// # Errors
+    /// * [`Error::Length`] if the lengths differ.
+    /// * [`Error::Definition`] for a coefficient that is not finite, a negative b, and unless 0 < lower ≤ upper < ∞.
     pub fn new(constants: Vec<f64>, a: Vec<f64>, b: Vec<f64>, bounds: (Vec<f64>, Vec<f64>)) -> Result<Self> {
         let (lower, upper) = bounds;
         check_coefficients("coefficients a", lower.len(), constants.len(), &a, f64::NEG_INFINITY)?;
@@ -59,7 +62,7 @@ impl Separable for Reciprocal {
         term(a, b, x)
     }
 
-    /// √(B/A) within the bounds, the upper bound where A ≤ 0.
+    /// √(B/A), moved into the bounds; the upper bound if A ≤ 0.
     fn minimizer(&self, j: usize, weights: &[f64]) -> f64 {
         let (a, b) = self.sums(j, weights);
         if a > 0.0 { (b.max(0.0) / a).sqrt().clamp(self.lower[j], self.upper[j]) } else { self.upper[j] }

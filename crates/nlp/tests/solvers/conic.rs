@@ -1,4 +1,4 @@
-//! Linear and quadratic programs with known answers, and random ones judged by their optimality conditions.
+//! Linear and quadratic programs with known answers, and random ones checked by their optimality conditions.
 
 use linkwright_nlp::Error;
 use linkwright_nlp::{ActiveSet, Conic, QuadraticProgram, Solution, Status, SubproblemSolver};
@@ -139,10 +139,10 @@ fn sphere(i: usize, n: usize) -> [f64; 3] {
     [r * cos, r * sin, z]
 }
 
-/// A quadratic program that hides its Hessian: it is found by differences of gradients.
-struct Shy(QuadraticProgram);
+/// A quadratic program that does not provide its Hessian, so that gradients are differenced.
+struct WithoutHessian(QuadraticProgram);
 
-impl Program for Shy {
+impl Program for WithoutHessian {
     fn variables(&self) -> usize {
         self.0.variables()
     }
@@ -171,8 +171,8 @@ fn a_hessian_is_found_by_differences() {
     let h = DMatrix::from_row_slice(2, 2, &[3.0, 1.0, 1.0, 2.0]);
     let known = QuadraticProgram::new(vec![1.0, -4.0]).hessian(h).at_most(&[1.0, 1.0], 0.5);
     let exact = solve(&known);
-    let shy = Conic::default().solve(&Shy(known), &[0.0, 0.0]).unwrap();
-    assert_close(&shy.x, &exact.x, 1e-12);
+    let differenced = Conic::default().solve(&WithoutHessian(known), &[0.0, 0.0]).unwrap();
+    assert_close(&differenced.x, &exact.x, 1e-12);
 }
 
 #[test]
@@ -187,10 +187,11 @@ fn bad_input_is_named() {
     assert!(matches!(Conic::default().solve(&program, &[0.0, 1.0]), Err(Error::Length { .. })));
     assert!(matches!(Conic::default().solve(&program, &[f64::NAN]), Err(Error::NotFinite { .. })));
     let concave = program.hessian(-DMatrix::identity(1, 1));
-    assert!(matches!(Conic::default().solve(&concave, &[0.0]), Err(Error::Definition { .. })));
-    for (tolerance, iterations) in [(0.0, 10), (f64::NAN, 10), (1.0, 10), (1e-9, 0)] {
-        assert!(matches!(Conic::new(tolerance, iterations), Err(Error::Option { .. })));
+    assert!(matches!(Conic::default().solve(&concave, &[0.0]), Err(Error::Unsupported { .. })));
+    for tolerance in [0.0, f64::NAN, 1.0] {
+        assert!(matches!(Conic::default().with_tolerance(tolerance), Err(Error::Option { .. })));
     }
+    assert!(matches!(Conic::default().with_iterations(0), Err(Error::Option { .. })));
 }
 
 /// A program with a known solution: x*, multipliers and active rows first, then matrices that fit them.

@@ -1,7 +1,8 @@
 //! The discrete adjoint of a mechanism's motion by explicit steps.
 
 use crate::Result;
-use crate::analyses::dynamics::InitialConfiguration;
+use crate::analyses::dynamics::{InitialConfiguration, simulate_with_recording};
+use crate::checkpointing::recording::ExplicitRecording;
 use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::checkpointing::trajectory_store::Checkpointable;
 use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues, add};
@@ -13,11 +14,9 @@ use crate::derivatives::adjoint::problem::{
 };
 use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
-use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE};
+use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
-use crate::integrators::explicit::recording::ExplicitRecording;
 use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::simulation::{sample, simulate_with_recording, start};
 use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::explicit::tableau::{DenseWeights, Tableau};
 use crate::mechanism::ParametricMechanism;

@@ -1,6 +1,6 @@
 //! Direct differentiation of a motion by implicit steps.
 
-use crate::analyses::dynamics::{Dynamics, check_finite};
+use crate::analyses::dynamics::Dynamics;
 use crate::analyses::sampling::{Sampler, interpolate};
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
@@ -9,6 +9,7 @@ use crate::derivatives::forward::saltation::{apply_impact, apply_switch};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
 use crate::derivatives::seeding::{SeededMechanisms, set_values, take_values};
+use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::{Factor, SolveWorkspace};

@@ -139,7 +139,7 @@ impl<'m> ImplicitSteps<'m> {
                 let stepper = &simulation.stepper;
                 step.h = h;
                 step.end.copy_from(&stepper.integrator.step.new);
-                (step.closed, step.is_on_grid) = (stepper.closed, stepper.is_on_grid);
+                (step.closed, step.is_on_grid) = (stepper.locator.closed, stepper.is_on_grid);
             }
             Origin::Recording { next, end, .. } if next == end => return Ok(false),
             Origin::Recording { recording, next, .. } => {

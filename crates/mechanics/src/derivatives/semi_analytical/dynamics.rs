@@ -1,7 +1,7 @@
 //! Semi-analytical differentiation of a motion by implicit steps.
 
 use crate::Result;
-use crate::analyses::dynamics::{Dynamics, check_finite};
+use crate::analyses::dynamics::Dynamics;
 use crate::analyses::sampling::{Sampler, interpolate};
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
@@ -9,6 +9,7 @@ use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
+use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact;
 use crate::integrators::generalized_alpha::Step;

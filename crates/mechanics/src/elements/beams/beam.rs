@@ -1,7 +1,8 @@
 //! A geometrically exact planar beam element with two nodes.
 
+use crate::element_inputs;
 use crate::elements::beams::section::{BeamSection, Shear};
-use crate::elements::element::{Element, ElementState, Energy};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::{Body, ElementIndex, Mechanism, Pose, Term};
 use autodiff::Scalar;
 
@@ -16,17 +17,44 @@ use autodiff::Scalar;
 ///
 /// The consistent mass is that of linear interpolation; it is constant, planar beams have no gyroscopic terms.
 ///
-/// Coordinates x, y, θ of node i and of node j; parameters ℓ (m), EA (N), GA* (N), EI (N·m²), mass per length
-/// (kg/m), rotary inertia per length (kg·m), g_x, g_y (m/s²). Measures the end moments (positive when they turn the
-/// tangent counter-clockwise along i → j), the normal and the shear force.
+/// End moments are positive if they turn the tangent counter-clockwise along i → j.
 ///
-/// **Source.** Simo, *CMAME* 49 (1985) 55–70; one-point integration as in Simo & Vu-Quoc, *J. Appl. Mech.* 53 (1986)
+/// # Sources
+/// Simo, *CMAME* 49 (1985) 55–70; one-point integration as in Simo & Vu-Quoc, *J. Appl. Mech.* 53 (1986)
 /// 849–854. For GA* with residual bending flexibility see [`Shear`].
 #[derive(Clone, Copy, Debug)]
 pub struct Beam;
 
+element_inputs!(BeamInputs {
+    i: body("first node"),
+    j: body("second node"),
+    length: required("m", 0.4, "unloaded length"),
+    axial: required("N", 1e3, "axial stiffness EA"),
+    shear: required("N", 3e2, "shear stiffness GA*"),
+    bending: required("N·m²", 20.0, "bending stiffness EI"),
+    mass: required("kg/m", 0.5, "mass per length"),
+    inertia: required("kg·m", 0.01, "rotary inertia per length"),
+    gravity_x: gravity(),
+    gravity_y: gravity(),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "beam",
+    family: Family::Beam,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("moment_i", "N·m", "bending moment at the first node"),
+        Measure::new("moment_j", "N·m", "bending moment at the second node"),
+        Measure::new("normal_force", "N", "normal force, positive in tension"),
+        Measure::new("shear_force", "N", "shear force"),
+    ],
+    about: "a two-node beam element",
+    symbol: Symbol::Bar,
+};
+
 /// Strains and stress resultants at the mid-point.
-struct Strained<T> {
+struct SectionForces<T> {
+    /// Axial stretch a, 1 without load.
     stretch: T,
     shear: T,
     cos: T,
@@ -36,18 +64,18 @@ struct Strained<T> {
     moment: T,
 }
 
-impl<T: Scalar> Strained<T> {
+impl<T: Scalar> SectionForces<T> {
     #[inline]
     fn of(x: &ElementState<'_, T>) -> Self {
-        let (length, q) = (x.p[0], x.q);
+        let (p, q) = (BeamInputs(x.p), x.q);
         let (sin, cos) = ((q[2] + q[5]) * 0.5).sin_cos();
-        let inverse = length.recip();
+        let inverse = p.length().recip();
         let (dx, dy) = ((q[3] - q[0]) * inverse, (q[4] - q[1]) * inverse);
         let (stretch, shear) = (dx * cos + dy * sin, dy * cos - dx * sin);
         Self {
-            normal_force: x.p[1] * (stretch - 1.0),
-            shear_force: x.p[2] * shear,
-            moment: x.p[3] * (q[5] - q[2]) * inverse,
+            normal_force: p.axial() * (stretch - 1.0),
+            shear_force: p.shear() * shear,
+            moment: p.bending() * (q[5] - q[2]) * inverse,
             stretch,
             shear,
             cos,
@@ -63,13 +91,13 @@ impl<T: Scalar> Strained<T> {
 }
 
 impl Element for Beam {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        let s = Strained::of(x);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        let (p, s) = (BeamInputs(x.p), SectionForces::of(x));
         let force = [s.normal_force * s.cos - s.shear_force * s.sin, s.normal_force * s.sin + s.shear_force * s.cos];
-        let couple = s.half_couple(x.p[0]);
-        let (mass, inertia) = (x.p[0] * x.p[4] * (1.0 / 6.0), x.p[0] * x.p[5] * (1.0 / 6.0));
-        for k in 0..2 {
-            let (ai, aj) = (x.a[k] - x.p[6 + k], x.a[3 + k] - x.p[6 + k]);
+        let couple = s.half_couple(p.length());
+        let (mass, inertia) = (p.length() * p.mass() * (1.0 / 6.0), p.length() * p.inertia() * (1.0 / 6.0));
+        for (k, gravity) in [p.gravity_x(), p.gravity_y()].into_iter().enumerate() {
+            let (ai, aj) = (x.a[k] - gravity, x.a[3 + k] - gravity);
             dynamics[k] = mass * (ai * 2.0 + aj) - force[k];
             dynamics[3 + k] = mass * (ai + aj * 2.0) + force[k];
         }
@@ -77,26 +105,27 @@ impl Element for Beam {
         dynamics[5] = inertia * (x.a[2] + x.a[5] * 2.0) + couple + s.moment;
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["moment_i", "moment_j", "normal_force", "shear_force"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        let s = Strained::of(x);
-        let couple = s.half_couple(x.p[0]);
+        let s = SectionForces::of(x);
+        let couple = s.half_couple(BeamInputs(x.p).length());
         (out[0], out[1]) = (s.moment - couple, s.moment + couple);
         (out[2], out[3]) = (s.normal_force, s.shear_force);
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        let (s, length, v) = (Strained::of(x), x.p[0], x.v);
+        let (s, p, v) = (SectionForces::of(x), BeamInputs(x.p), x.v);
+        let length = p.length();
         let strain = s.normal_force * (s.stretch - 1.0) + s.shear_force * s.shear;
         let bend = s.moment * (x.q[5] - x.q[2]);
         let square = |k: usize| v[k] * v[k] + v[k] * v[3 + k] + v[3 + k] * v[3 + k];
-        let weight = x.p[6] * (x.q[0] + x.q[3]) + x.p[7] * (x.q[1] + x.q[4]);
+        let weight = p.gravity_x() * (x.q[0] + x.q[3]) + p.gravity_y() * (x.q[1] + x.q[4]);
         Energy {
-            kinetic: length * (x.p[4] * (square(0) + square(1)) + x.p[5] * square(2)) * (1.0 / 6.0),
-            potential: (length * strain + bend) * 0.5 - length * x.p[4] * weight * 0.5,
+            kinetic: length * (p.mass() * (square(0) + square(1)) + p.inertia() * square(2)) * (1.0 / 6.0),
+            potential: (length * strain + bend) * 0.5 - length * p.mass() * weight * 0.5,
         }
     }
 
@@ -121,10 +150,10 @@ impl<S: Scalar> Mechanism<S> {
         self.add(name, Beam, &[i.x, i.y, i.theta, j.x, j.y, j.theta], &parameters)
     }
 
-    /// Adds a straight unloaded beam of equal elements between the points `from` and `to`.
+    /// Adds a straight unloaded beam of equal elements between the points `from` and `to`; returns its nodes and elements.
     ///
-    /// Given `ends`, their x and y are shared (a pin); the rotations at both ends are the beam's own. Returns the
-    /// nodes and the elements.
+    /// Where a body is given in `ends`, the end of the beam shares its x and y, as with a revolute joint. The rotations at
+    /// both ends belong to the beam.
     pub fn beam(
         &mut self,
         name: &str,
@@ -167,9 +196,10 @@ impl<S: Scalar> Mechanism<S> {
     ///
     /// $$ \sigma = \frac{N}{A} - \frac{M e}{I} = E\left(\frac{N}{EA} - \frac{M e}{EI}\right) $$
     ///
-    /// * `young`: E in N/m²; a moment that bends to the left presses the fibres there together.
+    /// * `young`: E in N/m². A moment that bends to the left compresses the fibres on that side.
     ///
-    /// **Errors.** [`crate::Error::Definition`] if the element is no beam or there is no such end.
+    /// # Errors
+    /// [`crate::Error::Definition`] if the element is no beam or `end` is neither 0 nor 1.
     pub fn fibre_stress(
         &self,
         element: ElementIndex,

@@ -2,22 +2,23 @@
 
 use autodiff::Scalar;
 
-/// How the shear stiffness GA* of the element is chosen.
+/// Choice of the shear stiffness GA* of a beam element.
 ///
-/// **Source.** MacNeal, *Comput. Struct.* 8 (1978) 175–183, for the residual bending flexibility.
+/// # Sources
+/// MacNeal, *Comput. Struct.* 8 (1978) 175–183, for the residual bending flexibility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shear {
     /// 1/GA* = 1/GA_s + ℓ²/(12 EI): exact bending of the element, and shear flexibility.
     Flexible,
     /// 1/GA* = ℓ²/(12 EI): exact bending, no shear (Euler–Bernoulli).
     Rigid,
-    /// GA* = GA_s: the plain one-point element, which bends too stiffly by order ℓ².
+    /// GA* = GA_s: the plain one-point element, too stiff in bending by order ℓ².
     Plain,
 }
 
-/// An area that is negative or zero unless the lengths that it is made of are positive, so that the element complains.
-fn signed<S: Scalar>(area: S, sound: bool) -> S {
-    if sound == (area.re() > 0.0) { area } else { -area }
+/// The area, made negative or zero if the lengths of the section are inadmissible, so that the element rejects it.
+fn signed<S: Scalar>(area: S, is_admissible: bool) -> S {
+    if is_admissible == (area.re() > 0.0) { area } else { -area }
 }
 
 /// Stiffness and mass per length of a beam.
@@ -51,11 +52,11 @@ impl<S: Scalar> BeamSection<S> {
         Self::of(area, area * height * height * (1.0 / 12.0), 5.0 / 6.0, young, poisson, density)
     }
 
-    /// From area (m²), second moment of area (m⁴) and the shear area as a part of the area.
-    pub fn of(area: S, second_moment: S, shear_part: f64, young: f64, poisson: f64, density: f64) -> Self {
+    /// A section of the given area (m²), second moment of area (m⁴) and ratio of shear area to area.
+    pub fn of(area: S, second_moment: S, shear_ratio: f64, young: f64, poisson: f64, density: f64) -> Self {
         Self {
             axial: area * young,
-            shear: area * (shear_part * young / (2.0 * (1.0 + poisson))),
+            shear: area * (shear_ratio * young / (2.0 * (1.0 + poisson))),
             bending: second_moment * young,
             mass: area * density,
             inertia: second_moment * density,

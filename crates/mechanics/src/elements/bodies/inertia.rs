@@ -1,18 +1,38 @@
 //! Inertia of one coordinate.
 
-use crate::elements::element::{Element, ElementState, Energy};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
-/// Inertia of one coordinate: m a. Parameter m (kg or kg·m²).
+/// Inertia of one coordinate: m a.
 ///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
 #[derive(Clone, Copy, Debug)]
 pub struct Inertia;
 
+element_inputs!(InertiaInputs {
+    coordinate: coordinate("coordinate that it acts on"),
+    inertia: required("kg or kg·m²", 1.5, "mass or moment of inertia"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "inertia",
+    family: Family::Body,
+    inputs: INPUTS,
+    measures: &[],
+    about: "adds mass to a coordinate",
+    symbol: Symbol::None,
+};
+
 impl Element for Inertia {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        dynamics[0] = x.p[0] * x.a[0];
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        dynamics[0] = InertiaInputs(x.p).inertia() * x.a[0];
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn linear(&self) -> &'static [usize] {
@@ -20,11 +40,12 @@ impl Element for Inertia {
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        Energy { kinetic: x.p[0] * x.v[0] * x.v[0] * 0.5, potential: T::zero() }
+        Energy { kinetic: InertiaInputs(x.p).inertia() * x.v[0] * x.v[0] * 0.5, potential: T::zero() }
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
-        (!(p[0] > 0.0)).then(|| format!("its inertia is {}", p[0]))
+        let inertia = InertiaInputs(p).inertia();
+        (!(inertia > 0.0)).then(|| format!("its inertia is {inertia}"))
     }
 }
 

@@ -1,19 +1,42 @@
 //! A point mass.
 
-use crate::elements::element::{Element, ElementState, Energy};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Body, Mechanism};
 use autodiff::Scalar;
 
-/// A point mass: a body without rotation. Coordinates x, y; parameters m (kg), g_x, g_y (m/s²).
+/// A point mass: a body without rotation, m (a − g) = F.
 ///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
 #[derive(Clone, Copy, Debug)]
 pub struct PointMass;
 
+element_inputs!(PointMassInputs {
+    body: translations("its coordinates x and y"),
+    mass: required("kg", 1.0, "mass"),
+    gravity_x: gravity(),
+    gravity_y: gravity(),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "point",
+    family: Family::Body,
+    inputs: INPUTS,
+    measures: &[],
+    about: "a point mass, which does not rotate",
+    symbol: Symbol::None,
+};
+
 impl Element for PointMass {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        dynamics[0] = x.p[0] * (x.a[0] - x.p[1]);
-        dynamics[1] = x.p[0] * (x.a[1] - x.p[2]);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        let p = PointMassInputs(x.p);
+        dynamics[0] = p.mass() * (x.a[0] - p.gravity_x());
+        dynamics[1] = p.mass() * (x.a[1] - p.gravity_y());
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn linear(&self) -> &'static [usize] {
@@ -21,12 +44,14 @@ impl Element for PointMass {
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        let kinetic = x.p[0] * (x.v[0] * x.v[0] + x.v[1] * x.v[1]) * 0.5;
-        Energy { kinetic, potential: -x.p[0] * (x.p[1] * x.q[0] + x.p[2] * x.q[1]) }
+        let p = PointMassInputs(x.p);
+        let kinetic = p.mass() * (x.v[0] * x.v[0] + x.v[1] * x.v[1]) * 0.5;
+        Energy { kinetic, potential: -p.mass() * (p.gravity_x() * x.q[0] + p.gravity_y() * x.q[1]) }
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
-        (!(p[0] > 0.0)).then(|| format!("mass is {} kg", p[0]))
+        let mass = PointMassInputs(p).mass();
+        (!(mass > 0.0)).then(|| format!("mass is {mass} kg"))
     }
 }
 

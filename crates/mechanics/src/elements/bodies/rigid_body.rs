@@ -1,25 +1,46 @@
 //! A rigid body in absolute coordinates.
 
-use crate::elements::element::{Element, ElementState, Energy};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Body, Mechanism, Pose};
 use autodiff::Scalar;
 
-/// A rigid body whose reference point is its centre of mass, in absolute coordinates x, y, θ.
+/// A rigid body with its reference point at the centre of mass, in absolute coordinates x, y, θ.
 ///
 /// $$ m(\ddot x - g_x) = F_x,\quad m(\ddot y - g_y) = F_y,\quad J\ddot\theta = M $$
 ///
-/// Coordinates x, y, θ; parameters m (kg), J about the centre of mass (kg·m²), g_x, g_y (m/s²).
-///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidBody;
 
+element_inputs!(RigidBodyInputs {
+    body: body("its coordinates x, y and θ"),
+    mass: required("kg", 1.0, "mass"),
+    inertia: required("kg·m²", 0.1, "moment of inertia about the centre of mass"),
+    gravity_x: gravity(),
+    gravity_y: gravity(),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "rigid",
+    family: Family::Body,
+    inputs: INPUTS,
+    measures: &[],
+    about: "a rigid body with its reference point in the centre of mass",
+    symbol: Symbol::None,
+};
+
 impl Element for RigidBody {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        let (mass, inertia) = (x.p[0], x.p[1]);
-        dynamics[0] = mass * (x.a[0] - x.p[2]);
-        dynamics[1] = mass * (x.a[1] - x.p[3]);
-        dynamics[2] = inertia * x.a[2];
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        let p = RigidBodyInputs(x.p);
+        dynamics[0] = p.mass() * (x.a[0] - p.gravity_x());
+        dynamics[1] = p.mass() * (x.a[1] - p.gravity_y());
+        dynamics[2] = p.inertia() * x.a[2];
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn linear(&self) -> &'static [usize] {
@@ -27,11 +48,11 @@ impl Element for RigidBody {
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        let (mass, inertia) = (x.p[0], x.p[1]);
-        let speed = x.v[0] * x.v[0] + x.v[1] * x.v[1];
+        let p = RigidBodyInputs(x.p);
+        let speed_squared = x.v[0] * x.v[0] + x.v[1] * x.v[1];
         Energy {
-            kinetic: (mass * speed + inertia * x.v[2] * x.v[2]) * 0.5,
-            potential: -mass * (x.p[2] * x.q[0] + x.p[3] * x.q[1]),
+            kinetic: (p.mass() * speed_squared + p.inertia() * x.v[2] * x.v[2]) * 0.5,
+            potential: -p.mass() * (p.gravity_x() * x.q[0] + p.gravity_y() * x.q[1]),
         }
     }
 

@@ -1,32 +1,50 @@
 //! A bump stop between two coordinates.
 
+use crate::element_inputs;
 use crate::elements::contacts::hunt_crossley::contact_force;
-use crate::elements::element::{Element, ElementState};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
-/// A stop: once q_B − q_A falls below u₀ by δ it pushes back with k δ^{3/2} (1 + 1.5 c δ̇), never pulling.
+/// A bump stop: a contact force k δ^{3/2} (1 + 1.5 c δ̇), never negative, while q_B − q_A is below a limit by δ.
 ///
-/// Coordinates q_A, q_B; parameters k (N/m^{3/2}), c (s/m), u₀.
-///
-/// **Source.** Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
+/// # Sources
+/// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
 #[derive(Clone, Copy, Debug)]
 pub struct BumpStop;
 
+element_inputs!(BumpStopInputs {
+    a: coordinate_or("ground.x", "coordinate that it acts against"),
+    b: coordinate("coordinate that it acts on"),
+    stiffness: required("N/m^1.5", 1e3, "stiffness"),
+    damping: optional("0", "s/m", 0.1, "damping"),
+    limit: required("m or rad", 0.02, "limit of b − a"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "bump-stop",
+    family: Family::Contact,
+    inputs: INPUTS,
+    measures: &[Measure::new("contact_force", "N or N·m", "contact force or torque, which acts towards larger b − a")],
+    about: "keeps b − a above a limit by a compliant contact",
+    symbol: Symbol::None,
+};
+
 impl BumpStop {
     fn contact_force<T: Scalar>(x: &ElementState<'_, T>) -> T {
-        contact_force(x.p[0], x.p[1], x.p[2] - (x.q[1] - x.q[0]), x.v[0] - x.v[1])
+        let p = BumpStopInputs(x.p);
+        contact_force(p.stiffness(), p.damping(), p.limit() - (x.q[1] - x.q[0]), x.v[0] - x.v[1])
     }
 }
 
 impl Element for BumpStop {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         let contact_force = Self::contact_force(x);
         (dynamics[0], dynamics[1]) = (contact_force, -contact_force);
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["push"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
@@ -35,7 +53,7 @@ impl Element for BumpStop {
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Keeps `b` − `a` above a limit by a smooth push: stiffness, damping, limit.
+    /// Keeps `b` − `a` above a limit by a smooth contact force: stiffness, damping, limit.
     pub fn bump_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 3]) -> ElementIndex {
         self.add(name, BumpStop, &[a, b], &parameters)
     }

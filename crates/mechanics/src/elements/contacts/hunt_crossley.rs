@@ -1,15 +1,16 @@
-//! The push of a contact, from the depth of penetration and its rate.
+//! Contact force from the depth of penetration and its rate.
 
 use autodiff::Scalar;
 
-/// k δ^{3/2} (1 + 1.5 c δ̇) for δ > 0, and never a pull.
+/// Contact force of Hunt and Crossley: k δ^{3/2} (1 + 1.5 c δ̇) for δ > 0, never negative.
 ///
 /// * `stiffness` k in N/m^{3/2}, `damping` c in s/m, `depth` δ in m, `rate` δ̇ in m/s.
 ///
-/// With c small, the coefficient of restitution is 1 − c v for the impact velocity v. The push and its first
-/// derivatives are continuous where contact begins.
+/// For small c the coefficient of restitution is 1 − c v with the impact velocity v. The force and its first derivatives are
+/// continuous at the beginning of contact.
 ///
-/// **Source.** Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
+/// # Sources
+/// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
 pub fn contact_force<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T) -> T {
     if depth.re() <= 0.0 {
         return T::zero();

@@ -1,40 +1,58 @@
 //! Contact of a point with a straight wall.
 
+use crate::element_inputs;
 use crate::elements::contacts::hunt_crossley::contact_force;
-use crate::elements::element::{Element, ElementState};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
-/// Contact of a point of a body with a straight wall, without friction: k δ^{3/2} (1 + 1.5 c δ̇), never pulling.
+/// Contact of a point of a body with a straight wall, without friction: k δ^{3/2} (1 + 1.5 c δ̇), never negative.
 ///
-/// Coordinates x, y, θ; parameters body-fixed x, y, a point x, y of the wall (m), direction of its outward normal (rad),
-/// k (N/m^{3/2}), c (s/m).
-///
-/// **Source.** Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
+/// # Sources
+/// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
 #[derive(Clone, Copy, Debug)]
 pub struct WallContact;
 
+element_inputs!(WallContactInputs {
+    at: marker("point that it acts on"),
+    wall_x: required("m", 0.5, "x of a point of the wall"),
+    wall_y: required("m", 0.14, "y of a point of the wall"),
+    normal: required("rad", 1.5, "direction of the outward normal"),
+    stiffness: required("N/m^1.5", 1e3, "stiffness"),
+    damping: optional("0", "s/m", 0.1, "damping"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "wall",
+    family: Family::Contact,
+    inputs: INPUTS,
+    measures: &[Measure::new("contact_force", "N", "contact force on the point, along the outward normal")],
+    about: "keeps a point on the outer side of a wall by a compliant contact",
+    symbol: Symbol::None,
+};
+
 impl WallContact {
     fn contact_force<T: Scalar>(x: &ElementState<'_, T>) -> (T, [T; 2], [T; 2]) {
-        let frame = Frame::of(x, 0);
-        let lever = frame.turned(x.p[0], x.p[1]);
+        let (p, frame) = (WallContactInputs(x.p), Frame::of(x, 0));
+        let [at_x, at_y] = p.at();
+        let lever = frame.turned(at_x, at_y);
         let (point, velocity) = (frame.point(lever), point_velocity(x, 0, lever));
-        let (sin, cos) = x.p[4].sin_cos();
-        let depth = (x.p[2] - point[0]) * cos + (x.p[3] - point[1]) * sin;
+        let (sin, cos) = p.normal().sin_cos();
+        let depth = (p.wall_x() - point[0]) * cos + (p.wall_y() - point[1]) * sin;
         let rate = -(velocity[0] * cos + velocity[1] * sin);
-        (contact_force(x.p[5], x.p[6], depth, rate), lever, [cos, sin])
+        (contact_force(p.stiffness(), p.damping(), depth, rate), lever, [cos, sin])
     }
 }
 
 impl Element for WallContact {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         let (contact_force, lever, normal) = Self::contact_force(x);
         add_force(dynamics, 0, lever, [-contact_force * normal[0], -contact_force * normal[1]]);
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["push"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
@@ -43,7 +61,7 @@ impl Element for WallContact {
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Keeps a point on the outer side of a wall through `wall` whose outward normal has the direction `normal` (rad);
+    /// Keeps a point on the outer side of the wall through `wall` with the outward normal in the direction `normal` (rad);
     /// `law` is stiffness and damping.
     pub fn wall_contact(&mut self, name: &str, at: Marker<S>, wall: [S; 2], normal: S, law: [S; 2]) -> ElementIndex {
         let parameters = [at.x, at.y, wall[0], wall[1], normal, law[0], law[1]];

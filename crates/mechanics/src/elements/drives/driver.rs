@@ -1,22 +1,44 @@
 //! A drive between two coordinates.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
 /// A drive: the difference of two coordinates is a function of time, Φ = q_B − q_A − f(t).
 ///
-/// Coordinates q_A, q_B; parameters those of the function. Measures the effort that the drive needs, and its power.
-///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.5.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.5.
 #[derive(Clone, Copy, Debug)]
 pub struct Driver<F>(pub F);
 
+element_inputs!(DriverInputs {
+    a: coordinate_or("ground.x", "coordinate that it acts against"),
+    b: coordinate("coordinate that it acts on"),
+    motion: time_function("m or rad", "position as a function of time"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "relative",
+    family: Family::Drive,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("driving_force", "N or N·m", "driving force or torque, positive if it acts towards larger b − a"),
+        Measure::new("power", "W", "power of the drive, positive if it does work on the mechanism"),
+    ],
+    about: "prescribes b − a",
+    symbol: Symbol::None,
+};
+
 impl<F: Motion> Element for Driver<F> {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
-        constraint[0] = x.q[1] - x.q[0] - self.0.position(x.p, x.t);
+        constraint[0] = x.q[1] - x.q[0] - self.0.position(DriverInputs(x.p).motion(), x.t);
         (dynamics[0], dynamics[1]) = (-x.l[0], x.l[0]);
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn num_constraints(&self) -> usize {
@@ -25,10 +47,6 @@ impl<F: Motion> Element for Driver<F> {
 
     fn linear(&self) -> &'static [usize] {
         &[0, 1]
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["effort", "power"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

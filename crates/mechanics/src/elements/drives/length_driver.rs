@@ -1,33 +1,52 @@
 //! A linear drive.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
 use crate::elements::line::{Line, ends, without_direction};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
 /// A linear drive: the distance of two points is a function of time, Φ = |r_B − r_A| − f(t).
 ///
-/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and B, then those of the function. λ is the
-/// tension in N. The points must not coincide.
+/// λ is the tension in N. The points must not coincide.
 ///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.5.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.5.
 #[derive(Clone, Copy, Debug)]
 pub struct LengthDriver<F>(pub F);
+
+element_inputs!(LengthDriverInputs {
+    a: marker("point of the first body"),
+    b: marker("point of the second body"),
+    motion: time_function("m", "distance as a function of time"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "length",
+    family: Family::Drive,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("tension", "N", "tension of the drive, positive if it pulls the points together"),
+        Measure::new("length", "m", "distance of the points"),
+    ],
+    about: "prescribes the distance of two points",
+    symbol: Symbol::Spring,
+};
 
 impl<F: Motion> Element for LengthDriver<F> {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let line = Line::of(x);
-        constraint[0] = line.length - self.0.position(&x.p[4..], x.t);
+        constraint[0] = line.length - self.0.position(LengthDriverInputs(x.p).motion(), x.t);
         line.add_axial_force(x.l[0], dynamics);
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn num_constraints(&self) -> usize {
         1
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["tension", "length"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

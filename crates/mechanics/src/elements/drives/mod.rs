@@ -1,9 +1,22 @@
-//! Drives: prescribed motions and actuator forces.
+//! Drives: prescribed motions.
 
-pub(crate) mod actuator;
 pub(crate) mod driver;
 pub(crate) mod length_driver;
+pub(crate) mod prescribed;
 
-pub use actuator::Actuator;
 pub use driver::Driver;
 pub use length_driver::LengthDriver;
+
+use crate::elements::forces::StateFunction;
+use crate::elements::kind::ElementKind;
+use crate::motion::Motion;
+use std::sync::Arc;
+
+/// Drives that model files can name.
+pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
+    vec![
+        ElementKind::prescribed(&prescribed::DESCRIPTOR),
+        ElementKind::of_time(&driver::DESCRIPTOR, |motion| Arc::new(Driver(motion))),
+        ElementKind::of_time(&length_driver::DESCRIPTOR, |motion| Arc::new(LengthDriver(motion))),
+    ]
+}

@@ -1,21 +1,47 @@
 //! An elastic joint.
 
-use crate::elements::element::{Element, ElementState, Energy};
+use crate::element_inputs;
+use crate::elements::line::ends;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A bushing: linear springs and dampers between two points along the axes of body A, and between the rotations.
 ///
-/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and B, k_x, k_y (N/m), k_θ (N·m/rad), c_x, c_y
-/// (N·s/m), c_θ (N·m·s/rad). The force acts at point B on both bodies.
+/// The force acts at point B on both bodies.
 ///
-/// **Source.** Blundell & Harty, *The Multibody Systems Approach to Vehicle Dynamics* (2004), Chapter 3.
+/// # Sources
+/// Blundell & Harty, *The Multibody Systems Approach to Vehicle Dynamics* (2004), Chapter 3.
 #[derive(Clone, Copy, Debug)]
 pub struct Bushing;
 
+element_inputs!(BushingInputs {
+    a: marker("point of the first body"),
+    b: marker("point of the second body"),
+    stiffness_x: required("N/m", 15.0, "stiffness along x of the body of a"),
+    stiffness_y: required("N/m", 10.0, "stiffness along y of the body of a"),
+    stiffness_theta: required("N·m/rad", 2.0, "torsional stiffness"),
+    damping_x: optional("0", "N·s/m", 1.0, "damping along x of the body of a"),
+    damping_y: optional("0", "N·s/m", 0.5, "damping along y of the body of a"),
+    damping_theta: optional("0", "N·m·s/rad", 0.1, "torsional damping"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "bushing",
+    family: Family::Force,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("force_x", "N", "force on a along x of its body, positive if b is displaced in this direction"),
+        Measure::new("force_y", "N", "force on a along y of its body, positive if b is displaced in this direction"),
+        Measure::new("moment", "N·m", "torque on a, positive if b is turned counter-clockwise"),
+    ],
+    about: "joins two points elastically",
+    symbol: Symbol::None,
+};
+
 /// Deformation of a bushing and its rate, in the axes of body A.
-struct Deformed<T> {
+struct Deformation<T> {
     gap: [T; 3],
     rate: [T; 3],
     frame: Frame<T>,
@@ -23,49 +49,59 @@ struct Deformed<T> {
     lever_b: [T; 2],
 }
 
-impl<T: Scalar> Deformed<T> {
+impl<T: Scalar> Deformation<T> {
     fn of(x: &ElementState<'_, T>) -> Self {
         let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
-        let (ra, lever_b) = (a.turned(x.p[0], x.p[1]), b.turned(x.p[2], x.p[3]));
+        let ([ax, ay], [bx, by]) = (BushingInputs(x.p).a(), BushingInputs(x.p).b());
+        let (ra, lever_b) = (a.turned(ax, ay), b.turned(bx, by));
         let pb = b.point(lever_b);
         let lever_a = [pb[0] - a.x, pb[1] - a.y];
         let gap = [lever_a[0] - ra[0], lever_a[1] - ra[1]];
-        // Seen from A, the gap changes by the velocity of B against the point of A that coincides with it.
+        // Seen from A, the gap changes by the velocity of B relative to the point of A that coincides with it.
         let (va, vb) = (point_velocity(x, 0, lever_a), point_velocity(x, 3, lever_b));
         let rate = [vb[0] - va[0], vb[1] - va[1]];
-        let into = |w: [T; 2]| [a.cos * w[0] + a.sin * w[1], a.cos * w[1] - a.sin * w[0]];
-        let ([gx, gy], [rx, ry]) = (into(gap), into(rate));
+        let to_a = |w: [T; 2]| [a.cos * w[0] + a.sin * w[1], a.cos * w[1] - a.sin * w[0]];
+        let ([gx, gy], [rx, ry]) = (to_a(gap), to_a(rate));
         let gap = [gx, gy, b.theta - a.theta];
         Self { gap, rate: [rx, ry, x.v[5] - x.v[2]], frame: a, lever_a, lever_b }
     }
 
-    fn generalized_force(&self, x: &ElementState<'_, T>) -> [T; 3] {
-        [0, 1, 2].map(|k| x.p[4 + k] * self.gap[k] + x.p[7 + k] * self.rate[k])
+    /// Forces along the axes of A, and torque.
+    fn forces(&self, x: &ElementState<'_, T>) -> [T; 3] {
+        let p = BushingInputs(x.p);
+        let (stiffness, damping) = (p.stiffness(), [p.damping_x(), p.damping_y(), p.damping_theta()]);
+        [0, 1, 2].map(|k| stiffness[k] * self.gap[k] + damping[k] * self.rate[k])
+    }
+}
+
+impl<T: Scalar> BushingInputs<'_, T> {
+    fn stiffness(self) -> [T; 3] {
+        [self.stiffness_x(), self.stiffness_y(), self.stiffness_theta()]
     }
 }
 
 impl Element for Bushing {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        let deformed = Deformed::of(x);
-        let effort = deformed.generalized_force(x);
-        let [fx, fy] = deformed.frame.turned(effort[0], effort[1]);
-        add_force(dynamics, 0, deformed.lever_a, [-fx, -fy]);
-        add_force(dynamics, 3, deformed.lever_b, [fx, fy]);
-        dynamics[2] -= effort[2];
-        dynamics[5] += effort[2];
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        let deformation = Deformation::of(x);
+        let [along_x, along_y, torque] = deformation.forces(x);
+        let [fx, fy] = deformation.frame.turned(along_x, along_y);
+        add_force(dynamics, 0, deformation.lever_a, [-fx, -fy]);
+        add_force(dynamics, 3, deformation.lever_b, [fx, fy]);
+        dynamics[2] -= torque;
+        dynamics[5] += torque;
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["force_x", "force_y", "couple"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        out.copy_from_slice(&Deformed::of(x).generalized_force(x));
+        out.copy_from_slice(&Deformation::of(x).forces(x));
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        let gap = Deformed::of(x).gap;
-        let potential = [0, 1, 2].map(|k| x.p[4 + k] * gap[k] * gap[k] * 0.5).into_iter().sum();
+        let (gap, stiffness) = (Deformation::of(x).gap, BushingInputs(x.p).stiffness());
+        let potential = [0, 1, 2].map(|k| stiffness[k] * gap[k] * gap[k] * 0.5).into_iter().sum();
         Energy { kinetic: T::zero(), potential }
     }
 }
@@ -80,9 +116,8 @@ impl<S: Scalar> Mechanism<S> {
         stiffness: [S; 3],
         damping: [S; 3],
     ) -> ElementIndex {
-        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        let parameters = [&[a.x, a.y, b.x, b.y], &stiffness[..], &damping[..]].concat();
-        self.add(name, Bushing, &coordinates, &parameters)
+        let (coordinates, p) = ends(a, b);
+        self.add(name, Bushing, &coordinates, &[&p[..], &stiffness[..], &damping[..]].concat())
     }
 }
 

@@ -1,46 +1,74 @@
 //! A spring and damper between two coordinates.
 
-use crate::elements::element::{Element, ElementState, Energy};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
 /// A spring and damper on the difference u = q_B − q_A − u₀ of two coordinates: k u + k₃ u³ + c u̇.
 ///
-/// On two rotations it is a torsion spring. Coordinates q_A, q_B; parameters k, c, u₀, k₃.
+/// On two rotations it is a torsion spring.
 ///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct CoordinateSpring;
 
+element_inputs!(CoordinateSpringInputs {
+    a: coordinate_or("ground.x", "coordinate that it acts against"),
+    b: coordinate("coordinate that it acts on"),
+    stiffness: required("N/m or N·m/rad", 15.0, "stiffness"),
+    damping: optional("0", "N·s/m or N·m·s/rad", 0.5, "damping"),
+    unloaded: optional("0", "m or rad", 0.1, "b − a without force"),
+    cubic: optional("0", "N/m³ or N·m/rad³", 3.0, "cubic stiffness"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "coordinate-spring",
+    family: Family::Force,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("generalized_force", "N or N·m", "force or torque, positive if it acts towards smaller b − a"),
+        Measure::new("elongation", "m or rad", "elongation b − a − unloaded"),
+        Measure::new("rate", "m/s or rad/s", "rate of b − a"),
+    ],
+    about: "a spring and damper on b − a",
+    symbol: Symbol::Spring,
+};
+
 impl CoordinateSpring {
-    fn generalized_force<T: Scalar>(x: &ElementState<'_, T>) -> T {
-        let u = x.q[1] - x.q[0] - x.p[2];
-        x.p[0] * u + x.p[3] * u.powi(3) + x.p[1] * (x.v[1] - x.v[0])
+    fn elongation<T: Scalar>(x: &ElementState<'_, T>) -> T {
+        x.q[1] - x.q[0] - CoordinateSpringInputs(x.p).unloaded()
+    }
+
+    fn force<T: Scalar>(x: &ElementState<'_, T>) -> T {
+        let (p, u) = (CoordinateSpringInputs(x.p), Self::elongation(x));
+        p.stiffness() * u + p.cubic() * u.powi(3) + p.damping() * (x.v[1] - x.v[0])
     }
 }
 
 impl Element for CoordinateSpring {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        let effort = Self::generalized_force(x);
-        (dynamics[0], dynamics[1]) = (-effort, effort);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        let force = Self::force(x);
+        (dynamics[0], dynamics[1]) = (-force, force);
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["effort", "stretch", "rate"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        (out[0], out[1], out[2]) = (Self::generalized_force(x), x.q[1] - x.q[0] - x.p[2], x.v[1] - x.v[0]);
+        (out[0], out[1], out[2]) = (Self::force(x), Self::elongation(x), x.v[1] - x.v[0]);
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        let u = x.q[1] - x.q[0] - x.p[2];
-        Energy { kinetic: T::zero(), potential: x.p[0] * u * u * 0.5 + x.p[3] * u.powi(4) * 0.25 }
+        let (p, u) = (CoordinateSpringInputs(x.p), Self::elongation(x));
+        Energy { kinetic: T::zero(), potential: p.stiffness() * u * u * 0.5 + p.cubic() * u.powi(4) * 0.25 }
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Puts a spring and damper on `b` − `a`: stiffness, damping, unloaded difference, cubic stiffness.
+    /// Adds a spring and damper on `b` − `a`: stiffness, damping, unloaded difference, cubic stiffness.
     pub fn coordinate_spring(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 4]) -> ElementIndex {
         self.add(name, CoordinateSpring, &[a, b], &parameters)
     }

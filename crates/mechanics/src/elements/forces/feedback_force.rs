@@ -1,51 +1,73 @@
-//! An effort that is a function of time and state.
+//! A force that is a function of time and state.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
-/// An effort as a function of time and of the motion of some coordinates, written once over the scalar type: a
+/// A force or torque as a function of time and of the motion of some coordinates, written once over the scalar type: a
 /// controller, a drag, a magnet.
 ///
 /// Branch on real parts only.
 pub trait StateFunction: Send + Sync + 'static {
-    /// The effort (N or N·m) at time `t` (s) for the parameters `p`, with positions `q` and velocities `v` of the
-    /// coordinates that it observes.
+    /// The generalized force (N or N·m) at time `t` (s) for the parameters `p`, with positions `q` and velocities `v` of the
+    /// observed coordinates.
     fn generalized_force<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T;
 }
 
-/// An effort on one coordinate that follows a [`StateFunction`] of time and state.
+/// A force or torque on one coordinate that is a [`StateFunction`] of time and state.
 ///
-/// Coordinates: the one that is driven, then those that the law observes; parameters those of the law. The effort acts
-/// between the driven coordinate and the ground.
+/// Its coordinates are the driven one, then the observed ones. The force acts between the driven coordinate and the ground.
 ///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct FeedbackForce<L>(pub L);
 
+element_inputs!(FeedbackForceInputs {
+    coordinate: coordinate("coordinate that it acts on"),
+    generalized_force: state_function("N or N·m", "as a function of time and motion, such as `-k*cart.x - c*cart.vx`"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "feedback",
+    family: Family::Force,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new(
+            "generalized_force",
+            "N or N·m",
+            "force or torque on the coordinate, positive towards larger values",
+        ),
+        Measure::new("power", "W", "power, positive if it does work on the mechanism"),
+    ],
+    about: "a force or torque on a coordinate that depends on the motion: a controller, a drag, a magnet",
+    symbol: Symbol::None,
+};
+
 impl<L: StateFunction> FeedbackForce<L> {
-    fn generalized_force<T: Scalar>(&self, x: &ElementState<'_, T>) -> T {
-        self.0.generalized_force(x.p, x.t, &x.q[1..], &x.v[1..])
+    fn force<T: Scalar>(&self, x: &ElementState<'_, T>) -> T {
+        self.0.generalized_force(FeedbackForceInputs(x.p).generalized_force(), x.t, &x.q[1..], &x.v[1..])
     }
 }
 
 impl<L: StateFunction> Element for FeedbackForce<L> {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        dynamics[0] = -self.generalized_force(x);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        dynamics[0] = -self.force(x);
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["effort", "power"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        out[0] = self.generalized_force(x);
+        out[0] = self.force(x);
         out[1] = out[0] * x.v[0];
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Drives a coordinate by an effort that is a function of time and of the motion of `observed`.
+    /// Applies a force or torque to a coordinate, as a function of time and of the motion of `observed`.
     pub fn feedback_force(
         &mut self,
         name: &str,

@@ -1,45 +1,63 @@
 //! Smooth friction between two coordinates.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
-/// Friction between two coordinates, smooth through zero: F_c tanh(v / v_s) + c v.
+/// Coulomb and viscous friction between two coordinates, smooth through zero: F_c tanh(v / v_s) + c v, with v = q̇_B − q̇_A.
 ///
-/// Coordinates q_A, q_B; parameters F_c (N or N·m), v_s (m/s or rad/s), c.
-///
-/// **Source.** Andersson, Söderberg & Björklund, *Tribol. Int.* 40 (2007) 580–587.
+/// # Sources
+/// Andersson, Söderberg & Björklund, *Tribol. Int.* 40 (2007) 580–587.
 #[derive(Clone, Copy, Debug)]
 pub struct Friction;
 
+element_inputs!(FrictionInputs {
+    a: coordinate_or("ground.x", "coordinate that it acts against"),
+    b: coordinate("coordinate that it acts on"),
+    coulomb_force: required("N or N·m", 1.5, "Coulomb force or torque"),
+    speed: required("m/s or rad/s", 0.02, "transition velocity, over which the force rises"),
+    viscous: optional("0", "N·s/m or N·m·s/rad", 1.0, "viscous coefficient"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "friction",
+    family: Family::Force,
+    inputs: INPUTS,
+    measures: &[Measure::new("generalized_force", "N or N·m", "force or torque, positive if b moves faster than a")],
+    about: "Coulomb and viscous friction between a and b",
+    symbol: Symbol::None,
+};
+
 impl Friction {
-    fn generalized_force<T: Scalar>(x: &ElementState<'_, T>) -> T {
-        let rate = x.v[1] - x.v[0];
-        x.p[0] * (rate / x.p[1]).tanh() + x.p[2] * rate
+    fn force<T: Scalar>(x: &ElementState<'_, T>) -> T {
+        let (p, rate) = (FrictionInputs(x.p), x.v[1] - x.v[0]);
+        p.coulomb_force() * (rate / p.speed()).tanh() + p.viscous() * rate
     }
 }
 
 impl Element for Friction {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        let effort = Self::generalized_force(x);
-        (dynamics[0], dynamics[1]) = (-effort, effort);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        let force = Self::force(x);
+        (dynamics[0], dynamics[1]) = (-force, force);
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["effort"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        out[0] = Self::generalized_force(x);
+        out[0] = Self::force(x);
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
-        (!(p[1] > 0.0)).then(|| format!("its transition velocity is {}", p[1]))
+        let speed = FrictionInputs(p).speed();
+        (!(speed > 0.0)).then(|| format!("its transition velocity is {speed}"))
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Lets `b` rub on `a`: Coulomb effort, transition velocity, viscous coefficient.
+    /// Adds friction between `a` and `b`: Coulomb force or torque, transition velocity, viscous coefficient.
     pub fn friction(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 3]) -> ElementIndex {
         self.add(name, Friction, &[a, b], &parameters)
     }

@@ -1,49 +1,73 @@
-//! An effort that is a function of time.
+//! A force that is a function of time.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
-/// An effort between two coordinates that is a function of time: a motor on two rotations, a load on one coordinate.
+/// A force or torque between two coordinates as a function of time: a motor on two rotations, a load on one coordinate.
 ///
-/// Coordinates q_A, q_B (driven forward); parameters those of the function (N or N·m).
-///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct Load<F>(pub F);
 
+element_inputs!(LoadInputs {
+    a: coordinate_or("ground.x", "coordinate that it acts against"),
+    b: coordinate("coordinate that it acts on"),
+    generalized_force: time_function("N or N·m", "as a function of time"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "load",
+    family: Family::Force,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("generalized_force", "N or N·m", "force or torque, positive if it acts towards larger b − a"),
+        Measure::new("power", "W", "power, positive if it does work on the mechanism"),
+    ],
+    about: "a force or torque between a and b as a function of time",
+    symbol: Symbol::None,
+};
+
+impl<F: Motion> Load<F> {
+    fn force<T: Scalar>(&self, x: &ElementState<'_, T>) -> T {
+        self.0.position(LoadInputs(x.p).generalized_force(), x.t)
+    }
+}
+
 impl<F: Motion> Element for Load<F> {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        let effort = self.0.position(x.p, x.t);
-        (dynamics[0], dynamics[1]) = (effort, -effort);
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        let force = self.force(x);
+        (dynamics[0], dynamics[1]) = (force, -force);
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn linear(&self) -> &'static [usize] {
         &[0, 1]
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["effort", "power"]
-    }
-
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        out[0] = self.0.position(x.p, x.t);
+        out[0] = self.force(x);
         out[1] = out[0] * (x.v[1] - x.v[0]);
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Drives `b` against `a` by an effort that is a function of time.
+    /// Applies a force or torque to `b`, and its reaction to `a`, as a function of time.
     pub fn load(
         &mut self,
         name: &str,
         a: Coordinate,
         b: Coordinate,
-        effort: impl Motion,
+        force: impl Motion,
         parameters: &[S],
     ) -> ElementIndex {
-        self.add(name, Load(effort), &[a, b], parameters)
+        self.add(name, Load(force), &[a, b], parameters)
     }
 }
 

@@ -1,5 +1,6 @@
-//! Forces: springs, dampers, bushings, friction and loads.
+//! Forces: springs, dampers, bushings, actuators, friction and loads.
 
+pub(crate) mod actuator;
 pub(crate) mod bushing;
 pub(crate) mod coordinate_spring;
 pub(crate) mod feedback_force;
@@ -8,6 +9,7 @@ pub(crate) mod load;
 pub(crate) mod point_force;
 pub(crate) mod spring_damper;
 
+pub use actuator::Actuator;
 pub use bushing::Bushing;
 pub use coordinate_spring::CoordinateSpring;
 pub use feedback_force::{FeedbackForce, StateFunction};
@@ -15,3 +17,21 @@ pub use friction::Friction;
 pub use load::Load;
 pub use point_force::PointForce;
 pub use spring_damper::SpringDamper;
+
+use crate::elements::kind::ElementKind;
+use crate::motion::Motion;
+use std::sync::Arc;
+
+/// Forces that model files can name.
+pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
+    vec![
+        ElementKind::plain(SpringDamper),
+        ElementKind::plain(CoordinateSpring),
+        ElementKind::plain(Bushing),
+        ElementKind::of_time(&actuator::DESCRIPTOR, |tension| Arc::new(Actuator(tension))),
+        ElementKind::of_time(&load::DESCRIPTOR, |force| Arc::new(Load(force))),
+        ElementKind::of_time(&point_force::DESCRIPTOR, |force| Arc::new(PointForce(force))),
+        ElementKind::plain(Friction),
+        ElementKind::of_state(&feedback_force::DESCRIPTOR, |law| Arc::new(FeedbackForce(law))),
+    ]
+}

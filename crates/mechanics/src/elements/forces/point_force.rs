@@ -1,33 +1,56 @@
-//! A force on a point of a body.
+//! A force at a point of a body.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
-/// A force on a point of a body, of fixed direction, as a function of time.
+/// A force at a point of a body, in a direction that is fixed in the plane, as a function of time.
 ///
-/// Coordinates x, y, θ; parameters body-fixed x, y (m), direction (rad), then those of the function (N).
-///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct PointForce<F>(pub F);
 
+element_inputs!(PointForceInputs {
+    at: marker("point that it acts on"),
+    direction: required("rad", 0.5, "direction, fixed in the plane"),
+    force: time_function("N", "as a function of time"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "force",
+    family: Family::Force,
+    inputs: INPUTS,
+    measures: &[Measure::new("force", "N", "force along its direction")],
+    about: "a force at a point as a function of time",
+    symbol: Symbol::None,
+};
+
+impl<F: Motion> PointForce<F> {
+    fn force<T: Scalar>(&self, x: &ElementState<'_, T>) -> T {
+        self.0.position(PointForceInputs(x.p).force(), x.t)
+    }
+}
+
 impl<F: Motion> Element for PointForce<F> {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
-        let lever = Frame::of(x, 0).turned(x.p[0], x.p[1]);
-        let force = self.0.position(&x.p[3..], x.t);
-        let (sin, cos) = x.p[2].sin_cos();
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
+        let p = PointForceInputs(x.p);
+        let [at_x, at_y] = p.at();
+        let lever = Frame::of(x, 0).turned(at_x, at_y);
+        let force = self.force(x);
+        let (sin, cos) = p.direction().sin_cos();
         add_force(dynamics, 0, lever, [-force * cos, -force * sin]);
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["force"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        out[0] = self.0.position(&x.p[3..], x.t);
+        out[0] = self.force(x);
     }
 }
 

@@ -1,43 +1,67 @@
 //! A spring and damper between two points.
 
-use crate::elements::element::{Element, ElementState, Energy};
+use crate::element_inputs;
 use crate::elements::line::{Line, ends};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
 /// A spring and damper between two points: tension k (L − L₀) + k₃ (L − L₀)³ + c L̇.
 ///
-/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and B, k (N/m), c (N·s/m), L₀ (m), k₃ (N/m³).
+/// **Points that coincide.** On a straight path through L = 0 the direction flips, and with it the part of the force that
+/// does not vanish with L. At L = 0 the force is the mean of both sides, (k + 3 k₃ L₀²) (r_B − r_A) + c (v_B − v_A), with
+/// the derivatives of this expression. It is exact for L₀ = 0, where the force is continuous.
 ///
-/// **Points that coincide.** On a straight way through L = 0 the direction flips, and with it the part of the force
-/// that does not vanish with L. There the force is the mean of both sides, (k + 3 k₃ L₀²) (r_B − r_A) + c (v_B − v_A),
-/// with the derivatives of this expression: exact for L₀ = 0, where nothing jumps.
-///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct SpringDamper;
 
+element_inputs!(SpringDamperInputs {
+    a: marker("point of the first body"),
+    b: marker("point of the second body"),
+    stiffness: required("N/m", 15.0, "stiffness"),
+    damping: optional("0", "N·s/m", 1.0, "damping"),
+    length: optional("0", "m", 0.7, "unloaded length"),
+    cubic: optional("0", "N/m³", 3.0, "cubic stiffness"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "spring",
+    family: Family::Force,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("tension", "N", "force of spring and damper, positive if it pulls the points together"),
+        Measure::new("length", "m", "distance of the points"),
+        Measure::new("rate", "m/s", "rate of the distance"),
+    ],
+    about: "a spring and damper between two points",
+    symbol: Symbol::Spring,
+};
+
 impl SpringDamper {
     fn tension<T: Scalar>(x: &ElementState<'_, T>, line: &Line<T>) -> T {
-        let stretch = line.length - x.p[6];
-        x.p[4] * stretch + x.p[7] * stretch.powi(3) + x.p[5] * line.rate
+        let p = SpringDamperInputs(x.p);
+        let elongation = line.length - p.length();
+        p.stiffness() * elongation + p.cubic() * elongation.powi(3) + p.damping() * line.rate
     }
 }
 
 impl Element for SpringDamper {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         let line = Line::of(x);
         if line.is_point() {
-            let stiffness = x.p[4] + x.p[7] * x.p[6] * x.p[6] * 3.0;
-            let force = [0, 1].map(|k| stiffness * line.gap[k] + x.p[5] * line.parting[k]);
+            let p = SpringDamperInputs(x.p);
+            let stiffness = p.stiffness() + p.cubic() * p.length() * p.length() * 3.0;
+            let force = [0, 1].map(|k| stiffness * line.gap[k] + p.damping() * line.gap_rate[k]);
             line.apply(force, dynamics);
         } else {
             line.add_axial_force(Self::tension(x, &line), dynamics);
         }
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["tension", "length", "rate"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
@@ -46,19 +70,20 @@ impl Element for SpringDamper {
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        let stretch = Line::of(x).length - x.p[6];
-        let potential = x.p[4] * stretch.powi(2) * 0.5 + x.p[7] * stretch.powi(4) * 0.25;
+        let p = SpringDamperInputs(x.p);
+        let elongation = Line::of(x).length - p.length();
+        let potential = p.stiffness() * elongation.powi(2) * 0.5 + p.cubic() * elongation.powi(4) * 0.25;
         Energy { kinetic: T::zero(), potential }
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Puts a linear spring and damper between two points.
-    pub fn spring_damper(&mut self, name: &str, a: Marker<S>, b: Marker<S>, [k, c, rest]: [S; 3]) -> ElementIndex {
-        self.nonlinear_spring(name, a, b, [k, c, rest, S::from(0.0)])
+    /// Adds a linear spring and damper between two points: stiffness, damping, unloaded length.
+    pub fn spring_damper(&mut self, name: &str, a: Marker<S>, b: Marker<S>, [k, c, length]: [S; 3]) -> ElementIndex {
+        self.nonlinear_spring(name, a, b, [k, c, length, S::from(0.0)])
     }
 
-    /// Puts a spring with a cubic part and a damper between two points: k, c, rest length, k₃.
+    /// Adds a spring and damper with a cubic term between two points: stiffness, damping, unloaded length, cubic stiffness.
     pub fn nonlinear_spring(&mut self, name: &str, a: Marker<S>, b: Marker<S>, parameters: [S; 4]) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
         self.add(name, SpringDamper, &coordinates, &[&p[..], &parameters[..]].concat())

@@ -1,31 +1,48 @@
-//! A massless rod.
+//! A distance constraint between two points.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
 use crate::elements::line::{Line, ends, without_direction};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
-/// A massless rod: two points keep their distance, Φ = |r_B − r_A| − L.
+/// A distance constraint, a massless rod between two points: Φ = |r_B − r_A| − L.
 ///
-/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and B, L (m). λ is the tension in N.
+/// λ is the tension in N. The points must not coincide.
 ///
-/// **Source.** Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
+/// # Sources
+/// Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
 pub struct DistanceConstraint;
+
+element_inputs!(DistanceInputs {
+    a: marker("point of the first body"),
+    b: marker("point of the second body"),
+    length: required("m", 0.4, "distance"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "distance",
+    family: Family::Joint,
+    inputs: INPUTS,
+    measures: &[Measure::new("tension", "N", "tension of the rod, positive if it pulls the points together")],
+    about: "keeps two points at a distance",
+    symbol: Symbol::Bar,
+};
 
 impl Element for DistanceConstraint {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let line = Line::of(x);
-        constraint[0] = line.length - x.p[4];
+        constraint[0] = line.length - DistanceInputs(x.p).length();
         line.add_axial_force(x.l[0], dynamics);
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn num_constraints(&self) -> usize {
         1
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["tension"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
@@ -33,7 +50,8 @@ impl Element for DistanceConstraint {
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
-        (!(p[4] > 0.0)).then(|| format!("its length is {} m", p[4]))
+        let length = DistanceInputs(p).length();
+        (!(length > 0.0)).then(|| format!("its length is {length} m"))
     }
 
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {

@@ -1,25 +1,52 @@
-//! Two bodies joined rigidly.
+//! A rigid connection of two bodies.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
 use crate::elements::joints::revolute::Revolute;
+use crate::elements::line::ends;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
-/// A weld: a [`Revolute`] whose bodies also keep their relative rotation.
+/// A fixed joint: a [`Revolute`] joint that also keeps the relative rotation of its bodies.
 ///
-/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and of B (m), θ_B − θ_A (rad). λ is the force
-/// of A on B (N) and the couple (N·m).
+/// $$ \Phi = (\mathbf r_A - \mathbf r_B,\ \theta_A - \theta_B + \beta) = 0 $$
 ///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.3.
+/// with the angle β of B relative to A. λ is the force of A on B (N) and the torque (N·m).
+///
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.3.
 #[derive(Clone, Copy, Debug)]
 pub struct FixedJoint;
+
+element_inputs!(FixedJointInputs {
+    a: marker("point of the first body"),
+    b: marker("point of the second body"),
+    angle: optional("0", "rad", 0.1, "rotation of b relative to a"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "fixed",
+    family: Family::Joint,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("force_x", "N", "force of a on b, along x of the plane"),
+        Measure::new("force_y", "N", "force of a on b, along y of the plane"),
+        Measure::new("moment", "N·m", "torque of a on b, positive counter-clockwise"),
+    ],
+    about: "joins two bodies rigidly",
+    symbol: Symbol::None,
+};
 
 impl Element for FixedJoint {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         Element::residual(&Revolute, x, dynamics, constraint);
-        constraint[2] = x.q[2] - x.q[5] + x.p[4];
+        constraint[2] = x.q[2] - x.q[5] + FixedJointInputs(x.p).angle();
         dynamics[2] += x.l[2];
         dynamics[5] -= x.l[2];
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn num_constraints(&self) -> usize {
@@ -30,20 +57,16 @@ impl Element for FixedJoint {
         &[0, 1, 3, 4]
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["force_x", "force_y", "couple"]
-    }
-
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out.copy_from_slice(&x.l[..3]);
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Joins the bodies of `a` and `b` at these points, the second turned against the first by `turn` (rad).
+    /// Joins the bodies of `a` and `b` at these points, with the second body at the angle `turn` (rad) from the first.
     pub fn fixed_joint(&mut self, name: &str, a: Marker<S>, b: Marker<S>, turn: S) -> ElementIndex {
-        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add(name, FixedJoint, &coordinates, &[a.x, a.y, b.x, b.y, turn])
+        let (coordinates, p) = ends(a, b);
+        self.add(name, FixedJoint, &coordinates, &[&p[..], &[turn]].concat())
     }
 }
 

@@ -1,22 +1,51 @@
 //! A pair of gears.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
-/// A pair of gears: r₁ (θ₁ − θ_c) + r₂ (θ₂ − θ_c) = u₀, for external teeth; r₂ < 0 for a ring gear.
+/// A pair of gears: Φ = r_A (θ_A − θ_C) + r_B (θ_B − θ_C) − u₀, with the carrier C of both axes.
 ///
-/// Coordinates θ₁, θ₂ and θ_c of the carrier of both axes; parameters r₁, r₂, u₀ (m). λ is the tooth force in N.
+/// Both radii are positive for external teeth; r_B is negative for a ring gear. λ is the tooth force in N.
 ///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.4.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.4.
 #[derive(Clone, Copy, Debug)]
 pub struct GearPair;
 
+element_inputs!(GearPairInputs {
+    a: coordinate("rotation of the first wheel"),
+    b: coordinate("rotation of the second wheel"),
+    carrier: coordinate_or("ground.theta", "rotation of the carrier"),
+    radius_a: required("m", 0.5, "pitch radius of the first wheel"),
+    radius_b: required("m", 0.6, "pitch radius of the second wheel; negative for an internal gear"),
+    offset: optional("0", "m", 0.02, "r_a θ_a + r_b θ_b relative to the carrier"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "gears",
+    family: Family::Joint,
+    inputs: INPUTS,
+    measures: &[Measure::new(
+        "tooth_force",
+        "N",
+        "tangential force at the pitch radius, positive against both rotations",
+    )],
+    about: "lets two wheels roll on each other",
+    symbol: Symbol::None,
+};
+
 impl Element for GearPair {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
-        let (one, two) = (x.p[0], x.p[1]);
-        constraint[0] = one * (x.q[0] - x.q[2]) + two * (x.q[1] - x.q[2]) - x.p[2];
+        let p = GearPairInputs(x.p);
+        let (one, two) = (p.radius_a(), p.radius_b());
+        constraint[0] = one * (x.q[0] - x.q[2]) + two * (x.q[1] - x.q[2]) - p.offset();
         (dynamics[0], dynamics[1], dynamics[2]) = (one * x.l[0], two * x.l[0], -(one + two) * x.l[0]);
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn num_constraints(&self) -> usize {
@@ -27,29 +56,26 @@ impl Element for GearPair {
         &[0, 1, 2]
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["tooth_force"]
-    }
-
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = x.l[0];
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
-        (p[0] == 0.0 || p[1] == 0.0).then(|| format!("its radii are {} m and {} m", p[0], p[1]))
+        let (one, two) = (GearPairInputs(p).radius_a(), GearPairInputs(p).radius_b());
+        (one == 0.0 || two == 0.0).then(|| format!("its radii are {one} m and {two} m"))
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Lets two rotations roll on each other: radii r₁ and r₂ (m), and the offset r₁ θ₁ + r₂ θ₂ against the carrier.
+    /// Lets two wheels roll on each other: radii r_A and r_B (m), and the offset r_A θ_A + r_B θ_B relative to the carrier.
     pub fn gear_pair(
         &mut self,
         name: &str,
-        [one, two]: [Coordinate; 2],
+        [a, b]: [Coordinate; 2],
         carrier: Coordinate,
-        [r1, r2, offset]: [S; 3],
+        parameters: [S; 3],
     ) -> ElementIndex {
-        self.add(name, GearPair, &[one, two, carrier], &[r1, r2, offset])
+        self.add(name, GearPair, &[a, b, carrier], &parameters)
     }
 }
 

@@ -15,3 +15,20 @@ pub use point_on_line::PointOnLine;
 pub use prismatic::Prismatic;
 pub use rack::Rack;
 pub use revolute::Revolute;
+
+use crate::elements::forces::StateFunction;
+use crate::elements::kind::ElementKind;
+use crate::motion::Motion;
+
+/// Joints that model files can name.
+pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
+    vec![
+        ElementKind::plain(Revolute),
+        ElementKind::plain(FixedJoint),
+        ElementKind::plain(Prismatic),
+        ElementKind::plain(PointOnLine),
+        ElementKind::plain(DistanceConstraint),
+        ElementKind::plain(GearPair),
+        ElementKind::plain(Rack),
+    ]
+}

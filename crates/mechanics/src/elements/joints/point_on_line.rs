@@ -1,6 +1,7 @@
 //! A point of one body on a straight line of another: a pin in a slot.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
@@ -9,38 +10,60 @@ use autodiff::Scalar;
 ///
 /// $$ \Phi = \mathbf n\cdot(\mathbf r_B - \mathbf r_A) = 0 $$
 ///
-/// with n normal to the line; λ in N is the force of B on the slot along n. Coordinates x, y, θ of both bodies;
-/// parameters body-fixed x, y of A, angle of the line in A's body (rad), body-fixed x, y of B.
+/// with n normal to the line. λ in N is the force of B on the slot along n.
 ///
-/// **Source.** Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
+/// # Sources
+/// Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
 pub struct PointOnLine;
 
-/// The offset of B from the line, with the levers from both reference points to B and the line's normal.
+element_inputs!(PointOnLineInputs {
+    a: marker("point of the first body"),
+    line: optional("0", "rad", 0.1, "direction of the line in the body of a"),
+    b: marker("point of the second body"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "point-on-line",
+    family: Family::Joint,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("force", "N", "force of b on the line, positive to its left"),
+        Measure::new("position", "m", "position of b along the line, from a"),
+    ],
+    about: "keeps point b on a line through a",
+    symbol: Symbol::Guide,
+};
+
+/// Offset of B from the line, with the levers from both reference points to B and the normal of the line.
 pub(crate) struct Offset<T> {
     pub value: T,
     lever_a: [T; 2],
     lever_b: [T; 2],
     normal: [T; 2],
+    /// Position of B along the line.
     pub along: T,
 }
 
 impl<T: Scalar> Offset<T> {
+    /// The offset for an element with the inputs of a [`PointOnLine`] first.
     #[inline]
     pub fn of(x: &ElementState<'_, T>) -> Self {
-        let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
-        let ra = a.turned(x.p[0], x.p[1]);
-        let (sin, cos) = (a.theta + x.p[2]).sin_cos();
+        let (frame_a, frame_b, p) = (Frame::of(x, 0), Frame::of(x, 3), PointOnLineInputs(x.p));
+        let [ax, ay] = p.a();
+        let ra = frame_a.turned(ax, ay);
+        let (sin, cos) = (frame_a.theta + p.line()).sin_cos();
         let normal = [-sin, cos];
-        let lever_b = b.turned(x.p[3], x.p[4]);
-        let pb = b.point(lever_b);
-        let lever_a = [pb[0] - a.x, pb[1] - a.y];
+        let [bx, by] = p.b();
+        let lever_b = frame_b.turned(bx, by);
+        let pb = frame_b.point(lever_b);
+        let lever_a = [pb[0] - frame_a.x, pb[1] - frame_a.y];
         let gap = [lever_a[0] - ra[0], lever_a[1] - ra[1]];
         let value = normal[0] * gap[0] + normal[1] * gap[1];
         Self { value, lever_a, lever_b, normal, along: cos * gap[0] + sin * gap[1] }
     }
 
-    /// Reaction of the slot on both bodies; on A it acts where B is.
+    /// Adds the reaction of the line on both bodies; on A it acts at the position of B.
     #[inline]
     pub fn react(&self, l: T, dynamics: &mut [T]) {
         let [nx, ny] = self.normal;
@@ -56,12 +79,12 @@ impl Element for PointOnLine {
         offset.react(x.l[0], dynamics);
     }
 
-    fn num_constraints(&self) -> usize {
-        1
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["force", "position"]
+    fn num_constraints(&self) -> usize {
+        1
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

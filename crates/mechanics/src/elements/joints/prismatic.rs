@@ -1,35 +1,57 @@
-//! A slider in a straight guide.
+//! A prismatic joint.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
 use crate::elements::joints::point_on_line::Offset;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
-/// A slider: as [`PointOnLine`](crate::elements::joints::point_on_line::PointOnLine), and both bodies keep their relative rotation.
+/// A prismatic joint, a slider in a straight guide: a [`PointOnLine`](super::PointOnLine) joint that also keeps the relative
+/// rotation, θ_B − θ_A = β.
 ///
-/// Coordinates and first five parameters as there; the sixth is θ_B − θ_A in rad. λ is the normal force in N and the
-/// couple in N·m.
+/// λ is the normal force in N and the torque in N·m.
 ///
-/// **Source.** Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
+/// # Sources
+/// Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
 pub struct Prismatic;
+
+element_inputs!(PrismaticInputs {
+    a: marker("point of the first body"),
+    line: optional("0", "rad", 0.1, "direction of the line in the body of a"),
+    b: marker("point of the second body"),
+    angle: optional("0", "rad", 0.1, "rotation of b relative to a"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "prismatic",
+    family: Family::Joint,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("force", "N", "normal force of b on the guide, positive to the left of the line"),
+        Measure::new("moment", "N·m", "torque of b on the guide, positive counter-clockwise"),
+        Measure::new("position", "m", "position of b along the line, from a"),
+    ],
+    about: "lets b slide along a line of a without turning",
+    symbol: Symbol::Guide,
+};
 
 impl Element for Prismatic {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let offset = Offset::of(x);
         constraint[0] = offset.value;
-        constraint[1] = x.q[5] - x.q[2] - x.p[5];
+        constraint[1] = x.q[5] - x.q[2] - PrismaticInputs(x.p).angle();
         offset.react(x.l[0], dynamics);
         dynamics[2] -= x.l[1];
         dynamics[5] += x.l[1];
     }
 
-    fn num_constraints(&self) -> usize {
-        2
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["force", "couple", "position"]
+    fn num_constraints(&self) -> usize {
+        2
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
@@ -38,8 +60,8 @@ impl Element for Prismatic {
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Lets the body of `b` slide along the line through `a` at the angle `line` in the body of `a`, turned against it
-    /// by `turn` (rad).
+    /// Lets the body of `b` slide along the line through `a` at the angle `line` in the body of `a`, at the angle `turn` (rad)
+    /// from that body.
     pub fn prismatic(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, turn: S) -> ElementIndex {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
         self.add(name, Prismatic, &coordinates, &[a.x, a.y, line, b.x, b.y, turn])

@@ -1,24 +1,48 @@
-//! A rack on a pinion.
+//! A rack and pinion.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Body, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
-/// A rack on a pinion: (x_R − x_P) cos φ + (y_R − y_P) sin φ − r θ_P = u₀, with φ the direction of the rack.
+/// A rack and pinion: Φ = (x_R − x_P) cos φ + (y_R − y_P) sin φ − r θ_P − u₀, with the direction φ of the rack.
 ///
-/// Coordinates x, y of the rack and x, y, θ of the pinion; parameters r (m), φ (rad), u₀ (m). λ is the tooth force.
+/// λ is the tooth force in N.
 ///
-/// **Source.** Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.4.
+/// # Sources
+/// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.4.
 #[derive(Clone, Copy, Debug)]
 pub struct Rack;
 
+element_inputs!(RackInputs {
+    a: translations("the rack: a point of its body"),
+    b: body("the pinion: a point of its body"),
+    radius: required("m", 0.5, "pitch radius of the pinion"),
+    direction: optional("0", "rad", 0.1, "direction of the rack, fixed in the plane"),
+    offset: optional("0", "m", -0.9, "displacement of the rack along its direction when the pinion is not turned"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "rack",
+    family: Family::Joint,
+    inputs: INPUTS,
+    measures: &[Measure::new("tooth_force", "N", "force of the pinion on the rack against its direction")],
+    about: "moves a rack, the body of a, with a pinion, the body of b",
+    symbol: Symbol::None,
+};
+
 impl Element for Rack {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
-        let (sin, cos) = x.p[1].sin_cos();
+        let p = RackInputs(x.p);
+        let (sin, cos) = p.direction().sin_cos();
         let l = x.l[0];
-        constraint[0] = (x.q[0] - x.q[2]) * cos + (x.q[1] - x.q[3]) * sin - x.p[0] * x.q[4] - x.p[2];
+        constraint[0] = (x.q[0] - x.q[2]) * cos + (x.q[1] - x.q[3]) * sin - p.radius() * x.q[4] - p.offset();
         (dynamics[0], dynamics[1]) = (l * cos, l * sin);
-        (dynamics[2], dynamics[3], dynamics[4]) = (-l * cos, -l * sin, -l * x.p[0]);
+        (dynamics[2], dynamics[3], dynamics[4]) = (-l * cos, -l * sin, -l * p.radius());
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn num_constraints(&self) -> usize {
@@ -29,20 +53,15 @@ impl Element for Rack {
         &[0, 1, 2, 3, 4]
     }
 
-    fn measures(&self) -> &'static [&'static str] {
-        &["tooth_force"]
-    }
-
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = x.l[0];
     }
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Lets a rack move with the rotation of a pinion: radius (m), direction (rad) and offset (m).
-    pub fn rack(&mut self, name: &str, rack: Body, pinion: Body, [radius, direction, offset]: [S; 3]) -> ElementIndex {
-        let coordinates = [rack.x, rack.y, pinion.x, pinion.y, pinion.theta];
-        self.add(name, Rack, &coordinates, &[radius, direction, offset])
+    /// Moves a rack with the rotation of a pinion: radius (m), direction (rad) and offset (m).
+    pub fn rack(&mut self, name: &str, rack: Body, pinion: Body, parameters: [S; 3]) -> ElementIndex {
+        self.add(name, Rack, &[rack.x, rack.y, pinion.x, pinion.y, pinion.theta], &parameters)
     }
 }
 

@@ -1,30 +1,52 @@
-//! A pin that holds two points together.
+//! A revolute joint.
 
-use crate::elements::element::{ConstraintDerivatives, Element, ElementState, Variable};
+use crate::element_inputs;
+use crate::elements::line::ends;
+use crate::mechanism::element::{
+    ConstraintDerivatives, Element, ElementDescriptor, ElementState, Family, Measure, Symbol, Variable,
+};
 use crate::mechanism::frame::{Frame, add_force};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
-/// A pin: the points A and B of two bodies coincide.
+/// A revolute joint: the points A and B of two bodies coincide.
 ///
 /// $$ \Phi = \mathbf r_A - \mathbf r_B = 0 ,\qquad \lambda = \text{force of A on B, in N} $$
 ///
-/// Coordinates x, y, θ of both bodies; parameters body-fixed x, y of A and of B (m).
-/// Measures the reaction on body B.
-///
-/// **Source.** Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
+/// # Sources
+/// Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
 pub struct Revolute;
 
+element_inputs!(RevoluteInputs { a: marker("point of the first body"), b: marker("point of the second body") });
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "revolute",
+    family: Family::Joint,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("force_x", "N", "force of a on b, along x of the plane"),
+        Measure::new("force_y", "N", "force of a on b, along y of the plane"),
+        Measure::new("force", "N", "magnitude of the force"),
+    ],
+    about: "pins two points together",
+    symbol: Symbol::Pin,
+};
+
 impl Element for Revolute {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
-        let (a, b) = (Frame::of(x, 0), Frame::of(x, 3));
-        let (ra, rb) = (a.turned(x.p[0], x.p[1]), b.turned(x.p[2], x.p[3]));
-        let (pa, pb) = (a.point(ra), b.point(rb));
+        let (frame_a, frame_b) = (Frame::of(x, 0), Frame::of(x, 3));
+        let ([ax, ay], [bx, by]) = (RevoluteInputs(x.p).a(), RevoluteInputs(x.p).b());
+        let (ra, rb) = (frame_a.turned(ax, ay), frame_b.turned(bx, by));
+        let (pa, pb) = (frame_a.point(ra), frame_b.point(rb));
         constraint[0] = pa[0] - pb[0];
         constraint[1] = pa[1] - pb[1];
         add_force(dynamics, 0, ra, [x.l[0], x.l[1]]);
         add_force(dynamics, 3, rb, [-x.l[0], -x.l[1]]);
+    }
+
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn num_constraints(&self) -> usize {
@@ -35,8 +57,8 @@ impl Element for Revolute {
         &[0, 1, 3, 4]
     }
 
-    /// A lever r turns with its body: its derivatives with respect to θ and to its own components are levers r′ as well,
-    /// with rates ω r′⊥ and α r′⊥ − ω² r′.
+    /// Derivatives with respect to a translation are ±1. A lever r turns with its body: its derivatives r′ with respect to θ
+    /// and to its own components turn as well, with the rates ω r′⊥ and α r′⊥ − ω² r′.
     fn constraint_derivatives(
         &self,
         x: &ElementState<'_, f64>,
@@ -44,11 +66,12 @@ impl Element for Revolute {
         out: &mut ConstraintDerivatives<'_>,
     ) -> bool {
         let frames = [Frame::of(x, 0), Frame::of(x, 3)];
+        let points = [RevoluteInputs(x.p).a(), RevoluteInputs(x.p).b()];
         for (k, variable) in variables.iter().enumerate() {
             let (side, lever) = match *variable {
                 Variable::Coordinate(i @ (2 | 5)) => {
                     let side = i / 3;
-                    let [rx, ry] = frames[side].turned(x.p[2 * side], x.p[2 * side + 1]);
+                    let [rx, ry] = frames[side].turned(points[side][0], points[side][1]);
                     (side, [-ry, rx])
                 }
                 Variable::Coordinate(i) => {
@@ -59,16 +82,12 @@ impl Element for Revolute {
                 Variable::Parameter(i) => (i / 2, [-frames[i / 2].sin, frames[i / 2].cos]),
             };
             let [ux, uy] = if side == 0 { lever } else { lever.map(|u| -u) };
-            let (spin, turn) = (x.v[3 * side + 2], x.a[3 * side + 2]);
+            let (omega, alpha) = (x.v[3 * side + 2], x.a[3 * side + 2]);
             out.dynamics[6 * k + 3 * side + 2] = ux * x.l[1] - uy * x.l[0];
-            out.constraint[2 * k] = [ux, -spin * uy, -turn * uy - spin * spin * ux];
-            out.constraint[2 * k + 1] = [uy, spin * ux, turn * ux - spin * spin * uy];
+            out.constraint[2 * k] = [ux, -omega * uy, -alpha * uy - omega * omega * ux];
+            out.constraint[2 * k + 1] = [uy, omega * ux, alpha * ux - omega * omega * uy];
         }
         true
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["force_x", "force_y", "force"]
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
@@ -78,11 +97,10 @@ impl Element for Revolute {
 }
 
 impl<S: Scalar> Mechanism<S> {
-    /// Pins the points `a` and `b` of two bodies together.
+    /// Joins the points `a` and `b` of two bodies by a revolute joint.
     pub fn revolute(&mut self, name: &str, a: Marker<S>, b: Marker<S>) -> ElementIndex {
-        let [ax, ay, at] = a.body.coordinates();
-        let [bx, by, bt] = b.body.coordinates();
-        self.add(name, Revolute, &[ax, ay, at, bx, by, bt], &[a.x, a.y, b.x, b.y])
+        let (coordinates, p) = ends(a, b);
+        self.add(name, Revolute, &coordinates, &p)
     }
 }
 

@@ -1,22 +1,37 @@
 //! A sensor for the difference of two coordinates.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
 
-/// Measures position, velocity and acceleration of a coordinate relative to another.
+/// A sensor for position, velocity and acceleration of a coordinate relative to another.
 #[derive(Clone, Copy, Debug)]
 pub struct CoordinateSensor;
 
+element_inputs!(CoordinateSensorInputs {
+    a: coordinate("coordinate that it measures from"),
+    b: coordinate("coordinate that it measures"),
+});
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "coordinate-sensor",
+    family: Family::Sensor,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("position", "m or rad", "b − a"),
+        Measure::new("velocity", "m/s or rad/s", "rate of b − a"),
+        Measure::new("acceleration", "m/s² or rad/s²", "second rate of b − a"),
+    ],
+    about: "measures the motion of a coordinate",
+    symbol: Symbol::None,
+};
+
 impl Element for CoordinateSensor {
-    fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _balance: &mut [T], _closure: &mut [T]) {}
+    fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
 
-    fn is_sensor(&self) -> bool {
-        true
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["position", "velocity", "acceleration"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

@@ -1,30 +1,47 @@
 //! A sensor for the motion of a point of a body.
 
-use crate::elements::element::{Element, ElementState};
+use crate::element_inputs;
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, point_acceleration, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
 
-/// Measures position, velocity and acceleration of a point of a body, and of the body's rotation.
-///
-/// Coordinates x, y, θ; parameters body-fixed x, y (m).
+/// A sensor for position, velocity and acceleration of a point of a body, and of the body's rotation.
 #[derive(Clone, Copy, Debug)]
 pub struct MarkerSensor;
 
+element_inputs!(MarkerSensorInputs { at: marker("point that it measures") });
+
+pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
+    kind: "sensor",
+    family: Family::Sensor,
+    inputs: INPUTS,
+    measures: &[
+        Measure::new("x", "m", "horizontal position"),
+        Measure::new("y", "m", "vertical position"),
+        Measure::new("theta", "rad", "rotation of the body, counter-clockwise"),
+        Measure::new("vx", "m/s", "horizontal velocity"),
+        Measure::new("vy", "m/s", "vertical velocity"),
+        Measure::new("omega", "rad/s", "angular velocity of the body"),
+        Measure::new("ax", "m/s²", "horizontal acceleration"),
+        Measure::new("ay", "m/s²", "vertical acceleration"),
+        Measure::new("alpha", "rad/s²", "angular acceleration of the body"),
+    ],
+    about: "measures the motion of a point",
+    symbol: Symbol::None,
+};
+
 impl Element for MarkerSensor {
-    fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _balance: &mut [T], _closure: &mut [T]) {}
+    fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
 
-    fn is_sensor(&self) -> bool {
-        true
-    }
-
-    fn measures(&self) -> &'static [&'static str] {
-        &["x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha"]
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        Some(&DESCRIPTOR)
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let frame = Frame::of(x, 0);
-        let lever = frame.turned(x.p[0], x.p[1]);
+        let [at_x, at_y] = MarkerSensorInputs(x.p).at();
+        let lever = frame.turned(at_x, at_y);
         [out[0], out[1]] = frame.point(lever);
         out[2] = x.q[2];
         [out[3], out[4]] = point_velocity(x, 0, lever);

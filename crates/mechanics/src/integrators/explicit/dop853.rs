@@ -1,12 +1,14 @@
-//! Coefficients of the method of order 8 with errors of orders 5 and 3 and dense output of order 7.
+//! Coefficients of DOP853: order 8, error estimates of orders 5 and 3, dense output of order 7.
 
 use crate::integrators::explicit::tableau::Tableau;
 
-/// DOP853: order 8, twelve stages, and three more where dense output is wanted.
+/// DOP853: order 8, twelve stages, and three more for dense output.
 ///
 /// The local error is h e₅² / √(e₅² + 0.01 e₃²) with two embedded estimates e₅ and e₃.
 ///
-/// **Source.** Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. (1993), Section II.5
+/// # Sources
+///
+/// Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. (1993), Section II.5
 /// (method of order 8) and II.6 (dense output); the digits are those of the authors' code DOP853.
 pub const DOP853: Tableau = Tableau {
     name: "DOP853",

@@ -2,6 +2,10 @@
 
 use crate::diagnostics::not_finite;
 use crate::elements::element::ElementWorkspace;
+use crate::events::impact;
+use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
+use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::explicit::tableau::SLOTS;
 use crate::linalg::factor::Factor;
@@ -12,37 +16,39 @@ use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 
-/// Slot of evaluations for output.
+/// Slot of the evaluations for outputs.
 pub const SAMPLE: usize = SLOTS;
 
-/// A mechanism whose state is all positions and then all velocities.
+/// A mechanism as a system of first-order equations: all positions, followed by all velocities.
 ///
 /// Accelerations and multipliers come from the saddle-point system
 ///
 /// $$ \begin{bmatrix} M & \Phi_q^T \\ \Phi_q & 0 \end{bmatrix} \begin{bmatrix} \ddot q \\ \lambda \end{bmatrix} =
 ///    \begin{bmatrix} f \\ -\dot\Phi_q \dot q - \dots \end{bmatrix} $$
 ///
-/// whose pattern is analysed once. At the end of a step positions and velocities are projected onto Φ = 0 and Φ̇ = 0 by
-/// one least-squares step each, with one factorization; entries of prescribed coordinates are not used.
+/// whose pattern is analysed once. At the end of a step, positions and velocities are projected onto Φ = 0 and Φ̇ = 0 by one
+/// least-squares step each, with one factorization. Components of prescribed coordinates are not used.
 ///
-/// **Source.** Hairer & Wanner, *Solving Ordinary Differential Equations II*, 2nd ed. (1996), Sections VII.1 and VII.2.
+/// # Sources
+///
+/// Hairer & Wanner, *Solving Ordinary Differential Equations II*, 2nd ed. (1996), Sections VII.1 and VII.2.
 pub struct MechanismRhs<'m> {
     /// The mechanism.
     pub mechanism: &'m Mechanism<f64>,
-    /// Its equations.
+    /// Equations of motion.
     pub system: System,
-    /// Where it was evaluated last: accelerations and multipliers included.
+    /// State of the last evaluation, including accelerations and multipliers.
     pub state: State<f64>,
-    /// What was done, if it is to be differentiated.
+    /// Record of the current step, if it is to be differentiated.
     pub tape: Option<StepRecord>,
     rows: Vec<[f64; 1]>,
     rates: Vec<f64>,
     jets: ElementWorkspace<Jet2<f64>>,
 }
 
-/// States and factorizations of one step.
+/// States and factorizations of one step, for its derivatives.
 pub struct StepRecord {
-    /// One evaluation per slot; the last is for output.
+    /// One evaluation per slot; the last one is for outputs.
     pub visits: Vec<StageRecord>,
     /// The projections at the end of the step.
     pub projected: Projected,
@@ -67,17 +73,17 @@ pub struct Projected {
 }
 
 impl StepRecord {
-    /// Room for one step of a mechanism in the state `state`.
+    /// Record for the steps of a mechanism, of the size of `state`.
     pub fn new(system: &mut System, state: &State<f64>) -> Self {
-        let mut visit = || StageRecord { state: state.clone(), factor: system.factor().clone() };
-        let visits = (0..=SAMPLE).map(|_| visit()).collect();
+        let mut stage = || StageRecord { state: state.clone(), factor: system.factor().clone() };
+        let visits = (0..=SAMPLE).map(|_| stage()).collect();
         let projected = Projected { before: state.clone(), after: state.clone(), factor: system.factor().clone() };
         Self { visits, projected }
     }
 }
 
 impl<'m> MechanismRhs<'m> {
-    /// From the consistent state `state`.
+    /// Right-hand side, from the consistent initial state `state`.
     pub fn new(mechanism: &'m Mechanism<f64>, system: System, state: State<f64>) -> Self {
         let (rows, rates) = (vec![[0.0]; system.size()], vec![0.0; system.size()]);
         Self { mechanism, system, state, tape: None, rows, rates, jets: ElementWorkspace::default() }
@@ -88,8 +94,8 @@ impl<'m> MechanismRhs<'m> {
         state.q.iter().chain(&state.v).copied().collect()
     }
 
-    /// Takes over positions and velocities.
-    fn place(&mut self, t: f64, y: &[f64]) {
+    /// Sets time, positions and velocities.
+    fn set_state(&mut self, t: f64, y: &[f64]) {
         let n = self.state.q.len();
         self.state.t = t;
         self.state.q.copy_from_slice(&y[..n]);
@@ -99,6 +105,7 @@ impl<'m> MechanismRhs<'m> {
         self.state.prescribe(self.mechanism);
     }
 
+    /// Solves for accelerations and multipliers.
     fn solve_accelerations(&mut self) -> Result<()> {
         self.system.assemble(self.mechanism, &self.state, Linearization::accelerations(), &mut self.rows);
         self.system.closure_rates(self.mechanism, &self.state, 2, &mut self.jets, &mut self.rates);
@@ -108,7 +115,7 @@ impl<'m> MechanismRhs<'m> {
             }
         }
         if self.rows.iter().any(|row| !row[0].is_finite()) {
-            return Err(self.blame());
+            return Err(self.non_finite_error());
         }
         self.system.factorize(self.mechanism, self.state.t)?;
         self.system.factor().solve(&mut self.rows);
@@ -121,26 +128,26 @@ impl<'m> MechanismRhs<'m> {
         Ok(())
     }
 
-    /// What is not finite here.
-    fn blame(&self) -> Error {
+    /// The error of a system that is not finite at the current state.
+    fn non_finite_error(&self) -> Error {
         not_finite(self.mechanism, &self.state).unwrap_or_else(|| {
             let why = format!("its rates are not finite at t = {:.6e} s", self.state.t);
             Error::analysis(self.system.dominant_residual(self.mechanism, &self.rows), why, "take a smaller tolerance")
         })
     }
 
-    /// One correction of positions (`rate` 0) or velocities (`rate` 1) with the factor of the projection.
-    fn correct(&mut self, rate: usize) {
-        if rate == 1 {
+    /// Corrects positions (`order` 0) or velocities (`order` 1) with the factor of the projection.
+    fn correct(&mut self, order: usize) {
+        if order == 1 {
             self.system.closure_rates(self.mechanism, &self.state, 1, &mut self.jets, &mut self.rates);
             for (row, rate, unknown) in with_rates(&mut self.rows, &self.rates, self.system.unknowns()) {
                 row[0] = if matches!(unknown, Unknown::Multiplier(_)) { *rate } else { 0.0 };
             }
         }
         self.system.factor().solve(&mut self.rows);
-        if let Some(tape) = &mut self.tape {
-            let projected = &mut tape.projected;
-            let to = if rate == 0 { &mut projected.before } else { &mut projected.after };
+        if let Some(record) = &mut self.tape {
+            let projected = &mut record.projected;
+            let to = if order == 0 { &mut projected.before } else { &mut projected.after };
             to.copy_from(&self.state);
             for (unknown, change) in self.system.unknowns().iter().zip(&self.rows) {
                 match *unknown {
@@ -149,7 +156,7 @@ impl<'m> MechanismRhs<'m> {
                 }
             }
         }
-        let values = if rate == 0 { &mut self.state.q } else { &mut self.state.v };
+        let values = if order == 0 { &mut self.state.q } else { &mut self.state.v };
         for (unknown, change) in self.system.unknowns().iter().zip(&self.rows) {
             if let Unknown::Coordinate(i) = *unknown {
                 values[i] -= change[0];
@@ -164,7 +171,7 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 
     fn rates(&mut self, slot: usize, t: f64, y: &[f64], k: &mut [f64]) -> Result<()> {
-        self.place(t, y);
+        self.set_state(t, y);
         self.solve_accelerations()?;
         let n = self.state.q.len();
         k.fill(0.0);
@@ -173,10 +180,10 @@ impl OdeRhs for MechanismRhs<'_> {
                 (k[i], k[n + i]) = (self.state.v[i], self.state.a[i]);
             }
         }
-        if let Some(tape) = &mut self.tape {
-            let visit = &mut tape.visits[slot];
-            visit.state.copy_from(&self.state);
-            std::mem::swap(&mut visit.factor, self.system.factor());
+        if let Some(record) = &mut self.tape {
+            let stage = &mut record.visits[slot];
+            stage.state.copy_from(&self.state);
+            std::mem::swap(&mut stage.factor, self.system.factor());
         }
         Ok(())
     }
@@ -185,10 +192,10 @@ impl OdeRhs for MechanismRhs<'_> {
         if self.mechanism.multipliers == 0 {
             return Ok(());
         }
-        self.place(t, y);
+        self.set_state(t, y);
         self.system.assemble(self.mechanism, &self.state, Linearization::projection(), &mut self.rows);
         if self.rows.iter().any(|row| !row[0].is_finite()) {
-            return Err(self.blame());
+            return Err(self.non_finite_error());
         }
         self.system.factorize(self.mechanism, t)?;
         self.correct(0);
@@ -196,8 +203,8 @@ impl OdeRhs for MechanismRhs<'_> {
         let n = self.state.q.len();
         y[..n].copy_from_slice(&self.state.q);
         y[n..].copy_from_slice(&self.state.v);
-        if let Some(tape) = &mut self.tape {
-            std::mem::swap(&mut tape.projected.factor, self.system.factor());
+        if let Some(record) = &mut self.tape {
+            std::mem::swap(&mut record.projected.factor, self.system.factor());
         }
         Ok(())
     }
@@ -209,11 +216,50 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 }
 
-/// Rows with their rates and unknowns.
+/// Iterates over rows with their rates and unknowns.
 fn with_rates<'a>(
     rows: &'a mut [[f64; 1]],
     rates: &'a [f64],
     unknowns: &'a [Unknown],
 ) -> impl Iterator<Item = (&'a mut [f64; 1], &'a f64, &'a Unknown)> {
     rows.iter_mut().zip(rates).zip(unknowns).map(|((row, rate), unknown)| (row, rate, unknown))
+}
+
+/// Assembles the mechanism and prepares its integration, with a record of each step if `recorded`.
+pub(crate) fn start<'m>(
+    mechanism: &'m Mechanism<f64>,
+    settings: &Explicit,
+    times: &[f64],
+    recorded: bool,
+) -> Result<(OdeDriver<MechanismRhs<'m>>, Start)> {
+    settings.check(times)?;
+    impact::refuse(mechanism, "explicit steps")?;
+    let mut system = System::at(mechanism, settings.start)?;
+    let mut state = State::built(mechanism, settings.start);
+    let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
+    projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
+    state.l.fill(0.0);
+    let y = MechanismRhs::vector(&state);
+    let tape = recorded.then(|| StepRecord::new(&mut system, &state));
+    let rhs = MechanismRhs { tape, ..MechanismRhs::new(mechanism, system, state.clone()) };
+    Ok((OdeDriver::new(rhs, settings, y, times)?, Start { state, projection }))
+}
+
+/// Consistent initial state and the multipliers of its projections.
+pub struct Start {
+    /// Initial state.
+    pub state: State<f64>,
+    /// Multipliers of the projections.
+    pub projection: Projection,
+}
+
+/// Computes the state at the time `t` (s), including accelerations and multipliers. Returns whether by dense output.
+pub(crate) fn sample(driver: &mut OdeDriver<MechanismRhs<'_>>, y: &mut [f64], t: f64) -> Result<bool> {
+    let dense = driver.sample(t, y)?;
+    let mut rates = std::mem::take(&mut driver.scratch);
+    rates.resize(y.len(), 0.0);
+    driver.stepper.flow.rates(SAMPLE, t, y, &mut rates)?;
+    driver.stepper.evaluations += 1;
+    driver.scratch = rates;
+    Ok(dense)
 }

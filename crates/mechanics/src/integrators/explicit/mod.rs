@@ -1,41 +1,30 @@
 //! Explicit Runge–Kutta methods for smooth, non-stiff motions at high accuracy.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
-//! | `tableau` | what a method is; Dormand–Prince 5(4) |
-//! | `dop853` | the coefficients of order 8 |
-//! | `settings` | method, step sizes, tolerances |
+//! | `tableau` | coefficients of a method, Dormand–Prince 5(4) |
+//! | `dop853` | coefficients of the method of order 8 |
+//! | `settings` | method, step control, tolerances |
 //! | `stepper` | one step, its error, dense output |
-//! | `march` | the choice of steps |
+//! | `ode_driver` | step control |
 //! | `ode` | systems of ordinary differential equations |
-//! | `mechanism` | constrained mechanisms: accelerations and projections |
-//! | `recording` | steps kept for derivatives, and check-points |
-//! | `simulation` | the outputs of a mechanism over time |
+//! | `mechanism` | constrained mechanisms as such a system: accelerations and projections |
+//!
+//! [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly) simulates a mechanism with these methods. For
+//! stiff systems, beams and contacts take the implicit steps of [`Dynamics`](crate::integrators::settings::Dynamics).
 
 pub(crate) mod dop853;
 pub mod mechanism;
 pub mod ode;
 pub mod ode_driver;
-pub(crate) mod recording;
 pub mod settings;
-pub(crate) mod simulation;
 pub mod stepper;
 pub mod tableau;
 
 pub use dop853::DOP853;
 pub use mechanism::MechanismRhs;
-pub use ode::Ode;
-pub use ode::OdeHistory;
-pub use ode::integrate;
+pub use ode::{Ode, OdeHistory, integrate};
 pub use ode_driver::OdeDriver;
-pub use recording::ExplicitRecording;
-pub use settings::Explicit;
-pub use settings::StepControl;
-pub use settings::Tolerance;
-pub use simulation::simulate_explicitly;
-pub use simulation::simulate_with_recording;
-pub use simulation::simulate_with_steps;
-pub use stepper::OdeRhs;
-pub use stepper::Stepper;
-pub use tableau::DOPRI5;
-pub use tableau::Tableau;
+pub use settings::{Explicit, StepControl, Tolerance};
+pub use stepper::{OdeRhs, Stepper};
+pub use tableau::{DOPRI5, Tableau};

@@ -1,17 +1,19 @@
-//! Systems of ordinary differential equations, written once over the scalar.
+//! Systems of ordinary differential equations, generic over the scalar.
 
-use crate::analyses::dynamics::Work;
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::stepper::OdeRhs;
+use crate::integrators::settings::Work;
 use crate::{Error, Result};
 use autodiff::Scalar;
 
-/// dy/dt = f(b, t, y) with y(t₀) = y₀(b), where b are design variables.
+/// A system dy/dt = f(b, t, y) with y(t₀) = y₀(b) and design variables b.
+///
+/// # Examples
 ///
 /// ```
 /// use linkwright_mechanics::integrators::explicit::{Explicit, Ode, integrate};
-/// use linkwright_autodiff::Scalar;
+/// use autodiff::Scalar;
 /// struct Decay;
 /// impl Ode for Decay {
 ///     fn start<S: Scalar>(&self, _b: &[S]) -> Vec<S> {
@@ -37,55 +39,50 @@ pub trait Ode: Send + Sync {
     }
 }
 
-/// A solution at the wanted times.
+/// Solution of an ODE at the output times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OdeHistory {
     /// Times in s.
     pub times: Vec<f64>,
     /// One series per component, one value per time.
     pub values: Vec<Vec<f64>>,
-    /// Steps taken, in s.
+    /// Lengths of the steps taken in s.
     pub steps: Vec<f64>,
-    /// Work done; iterations are evaluations.
+    /// Numbers of steps and evaluations (`iterations`).
     pub work: Work,
 }
 
 /// Integrates `ode` for the design variables `b` and records its state at `times` (increasing, s).
 ///
-/// **Errors.** [`Error::Analysis`] naming component and time if a rate is not finite or steps become too small.
+/// # Errors
+///
+/// [`Error::Analysis`] naming component and time if a rate is not finite or the step becomes too small.
 pub fn integrate<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times: &[f64]) -> Result<OdeHistory> {
-    let mut march = OdeDriver::new(OdeModelRhs::new(ode, b), settings, ode.start(b), times)?;
-    let mut values = vec![Vec::with_capacity(times.len()); march.stepper.old.len()];
-    let mut y = march.stepper.old.clone();
+    let mut driver = OdeDriver::new(OdeModelRhs::new(ode, b), settings, ode.start(b), times)?;
+    let mut values = vec![Vec::with_capacity(times.len()); driver.stepper.old.len()];
+    let mut y = driver.stepper.old.clone();
     for &t in times {
-        while march.is_before(t) {
-            march.advance()?;
+        while driver.is_before(t) {
+            driver.advance()?;
         }
-        march.sample(t, &mut y)?;
+        driver.sample(t, &mut y)?;
         values.iter_mut().zip(&y).for_each(|(series, y)| series.push(*y));
     }
-    let work = march.work();
-    Ok(OdeHistory { times: times.to_vec(), values, steps: march.steps, work })
+    let work = driver.work();
+    Ok(OdeHistory { times: times.to_vec(), values, steps: driver.steps, work })
 }
 
-impl<F: OdeRhs> OdeDriver<F> {
-    /// Work so far.
-    pub fn work(&self) -> Work {
-        Work { steps: self.steps.len(), failed_steps: self.failed_steps, iterations: self.stepper.evaluations }
-    }
-}
-
-/// [`Ode`] at one design, in `f64`; it remembers where it was evaluated if asked to.
+/// Right-hand side of an [`Ode`] at one design; it can record the states at which it is evaluated.
 pub struct OdeModelRhs<'o, O> {
     ode: &'o O,
     b: &'o [f64],
     size: usize,
-    /// Time and state of each slot, if remembered.
+    /// Time and state of each slot, if they are recorded.
     pub visited: Option<Vec<(f64, Vec<f64>)>>,
 }
 
 impl<'o, O: Ode> OdeModelRhs<'o, O> {
-    /// At the design variables `b`.
+    /// Right-hand side at the design variables `b`.
     pub fn new(ode: &'o O, b: &'o [f64]) -> Self {
         Self { ode, b, size: ode.start(b).len(), visited: None }
     }

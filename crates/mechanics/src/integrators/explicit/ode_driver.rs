@@ -1,36 +1,40 @@
-//! The choice of steps.
+//! Step control of explicit methods.
 
 use crate::integrators::explicit::settings::{Explicit, StepControl};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
-use crate::integrators::step_limit::{MOST_STEPS, too_many_steps};
+use crate::integrators::settings::{MOST_STEPS, Work, too_many_steps};
 use crate::{Error, Result};
 
-/// A running integration: advanced step by step to wanted times.
+/// An integration in progress, advanced step by step.
 #[derive(Debug)]
 pub struct OdeDriver<F> {
     /// The current step.
     pub stepper: Stepper<F>,
-    /// Lengths of the steps taken, in s.
+    /// Lengths of the steps taken in s.
     pub steps: Vec<f64>,
-    /// Steps tried again with a smaller size.
+    /// Rejected trial steps, repeated with a smaller size.
     pub failed_steps: usize,
-    /// Room for a rate that is not kept.
+    /// Workspace for a rate.
     pub(crate) scratch: Vec<f64>,
     start: f64,
-    pace: StepControl,
+    step_control: StepControl,
     end: f64,
     pub(crate) next: f64,
 }
 
-/// Room for step lengths that is made at the start, so that steps allocate nothing.
+/// Number of step lengths allocated at the start, so that steps allocate nothing.
 const EXPECTED_STEPS: usize = 1 << 14;
 
 impl<F: OdeRhs> OdeDriver<F> {
-    /// From `settings.start` in the state `y` up to the last of `times`.
-    pub fn new(flow: F, settings: &Explicit, y: Vec<f64>, times: &[f64]) -> Result<Self> {
+    /// Integration of `rhs` from `settings.start` in the state `y` to the last of `times` (s).
+    ///
+    /// # Errors
+    ///
+    /// Settings that [`Explicit::check`] or [`Explicit::check_size`] rejects, and errors of `rhs`.
+    pub fn new(rhs: F, settings: &Explicit, y: Vec<f64>, times: &[f64]) -> Result<Self> {
         settings.check(times)?;
-        settings.check_size(flow.size())?;
-        let mut stepper = Stepper::new(flow, settings.method, settings.start, y)?;
+        settings.check_size(rhs.size())?;
+        let mut stepper = Stepper::new(rhs, settings.method, settings.start, y)?;
         let end = times.last().copied().unwrap_or(settings.start);
         let next = match &settings.pace {
             StepControl::Fixed(h) => *h,
@@ -41,19 +45,20 @@ impl<F: OdeRhs> OdeDriver<F> {
             StepControl::Adaptive { longest, .. } => *longest,
         };
         let steps = Vec::with_capacity(EXPECTED_STEPS);
-        let (start, pace, scratch) = (settings.start, settings.pace.clone(), Vec::new());
-        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, pace, end, next })
+        let (start, step_control, scratch) = (settings.start, settings.pace.clone(), Vec::new());
+        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next })
     }
 
-    /// Whether the current step ends before `t`.
+    /// Returns whether the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
         t - self.stepper.t[1] > 1e-12 * (t - self.start).abs()
     }
 
     /// Takes one step.
     ///
-    /// **Errors.** [`Error::Analysis`] naming component and time if the step would have to become too small, or what
-    /// the system could not evaluate.
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] naming component and time if the step becomes too small, and errors of the right-hand side.
     pub fn advance(&mut self) -> Result<()> {
         if !self.steps.is_empty() {
             self.stepper.accept();
@@ -62,7 +67,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         if self.steps.len() >= MOST_STEPS {
             return Err(too_many_steps(old));
         }
-        match &self.pace {
+        match &self.step_control {
             StepControl::Fixed(h) => {
                 let target = self.start + h * (self.steps.len() + 1) as f64;
                 self.stepper.attempt(target, None)?;
@@ -80,8 +85,11 @@ impl<F: OdeRhs> OdeDriver<F> {
         Ok(())
     }
 
+    /// Takes the longest step whose error is below the tolerance.
     fn advance_adaptive(&mut self) -> Result<()> {
-        let StepControl::Adaptive { tolerance, longest } = &self.pace else { unreachable!("the pace is adaptive") };
+        let StepControl::Adaptive { tolerance, longest } = &self.step_control else {
+            unreachable!("the steps are adaptive")
+        };
         let (old, exponent, mut rejected) = (self.stepper.t[0], self.stepper.exponent(), false);
         let mut h = self.next;
         loop {
@@ -105,7 +113,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         }
     }
 
-    /// Writes the state at `t`, which the current step reaches. Returns whether dense output was needed for it.
+    /// Writes the state at the time `t` (s) in the current step to `y`. Returns whether by dense output.
     pub fn sample(&mut self, t: f64, y: &mut [f64]) -> Result<bool> {
         let tiny = 1e-12 * (t - self.start).abs();
         let stepper = &mut self.stepper;
@@ -116,5 +124,48 @@ impl<F: OdeRhs> OdeDriver<F> {
         stepper.make_dense()?;
         stepper.interpolate(t, y);
         Ok(true)
+    }
+
+    /// Numbers of steps and evaluations so far.
+    pub fn work(&self) -> Work {
+        Work { steps: self.steps.len(), failed_steps: self.failed_steps, iterations: self.stepper.evaluations }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Clock;
+
+    impl OdeRhs for Clock {
+        fn size(&self) -> usize {
+            1
+        }
+
+        fn rates(&mut self, _slot: usize, _t: f64, _y: &[f64], k: &mut [f64]) -> Result<()> {
+            k[0] = 1.0;
+            Ok(())
+        }
+
+        fn name(&self, _component: usize) -> String {
+            "time".to_owned()
+        }
+    }
+
+    #[test]
+    fn an_endless_integration_is_rejected() {
+        let integrate = |h: f64| {
+            let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
+            let mut driver = OdeDriver::new(Clock, &settings, vec![0.0], &[1.0])?;
+            while driver.is_before(1.0) {
+                driver.advance()?;
+            }
+            Ok(())
+        };
+        let error: Error = integrate(1e-6).unwrap_err();
+        let message = "200000 time steps have come to t = 2.000000e-1 s only";
+        assert!(error.to_string().contains(message), "{error}");
+        assert_eq!(integrate(1e-5), Ok(()));
     }
 }

@@ -1,36 +1,37 @@
-//! Settings of an explicit analysis.
+//! Settings of explicit methods.
 
-use crate::analyses::dynamics::check_times;
 use crate::initial_conditions::Assembly;
 use crate::integrators::explicit::dop853::DOP853;
 use crate::integrators::explicit::tableau::{DOPRI5, Tableau};
+use crate::integrators::settings::check_times;
 use crate::{Error, Result};
 
-/// Tolerated local error of component i: absoluteᵢ + relativeᵢ |yᵢ|.
+/// Tolerances of the local error of component i: absoluteᵢ + relativeᵢ |yᵢ|.
 ///
-/// One number stands for all components. The components of a mechanism are the positions of its coordinates in m or
-/// rad and then their velocities.
+/// A vector of length one applies to all components. The components of a mechanism are the positions of its coordinates in
+/// m or rad, followed by their velocities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Relative to the component's size.
+    /// Relative tolerances.
     pub relative: Vec<f64>,
-    /// In the component's unit.
+    /// Absolute tolerances in the units of the components.
     pub absolute: Vec<f64>,
 }
 
 impl Tolerance {
-    /// The same number for all components, relative and absolute.
+    /// Tolerances of all components, relative and absolute, with the same value.
     pub fn same(tolerance: f64) -> Self {
         Self { relative: vec![tolerance], absolute: vec![tolerance] }
     }
 
-    /// Tolerated error of component `i` whose size is `size`.
+    /// Tolerated error of component `i` with the absolute value `size`.
     #[inline]
     pub fn at(&self, i: usize, size: f64) -> f64 {
         let pick = |values: &[f64]| if values.len() == 1 { values[0] } else { values[i] };
         pick(&self.absolute) + pick(&self.relative) * size
     }
 
+    /// Checks the ranges of the tolerances.
     fn check(&self) -> Result<()> {
         for &x in &self.relative {
             Error::check_option("relative tolerance", "from 0 to 1", x, (0.0..1.0).contains(&x))?;
@@ -42,8 +43,9 @@ impl Tolerance {
     }
 }
 
-/// How long the steps are.
+/// Choice of the step lengths.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum StepControl {
     /// Steps of this length in s.
     Fixed(f64),
@@ -54,41 +56,45 @@ pub enum StepControl {
         /// Longest step in s.
         longest: f64,
     },
-    /// These steps in s, one after another: those of an earlier run, for instance.
+    /// Given steps in s, for example those of an earlier simulation.
     Given(Vec<f64>),
 }
 
-/// Settings of an explicit analysis.
+/// Settings of an explicit method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explicit {
     /// Start in s.
     pub start: f64,
-    /// The method.
+    /// Integration method.
     pub method: &'static Tableau,
-    /// Step sizes.
+    /// Choice of the step lengths.
     pub pace: StepControl,
     /// Assembly of a mechanism's initial positions.
     pub assembly: Assembly,
 }
 
 impl Explicit {
-    /// Adaptive steps by Dormand and Prince's method of order 5.
+    /// Adaptive steps by the method of Dormand and Prince of order 5, for `tolerance` above about 1e-7.
     pub fn adaptive(tolerance: f64) -> Self {
         let pace = StepControl::Adaptive { tolerance: Tolerance::same(tolerance), longest: f64::INFINITY };
         Self { start: 0.0, method: &DOPRI5, pace, assembly: Assembly::default() }
     }
 
-    /// Adaptive steps by the method of order 8: the cheaper one from about seven digits on.
+    /// Adaptive steps by the method of order 8, which is cheaper for `tolerance` below about 1e-7.
     pub fn eighth_order(tolerance: f64) -> Self {
         Self { method: &DOP853, ..Self::adaptive(tolerance) }
     }
 
-    /// The same with other steps.
+    /// Replaces the choice of the step lengths.
     pub fn with_pace(self, pace: StepControl) -> Self {
         Self { pace, ..self }
     }
 
-    /// **Errors.** [`Error::Option`] if a setting is out of range, [`Error::Definition`] if times are not increasing.
+    /// Checks the settings, and that the output `times` (s) increase.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] if a setting is out of range, [`Error::Definition`] if the times do not increase.
     pub fn check(&self, times: &[f64]) -> Result<()> {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         match &self.pace {
@@ -106,7 +112,11 @@ impl Explicit {
         check_times(self.start, times)
     }
 
-    /// **Errors.** [`Error::Length`] if there are tolerances for another number of components than `size`.
+    /// Checks the number of tolerances for a system of `size` components.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] if the number of tolerances is neither one nor `size`.
     pub fn check_size(&self, size: usize) -> Result<()> {
         if let StepControl::Adaptive { tolerance, .. } = &self.pace {
             for (name, values) in

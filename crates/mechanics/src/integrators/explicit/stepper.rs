@@ -1,18 +1,18 @@
-//! One explicit step, its error, and states inside it.
+//! One explicit step, its error estimate and dense output.
 
 use crate::Result;
 use crate::integrators::explicit::settings::Tolerance;
 use crate::integrators::explicit::tableau::Tableau;
 
-/// A system of first-order equations that an explicit method steps through.
+/// Right-hand side of a system of first-order differential equations.
 pub trait OdeRhs {
     /// Number of components.
     fn size(&self) -> usize;
 
-    /// Writes dy/dt at (`t`, `y`) to `k`. The `slot` of the step tells which evaluation this is.
+    /// Writes dy/dt at (`t`, `y`) to `k`, the derivative of the step's `slot`.
     fn rates(&mut self, slot: usize, t: f64, y: &[f64], k: &mut [f64]) -> Result<()>;
 
-    /// Moves the end of a step onto the manifold that the solution lives on.
+    /// Projects the end of a step onto the manifold of the solution.
     fn project(&mut self, _t: f64, _y: &mut [f64]) -> Result<()> {
         Ok(())
     }
@@ -21,12 +21,12 @@ pub trait OdeRhs {
     fn name(&self, component: usize) -> String;
 }
 
-/// Takes steps of one method through one system; allocates nothing once it is made.
+/// Steps of one method for one system; it allocates only when it is created.
 #[derive(Debug)]
 pub struct Stepper<F> {
-    /// The system.
+    /// Right-hand side of the system.
     pub flow: F,
-    /// The method.
+    /// Integration method.
     pub method: &'static Tableau,
     /// Beginning and end of the step in s.
     pub t: [f64; 2],
@@ -43,7 +43,7 @@ pub struct Stepper<F> {
 }
 
 impl<F: OdeRhs> Stepper<F> {
-    /// At time `t` in the state `y`.
+    /// Stepper at the time `t` (s) in the state `y`.
     pub fn new(flow: F, method: &'static Tableau, t: f64, y: Vec<f64>) -> Result<Self> {
         let size = y.len();
         let mut slots = vec![vec![0.0; size]; method.slots()];
@@ -59,9 +59,9 @@ impl<F: OdeRhs> Stepper<F> {
         self.t[1] - self.t[0]
     }
 
-    /// Tries a step from the beginning to `end`.
+    /// Takes a trial step from the beginning to `end` (s).
     ///
-    /// Returns its error in units of the tolerance, and its most erroneous component.
+    /// Returns its error in units of the tolerance, and the component with the largest error.
     pub fn attempt(&mut self, end: f64, tolerance: Option<&Tolerance>) -> Result<(f64, usize)> {
         self.t[1] = end;
         (self.has_end, self.is_dense) = (false, false);
@@ -83,7 +83,7 @@ impl<F: OdeRhs> Stepper<F> {
         Ok(early.or_else(|| tolerance.map(|tolerance| self.error(tolerance))).unwrap_or((0.0, 0)))
     }
 
-    /// The end of the step becomes the beginning of the next one.
+    /// Makes the end of the step the beginning of the next one.
     pub fn accept(&mut self) {
         debug_assert!(self.has_end, "only a complete step can be accepted");
         self.t[0] = self.t[1];
@@ -92,12 +92,12 @@ impl<F: OdeRhs> Stepper<F> {
         (self.has_end, self.is_dense) = (false, false);
     }
 
-    /// The rates where a step ends, or where the first one begins.
+    /// Rates at the end of the step, or at the start if no step was taken.
     pub(crate) fn rates_at_end(&self, is_step: bool) -> &[f64] {
         &self.slots[if is_step { self.method.end } else { 0 }]
     }
 
-    /// Stands where `row` says, time, state and rates: where a step ends, or where one begins.
+    /// Sets time, state and rates to those in `row`: the end of a step, or the beginning of one.
     pub(crate) fn put(&mut self, row: &[f64], is_end: bool) {
         let (state, rates) = row[1..].split_at(self.old.len());
         self.t = [row[0]; 2];
@@ -107,7 +107,7 @@ impl<F: OdeRhs> Stepper<F> {
         (self.has_end, self.is_dense) = (is_end, false);
     }
 
-    /// Evaluates what dense output needs beyond the step itself, once per step. Returns whether it had to.
+    /// Evaluates the slots of dense output, once per step. Returns whether they were not evaluated before.
     pub fn make_dense(&mut self) -> Result<bool> {
         if self.is_dense {
             return Ok(false);
@@ -131,14 +131,18 @@ impl<F: OdeRhs> Stepper<F> {
         }
     }
 
-    /// A first step after Hairer, Nørsett & Wanner, Section II.4: as long as the second derivative allows.
+    /// Length of the first step in s, estimated from the first and second derivative.
+    ///
+    /// # Sources
+    ///
+    /// Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. (1993), Section II.4.
     pub fn first_step(&mut self, tolerance: &Tolerance) -> Result<f64> {
         let size = |x: &[f64], y: &[f64]| {
             let scaled = x.iter().zip(y).enumerate().map(|(i, (x, y))| (x / tolerance.at(i, y.abs())).powi(2));
             (scaled.sum::<f64>() / x.len().max(1) as f64).sqrt()
         };
-        let (position, slope) = (size(&self.old, &self.old), size(&self.slots[0], &self.old));
-        let guess = if position < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * position / slope };
+        let (state, rate) = (size(&self.old, &self.old), size(&self.slots[0], &self.old));
+        let guess = if state < 1e-5 || rate < 1e-5 { 1e-6 } else { 0.01 * state / rate };
         for ((stage, y), k) in self.stage.iter_mut().zip(&self.old).zip(&self.slots[0]) {
             *stage = y + guess * k;
         }
@@ -146,17 +150,18 @@ impl<F: OdeRhs> Stepper<F> {
         self.evaluations += 1;
         let changes = self.stage.iter_mut().zip(&self.slots[1]).zip(&self.slots[0]);
         changes.for_each(|((stage, new), old)| *stage = new - old);
-        let curvature = size(&self.stage, &self.old) / guess;
-        let largest = slope.max(curvature);
-        let second = if largest <= 1e-15 { (guess * 1e-3).max(1e-6) } else { (0.01 / largest).powf(self.exponent()) };
-        Ok(second.min(100.0 * guess))
+        let second_rate = size(&self.stage, &self.old) / guess;
+        let largest = rate.max(second_rate);
+        let step = if largest <= 1e-15 { (guess * 1e-3).max(1e-6) } else { (0.01 / largest).powf(self.exponent()) };
+        Ok(step.min(100.0 * guess))
     }
 
-    /// One over the order of the local error.
+    /// One over the order of the local error: the exponent of step control.
     pub fn exponent(&self) -> f64 {
         1.0 / f64::from(self.method.error_order + 1)
     }
 
+    /// Evaluates the derivative of a slot.
     fn evaluate(&mut self, slot: usize) -> Result<()> {
         self.combine(slot);
         let t = self.t[0] + self.method.nodes[slot] * self.length();
@@ -164,11 +169,12 @@ impl<F: OdeRhs> Stepper<F> {
         self.flow.rates(slot, t, &self.stage, &mut self.slots[slot])
     }
 
-    /// The state at which a slot is evaluated.
+    /// Writes the state at which a slot is evaluated to `stage`.
     fn combine(&mut self, slot: usize) {
         self.method.combine(slot, self.length(), &self.old, |j| &self.slots[j], &mut self.stage);
     }
 
+    /// Error estimate in units of the tolerance, and the component with the largest error.
     fn error(&self, tolerance: &Tolerance) -> (f64, usize) {
         let (h, mut sums, mut worst) = (self.length(), [0.0; 2], (0.0, 0));
         for i in 0..self.old.len() {

@@ -1,27 +1,27 @@
-//! What an explicit Runge–Kutta method is: a table of numbers.
+//! Coefficients of an explicit Runge–Kutta method.
 
-/// A row of weights: pairs of slot and weight, zeros left out.
+/// A row of weights: pairs of slot and nonzero weight.
 pub type Row = &'static [(usize, f64)];
 
-/// Slots of a step: more than any method needs.
+/// Most slots of a method. A slot holds one derivative of a step.
 pub const SLOTS: usize = 16;
 
-/// Components that are combined at a time.
+/// Number of components combined at a time.
 const PIECE: usize = 8;
 
 /// An explicit Runge–Kutta method with embedded error estimates and dense output.
 ///
 /// $$ k_i = f\Big(t_0 + c_i h,\; y_0 + h\sum_{j<i} a_{ij} k_j\Big) $$
 ///
-/// Slot `end` holds the derivative at the end of the step, whose row of weights gives y₁; it is the first slot of the
-/// next step. Later slots are for dense output alone. With x = (t − t₀)/h and Δ = y₁ − y₀ dense output is
+/// Slot `end` holds the derivative at the end of the step, and its row of weights gives y₁. It is the first slot of the
+/// next step. Later slots are for dense output only. With x = (t − t₀)/h and Δ = y₁ − y₀ dense output is
 ///
 /// $$ y_0 + x\Delta + x(1-x)(hk_0-\Delta) + x^2(1-x)(2\Delta-hk_0-hk_e) + x^2(1-x)^2\,h\sum_j P_j(x)\sum_i d_{ji}k_i $$
 ///
 /// with P = 1, x, x(1−x), x²(1−x).
 #[derive(Debug, PartialEq)]
 pub struct Tableau {
-    /// Its usual name.
+    /// Name of the method.
     pub name: &'static str,
     /// Order of the solution.
     pub order: i32,
@@ -29,21 +29,21 @@ pub struct Tableau {
     pub error_order: i32,
     /// Order of dense output.
     pub dense_order: i32,
-    /// c.
+    /// Nodes c.
     pub nodes: &'static [f64],
-    /// Rows of a.
+    /// Rows of the coefficients a.
     pub stages: &'static [Row],
-    /// Slot of the end of the step.
+    /// Slot of the derivative at the end of the step.
     pub end: usize,
     /// Whether the error estimate uses the derivative at the end.
     pub error_needs_end: bool,
     /// Error estimates: one, or two that are combined as in DOP853.
     pub errors: &'static [Row],
-    /// Rows of d.
+    /// Rows of the coefficients d of dense output.
     pub dense: &'static [Row],
 }
 
-/// Weights with which a state inside a step is had from its ends and derivatives.
+/// Weights of a state inside a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DenseWeights {
     /// Weight of y₁ − y₀.
@@ -53,13 +53,14 @@ pub struct DenseWeights {
 }
 
 impl Tableau {
-    /// Number of slots, those for dense output included.
+    /// Number of slots, including those of dense output.
     pub fn slots(&self) -> usize {
         self.stages.len()
     }
 
-    /// The state at which `slot` is evaluated, y = y₀ + h Σ a k, in pieces that stay in registers: every rate is read
-    /// once, and y is written once.
+    /// Writes the state at which `slot` is evaluated, y = y₀ + h Σ a k.
+    ///
+    /// Works on pieces that fit into registers: every rate is read once and y is written once.
     pub fn combine<'a>(&self, slot: usize, h: f64, start: &[f64], rates: impl Fn(usize) -> &'a [f64], y: &mut [f64]) {
         let row = self.stages[slot];
         let (mut y_pieces, mut start_pieces) = (y.chunks_exact_mut(PIECE), start.chunks_exact(PIECE));
@@ -77,7 +78,7 @@ impl Tableau {
         }
     }
 
-    /// Weights of dense output at the part `x` of a step.
+    /// Weights of dense output at the fraction `x` of a step.
     pub fn dense_weights(&self, x: f64) -> DenseWeights {
         let (y, mut slots) = (1.0 - x, [0.0; SLOTS]);
         slots[0] += x * y * y;
@@ -94,7 +95,9 @@ impl Tableau {
 
 /// Dormand–Prince 5(4): order 5, seven stages of which the last is the first of the next step.
 ///
-/// **Source.** Dormand & Prince, *J. Comput. Appl. Math.* 6 (1980) 19–26; dense output of order 4 by Shampine as in
+/// # Sources
+///
+/// Dormand & Prince, *J. Comput. Appl. Math.* 6 (1980) 19–26; dense output of order 4 by Shampine as in
 /// Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. (1993), Section II.6.
 pub const DOPRI5: Tableau = Tableau {
     name: "Dormand–Prince 5(4)",

@@ -8,9 +8,8 @@ use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::history::{OutputGradients, OutputRecorder, SensitiveHistory};
 use crate::derivatives::propagation::{Schedule, StepSource, propagate};
 use crate::derivatives::seeding::{Activity, build_chunks};
-use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE};
+use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::simulation::{sample, start};
 use crate::mechanism::scalars::Dual8;
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::state::State;
@@ -28,7 +27,7 @@ use autodiff::WIDTH;
 /// solution, with the same bits for any number of threads.
 ///
 /// # Errors
-/// As [`simulate_explicitly`](crate::integrators::explicit::simulate_explicitly), and
+/// As [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly), and
 /// [`Error::Definition`](crate::Error::Definition) if the model builds other elements in dual numbers than in `f64`.
 pub fn differentiate_explicitly<M: ParametricMechanism>(
     model: &M,

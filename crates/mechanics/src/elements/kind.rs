@@ -1,0 +1,154 @@
+//! Elements by their declarations: adding any of them to a mechanism from values of its inputs.
+
+use crate::elements::forces::feedback_force::StateFunction;
+use crate::mechanism::element::{AnyElement, Element, ElementDescriptor, Role};
+use crate::mechanism::{Coordinate, ElementIndex, Marker, Mechanism};
+use crate::motion::Motion;
+use autodiff::Scalar;
+use std::sync::Arc;
+
+/// A kind of element that is made from values of its declared inputs.
+///
+/// `F` is the type of its function of time and `L` of its function of state, if it has one.
+pub struct ElementKind<F, L> {
+    /// Declaration.
+    pub descriptor: &'static ElementDescriptor,
+    constructor: Constructor<F, L>,
+}
+
+enum Constructor<F, L> {
+    Element(Arc<dyn AnyElement>),
+    OfTime(fn(F) -> Arc<dyn AnyElement>),
+    OfState(fn(L) -> Arc<dyn AnyElement>),
+    RigidContact(Arc<dyn AnyElement>),
+    Prescribed,
+}
+
+impl<F, L> std::fmt::Debug for ElementKind<F, L> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("ElementKind").field(&self.descriptor.kind).finish()
+    }
+}
+
+/// Value of an input of an element.
+#[derive(Clone, Debug)]
+pub enum InputValue<S, F, L> {
+    /// A point; of inputs that are bodies, any point of the body.
+    Marker(Marker<S>),
+    /// A coordinate.
+    Coordinate(Coordinate),
+    /// A parameter.
+    Parameter(S),
+    /// A function of time with its parameters.
+    TimeFunction(F, Vec<S>),
+    /// A function of state with the coordinates that it observes and its parameters.
+    StateFunction(L, Vec<Coordinate>, Vec<S>),
+}
+
+/// What was added to a mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Added {
+    /// An element.
+    Element(ElementIndex),
+    /// A prescribed motion of this coordinate.
+    Motion(Coordinate),
+    /// A rigid contact, which measures nothing.
+    Contact,
+}
+
+impl<F: Motion, L: StateFunction> ElementKind<F, L> {
+    fn new(descriptor: &'static ElementDescriptor, constructor: Constructor<F, L>) -> Self {
+        Self { descriptor, constructor }
+    }
+
+    /// An element without functions.
+    ///
+    /// # Panics
+    /// If the element has no descriptor.
+    pub fn plain(element: impl Element) -> Self {
+        let descriptor = Element::descriptor(&element).expect("every registered element is declared");
+        Self::new(descriptor, Constructor::Element(Arc::new(element)))
+    }
+
+    /// An element with a function of time.
+    pub fn of_time(descriptor: &'static ElementDescriptor, of: fn(F) -> Arc<dyn AnyElement>) -> Self {
+        Self::new(descriptor, Constructor::OfTime(of))
+    }
+
+    /// An element with a function of time and state.
+    pub fn of_state(descriptor: &'static ElementDescriptor, of: fn(L) -> Arc<dyn AnyElement>) -> Self {
+        Self::new(descriptor, Constructor::OfState(of))
+    }
+
+    /// A rigid contact with a gap of one constraint. Its last parameter is the coefficient of restitution.
+    pub fn rigid_contact(descriptor: &'static ElementDescriptor, gap: impl Element) -> Self {
+        Self::new(descriptor, Constructor::RigidContact(Arc::new(gap)))
+    }
+
+    /// A prescribed motion of one coordinate.
+    pub fn prescribed(descriptor: &'static ElementDescriptor) -> Self {
+        Self::new(descriptor, Constructor::Prescribed)
+    }
+
+    /// Whether it is a rigid contact, which only implicit schemes support.
+    pub fn is_rigid_contact(&self) -> bool {
+        matches!(self.constructor, Constructor::RigidContact(_))
+    }
+
+    /// Adds an element to a mechanism.
+    ///
+    /// * `values`: one value per input of the descriptor, in its order.
+    ///
+    /// # Panics
+    /// If a value does not suit its input.
+    pub fn add_to<S: Scalar>(
+        &self,
+        mechanism: &mut Mechanism<S>,
+        name: &str,
+        values: Vec<InputValue<S, F, L>>,
+    ) -> Added {
+        assert_eq!(values.len(), self.descriptor.inputs.len(), "values for the inputs of {}", self.descriptor.kind);
+        let (mut coordinates, mut parameters) = (vec![], vec![]);
+        let (mut of_time, mut of_state) = (None, None);
+        for (input, value) in self.descriptor.inputs.iter().zip(values) {
+            match (input.role, value) {
+                (Role::Marker, InputValue::Marker(marker)) => {
+                    coordinates.extend(marker.body.coordinates());
+                    parameters.extend([marker.x, marker.y]);
+                }
+                (Role::Body, InputValue::Marker(marker)) => coordinates.extend(marker.body.coordinates()),
+                (Role::Translations, InputValue::Marker(marker)) => {
+                    coordinates.extend([marker.body.x, marker.body.y]);
+                }
+                (Role::Coordinate, InputValue::Coordinate(coordinate)) => coordinates.push(coordinate),
+                (Role::Parameter, InputValue::Parameter(value)) => parameters.push(value),
+                (Role::TimeFunction, InputValue::TimeFunction(function, own)) => {
+                    of_time = Some(function);
+                    parameters.extend(own);
+                }
+                (Role::StateFunction, InputValue::StateFunction(function, observed, own)) => {
+                    of_state = Some(function);
+                    coordinates.extend(observed);
+                    parameters.extend(own);
+                }
+                _ => panic!("the value of `{}` does not suit {:?}", input.name, input.role),
+            }
+        }
+        let declared = "a declared function has a value";
+        let element = match &self.constructor {
+            Constructor::Element(element) => element.clone(),
+            Constructor::OfTime(of) => of(of_time.expect(declared)),
+            Constructor::OfState(of) => of(of_state.expect(declared)),
+            Constructor::RigidContact(gap) => {
+                let restitution = parameters.pop();
+                mechanism.add_event(name.into(), gap.clone(), &coordinates, &parameters, restitution);
+                return Added::Contact;
+            }
+            Constructor::Prescribed => {
+                mechanism.drive(coordinates[0], of_time.expect(declared), &parameters);
+                return Added::Motion(coordinates[0]);
+            }
+        };
+        Added::Element(mechanism.add_object(name.into(), element, &coordinates, &parameters))
+    }
+}

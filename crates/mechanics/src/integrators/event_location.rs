@@ -1,0 +1,176 @@
+//! Location of events in implicit steps: a step ends where a rigid contact closes or a switch passes zero.
+
+use crate::events::event::Event;
+use crate::events::impact::{apply_impact, apply_switch};
+use crate::integrators::generalized_alpha::Integrator;
+use crate::integrators::settings::StepSize;
+use crate::{Error, Result};
+
+/// Most trial steps in the search for the time at which a contact closes.
+const MAX_TRIALS: usize = 100;
+
+/// Shortest time between two impacts of a contact, in nominal steps.
+const SHORTEST_FLIGHT: f64 = 1e-6;
+
+/// Part of the gap at which a contact counts as closed: closing the rest would take a step of rounding size.
+const CLOSED_GAP: f64 = 1e-6;
+
+/// Events of a motion, and the contacts or switches at the two ends of the current step.
+pub(crate) struct EventLocator {
+    /// Events so far.
+    pub events: Vec<Event>,
+    /// Contact or switch at the end of the current step.
+    pub closed: Option<usize>,
+    /// Contact or switch at the beginning of the current step.
+    pub opened: Option<usize>,
+    step: StepSize,
+}
+
+impl EventLocator {
+    /// Locator for steps of the size `step`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if a contact is closed at the start of the motion.
+    pub fn new(integrator: &Integrator<'_>, step: StepSize) -> Result<Self> {
+        let state = &integrator.step.new;
+        for impact in integrator.mechanism.impacts.iter().filter(|impact| impact.restitution.is_some()) {
+            let (gap, rate) = (impact.gap(state), impact.rate(state, &state.v));
+            let is_open = gap > 0.0 || (gap == 0.0 && rate > 0.0);
+            if !is_open {
+                let why =
+                    format!("the motion starts at t = {:.6e} s with a gap of {gap:.3e} that is not opening", state.t);
+                return Err(Error::analysis(&impact.part.name, why, "start with the contact open"));
+            }
+        }
+        Ok(Self { events: Vec::new(), closed: None, opened: None, step })
+    }
+
+    /// Applies the event at the end of the last step, if any, to the state from which the next step begins.
+    pub fn apply(&mut self, integrator: &mut Integrator<'_>) -> Result<()> {
+        self.opened = self.closed.take();
+        let Some(contact) = self.opened else { return Ok(()) };
+        let (mechanism, mut state) = (integrator.mechanism, integrator.step.new.clone());
+        match mechanism.impacts[contact].restitution {
+            Some(_) => _ = apply_impact(&mut integrator.system, mechanism, contact, &mut state)?,
+            None => _ = apply_switch(&mut integrator.system, mechanism, self.step.ahead(), &mut state)?,
+        }
+        integrator.step.restart(&state);
+        self.events.push(Event { contact: mechanism.impacts[contact].part.name.clone(), t: state.t });
+        Ok(())
+    }
+
+    /// Repeats the step `h` so that it ends where the first contact closes, if any closes in it. Returns its length in s.
+    pub fn locate(&mut self, integrator: &mut Integrator<'_>, mut h: f64) -> Result<f64> {
+        while let Some(contact) = self.first_closed(integrator, h) {
+            let Some(shorter) = self.close(integrator, contact, h)? else { break };
+            (h, self.closed) = (shorter, Some(contact));
+        }
+        Ok(h)
+    }
+
+    /// Opening of a contact at the beginning of the step and at the end of its part `h`: positive is open.
+    ///
+    /// It is the gap, or the gap over the elapsed time if the step begins with an impact or with a gap of zero. The sign of
+    /// a switch is such that it begins open.
+    fn openings(&self, integrator: &Integrator<'_>, contact: usize, h: f64) -> [f64; 2] {
+        let (impact, old) = (&integrator.mechanism.impacts[contact], &integrator.step.old);
+        let (before, after) = (impact.gap(old), impact.gap(&integrator.step.new));
+        let [begin, end] = match self.opened == Some(contact) || before == 0.0 {
+            true => [impact.rate(old, &old.v), after / h],
+            false => [before, after],
+        };
+        let side = if impact.restitution.is_none() && begin < 0.0 { -1.0 } else { 1.0 };
+        [side * begin, side * end]
+    }
+
+    /// The contact that closes in the step `h`; of several, the one that closes first by linear interpolation.
+    fn first_closed(&self, integrator: &Integrator<'_>, h: f64) -> Option<usize> {
+        let others = (0..integrator.mechanism.impacts.len()).filter(|k| self.closed != Some(*k));
+        let openings = others.map(|contact| (contact, self.openings(integrator, contact, h)));
+        let closed =
+            openings.filter(|(_, [begin, end])| *end <= CLOSED_GAP * begin.max(0.0) && (*end < 0.0 || *begin > 0.0));
+        let share = |[begin, end]: [f64; 2]| begin.max(0.0) / (begin.max(0.0) - end);
+        closed.min_by(|a, b| share(a.1).total_cmp(&share(b.1))).map(|(contact, _)| contact)
+    }
+
+    /// Repeats the step so that it ends where `contact` closes, within the step `h` or shortly after it.
+    ///
+    /// Uses the Illinois method. Returns the length of the step in s, or `None` if the contact does not close.
+    ///
+    /// # Sources
+    ///
+    /// Dowell & Jarratt, *BIT* 11 (1971) 168–174.
+    fn close(&self, integrator: &mut Integrator<'_>, contact: usize, h: f64) -> Result<Option<f64>> {
+        let [begin, mut end] = self.openings(integrator, contact, h);
+        if !(begin > 0.0) {
+            return Err(lasting_contact(integrator, contact));
+        }
+        let mut longest = h;
+        if end > 0.0 {
+            longest = h + 2.0 * h * end / (begin - end);
+            integrator.solve(longest)?;
+            end = self.openings(integrator, contact, longest)[1];
+            if end > 0.0 {
+                integrator.solve(h)?;
+                return Ok(None);
+            }
+        }
+        let (mut low, mut high) = ([0.0, begin], [longest, end]);
+        let (small, mut trial) = (4.0 * f64::EPSILON * (begin - end), longest);
+        for _ in 0..MAX_TRIALS {
+            let root = (low[0] * high[1] - high[0] * low[1]) / (high[1] - low[1]);
+            if !(low[0] < root && root < high[0]) {
+                break;
+            }
+            trial = root;
+            // A step to just beyond a switch may have no solution on either side of it.
+            let solved = integrator.solve(trial).is_ok();
+            let open = if solved { self.openings(integrator, contact, trial)[1] } else { -low[1] };
+            if solved && open.abs() <= small || high[0] - low[0] <= 4.0 * f64::EPSILON * high[0] {
+                break;
+            }
+            // Half the value at the end that stays: the next root is nearer to it.
+            if open > 0.0 {
+                low = [trial, open];
+                high[1] *= 0.5;
+            } else {
+                high = [trial, open];
+                low[1] *= if solved { 0.5 } else { 1.0 };
+            }
+        }
+        if integrator.solve(trial).is_err() {
+            trial = low[0];
+            integrator.solve(trial)?;
+        }
+        if self.opened == Some(contact) && trial <= SHORTEST_FLIGHT * self.step.nominal() {
+            return Err(lasting_contact(integrator, contact));
+        }
+        self.end_before_switch(integrator, contact, trial).map(Some)
+    }
+
+    /// Shortens the step `h` by rounding errors until it ends before the switch, so that its forces are those before it.
+    fn end_before_switch(&self, integrator: &mut Integrator<'_>, contact: usize, mut h: f64) -> Result<f64> {
+        if integrator.mechanism.impacts[contact].restitution.is_none() {
+            let mut less = f64::EPSILON * (h + integrator.step.new.t.abs());
+            for _ in 0..8 {
+                let [_, open] = self.openings(integrator, contact, h);
+                if open > 0.0 {
+                    break;
+                }
+                h -= less;
+                less *= 2.0;
+                integrator.solve(h)?;
+            }
+        }
+        Ok(h)
+    }
+}
+
+/// The error of a contact that does not open again.
+fn lasting_contact(integrator: &Integrator<'_>, contact: usize) -> Error {
+    let name = &integrator.mechanism.impacts[contact].part.name;
+    let why = format!("it stays closed from t = {:.6e} s on: the rebounds have died out", integrator.step.old.t);
+    let remedy = "model a contact that lasts with stiffness and damping (a wall contact, a bump stop), or end before";
+    Error::analysis(name, why, remedy)
+}

@@ -1,0 +1,177 @@
+//! Settings of a dynamic analysis by implicit steps, and the counts and limits of steps of every integration.
+
+use crate::initial_conditions::{Assembly, Statics};
+use crate::integrators::generalized_alpha::{GeneralizedAlpha, Newton, Prescribed};
+use crate::{Error, Result};
+
+/// Accelerations at the start of the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum InitialAcceleration {
+    /// Accelerations and multipliers that satisfy the equations of motion.
+    Consistent,
+    /// Zero, with zero multipliers: a mechanism at rest and unloaded.
+    Zero,
+}
+
+/// Positions at the start of the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum InitialConfiguration {
+    /// The positions that the mechanism was built with, assembled.
+    Built,
+    /// The static equilibrium at the start, found from the assembled positions. Velocities are those that the mechanism was
+    /// built with, made consistent.
+    Equilibrium(Statics),
+}
+
+/// Lengths of the time steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum StepSize {
+    /// Steps of this length in s, halved where Newton's iteration fails.
+    Fixed(f64),
+    /// Steps chosen so that the local error of positions stays near a tolerance.
+    Adaptive {
+        /// Tolerated local error of a position in m or rad.
+        tolerance: f64,
+        /// First step in s.
+        first: f64,
+        /// Longest step in s.
+        longest: f64,
+    },
+}
+
+/// Offset beyond a switch at which the forces after it are evaluated, in nominal steps.
+const SWITCH_OFFSET: f64 = 1e-6;
+
+impl StepSize {
+    /// Usual length of a step in s.
+    pub(crate) fn nominal(&self) -> f64 {
+        match *self {
+            Self::Fixed(h) => h,
+            Self::Adaptive { first, .. } => first,
+        }
+    }
+
+    /// Offset beyond a switch at which the forces after it are evaluated, in s.
+    pub(crate) fn ahead(&self) -> f64 {
+        SWITCH_OFFSET * self.nominal()
+    }
+}
+
+/// Settings of a dynamic analysis by implicit steps.
+///
+/// Take [`Dynamics::fixed`] or [`Dynamics::adaptive`] and change single fields by struct update syntax:
+///
+/// ```
+/// use linkwright_mechanics::{Dynamics, GeneralizedAlpha};
+/// let settings = Dynamics { scheme: GeneralizedAlpha::hht(0.1)?, ..Dynamics::fixed(1e-3) };
+/// assert!(settings.check(&[0.0, 0.5, 1.0]).is_ok());
+/// assert!(settings.check(&[0.5, 0.5]).is_err());
+/// # Ok::<(), linkwright_mechanics::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dynamics {
+    /// Start of the motion in s.
+    pub start: f64,
+    /// Integration method.
+    pub scheme: GeneralizedAlpha,
+    /// Step sizes.
+    pub step: StepSize,
+    /// Newton's iteration in a step.
+    pub newton: Newton,
+    /// Assembly of the initial positions.
+    pub assembly: Assembly,
+    /// Positions at the start.
+    pub origin: InitialConfiguration,
+    /// Accelerations at the start.
+    pub initial: InitialAcceleration,
+    /// Velocities and accelerations of prescribed coordinates.
+    pub prescribed: Prescribed,
+}
+
+impl Dynamics {
+    /// Fixed steps of `h` seconds by the generalized-α method of spectral radius 0.9.
+    pub fn fixed(h: f64) -> Self {
+        Self {
+            start: 0.0,
+            scheme: GeneralizedAlpha::chung_hulbert(0.9).expect("0.9 is in range"),
+            step: StepSize::Fixed(h),
+            newton: Newton::default(),
+            assembly: Assembly::default(),
+            origin: InitialConfiguration::Built,
+            initial: InitialAcceleration::Consistent,
+            prescribed: Prescribed::Exact,
+        }
+    }
+
+    /// Adaptive steps with the given local error of positions.
+    pub fn adaptive(tolerance: f64) -> Self {
+        let step = StepSize::Adaptive { tolerance, first: 1e-4, longest: f64::INFINITY };
+        Self { step, ..Self::fixed(1.0) }
+    }
+
+    /// Checks the settings, and that the output `times` (s) increase.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] if a setting is out of range, [`Error::Definition`] if the times do not increase.
+    pub fn check(&self, times: &[f64]) -> Result<()> {
+        let positive = |x: f64| x > 0.0 && !x.is_nan();
+        match self.step {
+            StepSize::Fixed(h) => Error::check_option("time step", "positive", h, positive(h) && h.is_finite())?,
+            StepSize::Adaptive { tolerance, first, longest } => {
+                Error::check_option("step tolerance", "positive", tolerance, positive(tolerance))?;
+                Error::check_option("first step", "positive", first, positive(first))?;
+                Error::check_option("longest step", "positive", longest, positive(longest))?;
+            }
+        }
+        Error::check_option("Newton tolerance", "positive", self.newton.tolerance, positive(self.newton.tolerance))?;
+        check_times(self.start, times)
+    }
+}
+
+/// Checks that `times` begin at `start` or later, increase and are finite.
+///
+/// # Errors
+///
+/// [`Error::Option`] for the first or last time, [`Error::Definition`] if the times do not increase.
+pub fn check_times(start: f64, times: &[f64]) -> Result<()> {
+    let first = times.first().copied().unwrap_or(start);
+    Error::check_option("first output time", "not before the start", first, first >= start)?;
+    if let Some(pair) = times.windows(2).find(|pair| !(pair[0] < pair[1])) {
+        let why = format!("{} s is followed by {} s", pair[0], pair[1]);
+        return Err(Error::definition("output times", why, "give increasing times"));
+    }
+    match times.last() {
+        Some(last) if !last.is_finite() => Error::check_option("last output time", "finite", *last, false),
+        _ => Ok(()),
+    }
+}
+
+/// Numbers of steps and iterations of an analysis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Time steps taken.
+    pub steps: usize,
+    /// Rejected trial steps, repeated with a smaller size.
+    pub failed_steps: usize,
+    /// Newton iterations with an assembly, a factorization and a solution each; iterations that keep the matrix of the one
+    /// before are not counted.
+    pub iterations: usize,
+}
+
+/// Returns whether `end` (s) is before `t` by more than rounding, for a motion that starts at `start`.
+pub fn is_before(start: f64, end: f64, t: f64) -> bool {
+    t - end > 1e-9 * (t - start).abs().max(1e-300)
+}
+
+/// Most time steps of an integration; more would take forever or fill the memory.
+pub(crate) const MOST_STEPS: usize = if cfg!(test) { 200_000 } else { 20_000_000 };
+
+/// The error of an integration that has taken [`MOST_STEPS`] steps up to the time `t` (s).
+pub(crate) fn too_many_steps(t: f64) -> Error {
+    let why = format!("{MOST_STEPS} time steps have come to t = {t:.6e} s only");
+    Error::analysis("the integration", why, "loosen the tolerance, take longer steps, or end sooner")
+}

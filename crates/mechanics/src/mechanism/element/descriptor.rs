@@ -1,0 +1,257 @@
+//! Declarations of elements: family, inputs and measures with units.
+//!
+//! Each element declares itself once, beside its residual. Model files, their reference and schema, drawings and the tests
+//! of all elements are made from these declarations.
+
+/// Family of an element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// Inertia and weight.
+    Body,
+    /// Constraint between bodies.
+    Joint,
+    /// Constraint that prescribes a motion.
+    Drive,
+    /// Applied force or torque: spring, damper, friction, load.
+    Force,
+    /// Unilateral contact, compliant or rigid.
+    Contact,
+    /// Flexible beam.
+    Beam,
+    /// Measurement without any effect on the motion.
+    Sensor,
+}
+
+impl std::fmt::Display for Family {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Body => "body",
+            Self::Joint => "joint",
+            Self::Drive => "drive",
+            Self::Force => "force",
+            Self::Contact => "contact",
+            Self::Beam => "beam",
+            Self::Sensor => "sensor",
+        })
+    }
+}
+
+/// Graphical symbol of an element in drawings of a mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Symbol {
+    /// Not drawn.
+    None,
+    /// Revolute joint at the first point.
+    Pin,
+    /// Bar between two points.
+    Bar,
+    /// Spring between two points or two coordinates.
+    Spring,
+    /// Guide through the first point at the angle that is the first parameter, with a slider at the second point.
+    Guide,
+}
+
+/// Declaration of an element.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementDescriptor {
+    /// Name in model files.
+    pub kind: &'static str,
+    /// Family.
+    pub family: Family,
+    /// What the element is attached to, and its parameters, in the order of its coordinates and parameters.
+    pub inputs: &'static [Input],
+    /// Quantities that the element measures, in the order of [`Element::measure`](super::Element::measure).
+    pub measures: &'static [Measure],
+    /// Purpose, in words that follow the kind: "a spring and damper between two points".
+    pub about: &'static str,
+    /// Symbol in drawings.
+    pub symbol: Symbol,
+}
+
+/// One input of an element: a point, a body, a coordinate, a parameter or a function.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Input {
+    /// Name, a key in model files.
+    pub name: &'static str,
+    /// What it is.
+    pub role: Role,
+    /// Value if none is given; `None` for required inputs.
+    pub default: Option<&'static str>,
+    /// Unit of a parameter or function, empty if it has none.
+    pub unit: &'static str,
+    /// Meaning.
+    pub about: &'static str,
+    /// Typical value of a parameter, for tests that cover all elements.
+    pub example: f64,
+}
+
+/// What an input is, and so which coordinates and parameters of the element belong to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A point of a body: the coordinates x, y, θ of the body, and two parameters, the point's body-fixed x and y in m.
+    Marker,
+    /// A body: its coordinates x, y, θ.
+    Body,
+    /// A body whose rotation does not matter: its coordinates x, y.
+    Translations,
+    /// One coordinate.
+    Coordinate,
+    /// One design-dependent number.
+    Parameter,
+    /// One component of the gravitational acceleration in m/s², a parameter that the mechanism sets.
+    Gravity,
+    /// A function of time; all further parameters are its own.
+    TimeFunction,
+    /// A function of time and state; all further coordinates and parameters are its own.
+    StateFunction,
+}
+
+impl Input {
+    const fn of(name: &'static str, role: Role, unit: &'static str, about: &'static str) -> Self {
+        Self { name, role, default: None, unit, about, example: 0.0 }
+    }
+
+    /// A point of a body.
+    pub const fn marker(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Marker, "", about)
+    }
+
+    /// A body.
+    pub const fn body(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Body, "", about)
+    }
+
+    /// A body of which only the translations matter.
+    pub const fn translations(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Translations, "", about)
+    }
+
+    /// A coordinate.
+    pub const fn coordinate(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Coordinate, "", about)
+    }
+
+    /// A coordinate with a default such as `ground.x`.
+    pub const fn coordinate_or(name: &'static str, default: &'static str, about: &'static str) -> Self {
+        Self { default: Some(default), ..Self::coordinate(name, about) }
+    }
+
+    /// A parameter that must be given.
+    pub const fn required(name: &'static str, unit: &'static str, example: f64, about: &'static str) -> Self {
+        Self { example, ..Self::of(name, Role::Parameter, unit, about) }
+    }
+
+    /// A parameter with a default.
+    pub const fn optional(
+        name: &'static str,
+        default: &'static str,
+        unit: &'static str,
+        example: f64,
+        about: &'static str,
+    ) -> Self {
+        Self { default: Some(default), ..Self::required(name, unit, example, about) }
+    }
+
+    /// A component of the gravitational acceleration.
+    pub const fn gravity(name: &'static str) -> Self {
+        Self::of(name, Role::Gravity, "m/s²", "gravitational acceleration")
+    }
+
+    /// A function of time.
+    pub const fn time_function(name: &'static str, unit: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::TimeFunction, unit, about)
+    }
+
+    /// A function of time and state.
+    pub const fn state_function(name: &'static str, unit: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::StateFunction, unit, about)
+    }
+}
+
+/// A quantity that an element measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Measure {
+    /// Name.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Meaning and sign.
+    pub about: &'static str,
+}
+
+impl Measure {
+    /// A measure with its unit, meaning and sign.
+    pub const fn new(name: &'static str, unit: &'static str, about: &'static str) -> Self {
+        Self { name, unit, about }
+    }
+}
+
+/// Declares the inputs of an element once: the constant `INPUTS` for its descriptor, and a view of its parameters by name.
+///
+/// Each line names an input and a constructor of [`Input`](crate::mechanism::element::Input) with its remaining arguments.
+/// The view wraps the parameters `x.p` of an [`ElementState`](crate::mechanism::element::ElementState): a parameter is read
+/// as `T`, a point as `[T; 2]`, a function's own parameters as a slice.
+///
+/// ```
+/// use linkwright_mechanics::element_inputs;
+///
+/// element_inputs!(SpringInputs {
+///     coordinate: coordinate("coordinate that it acts on"),
+///     stiffness: required("N/m", 10.0, "stiffness"),
+///     unloaded: optional("0", "m", 0.1, "position without force"),
+/// });
+/// assert_eq!(SpringInputs(&[40.0, 0.5]).unloaded(), 0.5);
+/// assert_eq!(INPUTS[1].unit, "N/m");
+/// ```
+#[macro_export]
+macro_rules! element_inputs {
+    ($view:ident { $($name:ident: $constructor:ident($($argument:expr),*)),* $(,)? }) => {
+        const INPUTS: &[$crate::mechanism::element::Input] =
+            &[$($crate::mechanism::element::Input::$constructor(stringify!($name), $($argument),*)),*];
+
+        /// Parameters of the element by name.
+        // Not every parameter is read by name: the line between two points reads both points itself.
+        #[allow(dead_code)]
+        #[derive(Clone, Copy)]
+        struct $view<'a, T>(&'a [T]);
+
+        #[allow(dead_code)]
+        impl<'a, T: Copy> $view<'a, T> {
+            $crate::element_inputs!(@view 0; $($name: $constructor,)*);
+        }
+    };
+    (@view $at:expr;) => {};
+    (@view $at:expr; $name:ident: marker, $($rest:tt)*) => {
+        #[inline(always)]
+        fn $name(self) -> [T; 2] {
+            [self.0[$at], self.0[$at + 1]]
+        }
+        $crate::element_inputs!(@view $at + 2; $($rest)*);
+    };
+    (@view $at:expr; $name:ident: required, $($rest:tt)*) => {
+        #[inline(always)]
+        fn $name(self) -> T {
+            self.0[$at]
+        }
+        $crate::element_inputs!(@view $at + 1; $($rest)*);
+    };
+    (@view $at:expr; $name:ident: optional, $($rest:tt)*) => {
+        $crate::element_inputs!(@view $at; $name: required, $($rest)*);
+    };
+    (@view $at:expr; $name:ident: gravity, $($rest:tt)*) => {
+        $crate::element_inputs!(@view $at; $name: required, $($rest)*);
+    };
+    (@view $at:expr; $name:ident: time_function, $($rest:tt)*) => {
+        #[inline(always)]
+        fn $name(self) -> &'a [T] {
+            &self.0[$at..]
+        }
+        $crate::element_inputs!(@view $at; $($rest)*);
+    };
+    (@view $at:expr; $name:ident: state_function, $($rest:tt)*) => {
+        $crate::element_inputs!(@view $at; $name: time_function, $($rest)*);
+    };
+    (@view $at:expr; $name:ident: $attachment:ident, $($rest:tt)*) => {
+        $crate::element_inputs!(@view $at; $($rest)*);
+    };
+}

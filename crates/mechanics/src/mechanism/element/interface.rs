@@ -1,0 +1,151 @@
+//! The trait of elements, and what it exchanges with an analysis.
+
+use crate::mechanism::element::descriptor::{ElementDescriptor, Family, Measure};
+use autodiff::Scalar;
+
+/// State of one element: its own few coordinates, parameters and multipliers.
+///
+/// All slices are in the order in which the element was connected. Units are SI (m, rad, s, N, N·m, kg).
+#[derive(Clone, Copy, Debug)]
+pub struct ElementState<'a, T> {
+    /// Time in s.
+    pub t: T,
+    /// Design-dependent parameters of the element, in the order of its inputs.
+    pub p: &'a [T],
+    /// Positions of its coordinates.
+    pub q: &'a [T],
+    /// Velocities of its coordinates.
+    pub v: &'a [T],
+    /// Accelerations of its coordinates.
+    pub a: &'a [T],
+    /// Its multipliers λ (reactions), one per constraint equation.
+    pub l: &'a [T],
+}
+
+/// Kinetic and potential energy in J.
+#[derive(Clone, Copy, Debug)]
+pub struct Energy<T> {
+    /// Kinetic energy.
+    pub kinetic: T,
+    /// Potential energy: strain energy and weight.
+    pub potential: T,
+}
+
+impl<T: Scalar> Energy<T> {
+    /// Zero energy.
+    pub fn none() -> Self {
+        Self { kinetic: T::zero(), potential: T::zero() }
+    }
+}
+
+/// A local variable that a constraint is differentiated with respect to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// The position of a coordinate.
+    Coordinate(usize),
+    /// A parameter.
+    Parameter(usize),
+}
+
+/// Derivatives of a constraint's rows with respect to some of its variables, variable by variable.
+#[derive(Debug)]
+pub struct ConstraintDerivatives<'a> {
+    /// Derivatives of Φ_qᵀ λ: for each variable one per coordinate.
+    pub dynamics: &'a mut [f64],
+    /// Derivatives of Φ, Φ̇ and Φ̈ along the motion: for each variable one triple per multiplier.
+    pub constraint: &'a mut [[f64; 3]],
+}
+
+/// One kind of element: body, joint, drive, force, contact, beam or sensor.
+///
+/// The mechanics of an element is [`Element::residual`], written once over the scalar type. Mass, stiffness and damping
+/// matrices, constraint Jacobians, accelerations of constraints and design derivatives follow by evaluating it with other
+/// number types; no Jacobian is written by hand.
+///
+/// Without constraint equations an element adds inertia forces minus applied forces to the rows of its coordinates. With
+/// them ([`Element::num_constraints`] > 0) it adds Φ_qᵀ λ to these rows and writes Φ(q, t), nothing else. A joint with
+/// friction is two elements: a constraint and a force.
+pub trait Element: Send + Sync + 'static {
+    /// Adds the element's contribution to the equations.
+    ///
+    /// * `dynamics`: one row per coordinate, inertia forces − applied forces + Φ_qᵀ λ, in N or N·m;
+    /// * `constraint`: one row per multiplier, Φ(q, t) in m or rad.
+    ///
+    /// Both are zero on entry.
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]);
+
+    /// Declaration of the element. An element without one can be used from Rust, but not in model files.
+    fn descriptor(&self) -> Option<&'static ElementDescriptor> {
+        None
+    }
+
+    /// Number of constraint equations.
+    fn num_constraints(&self) -> usize {
+        0
+    }
+
+    /// Coordinates (local numbers) in which the rows are linear, with coefficients that depend neither on the state nor on
+    /// time; for a constraint the rows Φ.
+    ///
+    /// Derivatives with respect to them are computed once. A body is linear in all its coordinates, a revolute joint in the
+    /// translations of its bodies. A missing entry costs time only.
+    fn linear(&self) -> &'static [usize] {
+        &[]
+    }
+
+    /// Writes the derivatives of a constraint along a motion in closed form; returns whether the element has one.
+    ///
+    /// The motion is `x.q`, `x.v`, `x.a` at the time `x.t`. The closed form must equal the derivatives of the residual. It
+    /// only saves time in sensitivities of explicit steps. `out` is zero on entry.
+    fn constraint_derivatives(
+        &self,
+        _x: &ElementState<'_, f64>,
+        _variables: &[Variable],
+        _out: &mut ConstraintDerivatives<'_>,
+    ) -> bool {
+        false
+    }
+
+    /// Quantities that [`Element::measure`] writes; by default those of the descriptor.
+    fn measures(&self) -> &'static [Measure] {
+        self.descriptor().map_or(&[], |descriptor| descriptor.measures)
+    }
+
+    /// Writes the measured quantities, in the order of [`Element::measures`]; `out` is zero on entry.
+    fn measure<T: Scalar>(&self, _x: &ElementState<'_, T>, _out: &mut [T]) {}
+
+    /// Energy stored in the element.
+    fn energy<T: Scalar>(&self, _x: &ElementState<'_, T>) -> Energy<T> {
+        Energy::none()
+    }
+
+    /// Describes an inadmissible parameter, if there is one: a negative mass, a length of zero.
+    fn validate_parameters(&self, _p: &[f64]) -> Option<String> {
+        None
+    }
+
+    /// Describes an inadmissible state, if it is one: points that coincide. Called only after an analysis has failed.
+    fn diagnose_state(&self, _x: &ElementState<'_, f64>) -> Option<String> {
+        None
+    }
+
+    /// Whether the element only measures and adds nothing to the equations.
+    fn is_sensor(&self) -> bool {
+        self.descriptor().is_some_and(|descriptor| descriptor.family == Family::Sensor)
+    }
+}
+
+/// Weights with which an element's variables move along one unknown of a linear system.
+///
+/// In a time step position, velocity and acceleration change together. A matrix entry is the change of a residual row
+/// when the coordinate's position moves by `position`, its velocity by `velocity` and its acceleration by
+/// `acceleration`. Multipliers move by one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TangentWeights {
+    /// Change of position.
+    pub position: f64,
+    /// Change of velocity.
+    pub velocity: f64,
+    /// Change of acceleration.
+    pub acceleration: f64,
+}

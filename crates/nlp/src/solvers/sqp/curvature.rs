@@ -1,0 +1,107 @@
+//! Positive definite Hessians for the quadratic program: BFGS updates and convexified exact Hessians.
+
+use super::state::SqpState;
+use nalgebra::{DMatrix, DVector};
+
+/// Smallest ratio of updated to previous curvature along the step (Powell).
+const DAMPING: f64 = 0.2;
+/// Smallest eigenvalue, relative to the largest entry of the scaled Hessian.
+const FLOOR: f64 = 1e-8;
+
+/// The initial Hessian unit · S⁻², with the scales S of the variables on the diagonal.
+pub(super) fn initial(scale: &[f64], unit: f64) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&DVector::from_iterator(scale.len(), scale.iter().map(|s| unit / (s * s))))
+}
+
+/// The damped BFGS update of B by the step `d` and the change `y` of the Lagrangian's gradient.
+///
+/// $$ B ← B - \frac{B d d^T B}{d^T B d} + \frac{r r^T}{d^T r},\qquad r = θ y + (1 - θ) B d $$
+///
+/// with θ such that dᵀr ≥ 0.2 dᵀBd, so that B stays positive definite.
+///
+/// # Sources
+/// Powell (1978); Nocedal & Wright, procedure 18.2.
+pub(super) fn damped_bfgs(b: &mut DMatrix<f64>, d: &DVector<f64>, y: &DVector<f64>) {
+    let bd = &*b * d;
+    let (previous, measured) = (d.dot(&bd), d.dot(y));
+    if previous <= 0.0 || !previous.is_finite() || !measured.is_finite() {
+        return;
+    }
+    let θ = if measured >= DAMPING * previous { 1.0 } else { (1.0 - DAMPING) * previous / (previous - measured) };
+    let r = y * θ + &bd * (1.0 - θ);
+    let curvature = d.dot(&r);
+    let mut next = &*b + &r * r.transpose() / curvature - &bd * bd.transpose() / previous;
+    next.fill_lower_triangle_with_upper_triangle();
+    if next.iter().all(|v| v.is_finite()) {
+        *b = next;
+    }
+}
+
+/// A positive definite matrix with the same Newton step as the exact Hessian `h`, if H is convex on the active rows.
+///
+/// The first positive definite one of these, in variables scaled by `scale`: H itself; H plus a multiple of the outer
+/// products of the active gradients, which does not change H on their null space; H with absolute eigenvalues.
+pub(super) fn convexified(h: &DMatrix<f64>, state: &SqpState, scale: &[f64], unit: f64) -> DMatrix<f64> {
+    let n = scale.len();
+    let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * scale[i] * scale[j]);
+    let size = scaled.amax().max(unit);
+    let floor = DMatrix::identity(n, n) * (FLOOR * size);
+    let shifted = &scaled + &floor;
+    let convex = if shifted.clone().cholesky().is_some() {
+        shifted
+    } else {
+        let augmented = &shifted + active_outer_products(state, scale) * (10.0 * size);
+        if augmented.clone().cholesky().is_some() { augmented } else { absolute_eigenvalues(scaled, FLOOR * size) }
+    };
+    DMatrix::from_fn(n, n, |i, j| convex[(i, j)] / scale[i] / scale[j])
+}
+
+/// Σ a aᵀ / aᵀa over the gradients a of the rows and bounds with nonzero multipliers.
+fn active_outer_products(state: &SqpState, scale: &[f64]) -> DMatrix<f64> {
+    let n = scale.len();
+    let mut out = DMatrix::zeros(n, n);
+    for (i, _) in state.multipliers.iter().enumerate().filter(|(_, λ)| **λ != 0.0) {
+        let a = DVector::from_iterator(n, (0..n).map(|j| state.row_gradients[(i, j)] * scale[j]));
+        if a.norm_squared() > 0.0 {
+            out += &a * a.transpose() / a.norm_squared();
+        }
+    }
+    for j in (0..n).filter(|&j| state.lower_multipliers[j] > 0.0 || state.upper_multipliers[j] > 0.0) {
+        out[(j, j)] += 1.0;
+    }
+    out
+}
+
+/// |H|, with eigenvalues of at least `floor`.
+fn absolute_eigenvalues(h: DMatrix<f64>, floor: f64) -> DMatrix<f64> {
+    let mut eigen = h.symmetric_eigen();
+    eigen.eigenvalues.iter_mut().for_each(|e| *e = e.abs().max(floor));
+    eigen.recompose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn update_satisfies_the_secant_condition_unless_damped() {
+        let mut b = initial(&[1.0, 2.0], 3.0);
+        let (d, y) = (DVector::from_vec(vec![1.0, -1.0]), DVector::from_vec(vec![2.0, -0.5]));
+        damped_bfgs(&mut b, &d, &y);
+        assert!((&b * &d - &y).norm() < 1e-14);
+        damped_bfgs(&mut b, &d, &-y);
+        assert!(b.cholesky().is_some());
+    }
+
+    #[test]
+    fn outer_products_of_an_active_row_make_a_saddle_convex() {
+        // −xy is concave along the normal of x + y = 2 and convex along the row itself.
+        let h = DMatrix::from_row_slice(2, 2, &[0.0, -1.0, -1.0, 0.0]);
+        let mut state = SqpState::default();
+        (state.multipliers, state.row_gradients) = (vec![1.0], DMatrix::from_element(1, 2, 1.0));
+        (state.lower_multipliers, state.upper_multipliers) = (vec![0.0; 2], vec![0.0; 2]);
+        let b = convexified(&h, &state, &[1.0, 1.0], 1.0);
+        let direction = DVector::from_vec(vec![1.0, -1.0]);
+        assert!((direction.dot(&(&b * &direction)) - 2.0).abs() < 1e-6);
+    }
+}

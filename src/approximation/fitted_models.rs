@@ -1,0 +1,164 @@
+//! Models of responses, quantities and peaks, fitted at the start design of a cycle.
+
+use super::moving_peak::MovingPeak;
+use super::{AnyModel, Approximation, Expansion, LinearizationPoint, PreviousPoint, Sample, SubproblemBox};
+use crate::problem::{Problem, ResponseAt, Responses, RowId, SignedQuantity};
+use error::Result;
+use std::sync::Arc;
+
+/// The model of a quantity that is approximated itself; none if its explicit form is used.
+pub(super) type DirectModel = Option<Arc<dyn AnyModel>>;
+
+/// All models of a cycle.
+pub(super) struct FittedModels {
+    /// Responses and time points, sorted, and the model of each.
+    pub responses: Vec<(ResponseAt, Arc<dyn AnyModel>)>,
+    /// Model of the objective, if it is approximated directly.
+    pub objective: DirectModel,
+    /// Models of the retained rows that are approximated directly.
+    pub rows: Vec<DirectModel>,
+    /// The retained rows that are peaks in continuous time.
+    pub peaks: Vec<Option<MovingPeak>>,
+}
+
+impl FittedModels {
+    /// Fits all models; peaks move with the design if `drifting`.
+    pub fn new(
+        problem: &Problem,
+        approximation: &dyn Approximation,
+        point: LinearizationPoint,
+        subproblem_box: &SubproblemBox,
+        drifting: bool,
+    ) -> Result<Self> {
+        let fitting = Fitting { problem, approximation, point, subproblem_box };
+        Ok(Self {
+            responses: fitting.responses()?,
+            objective: fitting.quantity(problem.objective.signed(), 0, &problem.objective.name)?,
+            rows: fitting.rows()?,
+            peaks: fitting.peaks(drifting)?,
+        })
+    }
+
+    /// The index of the model of a response.
+    pub fn index_of(&self, at: ResponseAt) -> usize {
+        let found = self.responses.binary_search_by_key(&at, |(at, _)| *at);
+        found.expect("every response of a retained quantity has a model")
+    }
+
+    /// Cuts a box to where all models hold.
+    pub fn restrict(&self, subproblem_box: &mut SubproblemBox) {
+        let direct = self.objective.iter().chain(self.rows.iter().flatten());
+        let peaks = self.peaks.iter().flatten().flat_map(|peak| &peak.models);
+        let all = self.responses.iter().map(|(_, model)| model).chain(direct).chain(peaks);
+        for [lower, upper] in all.filter_map(|model| model.domain()) {
+            subproblem_box.lower.iter_mut().zip(lower).for_each(|(s, l)| *s = s.max(*l));
+            subproblem_box.upper.iter_mut().zip(upper).for_each(|(s, u)| *s = s.min(*u));
+        }
+    }
+}
+
+/// The data from which models are fitted.
+struct Fitting<'a> {
+    problem: &'a Problem,
+    approximation: &'a dyn Approximation,
+    point: LinearizationPoint<'a>,
+    subproblem_box: &'a SubproblemBox,
+}
+
+/// Design, value and gradient of a design before.
+type OwnedSample<'a> = (&'a [f64], f64, Vec<f64>);
+
+fn samples<'a>(before: &'a [OwnedSample]) -> Vec<Sample<'a>> {
+    before.iter().map(|(design, value, gradient)| Sample { design, value: *value, gradient }).collect()
+}
+
+impl<'a> Fitting<'a> {
+    /// A model for each differentiated response.
+    fn responses(&self) -> Result<Vec<(ResponseAt, Arc<dyn AnyModel>)>> {
+        let at = self.point.data.sensitivities.at.iter().enumerate();
+        at.map(|(row, &at)| Ok((at, self.response(row, at)?))).collect()
+    }
+
+    fn response(&self, row: usize, at: ResponseAt) -> Result<Arc<dyn AnyModel>> {
+        let (declared, data) = (&self.problem.responses[at.response], self.point.data);
+        let gradient: Vec<f64> = data.sensitivities.rows.row(row).iter().copied().collect();
+        let before = |p: &'a PreviousPoint| -> Option<OwnedSample<'a>> {
+            p.sensitivities.gradient(at).map(|gradient| (&p.design[..], p.responses.at(at), gradient))
+        };
+        let before: Vec<OwnedSample> = self.previous().map_while(before).collect();
+        self.approximation.fit(&Expansion {
+            name: &declared.name,
+            here: Sample { design: self.point.design, value: self.point.responses.at(at), gradient: &gradient },
+            before: &samples(&before),
+            intermediates: &declared.intermediates,
+            curvature: data.curvatures.as_ref().map(|c| &c[row]),
+            subproblem_box: self.subproblem_box,
+        })
+    }
+
+    /// The designs before that the approximation uses.
+    fn previous(&self) -> impl Iterator<Item = &'a PreviousPoint> {
+        self.point.previous.iter().take(self.approximation.memory())
+    }
+
+    /// Models of the retained rows, where they are approximated directly.
+    fn rows(&self) -> Result<Vec<DirectModel>> {
+        let row = |r: &RowId| {
+            let constraint = &self.problem.constraints[r.constraint];
+            self.quantity(constraint.signed(), r.point, &constraint.name)
+        };
+        self.point.data.retained.iter().map(row).collect()
+    }
+
+    fn quantity(&self, signed: SignedQuantity, p: usize, name: &str) -> Result<DirectModel> {
+        let Some(intermediates) = &signed.quantity.direct else { return Ok(None) };
+        let (problem, LinearizationPoint { design, responses, data, .. }) = (self.problem, self.point);
+        let value = |b: &[f64], responses: &Responses| {
+            signed.value(p, &problem.grids, b, |h, p| responses.at(problem.response_at(h, p)))
+        };
+        let gradient = problem.total_derivative(signed, p, design, responses, &data.sensitivities);
+        let needed = problem.responses_of(signed.quantity, p);
+        let before = |previous: &'a PreviousPoint| -> Option<OwnedSample<'a>> {
+            let PreviousPoint { design, responses, sensitivities } = previous;
+            let has_all = needed.iter().all(|at| sensitivities.row_of(*at).is_some());
+            let gradient = || problem.total_derivative(signed, p, design, responses, sensitivities);
+            has_all.then(|| (&design[..], value(design, responses), gradient()))
+        };
+        let before: Vec<OwnedSample> = self.previous().map_while(before).collect();
+        let second = |c: &Vec<_>| problem.total_curvature(signed, p, design, responses, (&data.sensitivities, &c[..]));
+        let curvature = data.curvatures.as_ref().map(second);
+        self.approximation
+            .fit(&Expansion {
+                name,
+                here: Sample { design, value: value(design, responses), gradient: &gradient },
+                before: &samples(&before),
+                intermediates,
+                curvature: curvature.as_ref(),
+                subproblem_box: self.subproblem_box,
+            })
+            .map(Some)
+    }
+
+    /// Models of the responses at each retained peak. A peak has no samples before: its time was another one.
+    fn peaks(&self, is_moving: bool) -> Result<Vec<Option<MovingPeak>>> {
+        let moving = |row: &RowId| -> Result<Option<MovingPeak>> {
+            let Some(peak) = self.point.data.peaks.iter().find(|p| p.row == *row) else { return Ok(None) };
+            let quantity = &self.problem.constraints[row.constraint].quantity;
+            let model = |(i, &h): (usize, &usize)| {
+                let declared = &self.problem.responses[h];
+                let gradient: Vec<f64> = peak.gradients.row(i).iter().copied().collect();
+                self.approximation.fit(&Expansion {
+                    name: &declared.name,
+                    here: Sample { design: self.point.design, value: peak.responses[i], gradient: &gradient },
+                    before: &[],
+                    intermediates: &declared.intermediates,
+                    curvature: peak.curvatures.get(i),
+                    subproblem_box: self.subproblem_box,
+                })
+            };
+            let models = quantity.responses().iter().enumerate().map(model).collect::<Result<_>>()?;
+            Ok(Some(MovingPeak { models, peak: peak.clone(), is_moving }))
+        };
+        self.point.data.retained.iter().map(moving).collect()
+    }
+}

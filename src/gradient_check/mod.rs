@@ -1,0 +1,150 @@
+//! Gradient checks: derivatives by every method of an analysis, compared with finite differences that estimate their own error.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `status` | results of a check and how they are decided |
+//! | `ridders` | extrapolated differences with an error estimate, and kinks |
+//! | `samples` | the analyses that the differences are made of |
+
+mod ridders;
+mod samples;
+mod status;
+
+pub use ridders::DifferenceEstimate;
+pub use status::{Checked, GradientCheck, GradientStatus};
+
+use crate::problem::{Analysis, GradientMethod, Problem, ResponseAt, Responses};
+use error::{Error, Result};
+use nalgebra::DMatrix;
+use ridders::jump;
+pub(crate) use ridders::ridders;
+pub(crate) use samples::DifferenceSamples;
+use status::decide;
+
+impl Problem {
+    /// Checks the sensitivities of all responses at the design `b`, by all methods of the analysis, against differences.
+    ///
+    /// Each response is checked at up to `points` of its time points, spread evenly.
+    ///
+    /// # Errors
+    ///
+    /// As [`check`].
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// let problem = linkwright::cases::impact_absorber::peak_acceleration()?;
+    /// problem.check_sensitivities(&problem.start(), 5)?.expect_right();
+    /// # Ok::<(), linkwright::Error>(())
+    /// ```
+    pub fn check_sensitivities(&self, b: &[f64], points: usize) -> Result<GradientCheck> {
+        self.check_responses(b, points, &(0..self.responses.len()).collect::<Vec<_>>())
+    }
+
+    /// Checks the sensitivities of some responses only, by index.
+    ///
+    /// # Errors
+    ///
+    /// As [`check`], and [`Error::Definition`] for a response that does not exist.
+    pub fn check_responses(&self, b: &[f64], points: usize, responses: &[usize]) -> Result<GradientCheck> {
+        Error::check_length("design", self.n(), b.len())?;
+        Error::check_option("time points to check", "at least 1", points as f64, points > 0)?;
+        if let Some(number) = responses.iter().find(|&&number| number >= self.responses.len()) {
+            let why = format!("there is no response {number} among {}", self.responses.len());
+            return Err(Error::definition("check", why, "use the index that adding the response returned"));
+        }
+        let wanted = responses.iter().flat_map(|&response| {
+            let count = self.responses[response].grid.map_or(1, |grid| self.grids[grid].len());
+            let taken = points.min(count);
+            // At the ends a response is often given: the middles of equal parts say more.
+            (0..taken).map(move |k| ResponseAt { response, point: (2 * k + 1) * count / (2 * taken) })
+        });
+        let analysis = self.analysis.as_ref();
+        check(analysis, &methods(analysis), b, &self.sizes(b), &wanted.collect::<Vec<_>>())
+    }
+
+    /// Sizes of the design variables at `b`, from which differences start: their values, but no more than the range between
+    /// their bounds and no less than a thousandth of it.
+    fn sizes(&self, b: &[f64]) -> Vec<f64> {
+        let size =
+            |(range, value): (f64, &f64)| if *value == 0.0 { range } else { value.abs().clamp(1e-3 * range, range) };
+        self.scales().into_iter().zip(b).map(size).collect()
+    }
+}
+
+/// All methods by which an analysis can be differentiated, at least its own.
+pub fn methods(analysis: &dyn Analysis) -> Vec<GradientMethod<'_>> {
+    let mut all = analysis.gradient_methods();
+    if all.is_empty() {
+        all.push(GradientMethod::of("analysis", analysis));
+    }
+    all
+}
+
+/// Compares the sensitivities by several methods at the design `b` with differences of `analysis`, and with each other.
+///
+/// `methods` are those of the analysis ([`methods`]) or any others of the same responses, its own first. `scales` are the
+/// sizes of the design variables in their units. For each variable 22 analyses are made, in parallel; a design near `b` that
+/// cannot be analysed only costs accuracy.
+///
+/// A method after the first that returns [`Error::Unsupported`] is omitted, such as the adjoint method where there are impacts.
+///
+/// # Errors
+///
+/// Those of the analysis at `b`, and of the methods; [`Error::Length`] unless there is a size for each variable.
+pub fn check(
+    analysis: &dyn Analysis,
+    methods: &[GradientMethod<'_>],
+    b: &[f64],
+    scales: &[f64],
+    wanted: &[ResponseAt],
+) -> Result<GradientCheck> {
+    Error::check_length("sizes of the design variables", b.len(), scales.len())?;
+    let (here, again) = (analysis.analyze(b)?, analysis.analyze(b)?);
+    let (names, derivatives) = by_methods(methods, b, &here, wanted)?;
+    let samples = DifferenceSamples::along_all(analysis, b, scales);
+    let mut checked = Vec::with_capacity(wanted.len() * b.len());
+    for (row, &at) in wanted.iter().enumerate() {
+        let (first, value) = (checked.len(), here.at(at));
+        let drift = (value - again.at(at)).abs();
+        for (variable, samples) in samples.iter().enumerate() {
+            let steps = samples.steps(at);
+            let difference = ridders(value, &steps);
+            let read = |which: usize| derivatives.iter().map(|found| found[which][(row, variable)]).collect();
+            checked.push(Checked {
+                at,
+                variable,
+                computed: read(0),
+                uncertainty: read(1),
+                difference,
+                jump: jump(value, &steps, difference.map_or(0.0, |d| d.noise)),
+                drift,
+                is_constant: !steps.is_empty() && steps.iter().all(|s| s.ahead == s.behind && s.ahead == value),
+                status: GradientStatus::Right,
+                disagreeing: vec![],
+            });
+        }
+        decide(&mut checked[first..], scales);
+    }
+    Ok(GradientCheck { methods: names, derivatives: checked })
+}
+
+/// Names, and derivatives with their estimated errors, of the methods that offer these.
+fn by_methods(
+    methods: &[GradientMethod<'_>],
+    b: &[f64],
+    here: &Responses,
+    wanted: &[ResponseAt],
+) -> Result<(Vec<String>, Vec<[DMatrix<f64>; 2]>)> {
+    let (mut names, mut derivatives) = (Vec::with_capacity(methods.len()), Vec::with_capacity(methods.len()));
+    for method in methods {
+        let found = match method.sensitivities(b, here, wanted) {
+            Err(Error::Unsupported { .. }) if !derivatives.is_empty() => continue,
+            found => found?,
+        };
+        let uncertainty = method.uncertainty(&found, b, here, wanted)?;
+        names.push(method.name.to_owned());
+        derivatives.push([found, uncertainty]);
+    }
+    Ok((names, derivatives))
+}

@@ -1,0 +1,229 @@
+//! Results of a gradient check: the status of each derivative, and how it is decided.
+
+use super::ridders::DifferenceEstimate;
+use crate::problem::ResponseAt;
+
+/// Result of the check of a derivative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GradientStatus {
+    /// All methods agree with the differences.
+    Right,
+    /// The response does not depend on the variable, and all methods return zero.
+    Constant,
+    /// A method contradicts the differences, or exact methods each other.
+    Wrong,
+    /// The response has a kink here: there is no derivative.
+    Kink,
+    /// Two analyses of the same design differ: derivatives cannot be checked.
+    NotRepeatable,
+    /// The differences are too noisy for a decision.
+    Unclear,
+}
+
+impl GradientStatus {
+    /// In words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::Constant => "constant",
+            Self::Wrong => "WRONG",
+            Self::Kink => "kink",
+            Self::NotRepeatable => "not repeatable",
+            Self::Unclear => "unclear",
+        }
+    }
+}
+
+/// The derivative of one response at one time point with respect to one design variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checked {
+    /// Response and time point.
+    pub at: ResponseAt,
+    /// Number of the design variable.
+    pub variable: usize,
+    /// Derivative by each method.
+    pub computed: Vec<f64>,
+    /// Estimated error of each of them; zero for exact methods.
+    pub uncertainty: Vec<f64>,
+    /// Derivative by finite differences; none if the designs around could not be analysed.
+    pub difference: Option<DifferenceEstimate>,
+    /// Jump of the slope, if there is a kink.
+    pub jump: Option<f64>,
+    /// Difference of two analyses of the same design.
+    pub drift: f64,
+    /// True if the response has the same bits at all designs along the variable.
+    pub is_constant: bool,
+    /// Result of the check.
+    pub status: GradientStatus,
+    /// Numbers of the methods that disagree with the differences, or with the other methods.
+    pub disagreeing: Vec<usize>,
+}
+
+impl Checked {
+    /// True if it is right or constant.
+    pub fn is_fine(&self) -> bool {
+        matches!(self.status, GradientStatus::Right | GradientStatus::Constant)
+    }
+
+    /// Largest difference between two of the methods and the finite differences.
+    pub fn disagreement(&self) -> f64 {
+        let all = || self.computed.iter().copied().chain(self.difference.map(|slope| slope.value));
+        all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min)
+    }
+
+    /// The status in a sentence; `methods` are the names of the methods.
+    pub fn explanation(&self, methods: &[String]) -> String {
+        let named = |which: &dyn Fn(usize) -> bool| {
+            let names: Vec<&str> = (0..methods.len()).filter(|&k| which(k)).map(|k| methods[k].as_str()).collect();
+            names.join(" and ")
+        };
+        match self.status {
+            GradientStatus::Right => "all methods agree with the differences".to_owned(),
+            GradientStatus::Constant => "the response does not depend on the variable".to_owned(),
+            GradientStatus::Kink => {
+                let jump = self.jump.unwrap_or(f64::NAN);
+                format!("the slope jumps by {jump:.3e} here: there is no derivative; move the design, or smooth the response")
+            }
+            GradientStatus::NotRepeatable => {
+                let drift = self.drift;
+                format!("two analyses of this design differ by {drift:.1e}: make the analysis a pure function of the design")
+            }
+            GradientStatus::Unclear if self.difference.is_none() => {
+                "the designs beside this one cannot be analysed: move the design away from there".to_owned()
+            }
+            GradientStatus::Unclear => {
+                let error = self.difference.map_or(f64::NAN, |slope| slope.error);
+                format!("the differences are only good to ± {error:.0e}: tighten the tolerances of the analysis")
+            }
+            GradientStatus::Wrong if self.disagreeing.len() == methods.len() => {
+                "no method agrees with the differences: what they share is wrong, or the analysis takes other steps for \
+                 another design"
+                    .to_owned()
+            }
+            GradientStatus::Wrong => {
+                let (wrong, others) =
+                    (named(&|k| self.disagreeing.contains(&k)), named(&|k| !self.disagreeing.contains(&k)));
+                let agree = if self.disagreeing.len() + 1 == methods.len() { "agrees" } else { "agree" };
+                let verb = if self.disagreeing.len() == 1 { "is" } else { "are" };
+                format!("{wrong} {verb} wrong: {others} {agree} with the differences")
+            }
+        }
+    }
+}
+
+/// Results of a check of derivatives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GradientCheck {
+    /// Names of the methods.
+    pub methods: Vec<String>,
+    /// Ordered by response and time point, then by variable.
+    pub derivatives: Vec<Checked>,
+}
+
+impl GradientCheck {
+    /// True if every derivative is right or constant.
+    pub fn is_right(&self) -> bool {
+        self.derivatives.iter().all(Checked::is_fine)
+    }
+
+    /// Number of derivatives with this status.
+    pub fn count(&self, status: GradientStatus) -> usize {
+        self.derivatives.iter().filter(|d| d.status == status).count()
+    }
+
+    /// Panics with the derivatives that are not right; for tests.
+    ///
+    /// # Panics
+    ///
+    /// Unless [`GradientCheck::is_right`].
+    pub fn expect_right(&self) {
+        let bad = self.derivatives.iter().filter(|d| !d.is_fine());
+        let line = |d: &Checked| {
+            let ResponseAt { response, point } = d.at;
+            let difference = d.difference.map_or("none".to_owned(), |s| format!("{} ± {:.0e}", s.value, s.error));
+            format!(
+                "\nresponse {response} at point {point} by variable {}: {}, {:?} say {:?}, differences {difference}: {}",
+                d.variable,
+                d.status.text(),
+                self.methods,
+                d.computed,
+                d.explanation(&self.methods)
+            )
+        };
+        let lines: String = bad.map(line).collect();
+        assert!(lines.is_empty(), "{lines}");
+    }
+}
+
+/// Allowed deviation of a derivative, in errors of the differences.
+const MARGIN: f64 = 10.0;
+
+/// Deviation that is ignored, relative to the largest scaled derivative of the response: rounding of terms that cancel.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// Relative deviation that is always allowed.
+const ALLOWED: f64 = 1e-7;
+
+/// Largest error estimate that is granted to the analysis' own method, the first, relative to the largest scaled derivative of
+/// the response. The other methods serve for comparison and get their whole error estimate.
+const INEXACT: f64 = 1e-3;
+
+/// Relative difference of two exact methods that counts as a contradiction where differences are too noisy.
+const CONTRADICTION: f64 = 1e-4;
+
+/// Largest relative error of the differences with which a derivative can be confirmed.
+const CLEAR: f64 = 0.03;
+
+/// Decides the status of the derivatives of one response at one time point; `scales` are the sizes of the variables.
+pub(super) fn decide(derivatives: &mut [Checked], scales: &[f64]) {
+    let size = |d: &Checked| {
+        let computed = d.computed.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+        computed.max(d.difference.map_or(0.0, |s| s.value.abs())) * scales[d.variable]
+    };
+    let largest = derivatives.iter().map(size).fold(0.0, f64::max);
+    for d in derivatives {
+        let floor = NEGLIGIBLE * largest / scales[d.variable];
+        let size = size(d) / scales[d.variable];
+        let Some(DifferenceEstimate { value, error, .. }) = d.difference else {
+            d.status = GradientStatus::Unclear;
+            continue;
+        };
+        let off = |k: usize| {
+            let estimate = MARGIN * d.uncertainty[k];
+            let inexact = if k == 0 { estimate.min(INEXACT * largest / scales[d.variable]) } else { estimate };
+            let allowed = MARGIN * error + inexact + ALLOWED * size + floor;
+            !((d.computed[k] - value).abs() <= allowed)
+        };
+        d.disagreeing = (0..d.computed.len()).filter(|&k| off(k)).collect();
+        if d.disagreeing.is_empty() && d.difference.is_some_and(|slope| slope.error > CONTRADICTION * size) {
+            d.disagreeing = contradictions(d, CONTRADICTION * size + floor);
+        }
+        let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest / scales[d.variable]);
+        d.status = match () {
+            () if d.drift > 0.0 => GradientStatus::NotRepeatable,
+            () if d.jump.is_some() => GradientStatus::Kink,
+            () if !d.disagreeing.is_empty() => GradientStatus::Wrong,
+            () if d.is_constant => GradientStatus::Constant,
+            () if is_noise => GradientStatus::Unclear,
+            () => GradientStatus::Right,
+        };
+        if matches!(d.status, GradientStatus::NotRepeatable | GradientStatus::Kink) {
+            d.disagreeing.clear();
+        }
+    }
+}
+
+/// The exact methods that disagree with the others: those that differ from an approximate method with a small error estimate,
+/// or all of them if there is no such method.
+fn contradictions(d: &Checked, allowed: f64) -> Vec<usize> {
+    let exact: Vec<usize> = (0..d.computed.len()).filter(|&k| d.uncertainty[k] == 0.0).collect();
+    let apart = |a: usize, b: usize| (d.computed[a] - d.computed[b]).abs() > allowed;
+    if !exact.iter().any(|&k| apart(exact[0], k)) {
+        return Vec::new();
+    }
+    let is_reliable = |&k: &usize| d.uncertainty[k] > 0.0 && MARGIN * d.uncertainty[k] <= allowed;
+    match (0..d.computed.len()).find(is_reliable) {
+        Some(reference) => exact.into_iter().filter(|&k| apart(reference, k)).collect(),
+        None => exact,
+    }
+}

@@ -1,0 +1,249 @@
+//! Diagnostics of a model file: their content, how they are collected while a file is read, and how they are shown.
+
+use super::limits;
+use crate::Error;
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet, normalize_untrusted_str};
+use std::cell::{Cell, RefCell};
+use std::collections::{HashMap, HashSet};
+use std::fmt;
+use std::ops::Range;
+
+/// Severity of a [`Diagnostic`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Severity {
+    /// The file is rejected.
+    #[default]
+    Error,
+    /// The file is read.
+    Note,
+}
+
+/// A message about a part of a model file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Whether the file is rejected.
+    pub severity: Severity,
+    /// What is wrong, in a line.
+    pub message: String,
+    /// The bytes to underline.
+    pub span: Range<usize>,
+    /// Text after the underlined bytes; may be empty.
+    pub label: String,
+    /// What to do.
+    pub help: Option<String>,
+    /// The unknown name, if the diagnostic is about one.
+    pub(super) unknown_name: Option<String>,
+}
+
+impl Diagnostic {
+    /// An error about these bytes.
+    pub fn new(span: Range<usize>, message: impl Into<String>) -> Self {
+        Self { message: message.into(), span, ..Self::default() }
+    }
+
+    /// Sets the text after the underlined bytes.
+    #[must_use]
+    pub fn label(self, label: impl Into<String>) -> Self {
+        Self { label: label.into(), ..self }
+    }
+
+    /// Sets what to do.
+    #[must_use]
+    pub fn help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+
+    /// An error about a name that is not among the known ones; the help suggests the nearest of them.
+    pub fn unknown<'k>(span: Range<usize>, kind: &str, asked: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
+        // Names of a megabyte are not worth comparing.
+        let known: Vec<&str> = known.into_iter().filter(|name| name.len() <= limits::NAME).collect();
+        let shown: String = asked.chars().take(limits::NAME).collect();
+        let diagnostic = Self::new(span, format!("there is no {kind} `{shown}`"));
+        let diagnostic = Self { unknown_name: Some(asked.to_owned()), ..diagnostic };
+        if shown.len() < asked.len() {
+            return diagnostic.label("not known");
+        }
+        match error::nearest(asked, known.iter().copied()).first() {
+            None => diagnostic,
+            Some((best, steps)) if *steps <= 1 + asked.chars().count() / 3 => {
+                diagnostic.label("not known").help(format!("did you mean `{best}`?"))
+            }
+            Some(_) => {
+                let list: Vec<String> = known.iter().take(12).map(|k| format!("`{k}`")).collect();
+                let more = if known.len() > 12 { ", …" } else { "" };
+                diagnostic.label("not known").help(format!("known: {}{more}", list.join(", ")))
+            }
+        }
+    }
+}
+
+/// [`Diagnostic`]s with the file that they are about.
+///
+/// Shown in the layout of the Rust compiler. The word `error:` is left out before the first one, because commands print it:
+///
+/// ```text
+/// there is no body `crnk`
+///  --> model.toml:9:5
+///   |
+/// 9 | b = "crnk"
+///   |     ^^^^^^ not known
+///   |
+///   = help: did you mean `crank`?
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DiagnosticReport {
+    /// Name of the file.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+    /// At least one, in the order of the file.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl std::error::Error for DiagnosticReport {}
+
+impl fmt::Display for DiagnosticReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, diagnostic) in self.diagnostics.iter().enumerate() {
+            let level = match diagnostic.severity {
+                Severity::Error if k == 0 => Level::ERROR.no_name(),
+                Severity::Error => Level::ERROR,
+                Severity::Note => Level::NOTE,
+            };
+            f.write_str(if k == 0 { "" } else { "\n\n" })?;
+            f.write_str(&self.rendered(diagnostic, level))?;
+        }
+        Ok(())
+    }
+}
+
+impl DiagnosticReport {
+    fn rendered(&self, diagnostic: &Diagnostic, level: Level<'_>) -> String {
+        let label = Some(diagnostic.label.as_str()).filter(|label| !label.is_empty());
+        let underlined = AnnotationKind::Primary.span(self.first_line(&diagnostic.span)).label(label);
+        let snippet = Snippet::source(&self.text).path(&self.file).annotation(underlined);
+        let help = diagnostic.help.as_deref().map(|help| {
+            let lines: Vec<String> = help.lines().map(normalize_untrusted_str).collect();
+            Level::HELP.message(lines.join("\n"))
+        });
+        Renderer::plain().render(&[level.primary_title(&diagnostic.message).element(snippet).elements(help)])
+    }
+
+    /// The part of a span in its first line, on boundaries of characters.
+    fn first_line(&self, span: &Range<usize>) -> Range<usize> {
+        let is_boundary = |byte: &usize| self.text.is_char_boundary(*byte);
+        let boundary = |byte: usize| (0..=byte.min(self.text.len())).rev().find(is_boundary).unwrap_or(0);
+        let (start, end) = (boundary(span.start), boundary(span.end));
+        let line = self.text[start..].find('\n').map_or(self.text.len(), |length| start + length);
+        start..end.clamp(start, line)
+    }
+}
+
+/// Most errors that are shown at once.
+const MOST_SHOWN: usize = 10;
+
+/// Diagnostics of a file that is being read, and the locations of its parts.
+#[derive(Debug, Default)]
+pub(super) struct DiagnosticLog {
+    errors: RefCell<Vec<Diagnostic>>,
+    /// Names whose definition is wrong.
+    poisoned: RefCell<HashSet<String>>,
+    all_poisoned: Cell<bool>,
+    locations: RefCell<HashMap<String, Range<usize>>>,
+}
+
+impl DiagnosticLog {
+    /// Adds an error, unless it follows from one that is known.
+    pub fn note(&self, error: Diagnostic) {
+        let mut errors = self.errors.borrow_mut();
+        let follows = error.unknown_name.as_deref().is_some_and(|name| self.is_poisoned(name));
+        let is_known = errors.iter().any(|e| e.span == error.span && e.message == error.message);
+        if errors.is_empty() || !(follows || is_known || errors.len() >= MOST_SHOWN) {
+            errors.push(error);
+        }
+    }
+
+    /// The value of a result; an error is added to the log.
+    pub fn keep<T>(&self, read: Result<T, Diagnostic>) -> Option<T> {
+        read.map_err(|error| self.note(error)).ok()
+    }
+
+    /// Poisons a name: references to it raise no follow-up errors.
+    pub fn poison(&self, name: &str) {
+        self.poisoned.borrow_mut().insert(name.to_owned());
+    }
+
+    /// Poisons all names, where the name of a wrong definition is not known.
+    pub fn poison_all(&self) {
+        self.all_poisoned.set(true);
+    }
+
+    /// Whether a name or its owner is poisoned: `pin` poisons `pin.force_x`.
+    fn is_poisoned(&self, name: &str) -> bool {
+        let poisoned = self.poisoned.borrow();
+        let ends = name.match_indices('.').map(|(k, _)| k).chain([name.len()]);
+        self.all_poisoned.get() || ends.into_iter().any(|end| poisoned.contains(&name[..end]))
+    }
+
+    /// Stores the location of a named part; the first one counts.
+    pub fn locate(&self, name: &str, span: Range<usize>) {
+        self.locations.borrow_mut().entry(name.to_owned()).or_insert(span);
+    }
+
+    /// Ends the reading.
+    ///
+    /// # Errors
+    /// The first error, if the log has any.
+    pub fn check(&self) -> Result<(), Diagnostic> {
+        self.errors.borrow().first().map_or(Ok(()), |error| Err(error.clone()))
+    }
+
+    /// All errors in the order of the file, and the locations of parts.
+    pub fn into_parts(self) -> (Vec<Diagnostic>, HashMap<String, Range<usize>>) {
+        let mut errors = self.errors.into_inner();
+        errors.sort_by_key(|e| e.span.start);
+        (errors, self.locations.into_inner())
+    }
+}
+
+/// A file that has been read, with the locations of its named parts.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SourceMap {
+    pub file: String,
+    pub text: String,
+    pub locations: HashMap<String, Range<usize>>,
+}
+
+impl SourceMap {
+    /// These diagnostics with the file.
+    pub fn report(&self, diagnostics: Vec<Diagnostic>) -> DiagnosticReport {
+        DiagnosticReport { file: self.file.clone(), text: self.text.clone(), diagnostics }
+    }
+
+    /// An error of an analysis as a diagnostic of the part that it names; `None` if it names no part of the file.
+    pub fn locate(&self, error: &Error) -> Option<DiagnosticReport> {
+        let (what, message, remedy) = match error {
+            Error::Analysis { what, why, remedy } => {
+                (what, format!("analysis failed in {what}: {why}"), remedy.clone())
+            }
+            Error::Definition { what, why, remedy } | Error::Unsupported { what, why, remedy } => {
+                (what, format!("{what}: {why}"), remedy.clone())
+            }
+            Error::NotFinite { what, value, place, remedy } => {
+                (what, format!("{what} is {value} at {place}"), (*remedy).to_owned())
+            }
+            _ => return None,
+        };
+        let span = self.location_of_first_name(what)?.clone();
+        Some(self.report(vec![Diagnostic::new(span, message).label("here").help(remedy)]))
+    }
+
+    /// The location of the first part that a text names.
+    fn location_of_first_name(&self, text: &str) -> Option<&Range<usize>> {
+        if let Some(span) = self.locations.get(text) {
+            return Some(span);
+        }
+        let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|word| !word.is_empty());
+        words.into_iter().find_map(|word| self.locations.get(word))
+    }
+}

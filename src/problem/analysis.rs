@@ -1,0 +1,149 @@
+//! Responses of the analysed system, and the analysis that computes them.
+
+use super::{ContinuousTime, GradientMethod, Intermediates};
+use error::Result;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+use std::any::Any;
+use std::sync::Arc;
+
+/// Declaration of one response r_h: a number, or a history over a time grid.
+#[derive(Clone, Debug)]
+pub struct Response {
+    /// Name, unique in the problem.
+    pub name: String,
+    /// Unit, for tables and axes.
+    pub unit: String,
+    /// Index of its time grid; none for a time-independent response.
+    pub grid: Option<usize>,
+    /// The intermediate design variables in which it is linearized (equation 13).
+    pub intermediates: Intermediates,
+}
+
+/// One number of an analysis: response `response` at time point `point` (0 for a time-independent response).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct ResponseAt {
+    /// Index h of the response.
+    pub response: usize,
+    /// Index p of the time point.
+    pub point: usize,
+}
+
+/// All responses at one design.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub struct Responses {
+    /// `values[h][p]`: response h at time point p, in its unit.
+    pub values: Vec<Vec<f64>>,
+    /// Data that the analysis reuses for sensitivities at the same design.
+    ///
+    /// It is never stored in a file: after a restart the analysis works without it.
+    #[serde(skip)]
+    pub trace: Option<Arc<dyn Any + Send + Sync>>,
+}
+
+impl Responses {
+    /// Responses without a trace.
+    pub fn new(values: Vec<Vec<f64>>) -> Self {
+        Self { values, trace: None }
+    }
+
+    /// The value of one response at one time point.
+    pub fn at(&self, at: ResponseAt) -> f64 {
+        self.values[at.response][at.point]
+    }
+}
+
+impl std::fmt::Debug for Responses {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Responses").field("values", &self.values).finish_non_exhaustive()
+    }
+}
+
+/// An analysis: responses at a design, and their sensitivities.
+///
+/// This is the expensive part of an optimization. The methods are pure: the same design gives the same bits.
+///
+/// # Errors
+///
+/// An analysis that fails at a design (no assembly, no convergence) returns
+/// [`Error::Analysis`](crate::Error::Analysis); during an optimization that rejects the design and does not end the run. A
+/// valid request that an analysis does not offer returns [`Error::Unsupported`](crate::Error::Unsupported).
+///
+/// # Examples
+///
+/// An analysis by hand; [`ClosedForm`](super::ClosedForm) differentiates explicit formulas by itself, and
+/// [`Differences`](crate::responses::Differences) any analysis.
+///
+/// ```
+/// use linkwright::{Result, problem::{Analysis, ResponseAt, Responses}};
+/// use nalgebra::DMatrix;
+/// struct Square;
+/// impl Analysis for Square {
+///     fn analyze(&self, b: &[f64]) -> Result<Responses> {
+///         Ok(Responses::new(vec![vec![b[0] * b[0]]]))
+///     }
+///     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+///         Ok(DMatrix::from_element(wanted.len(), 1, 2.0 * b[0]))
+///     }
+/// }
+/// assert_eq!(Square.analyze(&[3.0])?.at(ResponseAt { response: 0, point: 0 }), 9.0);
+/// # Ok::<(), linkwright::Error>(())
+/// ```
+pub trait Analysis: Send + Sync {
+    /// All responses at design `b` (length n).
+    fn analyze(&self, b: &[f64]) -> Result<Responses>;
+
+    /// ∂r/∂b of the wanted responses: one row for each, n columns. `responses` is the result of [`Analysis::analyze`] at `b`.
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>>;
+
+    /// ∂²r/∂b² of the wanted responses (n × n each); `None` if the analysis does not offer them.
+    fn curvatures(
+        &self,
+        _b: &[f64],
+        _responses: &Responses,
+        _wanted: &[ResponseAt],
+    ) -> Result<Option<Vec<DMatrix<f64>>>> {
+        Ok(None)
+    }
+
+    /// All methods by which this analysis can be differentiated, for gradient checks; empty if there is only one.
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
+        Vec::new()
+    }
+
+    /// The name of the method for derivatives of the wanted responses by this many design variables, where there is a choice.
+    fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
+        None
+    }
+
+    /// The responses between the time points; `None` if the analysis does not offer them.
+    fn continuous(&self) -> Option<&dyn ContinuousTime> {
+        None
+    }
+}
+
+impl<A: Analysis + ?Sized> Analysis for &A {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        (**self).analyze(b)
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        (**self).sensitivities(b, responses, wanted)
+    }
+
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        (**self).curvatures(b, responses, wanted)
+    }
+
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
+        (**self).gradient_methods()
+    }
+
+    fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
+        (**self).differentiation(variables, wanted)
+    }
+
+    fn continuous(&self) -> Option<&dyn ContinuousTime> {
+        (**self).continuous()
+    }
+}

@@ -1,0 +1,93 @@
+//! Values of objective and constraints at one design.
+
+use super::{PeakTime, Responses};
+use serde::{Deserialize, Serialize};
+
+/// Objective and constraints at one design.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Minimized value of the objective, in its unit: F, or −F where F is maximized.
+    pub objective: f64,
+    /// `constraints[j][p]`: ĝ_j at time point p, normalised so that feasible means ≤ 1; 0 outside the window of a constraint.
+    ///
+    /// Where a constraint holds in continuous time, the value of a time point that is a local maximum is that of the peak
+    /// itself.
+    pub constraints: Vec<Vec<f64>>,
+    /// Indices j of equality constraints, for which ĝ_j = 1 is feasible alone.
+    #[serde(default)]
+    pub equalities: Vec<usize>,
+    /// Local maxima of the constraints that hold in continuous time, in order.
+    #[serde(default)]
+    pub peaks: Vec<PeakTime>,
+}
+
+/// A design with its responses and its evaluation: the result of an analysis.
+#[derive(Clone, Debug)]
+pub struct AnalyzedDesign {
+    /// Design b.
+    pub design: Vec<f64>,
+    /// Responses there.
+    pub responses: Responses,
+    /// Objective and constraints there.
+    pub evaluation: Evaluation,
+}
+
+/// A constraint at one of its time points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct RowId {
+    /// Index j of the constraint.
+    pub constraint: usize,
+    /// Index p of the time point, 0 for a time-independent constraint.
+    pub point: usize,
+}
+
+impl Evaluation {
+    /// V: the largest violation (17), (18) over all constraints and time points, in percent; −100 without constraints.
+    pub fn max_violation_pct(&self) -> f64 {
+        self.worst().map_or(-100.0, |(row, g)| self.violation(row.constraint, g) * 100.0)
+    }
+
+    /// ĝ − 1 for an inequality, |ĝ − 1| for an equality.
+    pub fn violation(&self, constraint: usize, g: f64) -> f64 {
+        violation(self.equalities.contains(&constraint), g - 1.0)
+    }
+
+    /// The largest violation of each constraint.
+    pub fn violations(&self) -> Vec<f64> {
+        let largest = |j| self.worst_of(j).map_or(f64::NEG_INFINITY, |(_, g)| self.violation(j, g));
+        (0..self.constraints.len()).map(largest).collect()
+    }
+
+    /// The constraint and time point with the largest violation, and ĝ there.
+    pub fn worst(&self) -> Option<(RowId, f64)> {
+        self.largest((0..self.constraints.len()).filter_map(|j| self.worst_of(j)))
+    }
+
+    /// The time point of constraint `j` with the largest violation, the first of several, and ĝ there.
+    pub fn worst_of(&self, j: usize) -> Option<(RowId, f64)> {
+        let row = |(point, &g): (usize, &f64)| (RowId { constraint: j, point }, g);
+        self.largest(self.constraints.get(j)?.iter().enumerate().map(row))
+    }
+
+    fn largest(&self, rows: impl Iterator<Item = (RowId, f64)>) -> Option<(RowId, f64)> {
+        let by = |(row, g): (RowId, f64)| self.violation(row.constraint, g);
+        rows.fold(None, |worst, row| if worst.is_none_or(|w| by(row) > by(w)) { Some(row) } else { worst })
+    }
+
+    /// ĝ of a row; for a constraint in continuous time that of the nearest local maximum, if there is one.
+    pub fn value_of(&self, row: RowId) -> f64 {
+        let point = self.nearest_peak(row).map_or(row.point, |peak| peak.row.point);
+        self.constraints[row.constraint][point]
+    }
+
+    /// The local maximum of the row's constraint that is nearest to its time point; none unless it holds in continuous time.
+    pub fn nearest_peak(&self, row: RowId) -> Option<&PeakTime> {
+        let peaks = self.peaks.iter().filter(|p| p.row.constraint == row.constraint);
+        peaks.min_by_key(|p| p.row.point.abs_diff(row.point))
+    }
+}
+
+/// The violation of a row ĝ − 1 ≤ 0, or ĝ − 1 = 0.
+pub(crate) fn violation(is_equality: bool, row: f64) -> f64 {
+    if is_equality { row.abs() } else { row }
+}

@@ -1,0 +1,378 @@
+//! The optimization problem (1)–(3), and its evaluation in plain numbers.
+
+use super::continuous_time::{PeakTime, maxima};
+use super::quantity::{Form, SignedQuantity};
+use super::{
+    Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, Quantity, Response,
+    Responses, RowId, TimeGrid,
+};
+use error::{Error, Result};
+use std::collections::HashSet;
+
+/// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.
+///
+/// Built with [`ProblemBuilder`](super::ProblemBuilder), which checks that the parts fit together.
+///
+/// # Examples
+///
+/// ```
+/// let problem = linkwright::cases::impact_absorber::peak_acceleration()?;
+/// let here = problem.analyze_design(&problem.start())?;
+/// let (row, _) = here.evaluation.worst().expect("the problem has constraints");
+/// assert_eq!(problem.row_in_words(row), "displacement upper at time 1.44 s");
+/// # Ok::<(), linkwright::Error>(())
+/// ```
+pub struct Problem {
+    /// Name, for tables and files.
+    pub name: String,
+    /// Design variables b, n of them.
+    pub variables: Vec<DesignVariable>,
+    /// Time grids.
+    pub grids: Vec<TimeGrid>,
+    /// Responses r.
+    pub responses: Vec<Response>,
+    /// Objective F.
+    pub objective: Objective,
+    /// Constraints g_j, m of them.
+    pub constraints: Vec<Constraint>,
+    /// The analysis, from which the responses come.
+    pub analysis: Box<dyn Analysis>,
+}
+
+impl Problem {
+    /// Number of design variables n.
+    pub fn n(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// The start design.
+    pub fn start(&self) -> Vec<f64> {
+        self.variables.iter().map(|v| v.start).collect()
+    }
+
+    /// Number of time points of a quantity: 1 for a time-independent one.
+    pub fn points_of(&self, quantity: &Quantity) -> usize {
+        match quantity.form {
+            Form::EachPoint(grid, _) => self.grids[grid].len(),
+            Form::Plain(_) | Form::Whole(..) => 1,
+        }
+    }
+
+    /// True if constraint `j` holds at time point `p`: everywhere unless it has a [window](Constraint::window).
+    pub fn holds(&self, j: usize, p: usize) -> bool {
+        let constraint = &self.constraints[j];
+        constraint.window.is_none()
+            || constraint.quantity.grid().is_none_or(|grid| constraint.holds_at(self.grids[grid].points[p]))
+    }
+
+    /// Every constraint at every time point at which it holds.
+    pub fn all_rows(&self) -> Vec<RowId> {
+        let of = |(constraint, c): (usize, &Constraint)| {
+            let points = (0..self.points_of(&c.quantity)).filter(move |&p| self.holds(constraint, p));
+            points.map(move |point| RowId { constraint, point })
+        };
+        self.constraints.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// The other side of a two-sided constraint.
+    pub fn partner(&self, j: usize) -> Option<usize> {
+        let pair = self.constraints[j].pair.as_ref()?;
+        (0..self.constraints.len()).find(|&k| k != j && self.constraints[k].pair.as_ref() == Some(pair))
+    }
+
+    /// Analyses design `b` and checks shape and finiteness of every response.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFinite`] with response, time and design, or the error of the analysis.
+    pub fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        Error::check_length("design", self.n(), b.len())?;
+        let responses = self.analysis.analyze(b)?;
+        self.check_shape(&responses)?;
+        for (declared, values) in self.responses.iter().zip(&responses.values) {
+            if let Some(p) = values.iter().position(|v| !v.is_finite()) {
+                let what = format!("response `{}`", declared.name);
+                return Err(self.not_finite(what, values[p], declared.grid, p, b));
+            }
+        }
+        Ok(responses)
+    }
+
+    /// Analyses design `b` and evaluates objective and constraints there.
+    ///
+    /// # Errors
+    ///
+    /// As [`analyze`](Self::analyze) and [`evaluate`](Self::evaluate).
+    pub fn analyze_design(&self, b: &[f64]) -> Result<AnalyzedDesign> {
+        let responses = self.analyze(b)?;
+        let evaluation = self.evaluate(b, &responses)?;
+        Ok(AnalyzedDesign { design: b.to_vec(), responses, evaluation })
+    }
+
+    /// Checks that every response has a value at every point of its grid.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] otherwise.
+    pub fn check_shape(&self, responses: &Responses) -> Result<()> {
+        Error::check_length("responses of the analysis", self.responses.len(), responses.values.len())?;
+        for (declared, values) in self.responses.iter().zip(&responses.values) {
+            let points = declared.grid.map_or(1, |g| self.grids[g].len());
+            Error::check_length(&format!("values of response `{}`", declared.name), points, values.len())?;
+        }
+        Ok(())
+    }
+
+    /// Checks that design `b` has the right length and is within its bounds.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] or [`Error::Definition`] otherwise.
+    pub fn check_design(&self, b: &[f64]) -> Result<()> {
+        Error::check_length("design", self.n(), b.len())?;
+        self.variables.iter().zip(b).try_for_each(|(variable, &b)| variable.check_start(b))
+    }
+
+    /// Objective and normalised constraints at design `b` from its responses.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] for a wrong shape, [`Error::NotFinite`] for a value that is not finite.
+    pub fn evaluate(&self, b: &[f64], responses: &Responses) -> Result<Evaluation> {
+        Error::check_length("design", self.n(), b.len())?;
+        self.check_shape(responses)?;
+        let at = |g: SignedQuantity, p| g.value(p, &self.grids, b, |h, p| self.read(responses, h, p));
+        let objective = at(self.objective.signed(), 0);
+        if !objective.is_finite() {
+            return Err(self.not_finite(format!("objective `{}`", self.objective.name), objective, None, 0, b));
+        }
+        let mut constraints = Vec::with_capacity(self.constraints.len());
+        let mut peaks: Vec<PeakTime> = vec![];
+        for (j, constraint) in self.constraints.iter().enumerate() {
+            let value = |p| {
+                if self.holds(j, p) { constraint.normalised(at(constraint.signed(), p)) } else { 0.0 }
+            };
+            let mut history: Vec<f64> = (0..self.points_of(&constraint.quantity)).map(value).collect();
+            if let Some(p) = history.iter().position(|v| !v.is_finite()) {
+                let what = format!("constraint `{}`", constraint.name);
+                return Err(self.not_finite(what, history[p], constraint.quantity.grid(), p, b));
+            }
+            if constraint.is_continuous {
+                peaks.extend(self.refine(j, b, responses, &mut history)?);
+            }
+            constraints.push(history);
+        }
+        let equalities = (0..self.constraints.len()).filter(|&j| self.constraints[j].is_equality()).collect();
+        Ok(Evaluation { objective, constraints, equalities, peaks })
+    }
+
+    /// Replaces the values of time points that are local maxima by those of the peaks, which are returned.
+    fn refine(&self, j: usize, b: &[f64], responses: &Responses, history: &mut [f64]) -> Result<Vec<PeakTime>> {
+        let mut peaks: Vec<PeakTime> = vec![];
+        for point in maxima(history) {
+            let Some((time, value)) = self.peak_near(j, b, responses, point)? else { continue };
+            // A peak in the first or the last step is near two time points.
+            if peaks.last().is_none_or(|last| (time - last.time).abs() > 1e-9 * time.abs()) {
+                history[point] = history[point].max(value);
+                peaks.push(PeakTime { row: RowId { constraint: j, point }, time });
+            }
+        }
+        Ok(peaks)
+    }
+
+    /// A length for each variable that does not change during a run: its range if it is bounded, else |its start|, else 1.
+    pub fn scales(&self) -> Vec<f64> {
+        let scale = |v: &DesignVariable| {
+            let range = v.upper - v.lower;
+            if range.is_finite() && range > 0.0 {
+                range
+            } else if v.start != 0.0 {
+                v.start.abs()
+            } else {
+                1.0
+            }
+        };
+        self.variables.iter().map(scale).collect()
+    }
+
+    /// Names of the responses, and of objective and constraints that are approximated directly.
+    pub fn approximated(&self) -> impl Iterator<Item = &str> {
+        let objective = self.objective.quantity.direct.is_some().then_some(self.objective.name.as_str());
+        let direct = self.constraints.iter().filter(|c| c.quantity.direct.is_some()).map(|c| c.name.as_str());
+        self.responses.iter().map(|r| r.name.as_str()).chain(objective).chain(direct)
+    }
+
+    /// Response `h` at time point `p`; a time-independent response has the same value at all points.
+    fn read(&self, responses: &Responses, h: usize, p: usize) -> f64 {
+        responses.values[h][if self.responses[h].grid.is_some() { p } else { 0 }]
+    }
+
+    /// The time of point `p` in words, with the unit of its grid.
+    pub fn time_in_words(&self, grid: Option<usize>, p: usize) -> String {
+        match grid {
+            Some(g) => format!("{} {} {}", self.grids[g].name, rounded(self.grids[g].points[p]), self.grids[g].unit),
+            None => "no particular time".to_owned(),
+        }
+    }
+
+    /// The design in words: `k = 1 N/m, c = 0.3 N·s/m`.
+    pub fn design_in_words(&self, b: &[f64]) -> String {
+        let one =
+            |(v, b): (&DesignVariable, &f64)| format!("{} = {} {}", v.name, rounded(*b), v.unit).trim_end().to_owned();
+        self.variables.iter().zip(b).map(one).collect::<Vec<_>>().join(", ")
+    }
+
+    /// A constraint and its time in words: `displacement at time 1.2 s`.
+    pub fn row_in_words(&self, row: RowId) -> String {
+        let constraint = &self.constraints[row.constraint];
+        if constraint.quantity.is_transient() {
+            format!("{} at {}", constraint.name, self.time_in_words(constraint.quantity.grid(), row.point))
+        } else {
+            constraint.name.clone()
+        }
+    }
+
+    pub(super) fn not_finite(&self, what: String, value: f64, grid: Option<usize>, p: usize, b: &[f64]) -> Error {
+        let place = format!("{} and {}", self.time_in_words(grid, p), self.design_in_words(b));
+        Error::NotFinite { what, value, place, remedy: "bound the design away from where it is undefined" }
+    }
+
+    /// A hash of all names, bounds, limits and time points, which identifies a problem.
+    pub fn fingerprint(&self) -> u64 {
+        let mut text = format!("{} {} {:?} {:?}", self.name, self.objective.name, self.variables, self.grids);
+        for r in &self.responses {
+            text += &format!(" {} {:?} {:?}", r.name, r.grid, r.intermediates);
+        }
+        for c in &self.constraints {
+            text += &format!(" {} {} {} {:?}", c.name, c.signed_limit(), c.scale, c.quantity.uses);
+            if c.is_equality() || c.is_continuous {
+                text += &format!(" {} {}", c.is_equality(), c.is_continuous);
+            }
+        }
+        // FNV-1a, which is the same on every machine and in every version.
+        text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    }
+
+    /// Checks that the parts fit together, when a problem is built and again when a run starts, since fields are public.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Definition`], [`Error::Option`] or [`Error::Length`] with the name of the first part that does not fit.
+    pub fn check(&self) -> Result<()> {
+        if self.variables.is_empty() {
+            return Err(Error::definition(&self.name, "there is no design variable", "add at least one"));
+        }
+        unique("design variable", self.variables.iter().map(|v| &v.name))?;
+        unique("response", self.responses.iter().map(|r| &r.name))?;
+        unique("constraint", self.constraints.iter().map(|c| &c.name))?;
+        self.variables.iter().try_for_each(DesignVariable::check)?;
+        self.grids.iter().try_for_each(TimeGrid::check)?;
+        self.responses
+            .iter()
+            .try_for_each(|r| self.check_intermediates(&format!("response `{}`", r.name), &r.intermediates))?;
+        self.check_objective()?;
+        self.constraints.iter().try_for_each(|constraint| self.check_constraint(constraint))
+    }
+
+    fn check_objective(&self) -> Result<()> {
+        let Objective { name, quantity, .. } = &self.objective;
+        self.check_quantity(&format!("objective `{name}`"), quantity)?;
+        if quantity.is_transient() {
+            let remedy = "minimize a sum or an integral over the grid, or its peak with `minimize_peak`";
+            return Err(Error::definition(name, "the objective is a history, not a number", remedy));
+        }
+        let exists = self.objective.peak().is_none_or(|peak| {
+            peak.variable < self.n() && peak.constraints.into_iter().all(|j| j < self.constraints.len())
+        });
+        if !exists {
+            let why = "the bound variable of its peak, or a constraint by it, does not exist";
+            return Err(Error::definition(format!("objective `{name}`"), why, "make it with `minimize_peak`"));
+        }
+        Ok(())
+    }
+
+    fn check_constraint(&self, constraint: &Constraint) -> Result<()> {
+        let what = format!("constraint `{}`", constraint.name);
+        self.check_quantity(&what, &constraint.quantity)?;
+        let option = |word| format!("{word} of {what}");
+        Error::check_option(&option("limit"), "finite", constraint.limit, constraint.limit.is_finite())?;
+        let positive = constraint.scale > 0.0 && constraint.scale.is_finite();
+        Error::check_option(&option("scale"), "positive and finite", constraint.scale, positive)?;
+        let refused = |why: &str, remedy| Err(Error::definition(&what, why, remedy));
+        let (is_transient, direct) = (constraint.quantity.is_transient(), constraint.quantity.direct.is_some());
+        let grid = constraint.quantity.grid();
+        if constraint.bound.is_some_and(|k| k >= self.n()) {
+            return refused("its bound variable does not exist", "use the index that adding the variable returned");
+        }
+        if constraint.is_continuous && !is_transient {
+            return refused(
+                "it holds in continuous time, but has one value only",
+                "make its quantity with `each_point`",
+            );
+        }
+        if constraint.is_continuous && (constraint.is_equality() || direct) {
+            let why = "an equality, or a quantity that is approximated directly, cannot hold in continuous time";
+            return refused(why, "use the time points");
+        }
+        if constraint.window.is_none() {
+            return Ok(());
+        }
+        if !is_transient || constraint.is_equality() || constraint.is_continuous {
+            let why = "only an inequality at the time points of a grid can hold in a part of them";
+            return refused(why, "leave out its window");
+        }
+        if grid.is_some_and(|grid| !self.grids[grid].points.iter().any(|&t| constraint.holds_at(t))) {
+            return refused("no time point is inside its window", "widen the window");
+        }
+        Ok(())
+    }
+
+    fn check_intermediates(&self, of: &str, intermediates: &Intermediates) -> Result<()> {
+        match intermediates {
+            Intermediates::Each(choice) => {
+                Error::check_length(&format!("intermediate variables of {of}"), self.n(), choice.len())
+            }
+            Intermediates::Identity | Intermediates::Map(_) => Ok(()),
+        }
+    }
+
+    fn check_quantity(&self, what: &str, quantity: &Quantity) -> Result<()> {
+        if quantity.grid().is_some_and(|g| g >= self.grids.len()) {
+            return Err(Error::definition(what, "its time grid does not exist", "add the grid and use its index"));
+        }
+        if let Form::Whole(grid, functional) = &quantity.form {
+            let points = self.grids[*grid].len();
+            Error::check_length(&format!("{what}: weights"), points, functional.made_for().unwrap_or(points))?;
+        }
+        if let Some(intermediates) = &quantity.direct {
+            self.check_intermediates(what, intermediates)?;
+        }
+        for &h in &quantity.uses {
+            let Some(response) = self.responses.get(h) else {
+                let why = format!("it uses response number {h}, but there are {}", self.responses.len());
+                return Err(Error::definition(what, why, "use the index that adding the response returned"));
+            };
+            if response.grid.is_some() && response.grid != quantity.grid() {
+                let why = format!("it uses `{}`, which lives on another time grid", response.name);
+                return Err(Error::definition(what, why, "give both the same grid"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A number for messages: at most nine significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
+}
+
+fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Result<()> {
+    let mut seen = HashSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            let remedy = "give every part its own name";
+            return Err(Error::definition(format!("{what} `{name}`"), "the name is taken twice", remedy));
+        }
+    }
+    Ok(())
+}

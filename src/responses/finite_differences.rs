@@ -1,0 +1,275 @@
+//! Sensitivities by finite differences of whole analyses, for analyses that offer no better ones.
+
+use crate::gradient_check::{DifferenceSamples, ridders};
+use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use error::{Error, Result};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+/// An analysis whose sensitivities are replaced by differences of itself, with the step h_i = ε |b_i| of each variable (ε itself
+/// where b_i = 0), or steps h_i that are given:
+///
+/// | constructor | ∂r/∂b_i ≈ | error | analyses |
+/// |---|---|---|---|
+/// | [`forward`](Self::forward) | D₊(h) = (r(b + h e_i) − r(b)) / h | h | n |
+/// | [`central`](Self::central) | D(h) = (r(b + h e_i) − r(b − h e_i)) / 2h | h² | 2 n |
+/// | [`richardson`](Self::richardson) | (4 D(h/2) − D(h)) / 3 | h⁴ | 4 n |
+/// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, the best one for curvature and noise | estimated | 22 n |
+///
+/// All analyses of a sensitivity analysis run in parallel; the result has the same bits for any number of threads. A derivative of
+/// the whole analysis by dual or complex numbers is no difference: that is the direct method.
+#[derive(Clone, Debug)]
+pub struct Differences<A> {
+    analysis: A,
+    step: Step,
+    formula: Formula,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Formula {
+    Forward,
+    Central,
+    Richardson,
+    NoiseAware,
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Relative(f64),
+    Absolute(Vec<f64>),
+}
+
+impl Step {
+    fn of(&self, b: &[f64], i: usize) -> f64 {
+        match self {
+            Self::Relative(step) if b[i] == 0.0 => *step,
+            Self::Relative(step) => step * b[i].abs(),
+            Self::Absolute(steps) => steps[i],
+        }
+    }
+}
+
+impl Formula {
+    /// Name of the method, for tables and model files.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Forward => "forward",
+            Self::Central => "central",
+            Self::Richardson => "richardson",
+            Self::NoiseAware => "noise-aware",
+        }
+    }
+
+    /// Places of the analyses, in steps, and their weights in the difference times the step.
+    fn points(self) -> &'static [(f64, f64)] {
+        match self {
+            Self::Forward => &[(1.0, 1.0)],
+            Self::Central => &[(1.0, 0.5), (-1.0, -0.5)],
+            Self::Richardson => &[(0.5, 4.0 / 3.0), (-0.5, -4.0 / 3.0), (1.0, -1.0 / 6.0), (-1.0, 1.0 / 6.0)],
+            Self::NoiseAware => &[],
+        }
+    }
+}
+
+impl<A: Analysis> Differences<A> {
+    /// Forward differences with the relative step ε.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless ε is positive and finite.
+    pub fn forward(analysis: A, relative_step: f64) -> Result<Self> {
+        Self::new(analysis, Step::Relative(relative_step), Formula::Forward)
+    }
+
+    /// Forward differences with the steps h, one for each design variable and in its unit.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless every step is positive and finite.
+    pub fn forward_by(analysis: A, steps: Vec<f64>) -> Result<Self> {
+        Self::new(analysis, Step::Absolute(steps), Formula::Forward)
+    }
+
+    /// Central differences with the relative step ε.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless ε is positive and finite.
+    pub fn central(analysis: A, relative_step: f64) -> Result<Self> {
+        Self::new(analysis, Step::Relative(relative_step), Formula::Central)
+    }
+
+    /// Central differences with the relative steps ε and ε/2, extrapolated to zero (Richardson).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Option`] unless ε is positive and finite.
+    pub fn richardson(analysis: A, relative_step: f64) -> Result<Self> {
+        Self::new(analysis, Step::Relative(relative_step), Formula::Richardson)
+    }
+
+    /// Central differences with steps that fall from 1 % of every variable, extrapolated in all ways that they allow.
+    ///
+    /// For each response and variable the result with the least error estimate is used, whatever the noise of the analysis.
+    ///
+    /// # Sources
+    ///
+    /// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
+    pub fn noise_aware(analysis: A) -> Self {
+        Self { analysis, step: Step::Relative(1.0), formula: Formula::NoiseAware }
+    }
+
+    fn new(analysis: A, step: Step, formula: Formula) -> Result<Self> {
+        let (what, steps) = match &step {
+            Step::Relative(step) => ("relative step of differences", std::slice::from_ref(step)),
+            Step::Absolute(steps) => ("step of differences", &steps[..]),
+        };
+        for &step in steps {
+            Error::check_option(what, "positive and finite", step, step > 0.0 && step.is_finite())?;
+        }
+        Ok(Self { analysis, step, formula })
+    }
+
+    /// Sensitivities with steps `factor` times as long.
+    fn by(&self, factor: f64, b: &[f64], here: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        if let Step::Absolute(steps) = &self.step {
+            Error::check_length("steps of differences", b.len(), steps.len())?;
+        }
+        if self.formula == Formula::NoiseAware {
+            return self.noise_aware_at(b, here, wanted);
+        }
+        let points = self.formula.points();
+        let read = |task: usize| -> Result<(f64, Vec<f64>)> {
+            let (i, (place, _)) = (task / points.len(), points[task % points.len()]);
+            let mut moved = b.to_vec();
+            moved[i] += place * factor * self.step.of(b, i);
+            let responses = self.analysis.analyze(&moved)?;
+            Ok((moved[i], wanted.iter().map(|&at| responses.at(at)).collect()))
+        };
+        let found: Vec<_> = (0..points.len() * b.len()).into_par_iter().map(read).collect::<Result<_>>()?;
+        let slope = |row: usize, i: usize| {
+            let here = here.at(wanted[row]);
+            // The distance in floating point replaces the step.
+            let share = |(k, (place, weight)): (usize, &(f64, f64))| {
+                let (at, values) = &found[i * points.len() + k];
+                weight * (values[row] - here) * place / (at - b[i])
+            };
+            points.iter().enumerate().map(share).sum()
+        };
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
+    }
+
+    fn noise_aware_at(&self, b: &[f64], here: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        let scales: Vec<f64> = b.iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() }).collect();
+        let samples = DifferenceSamples::along_all(&self.analysis, b, &scales);
+        let mut rows = DMatrix::zeros(wanted.len(), b.len());
+        for (i, samples) in samples.iter().enumerate() {
+            for (row, &at) in wanted.iter().enumerate() {
+                let slope = ridders(here.at(at), &samples.steps(at)).ok_or_else(|| {
+                    let why = "the designs beside this one cannot be analysed";
+                    Error::analysis(
+                        format!("differences by design variable {i}"),
+                        why,
+                        "move the design away from there",
+                    )
+                })?;
+                rows[(row, i)] = slope.value;
+            }
+        }
+        Ok(rows)
+    }
+}
+
+impl<A: Analysis> Analysis for Differences<A> {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        self.analysis.analyze(b)
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        self.by(1.0, b, responses, wanted)
+    }
+
+    /// The differences, and the methods of the analysis itself.
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
+        let own = match self.formula {
+            Formula::NoiseAware => GradientMethod::of(self.formula.name(), self),
+            _ => {
+                let by = |factor: f64, b: &[f64], r: &Responses, wanted: &[ResponseAt]| self.by(factor, b, r, wanted);
+                GradientMethod::approximate(self.formula.name(), 1.0, by)
+            }
+        };
+        std::iter::once(own).chain(self.analysis.gradient_methods()).collect()
+    }
+
+    fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
+        Some(self.formula.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::{Analytic, ClosedForm, TimeGrid};
+    use autodiff::Scalar;
+
+    struct Cubic;
+    impl ClosedForm for Cubic {
+        fn response<S: Scalar>(&self, _: usize, b: &[S], t: S) -> S {
+            b[0].powi(3) * t + b[1]
+        }
+    }
+
+    #[test]
+    fn forward_is_of_first_and_central_of_second_order() {
+        let grid = TimeGrid::uniform(1.0, 2.0, 2).unwrap();
+        let analysis = || Analytic::new(Cubic, &[Some(&grid)]);
+        let (b, wanted) = ([2.0, 0.0], [ResponseAt { response: 0, point: 1 }]);
+        let slope = |d: &dyn Analysis| {
+            let rows = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
+            assert!((rows[(0, 1)] - 1.0).abs() < 1e-10);
+            rows[(0, 0)]
+        };
+        // 2 (3b² + 3bh + h²) and 2 (3b² + h²), h = 0.02.
+        assert!((slope(&Differences::forward(analysis(), 0.01).unwrap()) - (24.0 + 0.24 + 0.0008)).abs() < 1e-10);
+        assert!((slope(&Differences::central(analysis(), 0.01).unwrap()) - (24.0 + 0.0008)).abs() < 1e-10);
+        assert!(
+            (slope(&Differences::forward_by(analysis(), vec![0.02, 0.3]).unwrap()) - (24.0 + 0.24 + 0.0008)).abs()
+                < 1e-10
+        );
+        // A cubic has no fourth derivative.
+        assert!((slope(&Differences::richardson(analysis(), 0.01).unwrap()) - 24.0).abs() < 1e-9);
+        assert!((slope(&Differences::noise_aware(analysis())) - 24.0).abs() < 1e-9);
+        assert!(Differences::forward(analysis(), 0.0).is_err());
+        assert!(Differences::forward_by(analysis(), vec![0.1, -0.1]).is_err());
+        let short = Differences::forward_by(analysis(), vec![0.1]).unwrap();
+        assert!(short.sensitivities(&b, &short.analyze(&b).unwrap(), &wanted).is_err());
+    }
+
+    /// The digits of sin b that a tolerance of 1e-7 leaves.
+    struct Noisy;
+    impl Analysis for Noisy {
+        fn analyze(&self, b: &[f64]) -> Result<Responses> {
+            Ok(Responses::new(vec![vec![b[0].sin() + 1e-7 * (1e9 * b[0]).sin()]]))
+        }
+        fn sensitivities(&self, _: &[f64], _: &Responses, _: &[ResponseAt]) -> Result<DMatrix<f64>> {
+            Ok(DMatrix::zeros(1, 1))
+        }
+    }
+
+    #[test]
+    fn noise_makes_steps_long() {
+        let (b, wanted) = ([1.2], [ResponseAt { response: 0, point: 0 }]);
+        let off = |d: &dyn Analysis| {
+            let found = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
+            (found[(0, 0)] - 1.2f64.cos()).abs()
+        };
+        assert!(off(&Differences::central(Noisy, 1e-6).unwrap()) > 1e-3);
+        assert!(off(&Differences::noise_aware(Noisy)) < 1e-4);
+    }
+
+    #[test]
+    fn methods_are_the_differences_and_those_of_the_analysis() {
+        let differences = Differences::forward(Analytic::new(Cubic, &[None]), 1e-6).unwrap();
+        assert_eq!(differences.gradient_methods().iter().map(|a| a.name).collect::<Vec<_>>(), ["forward"]);
+    }
+}

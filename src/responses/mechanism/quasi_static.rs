@@ -1,0 +1,268 @@
+//! The outputs of a mechanism at time points that are solved one by one, without integration, as responses of a problem.
+
+use crate::Result;
+use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use mechanics::analyses::dynamics::check_times;
+use mechanics::analyses::kinematics::kinematics;
+use mechanics::analyses::statics::{Statics, equilibria};
+use mechanics::derivatives::adjoint::Functional;
+use mechanics::derivatives::adjoint::{differentiate_equilibria_backwards, differentiate_kinematics_backwards};
+use mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
+use mechanics::derivatives::history::SensitiveHistory;
+use mechanics::derivatives::method::{Cost, Differentiation};
+use mechanics::derivatives::second_order::{
+    HessianHistory, HessianPart, differentiate_equilibria_twice, differentiate_kinematics_twice,
+};
+use mechanics::derivatives::semi_analytical;
+use mechanics::derivatives::semi_analytical::{difference_equilibria, difference_kinematics};
+use mechanics::initial_conditions::Assembly;
+use mechanics::mechanism::{Mechanism, ParametricMechanism};
+use nalgebra::DMatrix;
+
+/// The outputs of a mechanism in static equilibrium at given times: a load path where loads are functions of time.
+pub type StaticResponses<M> = QuasiStaticResponses<M, Statics>;
+
+/// The outputs of a mechanism whose every degree of freedom is driven, at given times: positions, velocities,
+/// accelerations, reactions and driving forces, each time point assembled by itself.
+pub type KinematicResponses<M> = QuasiStaticResponses<M, Assembly>;
+
+/// The outputs of a mechanism at given times, each solved by itself: [`StaticResponses`] or [`KinematicResponses`].
+///
+/// Response h is the mechanism's output h, on the grid `times`.
+pub struct QuasiStaticResponses<M, P> {
+    model: M,
+    settings: P,
+    times: Vec<f64>,
+    differentiation: Differentiation,
+}
+
+/// An analysis of one time point, with its settings.
+pub trait InstantAnalysis: Send + Sync {
+    /// Costs of the direct and the adjoint method.
+    #[doc(hidden)]
+    const COST: Cost;
+
+    /// One series for each output.
+    fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>>;
+
+    /// Outputs with derivatives by the direct method.
+    fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory>;
+
+    /// Outputs with derivatives by the semi-analytical method, with this relative step.
+    fn semi_analytical<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        step: f64,
+    ) -> Result<SensitiveHistory>;
+
+    /// Outputs with their Hessians.
+    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory>;
+
+    /// Derivatives of `responses` by the adjoint method.
+    fn adjoint<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        responses: &[Functional],
+    ) -> Result<DMatrix<f64>>;
+}
+
+impl InstantAnalysis for Statics {
+    const COST: Cost = Cost::EQUILIBRIUM;
+
+    fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>> {
+        equilibria(mechanism, self, times)
+    }
+
+    fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
+        differentiate_equilibria(model, b, self, times)
+    }
+
+    fn semi_analytical<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        step: f64,
+    ) -> Result<SensitiveHistory> {
+        difference_equilibria(model, b, self, times, step)
+    }
+
+    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory> {
+        differentiate_equilibria_twice(model, b, self, times, HessianPart::Full)
+    }
+
+    fn adjoint<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        responses: &[Functional],
+    ) -> Result<DMatrix<f64>> {
+        differentiate_equilibria_backwards(model, b, self, times, responses)
+    }
+}
+
+impl InstantAnalysis for Assembly {
+    const COST: Cost = Cost::KINEMATICS;
+
+    fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>> {
+        kinematics(mechanism, *self, times)
+    }
+
+    fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
+        differentiate_kinematics(model, b, *self, times)
+    }
+
+    fn semi_analytical<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        step: f64,
+    ) -> Result<SensitiveHistory> {
+        difference_kinematics(model, b, *self, times, step)
+    }
+
+    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory> {
+        differentiate_kinematics_twice(model, b, *self, times, HessianPart::Full)
+    }
+
+    fn adjoint<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+        responses: &[Functional],
+    ) -> Result<DMatrix<f64>> {
+        differentiate_kinematics_backwards(model, b, *self, times, responses)
+    }
+}
+
+impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
+    /// Responses from the outputs of `model` at `times` (s, increasing).
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Definition`] if times do not increase.
+    pub fn new(model: M, settings: P, times: &[f64]) -> Result<Self> {
+        check_times(f64::NEG_INFINITY, times)?;
+        Ok(Self { model, settings, times: times.to_vec(), differentiation: Differentiation::Automatic })
+    }
+
+    /// Replaces the method of differentiation.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Unsupported`] for a method that this analysis does not offer; it offers all.
+    pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
+        Ok(Self { differentiation, ..self })
+    }
+
+    /// The method for derivatives of the `wanted` responses by this many design variables.
+    ///
+    /// Costs are counted for each time point: one transposed solve carries four responses of a time point.
+    pub fn differentiation_for(&self, variables: usize, wanted: &[ResponseAt]) -> Differentiation {
+        self.differentiation.at_points(variables, wanted.iter().map(|at| at.point), P::COST)
+    }
+}
+
+impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticResponses<M, P> {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        Ok(Responses::new(self.settings.values(&self.model.build(b)?, &self.times)?))
+    }
+
+    fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        self.sensitivities_by(self.differentiation_for(b.len(), wanted), semi_analytical::STEP, b, wanted)
+    }
+
+    fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
+        Some(self.differentiation_for(variables, wanted).name())
+    }
+
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
+        use Differentiation::{Adjoint, Direct, SemiAnalytical};
+        let by = |method, step| {
+            move |b: &[f64], _: &Responses, wanted: &[ResponseAt]| self.sensitivities_by(method, step, b, wanted)
+        };
+        let semi = |step: f64, b: &[f64], _: &Responses, wanted: &[ResponseAt]| {
+            self.sensitivities_by(SemiAnalytical, step, b, wanted)
+        };
+        let step = semi_analytical::STEP;
+        vec![
+            GradientMethod::exact("direct", by(Direct, step)),
+            GradientMethod::exact("adjoint", by(Adjoint, step)),
+            GradientMethod::approximate("semi-analytical", step, semi),
+        ]
+    }
+
+    fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        let times = &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)];
+        let history = self.settings.second(&self.model, b, times)?;
+        Ok(wanted.iter().map(|at| history.hessian(at.response, at.point)).collect())
+    }
+}
+
+impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
+    fn sensitivities_by(
+        &self,
+        method: Differentiation,
+        step: f64,
+        b: &[f64],
+        wanted: &[ResponseAt],
+    ) -> Result<DMatrix<f64>> {
+        // From the first time on, as the analysis: the solution of each time point starts from the one before.
+        let times = &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)];
+        let history = match method {
+            Differentiation::Adjoint => {
+                return by_points(wanted, |responses| self.settings.adjoint(&self.model, b, times, responses));
+            }
+            Differentiation::SemiAnalytical => self.settings.semi_analytical(&self.model, b, times, step)?,
+            Differentiation::Direct | Differentiation::Automatic => self.settings.direct(&self.model, b, times)?,
+        };
+        Ok(super::gradient_rows(&history, b.len(), wanted, &wanted.iter().map(|at| at.point).collect::<Vec<_>>()))
+    }
+}
+
+/// Rows of the wanted responses from `adjoint`, which receives them ordered by time point: those of one share a factorization.
+fn by_points(
+    wanted: &[ResponseAt],
+    adjoint: impl FnOnce(&[Functional]) -> Result<DMatrix<f64>>,
+) -> Result<DMatrix<f64>> {
+    let mut order: Vec<usize> = (0..wanted.len()).collect();
+    order.sort_by_key(|&k| wanted[k].point);
+    let responses: Vec<_> = order.iter().map(|&k| Functional::at(wanted[k].response, wanted[k].point)).collect();
+    let rows = adjoint(&responses)?;
+    let mut sorted = DMatrix::zeros(rows.nrows(), rows.ncols());
+    order.iter().enumerate().for_each(|(from, &to)| sorted.set_row(to, &rows.row(from)));
+    Ok(sorted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::SliderCrank;
+
+    #[test]
+    fn derivatives_come_in_the_order_asked() {
+        let times: Vec<f64> = (0..10).map(|k| 0.05 * f64::from(k)).collect();
+        let driven = || KinematicResponses::new(SliderCrank::rigid(), Assembly::default(), &times).unwrap();
+        let analysis = driven().differentiating(Differentiation::Direct).unwrap();
+        let b = SliderCrank::DESIGN;
+        let responses = analysis.analyze(&b).unwrap();
+        let wanted = [(3, 7), (0, 2), (3, 1)].map(|(response, point)| ResponseAt { response, point });
+        let rows = analysis.sensitivities(&b, &responses, &wanted).unwrap();
+        let all = differentiate_kinematics(&SliderCrank::rigid(), &b, Assembly::default(), &times).unwrap();
+        assert_eq!(responses.values, all.values);
+        for (k, at) in wanted.iter().enumerate() {
+            assert_eq!(rows.row(k).iter().copied().collect::<Vec<_>>(), all.gradients[at.response][at.point]);
+        }
+        let adjoint = driven().differentiating(Differentiation::Adjoint).unwrap();
+        let difference = adjoint.sensitivities(&b, &responses, &wanted).unwrap() - &rows;
+        assert!(difference.amax() < 1e-11 * rows.amax());
+        assert!(KinematicResponses::new(SliderCrank::rigid(), Assembly::default(), &[0.1, 0.1]).is_err());
+    }
+}

@@ -1,0 +1,151 @@
+//! The sequence of cycles (Section 4 of the paper).
+
+use super::trial::Proposal;
+use super::{Counters, Cycle, Method, STATE_VERSION, State, Status, Trial, Verdict, optimality};
+use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, SubproblemBox};
+use crate::problem::{AnalyzedDesign, Problem};
+use error::Result;
+
+impl Method {
+    /// Runs from the start design to the end, and passes each state to `observe`.
+    ///
+    /// # Errors
+    ///
+    /// As [`start`](Self::start) and [`step`](Self::step).
+    pub fn solve(&self, problem: &Problem, mut observe: impl FnMut(&State)) -> Result<State> {
+        let state = self.start(problem)?;
+        observe(&state);
+        self.resume(problem, state, observe)
+    }
+
+    /// Continues a run to its end. The one loop.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step); also if settings are out of range, or if the state is one of another problem.
+    pub fn resume(&self, problem: &Problem, mut state: State, mut observe: impl FnMut(&State)) -> Result<State> {
+        self.check(problem)?;
+        state.check(problem)?;
+        (state.status, state.reason) = self.stop.test(problem, &state);
+        while state.status == Status::Running {
+            state = self.step(problem, state)?;
+            observe(&state);
+        }
+        Ok(state)
+    }
+
+    /// Analyses the start design.
+    ///
+    /// # Errors
+    ///
+    /// If settings are out of range, parts of the problem do not fit together, or the start cannot be analysed.
+    pub fn start(&self, problem: &Problem) -> Result<State> {
+        self.start_at(problem, problem.start())
+    }
+
+    /// Analyses a start design other than the problem's, within the same bounds.
+    ///
+    /// # Errors
+    ///
+    /// As [`start`](Self::start).
+    pub fn start_at(&self, problem: &Problem, design: Vec<f64>) -> Result<State> {
+        self.check(problem)?;
+        problem.check()?;
+        problem.check_design(&design)?;
+        let AnalyzedDesign { design, responses, evaluation } = problem.analyze_design(&design)?;
+        let factors = self.move_limits.start(problem.n());
+        Ok(State {
+            version: STATE_VERSION,
+            problem: problem.name.clone(),
+            fingerprint: problem.fingerprint(),
+            globalization: self.globalization.start(problem, &evaluation),
+            history: vec![Cycle::start(&design, &evaluation, &factors)],
+            design,
+            responses,
+            evaluation,
+            factors,
+            last_step: None,
+            previous: vec![],
+            data: None,
+            counters: Counters { analyses: 1, ..Default::default() },
+            status: Status::Running,
+            reason: String::new(),
+        })
+    }
+
+    /// One cycle, or one more trial step of a rejected one.
+    ///
+    /// # Errors
+    ///
+    /// Those of the sensitivities, of the approximation and of the subproblem solver. A failed analysis of the proposed design
+    /// is no error: it rejects the design.
+    pub fn step(&self, problem: &Problem, mut state: State) -> Result<State> {
+        // 1. Responses and 2. objective and constraints at the design of the state: from the analysis that accepted it.
+        // 3. Screening and 4. sensitivities of the retained responses; a repeated cycle has them.
+        let data = match state.data.take() {
+            Some(data) => data,
+            None => self.screen_and_differentiate(problem, &mut state)?,
+        };
+        // 5. Approximations, and from them the approximate problem inside the move limits.
+        let region = self.move_limits.region(problem, &state.design, &state.factors);
+        let sides = (region.lower.clone(), region.upper.clone());
+        let approximate = self.approximate(problem, &state, &data, sides)?;
+        // 6. The solution of the approximate problem.
+        let solution = self.solver.solve(&approximate, &state.design)?;
+        // 7. Its analysis: errors and violation, the decision, new move limits, and a row of the history.
+        state.counters.subproblem_iterations += solution.iterations;
+        state.counters.analyses += 1;
+        let (at_limit, distance) = (region.at_limit(&solution.x), approximate.distance(&solution.x));
+        let analyzed = problem.analyze_design(&solution.x);
+        let proposal = Proposal { data: &data, region, solution, distance, at_limit, analyzed };
+        let from = (&state.design[..], &state.evaluation);
+        let trial = Trial::new(problem, &self.screening, from, state.last_step.as_deref(), &proposal);
+        let (mut globalization, mut factors) = (state.globalization.clone(), state.factors.clone());
+        let verdict =
+            trial.outcome.as_ref().map_or(Verdict::Reject, |_| self.globalization.judge(&trial, &mut globalization));
+        if verdict != Verdict::IncreaseConservatism {
+            self.move_limits.update(&mut factors, &trial, verdict);
+        }
+        let mut cycle = Cycle::new(state.cycles() + 1, &state.factors, &trial, verdict, &proposal);
+        if self.stop.has_settled(&cycle, state.evaluation.objective) {
+            let multipliers = &proposal.solution.multipliers;
+            cycle.residual = Some(optimality::residual(problem, &approximate, &state.design, multipliers)?);
+        }
+        let analyzed = proposal.analyzed;
+        state.history.push(cycle);
+        (state.factors, state.globalization) = (factors, globalization);
+        match (verdict, analyzed) {
+            (Verdict::Accept, Ok(accepted)) => state.advance(accepted, data.sensitivities, self.memory()),
+            _ => state.data = Some(data),
+        }
+        (state.status, state.reason) = self.stop.test(problem, &state);
+        Ok(state)
+    }
+
+    fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<CycleData> {
+        let State { design, responses, evaluation, .. } = &*state;
+        let retained = self.screening.retain(problem, evaluation);
+        let second_order = self.approximation.wants_curvature();
+        let data = CycleData::differentiate(problem, design, responses, evaluation, retained, second_order)?;
+        state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
+        Ok(data)
+    }
+
+    fn approximate<'a>(
+        &self,
+        problem: &'a Problem,
+        state: &State,
+        data: &CycleData,
+        sides: (Vec<f64>, Vec<f64>),
+    ) -> Result<ApproximateProblem<'a>> {
+        let point = state.linearization_point(data);
+        let accepted = state.history.iter().filter(|c| c.accepted).map(|c| c.design.clone()).collect();
+        let options = ApproximationOptions {
+            conservatism: state.globalization.conservatism.clone(),
+            drifting: self.drifting,
+            curvature: self.curvature.and_then(|c| c.fit(problem, &point, &state.multipliers())),
+        };
+        let subproblem_box = SubproblemBox::new(problem, accepted, sides);
+        ApproximateProblem::new(problem, &*self.approximation, point, (subproblem_box, options))
+    }
+}

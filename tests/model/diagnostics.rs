@@ -1,0 +1,40 @@
+//! How diagnostics are shown.
+
+use linkwright::model_file::{Diagnostic, DiagnosticReport};
+use std::ops::Range;
+
+fn report(text: &str, span: Range<usize>) -> DiagnosticReport {
+    let diagnostics = vec![Diagnostic::new(span, "wrong").label("here").help("do better")];
+    DiagnosticReport { file: "m.toml".into(), text: text.into(), diagnostics }
+}
+
+/// The report about the first occurrence of `word`.
+fn about(text: &str, word: &str) -> String {
+    let start = text.find(word).unwrap();
+    report(text, start..start + word.len()).to_string()
+}
+
+#[test]
+fn the_text_is_underlined() {
+    let shown = about("a = 1\nβ = \"crnk\"\n", "\"crnk\"");
+    assert_eq!(shown, "wrong\n --> m.toml:2:5\n  |\n2 | β = \"crnk\"\n  |     ^^^^^^ here\n  |\n  = help: do better");
+}
+
+#[test]
+fn wide_characters_and_tabs_are_aligned() {
+    let shown = [
+        about("title = \"四連桿機構\" # 二\nb = \"crnk\"\n", "四連桿機構"),
+        about("unit = \"🙂🙂\"; b = \"crnk\"", "\"crnk\""),
+        about("\tname =\t\"crnk\"\t# a tab before", "\"crnk\""),
+        about("values = [\n  1,\n  2,\n]\n", "[\n  1,\n  2,\n]"),
+        about(&format!("{}wrong{}", "long ".repeat(60), " and longer".repeat(30)), "wrong"),
+    ];
+    insta::assert_snapshot!("layout", shown.join("\n\n"));
+}
+
+#[test]
+fn spans_outside_the_text_are_shown() {
+    for (text, span) in [("", 0..0), ("", 5..9), ("a", 1..1), ("ββ", 1..3), ("a\n", 2..2), ("a\r\nb\r\n", 2..6)] {
+        assert!(report(text, span).to_string().contains("m.toml"));
+    }
+}
