@@ -79,7 +79,7 @@ fn differentiate_seeded(
     let (values, states) = states_at_rest(&mut system, mechanism, chunks, about, t)?;
     let natural = modes(&mut system, mechanism, &values)?;
     let squares: Vec<f64> = natural.frequencies.iter().map(|w| w * w.abs()).collect();
-    let constraint_gradients = system.closure_gradients(mechanism, &values);
+    let constraint_gradients = system.constraint_jacobian(mechanism, &values);
     let mut gradients = vec![vec![0.0; variables]; squares.len()];
     for cluster in clusters(&squares) {
         let square = cluster.clone().map(|k| squares[k]).sum::<f64>() / cluster.len() as f64;

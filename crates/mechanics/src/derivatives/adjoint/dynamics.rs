@@ -129,7 +129,7 @@ impl<'m> ReverseImplicitSteps<'m> {
         times: &'m [f64],
     ) -> Result<Self> {
         let AdjointProblem { mechanism, activity, .. } = problem;
-        let playback = ReversePlayback::new(&recording.log, || TimeStepper::new(mechanism, settings, times))?;
+        let playback = ReversePlayback::new(&recording.store, || TimeStepper::new(mechanism, settings, times))?;
         let (system, count) = (recording.system.clone(), problem.batches());
         let state = || recording.start.clone();
         Ok(Self {
@@ -175,7 +175,7 @@ impl<'m> ReverseImplicitSteps<'m> {
 
 impl ReverseSteps for ReverseImplicitSteps<'_> {
     fn steps_to(&self, t: f64) -> usize {
-        self.recording.log.steps_to(t)
+        self.recording.store.steps_to(t)
     }
 
     fn load_step(&mut self, k: usize) -> Result<()> {

@@ -90,7 +90,7 @@ fn solve(
     propagate_backwards(problem, &mut steps)?;
     steps.finish()?;
     let ReverseExplicitSteps { mut adjoints, playback, .. } = steps;
-    let statistics = ReplayStatistics::of(recording.log.steps(), &playback);
+    let statistics = ReplayStatistics::of(recording.store.steps(), &playback);
     let (mut system, begin) = (recording.system.clone(), &recording.start);
     let mut all: Vec<&mut AdjointBatch> = adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect();
     InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system).start(
@@ -128,9 +128,9 @@ impl<'m> ReverseExplicitSteps<'m> {
         recording: &'m ExplicitRecording,
     ) -> Result<Self> {
         let AdjointProblem { mechanism, activity, .. } = problem;
-        let playback = ReversePlayback::new(&recording.log, || Ok(start(mechanism, settings, times, false)?.0))?;
+        let playback = ReversePlayback::new(&recording.store, || Ok(start(mechanism, settings, times, false)?.0))?;
         let (driver, begin) = start(mechanism, settings, times, true)?;
-        let system = &driver.stepper.flow.system;
+        let system = &driver.stepper.rhs.system;
         let linearizer = Linearizer::new(mechanism, activity, system);
         let stages = AdjointStages {
             problem,
@@ -153,7 +153,7 @@ impl<'m> ReverseExplicitSteps<'m> {
     fn finish(&mut self) -> Result<()> {
         let OdeDriver { stepper, scratch, .. } = &mut self.driver;
         scratch.resize(stepper.old.len(), 0.0);
-        stepper.flow.rates(0, stepper.t[0], &stepper.old, scratch)?;
+        stepper.rhs.rates(0, stepper.t[0], &stepper.old, scratch)?;
         self.with_record(|adjoints, stages| {
             stages.linearize(0..1);
             adjoints.iter_mut().for_each(|adjoint| adjoint.finish(stages));
@@ -163,15 +163,15 @@ impl<'m> ReverseExplicitSteps<'m> {
 
     /// Borrows the record of the step from the equations for the duration of `action`.
     fn with_record(&mut self, action: impl FnOnce(&mut [StageAdjoint], &mut AdjointStages<'m>)) {
-        self.stages.linearized.borrow_record(&mut self.driver.stepper.flow.tape);
+        self.stages.linearized.borrow_record(&mut self.driver.stepper.rhs.record);
         action(&mut self.adjoints, &mut self.stages);
-        self.stages.linearized.return_record(&mut self.driver.stepper.flow.tape);
+        self.stages.linearized.return_record(&mut self.driver.stepper.rhs.record);
     }
 }
 
 impl ReverseSteps for ReverseExplicitSteps<'_> {
     fn steps_to(&self, t: f64) -> usize {
-        self.recording.log.steps_to(t)
+        self.recording.store.steps_to(t)
     }
 
     fn load_step(&mut self, k: usize) -> Result<()> {
@@ -292,7 +292,7 @@ impl StageAdjoint {
         self.batch.state.clear();
         let AdjointStages { problem, linearized, element, .. } = stages;
         for term in terms {
-            self.batch.add_output(&problem.mechanism, &linearized.record().visits[SAMPLE].state, term, element);
+            self.batch.add_output(&problem.mechanism, &linearized.record().stages[SAMPLE].state, term, element);
         }
         self.differentiate_accelerations(stages, SAMPLE);
         let Some(weights) = dense else { return self.batch.add_state(1.0, &mut self.end) };
@@ -367,7 +367,7 @@ impl StageAdjoint {
     /// From accelerations and multipliers of a stage to its positions and velocities.
     fn differentiate_accelerations(&mut self, stages: &mut AdjointStages<'_>, slot: usize) {
         let AdjointStages { problem, linearized, linearizer, sources, unknowns, .. } = stages;
-        let stage = &mut linearized.record_mut().visits[slot];
+        let stage = &mut linearized.record_mut().stages[slot];
         self.batch.solve_accelerations(unknowns, &mut stage.factor);
         let t = stage.state.t;
         self.batch.add_vjp(&linearized.entries[slot], linearizer, sources);

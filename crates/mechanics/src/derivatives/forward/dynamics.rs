@@ -186,7 +186,7 @@ where
         let Dynamics { scheme, prescribed, .. } = self.settings;
         set_values(&mut self.step.new.a, &values.a);
         set_values(&mut self.step.new.l, &values.l);
-        self.step.march(self.mechanism, scheme, *prescribed, *h);
+        self.step.integrate(self.mechanism, scheme, *prescribed, *h);
         take_values(&mut self.step.new, values);
         for _ in 0..T::ORDER {
             self.solve_changes(*h, factor);
@@ -200,11 +200,11 @@ where
         set_values(&mut self.step.new.a, &values.a);
         set_values(&mut self.step.new.l, &values.l);
         for correction in 0..=T::ORDER {
-            self.step.march(self.mechanism, scheme, *prescribed, h);
+            self.step.integrate(self.mechanism, scheme, *prescribed, h);
             take_values(&mut self.step.new, values);
             if correction < T::ORDER {
                 self.solve_changes(*value, factor);
-                self.step.improve(&self.system, |equation| T::with(0.0, self.changes[equation]));
+                self.step.add_accelerations(&self.system, |equation| T::with(0.0, self.changes[equation]));
             }
         }
     }

@@ -124,7 +124,7 @@ impl<'m> ImplicitSteps<'m> {
         settings: &Dynamics,
         times: &[f64],
     ) -> Self {
-        let end = times.last().map_or(0, |&last| recording.log.steps_to(last));
+        let end = times.last().map_or(0, |&last| recording.store.steps_to(last));
         let (system, start) = (recording.system.clone(), recording.start.clone());
         let (rows, projection) = (vec![[0.0]; system.size()], recording.projection.clone());
         let origin = Origin::Recording { recording, next: 0, end };

@@ -158,7 +158,7 @@ where
         for _ in 0..T::ORDER {
             self.projection_rows(part, &guess, state);
             if part == ProjectedPart::Velocities {
-                self.system.closure_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
+                self.system.constraint_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
             }
             correct(self.system, &self.rows, &mut self.changes, state, |state| part.of(state));
         }

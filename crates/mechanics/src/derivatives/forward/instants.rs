@@ -105,7 +105,7 @@ pub(crate) fn for_each_driven_state(
     }
     for (k, &t) in times.iter().enumerate() {
         if t != driver.state.t {
-            driver.go(t)?;
+            driver.advance_to(t)?;
         }
         visit(k, &mut driver)?;
     }

@@ -146,7 +146,7 @@ impl<'m> DifferenceSensitivity<'m> {
         sensitivity.a.fill(0.0);
         sensitivity.l.fill(0.0);
         self.difference.prescribe(sensitivity, |mechanism, state| state.prescribe_positions(mechanism, *prescribed));
-        self.sensitivity.march_prescribed(self.plain, scheme, *prescribed, *h);
+        self.sensitivity.integrate_prescribed(self.plain, scheme, *prescribed, *h);
         let (position, _) = scheme.newmark_coefficients(*h);
         let (system, workspace, size) = (&self.system, &mut self.workspace, self.changes.len());
         let derivatives = self.difference.derivatives(end, &self.sensitivity.new, |mechanism, state, rows| {

@@ -80,7 +80,7 @@ impl InitialDifferences<'_> {
         let residual = |system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [f64]| {
             system.constraint_rows(mechanism, state, &mut workspace, rows);
             if part == ProjectedPart::Velocities {
-                system.closure_rates(mechanism, state, 1, &mut jets, rows);
+                system.constraint_rates(mechanism, state, 1, &mut jets, rows);
             }
         };
         let mut rows = self.rows(differences, &at, sensitivities, |state| part.of(state), residual);

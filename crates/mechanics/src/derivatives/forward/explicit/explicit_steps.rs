@@ -125,7 +125,7 @@ impl LinearizedStages {
         is_parallel: bool,
     ) {
         let Self { record, entries, workspaces, .. } = self;
-        let stages = &record.as_ref().expect("the record is on loan").visits[slots.clone()];
+        let stages = &record.as_ref().expect("the record is on loan").stages[slots.clone()];
         let tasks = (&mut entries[slots.clone()], stages, &mut workspaces[slots]);
         let task = |(entries, stage, workspaces): (&mut Entries, &StageRecord, &mut ElementWorkspaces)| {
             linearizer.accelerations(mechanism, &stage.state, workspaces, entries);

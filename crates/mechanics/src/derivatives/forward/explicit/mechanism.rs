@@ -65,7 +65,7 @@ fn propagate_blocks<'m, const W: usize>(
     times: &'m [f64],
 ) -> Result<(MechanismSteps<'m>, OutputGradients)> {
     let (mut driver, begin) = start(mechanism, settings, times, true)?;
-    let (method, system) = (driver.stepper.method, &mut driver.stepper.flow.system);
+    let (method, system) = (driver.stepper.method, &mut driver.stepper.rhs.system);
     let linearizer = Linearizer::new(mechanism, &Activity::of(chunks, mechanism), system);
     let plan = SensitivityPlan::new(method, &linearizer, system);
     let initial =
@@ -112,11 +112,11 @@ impl StepSource for MechanismSteps<'_> {
 
     /// A block is one step, or the state at one output time.
     fn fill(&mut self, stages: &mut LinearizedStages) -> Result<bool> {
-        stages.return_record(&mut self.steps.driver.stepper.flow.tape);
+        stages.return_record(&mut self.steps.driver.stepper.rhs.record);
         let Some(event) = self.steps.advance(sample)? else { return Ok(false) };
         let Self { mechanism, steps, recorder, linearizer, is_parallel, is_dense, .. } = self;
-        let (method, flow) = (steps.driver.stepper.method, &mut steps.driver.stepper.flow);
-        stages.borrow_record(&mut flow.tape);
+        let (method, rhs) = (steps.driver.stepper.method, &mut steps.driver.stepper.rhs);
+        stages.borrow_record(&mut rhs.record);
         stages.event = event;
         let mut linearize = |slots| stages.linearize(linearizer, mechanism, slots, *is_parallel);
         match event {
@@ -127,7 +127,7 @@ impl StepSource for MechanismSteps<'_> {
                 stages.linearize_projections(linearizer, mechanism);
             }
             StepEvent::Output { is_dense: needs_dense, .. } => {
-                recorder.record(steps.reached - 1, mechanism, &flow.state)?;
+                recorder.record(steps.reached - 1, mechanism, &rhs.state)?;
                 if needs_dense && !std::mem::replace(is_dense, true) {
                     linearize(method.end + 1..method.slots());
                 }

@@ -35,7 +35,7 @@ pub struct OdeSensitivity {
 pub fn differentiate_ode<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times: &[f64]) -> Result<OdeSensitivity> {
     let start = ode.start(b);
     let mut rhs = OdeModelRhs::new(ode, b);
-    rhs.visited = Some(vec![(settings.start, start.clone()); settings.method.slots()]);
+    rhs.stages = Some(vec![(settings.start, start.clone()); settings.method.slots()]);
     let size = start.len();
     let driver = OdeDriver::new(rhs, settings, start, times)?;
     let sensitivity = |first| OdeForwardSensitivity::new(ode, seed_chunk(b, first), settings, times.len());
@@ -57,7 +57,7 @@ type Dual = DualVec<WIDTH>;
 struct OdeStages {
     event: Option<StepEvent>,
     /// Time and state of each slot, on loan from the right-hand side while derivatives are computed.
-    visited: Option<Vec<(f64, Vec<f64>)>>,
+    records: Option<Vec<(f64, Vec<f64>)>>,
 }
 
 /// The steps of a differential equation, whose solution is recorded.
@@ -77,11 +77,11 @@ impl<O: Ode> StepSource for OdeSteps<'_, O> {
     /// A block is one step, or the state at one output time.
     fn fill(&mut self, stages: &mut OdeStages) -> Result<bool> {
         let Self { steps, values } = self;
-        if stages.visited.is_some() {
-            steps.driver.stepper.flow.visited = stages.visited.take();
+        if stages.records.is_some() {
+            steps.driver.stepper.rhs.stages = stages.records.take();
         }
         stages.event = steps.advance(|driver, y, t| driver.sample(t, y))?;
-        stages.visited = steps.driver.stepper.flow.visited.take();
+        stages.records = steps.driver.stepper.rhs.stages.take();
         if let Some(StepEvent::Output { .. }) = stages.event {
             values.iter_mut().zip(&steps.output_state).for_each(|(series, y)| series.push(*y));
         }
@@ -131,26 +131,26 @@ impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
     }
 
     /// Carries the derivatives from the beginning of the step between `t[0]` and `t[1]` to its end.
-    fn advance(&mut self, visited: &[(f64, Vec<f64>)], t: [f64; 2]) {
+    fn advance(&mut self, records: &[(f64, Vec<f64>)], t: [f64; 2]) {
         if self.is_started {
             std::mem::swap(&mut self.old, &mut self.new);
             self.slots.swap(0, self.method.end);
         }
         (self.t, self.is_started, self.is_dense) = (t, true, false);
         let end = self.method.end;
-        (1..end).for_each(|slot| self.evaluate(visited, slot));
+        (1..end).for_each(|slot| self.evaluate(records, slot));
         self.combine(end);
         self.new.copy_from_slice(&self.stage);
-        self.differentiate_rates(visited, end);
+        self.differentiate_rates(records, end);
     }
 
     /// Records the derivatives of the state at `t`, inside the step (`is_dense`) or at its end.
-    fn record_state(&mut self, visited: &[(f64, Vec<f64>)], t: f64, is_dense: bool) {
+    fn record_state(&mut self, records: &[(f64, Vec<f64>)], t: f64, is_dense: bool) {
         if !is_dense {
             return self.derivatives.extend_from_slice(self.new.as_flattened());
         }
         if !std::mem::replace(&mut self.is_dense, true) {
-            (self.method.end + 1..self.method.slots()).for_each(|slot| self.evaluate(visited, slot));
+            (self.method.end + 1..self.method.slots()).for_each(|slot| self.evaluate(records, slot));
         }
         let (h, first) = (self.t[1] - self.t[0], self.derivatives.len());
         let weights = self.method.dense_weights((t - self.t[0]) / h);
@@ -163,9 +163,9 @@ impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
     }
 
     /// Derivatives of the state and of the rates at a stage.
-    fn evaluate(&mut self, visited: &[(f64, Vec<f64>)], slot: usize) {
+    fn evaluate(&mut self, records: &[(f64, Vec<f64>)], slot: usize) {
         self.combine(slot);
-        self.differentiate_rates(visited, slot);
+        self.differentiate_rates(records, slot);
     }
 
     fn combine(&mut self, slot: usize) {
@@ -175,8 +175,8 @@ impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
     }
 
     /// Derivatives of dy/dt in `slot`, where those of the state are in the stage.
-    fn differentiate_rates(&mut self, visited: &[(f64, Vec<f64>)], slot: usize) {
-        let (t, values) = &visited[slot];
+    fn differentiate_rates(&mut self, records: &[(f64, Vec<f64>)], slot: usize) {
+        let (t, values) = &records[slot];
         for ((dual, &re), &eps) in self.state.iter_mut().zip(values).zip(&self.stage) {
             *dual = Dual { re, eps };
         }
@@ -187,11 +187,11 @@ impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
 
 impl<O: Ode> StepConsumer<OdeStages> for OdeForwardSensitivity<'_, O> {
     fn propagate(&mut self, stages: &OdeStages) -> Result<()> {
-        let visited = stages.visited.as_ref().expect("the states are on loan while derivatives are computed");
+        let records = stages.records.as_ref().expect("the states are on loan while derivatives are computed");
         match stages.event {
-            Some(StepEvent::Start) => self.differentiate_rates(visited, 0),
-            Some(StepEvent::Step(t)) => self.advance(visited, t),
-            Some(StepEvent::Output { t, is_dense }) => self.record_state(visited, t, is_dense),
+            Some(StepEvent::Start) => self.differentiate_rates(records, 0),
+            Some(StepEvent::Step(t)) => self.advance(records, t),
+            Some(StepEvent::Output { t, is_dense }) => self.record_state(records, t, is_dense),
             None => {}
         }
         Ok(())

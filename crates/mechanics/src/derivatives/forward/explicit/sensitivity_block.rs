@@ -120,7 +120,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
             self.step.end(&mut self.sources[..2 * n]);
         }
         self.solve_accelerations(stages, SAMPLE);
-        let values = &stages.record().visits[SAMPLE].state;
+        let values = &stages.record().stages[SAMPLE].state;
         for (c, outputs) in self.outputs.iter_mut().enumerate() {
             outputs.evaluate(values, &self.sources, &self.rows, &self.plan.unknowns, c);
         }
@@ -155,7 +155,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
 
     /// Solves for the derivatives of accelerations and multipliers; they are then in the rows.
     fn solve_accelerations(&mut self, stages: &LinearizedStages, slot: usize) {
-        let stage = &stages.record().visits[slot];
+        let stage = &stages.record().stages[slot];
         self.prescribe(stage.state.t);
         self.rows.fill([0.0; W]);
         stages.entries[slot].subtract(&self.sources, &self.active, &mut self.rows);
