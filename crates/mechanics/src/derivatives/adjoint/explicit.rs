@@ -161,9 +161,9 @@ impl<'m> ReverseExplicitSteps<'m> {
         Ok(())
     }
 
-    /// Borrows the record of the step from the equations for the duration of `action`.
+    /// Moves the record of the step from the equations to the stages for the duration of `action`.
     fn with_record(&mut self, action: impl FnOnce(&mut [StageAdjoint], &mut AdjointStages<'m>)) {
-        self.stages.linearized.borrow_record(&mut self.driver.stepper.rhs.record);
+        self.stages.linearized.take_record(&mut self.driver.stepper.rhs.record);
         action(&mut self.adjoints, &mut self.stages);
         self.stages.linearized.return_record(&mut self.driver.stepper.rhs.record);
     }

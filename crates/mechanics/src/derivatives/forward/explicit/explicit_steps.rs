@@ -61,7 +61,7 @@ impl<'t, F: OdeRhs> ExplicitSteps<'t, F> {
 /// The stages of a step with their derivatives, linearized once for all design variables.
 pub(crate) struct LinearizedStages {
     pub event: StepEvent,
-    /// States and factorizations of the step, on loan from the equations while derivatives are computed.
+    /// States and factorizations of the step, moved here from the equations while derivatives are computed.
     record: Option<StepRecord>,
     /// Derivatives of the accelerations' rows at each stage.
     pub entries: Vec<Entries>,
@@ -89,11 +89,11 @@ impl LinearizedStages {
     }
 
     /// Takes the record of the step from the equations.
-    pub fn borrow_record(&mut self, from: &mut Option<StepRecord>) {
+    pub fn take_record(&mut self, from: &mut Option<StepRecord>) {
         self.record = from.take();
     }
 
-    /// Returns the record of the step to the equations, if it is on loan.
+    /// Returns the record of the step to the equations.
     pub fn return_record(&mut self, to: &mut Option<StepRecord>) {
         if self.record.is_some() {
             *to = self.record.take();
@@ -102,17 +102,17 @@ impl LinearizedStages {
 
     /// The states and factorizations of the step.
     pub fn record(&self) -> &StepRecord {
-        self.record.as_ref().expect("the record is on loan while derivatives are computed")
+        self.record.as_ref().expect("the record is here while derivatives are computed")
     }
 
     /// The states and factorizations of the step, for solutions in place.
     pub fn record_mut(&mut self) -> &mut StepRecord {
-        self.record.as_mut().expect("the record is on loan while derivatives are computed")
+        self.record.as_mut().expect("the record is here while derivatives are computed")
     }
 
     /// The projections at the end of the step, for solutions in place, and their derivatives.
     pub fn projected_mut(&mut self) -> (&mut Projected, &[Entries; 3]) {
-        let record = self.record.as_mut().expect("the record is on loan while derivatives are computed");
+        let record = self.record.as_mut().expect("the record is here while derivatives are computed");
         (&mut record.projected, &self.projections)
     }
 
@@ -125,7 +125,7 @@ impl LinearizedStages {
         is_parallel: bool,
     ) {
         let Self { record, entries, workspaces, .. } = self;
-        let stages = &record.as_ref().expect("the record is on loan").stages[slots.clone()];
+        let stages = &record.as_ref().expect("the record is here").stages[slots.clone()];
         let tasks = (&mut entries[slots.clone()], stages, &mut workspaces[slots]);
         let task = |(entries, stage, workspaces): (&mut Entries, &StageRecord, &mut ElementWorkspaces)| {
             linearizer.accelerations(mechanism, &stage.state, workspaces, entries);
@@ -143,7 +143,7 @@ impl LinearizedStages {
         if *is_free {
             return;
         }
-        let projected = &record.as_ref().expect("the record is on loan").projected;
+        let projected = &record.as_ref().expect("the record is here").projected;
         corrections.copy_from(&projected.before);
         corrections.a.copy_from_slice(&projected.after.a);
         corrections.l.copy_from_slice(&projected.after.l);

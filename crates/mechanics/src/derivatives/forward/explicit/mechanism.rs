@@ -116,7 +116,7 @@ impl StepSource for MechanismSteps<'_> {
         let Some(event) = self.steps.advance(sample)? else { return Ok(false) };
         let Self { mechanism, steps, recorder, linearizer, is_parallel, is_dense, .. } = self;
         let (method, rhs) = (steps.driver.stepper.method, &mut steps.driver.stepper.rhs);
-        stages.borrow_record(&mut rhs.record);
+        stages.take_record(&mut rhs.record);
         stages.event = event;
         let mut linearize = |slots| stages.linearize(linearizer, mechanism, slots, *is_parallel);
         match event {

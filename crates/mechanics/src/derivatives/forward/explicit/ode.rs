@@ -56,7 +56,7 @@ type Dual = DualVec<WIDTH>;
 #[derive(Default)]
 struct OdeStages {
     event: Option<StepEvent>,
-    /// Time and state of each slot, on loan from the right-hand side while derivatives are computed.
+    /// Time and state of each slot, moved here from the right-hand side while derivatives are computed.
     records: Option<Vec<(f64, Vec<f64>)>>,
 }
 
@@ -187,7 +187,7 @@ impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
 
 impl<O: Ode> StepConsumer<OdeStages> for OdeForwardSensitivity<'_, O> {
     fn propagate(&mut self, stages: &OdeStages) -> Result<()> {
-        let records = stages.records.as_ref().expect("the states are on loan while derivatives are computed");
+        let records = stages.records.as_ref().expect("the states are here while derivatives are computed");
         match stages.event {
             Some(StepEvent::Start) => self.differentiate_rates(records, 0),
             Some(StepEvent::Step(t)) => self.advance(records, t),
