@@ -1,7 +1,7 @@
 //! Exact derivatives compared with Richardson-extrapolated differences of the same discrete solution.
 
 use crate::zoo::Arm;
-use linkwright::cases::{Andrews, Chain, SliderCrank};
+use linkwright::cases::{Andrews, Chain, FourBar, SliderCrank};
 use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
@@ -25,24 +25,35 @@ fn deviation(b: &[f64], exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Ve
 }
 
 fn deviation_of(b: &[f64], k: usize, h: f64, exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> f64 {
-    let h = h * b[k].abs().max(1e-2);
-    let values = |step: f64| {
-        let mut moved = b.to_vec();
-        moved[k] += step;
-        run(&moved)
-    };
-    let (far, near) = ([values(h), values(-h)], [values(0.5 * h), values(-0.5 * h)]);
+    let differences = extrapolated_differences(b, k, h * b[k].abs().max(1e-2), run);
     let mut worst = 0.0f64;
-    for (o, series) in exact.gradients.iter().enumerate() {
+    for (series, differences) in exact.gradients.iter().zip(&differences) {
         let scaled = |gradient: &Vec<f64>| gradient.iter().zip(b).fold(0.0f64, |a, (s, b)| a.max((s * b).abs()));
         let largest = series.iter().map(scaled).fold(0.0, f64::max);
-        for (t, gradient) in series.iter().enumerate() {
-            let coarse = (far[0][o][t] - far[1][o][t]) / (2.0 * h);
-            let fine = (near[0][o][t] - near[1][o][t]) / h;
-            worst = worst.max((gradient[k] - (4.0 * fine - coarse) / 3.0).abs() * b[k].abs() / largest);
+        for (gradient, difference) in series.iter().zip(differences) {
+            worst = worst.max((gradient[k] - difference).abs() * b[k].abs() / largest);
         }
     }
     worst
+}
+
+/// Central differences of `run` with respect to variable `k` with steps `h` and h/2, Richardson-extrapolated.
+fn extrapolated_differences(b: &[f64], k: usize, h: f64, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let values = |step: f64| {
+        let mut moved = b.to_vec();
+        moved[k] += step;
+        run(&moved).into_iter()
+    };
+    let difference = |h: f64| {
+        let quotients = move |(ahead, behind): (Vec<f64>, Vec<f64>)| -> Vec<f64> {
+            ahead.iter().zip(&behind).map(|(ahead, behind)| (ahead - behind) / (2.0 * h)).collect()
+        };
+        values(h).zip(values(-h)).map(quotients)
+    };
+    let extrapolated = |(coarse, fine): (Vec<f64>, Vec<f64>)| {
+        coarse.iter().zip(&fine).map(|(coarse, fine)| (4.0 * fine - coarse) / 3.0).collect()
+    };
+    difference(h).zip(difference(0.5 * h)).map(extrapolated).collect()
 }
 
 fn implicit(h: f64) -> Dynamics {
@@ -116,5 +127,25 @@ fn squeezer_derivatives_are_those_of_the_literature() {
     let exact = differentiate(&Andrews, &Andrews::DESIGN, &Dynamics::fixed(1e-5), &[0.03]).unwrap();
     for (derivative, expected) in exact.gradients[0][0].iter().zip([247.1335, 1.974258e-3, 396.6113]) {
         assert!((derivative / expected - 1.0).abs() < 1e-4, "{derivative} {expected}");
+    }
+}
+
+#[test]
+fn moments_of_the_four_bar_agree_with_differences() {
+    let (model, b) = (FourBar::as_published(), [0.0385, 0.0252, 0.02]);
+    let history = differentiate(&model, &b, &model.dynamics().unwrap(), &FourBar::window()).unwrap();
+    let run =
+        |b: &[f64]| simulate(&model.build(b).unwrap(), &model.dynamics().unwrap(), &FourBar::window()).unwrap().values;
+    assert_eq!(history.values, run(&b));
+    for k in 0..3 {
+        let differences = extrapolated_differences(&b, k, 1e-4 * b[k], run);
+        let (mut worst, mut largest) = (0.0f64, 0.0f64);
+        for (series, differences) in history.gradients.iter().zip(&differences) {
+            for (gradient, difference) in series.iter().zip(differences) {
+                worst = worst.max((gradient[k] - difference).abs());
+                largest = largest.max(difference.abs());
+            }
+        }
+        assert!(worst < 3e-7 * largest, "variable {k}: {worst:.2e} of {largest:.2e}");
     }
 }
