@@ -1,52 +1,44 @@
-//! Backward against forward differentiation: the same derivatives of the same discrete motion.
+//! Adjoint derivatives compared with direct ones, of the same discrete motion.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::Result;
 use linkwright::cases::{Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam};
-use linkwright::mechanics::analyses::dynamics::Dynamics;
-use linkwright::mechanics::analyses::dynamics::InitialAcceleration;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialAcceleration};
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::adjoint::{
-    Functional, differentiate_backwards, differentiate_backwards_within,
-};
-use linkwright::mechanics::derivatives::adjoint::{
-    differentiate_equilibria_backwards, differentiate_kinematics_backwards,
-};
-use linkwright::mechanics::derivatives::adjoint::{
-    differentiate_explicitly_backwards, differentiate_explicitly_backwards_within,
+    Functional, differentiate_backwards, differentiate_backwards_within, differentiate_equilibria_backwards,
+    differentiate_explicitly_backwards, differentiate_explicitly_backwards_within, differentiate_kinematics_backwards,
 };
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
-use linkwright::mechanics::integrators::explicit::DOPRI5;
-use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
-use linkwright::mechanics::integrators::generalized_alpha::Newton;
-use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
+use linkwright::mechanics::integrators::explicit::{DOPRI5, Explicit, StepControl};
+use linkwright::mechanics::integrators::generalized_alpha::{Newton, Prescribed};
 use linkwright::mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 
 /// Derivatives of responses, a row each.
 type Rows = Result<DMatrix<f64>>;
 
-/// Largest deviation of a derivative, relative to the largest of the same output with respect to the same variable at any
-/// time, or to a hundredth of the largest with respect to any; all by the size of the variables. Outputs that are zero but for
-/// rounding or nearly so (the bending moment at a pin) are measured by `floor` of the largest of all.
+/// Largest deviation of a derivative, all scaled by the size of the variables. It is relative to the largest derivative of
+/// the same output with respect to the same variable at any time, or to a hundredth of the largest with respect to any
+/// variable. Outputs that are nearly zero (the bending moment at a pin) are compared with `floor` times the largest of all.
 fn deviation(forward: &SensitiveHistory, backward: impl FnOnce(&[Functional]) -> Rows, b: &[f64], floor: f64) -> f64 {
     let points = forward.times.len();
     let all = (0..forward.names.len()).flat_map(|output| (0..points).map(move |p| Functional::at(output, p)));
     let backward = backward(&all.collect::<Vec<_>>()).unwrap();
     let scale = |k: usize| b[k].abs().max(1e-3);
-    let sizes = forward.gradients.iter().flatten().flat_map(|slopes| slopes.iter().enumerate());
-    let of_all = sizes.map(|(k, slope)| (slope * scale(k)).abs()).fold(0.0, f64::max);
+    let sizes = forward.gradients.iter().flatten().flat_map(|gradient| gradient.iter().enumerate());
+    let of_all = sizes.map(|(k, derivative)| (derivative * scale(k)).abs()).fold(0.0, f64::max);
     let mut worst = 0.0f64;
     for (output, series) in forward.gradients.iter().enumerate() {
-        let largest = |k: usize| series.iter().fold(0.0f64, |a, slopes| a.max((slopes[k] * scale(k)).abs()));
+        let largest = |k: usize| series.iter().fold(0.0f64, |a, gradient| a.max((gradient[k] * scale(k)).abs()));
         let of_any = (0..b.len()).map(largest).fold(0.0, f64::max);
-        for (p, slopes) in series.iter().enumerate() {
+        for (p, gradient) in series.iter().enumerate() {
             for k in 0..b.len() {
-                let difference = (slopes[k] - backward[(output * points + p, k)]) * scale(k);
+                let difference = (gradient[k] - backward[(output * points + p, k)]) * scale(k);
                 worst = worst.max(difference.abs() / largest(k).max(1e-2 * of_any).max(floor * of_all));
             }
         }
@@ -101,7 +93,7 @@ fn every_element_force_and_drive() {
 }
 
 #[test]
-fn motions_from_their_positions_alone() {
+fn prescribed_velocities_by_newmark_formulas() {
     let newmark = Dynamics { prescribed: Prescribed::Newmark, initial: InitialAcceleration::Zero, ..fixed(0.02) };
     check("drives", &Drives, &Drives::DESIGN, newmark, 0.6);
     check("clamped beam", &Arm { elements: 4 }, &Arm::DESIGN, newmark, 0.3);
@@ -143,7 +135,7 @@ fn explicit_steps() {
 #[test]
 fn equilibria_and_kinematics() {
     let (settings, times) = (Statics { tolerance: 1e-12, ..Statics::default() }, [0.0, 1.0, 2.0]);
-    // Rounding grows with what a beam resists to shear over what it resists to bending.
+    // Rounding grows with the ratio of shear stiffness to bending stiffness.
     for elements in [2, 4] {
         let (arm, b) = (Arm { elements }, Arm::DESIGN);
         let forward = differentiate_equilibria(&arm, &b, &settings, &times).unwrap();
@@ -167,18 +159,21 @@ fn equilibria_and_kinematics() {
     report("kinematics of the slider-crank", deviation(&forward, backward, &b, 1e-9));
 }
 
-/// Back in `memory` bytes: the same bits as with all steps, within the memory, and not too much work.
+/// With `memory` bytes for steps: the same bits as with all steps stored, within the memory, and not too many repeated steps.
 fn check_memory<M: ParametricMechanism>(model: &M, b: &[f64], settings: Dynamics, times: &[f64], memory: usize) {
     let wanted = [Functional::at(0, times.len() - 1), Functional::integral(0, times)];
-    let whole = differentiate_backwards(model, b, &settings, times, &wanted).unwrap();
-    let (rows, spent) = differentiate_backwards_within(memory, model, b, &settings, times, &wanted).unwrap();
-    assert_eq!(rows, whole);
-    println!("{memory} bytes: {spent:?}");
-    assert!(spent.memory <= memory && spent.repeated > 0 && spent.repeated < 8 * spent.steps, "{spent:?}");
+    let all_steps = differentiate_backwards(model, b, &settings, times, &wanted).unwrap();
+    let (rows, statistics) = differentiate_backwards_within(memory, model, b, &settings, times, &wanted).unwrap();
+    assert_eq!(rows, all_steps);
+    println!("{memory} bytes: {statistics:?}");
+    assert!(
+        statistics.memory <= memory && statistics.repeated > 0 && statistics.repeated < 8 * statistics.steps,
+        "{statistics:?}"
+    );
 }
 
 #[test]
-fn check_points_in_place_of_steps() {
+fn checkpoints_instead_of_all_steps() {
     let (chain, times) = (Chain::horizontal(4), times(0.4));
     let b = chain.equal_links();
     for memory in [20_000, 40_000, 80_000] {
@@ -189,12 +184,12 @@ fn check_points_in_place_of_steps() {
     assert!(error.to_string().contains("1000 bytes"), "{error}");
     let wanted = [Functional::at(0, 3), Functional::at(1, 4)];
     for settings in [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_pace(StepControl::Fixed(0.002))] {
-        let whole = differentiate_explicitly_backwards(&chain, &b, &settings, &times, &wanted).unwrap();
-        let (rows, spent) =
+        let all_steps = differentiate_explicitly_backwards(&chain, &b, &settings, &times, &wanted).unwrap();
+        let (rows, statistics) =
             differentiate_explicitly_backwards_within(8_000, &chain, &b, &settings, &times, &wanted).unwrap();
-        println!("{spent:?}");
-        assert_eq!(rows, whole);
-        assert!(spent.memory <= 8_000 && spent.repeated > 0, "{spent:?}");
+        println!("{statistics:?}");
+        assert_eq!(rows, all_steps);
+        assert!(statistics.memory <= 8_000 && statistics.repeated > 0, "{statistics:?}");
     }
 }
 
@@ -206,13 +201,13 @@ fn integrals_are_sums_over_time() {
     let backward = differentiate_backwards(&model, &b, &fixed(0.02), &times, &response).unwrap();
     let weights = [0.05, 0.075, 0.1, 0.075];
     for k in 0..b.len() {
-        let sum: f64 = weights.iter().zip(&forward.gradients[0]).map(|(weight, slopes)| weight * slopes[k]).sum();
+        let sum: f64 = weights.iter().zip(&forward.gradients[0]).map(|(weight, gradient)| weight * gradient[k]).sum();
         assert!((sum - backward[(0, k)]).abs() <= 1e-11 * sum.abs().max(1e-6), "{k}: {sum} {}", backward[(0, k)]);
     }
 }
 
 #[test]
-fn a_response_of_nothing_is_refused() {
+fn a_response_of_a_missing_output_is_rejected() {
     let wrong = [Functional::at(0, 0), Functional::at(99, 0)];
     let error = differentiate_backwards(&Absorber, &[0.36, 0.48], &fixed(0.01), &[1.0], &wrong).unwrap_err();
     assert!(error.to_string().contains("response 1"), "{error}");

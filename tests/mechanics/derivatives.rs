@@ -1,7 +1,7 @@
-//! Exact derivatives against Richardson differences of the same discrete solution.
+//! Exact derivatives compared with Richardson-extrapolated differences of the same discrete solution.
 
 use crate::zoo::Arm;
-use linkwright::cases::{Andrews, Chain, SliderCrank};
+use linkwright::cases::{Andrews, Chain, FourBar, SliderCrank};
 use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::analyses::kinematics::kinematics;
@@ -17,7 +17,7 @@ use linkwright::mechanics::mechanism::ParametricMechanism;
 
 /// Largest deviation of a derivative from differences, relative to the largest derivative of the same output.
 ///
-/// Of a large and a small difference step the better one counts: one suffers from curvature, the other from rounding.
+/// The better of a large and a small step counts: one suffers from curvature, the other from rounding.
 fn deviation(b: &[f64], exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> f64 {
     let variable =
         |k: usize| [2e-3, 2e-4].map(|h| deviation_of(b, k, h, exact, &run)).into_iter().fold(f64::MAX, f64::min);
@@ -25,31 +25,42 @@ fn deviation(b: &[f64], exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Ve
 }
 
 fn deviation_of(b: &[f64], k: usize, h: f64, exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> f64 {
-    let h = h * b[k].abs().max(1e-2);
-    let values = |step: f64| {
-        let mut moved = b.to_vec();
-        moved[k] += step;
-        run(&moved)
-    };
-    let (far, near) = ([values(h), values(-h)], [values(0.5 * h), values(-0.5 * h)]);
+    let differences = extrapolated_differences(b, k, h * b[k].abs().max(1e-2), run);
     let mut worst = 0.0f64;
-    for (o, series) in exact.gradients.iter().enumerate() {
-        let scaled = |slopes: &Vec<f64>| slopes.iter().zip(b).fold(0.0f64, |a, (s, b)| a.max((s * b).abs()));
+    for (series, differences) in exact.gradients.iter().zip(&differences) {
+        let scaled = |gradient: &Vec<f64>| gradient.iter().zip(b).fold(0.0f64, |a, (s, b)| a.max((s * b).abs()));
         let largest = series.iter().map(scaled).fold(0.0, f64::max);
-        for (t, slopes) in series.iter().enumerate() {
-            let coarse = (far[0][o][t] - far[1][o][t]) / (2.0 * h);
-            let fine = (near[0][o][t] - near[1][o][t]) / h;
-            worst = worst.max((slopes[k] - (4.0 * fine - coarse) / 3.0).abs() * b[k].abs() / largest);
+        for (gradient, difference) in series.iter().zip(differences) {
+            worst = worst.max((gradient[k] - difference).abs() * b[k].abs() / largest);
         }
     }
     worst
+}
+
+/// Central differences of `run` with respect to variable `k` with steps `h` and h/2, Richardson-extrapolated.
+fn extrapolated_differences(b: &[f64], k: usize, h: f64, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let values = |step: f64| {
+        let mut moved = b.to_vec();
+        moved[k] += step;
+        run(&moved).into_iter()
+    };
+    let difference = |h: f64| {
+        let quotients = move |(ahead, behind): (Vec<f64>, Vec<f64>)| -> Vec<f64> {
+            ahead.iter().zip(&behind).map(|(ahead, behind)| (ahead - behind) / (2.0 * h)).collect()
+        };
+        values(h).zip(values(-h)).map(quotients)
+    };
+    let extrapolated = |(coarse, fine): (Vec<f64>, Vec<f64>)| {
+        coarse.iter().zip(&fine).map(|(coarse, fine)| (4.0 * fine - coarse) / 3.0).collect()
+    };
+    difference(h).zip(difference(0.5 * h)).map(extrapolated).collect()
 }
 
 fn implicit(h: f64) -> Dynamics {
     Dynamics { newton: Newton { tolerance: 1e-11, iterations: 20 }, ..Dynamics::fixed(h) }
 }
 
-/// The steps of an implicit run and its derivatives.
+/// Compares the derivatives of an implicit simulation with differences.
 fn check_implicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], settings: Dynamics, times: &[f64]) {
     let exact = differentiate(model, b, &settings, times).unwrap();
     let worst = deviation(b, &exact, |b| simulate(&model.build(b).unwrap(), &settings, times).unwrap().values);
@@ -58,12 +69,12 @@ fn check_implicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], sett
 }
 
 #[test]
-fn a_clamped_beam_that_starts_to_turn() {
+fn clamped_beam_at_the_start_of_its_rotation() {
     let times: Vec<f64> = (0..=8).map(|k| 0.05 * f64::from(k)).collect();
     check_implicit("flexible arm", &Arm { elements: 4 }, &Arm::DESIGN, implicit(0.005), &times);
 }
 
-/// The steps of an explicit run and its derivatives.
+/// Compares the derivatives of explicit simulations with differences.
 fn check_explicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64]) {
     let times = [0.0, 0.013, 0.1, 0.2];
     for settings in [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)] {
@@ -80,8 +91,8 @@ fn check_explicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64]) {
 fn explicit_steps_of_chains() {
     let chain = Chain::horizontal(5);
     check_explicit("chain", &chain, &chain.equal_links());
-    let more_than_a_tile = Chain::horizontal(9);
-    check_explicit("chain of nine", &more_than_a_tile, &more_than_a_tile.equal_links());
+    let more_than_a_block = Chain::horizontal(9);
+    check_explicit("chain of nine", &more_than_a_block, &more_than_a_block.equal_links());
     let eighth = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(0.03));
     let (b, times) = (chain.equal_links(), [0.01, 0.1, 0.17]);
     let exact = differentiate_explicitly(&chain, &b, &eighth, &times).unwrap();
@@ -114,7 +125,27 @@ fn static_equilibrium_of_a_loaded_arm() {
 #[test]
 fn squeezer_derivatives_are_those_of_the_literature() {
     let exact = differentiate(&Andrews, &Andrews::DESIGN, &Dynamics::fixed(1e-5), &[0.03]).unwrap();
-    for (slope, expected) in exact.gradients[0][0].iter().zip([247.1335, 1.974258e-3, 396.6113]) {
-        assert!((slope / expected - 1.0).abs() < 1e-4, "{slope} {expected}");
+    for (derivative, expected) in exact.gradients[0][0].iter().zip([247.1335, 1.974258e-3, 396.6113]) {
+        assert!((derivative / expected - 1.0).abs() < 1e-4, "{derivative} {expected}");
+    }
+}
+
+#[test]
+fn moments_of_the_four_bar_agree_with_differences() {
+    let (model, b) = (FourBar::as_published(), [0.0385, 0.0252, 0.02]);
+    let history = differentiate(&model, &b, &model.dynamics().unwrap(), &FourBar::window()).unwrap();
+    let run =
+        |b: &[f64]| simulate(&model.build(b).unwrap(), &model.dynamics().unwrap(), &FourBar::window()).unwrap().values;
+    assert_eq!(history.values, run(&b));
+    for k in 0..3 {
+        let differences = extrapolated_differences(&b, k, 1e-4 * b[k], run);
+        let (mut worst, mut largest) = (0.0f64, 0.0f64);
+        for (series, differences) in history.gradients.iter().zip(&differences) {
+            for (gradient, difference) in series.iter().zip(differences) {
+                worst = worst.max((gradient[k] - difference).abs());
+                largest = largest.max(difference.abs());
+            }
+        }
+        assert!(worst < 3e-7 * largest, "variable {k}: {worst:.2e} of {largest:.2e}");
     }
 }

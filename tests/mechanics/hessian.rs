@@ -1,4 +1,4 @@
-//! Second derivatives: against differences of exact gradients, against each other, and where they are known.
+//! Second derivatives compared with differences of exact gradients, with each other, and with a closed form.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::autodiff::{Scalar, hessian};
@@ -33,10 +33,11 @@ fn deviation(b: &[f64], step: f64, hessians: &HessianHistory, gradients: impl Fn
     for (output, (error, largest)) in absolute.iter_mut().enumerate() {
         for p in 0..points {
             let hessian = hessians.hessian(output, p).unwrap();
-            for (j, [far, fear, near, rear]) in around.iter().enumerate() {
+            for (j, [far_ahead, far_behind, near_ahead, near_behind]) in around.iter().enumerate() {
                 for i in 0..n {
-                    let of = |slopes: &[Vec<Vec<f64>>]| slopes[output][p][i] * scale[i];
-                    let (coarse, fine) = ((of(far) - of(fear)) / (2.0 * step), (of(near) - of(rear)) / step);
+                    let of = |gradients: &[Vec<Vec<f64>>]| gradients[output][p][i] * scale[i];
+                    let (coarse, fine) =
+                        ((of(far_ahead) - of(far_behind)) / (2.0 * step), (of(near_ahead) - of(near_behind)) / step);
                     let exact = hessian[(i, j)] * scale[i] * scale[j];
                     *error = error.max((exact - (4.0 * fine - coarse) / 3.0).abs());
                     *largest = largest.max(exact.abs());
@@ -105,7 +106,7 @@ fn kinematics_and_statics() {
     assert!(worst < 1e-6, "{worst:.2e}");
 }
 
-/// Without damping x = sin(ω t)/ω with ω = √b₁. The steps' own error, of the order h², is all that is left.
+/// Without damping x = sin(ω t)/ω with ω = √b₁. The difference is the error of the steps, of order h².
 #[test]
 fn the_absorber_in_closed_form() {
     fn displacement<S: Scalar>(k: S, t: f64) -> S {
@@ -123,12 +124,12 @@ fn the_absorber_in_closed_form() {
 }
 
 #[test]
-fn parts_of_a_hessian_are_those_of_the_whole() {
+fn diagonal_and_product_are_those_of_the_full_hessian() {
     let (model, b, times) = (SliderCrank::rigid(), SliderCrank::DESIGN, times(0.2));
     let of = |what| differentiate_twice(&model, &b, &fixed(0.005), &times, what).unwrap();
     let v: Vec<f64> = (0..b.len()).map(|i| 0.3 + 0.2 * i as f64).collect();
     let (full, diagonal, product) = (of(HessianPart::Full), of(HessianPart::Diagonal), of(HessianPart::Times(&v)));
-    let gradients = differentiate(&model, &b, &fixed(0.005), &times).unwrap();
+    let direct = differentiate(&model, &b, &fixed(0.005), &times).unwrap();
     for (output, p) in [(0, 3), (1, 2)] {
         let hessian = full.hessian(output, p).unwrap();
         let size = hessian.amax();
@@ -136,8 +137,8 @@ fn parts_of_a_hessian_are_those_of_the_whole() {
             assert!((diagonal.second(output, p)[i] - hessian[(i, i)]).abs() < 1e-12 * size);
             let row: f64 = (0..b.len()).map(|j| hessian[(i, j)] * v[j]).sum();
             assert!((product.second(output, p)[i] - row).abs() < 1e-12 * size);
-            let gradient = &gradients.gradients[output][p];
-            let largest = gradient.iter().fold(0.0f64, |a, slope| a.max(slope.abs()));
+            let gradient = &direct.gradients[output][p];
+            let largest = gradient.iter().fold(0.0f64, |a, x| a.max(x.abs()));
             for history in [&full, &diagonal, &product] {
                 assert!((history.gradient(output, p)[i] - gradient[i]).abs() <= 1e-9 * largest, "{output} {p} {i}");
             }
@@ -149,14 +150,14 @@ fn parts_of_a_hessian_are_those_of_the_whole() {
 }
 
 #[test]
-fn an_optimization_is_offered_the_same() {
+fn responses_have_the_hessians_of_the_outputs() {
     let analysis = Transient::new(Absorber, fixed(0.01), &[0.5, 1.0, 2.0]).unwrap();
     let b = [0.36, 0.48];
     let responses = analysis.analyze(&b).unwrap();
     let wanted = [(0, 2), (0, 0)].map(|(response, point)| ResponseAt { response, point });
-    let offered = analysis.curvatures(&b, &responses, &wanted).unwrap().unwrap();
+    let hessians = analysis.curvatures(&b, &responses, &wanted).unwrap().unwrap();
     let history = differentiate_twice(&Absorber, &b, &fixed(0.01), &[0.5, 1.0, 2.0], HessianPart::Full).unwrap();
-    for (instant, hessian) in wanted.iter().zip(offered) {
+    for (instant, hessian) in wanted.iter().zip(hessians) {
         assert_eq!(hessian, history.hessian(instant.response, instant.point).unwrap());
     }
 }

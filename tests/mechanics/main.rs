@@ -10,7 +10,6 @@ mod elements;
 mod explicit;
 mod failures;
 mod four_bar;
-mod four_bar_moments;
 mod hessian;
 mod impacts;
 mod modes;

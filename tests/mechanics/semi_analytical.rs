@@ -1,30 +1,29 @@
-//! Semi-analytical against direct derivatives: differenced residuals against dual numbers, on one discrete motion.
+//! Semi-analytical derivatives compared with direct ones: differenced residuals and dual numbers, of one discrete motion.
 
 use crate::zoo::{Arm, Drives, Forces, Joints};
 use linkwright::autodiff::Scalar;
 use linkwright::cases::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
-use linkwright::mechanics::analyses::dynamics::Dynamics;
-use linkwright::mechanics::analyses::dynamics::InitialAcceleration;
+use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialAcceleration};
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::derivatives::method::Differentiation;
-use linkwright::mechanics::derivatives::semi_analytical::STEP;
-use linkwright::mechanics::derivatives::semi_analytical::differentiate_semi_analytically;
-use linkwright::mechanics::derivatives::semi_analytical::{difference_equilibria, difference_kinematics};
+use linkwright::mechanics::derivatives::semi_analytical::{
+    STEP, difference_equilibria, difference_kinematics, differentiate_semi_analytically,
+};
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::generalized_alpha::Newton;
-use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
+use linkwright::mechanics::integrators::generalized_alpha::{Newton, Prescribed};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::responses::mechanism::Transient;
 
-/// Largest deviation of a derivative by each variable, relative to the largest of the same output with respect to any, all by
-/// the size of the variables; outputs that are nearly zero are measured by `floor` of the largest of all.
+/// Largest deviation of a derivative, all scaled by the size of the variables, relative to the largest derivative of the same
+/// output. Outputs that are nearly zero are compared with `floor` times the largest derivative of all.
 fn deviation(b: &[f64], floor: f64, exact: &SensitiveHistory, found: &SensitiveHistory) -> f64 {
-    let scaled = |slopes: &[f64]| slopes.iter().zip(b).map(|(s, b)| (s * b.abs().max(1e-3)).abs()).fold(0.0, f64::max);
-    let of = |series: &Vec<Vec<f64>>| series.iter().map(|slopes| scaled(slopes)).fold(0.0, f64::max);
+    let scaled =
+        |gradient: &[f64]| gradient.iter().zip(b).map(|(s, b)| (s * b.abs().max(1e-3)).abs()).fold(0.0, f64::max);
+    let of = |series: &Vec<Vec<f64>>| series.iter().map(|gradient| scaled(gradient)).fold(0.0, f64::max);
     let of_all = exact.gradients.iter().map(of).fold(0.0, f64::max);
     let mut worst = 0.0f64;
     for (exact, found) in exact.gradients.iter().zip(&found.gradients) {
@@ -37,7 +36,7 @@ fn deviation(b: &[f64], floor: f64, exact: &SensitiveHistory, found: &SensitiveH
     worst
 }
 
-/// The deviations for relative steps of 1e-4 down to 1e-7, that of the default second.
+/// Relative steps; the second is the default.
 const STEPS: [f64; 4] = [1e-4, STEP, 1e-6, 1e-7];
 
 fn row(name: &str, worst: [f64; 4], allowed: f64) {
@@ -94,7 +93,7 @@ fn the_reference_mechanisms() {
     let b = [0.0385, 0.0252, 0.02];
     for (name, four_bar) in [("as published", FourBar::as_published()), ("physical", FourBar::physical())] {
         let name = format!("flexible four-bar, {name}");
-        // All outputs are moments; those at pins are a hundred-thousandth of the others, and lost in their rounding.
+        // All outputs are moments; those at pins are a hundred-thousandth of the others, and below their rounding.
         check_down_to(1e-2, &name, &four_bar, &b, four_bar.dynamics().unwrap(), 0.5, 1e-4);
     }
     check("rigid four-bar", &RigidFourBar(FourBar::physical()), &b, fixed(0.005), 0.2, 1e-6);
@@ -129,7 +128,7 @@ fn kinematics_and_statics() {
 }
 
 #[test]
-fn what_cannot_be_differenced_is_refused() {
+fn invalid_steps_explicit_methods_and_changing_models_are_rejected() {
     let settings = fixed(0.01);
     for step in [0.0, -1e-6, 1.0, f64::NAN] {
         let error = differentiate_semi_analytically(&Absorber, &[0.36, 0.48], &settings, &[0.1], step).unwrap_err();
@@ -143,7 +142,7 @@ fn what_cannot_be_differenced_is_refused() {
     assert!(error.to_string().contains("different elements"), "{error}");
 }
 
-/// A model whose design decides how many parts it has.
+/// A model whose design decides how many elements it has.
 struct Growing;
 
 impl ParametricMechanism for Growing {

@@ -139,7 +139,7 @@ pub fn make_velocities_consistent(
     }
     let mut rows = vec![[0.0]; system.size()];
     let mut rates = vec![0.0; system.size()];
-    system.closure_rates(mechanism, state, 1, &mut ElementWorkspace::default(), &mut rates);
+    system.constraint_rates(mechanism, state, 1, &mut ElementWorkspace::default(), &mut rates);
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
     system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
     rows.iter_mut().zip(&rates).for_each(|(row, rate)| row[0] = *rate);
@@ -180,7 +180,7 @@ impl AccelerationSolver {
             }
         }
         system.assemble(mechanism, state, Linearization::accelerations(), &mut self.rows);
-        system.closure_rates(mechanism, state, 2, &mut self.jets, &mut self.rates);
+        system.constraint_rates(mechanism, state, 2, &mut self.jets, &mut self.rates);
         system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
         for ((row, rate), unknown) in self.rows.iter_mut().zip(&self.rates).zip(system.unknowns()) {
             if matches!(unknown, Unknown::Multiplier(_)) {
@@ -214,7 +214,7 @@ pub fn acceleration_rows<T: StateScalar>(
     Jet2<T>: ElementScalar,
 {
     system.residual(mechanism, state, 1.0, workspace, rows);
-    system.closure_rates(mechanism, state, 2, jets, rows);
+    system.constraint_rates(mechanism, state, 2, jets, rows);
 }
 
 /// The error of accelerations that are not finite although all elements are.
@@ -246,7 +246,7 @@ fn dependent(redundant: &[String], t: f64) -> Error {
 pub fn redundant_constraints(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let mut redundant = Vec::new();
-    for (m, mut row) in system.closure_gradients(mechanism, state).into_iter().enumerate() {
+    for (m, mut row) in system.constraint_jacobian(mechanism, state).into_iter().enumerate() {
         let norm = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
         let whole = norm(&row);
         for _ in 0..2 {

@@ -66,7 +66,7 @@ pub fn simulate_recorded(
 ) -> Result<(History, Recording)> {
     let stepper = TimeStepper::new(mechanism, settings, times)?;
     let mut recording = Recording::of(&stepper, memory);
-    let outcome = record_outputs(mechanism, stepper, times, Some(&mut recording.log))?;
+    let outcome = record_outputs(mechanism, stepper, times, Some(&mut recording.store))?;
     Ok((finished(outcome), recording))
 }
 
@@ -118,7 +118,7 @@ pub fn simulate_with_recording(
 ) -> Result<(History, ExplicitRecording)> {
     let (driver, start) = start(mechanism, settings, times, false)?;
     let mut recording = ExplicitRecording::of(&driver, start, memory);
-    let (history, driver) = record_outputs(mechanism, driver, times, Some(&mut recording.log))?;
+    let (history, driver) = record_outputs(mechanism, driver, times, Some(&mut recording.store))?;
     Ok((History { work: driver.work(), ..history }, recording))
 }
 
@@ -157,12 +157,12 @@ impl Simulation for OdeDriver<MechanismRhs<'_>> {
     fn sample(&mut self, t: f64, y: &mut Vec<f64>, at: &mut State<f64>) -> Result<()> {
         y.resize(self.stepper.old.len(), 0.0);
         sample(self, y, t)?;
-        at.copy_from(&self.stepper.flow.state);
+        at.copy_from(&self.stepper.rhs.state);
         Ok(())
     }
 
     fn state(&self) -> &State<f64> {
-        &self.stepper.flow.state
+        &self.stepper.rhs.state
     }
 }
 

@@ -54,7 +54,7 @@ impl<'m> KinematicDriver<'m> {
     /// # Errors
     ///
     /// [`Error::Analysis`](crate::Error::Analysis) if a joint cannot be closed, for example beyond a dead centre.
-    pub fn go(&mut self, t: f64) -> Result<()> {
+    pub fn advance_to(&mut self, t: f64) -> Result<()> {
         let (from, start) = (self.state.t, self.state.clone());
         let mut substep = t - from;
         while self.state.t != t {
@@ -115,7 +115,7 @@ pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64])
     let mut driver = KinematicDriver::new(mechanism, assembly, first)?;
     for &t in times {
         if t != driver.state.t {
-            driver.go(t)?;
+            driver.advance_to(t)?;
         }
         recorder.record(mechanism, &driver.state)?;
     }

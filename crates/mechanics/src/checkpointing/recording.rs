@@ -24,7 +24,7 @@ pub struct Recording {
     /// The consistent initial state.
     pub(crate) start: State<f64>,
     /// Stored steps and checkpoints.
-    pub(crate) log: TrajectoryStore<Checkpoint>,
+    pub(crate) store: TrajectoryStore<Checkpoint>,
 }
 
 impl Recording {
@@ -35,28 +35,28 @@ impl Recording {
             system,
             projection,
             start: stepper.integrator.step.new.clone(),
-            log: TrajectoryStore::of(stepper, limit),
+            store: TrajectoryStore::of(stepper, limit),
         }
     }
 
     /// Returns whether every step is stored: the memory sufficed.
     pub fn is_whole(&self) -> bool {
-        self.log.is_whole()
+        self.store.is_whole()
     }
 
     /// Memory of the stored steps and checkpoints in bytes.
     pub fn bytes(&self) -> usize {
-        self.log.bytes()
+        self.store.bytes()
     }
 
     /// Number of steps of the motion.
     pub fn steps(&self) -> usize {
-        self.log.steps()
+        self.store.steps()
     }
 
     /// Copies the end of step `k` (from 0) to `state`. Returns the length of the step in s.
     pub(crate) fn load(&self, k: usize, state: &mut State<f64>) -> f64 {
-        state.read(self.log.row(k))
+        state.read(self.store.row(k))
     }
 }
 
@@ -144,13 +144,13 @@ pub struct ExplicitRecording {
     /// The consistent initial state.
     pub start: Start,
     /// Ends of steps: time, state and rates.
-    pub log: TrajectoryStore<ExplicitCheckpoint>,
+    pub store: TrajectoryStore<ExplicitCheckpoint>,
 }
 
 impl ExplicitRecording {
     /// Recording of a motion that has not begun, in at most `limit` bytes.
     pub fn of(driver: &OdeDriver<MechanismRhs<'_>>, start: Start, limit: usize) -> Self {
-        Self { system: driver.stepper.flow.system.clone(), start, log: TrajectoryStore::of(driver, limit) }
+        Self { system: driver.stepper.rhs.system.clone(), start, store: TrajectoryStore::of(driver, limit) }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::diagnostics;
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
 
-/// Outputs over time with their derivatives.
+/// Outputs over time with their gradients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensitiveHistory {
     /// Names of the outputs.
@@ -22,47 +22,83 @@ pub struct SensitiveHistory {
     pub work: Work,
 }
 
-/// Collects values and slopes time by time.
-pub struct Record {
-    history: SensitiveHistory,
+/// Derivatives of all outputs at all times, in chunks of design variables.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputGradients {
+    outputs: usize,
+    width: usize,
+    chunks: Vec<Vec<f64>>,
+}
+
+impl OutputGradients {
+    /// From `chunks` of `width` derivatives each, ordered by time, output and derivative.
+    pub(crate) fn new(outputs: usize, width: usize, chunks: Vec<Vec<f64>>) -> Self {
+        Self { outputs, width, chunks }
+    }
+
+    /// The derivative of an output at time number `time` with respect to one design variable.
+    pub fn at(&self, time: usize, output: usize, variable: usize) -> f64 {
+        self.chunk(variable / self.width, time, output)[variable % self.width]
+    }
+
+    /// The derivatives of an output at time number `time`, chunk by chunk.
+    pub(crate) fn chunks(&self, time: usize, output: usize) -> impl Iterator<Item = &[f64]> {
+        (0..self.chunks.len()).map(move |chunk| self.chunk(chunk, time, output))
+    }
+
+    /// `[output][time]`: gradients with respect to `variables` design variables, without the padding of the last chunk.
+    pub(crate) fn to_series(&self, times: usize, variables: usize) -> Vec<Vec<Vec<f64>>> {
+        let gradient = |output, time| {
+            let mut gradient = Vec::with_capacity(variables);
+            for chunk in self.chunks(time, output) {
+                gradient.extend_from_slice(&chunk[..self.width.min(variables - gradient.len())]);
+            }
+            gradient
+        };
+        (0..self.outputs).map(|output| (0..times).map(|time| gradient(output, time)).collect()).collect()
+    }
+
+    fn chunk(&self, chunk: usize, time: usize, output: usize) -> &[f64] {
+        let first = (time * self.outputs + output) * self.width;
+        &self.chunks[chunk][first..first + self.width]
+    }
+}
+
+/// Records the values of outputs time by time, in `f64`: the same bits as a plain analysis.
+pub(crate) struct OutputRecorder {
+    names: Vec<String>,
+    times: Vec<f64>,
+    values: Vec<Vec<f64>>,
     sampler: Sampler<f64>,
     outputs: Vec<f64>,
 }
 
-impl Record {
-    /// Room for the outputs of `mechanism` at `times`.
-    pub fn new(mechanism: &Mechanism<f64>, variables: usize, times: &[f64]) -> Self {
-        let count = mechanism.outputs.len();
-        let history = SensitiveHistory {
+impl OutputRecorder {
+    /// For the outputs of `mechanism` at `times`.
+    pub fn new(mechanism: &Mechanism<f64>, times: &[f64]) -> Self {
+        Self {
             names: mechanism.output_names(),
             times: times.to_vec(),
-            values: vec![vec![0.0; times.len()]; count],
-            gradients: vec![vec![vec![0.0; variables]; times.len()]; count],
-            work: Work::default(),
-        };
-        Self { history, sampler: Sampler::new(mechanism), outputs: Vec::new() }
-    }
-
-    /// Slopes for the design variables from `first` on.
-    pub fn slopes<'s>(&mut self, time: usize, first: usize, outputs: impl IntoIterator<Item = &'s [f64]>) {
-        for (series, output) in self.history.gradients.iter_mut().zip(outputs) {
-            let slopes = &mut series[time][first..];
-            slopes.iter_mut().zip(output).for_each(|(slope, value)| *slope = *value);
+            values: vec![vec![0.0; times.len()]; mechanism.outputs.len()],
+            sampler: Sampler::new(mechanism),
+            outputs: Vec::new(),
         }
     }
 
-    /// Values in `f64`, the same bits as a plain analysis.
-    pub fn values(&mut self, time: usize, mechanism: &Mechanism<f64>, at: &State<f64>) -> Result<()> {
-        self.sampler.outputs(mechanism, at, &mut self.outputs);
-        diagnostics::check(mechanism, at, &self.outputs)?;
-        for (series, &value) in self.history.values.iter_mut().zip(&self.outputs) {
-            series[time] = value;
-        }
+    /// Records the outputs of `state` at time number `time`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Analysis`] if an output is not finite.
+    pub fn record(&mut self, time: usize, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+        self.sampler.outputs(mechanism, state, &mut self.outputs);
+        diagnostics::check(mechanism, state, &self.outputs)?;
+        self.values.iter_mut().zip(&self.outputs).for_each(|(series, &value)| series[time] = value);
         Ok(())
     }
 
-    /// The finished history.
-    pub fn finish(self, work: Work) -> SensitiveHistory {
-        SensitiveHistory { work, ..self.history }
+    /// The history with these gradients with respect to `variables` design variables.
+    pub fn finish(self, gradients: &OutputGradients, variables: usize, work: Work) -> SensitiveHistory {
+        let gradients = gradients.to_series(self.times.len(), variables);
+        SensitiveHistory { names: self.names, times: self.times, values: self.values, gradients, work }
     }
 }

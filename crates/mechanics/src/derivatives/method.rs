@@ -1,33 +1,32 @@
-//! Which method differentiates an analysis.
+//! Choice of the method that differentiates an analysis.
 
 use std::collections::BTreeMap;
 
-/// How derivatives of an analysis are taken.
+/// Method by which an analysis is differentiated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Differentiation {
     /// Direct for few design variables, adjoint for few responses: see [`Differentiation::of`].
     #[default]
     Automatic,
-    /// Along with the motion, all responses at once: the direct method.
+    /// The direct method: forward in time, for all responses at once.
     Direct,
-    /// Against the motion, all design variables at once: the discrete adjoint.
+    /// The discrete adjoint method: backwards in time, for all design variables at once.
     Adjoint,
-    /// Along with the motion by differenced residuals: semi-analytical, a witness against the others.
-    /// Not for explicit steps.
+    /// The direct method with differenced residuals, a check of the others. Not for explicit steps.
     SemiAnalytical,
 }
 
-/// What both ways of differentiating an analysis cost, in any unit: measured by `cargo bench --bench adjoint`.
+/// Costs of the direct and the adjoint method, in any unit: measured by `cargo bench --bench adjoint`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// Of the direct method whatever the number of design variables is, and for each eight of them.
+    /// Fixed cost of the direct method, and its cost for each eight design variables.
     pub direct: [f64; 2],
-    /// Of the adjoint method whatever the number of responses is, and for each four of them.
+    /// Fixed cost of the adjoint method, and its cost for each four responses.
     pub adjoint: [f64; 2],
 }
 
 impl Cost {
-    /// Implicit steps that were kept, in analyses.
+    /// Recorded implicit steps, in analyses.
     pub const IMPLICIT: Self = Self { direct: [0.7, 1.0], adjoint: [1.3, 0.4] };
     /// Explicit steps, in analyses.
     pub const EXPLICIT: Self = Self { direct: [1.3, 0.25], adjoint: [1.6, 0.3] };
@@ -38,31 +37,31 @@ impl Cost {
 }
 
 impl Differentiation {
-    /// What is chosen for this many design variables and responses where every response goes all the way back.
+    /// The method for this many design variables and responses, where every response takes a full reverse pass.
     ///
-    /// A pass forward carries eight design variables, one backward four responses.
+    /// A forward pass carries eight design variables, a reverse pass four responses.
     pub fn of(self, variables: usize, responses: usize, cost: Cost) -> Self {
-        self.cheaper(variables.div_ceil(8), responses.div_ceil(4), cost)
+        self.choose(variables.div_ceil(8), responses.div_ceil(4), cost)
     }
 
-    /// The method for analyses that solve every time point by itself; `points` is the time point of each wanted output.
+    /// The method for analyses that solve every time point by itself; `points` has the time point of each response.
     pub fn at_points(self, variables: usize, points: impl IntoIterator<Item = usize>, cost: Cost) -> Self {
         let mut responses = BTreeMap::<usize, usize>::new();
         points.into_iter().for_each(|point| *responses.entry(point).or_default() += 1);
         let backward = responses.values().map(|count| count.div_ceil(4)).sum();
-        self.cheaper(responses.len() * variables.div_ceil(8), backward, cost)
+        self.choose(responses.len() * variables.div_ceil(8), backward, cost)
     }
 
-    fn cheaper(self, forward: usize, backward: usize, cost: Cost) -> Self {
-        let spent = |[fixed, each]: [f64; 2], count: usize| fixed + each * count as f64;
+    fn choose(self, forward: usize, backward: usize, cost: Cost) -> Self {
+        let total = |[fixed, each]: [f64; 2], count: usize| fixed + each * count as f64;
         match self {
-            Self::Automatic if spent(cost.adjoint, backward) < spent(cost.direct, forward) => Self::Adjoint,
+            Self::Automatic if total(cost.adjoint, backward) < total(cost.direct, forward) => Self::Adjoint,
             Self::Automatic => Self::Direct,
             chosen => chosen,
         }
     }
 
-    /// Its name in the field.
+    /// The name of the method.
     pub fn name(self) -> &'static str {
         match self {
             Self::Automatic => "automatic",

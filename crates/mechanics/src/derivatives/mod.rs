@@ -1,12 +1,25 @@
 //! Derivatives of analyses with respect to the design.
+//!
+//! All methods differentiate the discrete solution that an analysis has converged to; nothing is iterated again.
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`method`] | choice between the direct, the adjoint and the semi-analytical method |
+//! | [`forward`] | direct method: forward sensitivities along implicit and explicit steps, kinematics, statics |
+//! | [`adjoint`] | discrete adjoint method: few responses, many design variables |
+//! | [`semi_analytical`] | direct method with residuals differenced in `f64`, a check of the others |
+//! | [`second_order`] | Hessians by the direct method in hyper-dual numbers |
+//! | [`modal`] | derivatives of natural frequencies |
+//! | [`history`] | outputs over time with their gradients |
+//! | `propagation` | the loop that carries derivatives along the steps of an analysis |
+//! | `seeding` | mechanisms in dual numbers, and the parameters that depend on the design |
 
-pub(crate) mod activity;
 pub mod adjoint;
 pub mod forward;
 pub mod history;
 pub mod method;
 pub mod modal;
-pub(crate) mod saltation;
+pub(crate) mod propagation;
 pub mod second_order;
 pub(crate) mod seeding;
 pub mod semi_analytical;

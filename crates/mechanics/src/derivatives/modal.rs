@@ -3,9 +3,8 @@
 use crate::Result;
 use crate::analyses::modal::modes;
 use crate::analyses::statics::{Statics, find_equilibrium};
-use crate::derivatives::forward::initial_conditions::StartSolver;
-use crate::derivatives::forward::instants::equilibrium;
-use crate::derivatives::seeding::{build_sensitive, set_values};
+use crate::derivatives::forward::initial_conditions::{InitialDerivatives, ProjectedPart, equilibrium};
+use crate::derivatives::seeding::{build_chunks, set_values};
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Assembly, assemble};
 use crate::mechanism::scalars::{Dual8, ElementScalar, Jet2};
@@ -16,29 +15,29 @@ use autodiff::WIDTH;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// The state at rest that vibrations are small about.
+/// The state at rest about which vibrations are small.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum About {
     /// The assembled initial positions, without reactions: no prestress.
     Assembled,
-    /// The static equilibrium, with the reactions there.
+    /// The static equilibrium, with its reactions.
     Equilibrium(Statics),
 }
 
 /// Squares of natural frequencies and their derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModeSensitivities {
-    /// ω² in rad²/s², rising.
+    /// ω² in rad²/s², increasing.
     pub squares: Vec<f64>,
-    /// `gradients[mode]` is the gradient of ω² with respect to the design variables; dω/db = slope / (2 ω).
+    /// `gradients[mode]` is the gradient of ω² with respect to the design variables; dω/db is the gradient over 2 ω.
     ///
-    /// Of a repeated frequency only one-sided derivatives along each variable exist: for each variable by itself these
-    /// are sorted, so that those of the mode k are those of the k-th frequency while the variable grows. They do not add
-    /// up for several variables at once.
+    /// A repeated frequency has only one-sided derivatives along each variable. These are sorted for each variable by
+    /// itself: those of mode k are those of the k-th frequency while the variable grows. They do not add up for several
+    /// variables at once.
     pub gradients: Vec<Vec<f64>>,
 }
 
-/// Squares closer than this part of each other count as one repeated frequency.
+/// Squares whose relative difference is smaller count as one repeated frequency.
 const REPEATED: f64 = 1e-7;
 
 /// Natural frequencies of `model` at the design `b` and time `t`, with exact derivatives.
@@ -48,14 +47,16 @@ const REPEATED: f64 = 1e-7;
 /// $$ \frac{d\omega^2}{db} = \varphi^T\left(\frac{dK}{db} - \omega^2\frac{dM}{db}\right)\varphi
 ///    + 2\,\mu^T\frac{d\Phi_q}{db}\varphi $$
 ///
-/// where K, M and Φ_q depend on the design also through the state. One evaluation of every element with numbers that carry
-/// the direction φ and [`WIDTH`] design variables gives all of it. For a repeated frequency they are the eigenvalues of
-/// the matrix that this expression becomes with all pairs of its modes.
+/// where K, M and Φ_q depend on the design also through the state. One evaluation of every element gives all of it, with
+/// numbers that carry the direction φ and [`WIDTH`] design variables. For a repeated frequency the derivatives are the
+/// eigenvalues of the matrix of this expression for all pairs of its modes.
 ///
-/// **Errors.** As [`modes`], [`assemble`] and [`dynamics`].
+/// # Errors
+/// As [`modes`], [`assemble`] and [`equilibria`](crate::analyses::statics::equilibria).
 ///
-/// **Source.** Fox & Kapoor, *AIAA J.* 6 (1968) 2426–2429; Seyranian, Lund & Olhoff, *Struct. Optim.* 8 (1994) 207–227,
-/// for repeated frequencies.
+/// # Sources
+/// Fox & Kapoor, *AIAA J.* 6 (1968) 2426–2429; for repeated frequencies Seyranian, Lund & Olhoff, *Struct. Optim.* 8
+/// (1994) 207–227.
 pub fn differentiate_modes<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
@@ -63,49 +64,58 @@ pub fn differentiate_modes<M: ParametricMechanism>(
     t: f64,
 ) -> Result<ModeSensitivities> {
     let mechanism = model.build(b)?;
-    let chunks = build_sensitive(model, b, &mechanism)?;
-    let mut system = System::at(&mechanism, t)?;
-    let (values, states) = states_at_rest(&mut system, &mechanism, &chunks, about, t)?;
-    let found = modes(&mut system, &mechanism, &values)?;
-    let squares: Vec<f64> = found.frequencies.iter().map(|w| w * w.abs()).collect();
-    let constraint_gradients = system.closure_gradients(&mechanism, &values);
-    let mut gradients = vec![vec![0.0; b.len()]; squares.len()];
+    differentiate_seeded(&mechanism, &build_chunks(model, b, &mechanism)?, b.len(), about, t)
+}
+
+/// Not generic over the model: compiled once, in this crate.
+fn differentiate_seeded(
+    mechanism: &Mechanism<f64>,
+    chunks: &[Mechanism<Dual8>],
+    variables: usize,
+    about: About,
+    t: f64,
+) -> Result<ModeSensitivities> {
+    let mut system = System::at(mechanism, t)?;
+    let (values, states) = states_at_rest(&mut system, mechanism, chunks, about, t)?;
+    let natural = modes(&mut system, mechanism, &values)?;
+    let squares: Vec<f64> = natural.frequencies.iter().map(|w| w * w.abs()).collect();
+    let constraint_gradients = system.constraint_jacobian(mechanism, &values);
+    let mut gradients = vec![vec![0.0; variables]; squares.len()];
     for cluster in clusters(&squares) {
         let square = cluster.clone().map(|k| squares[k]).sum::<f64>() / cluster.len() as f64;
-        let shapes: Vec<Vec<f64>> = cluster.clone().map(|k| found.shapes.column(k).iter().copied().collect()).collect();
+        let shapes: Vec<Vec<f64>> =
+            cluster.clone().map(|k| natural.shapes.column(k).iter().copied().collect()).collect();
         for (c, (mechanism, state)) in chunks.iter().zip(&states).enumerate() {
-            let rows: Vec<_> = shapes.iter().map(|shape| moved(&system, mechanism, state, shape, square)).collect();
-            let tests: Vec<_> = shapes
-                .iter()
-                .zip(&rows)
-                .map(|(shape, rows)| test(&system, &constraint_gradients, shape, rows))
-                .collect();
-            for k in 0..WIDTH.min(b.len() - c * WIDTH) {
+            let rows: Vec<_> = shapes.iter().map(|shape| mode_rows(&system, mechanism, state, shape, square)).collect();
+            let weights =
+                |(shape, rows): (&Vec<f64>, &Vec<Dual8>)| weights(&system, &constraint_gradients, shape, rows);
+            let weights: Vec<_> = shapes.iter().zip(&rows).map(weights).collect();
+            for k in 0..WIDTH.min(variables - c * WIDTH) {
                 let dot =
-                    |i: usize, j: usize| tests[i].iter().zip(&rows[j]).map(|(x, row)| x * row.eps[k]).sum::<f64>();
+                    |i: usize, j: usize| weights[i].iter().zip(&rows[j]).map(|(x, row)| x * row.eps[k]).sum::<f64>();
                 let pairs = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (dot(i, j) + dot(j, i)));
-                let mut rates: Vec<f64> = pairs.symmetric_eigenvalues().iter().copied().collect();
-                rates.sort_by(f64::total_cmp);
-                cluster.clone().zip(rates).for_each(|(mode, rate)| gradients[mode][c * WIDTH + k] = rate);
+                let mut derivatives: Vec<f64> = pairs.symmetric_eigenvalues().iter().copied().collect();
+                derivatives.sort_by(f64::total_cmp);
+                cluster.clone().zip(derivatives).for_each(|(mode, x)| gradients[mode][c * WIDTH + k] = x);
             }
         }
     }
     Ok(ModeSensitivities { squares, gradients })
 }
 
-/// Runs of rising squares that count as equal.
+/// Ranges of increasing squares that count as equal.
 fn clusters(squares: &[f64]) -> Vec<Range<usize>> {
-    let mut found: Vec<Range<usize>> = Vec::new();
+    let mut clusters: Vec<Range<usize>> = Vec::new();
     for k in 0..squares.len() {
-        match found.last_mut() {
+        match clusters.last_mut() {
             Some(last) if squares[k] - squares[last.start] <= REPEATED * squares[k].abs() => last.end = k + 1,
-            _ => found.push(k..k + 1),
+            _ => clusters.push(k..k + 1),
         }
     }
-    found
+    clusters
 }
 
-/// The state at rest with its derivatives, chunk by chunk.
+/// The state at rest, and its derivatives for each chunk of design variables.
 fn states_at_rest(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -125,7 +135,12 @@ fn states_at_rest(
         match about {
             About::Equilibrium(_) => state = equilibrium(chunk, &values, system),
             About::Assembled if mechanism.multipliers > 0 => {
-                StartSolver::new(mechanism, chunk, system).positions(&values, &projection, &mut state)?;
+                InitialDerivatives::new(mechanism, chunk, system).project(
+                    ProjectedPart::Positions,
+                    &values,
+                    &projection,
+                    &mut state,
+                )?;
             }
             About::Assembled => {}
         }
@@ -137,7 +152,7 @@ fn states_at_rest(
 }
 
 /// (K − ω² M) φ in the rows of the coordinates and Φ_q φ in those of the multipliers, with their derivatives.
-fn moved(
+fn mode_rows(
     system: &System,
     mechanism: &Mechanism<Dual8>,
     state: &State<Dual8>,
@@ -146,9 +161,9 @@ fn moved(
 ) -> Vec<Dual8> {
     let (zero, mut workspace) = (Dual8::constant(0.0), ElementWorkspace::<Jet2<Dual8>>::default());
     let mut rows = vec![zero; system.size()];
-    let along = |x: Dual8, slope: f64| Jet2::new(x, Dual8::constant(slope), zero);
+    let along = |x: Dual8, rate: f64| Jet2::new(x, Dual8::constant(rate), zero);
     for (index, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor()) {
-        // A position along the mode and an acceleration against it: one pass gives K φ − ω² M φ.
+        // A position that moves along φ and an acceleration that moves along −ω² φ: one pass gives K φ − ω² M φ.
         let fill = |to: &mut Vec<Jet2<Dual8>>, from: &[Dual8], factor: f64| {
             to.clear();
             to.extend(part.coordinates.iter().map(|&i| along(from[i], factor * shape[i])));
@@ -170,8 +185,8 @@ fn moved(
     rows
 }
 
-/// What a mode's rows are multiplied by: φ, and 2 μ from Φ_qᵀ μ = (ω² M − K) φ by least squares.
-fn test(system: &System, gradients: &[Vec<f64>], shape: &[f64], rows: &[Dual8]) -> Vec<f64> {
+/// Weights of a mode's rows: φ, and 2 μ from Φ_qᵀ μ = (ω² M − K) φ by least squares.
+fn weights(system: &System, constraint_gradients: &[Vec<f64>], shape: &[f64], rows: &[Dual8]) -> Vec<f64> {
     let mut force = vec![0.0; shape.len()];
     for (unknown, row) in system.unknowns().iter().zip(rows) {
         if let Unknown::Coordinate(i) = *unknown {
@@ -179,12 +194,13 @@ fn test(system: &System, gradients: &[Vec<f64>], shape: &[f64], rows: &[Dual8]) 
         }
     }
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let normal = DMatrix::from_fn(gradients.len(), gradients.len(), |i, j| dot(&gradients[i], &gradients[j]));
-    let right = DVector::from_iterator(gradients.len(), gradients.iter().map(|row| dot(row, &force)));
-    let push = if gradients.is_empty() { right } else { normal.lu().solve(&right).unwrap_or(right) };
+    let (n, rows) = (constraint_gradients.len(), constraint_gradients);
+    let normal = DMatrix::from_fn(n, n, |i, j| dot(&rows[i], &rows[j]));
+    let right = DVector::from_iterator(n, rows.iter().map(|row| dot(row, &force)));
+    let multipliers = if n == 0 { right } else { normal.lu().solve(&right).unwrap_or(right) };
     let value = |unknown: &Unknown| match *unknown {
         Unknown::Coordinate(i) => shape[i],
-        Unknown::Multiplier(m) => 2.0 * push[m],
+        Unknown::Multiplier(m) => 2.0 * multipliers[m],
     };
     system.unknowns().iter().map(value).collect()
 }

@@ -1,15 +1,37 @@
-//! Mechanisms and states that carry derivatives.
+//! Mechanisms and states in numbers that carry derivatives, and activity analysis.
 
-use crate::mechanism::scalars::{DerivativeScalar, StateScalar};
+use crate::mechanism::scalars::{DerivativeScalar, Dual4, Dual8, StateScalar};
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::state::State;
 use crate::{Error, Result};
-use autodiff::DualVec;
+use autodiff::{DualVec, WIDTH};
 
-/// The mechanism once for each chunk of `N` design variables, with these seeded.
+/// A mechanism in dual numbers, once per chunk of design variables, in numbers not much wider than the design.
+pub(crate) enum SeededMechanisms {
+    /// For designs of at most four variables.
+    Narrow(Vec<Mechanism<Dual4>>),
+    /// For chunks of [`WIDTH`] design variables.
+    Wide(Vec<Mechanism<Dual8>>),
+}
+
+impl SeededMechanisms {
+    /// Builds `model` at the design `b`, where it has to have the elements of `like`.
+    ///
+    /// # Errors
+    /// As [`build_seeded`].
+    pub fn build<M: ParametricMechanism>(model: &M, b: &[f64], like: &Mechanism<f64>) -> Result<Self> {
+        Ok(match b.len() <= 4 {
+            true => Self::Narrow(build_chunks::<M, 4>(model, b, like)?),
+            false => Self::Wide(build_chunks::<M, WIDTH>(model, b, like)?),
+        })
+    }
+}
+
+/// Builds the mechanism once for each chunk of `N` design variables, with these seeded.
 ///
-/// **Errors.** [`Error::Definition`] if the model makes another mechanism than `like`.
-pub(crate) fn build_sensitive<M: ParametricMechanism, const N: usize>(
+/// # Errors
+/// As [`build_seeded`].
+pub(crate) fn build_chunks<M: ParametricMechanism, const N: usize>(
     model: &M,
     b: &[f64],
     like: &Mechanism<f64>,
@@ -17,17 +39,22 @@ pub(crate) fn build_sensitive<M: ParametricMechanism, const N: usize>(
 where
     DualVec<N>: StateScalar,
 {
-    let seed = |first: usize, (i, &value): (usize, &f64)| match i.checked_sub(first) {
+    (0..b.len()).step_by(N).map(|first| build_seeded(model, &seed_chunk(b, first), like)).collect()
+}
+
+/// The numbers `x` with a derivative of one by itself for each of the `N` from `first` on.
+pub(crate) fn seed_chunk<const N: usize>(x: &[f64], first: usize) -> Vec<DualVec<N>> {
+    let seed = |(i, &value): (usize, &f64)| match i.checked_sub(first) {
         Some(k) if k < N => DualVec::seeded(value, k),
         _ => DualVec::constant(value),
     };
-    let design = |first| b.iter().enumerate().map(|variable| seed(first, variable)).collect::<Vec<_>>();
-    (0..b.len()).step_by(N).map(|first| build_seeded(model, &design(first), like)).collect()
+    x.iter().enumerate().map(seed).collect()
 }
 
-/// The mechanism for a design that carries derivatives.
+/// Builds the mechanism at a design whose numbers carry derivatives.
 ///
-/// **Errors.** [`Error::Definition`] if the model makes another mechanism than `like`.
+/// # Errors
+/// [`Error::Definition`] if the elements are not those of `like`.
 pub(crate) fn build_seeded<M: ParametricMechanism, T: StateScalar>(
     model: &M,
     design: &[T],
@@ -41,16 +68,51 @@ pub(crate) fn build_seeded<M: ParametricMechanism, T: StateScalar>(
     Err(Error::definition("model", why, "do not let the number type decide what is built"))
 }
 
-/// Values with no derivatives.
+/// Overwrites `to` with values that carry no derivatives.
 pub(crate) fn set_values<T: StateScalar>(to: &mut [T], from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(to, &from)| *to = T::from(from));
 }
 
-/// Takes over the values and keeps the derivatives.
+/// Overwrites the values of `state` and keeps its derivatives.
 pub(crate) fn take_values<T: DerivativeScalar<L>, const L: usize>(state: &mut State<T>, values: &State<f64>) {
     state.t = T::with(values.t, state.t.derivatives());
     let State { q, v, a, l, .. } = state;
     for (to, from) in [(q, &values.q), (v, &values.v), (a, &values.a), (l, &values.l)] {
         to.iter_mut().zip(from).for_each(|(to, &from)| *to = T::with(from, to.derivatives()));
+    }
+}
+
+/// The parameters of elements and motions that depend on the design.
+pub(crate) struct Activity {
+    /// Of each element, the local numbers of its active parameters.
+    pub parameters: Vec<Vec<usize>>,
+    /// For each coordinate, whether a motion prescribes it that depends on the design.
+    pub motions: Vec<bool>,
+}
+
+impl Activity {
+    /// Of `mechanism`, from its chunks of seeded design variables.
+    pub fn of(chunks: &[Mechanism<Dual8>], mechanism: &Mechanism<f64>) -> Self {
+        let is_active = |x: &Dual8| x.eps.iter().any(|derivative| *derivative != 0.0);
+        let parameter = |part: usize, k: usize| chunks.iter().any(|c| is_active(&c.parts[part].parameters[k]));
+        let parameters =
+            |part: usize| (0..mechanism.parts[part].parameters.len()).filter(|&k| parameter(part, k)).collect();
+        let motion = |c: &Mechanism<Dual8>, i: usize| {
+            c.coordinates[i].motion.as_ref().is_some_and(|(_, parameters)| parameters.iter().any(is_active))
+        };
+        Self {
+            parameters: (0..mechanism.parts.len()).map(parameters).collect(),
+            motions: (0..mechanism.coordinates.len()).map(|i| chunks.iter().any(|c| motion(c, i))).collect(),
+        }
+    }
+
+    /// Coordinates whose prescribed motion depends on the design, increasing.
+    pub fn moving_coordinates(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.motions.len()).filter(|&i| self.motions[i])
+    }
+
+    /// Whether derivatives by a coordinate matter: it is an unknown, or the design enters through its motion.
+    pub fn is_differentiated(&self, mechanism: &Mechanism<f64>, coordinate: usize) -> bool {
+        self.motions[coordinate] || mechanism.coordinates[coordinate].motion.is_none()
     }
 }

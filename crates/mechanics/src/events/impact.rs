@@ -115,7 +115,7 @@ where
         self.add_impulse(system, before, jump.contact, rows);
         let mut after = before.clone();
         after.v.iter_mut().zip(&jump.velocity).for_each(|(v, &change)| *v += change);
-        system.closure_rates(mechanism, &after, 1, &mut ElementWorkspace::default(), rows);
+        system.constraint_rates(mechanism, &after, 1, &mut ElementWorkspace::default(), rows);
         let restitution = self.restitution.unwrap_or(zero);
         self.rate(before, &after.v) + self.rate(before, &before.v) * restitution
     }

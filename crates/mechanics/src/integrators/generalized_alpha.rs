@@ -133,7 +133,7 @@ impl<T: StateScalar> Step<T> {
     /// Integrates to the end of the step `h` (s), with the free accelerations `self.new.a` and multipliers `self.new.l`.
     ///
     /// `h` is a plain number, or carries derivatives if it ends at an event that depends on the design.
-    pub fn march<H: Scalar>(
+    pub fn integrate<H: Scalar>(
         &mut self,
         mechanism: &Mechanism<T>,
         scheme: &GeneralizedAlpha,
@@ -144,12 +144,12 @@ impl<T: StateScalar> Step<T> {
     {
         self.new.t = self.old.t + h;
         self.new.prescribe_positions(mechanism, prescribed);
-        self.march_prescribed(mechanism, scheme, prescribed, h);
+        self.integrate_prescribed(mechanism, scheme, prescribed, h);
     }
 
-    /// [`Step::march`] after the prescribed coordinates of `self.new` have been set. It is linear in both ends of the step:
+    /// [`Step::integrate`] after the prescribed coordinates of `self.new` have been set. It is linear in both ends of the step:
     /// derivatives are integrated as values are.
-    pub(crate) fn march_prescribed<H: Scalar>(
+    pub(crate) fn integrate_prescribed<H: Scalar>(
         &mut self,
         mechanism: &Mechanism<T>,
         scheme: &GeneralizedAlpha,
@@ -179,8 +179,8 @@ impl<T: StateScalar> Step<T> {
         }
     }
 
-    /// Adds `change(equation)` to accelerations and multipliers only; call [`Step::march`] after it.
-    pub fn improve(&mut self, system: &System, change: impl Fn(usize) -> T) {
+    /// Adds `change(equation)` to accelerations and multipliers only; call [`Step::integrate`] after it.
+    pub fn add_accelerations(&mut self, system: &System, change: impl Fn(usize) -> T) {
         for (equation, unknown) in system.unknowns().iter().enumerate() {
             match *unknown {
                 Unknown::Multiplier(m) => self.new.l[m] += change(equation),
@@ -307,7 +307,7 @@ impl<'m> Integrator<'m> {
         let (position, velocity) = self.scheme.newmark_coefficients(h);
         self.step.new.t = self.step.old.t + h;
         self.predictor.predict(&mut self.step.new);
-        self.step.march(self.mechanism, &self.scheme, self.prescribed, h);
+        self.step.integrate(self.mechanism, &self.scheme, self.prescribed, h);
         let mut previous: Option<Correction> = None;
         for _ in 0..self.newton.iterations {
             let kept = previous.is_some_and(|previous| previous.rate <= SLOW);

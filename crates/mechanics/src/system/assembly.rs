@@ -46,7 +46,7 @@ impl System {
     }
 
     /// Overwrites the constraint rows with the time derivative of the constraints of the `order` 1 or 2 along the motion.
-    pub fn closure_rates<T: StateScalar>(
+    pub fn constraint_rates<T: StateScalar>(
         &self,
         mechanism: &Mechanism<T>,
         state: &State<T>,
@@ -153,7 +153,7 @@ impl System {
     }
 
     /// Φ_q with respect to all coordinates, zero for prescribed ones; one row per multiplier.
-    pub fn closure_gradients(&self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<Vec<f64>> {
+    pub fn constraint_jacobian(&self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<Vec<f64>> {
         let (mut jacobian_workspace, mut workspace, mut columns) =
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut gradients = vec![vec![0.0; mechanism.coordinates.len()]; mechanism.multipliers];

@@ -1,26 +1,22 @@
-//! Responses on their way back, and the transposed products of elements that they take.
+//! Adjoint equations of a batch of responses, and the vector-Jacobian products of a mechanism's elements.
 
-use crate::derivatives::activity::Dependence;
-use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues, add};
-use crate::derivatives::adjoint::design::DesignAdjoint;
-use crate::derivatives::adjoint::element_vjp::{Probe, Rows, Slot};
-use crate::derivatives::adjoint::output_vjp::OutputVjp;
+use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues, DesignAdjoint, add};
+use crate::derivatives::adjoint::element_vjp::{ElementRows, ElementVariable, ElementVjp};
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
+use crate::derivatives::seeding::Activity;
 use crate::integrators::generalized_alpha::Prescribed;
 use crate::linalg::factor::Factor;
-use crate::mechanism::ElementInstance;
-use crate::mechanism::Mechanism;
-use crate::system::System;
-use crate::system::Unknown;
+use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::State;
+use crate::system::{System, Unknown};
 
-/// Up to [`BATCH`] responses on their way back.
+/// Derivatives of up to [`BATCH`] responses, which are carried backwards in time.
 #[derive(Clone)]
 pub(crate) struct AdjointBatch {
-    /// Derivatives by the state that has been reached.
-    pub now: AdjointState,
-    /// Derivatives by parameters so far.
+    /// With respect to the current state.
+    pub state: AdjointState,
+    /// With respect to parameters, summed from the end to the current state.
     pub design: DesignAdjoint,
     /// ψ by equation.
     pub multipliers: Vec<BatchValues>,
@@ -29,213 +25,212 @@ pub(crate) struct AdjointBatch {
 impl AdjointBatch {
     /// Zeros for the responses of `mechanism`, which has `size` equations.
     pub fn new(mechanism: &Mechanism<f64>, size: usize) -> Self {
-        let (now, design) = (AdjointState::new(mechanism), DesignAdjoint::new(mechanism));
-        Self { now, design, multipliers: vec![[0.0; BATCH]; size] }
+        let (state, design) = (AdjointState::new(mechanism), DesignAdjoint::new(mechanism));
+        Self { state, design, multipliers: vec![[0.0; BATCH]; size] }
     }
 
-    /// Aᵀ ψ = −x̄ with the factorization of `system`, where x̄ of an unknown is `bar`.
-    pub fn solve(&mut self, system: &mut System, bar: impl Fn(&AdjointState, Unknown) -> BatchValues) {
+    /// Solves Aᵀ ψ = −x̄ with the factorization of `system`, where `adjoint` returns x̄ of an unknown.
+    pub fn solve(&mut self, system: &mut System, adjoint: impl Fn(&AdjointState, Unknown) -> BatchValues) {
         for (psi, unknown) in self.multipliers.iter_mut().zip(system.unknowns()) {
-            *psi = bar(&self.now, *unknown).map(|x| -x);
+            *psi = adjoint(&self.state, *unknown).map(|x| -x);
         }
         system.factor().solve_transposed(&mut self.multipliers);
     }
 
-    /// The same with another factorization, x̄ being the derivatives by accelerations and multipliers; these are then done
-    /// with.
+    /// Solves Aᵀ ψ = −x̄, where x̄ are the derivatives with respect to accelerations and multipliers; these become zero.
     pub fn solve_accelerations(&mut self, unknowns: &[Unknown], factor: &mut Factor) {
         for (psi, unknown) in self.multipliers.iter_mut().zip(unknowns) {
-            let bar = match *unknown {
-                Unknown::Coordinate(i) => &mut self.now.a[i],
-                Unknown::Multiplier(m) => &mut self.now.l[m],
+            let adjoint = match *unknown {
+                Unknown::Coordinate(i) => &mut self.state.a[i],
+                Unknown::Multiplier(m) => &mut self.state.l[m],
             };
-            *psi = std::mem::take(bar).map(|x| -x);
+            *psi = std::mem::take(adjoint).map(|x| -x);
         }
         factor.solve_transposed(&mut self.multipliers);
     }
 
-    /// The same where x̄ is `bars` for coordinates and nothing for multipliers.
-    pub fn solve_free(&mut self, unknowns: &[Unknown], factor: &mut Factor, bars: &[BatchValues]) {
+    /// Solves Aᵀ ψ = −x̄, where x̄ is in `coordinates` and zero for multipliers.
+    pub fn solve_coordinates(&mut self, unknowns: &[Unknown], factor: &mut Factor, coordinates: &[BatchValues]) {
         for (psi, unknown) in self.multipliers.iter_mut().zip(unknowns) {
             *psi = match *unknown {
-                Unknown::Coordinate(i) => bars[i].map(|x| -x),
+                Unknown::Coordinate(i) => coordinates[i].map(|x| -x),
                 Unknown::Multiplier(_) => [0.0; BATCH],
             };
         }
         factor.solve_transposed(&mut self.multipliers);
     }
 
-    /// Adds ψᵀ times the `entries` to the derivatives.
-    pub fn vjp(&mut self, entries: &Entries, linearizer: &Linearizer, sources: &mut [BatchValues]) {
+    /// Adds ψᵀ times the `entries` to the derivatives; `sources` is a workspace.
+    pub fn add_vjp(&mut self, entries: &Entries, linearizer: &Linearizer, sources: &mut [BatchValues]) {
         sources.fill([0.0; BATCH]);
         entries.vjp(&self.multipliers, sources);
-        let AdjointState { q, v, a, .. } = &mut self.now;
+        let AdjointState { q, v, a, .. } = &mut self.state;
         let (by_state, by_parameter) = sources.split_at(3 * q.len());
         let parameters = linearizer.parameters.iter();
-        q.iter_mut().chain(v).chain(a).zip(by_state).for_each(|(to, bar)| add(to, 1.0, bar));
-        parameters.zip(by_parameter).for_each(|(&(k, i), bar)| add(&mut self.design.parameters[k][i], 1.0, bar));
+        q.iter_mut().chain(v).chain(a).zip(by_state).for_each(|(to, from)| add(to, 1.0, from));
+        parameters.zip(by_parameter).for_each(|(&(k, i), from)| add(&mut self.design.parameters[k][i], 1.0, from));
     }
 
-    /// Hands what prescribed coordinates have at time `t` on to the parameters of their motions, and clears it.
-    pub fn take_motions(&mut self, mechanism: &Mechanism<f64>, dependence: &Dependence, t: f64) {
-        for i in dependence.moving() {
-            let AdjointState { q, v, a, .. } = &mut self.now;
-            let bars = [&mut q[i], &mut v[i], &mut a[i]].map(std::mem::take);
-            self.design.take_motion(mechanism, i, t, Prescribed::Exact, bars.each_ref());
+    /// Moves the derivatives with respect to prescribed coordinates at time `t` (s) to the parameters of their motions.
+    pub fn take_motions(&mut self, mechanism: &Mechanism<f64>, activity: &Activity, t: f64) {
+        for i in activity.moving_coordinates() {
+            let AdjointState { q, v, a, .. } = &mut self.state;
+            let adjoints = [&mut q[i], &mut v[i], &mut a[i]].map(std::mem::take);
+            self.design.add_motion(mechanism, i, t, Prescribed::Exact, adjoints.each_ref());
         }
     }
 
-    /// Adds the derivatives of output number `output` at `state`, times `weight`.
-    pub fn output(
-        &mut self,
-        mechanism: &Mechanism<f64>,
-        state: &State<f64>,
-        output: usize,
-        weight: &BatchValues,
-        probe: &mut Probe,
-    ) {
-        let mut sink = OutputVjp { bars: &mut self.now, design: &mut self.design };
-        sink.output(mechanism, state, output, weight, probe);
+    /// Adds derivatives with respect to a variable of element number `k`, which is `part`.
+    pub fn add(&mut self, k: usize, part: &ElementInstance<f64>, variable: ElementVariable, derivative: &BatchValues) {
+        let Self { state, design, .. } = self;
+        let to = match variable {
+            ElementVariable::Position(i) => &mut state.q[part.coordinates[i]],
+            ElementVariable::Velocity(i) => &mut state.v[part.coordinates[i]],
+            ElementVariable::Acceleration(i) => &mut state.a[part.coordinates[i]],
+            ElementVariable::Multiplier(i) => &mut state.l[part.first_multiplier + i],
+            ElementVariable::Parameter(i) => &mut design.parameters[k][i],
+        };
+        add(to, 1.0, derivative);
     }
 
-    /// Looks up ψ of the rows of element number `part`, the first `coordinates` of which are not scaled.
-    fn weigh(&self, system: &System, part: usize, coordinates: usize, constraint: f64, weights: &mut [BatchValues]) {
+    /// Writes ψ of the rows of element number `k`; those after the first `coordinates` are constraints.
+    fn element_weights(
+        &self,
+        system: &System,
+        k: usize,
+        coordinates: usize,
+        constraint_scale: f64,
+        weights: &mut [BatchValues],
+    ) {
         weights.fill([0.0; BATCH]);
-        for (row, equation) in system.rows_of(part) {
-            let scale = if row < coordinates { 1.0 } else { constraint };
+        for (row, equation) in system.rows_of(k) {
+            let scale = if row < coordinates { 1.0 } else { constraint_scale };
             add(&mut weights[row], scale, &self.multipliers[equation]);
         }
     }
 }
 
-/// Derivatives of an equation by position, velocity and acceleration of a coordinate that are the same in every state.
-struct Constant {
+/// Derivatives of an equation with respect to a coordinate that are the same in every state.
+struct ConstantDerivatives {
     equation: usize,
     is_constraint: bool,
     coordinate: usize,
-    slopes: [f64; 3],
+    /// With respect to its position, velocity and acceleration.
+    values: [f64; 3],
 }
 
-/// Transposed products of a mechanism's elements.
-pub(crate) struct ElementProducts {
-    /// The variables of each element that a derivative has to be handed on to.
-    slots: Vec<Vec<Slot>>,
-    /// Derivatives that are the same in every state; what they belong to is not in the slots.
-    constants: Vec<Constant>,
-    /// For each lane ψ of one element's rows.
+/// Vector-Jacobian products ψᵀ ∂F of all elements of a mechanism.
+pub(crate) struct SystemVjp {
+    /// The variables of each element with respect to which its rows are differentiated.
+    variables: Vec<Vec<ElementVariable>>,
+    /// Derivatives that are the same in every state; they are not among those of the variables.
+    constants: Vec<ConstantDerivatives>,
+    /// For each batch, ψ of the rows of one element.
     weights: Vec<Vec<BatchValues>>,
-    /// Room for evaluating elements.
-    pub probe: Probe,
+    /// Products of one element.
+    pub element: ElementVjp,
 }
 
-impl ElementProducts {
-    /// For the derivatives by what `dependence` names and by free coordinates.
-    pub fn new(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System, batches: usize) -> Self {
+impl SystemVjp {
+    /// With respect to free coordinates and active parameters.
+    pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System, batches: usize) -> Self {
         let size = |part: &ElementInstance<f64>| part.coordinates.len() + part.num_constraints;
         let most = mechanism.parts.iter().map(size).max().unwrap_or(0);
         Self {
-            slots: slots(mechanism, dependence),
-            constants: constants(mechanism, dependence, system),
+            variables: variables(mechanism, activity),
+            constants: constants(mechanism, activity, system),
             weights: vec![vec![[0.0; BATCH]; most]; batches],
-            probe: Probe::default(),
+            element: ElementVjp::default(),
         }
     }
 
-    /// Without derivatives by velocities and accelerations, nor by the positions of free coordinates: an equilibrium.
-    pub fn at_rest(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System, batches: usize) -> Self {
-        let mut products = Self::new(mechanism, dependence, system, batches);
-        products.constants.retain(|constant| dependence.motions[constant.coordinate]);
-        for (part, slots) in mechanism.parts.iter().zip(&mut products.slots) {
-            slots.retain(|slot| match *slot {
-                Slot::Position(i) => dependence.motions[part.coordinates[i]],
-                Slot::Parameter(_) => true,
+    /// For an equilibrium: without velocities, accelerations, and the positions of free coordinates.
+    pub fn at_rest(mechanism: &Mechanism<f64>, activity: &Activity, system: &System, batches: usize) -> Self {
+        let mut vjp = Self::new(mechanism, activity, system, batches);
+        vjp.constants.retain(|constant| activity.motions[constant.coordinate]);
+        for (part, variables) in mechanism.parts.iter().zip(&mut vjp.variables) {
+            variables.retain(|variable| match *variable {
+                ElementVariable::Position(i) => activity.motions[part.coordinates[i]],
+                ElementVariable::Parameter(_) => true,
                 _ => false,
             });
         }
-        products
+        vjp
     }
 
-    /// Adds ψᵀ ∂F/∂x for every variable x of every element to the `batches`, closure rows times `constraint`.
-    pub fn vjp(
+    /// Adds ψᵀ ∂F/∂x for every variable x of every element to the `batches`; constraint rows count `constraint_scale` times.
+    pub fn add(
         &mut self,
         mechanism: &Mechanism<f64>,
         system: &System,
         state: &State<f64>,
-        constraint: f64,
+        constraint_scale: f64,
         batches: &mut [&mut AdjointBatch],
     ) {
-        let Self { slots, constants, weights, probe } = self;
-        for Constant { equation, is_constraint, coordinate, slopes: [stiffness, damping, mass] } in constants {
-            let scale = if *is_constraint { constraint } else { 1.0 };
-            for AdjointBatch { now, multipliers, .. } in batches.iter_mut().map(|batch| &mut **batch) {
+        let Self { variables, constants, weights, element } = self;
+        for ConstantDerivatives { equation, is_constraint, coordinate, values: [stiffness, damping, mass] } in constants
+        {
+            let scale = if *is_constraint { constraint_scale } else { 1.0 };
+            for AdjointBatch { state, multipliers, .. } in batches.iter_mut().map(|batch| &mut **batch) {
                 let psi = &multipliers[*equation];
-                add(&mut now.q[*coordinate], scale * *stiffness, psi);
-                add(&mut now.v[*coordinate], scale * *damping, psi);
-                add(&mut now.a[*coordinate], scale * *mass, psi);
+                add(&mut state.q[*coordinate], scale * *stiffness, psi);
+                add(&mut state.v[*coordinate], scale * *damping, psi);
+                add(&mut state.a[*coordinate], scale * *mass, psi);
             }
         }
-        for (k, (part, slots)) in mechanism.parts.iter().zip(slots).enumerate().filter(|(_, x)| !x.1.is_empty()) {
+        let parts = mechanism.parts.iter().zip(variables).enumerate();
+        for (k, (part, variables)) in parts.filter(|(_, (_, variables))| !variables.is_empty()) {
             let (rows, n) = (part.coordinates.len() + part.num_constraints, part.coordinates.len());
             for (batch, weights) in batches.iter().zip(weights.iter_mut()) {
-                batch.weigh(system, k, n, constraint, weights);
+                batch.element_weights(system, k, n, constraint_scale, weights);
             }
             let sets = weights[..batches.len()].iter().map(|weights| &weights[..rows]);
-            probe.vjp(part, state, slots, Rows::Residual, sets, |set, slot, bar| {
-                let AdjointBatch { now, design, .. } = &mut *batches[set];
-                let to = match slot {
-                    Slot::Position(i) => &mut now.q[part.coordinates[i]],
-                    Slot::Velocity(i) => &mut now.v[part.coordinates[i]],
-                    Slot::Acceleration(i) => &mut now.a[part.coordinates[i]],
-                    Slot::Multiplier(i) => &mut now.l[part.first_multiplier + i],
-                    Slot::Parameter(i) => &mut design.parameters[k][i],
-                };
-                add(to, 1.0, &bar);
+            element.evaluate(part, state, variables, ElementRows::Residual, sets, |set, variable, derivative| {
+                batches[set].add(k, part, variable, &derivative);
             });
         }
     }
 }
 
-/// The variables of each element that a derivative has to be handed on to.
-fn slots(mechanism: &Mechanism<f64>, dependence: &Dependence) -> Vec<Vec<Slot>> {
-    let parts = mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
-    let mut slots = vec![Vec::new(); mechanism.parts.len()];
-    for (k, part) in parts {
-        let linear = part.element.linear();
-        let counts =
-            |&local: &usize| is_wanted(mechanism, dependence, part.coordinates[local]) && !linear.contains(&local);
-        let moving: Vec<usize> = (0..part.coordinates.len()).filter(counts).collect();
-        // What a constraint adds is λ Φ_q(q): velocities and accelerations are not in it.
-        if part.num_constraints == 0 {
-            let driven = moving.iter().filter(|&&local| dependence.motions[part.coordinates[local]]);
-            slots[k].extend(driven.map(|&local| Slot::Acceleration(local)));
-            slots[k].extend(moving.iter().map(|&local| Slot::Velocity(local)));
+/// The variables of each element with respect to which its rows are differentiated.
+fn variables(mechanism: &Mechanism<f64>, activity: &Activity) -> Vec<Vec<ElementVariable>> {
+    let of = |(k, part): (usize, &ElementInstance<f64>)| {
+        if part.element.is_sensor() {
+            return Vec::new();
         }
-        slots[k].extend(moving.iter().map(|&local| Slot::Position(local)));
-        slots[k].extend(dependence.parameters[k].iter().map(|&p| Slot::Parameter(p)));
-    }
-    slots
+        let (mut variables, linear) = (Vec::new(), part.element.linear());
+        let is_differentiated =
+            |&local: &usize| activity.is_differentiated(mechanism, part.coordinates[local]) && !linear.contains(&local);
+        let moving: Vec<usize> = (0..part.coordinates.len()).filter(is_differentiated).collect();
+        // A constraint adds λ Φ_q(q), which depends neither on velocities nor on accelerations.
+        if part.num_constraints == 0 {
+            let driven = moving.iter().filter(|&&local| activity.motions[part.coordinates[local]]);
+            variables.extend(driven.map(|&local| ElementVariable::Acceleration(local)));
+            variables.extend(moving.iter().map(|&local| ElementVariable::Velocity(local)));
+        }
+        variables.extend(moving.iter().map(|&local| ElementVariable::Position(local)));
+        variables.extend(activity.parameters[k].iter().map(|&p| ElementVariable::Parameter(p)));
+        variables
+    };
+    mechanism.parts.iter().enumerate().map(of).collect()
 }
 
-fn constants(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System) -> Vec<Constant> {
+fn constants(mechanism: &Mechanism<f64>, activity: &Activity, system: &System) -> Vec<ConstantDerivatives> {
     let mut constants = Vec::new();
     for (k, part) in mechanism.parts.iter().enumerate() {
-        for coefficient in system.coefficients(k) {
-            let coordinate = part.coordinates[coefficient.coordinate];
-            let row = system.rows_of(k).find(|(row, _)| *row == coefficient.row);
-            let Some((row, equation)) = row.filter(|_| is_wanted(mechanism, dependence, coordinate)) else { continue };
-            let [stiffness, damping, mass] = coefficient.values;
+        for entry in system.coefficients(k) {
+            let coordinate = part.coordinates[entry.coordinate];
+            let row = system.rows_of(k).find(|(row, _)| *row == entry.row);
+            let is_differentiated = activity.is_differentiated(mechanism, coordinate);
+            let Some((row, equation)) = row.filter(|_| is_differentiated) else { continue };
+            let [stiffness, damping, mass] = entry.values;
             // A new acceleration is an unknown, unless it is prescribed.
-            let mass = if dependence.motions[coordinate] { mass } else { 0.0 };
-            let (is_constraint, slopes) = (row >= part.coordinates.len(), [stiffness, damping, mass]);
-            if slopes != [0.0; 3] {
-                constants.push(Constant { equation, is_constraint, coordinate, slopes });
+            let mass = if activity.motions[coordinate] { mass } else { 0.0 };
+            let (is_constraint, values) = (row >= part.coordinates.len(), [stiffness, damping, mass]);
+            if values != [0.0; 3] {
+                constants.push(ConstantDerivatives { equation, is_constraint, coordinate, values });
             }
         }
     }
     constants
-}
-
-/// Whether derivatives by a coordinate lead on: to its past or to the design.
-fn is_wanted(mechanism: &Mechanism<f64>, dependence: &Dependence, coordinate: usize) -> bool {
-    dependence.motions[coordinate] || mechanism.coordinates[coordinate].motion.is_none()
 }

@@ -1,8 +1,7 @@
-//! An element's rows, weighted and differentiated with respect to its own variables.
+//! Vector-Jacobian products of one element: weighted rows, differentiated with respect to the element's variables.
 
 use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
-use crate::elements::element::ElementState;
-use crate::elements::element::ElementWorkspace;
+use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::mechanism::ElementInstance;
 use crate::mechanism::scalars::{Dual8, ElementScalar};
 use crate::system::state::State;
@@ -10,7 +9,7 @@ use autodiff::WIDTH;
 
 /// A variable of an element, by its local number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Slot {
+pub(crate) enum ElementVariable {
     Position(usize),
     Velocity(usize),
     Acceleration(usize),
@@ -18,61 +17,61 @@ pub(crate) enum Slot {
     Parameter(usize),
 }
 
-/// What is weighted.
+/// The rows that are weighted.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Rows {
-    /// Rows of the coordinates, then those of the multipliers.
+pub(crate) enum ElementRows {
+    /// The residual: rows of the coordinates, then those of the multipliers.
     Residual,
-    /// The element's outputs.
+    /// The element's measures.
     Measures,
     /// Kinetic and potential energy.
     Energy,
 }
 
-/// Reusable room for evaluating elements with [`WIDTH`] of their variables seeded.
+/// Evaluates elements with [`WIDTH`] of their variables seeded at a time.
 #[derive(Default)]
-pub(crate) struct Probe {
+pub(crate) struct ElementVjp {
     workspace: ElementWorkspace<Dual8>,
     rows: Vec<Dual8>,
 }
 
-impl Probe {
-    /// Hands over Σ weight · ∂row/∂slot for every slot, for one set of weights (one per row) after the other.
-    pub fn vjp<'w>(
+impl ElementVjp {
+    /// Calls `add` with Σ weight · ∂row/∂variable for each of the `variables` and each set of weights (one per row).
+    pub fn evaluate<'w>(
         &mut self,
         part: &ElementInstance<f64>,
         state: &State<f64>,
-        slots: &[Slot],
-        what: Rows,
+        variables: &[ElementVariable],
+        rows: ElementRows,
         weights: impl Iterator<Item = &'w [BatchValues]> + Clone,
-        mut give: impl FnMut(usize, Slot, BatchValues),
+        mut add: impl FnMut(usize, ElementVariable, BatchValues),
     ) {
         self.load(part, state);
-        for chunk in slots.chunks(WIDTH) {
+        for chunk in variables.chunks(WIDTH) {
             self.seed(chunk, 1.0);
-            self.evaluate(part, what, state.t);
+            self.evaluate_rows(part, rows, state.t);
             self.seed(chunk, 0.0);
             for (set, weights) in weights.clone().enumerate() {
                 let mut sums = [[0.0; BATCH]; WIDTH];
                 for (row, weight) in self.rows.iter().zip(weights) {
-                    for (sum, slope) in sums.iter_mut().zip(row.eps) {
-                        sum.iter_mut().zip(weight).for_each(|(sum, weight)| *sum += slope * weight);
+                    for (sum, derivative) in sums.iter_mut().zip(row.eps) {
+                        sum.iter_mut().zip(weight).for_each(|(sum, weight)| *sum += derivative * weight);
                     }
                 }
-                chunk.iter().zip(sums).for_each(|(&slot, sum)| give(set, slot, sum));
+                chunk.iter().zip(sums).for_each(|(&variable, sum)| add(set, variable, sum));
             }
         }
     }
 
-    /// The rows themselves.
+    /// The values of the rows.
     pub fn values(
         &mut self,
         part: &ElementInstance<f64>,
         state: &State<f64>,
-        what: Rows,
+        rows: ElementRows,
     ) -> impl Iterator<Item = f64> + '_ {
         self.load(part, state);
-        self.evaluate(part, what, state.t);
+        self.evaluate_rows(part, rows, state.t);
         self.rows.iter().map(|row| row.re)
     }
 
@@ -90,33 +89,33 @@ impl Probe {
         }
     }
 
-    fn seed(&mut self, slots: &[Slot], value: f64) {
-        for (k, slot) in slots.iter().enumerate() {
-            let variable = match *slot {
-                Slot::Position(i) => &mut self.workspace.q[i],
-                Slot::Velocity(i) => &mut self.workspace.v[i],
-                Slot::Acceleration(i) => &mut self.workspace.a[i],
-                Slot::Multiplier(i) => &mut self.workspace.l[i],
-                Slot::Parameter(i) => &mut self.workspace.p[i],
+    fn seed(&mut self, variables: &[ElementVariable], value: f64) {
+        for (k, variable) in variables.iter().enumerate() {
+            let variable = match *variable {
+                ElementVariable::Position(i) => &mut self.workspace.q[i],
+                ElementVariable::Velocity(i) => &mut self.workspace.v[i],
+                ElementVariable::Acceleration(i) => &mut self.workspace.a[i],
+                ElementVariable::Multiplier(i) => &mut self.workspace.l[i],
+                ElementVariable::Parameter(i) => &mut self.workspace.p[i],
             };
             variable.eps[k] = value;
         }
     }
 
-    fn evaluate(&mut self, part: &ElementInstance<f64>, what: Rows, t: f64) {
+    fn evaluate_rows(&mut self, part: &ElementInstance<f64>, rows: ElementRows, t: f64) {
         let (element, t) = (part.element.as_ref(), Dual8::constant(t));
         self.rows.clear();
-        match what {
-            Rows::Residual => {
+        match rows {
+            ElementRows::Residual => {
                 Dual8::residual(element, t, &mut self.workspace);
                 self.rows.extend(self.workspace.dynamics.iter().chain(&self.workspace.constraint));
             }
-            Rows::Measures => {
+            ElementRows::Measures => {
                 self.rows.resize(element.measures().len(), Dual8::constant(0.0));
                 let local: ElementState<'_, Dual8> = self.workspace.local(t);
                 Dual8::measure(element, &local, &mut self.rows);
             }
-            Rows::Energy => {
+            ElementRows::Energy => {
                 let energy = Dual8::energy(element, &self.workspace.local(t));
                 self.rows.extend([energy.kinetic, energy.potential]);
             }
@@ -125,9 +124,12 @@ impl Probe {
 }
 
 /// All variables of an element.
-pub(crate) fn all_slots(part: &ElementInstance<f64>) -> Vec<Slot> {
+pub(crate) fn all_variables(part: &ElementInstance<f64>) -> Vec<ElementVariable> {
     let n = part.coordinates.len();
-    let coordinates = [Slot::Position, Slot::Velocity, Slot::Acceleration].map(|slot| (0..n).map(slot));
-    let rest = (0..part.num_constraints).map(Slot::Multiplier).chain((0..part.parameters.len()).map(Slot::Parameter));
+    let coordinates = [ElementVariable::Position, ElementVariable::Velocity, ElementVariable::Acceleration]
+        .map(|variable| (0..n).map(variable));
+    let rest = (0..part.num_constraints)
+        .map(ElementVariable::Multiplier)
+        .chain((0..part.parameters.len()).map(ElementVariable::Parameter));
     coordinates.into_iter().flatten().chain(rest).collect()
 }

@@ -1,38 +1,40 @@
 //! The discrete adjoint of a mechanism's motion by explicit steps.
 
 use crate::Result;
-use crate::analyses::dynamics::InitialConfiguration;
-use crate::analyses::dynamics::simulate_with_recording;
+use crate::analyses::dynamics::{InitialConfiguration, simulate_with_recording};
 use crate::checkpointing::recording::ExplicitRecording;
 use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::checkpointing::trajectory_store::Checkpointable;
-use crate::derivatives::activity::Dependence;
-use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
-use crate::derivatives::adjoint::backward::by_time;
-use crate::derivatives::adjoint::batch::{AdjointBatch, ElementProducts};
+use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues, add};
+use crate::derivatives::adjoint::batch::AdjointBatch;
+use crate::derivatives::adjoint::element_vjp::ElementVjp;
 use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
-use crate::derivatives::adjoint::replay_statistics::ReplayStatistics;
-use crate::derivatives::adjoint::stages::{Stages, Way};
-use crate::derivatives::adjoint::{Functional, check, contract};
+use crate::derivatives::adjoint::problem::{
+    AdjointProblem, Functional, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
+};
+use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
-use crate::derivatives::forward::explicit::step_records::StageRecords;
-use crate::derivatives::seeding::build_sensitive;
 use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
-
 use crate::integrators::explicit::stepper::OdeRhs;
-use crate::mechanism::{Mechanism, ParametricMechanism};
+use crate::integrators::explicit::tableau::{DenseWeights, Tableau};
+use crate::mechanism::ParametricMechanism;
+use crate::system::Unknown;
 use nalgebra::DMatrix;
+use std::ops::Range;
 
-/// Simulates `model` at the design `b` by explicit steps and differentiates `responses` of its outputs at `times`, a row
-/// each, with respect to `b`, backwards in time.
+/// Simulates `model` at the design `b` by explicit steps and differentiates `responses` of its outputs at `times` (s) with
+/// respect to `b`, backwards in time. Returns the gradients, a row per response.
 ///
-/// The steps are frozen, as they are by [`differentiate_explicitly`](crate::derivatives::forward::explicit::mechanism::differentiate_explicitly),
-/// whose result this is up to rounding. Every step is taken once more, for its stages; those are gone through in reverse,
-/// with the transposed matrix of each, and so are the projection at its end and the states inside it.
+/// The steps are frozen; the result is that of
+/// [`differentiate_explicitly`](crate::derivatives::forward::explicit::differentiate_explicitly) up to rounding. Every step
+/// is repeated for its stages. The adjoint passes through them in reverse, with the transposed matrix of each, and through
+/// the projection at the end of the step and the states inside it.
 ///
-/// **Errors.** As there, and [`crate::Error::Definition`] if a response has a term that there is not.
+/// # Errors
+/// As [`differentiate_explicitly`](crate::derivatives::forward::explicit::differentiate_explicitly), and
+/// [`Error::Definition`](crate::Error::Definition) if a response refers to a missing output or time point.
 pub fn differentiate_explicitly_backwards<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
@@ -43,10 +45,12 @@ pub fn differentiate_explicitly_backwards<M: ParametricMechanism>(
     differentiate_explicitly_backwards_within(usize::MAX, model, b, settings, times, responses).map(|(rows, _)| rows)
 }
 
-/// The same in at most `memory` bytes for the states between steps, and what of them it took.
+/// [`differentiate_explicitly_backwards`] with at most `memory` bytes for the states between steps, and the cost of its
+/// reverse pass.
 ///
-/// **Errors.** As [`differentiate_explicitly_backwards`], and [`crate::Error::Definition`] if the memory does not hold four
-/// check-points.
+/// # Errors
+/// As [`differentiate_explicitly_backwards`], and [`Error::Definition`](crate::Error::Definition) if the memory does not
+/// hold four checkpoints.
 pub fn differentiate_explicitly_backwards_within<M: ParametricMechanism>(
     memory: usize,
     model: &M,
@@ -59,7 +63,11 @@ pub fn differentiate_explicitly_backwards_within<M: ParametricMechanism>(
     differentiate_explicit_recording_backwards(model, b, settings, times, responses, &recording)
 }
 
-/// The same at the steps of a recording of `model` at `b`.
+/// [`differentiate_explicitly_backwards`] along the steps of a recording of `model` at `b`, and the cost of its reverse
+/// pass.
+///
+/// # Errors
+/// As [`differentiate_explicitly_backwards_within`].
 pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
@@ -68,152 +76,332 @@ pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
     responses: &[Functional],
     recording: &ExplicitRecording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
-    let mechanism = model.build(b)?;
-    check(responses, mechanism.outputs.len(), times.len())?;
-    let sensitive = build_sensitive(model, b, &mechanism)?;
-    let dependence = Dependence::of(&sensitive, &mechanism);
-    let mut backward = Backward::new(&mechanism, &dependence, settings, times, responses, recording)?;
-    backward.run()?;
-    let Backward { ways, rewind, .. } = backward;
-    let spent = ReplayStatistics::of(recording.log.steps(), &rewind);
-    let (mut batches, mut system): (Vec<AdjointBatch>, _) =
-        (ways.into_iter().map(|way| way.batch).collect(), recording.system.clone());
-    let (mut all, begin): (Vec<&mut AdjointBatch>, _) = (batches.iter_mut().collect(), &recording.start);
-    InitialConditionAdjoint::new(&mechanism, &dependence, &system).back(
+    solve(&AdjointProblem::build(model, b, times, responses)?, settings, times, recording)
+}
+
+/// Not generic over the model: compiled once, in this crate.
+fn solve(
+    problem: &AdjointProblem<'_>,
+    settings: &Explicit,
+    times: &[f64],
+    recording: &ExplicitRecording,
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
+    let mut steps = ReverseExplicitSteps::new(problem, settings, times, recording)?;
+    propagate_backwards(problem, &mut steps)?;
+    steps.finish()?;
+    let ReverseExplicitSteps { mut adjoints, playback, .. } = steps;
+    let statistics = ReplayStatistics::of(recording.store.steps(), &playback);
+    let (mut system, begin) = (recording.system.clone(), &recording.start);
+    let mut all: Vec<&mut AdjointBatch> = adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect();
+    InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system).start(
         &mut system,
         &begin.state,
         &begin.projection,
-        false,
         InitialConfiguration::Built,
         &mut all,
     )?;
-    Ok((contract(&batches, &sensitive, responses.len(), b.len()), spent))
+    Ok((problem.gradients(adjoints.iter().map(|adjoint| &adjoint.batch)), statistics))
 }
 
-/// All responses on their way back.
-struct Backward<'m> {
-    ways: Vec<Way>,
-    rewind: ReversePlayback<'m, OdeDriver<MechanismRhs<'m>>>,
+/// The explicit steps of a motion, repeated for their stages, with the adjoint states of all responses.
+struct ReverseExplicitSteps<'m> {
+    adjoints: Vec<StageAdjoint>,
+    playback: ReversePlayback<'m, OdeDriver<MechanismRhs<'m>>>,
     recording: &'m ExplicitRecording,
-    /// Takes every step once more, and remembers its stages.
-    march: OdeDriver<MechanismRhs<'m>>,
-    stages: Stages<'m>,
-    times: &'m [f64],
-    /// For each time, the responses that it counts in: lane, output and weight.
-    wanted: Vec<Vec<(usize, usize, BatchValues)>>,
-    /// Number of `times` that are still to come.
-    left: usize,
-    between: Vec<f64>,
+    /// Repeats the steps and stores their stages.
+    driver: OdeDriver<MechanismRhs<'m>>,
+    stages: AdjointStages<'m>,
+    /// Time, state and rates at the start of the motion.
+    first: Vec<f64>,
+    /// End of the step to load next in s: the beginning of the last one.
+    next_end: Option<f64>,
+    /// Whether an output inside the step was evaluated.
+    is_dense: bool,
+    at: Vec<f64>,
 }
 
-impl<'m> Backward<'m> {
+impl<'m> ReverseExplicitSteps<'m> {
     fn new(
-        mechanism: &'m Mechanism<f64>,
-        dependence: &'m Dependence,
+        problem: &'m AdjointProblem<'m>,
         settings: &'m Explicit,
         times: &'m [f64],
-        responses: &[Functional],
         recording: &'m ExplicitRecording,
     ) -> Result<Self> {
-        let rewind = ReversePlayback::new(&recording.log, || Ok(start(mechanism, settings, times, false)?.0))?;
-        let (march, begin) = start(mechanism, settings, times, true)?;
-        let system = &march.stepper.flow.system;
-        let (linearizer, batches) = (Linearizer::new(mechanism, dependence, system), responses.len().div_ceil(BATCH));
-        let stages = Stages {
-            mechanism,
-            dependence,
-            method: march.stepper.method,
-            visits: StageRecords::new(&linearizer, &begin.state),
+        let AdjointProblem { mechanism, activity, .. } = problem;
+        let playback = ReversePlayback::new(&recording.store, || Ok(start(mechanism, settings, times, false)?.0))?;
+        let (driver, begin) = start(mechanism, settings, times, true)?;
+        let system = &driver.stepper.rhs.system;
+        let linearizer = Linearizer::new(mechanism, activity, system);
+        let stages = AdjointStages {
+            problem,
+            method: driver.stepper.method,
+            linearized: LinearizedStages::new(&linearizer, &begin.state),
             sources: vec![[0.0; BATCH]; linearizer.sources()],
             linearizer,
             unknowns: system.unknowns().to_vec(),
-            products: ElementProducts::new(mechanism, dependence, system, batches),
+            element: ElementVjp::default(),
             h: 0.0,
         };
-        let wanted = by_time(responses, times.len());
-        let left = wanted.iter().rposition(|wanted| !wanted.is_empty()).map_or(0, |last| last + 1);
-        let ways = (0..batches).map(|_| Way::new(mechanism, &stages)).collect();
-        let between = march.stepper.old.clone();
-        Ok(Self { ways, rewind, recording, march, stages, times, wanted, left, between })
+        let adjoints = (0..problem.batches()).map(|_| StageAdjoint::new(&stages)).collect();
+        let (mut first, at) = (Vec::new(), driver.stepper.old.clone());
+        driver.write(&mut first);
+        let (next_end, is_dense) = (None, false);
+        Ok(Self { adjoints, playback, recording, driver, stages, first, next_end, is_dense, at })
     }
 
-    /// Goes back to the start of the motion.
-    fn run(&mut self) -> Result<()> {
-        let mut first = Vec::new();
-        self.march.write(&mut first);
-        let steps = self.left.checked_sub(1).map_or(0, |last| self.recording.log.steps_to(self.times[last]));
-        let mut end = if steps > 0 { self.rewind.row(steps - 1)?[0] } else { first[0] };
-        for k in (0..steps).rev() {
-            let begin = if k > 0 { self.rewind.row(k - 1)? } else { &first };
-            self.march.stepper.put(begin, false);
-            let before = begin[0];
-            self.back(k, end)?;
-            end = before;
-        }
-        self.march.stepper.put(&first, false);
-        self.stages.h = 0.0;
-        self.sample_all(0)?;
-        let OdeDriver { stepper, scratch, .. } = &mut self.march;
+    /// From the rates at the start of the motion to the positions and velocities there.
+    fn finish(&mut self) -> Result<()> {
+        let OdeDriver { stepper, scratch, .. } = &mut self.driver;
         scratch.resize(stepper.old.len(), 0.0);
-        stepper.flow.rates(0, stepper.t[0], &stepper.old, scratch)?;
-        self.with_tape(|ways, stages| {
-            linearize(stages, 0..1);
-            ways.iter_mut().for_each(|way| way.finish(stages));
+        stepper.rhs.rates(0, stepper.t[0], &stepper.old, scratch)?;
+        self.with_record(|adjoints, stages| {
+            stages.linearize(0..1);
+            adjoints.iter_mut().for_each(|adjoint| adjoint.finish(stages));
         });
         Ok(())
     }
 
-    /// From the end of step number `k`, at the time `end`, to its beginning, where the march stands.
-    fn back(&mut self, k: usize, end: f64) -> Result<()> {
-        self.march.stepper.attempt(end, None)?;
-        self.stages.h = self.march.stepper.length();
-        let dense = self.sample_all(k + 1)?;
-        self.with_tape(|ways, stages| {
-            linearize(stages, 1..stages.method.end + 1);
-            if dense {
-                linearize(stages, stages.method.end + 1..stages.method.slots());
-            }
-            stages.visits.linearize_projections(&stages.linearizer, stages.mechanism);
-            ways.iter_mut().for_each(|way| way.back(stages, dense));
-        });
-        Ok(())
-    }
-
-    /// Takes in all outputs at times that were reached after `steps` steps. Returns whether dense output was needed.
-    fn sample_all(&mut self, steps: usize) -> Result<bool> {
-        let mut any = false;
-        while self.left > 0 && self.recording.log.steps_to(self.times[self.left - 1]) == steps {
-            self.left -= 1;
-            if self.wanted[self.left].is_empty() {
-                continue;
-            }
-            let t = self.times[self.left];
-            let dense = sample(&mut self.march, &mut self.between, t)?;
-            let stepper = &self.march.stepper;
-            let weights = dense.then(|| stepper.method.dense_weights((t - stepper.t[0]) / stepper.length()));
-            any |= dense;
-            let wanted = std::mem::take(&mut self.wanted[self.left]);
-            self.with_tape(|ways, stages| {
-                linearize(stages, SAMPLE..SAMPLE + 1);
-                for (k, way) in ways.iter_mut().enumerate() {
-                    let mut of_way = wanted.iter().filter(|w| w.0 == k).map(|w| (w.1, &w.2)).peekable();
-                    if of_way.peek().is_some() {
-                        way.sample(stages, of_way, weights);
-                    }
-                }
-            });
-        }
-        Ok(any)
-    }
-
-    /// Borrows the tape of the flow meanwhile.
-    fn with_tape(&mut self, action: impl FnOnce(&mut [Way], &mut Stages<'m>)) {
-        self.stages.visits.tape = self.march.stepper.flow.tape.take();
-        action(&mut self.ways, &mut self.stages);
-        self.march.stepper.flow.tape = self.stages.visits.tape.take();
+    /// Moves the record of the step from the equations to the stages for the duration of `action`.
+    fn with_record(&mut self, action: impl FnOnce(&mut [StageAdjoint], &mut AdjointStages<'m>)) {
+        self.stages.linearized.take_record(&mut self.driver.stepper.rhs.record);
+        action(&mut self.adjoints, &mut self.stages);
+        self.stages.linearized.return_record(&mut self.driver.stepper.rhs.record);
     }
 }
 
-fn linearize(stages: &mut Stages<'_>, slots: std::ops::Range<usize>) {
-    stages.visits.linearize(&stages.linearizer, stages.mechanism, slots, false);
+impl ReverseSteps for ReverseExplicitSteps<'_> {
+    fn steps_to(&self, t: f64) -> usize {
+        self.recording.store.steps_to(t)
+    }
+
+    fn load_step(&mut self, k: usize) -> Result<()> {
+        let end = match self.next_end {
+            Some(end) => end,
+            None => self.playback.row(k)?[0],
+        };
+        let begin = if k > 0 { self.playback.row(k - 1)? } else { &self.first };
+        self.next_end = Some(begin[0]);
+        self.driver.stepper.put(begin, false);
+        self.driver.stepper.attempt(end, None)?;
+        (self.stages.h, self.is_dense) = (self.driver.stepper.length(), false);
+        Ok(())
+    }
+
+    fn contains(&self, k: usize, t: f64) -> bool {
+        self.steps_to(t) > k
+    }
+
+    fn add_outputs(&mut self, t: f64, terms: &[OutputTerm]) -> Result<()> {
+        let is_dense = sample(&mut self.driver, &mut self.at, t)?;
+        let stepper = &self.driver.stepper;
+        let weights = is_dense.then(|| stepper.method.dense_weights((t - stepper.t[0]) / stepper.length()));
+        self.is_dense |= is_dense;
+        self.with_record(|adjoints, stages| {
+            stages.linearize(SAMPLE..SAMPLE + 1);
+            for (k, adjoint) in adjoints.iter_mut().enumerate() {
+                let mut terms = terms.iter().filter(|term| term.batch == k).peekable();
+                if terms.peek().is_some() {
+                    adjoint.add_outputs(stages, terms, weights);
+                }
+            }
+        });
+        Ok(())
+    }
+
+    fn propagate_to_step_start(&mut self) -> Result<()> {
+        let is_dense = self.is_dense;
+        self.with_record(|adjoints, stages| {
+            stages.linearize(1..stages.method.end + 1);
+            if is_dense {
+                stages.linearize(stages.method.end + 1..stages.method.slots());
+            }
+            let AdjointStages { linearized, linearizer, problem, .. } = stages;
+            linearized.linearize_projections(linearizer, &problem.mechanism);
+            adjoints.iter_mut().for_each(|adjoint| adjoint.propagate_to_step_start(stages, is_dense));
+        });
+        Ok(())
+    }
+
+    fn load_start(&mut self) -> Result<()> {
+        self.driver.stepper.put(&self.first, false);
+        self.stages.h = 0.0;
+        Ok(())
+    }
+}
+
+/// The stages of a step, which all responses share.
+struct AdjointStages<'m> {
+    problem: &'m AdjointProblem<'m>,
+    method: &'static Tableau,
+    linearizer: Linearizer,
+    linearized: LinearizedStages,
+    unknowns: Vec<Unknown>,
+    element: ElementVjp,
+    /// Workspace: derivatives with respect to each source of the entries.
+    sources: Vec<BatchValues>,
+    /// Length of the step in s.
+    h: f64,
+}
+
+impl AdjointStages<'_> {
+    fn linearize(&mut self, slots: Range<usize>) {
+        self.linearized.linearize(&self.linearizer, &self.problem.mechanism, slots, false);
+    }
+}
+
+/// Adjoint states of a batch of responses at the stages of a step.
+///
+/// With k = f(Y) at the states Y = y₀ + h Σ a k of the stages and y₁ = P(Y_e), from the last stage to the first
+///
+/// $$ \bar Y_i = \left(\frac{\partial f}{\partial Y_i}\right)^{\!T}\bar k_i,\qquad
+///    \bar k_j \mathrel{+}= h\,a_{ij}\bar Y_i,\qquad \bar y_0 \mathrel{+}= \bar Y_i $$
+///
+/// # Sources
+/// Hager, *Numer. Math.* 87 (2000) 247–282; Sandu, *Lect. Notes Comput. Sci.* 3994 (2006) 550–557.
+struct StageAdjoint {
+    batch: AdjointBatch,
+    /// ȳ₁ at the end of the step, positions and then velocities.
+    end: Vec<BatchValues>,
+    /// ȳ₀ at its beginning.
+    begin: Vec<BatchValues>,
+    /// k̄ of each slot.
+    rates: Vec<Vec<BatchValues>>,
+}
+
+impl StageAdjoint {
+    /// Zeros, at the end of the motion.
+    fn new(stages: &AdjointStages<'_>) -> Self {
+        let mechanism = &stages.problem.mechanism;
+        let zeros = vec![[0.0; BATCH]; 2 * mechanism.coordinates.len()];
+        Self {
+            batch: AdjointBatch::new(mechanism, stages.unknowns.len()),
+            rates: vec![zeros.clone(); stages.method.slots()],
+            begin: zeros.clone(),
+            end: zeros,
+        }
+    }
+
+    /// Adds the derivatives of outputs of the state in the slot for output: inside the step with the weights of dense
+    /// output, or at its end.
+    fn add_outputs<'w>(
+        &mut self,
+        stages: &mut AdjointStages<'_>,
+        terms: impl Iterator<Item = &'w OutputTerm>,
+        dense: Option<DenseWeights>,
+    ) {
+        self.batch.state.clear();
+        let AdjointStages { problem, linearized, element, .. } = stages;
+        for term in terms {
+            self.batch.add_output(&problem.mechanism, &linearized.record().stages[SAMPLE].state, term, element);
+        }
+        self.differentiate_accelerations(stages, SAMPLE);
+        let Some(weights) = dense else { return self.batch.add_state(1.0, &mut self.end) };
+        self.batch.add_state(1.0 - weights.change, &mut self.begin);
+        self.batch.add_state(weights.change, &mut self.end);
+        for (rates, weight) in self.rates.iter_mut().zip(weights.slots).filter(|(_, weight)| *weight != 0.0) {
+            self.batch.add_state(stages.h * weight, rates);
+        }
+    }
+
+    /// Propagates from the end of the step to its beginning; `is_dense` if states inside it have derivatives.
+    fn propagate_to_step_start(&mut self, stages: &mut AdjointStages<'_>, is_dense: bool) {
+        let (method, end) = (stages.method, stages.method.end);
+        if is_dense {
+            (end + 1..method.slots()).rev().for_each(|slot| self.differentiate_stage(stages, slot));
+        }
+        self.differentiate_rates(stages, end, end);
+        self.batch.add_state(1.0, &mut self.end);
+        self.differentiate_projection(stages);
+        self.differentiate_end(stages);
+        (1..end).rev().for_each(|slot| self.differentiate_stage(stages, slot));
+        std::mem::swap(&mut self.begin, &mut self.end);
+        self.begin.fill([0.0; BATCH]);
+        self.rates.swap(0, end);
+        self.rates.iter_mut().enumerate().filter(|(slot, _)| *slot != end).for_each(|(_, r)| r.fill([0.0; BATCH]));
+    }
+
+    /// At the start of the motion: the state of the batch has the derivatives by positions and velocities there.
+    fn finish(&mut self, stages: &mut AdjointStages<'_>) {
+        self.differentiate_rates(stages, stages.method.end, 0);
+        self.batch.add_state(1.0, &mut self.end);
+        self.batch.state.clear();
+        let n = self.end.len() / 2;
+        self.batch.state.q.copy_from_slice(&self.end[..n]);
+        self.batch.state.v.copy_from_slice(&self.end[n..]);
+    }
+
+    /// From the rates of a stage to the beginning of the step and to the rates of earlier stages.
+    fn differentiate_stage(&mut self, stages: &mut AdjointStages<'_>, slot: usize) {
+        self.differentiate_rates(stages, slot, slot);
+        let Self { batch, begin, rates, .. } = self;
+        batch.add_state(1.0, begin);
+        for &(j, weight) in stages.method.stages[slot] {
+            batch.add_state(stages.h * weight, &mut rates[j]);
+        }
+    }
+
+    /// From the end of the step, before the projection, to its beginning and to the rates of the stages.
+    fn differentiate_end(&mut self, stages: &AdjointStages<'_>) {
+        let Self { end, begin, rates, .. } = self;
+        let add_end =
+            |to: &mut [BatchValues], factor: f64| to.iter_mut().zip(&*end).for_each(|(to, end)| add(to, factor, end));
+        add_end(begin, 1.0);
+        for &(j, weight) in stages.method.stages[stages.method.end] {
+            add_end(&mut rates[j], stages.h * weight);
+        }
+    }
+
+    /// From k̄ of slot `rates` to the state of the stage in `slot`, which is then the state of the batch.
+    fn differentiate_rates(&mut self, stages: &mut AdjointStages<'_>, rates: usize, slot: usize) {
+        let (state, rates) = (&mut self.batch.state, &self.rates[rates]);
+        let n = state.q.len();
+        state.clear();
+        for unknown in &stages.unknowns {
+            if let Unknown::Coordinate(i) = *unknown {
+                (state.v[i], state.a[i]) = (rates[i], rates[n + i]);
+            }
+        }
+        self.differentiate_accelerations(stages, slot);
+    }
+
+    /// From accelerations and multipliers of a stage to its positions and velocities.
+    fn differentiate_accelerations(&mut self, stages: &mut AdjointStages<'_>, slot: usize) {
+        let AdjointStages { problem, linearized, linearizer, sources, unknowns, .. } = stages;
+        let stage = &mut linearized.record_mut().stages[slot];
+        self.batch.solve_accelerations(unknowns, &mut stage.factor);
+        let t = stage.state.t;
+        self.batch.add_vjp(&linearized.entries[slot], linearizer, sources);
+        self.batch.take_motions(&problem.mechanism, &problem.activity, t);
+    }
+
+    /// From the projected end of the step to the end before the projection.
+    fn differentiate_projection(&mut self, stages: &mut AdjointStages<'_>) {
+        let AdjointStages { problem, linearized, linearizer, sources, unknowns, .. } = stages;
+        if linearized.is_free {
+            return;
+        }
+        let n = self.end.len() / 2;
+        let Self { batch, end, .. } = self;
+        let (projected, [positions, velocities, corrections]) = linearized.projected_mut();
+        batch.state.clear();
+        batch.state.q.copy_from_slice(&end[..n]);
+        batch.solve_coordinates(unknowns, &mut projected.factor, &end[n..]);
+        batch.add_vjp(velocities, linearizer, sources);
+        let by_positions = batch.state.q.clone();
+        batch.add_vjp(corrections, linearizer, sources);
+        let by_velocities = std::mem::replace(&mut batch.state.v, vec![[0.0; BATCH]; n]);
+        batch.solve_coordinates(unknowns, &mut projected.factor, &by_positions);
+        batch.add_vjp(positions, linearizer, sources);
+        batch.state.v.iter_mut().zip(&by_velocities).for_each(|(to, from)| add(to, 1.0, from));
+        batch.take_motions(&problem.mechanism, &problem.activity, projected.before.t);
+        end[..n].fill([0.0; BATCH]);
+        batch.add_state(1.0, end);
+    }
+}
+
+impl AdjointBatch {
+    /// Adds `factor` times the derivatives by positions and velocities to those by a state or by its rates.
+    fn add_state(&self, factor: f64, to: &mut [BatchValues]) {
+        self.state.q.iter().chain(&self.state.v).zip(to).for_each(|(from, to)| add(to, factor, from));
+    }
 }

@@ -1,33 +1,40 @@
-//! Direct differentiation of a dynamic analysis by implicit steps.
+//! Direct differentiation of a motion by implicit steps.
 
-use crate::Result;
 use crate::analyses::dynamics::Dynamics;
+use crate::analyses::sampling::{Sampler, interpolate};
 use crate::checkpointing::recording::Recording;
-use crate::derivatives::forward::forward_sensitivity::ForwardSensitivity;
-use crate::derivatives::forward::step_block::{StepBlock, StepConsumer, StepSource};
-use crate::derivatives::history::{Record, SensitiveHistory};
-use crate::derivatives::seeding::build_sensitive;
-use crate::integrators::time_stepper::TimeStepper;
+use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
+use crate::derivatives::forward::initial_conditions::InitialDerivatives;
+use crate::derivatives::forward::saltation::{apply_impact, apply_switch};
+use crate::derivatives::history::{OutputGradients, SensitiveHistory};
+use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
+use crate::derivatives::seeding::{SeededMechanisms, set_values, take_values};
+use crate::diagnostics::check_finite;
+use crate::elements::element::ElementWorkspace;
+use crate::integrators::generalized_alpha::Step;
+use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::mechanism::{Mechanism, ParametricMechanism};
-use autodiff::WIDTH;
-use rayon::prelude::*;
+use crate::system::System;
+use crate::system::state::State;
+use crate::{Error, Result};
 
-/// Simulates `model` at the design `b` and differentiates its outputs at `times` with respect to `b`.
+/// Simulates `model` at the design `b` and differentiates its outputs at `times` (s) with respect to `b`.
 ///
 /// The derivatives are those of the discrete solution. At a converged step, F(x₁, x₀, b) = 0, so
 ///
 /// $$ \frac{\partial F}{\partial x_1}\frac{dx_1}{db} = -\frac{\partial F}{\partial x_0}\frac{dx_0}{db} - \frac{\partial F}{\partial b} $$
 ///
-/// whose right-hand side is one evaluation of the residual in dual numbers, [`WIDTH`] design variables at a time (four if
-/// there are no more), and whose matrix is factorized once at the converged step; all design variables share it. The
-/// matrices of the next steps are made while the derivatives follow the last ones, on another thread if there is one.
+/// The right-hand side is one evaluation of the residual in dual numbers, for [`WIDTH`](autodiff::WIDTH) design
+/// variables at a time (four if there are no more). The matrix is factorized once per step, for all design variables.
+/// On two threads or more, the next steps are computed while the derivatives follow the last ones.
 ///
-/// **Errors.** As [`crate::analyses::dynamics::simulate`], and [`crate::Error::Definition`] if the model makes another mechanism in
-/// dual numbers than in `f64`.
+/// # Errors
+/// As [`simulate`](crate::analyses::dynamics::simulate), and [`Error::Definition`] if the model builds other elements
+/// in dual numbers than in `f64`.
 ///
-/// **Source.** Haug, Wehage & Mani, *J. Mech. Trans. Autom. Des.* 106 (1984) 156–162, for the method; the paper's
-/// equations (22) to (25).
+/// # Sources
+/// Haug, Wehage & Mani, *J. Mech. Trans. Autom. Des.* 106 (1984) 156–162; equations (22) to (25) of the paper.
 pub fn differentiate<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
@@ -35,99 +42,237 @@ pub fn differentiate<M: ParametricMechanism>(
     times: &[f64],
 ) -> Result<SensitiveHistory> {
     let mechanism = model.build(b)?;
-    let run = TimeStepper::new(&mechanism, settings, times)?;
-    let record = Record::new(&mechanism, b.len(), times);
-    let mut source = StepSource::running(run, record, settings, times)?;
-    let slopes = follow(model, b, settings, times, &mut source)?;
-    let (mut record, work) = source.finish().expect("it was simulated");
-    slopes.enter(&mut record, times.len());
-    Ok(record.finish(work))
+    simulate_seeded(&mechanism, &SeededMechanisms::build(model, b, &mechanism)?, b.len(), settings, times)
 }
 
-/// The derivatives at the steps of a recording of `model` at `b`, which reaches the last of `times`: nothing is iterated.
+/// Differentiates along the steps of a recording of `model` at `b`, which reaches the last of `times`.
+///
+/// # Errors
+/// [`Error::Definition`] if the model builds other elements in dual numbers than in `f64`.
 pub fn differentiate_recorded<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
     recording: &Recording,
-) -> Result<Slopes> {
+) -> Result<OutputGradients> {
     let mechanism = model.build(b)?;
-    follow(model, b, settings, times, &mut StepSource::recorded(&mechanism, recording, settings, times))
+    let seeded = SeededMechanisms::build(model, b, &mechanism)?;
+    propagate_seeded(&seeded, settings, times, &mut ImplicitSteps::recorded(&mechanism, recording, settings, times))
 }
 
-/// Derivatives of all outputs at all times.
-pub struct Slopes {
-    /// Number of outputs.
-    pub outputs: usize,
-    /// Design variables in a chunk.
-    pub width: usize,
-    /// By chunk of `width` design variables, then time, output and variable.
-    pub chunks: Vec<Vec<f64>>,
-}
+// The functions below are not generic over the model: they are compiled once, in this crate.
 
-impl Slopes {
-    /// Of the output at time number `time` with respect to a design variable.
-    pub fn at(&self, time: usize, output: usize, variable: usize) -> f64 {
-        let (chunk, k) = (variable / self.width, variable % self.width);
-        self.chunks[chunk][(time * self.outputs + output) * self.width + k]
-    }
-
-    /// Writes them to `record`, as far as there are design variables.
-    pub fn enter(&self, record: &mut Record, times: usize) {
-        for (chunk, slopes) in self.chunks.iter().enumerate() {
-            for (time, slopes) in slopes.chunks(self.outputs * self.width).enumerate().take(times) {
-                record.slopes(time, chunk * self.width, slopes.chunks(self.width));
-            }
-        }
-    }
-}
-
-/// In numbers that are not much wider than the design.
-fn follow<M: ParametricMechanism>(
-    model: &M,
-    b: &[f64],
+fn simulate_seeded(
+    mechanism: &Mechanism<f64>,
+    seeded: &SeededMechanisms,
+    variables: usize,
     settings: &Dynamics,
     times: &[f64],
-    source: &mut StepSource<'_>,
-) -> Result<Slopes> {
-    let (mechanism, narrow) = (source.mechanism, b.len() <= 4);
-    let chunks = match narrow {
-        true => follow_all(&build_sensitive::<M, 4>(model, b, mechanism)?, settings, times, source)?,
-        false => follow_all(&build_sensitive::<M, WIDTH>(model, b, mechanism)?, settings, times, source)?,
-    };
-    Ok(Slopes { outputs: mechanism.outputs.len(), width: if narrow { 4 } else { WIDTH }, chunks })
+) -> Result<SensitiveHistory> {
+    let mut steps = ImplicitSteps::simulated(mechanism, settings, times)?;
+    let gradients = propagate_seeded(seeded, settings, times, &mut steps)?;
+    let (recorder, work) = steps.finish().expect("the steps are simulated");
+    Ok(recorder.finish(&gradients, variables, work))
 }
 
-/// To the end of the motion with mechanisms that carry `L` derivatives each. For each of them the derivatives of the
-/// outputs, by time, output and number.
-pub(crate) fn follow_all<T: DerivativeScalar<L>, const L: usize>(
-    carriers: &[Mechanism<T>],
+fn propagate_seeded(
+    seeded: &SeededMechanisms,
     settings: &Dynamics,
     times: &[f64],
-    source: &mut StepSource<'_>,
-) -> Result<Vec<Vec<f64>>>
+    steps: &mut ImplicitSteps<'_>,
+) -> Result<OutputGradients> {
+    match seeded {
+        SeededMechanisms::Narrow(mechanisms) => propagate_all(mechanisms, settings, times, steps),
+        SeededMechanisms::Wide(mechanisms) => propagate_all(mechanisms, settings, times, steps),
+    }
+}
+
+/// Carries the `L` derivatives of each of the `mechanisms` to the end of the motion.
+pub(crate) fn propagate_all<T: DerivativeScalar<L>, const L: usize>(
+    mechanisms: &[Mechanism<T>],
+    settings: &Dynamics,
+    times: &[f64],
+    steps: &mut ImplicitSteps<'_>,
+) -> Result<OutputGradients>
 where
     Jet2<T>: ElementScalar,
 {
-    let mut companions = Vec::with_capacity(carriers.len());
-    for carrier in carriers {
-        companions.push(ForwardSensitivity::start(carrier, source, settings, times)?);
-    }
-    rayon::scope(|_| go(&mut companions, source))?; // once into the pool, not at every stretch
-    Ok(companions.into_iter().map(ForwardSensitivity::into_slopes).collect())
+    let start = |mechanism| ForwardSensitivity::new(mechanism, steps, settings, times);
+    let mut sensitivities = mechanisms.iter().map(start).collect::<Result<Vec<_>>>()?;
+    propagate(steps, &mut sensitivities, Schedule::Overlapped)?;
+    let chunks = sensitivities.into_iter().map(|sensitivity| sensitivity.derivatives).collect();
+    Ok(OutputGradients::new(steps.mechanism.outputs.len(), L, chunks))
 }
 
-/// To the end of the motion.
-pub(crate) fn go<C: StepConsumer>(companions: &mut [C], source: &mut StepSource<'_>) -> Result<()> {
-    let mut stretches = [StepBlock::new(source), StepBlock::new(source)];
-    stretches[0].fill(source)?;
-    while !stretches[0].is_empty() {
-        let [now, next] = &mut stretches;
-        let follow = || companions.par_iter_mut().map(|companion| companion.follow(now)).collect::<Vec<_>>();
-        let (followed, filled) = rayon::join(follow, || next.fill(source));
-        followed.into_iter().chain([filled]).collect::<Result<()>>()?;
-        stretches.swap(0, 1);
+/// The state of a motion with `L` derivatives, which are carried along implicit steps.
+struct ForwardSensitivity<'m, T, const L: usize> {
+    plain: &'m Mechanism<f64>,
+    mechanism: &'m Mechanism<T>,
+    /// The equations, for their numbering and rows.
+    system: System,
+    settings: &'m Dynamics,
+    times: OutputTimes<'m>,
+    step: Step<T>,
+    at: State<T>,
+    started: bool,
+    /// The contact that the last step has closed, and the values at its end.
+    closed: Option<(usize, State<f64>)>,
+    workspace: ElementWorkspace<T>,
+    solve_workspace: SolveWorkspace,
+    rows: Vec<T>,
+    changes: Vec<[f64; L]>,
+    sampler: Sampler<T>,
+    outputs: Vec<T>,
+    /// Of the outputs, by time, output and design variable.
+    derivatives: Vec<f64>,
+}
+
+impl<'m, T: DerivativeScalar<L>, const L: usize> ForwardSensitivity<'m, T, L>
+where
+    Jet2<T>: ElementScalar,
+{
+    /// With the derivatives of the initial state.
+    fn new<'s: 'm>(
+        mechanism: &'m Mechanism<T>,
+        steps: &mut ImplicitSteps<'s>,
+        settings: &'m Dynamics,
+        times: &'m [f64],
+    ) -> Result<Self> {
+        let ImplicitSteps { mechanism: plain, system, start: values, projection, .. } = steps;
+        let state = InitialDerivatives::new(plain, mechanism, system).start(values, projection, settings)?;
+        let (rows, changes) = (vec![T::from(0.0); system.size()], vec![[0.0; L]; system.size()]);
+        let mut sensitivity = Self {
+            plain,
+            mechanism,
+            solve_workspace: system.solve_workspace(),
+            system: system.clone(),
+            settings,
+            times: OutputTimes::new(settings.start, times),
+            at: state.clone(),
+            step: Step::from(state),
+            started: false,
+            closed: None,
+            workspace: ElementWorkspace::default(),
+            rows,
+            changes,
+            sampler: Sampler::new(mechanism),
+            outputs: Vec::new(),
+            derivatives: Vec::with_capacity(times.len() * mechanism.outputs.len() * L),
+        };
+        sensitivity.record_outputs()?;
+        Ok(sensitivity)
     }
-    Ok(())
+
+    /// Carries the derivatives from the beginning of a step to its end.
+    fn advance(&mut self, step: &ConvergedStep) -> Result<()> {
+        self.apply_event()?;
+        if self.started {
+            self.step.accept();
+        }
+        self.started = true;
+        let begin = self.step.old.t;
+        match step.closed {
+            Some(contact) => self.close_contact(step, contact)?,
+            None if begin.is_constant() || !step.is_on_grid => self.differentiate_step(step),
+            // The beginning depends on the design, the end does not.
+            None => self.differentiate_step_of(step, -begin + step.end.t),
+        }
+        Ok(())
+    }
+
+    /// A step whose length does not depend on the design.
+    fn differentiate_step(&mut self, ConvergedStep { h, end: values, factor, .. }: &ConvergedStep) {
+        let Dynamics { scheme, prescribed, .. } = self.settings;
+        set_values(&mut self.step.new.a, &values.a);
+        set_values(&mut self.step.new.l, &values.l);
+        self.step.integrate(self.mechanism, scheme, *prescribed, *h);
+        take_values(&mut self.step.new, values);
+        for _ in 0..T::ORDER {
+            self.solve_changes(*h, factor);
+            self.step.correct(&self.system, scheme, *h, |equation| T::with(0.0, self.changes[equation]));
+        }
+    }
+
+    /// A step whose length `h` carries derivatives.
+    fn differentiate_step_of(&mut self, ConvergedStep { h: value, end: values, factor, .. }: &ConvergedStep, h: T) {
+        let Dynamics { scheme, prescribed, .. } = self.settings;
+        set_values(&mut self.step.new.a, &values.a);
+        set_values(&mut self.step.new.l, &values.l);
+        for correction in 0..=T::ORDER {
+            self.step.integrate(self.mechanism, scheme, *prescribed, h);
+            take_values(&mut self.step.new, values);
+            if correction < T::ORDER {
+                self.solve_changes(*value, factor);
+                self.step.add_accelerations(&self.system, |equation| T::with(0.0, self.changes[equation]));
+            }
+        }
+    }
+
+    /// Solves for the corrections of accelerations and multipliers at the end of a step `h`.
+    fn solve_changes(&mut self, h: f64, factor: &Factor) {
+        let (position, _) = self.settings.scheme.newmark_coefficients(h);
+        self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, &mut self.rows);
+        self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+        factor.solve_in(&mut self.changes, &mut self.solve_workspace);
+    }
+
+    /// A step that ends when `contact` closes, at a time that depends on the design.
+    fn close_contact(&mut self, step: &ConvergedStep, contact: usize) -> Result<()> {
+        let (impact, given) = (&self.mechanism.impacts[contact], T::from(step.h));
+        let unit = T::with(0.0, std::array::from_fn(|k| f64::from(u8::from(k == 0))));
+        let [fixed, moved] = [given, given + unit].map(|h| {
+            self.differentiate_step_of(step, h);
+            impact.gap(&self.step.new).derivatives()[0]
+        });
+        let speed = moved - fixed;
+        if speed == 0.0 || !speed.is_finite() {
+            let why = format!("it is only touched at t = {:.6e} s: there is no derivative", step.end.t);
+            return Err(Error::analysis(&impact.part.name, why, "change the design a little"));
+        }
+        let mut h = given;
+        for _ in 0..T::ORDER {
+            self.differentiate_step_of(step, h);
+            h -= T::with(0.0, impact.gap(&self.step.new).derivatives().map(|gap| gap / speed));
+        }
+        self.differentiate_step_of(step, h);
+        self.closed = Some((contact, step.end.clone()));
+        Ok(())
+    }
+
+    /// Applies the impact or the switch of the contact that the last step has closed, if any.
+    fn apply_event(&mut self) -> Result<()> {
+        let Some((contact, values)) = self.closed.take() else { return Ok(()) };
+        let mut state = self.step.new.clone();
+        let (plain, mechanism, system) = (self.plain, self.mechanism, &mut self.system);
+        match plain.impacts[contact].restitution {
+            Some(_) => apply_impact(plain, mechanism, system, contact, &values, &mut state)?,
+            None => apply_switch(plain, mechanism, system, self.settings.step.ahead(), &values, &mut state)?,
+        }
+        self.step.restart(&state);
+        Ok(())
+    }
+
+    /// Records the derivatives of the outputs at the times that the step has reached.
+    fn record_outputs(&mut self) -> Result<()> {
+        while let Some((_, t)) = self.times.next_until(self.step.new.t.value()) {
+            interpolate(&self.step.old, &self.step.new, t, &mut self.at);
+            self.sampler.outputs(self.mechanism, &self.at, &mut self.outputs);
+            check_finite(self.mechanism, &self.outputs, t)?;
+            self.derivatives.extend(self.outputs.iter().flat_map(|output| output.derivatives()));
+        }
+        Ok(())
+    }
+}
+
+impl<T: DerivativeScalar<L>, const L: usize> StepConsumer<StepBlock> for ForwardSensitivity<'_, T, L>
+where
+    Jet2<T>: ElementScalar,
+{
+    fn propagate(&mut self, block: &StepBlock) -> Result<()> {
+        block.steps().iter().try_for_each(|step| {
+            self.advance(step)?;
+            self.record_outputs()
+        })
+    }
 }

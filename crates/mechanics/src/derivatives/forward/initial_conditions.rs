@@ -1,8 +1,10 @@
-//! Derivatives of assembled positions, consistent velocities and accelerations.
+//! Derivatives of assembled positions, consistent velocities and accelerations, and static equilibria.
+//!
+//! Each of these problems has a matrix in `f64` and a residual in numbers that carry derivatives. The semi-analytical
+//! and the adjoint method factorize the same matrices.
 
 use crate::Result;
 use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration};
-use crate::derivatives::forward::instants::equilibrium;
 use crate::derivatives::seeding::{set_values, take_values};
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
@@ -12,17 +14,88 @@ use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 
-/// The equilibrium that a motion with the initial state `values` starts from.
-pub(crate) fn at_rest(values: &State<f64>, projection: &Projection) -> State<f64> {
+/// A projection of part of a state onto the constraints: x − x_guess + Φ_qᵀ μ = 0 with one of these constraints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ProjectedPart {
+    /// Positions q, with Φ = 0.
+    Positions,
+    /// Velocities v, with Φ̇ = 0.
+    Velocities,
+}
+
+impl ProjectedPart {
+    /// The entries of `state` that are projected.
+    pub fn of<T>(self, state: &mut State<T>) -> &mut Vec<T> {
+        match self {
+            Self::Positions => &mut state.q,
+            Self::Velocities => &mut state.v,
+        }
+    }
+
+    /// The multipliers μ of the projection.
+    pub fn multipliers(self, projection: &Projection) -> &[f64] {
+        match self {
+            Self::Positions => &projection.position,
+            Self::Velocities => &projection.velocity,
+        }
+    }
+
+    /// Factorizes the matrix of the projection whose result is in `values`.
+    pub fn factorize(
+        self,
+        system: &mut System,
+        mechanism: &Mechanism<f64>,
+        values: &State<f64>,
+        projection: &Projection,
+    ) -> Result<()> {
+        let mut at = values.clone();
+        match self {
+            Self::Positions => at.l.copy_from_slice(&projection.position),
+            Self::Velocities => at.l.fill(0.0), // Φ̇ is linear in v: the matrix is Φ_q, the rest is the identity
+        }
+        factorize(system, mechanism, &at, Linearization::projection())
+    }
+}
+
+/// Factorizes the matrix of M q̈ + Φ_qᵀ λ = f, Φ̈ = 0 at `values`.
+pub(crate) fn factorize_accelerations(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    values: &State<f64>,
+) -> Result<()> {
+    let mut at = values.clone();
+    at.l.fill(0.0);
+    factorize(system, mechanism, &at, Linearization::accelerations())
+}
+
+/// Factorizes the matrix of the equilibrium from which a motion with the initial state `values` starts, and returns it.
+pub(crate) fn factorize_initial_equilibrium(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    values: &State<f64>,
+    projection: &Projection,
+) -> Result<State<f64>> {
     let mut rest = values.clone();
     rest.v.fill(0.0);
     rest.a.fill(0.0);
     rest.l.copy_from_slice(&projection.position);
-    rest
+    factorize(system, mechanism, &rest, Linearization::statics())?;
+    Ok(rest)
 }
 
-/// Differentiates the initial state: each of its three problems has a matrix and a residual.
-pub(crate) struct StartSolver<'s, 'm, T, const L: usize> {
+fn factorize(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    at: &State<f64>,
+    linearization: Linearization,
+) -> Result<()> {
+    let mut rows = vec![[0.0]; system.size()];
+    system.assemble(mechanism, at, linearization, &mut rows);
+    system.factorize(mechanism, at.t)
+}
+
+/// Differentiates consistent states of `mechanism`, with the matrices of `plain`, its values.
+pub(crate) struct InitialDerivatives<'s, 'm, T, const L: usize> {
     plain: &'s Mechanism<f64>,
     mechanism: &'m Mechanism<T>,
     system: &'s mut System,
@@ -30,95 +103,84 @@ pub(crate) struct StartSolver<'s, 'm, T, const L: usize> {
     changes: Vec<[f64; L]>,
 }
 
-/// The unknowns of one of the three problems beside the multipliers.
-type Which<T> = fn(&mut State<T>) -> &mut Vec<T>;
-
-impl<'s, 'm, T: DerivativeScalar<L>, const L: usize> StartSolver<'s, 'm, T, L>
+impl<'s, 'm, T: DerivativeScalar<L>, const L: usize> InitialDerivatives<'s, 'm, T, L>
 where
     Jet2<T>: ElementScalar,
 {
-    /// For the derivatives of `mechanism`, with the matrices of `plain`.
     pub fn new(plain: &'s Mechanism<f64>, mechanism: &'m Mechanism<T>, system: &'s mut System) -> Self {
         let (rows, changes) = (vec![T::from(0.0); system.size()], vec![[0.0; L]; system.size()]);
         Self { plain, mechanism, system, rows, changes }
     }
 
-    /// The state `values` at the start of a motion with its derivatives.
+    /// The initial state `values` of a motion, with its derivatives.
     pub fn start(mut self, values: &State<f64>, projection: &Projection, settings: &Dynamics) -> Result<State<T>> {
-        let mut state = State::built(self.mechanism, values.t);
-        let is_jointed = self.mechanism.multipliers > 0;
-        match settings.origin {
-            InitialConfiguration::Equilibrium(_) => state.q = self.equilibrium(values, projection)?,
-            InitialConfiguration::Built if is_jointed => self.positions(values, projection, &mut state)?,
-            InitialConfiguration::Built => {}
-        }
-        if is_jointed {
-            self.velocities(values, projection, &mut state)?;
-        }
+        let mut state = match settings.origin {
+            InitialConfiguration::Built => self.consistent(values, projection)?,
+            InitialConfiguration::Equilibrium(_) => {
+                let rest = factorize_initial_equilibrium(self.system, self.plain, values, projection)?;
+                let mut state = State::built(self.mechanism, values.t);
+                state.q = equilibrium(self.mechanism, &rest, self.system).q;
+                if self.mechanism.multipliers > 0 {
+                    self.project(ProjectedPart::Velocities, values, projection, &mut state)?;
+                }
+                state
+            }
+        };
         if settings.initial == InitialAcceleration::Consistent {
             self.accelerations(values, &mut state)?;
         }
         Ok(state)
     }
 
-    /// The positions of the equilibrium at rest whose reactions are those of the projection.
-    fn equilibrium(&mut self, values: &State<f64>, projection: &Projection) -> Result<Vec<T>> {
-        let rest = at_rest(values, projection);
-        self.factorize(&rest, Linearization::statics())?;
-        Ok(equilibrium(self.mechanism, &rest, self.system).q)
-    }
-
-    /// q − q_guess + Φ_qᵀ μ = 0, Φ = 0.
-    pub fn positions(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
-        let mut at = values.clone();
-        at.l.copy_from_slice(&projection.position);
-        let guess = state.q.clone();
-        self.hold(values, state, |state| &mut state.q);
-        set_values(&mut state.l, &projection.position);
-        self.factorize(&at, Linearization::projection())?;
-        for _ in 0..T::ORDER {
-            self.projection_rows(state, &guess, |state| &mut state.q);
-            self.correct(state, |state| &mut state.q);
+    /// The state with assembled positions and consistent velocities `values`, with their derivatives.
+    pub fn consistent(&mut self, values: &State<f64>, projection: &Projection) -> Result<State<T>> {
+        let mut state = State::built(self.mechanism, values.t);
+        if self.mechanism.multipliers > 0 {
+            self.project(ProjectedPart::Positions, values, projection, &mut state)?;
+            self.project(ProjectedPart::Velocities, values, projection, &mut state)?;
         }
-        set_values(&mut state.l, &values.l);
-        Ok(())
+        Ok(state)
     }
 
-    /// v − v_guess + Φ_qᵀ μ = 0, Φ̇ = 0.
-    pub fn velocities(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
-        let mut at = values.clone();
-        at.l.fill(0.0); // Φ̇ is linear in v: its matrix is Φ_q, the rest is the identity
-        let guess = state.v.clone();
-        self.hold(values, state, |state| &mut state.v);
-        set_values(&mut state.l, &projection.velocity);
-        self.factorize(&at, Linearization::projection())?;
+    /// Differentiates a projection onto the constraints, from the guess in `state` to the result in `values`.
+    pub fn project(
+        &mut self,
+        part: ProjectedPart,
+        values: &State<f64>,
+        projection: &Projection,
+        state: &mut State<T>,
+    ) -> Result<()> {
+        let guess = part.of(state).clone();
+        self.set_unknowns(values, state, |state| part.of(state));
+        set_values(&mut state.l, part.multipliers(projection));
+        part.factorize(self.system, self.plain, values, projection)?;
         let mut jets = ElementWorkspace::<Jet2<T>>::default();
         for _ in 0..T::ORDER {
-            self.projection_rows(state, &guess, |state| &mut state.v);
-            self.system.closure_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
-            self.correct(state, |state| &mut state.v);
+            self.projection_rows(part, &guess, state);
+            if part == ProjectedPart::Velocities {
+                self.system.constraint_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
+            }
+            correct(self.system, &self.rows, &mut self.changes, state, |state| part.of(state));
         }
         set_values(&mut state.l, &values.l);
         Ok(())
     }
 
-    /// M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
+    /// Differentiates the accelerations and multipliers of `values`: M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
     pub fn accelerations(&mut self, values: &State<f64>, state: &mut State<T>) -> Result<()> {
-        let mut at = values.clone();
-        at.l.fill(0.0);
-        self.hold(values, state, |state| &mut state.a);
+        self.set_unknowns(values, state, |state| &mut state.a);
         set_values(&mut state.l, &values.l);
-        self.factorize(&at, Linearization::accelerations())?;
+        factorize_accelerations(self.system, self.plain, values)?;
         let (mut workspace, mut jets) = (ElementWorkspace::default(), ElementWorkspace::<Jet2<T>>::default());
         for _ in 0..T::ORDER {
             acceleration_rows(self.system, self.mechanism, state, &mut workspace, &mut jets, &mut self.rows);
-            self.correct(state, |state| &mut state.a);
+            correct(self.system, &self.rows, &mut self.changes, state, |state| &mut state.a);
         }
         Ok(())
     }
 
-    /// Gives the free coordinates their converged values without derivatives: they carry only those of prescribed ones.
-    fn hold(&self, values: &State<f64>, state: &mut State<T>, which: Which<T>) {
+    /// Sets the free coordinates to their converged values without derivatives; prescribed ones keep theirs.
+    fn set_unknowns(&self, values: &State<f64>, state: &mut State<T>, which: impl Fn(&mut State<T>) -> &mut Vec<T>) {
         take_values(state, values);
         for (i, x) in which(state).iter_mut().enumerate() {
             if self.system.equation_of(i).is_some() {
@@ -127,32 +189,56 @@ where
         }
     }
 
-    /// Rows of the nearest point to `guess` on the constraints: x − guess + Φ_qᵀ μ, and Φ.
-    fn projection_rows(&mut self, state: &mut State<T>, guess: &[T], which: Which<T>) {
+    /// Rows of the point on the constraints nearest to `guess`: x − guess + Φ_qᵀ μ, and Φ.
+    fn projection_rows(&mut self, part: ProjectedPart, guess: &[T], state: &mut State<T>) {
         self.system.constraint_rows(self.mechanism, state, &mut ElementWorkspace::default(), &mut self.rows);
         for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown {
-                *row += which(state)[i] - guess[i];
+                *row += part.of(state)[i] - guess[i];
             }
         }
     }
+}
 
-    fn factorize(&mut self, at: &State<f64>, how: Linearization) -> Result<()> {
-        let mut scratch = vec![[0.0]; self.system.size()];
-        self.system.assemble(self.plain, at, how, &mut scratch);
-        self.system.factorize(self.plain, at.t)
+/// Derivatives of the equilibrium `values`, with the matrix factorized there.
+pub(crate) fn equilibrium<T: DerivativeScalar<L>, const L: usize>(
+    mechanism: &Mechanism<T>,
+    values: &State<f64>,
+    system: &mut System,
+) -> State<T> {
+    let mut state = State::built(mechanism, values.t);
+    for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
+        if coordinate.motion.is_none() {
+            state.q[i] = T::from(values.q[i]);
+        }
     }
+    set_values(&mut state.v, &values.v);
+    set_values(&mut state.a, &values.a);
+    set_values(&mut state.l, &values.l);
+    let (mut rows, mut changes) = (vec![T::from(0.0); system.size()], vec![[0.0; L]; system.size()]);
+    let mut workspace = ElementWorkspace::default();
+    for _ in 0..T::ORDER {
+        system.residual(mechanism, &state, 1.0, &mut workspace, &mut rows);
+        correct(system, &rows, &mut changes, &mut state, |state| &mut state.q);
+    }
+    state
+}
 
-    /// One correction of the derivatives of the unknowns, multipliers among them.
-    fn correct(&mut self, state: &mut State<T>, which: Which<T>) {
-        self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
-        self.system.factor().solve(&mut self.changes);
-        for (change, unknown) in self.changes.iter().zip(self.system.unknowns()) {
-            let change = T::with(0.0, *change);
-            match *unknown {
-                Unknown::Coordinate(i) => which(state)[i] += change,
-                Unknown::Multiplier(m) => state.l[m] += change,
-            }
+/// Subtracts from the unknowns of `state` the derivatives of the residual `rows`, solved with the factor of `system`.
+fn correct<T: DerivativeScalar<L>, const L: usize>(
+    system: &mut System,
+    rows: &[T],
+    changes: &mut [[f64; L]],
+    state: &mut State<T>,
+    which: impl Fn(&mut State<T>) -> &mut Vec<T>,
+) {
+    changes.iter_mut().zip(rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+    system.factor().solve(changes);
+    for (change, unknown) in changes.iter().zip(system.unknowns()) {
+        let change = T::with(0.0, *change);
+        match *unknown {
+            Unknown::Coordinate(i) => which(state)[i] += change,
+            Unknown::Multiplier(m) => state.l[m] += change,
         }
     }
 }

@@ -1,30 +1,55 @@
-//! A mechanism on both sides of a design, and what differs between them.
+//! A mechanism at both sides of a design, and central differences between them.
 
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::state::State;
 use crate::{Error, Result};
 
-/// The mechanism at the designs b + δ e_k and b − δ e_k.
+/// Default relative step ε of the differences, a fraction of a design variable.
+pub const STEP: f64 = 1e-5;
+
+/// Checks a relative step ε of the differences.
+///
+/// # Errors
+/// [`Error::Option`] unless it is between 0 and 1.
+pub fn check_step(step: f64) -> Result<()> {
+    Error::check_option(
+        "relative step of the residual's differences",
+        "between 0 and 1",
+        step,
+        step > 0.0 && step < 1.0,
+    )
+}
+
+/// Central differences between the mechanisms at the designs b + δ e_k and b − δ e_k.
 pub(crate) struct CentralDifference {
     mechanisms: [Mechanism<f64>; 2],
-    /// Distance δ in the unit of the design variable.
-    distance: f64,
+    /// 2 δ in the unit of the design variable, as the difference of the two designs.
+    width: f64,
     moved: State<f64>,
     values: [Vec<f64>; 2],
 }
 
 impl CentralDifference {
-    /// For the derivatives by variable `k`, with δ the part `step` of its value, or `step` itself where that is zero.
+    /// For each of the design variables, with the relative step `step`; all mechanisms have the elements of `like`.
     ///
-    /// **Errors.** [`Error::Definition`] if the model makes another mechanism than `like` at one of the designs.
-    pub fn new<M: ParametricMechanism>(
+    /// # Errors
+    /// As [`check_step`] and [`CentralDifference::new`].
+    pub fn by_each_variable<M: ParametricMechanism>(
         model: &M,
         b: &[f64],
-        k: usize,
         step: f64,
         like: &Mechanism<f64>,
-    ) -> Result<Self> {
-        let wished = step * if b[k] == 0.0 { 1.0 } else { b[k].abs() };
+    ) -> Result<Vec<Self>> {
+        check_step(step)?;
+        (0..b.len()).map(|k| Self::new(model, b, k, step, like)).collect()
+    }
+
+    /// For the variable `k`, with δ the fraction `step` of its value, or `step` itself where the value is zero.
+    ///
+    /// # Errors
+    /// [`Error::Definition`] if the model builds other elements than `like` at one of the designs.
+    fn new<M: ParametricMechanism>(model: &M, b: &[f64], k: usize, step: f64, like: &Mechanism<f64>) -> Result<Self> {
+        let distance = step * if b[k] == 0.0 { 1.0 } else { b[k].abs() };
         let at = |by: f64| -> Result<(f64, Mechanism<f64>)> {
             let mut moved = b.to_vec();
             moved[k] += by;
@@ -36,65 +61,61 @@ impl CentralDifference {
             }
             Ok((moved[k], mechanism))
         };
-        let ((ahead, first), (behind, second)) = (at(wished)?, at(-wished)?);
-        let distance = 0.5 * (ahead - behind); // what the sums can hold
+        let ((above, first), (below, second)) = (at(distance)?, at(-distance)?);
+        let rounded = 0.5 * (above - below); // of the design variables, in floating point
         let moved = State::built(&first, 0.0);
-        Ok(Self { mechanisms: [first, second], distance, moved, values: Default::default() })
+        Ok(Self { mechanisms: [first, second], width: 2.0 * rounded, moved, values: Default::default() })
     }
 
-    /// The derivative of what `evaluate` writes, while the state moves from `values` along `slopes`.
-    pub fn slope(
+    /// The derivatives of what `evaluate` writes, where the state `values` has the derivatives `sensitivity`.
+    pub fn derivatives(
         &mut self,
         values: &State<f64>,
-        slopes: &State<f64>,
+        sensitivity: &State<f64>,
         mut evaluate: impl FnMut(&Mechanism<f64>, &State<f64>, &mut Vec<f64>),
     ) -> impl Iterator<Item = f64> + '_ {
+        let width = self.width;
         for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
-            shift(&mut self.moved, values, slopes, sign * self.distance);
+            shift(&mut self.moved, values, sensitivity, sign * (0.5 * width));
             evaluate(&self.mechanisms[side], &self.moved, &mut self.values[side]);
         }
-        let width = 2.0 * self.distance;
-        let [ahead, behind] = &self.values;
-        ahead.iter().zip(behind).map(move |(ahead, behind)| (ahead - behind) / width)
+        let [above, below] = &self.values;
+        above.iter().zip(below).map(move |(above, below)| (above - below) / width)
     }
 
-    /// Slopes of the state that the mechanism is built in, prescribed coordinates at the time `t`.
+    /// Derivatives of the state in which the mechanism is built, prescribed coordinates at the time `t`.
     pub fn built(&self, t: f64) -> State<f64> {
-        let [mut slopes, behind] = [0, 1].map(|side| State::built(&self.mechanisms[side], t));
-        self.divide(&mut slopes, &behind);
-        slopes
-    }
-
-    /// Slopes of what `prescribe` writes to a state, for the prescribed coordinates of `slopes`.
-    pub fn prescribe(&mut self, slopes: &mut State<f64>, prescribe: impl Fn(&Mechanism<f64>, &mut State<f64>)) {
-        self.moved.t = slopes.t;
-        prescribe(&self.mechanisms[0], slopes);
-        prescribe(&self.mechanisms[1], &mut self.moved);
-        let width = 2.0 * self.distance;
-        let driven = |i: &usize| self.mechanisms[0].coordinates[*i].motion.is_some();
-        for i in (0..slopes.q.len()).filter(driven) {
-            slopes.q[i] = (slopes.q[i] - self.moved.q[i]) / width;
-            slopes.v[i] = (slopes.v[i] - self.moved.v[i]) / width;
-            slopes.a[i] = (slopes.a[i] - self.moved.a[i]) / width;
+        let [mut sensitivity, below] = [0, 1].map(|side| State::built(&self.mechanisms[side], t));
+        let parts = [&below.q, &below.v, &below.a, &below.l];
+        for (above, below) in parts_of(&mut sensitivity).into_iter().zip(parts) {
+            above.iter_mut().zip(below).for_each(|(above, below)| *above = (*above - below) / self.width);
         }
+        sensitivity
     }
 
-    fn divide(&self, ahead: &mut State<f64>, behind: &State<f64>) {
-        let width = 2.0 * self.distance;
-        for (ahead, behind) in parts(ahead).into_iter().zip([&behind.q, &behind.v, &behind.a, &behind.l]) {
-            ahead.iter_mut().zip(behind).for_each(|(ahead, behind)| *ahead = (*ahead - behind) / width);
+    /// Derivatives of what `prescribe` writes to a state, for the prescribed coordinates of `sensitivity`.
+    pub fn prescribe(&mut self, sensitivity: &mut State<f64>, prescribe: impl Fn(&Mechanism<f64>, &mut State<f64>)) {
+        self.moved.t = sensitivity.t;
+        prescribe(&self.mechanisms[0], sensitivity);
+        prescribe(&self.mechanisms[1], &mut self.moved);
+        let is_driven = |i: &usize| self.mechanisms[0].coordinates[*i].motion.is_some();
+        for i in (0..sensitivity.q.len()).filter(is_driven) {
+            sensitivity.q[i] = (sensitivity.q[i] - self.moved.q[i]) / self.width;
+            sensitivity.v[i] = (sensitivity.v[i] - self.moved.v[i]) / self.width;
+            sensitivity.a[i] = (sensitivity.a[i] - self.moved.a[i]) / self.width;
         }
     }
 }
 
-fn parts(state: &mut State<f64>) -> [&mut Vec<f64>; 4] {
+fn parts_of(state: &mut State<f64>) -> [&mut Vec<f64>; 4] {
     [&mut state.q, &mut state.v, &mut state.a, &mut state.l]
 }
 
-/// `moved` = `values` + `by` · `slopes`.
-fn shift(moved: &mut State<f64>, values: &State<f64>, slopes: &State<f64>, by: f64) {
+/// `moved` = `values` + `by` · `sensitivity`.
+fn shift(moved: &mut State<f64>, values: &State<f64>, sensitivity: &State<f64>, by: f64) {
     moved.copy_from(values);
-    for (moved, slopes) in parts(moved).into_iter().zip([&slopes.q, &slopes.v, &slopes.a, &slopes.l]) {
-        moved.iter_mut().zip(slopes).for_each(|(moved, slope)| *moved += by * slope);
+    let derivatives = [&sensitivity.q, &sensitivity.v, &sensitivity.a, &sensitivity.l];
+    for (moved, derivatives) in parts_of(moved).into_iter().zip(derivatives) {
+        moved.iter_mut().zip(derivatives).for_each(|(moved, derivative)| *moved += by * derivative);
     }
 }

@@ -1,133 +1,187 @@
-//! Slopes along implicit steps, for one design variable.
+//! Semi-analytical differentiation of a motion by implicit steps.
 
 use crate::Result;
-use crate::analyses::dynamics::{Dynamics, is_before};
+use crate::analyses::dynamics::Dynamics;
 use crate::analyses::sampling::{Sampler, interpolate};
-use crate::derivatives::forward::step_block::{ConvergedStep, StepBlock, StepConsumer};
+use crate::checkpointing::recording::Recording;
+use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
+use crate::derivatives::history::{OutputGradients, SensitiveHistory};
+use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
+use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
+use crate::events::impact;
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::SolveWorkspace;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
 use crate::system::state::State;
 
-/// Goes along with converged steps.
-pub(crate) struct DifferenceSensitivity<'m> {
-    beside: CentralDifference,
+/// Simulates `model` at the design `b` and differentiates its outputs at `times` (s) semi-analytically, with the relative
+/// step `step` of the differences (see [`STEP`](crate::derivatives::semi_analytical::STEP)).
+///
+/// # Errors
+/// As [`simulate`](crate::analyses::dynamics::simulate); [`Error::Option`](crate::Error::Option) for a step that is not
+/// between 0 and 1; [`Error::Definition`](crate::Error::Definition) if the design decides which elements are built, or
+/// if the mechanism has impacts.
+pub fn differentiate_semi_analytically<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    step: f64,
+) -> Result<SensitiveHistory> {
+    let mechanism = model.build(b)?;
+    let differences = CentralDifference::by_each_variable(model, b, step, &mechanism)?;
+    let mut steps = ImplicitSteps::simulated(&mechanism, settings, times)?;
+    let gradients = propagate_differences(differences, settings, times, &mut steps)?;
+    let (recorder, work) = steps.finish().expect("the steps are simulated");
+    Ok(recorder.finish(&gradients, b.len(), work))
+}
+
+/// Differentiates semi-analytically along the steps of a recording of `model` at `b`, which reaches the last of `times`.
+///
+/// # Errors
+/// As [`differentiate_semi_analytically`], without those of the simulation.
+pub fn differentiate_recorded<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    recording: &Recording,
+    step: f64,
+) -> Result<OutputGradients> {
+    let mechanism = model.build(b)?;
+    let differences = CentralDifference::by_each_variable(model, b, step, &mechanism)?;
+    let mut steps = ImplicitSteps::recorded(&mechanism, recording, settings, times);
+    propagate_differences(differences, settings, times, &mut steps)
+}
+
+/// Carries the derivatives with respect to all design variables to the end of the motion.
+fn propagate_differences(
+    mut differences: Vec<CentralDifference>,
+    settings: &Dynamics,
+    times: &[f64],
+    steps: &mut ImplicitSteps<'_>,
+) -> Result<OutputGradients> {
+    let (plain, start) = (steps.mechanism, steps.start.clone());
+    impact::refuse(plain, "semi-analytical derivatives")?;
+    let mut initial = InitialDifferences { plain, system: &mut steps.system };
+    let states = initial.start(&mut differences, &start, &steps.projection, settings)?;
+    let begin = |pair| DifferenceSensitivity::new(pair, plain, &steps.system, &start, settings, times);
+    let mut sensitivities = differences.into_iter().zip(states).map(begin).collect::<Result<Vec<_>>>()?;
+    propagate(steps, &mut sensitivities, Schedule::Overlapped)?;
+    let derivatives = sensitivities.into_iter().map(|sensitivity| sensitivity.derivatives).collect();
+    Ok(OutputGradients::new(plain.outputs.len(), 1, derivatives))
+}
+
+/// The derivatives of a motion with respect to one design variable, which are carried along implicit steps.
+struct DifferenceSensitivity<'m> {
+    difference: CentralDifference,
     plain: &'m Mechanism<f64>,
     system: System,
     settings: &'m Dynamics,
-    times: &'m [f64],
-    /// Number of `times` that have been passed.
-    passed: usize,
+    times: OutputTimes<'m>,
     /// The state at both ends of the step.
     old: State<f64>,
     new: State<f64>,
-    /// Its slopes there.
-    slopes: Step<f64>,
+    /// The derivatives of the state at both ends.
+    sensitivity: Step<f64>,
     started: bool,
     at: State<f64>,
-    slopes_at: State<f64>,
+    sensitivity_at: State<f64>,
     workspace: ElementWorkspace<f64>,
     solve_workspace: SolveWorkspace,
     changes: Vec<[f64; 1]>,
     sampler: Sampler<f64>,
-    found: Vec<f64>,
+    /// Of the outputs, by time and output.
+    derivatives: Vec<f64>,
 }
 
 impl<'m> DifferenceSensitivity<'m> {
-    /// From the start of a motion with its slopes.
-    pub fn new(
-        (beside, slopes): (CentralDifference, State<f64>),
+    /// With the initial state `start` of a motion, and its derivatives.
+    fn new(
+        (difference, sensitivity): (CentralDifference, State<f64>),
         plain: &'m Mechanism<f64>,
         system: &System,
         start: &State<f64>,
         settings: &'m Dynamics,
         times: &'m [f64],
     ) -> Result<Self> {
-        let mut along = Self {
-            beside,
+        let mut begin = Self {
+            difference,
             plain,
             solve_workspace: system.solve_workspace(),
             changes: vec![[0.0]; system.size()],
             system: system.clone(),
             settings,
-            times,
-            passed: 0,
+            times: OutputTimes::new(settings.start, times),
             old: start.clone(),
             new: start.clone(),
             at: start.clone(),
-            slopes_at: slopes.clone(),
-            slopes: Step::from(slopes),
+            sensitivity_at: sensitivity.clone(),
+            sensitivity: Step::from(sensitivity),
             started: false,
             workspace: ElementWorkspace::default(),
             sampler: Sampler::new(plain),
-            found: Vec::with_capacity(times.len() * plain.outputs.len()),
+            derivatives: Vec::with_capacity(times.len() * plain.outputs.len()),
         };
-        along.sample()?;
-        Ok(along)
+        begin.record_outputs()?;
+        Ok(begin)
     }
 
-    /// Slopes of the outputs, by time and output.
-    pub fn into_slopes(self) -> Vec<f64> {
-        self.found
-    }
-
-    fn take(&mut self, ConvergedStep { h, end, factor, .. }: &ConvergedStep) {
+    /// Carries the derivatives from the beginning of a step to its end.
+    fn advance(&mut self, ConvergedStep { h, end, factor, .. }: &ConvergedStep) {
         if self.started {
-            self.slopes.accept();
+            self.sensitivity.accept();
         }
         self.started = true;
         std::mem::swap(&mut self.old, &mut self.new);
         self.new.copy_from(end);
         let Dynamics { scheme, prescribed, .. } = self.settings;
-        // At fixed unknowns: what moves is the old state and what is prescribed.
-        let slopes = &mut self.slopes.new;
-        slopes.t = end.t;
-        slopes.a.fill(0.0);
-        slopes.l.fill(0.0);
-        self.beside.prescribe(slopes, |mechanism, state| state.prescribe_positions(mechanism, *prescribed));
-        self.slopes.march_prescribed(self.plain, scheme, *prescribed, *h);
+        // At fixed unknowns: only the old state and the prescribed coordinates move.
+        let sensitivity = &mut self.sensitivity.new;
+        sensitivity.t = end.t;
+        sensitivity.a.fill(0.0);
+        sensitivity.l.fill(0.0);
+        self.difference.prescribe(sensitivity, |mechanism, state| state.prescribe_positions(mechanism, *prescribed));
+        self.sensitivity.integrate_prescribed(self.plain, scheme, *prescribed, *h);
         let (position, _) = scheme.newmark_coefficients(*h);
         let (system, workspace, size) = (&self.system, &mut self.workspace, self.changes.len());
-        let slope = self.beside.slope(end, &self.slopes.new, |mechanism, state, rows| {
+        let derivatives = self.difference.derivatives(end, &self.sensitivity.new, |mechanism, state, rows| {
             rows.resize(size, 0.0);
             system.residual(mechanism, state, 1.0 / position, workspace, rows);
         });
-        self.changes.iter_mut().zip(slope).for_each(|(change, slope)| *change = [-slope]);
+        self.changes.iter_mut().zip(derivatives).for_each(|(change, derivative)| *change = [-derivative]);
         factor.solve_in(&mut self.changes, &mut self.solve_workspace);
         let changes = &self.changes;
-        self.slopes.correct(&self.system, scheme, *h, |equation| changes[equation][0]);
+        self.sensitivity.correct(&self.system, scheme, *h, |equation| changes[equation][0]);
     }
 
-    /// Slopes of the outputs at the times that the step has reached.
-    fn sample(&mut self) -> Result<()> {
-        while let Some(&t) = self.times.get(self.passed) {
-            if is_before(self.settings.start, self.new.t, t) {
-                break;
-            }
+    /// Records the derivatives of the outputs at the times that the step has reached.
+    fn record_outputs(&mut self) -> Result<()> {
+        while let Some((_, t)) = self.times.next_until(self.new.t) {
             interpolate(&self.old, &self.new, t, &mut self.at);
-            (self.slopes.old.t, self.slopes.new.t) = (self.old.t, self.new.t);
-            interpolate(&self.slopes.old, &self.slopes.new, t, &mut self.slopes_at);
-            let (from, sampler) = (self.found.len(), &mut self.sampler);
-            let slopes = self.beside.slope(&self.at, &self.slopes_at, |mechanism, state, outputs| {
-                sampler.outputs(mechanism, state, outputs);
-            });
-            self.found.extend(slopes);
-            check_finite(self.plain, &self.found[from..], t)?;
-            self.passed += 1;
+            (self.sensitivity.old.t, self.sensitivity.new.t) = (self.old.t, self.new.t);
+            interpolate(&self.sensitivity.old, &self.sensitivity.new, t, &mut self.sensitivity_at);
+            let (from, sampler) = (self.derivatives.len(), &mut self.sampler);
+            let derivatives =
+                self.difference.derivatives(&self.at, &self.sensitivity_at, |mechanism, state, outputs| {
+                    sampler.outputs(mechanism, state, outputs);
+                });
+            self.derivatives.extend(derivatives);
+            check_finite(self.plain, &self.derivatives[from..], t)?;
         }
         Ok(())
     }
 }
 
-impl StepConsumer for DifferenceSensitivity<'_> {
-    fn follow(&mut self, stretch: &StepBlock) -> Result<()> {
-        stretch.taken().iter().try_for_each(|taken| {
-            self.take(taken);
-            self.sample()
+impl StepConsumer<StepBlock> for DifferenceSensitivity<'_> {
+    fn propagate(&mut self, block: &StepBlock) -> Result<()> {
+        block.steps().iter().try_for_each(|step| {
+            self.advance(step);
+            self.record_outputs()
         })
     }
 }

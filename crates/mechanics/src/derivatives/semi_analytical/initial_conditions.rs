@@ -1,242 +1,198 @@
-//! Slopes of assembled positions, consistent velocities and accelerations, and of equilibria.
+//! Semi-analytical derivatives of assembled positions, consistent velocities and accelerations, and equilibria.
 
 use crate::Result;
 use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration};
-use crate::derivatives::forward::initial_conditions::at_rest;
+use crate::derivatives::forward::initial_conditions::{
+    ProjectedPart, factorize_accelerations, factorize_initial_equilibrium,
+};
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
 use crate::mechanism::Mechanism;
-use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 
-/// Differentiates one state for all design variables: each of its problems has a matrix, which all share, and a residual,
-/// which is differenced for each.
-pub(crate) struct Starter<'s> {
+/// Differentiates consistent states with respect to all design variables.
+///
+/// Each problem has one matrix, which all variables share, and a residual, which is differenced for each of them.
+pub(crate) struct InitialDifferences<'s> {
     pub plain: &'s Mechanism<f64>,
     pub system: &'s mut System,
 }
 
-/// Which entries of a state are the unknowns of a problem.
-type Which = fn(&mut State<f64>) -> &mut Vec<f64>;
+/// Right-hand sides for one design variable.
+type Rows = Vec<[f64; 1]>;
 
-impl Starter<'_> {
-    /// Slopes of the state `values` at the start of a motion.
+impl InitialDifferences<'_> {
+    /// Derivatives of the initial state `values` of a motion.
     pub fn start(
         &mut self,
-        besides: &mut [CentralDifference],
+        differences: &mut [CentralDifference],
         values: &State<f64>,
         projection: &Projection,
         settings: &Dynamics,
     ) -> Result<Vec<State<f64>>> {
-        let mut slopes = match settings.origin {
-            InitialConfiguration::Built => self.built(besides, values, projection)?,
-            InitialConfiguration::Equilibrium(_) => self.settled(besides, values, projection)?,
+        let mut sensitivities = match settings.origin {
+            InitialConfiguration::Built => self.consistent(differences, values, projection)?,
+            InitialConfiguration::Equilibrium(_) => {
+                let rest = factorize_initial_equilibrium(self.system, self.plain, values, projection)?;
+                let positions = self.equilibrium(differences, &rest);
+                let mut sensitivities = built(differences, values.t);
+                sensitivities.iter_mut().zip(positions).for_each(|(sensitivity, rest)| sensitivity.q = rest.q);
+                if self.plain.multipliers > 0 {
+                    self.project(ProjectedPart::Velocities, differences, values, projection, &mut sensitivities)?;
+                }
+                sensitivities
+            }
         };
         if settings.initial == InitialAcceleration::Consistent {
-            self.accelerations(besides, values, &mut slopes)?;
+            self.accelerations(differences, values, &mut sensitivities)?;
         }
-        Ok(slopes)
+        Ok(sensitivities)
     }
 
-    /// Slopes of assembled positions and consistent velocities.
-    pub fn built(
+    /// Derivatives of assembled positions and consistent velocities.
+    pub fn consistent(
         &mut self,
-        besides: &mut [CentralDifference],
+        differences: &mut [CentralDifference],
         values: &State<f64>,
         projection: &Projection,
     ) -> Result<Vec<State<f64>>> {
-        let mut slopes: Vec<_> = besides.iter().map(|beside| beside.built(values.t)).collect();
+        let mut sensitivities = built(differences, values.t);
         if self.plain.multipliers > 0 {
-            self.positions(besides, values, projection, &mut slopes)?;
-            self.velocities(besides, values, projection, &mut slopes)?;
+            self.project(ProjectedPart::Positions, differences, values, projection, &mut sensitivities)?;
+            self.project(ProjectedPart::Velocities, differences, values, projection, &mut sensitivities)?;
         }
-        Ok(slopes)
+        Ok(sensitivities)
     }
 
-    /// Slopes of positions in equilibrium and consistent velocities.
-    fn settled(
+    /// Differentiates a projection onto the constraints, from the guesses in `sensitivities`.
+    fn project(
         &mut self,
-        besides: &mut [CentralDifference],
+        part: ProjectedPart,
+        differences: &mut [CentralDifference],
         values: &State<f64>,
         projection: &Projection,
-    ) -> Result<Vec<State<f64>>> {
-        let rest = at_rest(values, projection);
-        self.system.assemble(self.plain, &rest, Linearization::statics(), &mut vec![[0.0]; self.system.size()]);
-        self.system.factorize(self.plain, rest.t)?;
-        let positions = self.equilibrium(besides, &rest);
-        let mut slopes: Vec<_> = besides.iter().map(|beside| beside.built(values.t)).collect();
-        slopes.iter_mut().zip(positions).for_each(|(slopes, rest)| slopes.q = rest.q);
-        if self.plain.multipliers > 0 {
-            self.velocities(besides, values, projection, &mut slopes)?;
-        }
-        Ok(slopes)
-    }
-
-    /// q − q_guess + Φ_qᵀ μ = 0, Φ = 0.
-    fn positions(
-        &mut self,
-        besides: &mut [CentralDifference],
-        values: &State<f64>,
-        projection: &Projection,
-        slopes: &mut [State<f64>],
+        sensitivities: &mut [State<f64>],
     ) -> Result<()> {
-        let at = with_multipliers(values, &projection.position);
-        let mut workspace = ElementWorkspace::default();
-        let mut rows = self.rows(
-            besides,
-            &at,
-            slopes,
-            |state| &mut state.q,
-            |system, mechanism, state, rows| {
-                system.constraint_rows(mechanism, state, &mut workspace, rows);
-            },
-        );
-        self.solve(&at, Linearization::projection(), &mut rows)?;
-        self.enter(&rows, slopes, |state| &mut state.q);
-        Ok(())
-    }
-
-    /// v − v_guess + Φ_qᵀ μ = 0, Φ̇ = 0.
-    fn velocities(
-        &mut self,
-        besides: &mut [CentralDifference],
-        values: &State<f64>,
-        projection: &Projection,
-        slopes: &mut [State<f64>],
-    ) -> Result<()> {
-        let at = with_multipliers(values, &projection.velocity);
+        let at = State { l: part.multipliers(projection).to_vec(), ..values.clone() };
         let (mut workspace, mut jets) = (ElementWorkspace::default(), ElementWorkspace::default());
-        let mut rows = self.rows(
-            besides,
-            &at,
-            slopes,
-            |state| &mut state.v,
-            |system, mechanism, state, rows| {
-                system.constraint_rows(mechanism, state, &mut workspace, rows);
-                system.closure_rates(mechanism, state, 1, &mut jets, rows);
-            },
-        );
-        // Φ̇ is linear in v: its matrix is Φ_q, the rest is the identity.
-        self.solve(&without_multipliers(values), Linearization::projection(), &mut rows)?;
-        self.enter(&rows, slopes, |state| &mut state.v);
+        let residual = |system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [f64]| {
+            system.constraint_rows(mechanism, state, &mut workspace, rows);
+            if part == ProjectedPart::Velocities {
+                system.constraint_rates(mechanism, state, 1, &mut jets, rows);
+            }
+        };
+        let mut rows = self.rows(differences, &at, sensitivities, |state| part.of(state), residual);
+        part.factorize(self.system, self.plain, values, projection)?;
+        self.solve(&mut rows);
+        self.set_unknowns(&rows, sensitivities, |state| part.of(state));
         Ok(())
     }
 
-    /// M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
+    /// Derivatives of the accelerations and multipliers of `values`: M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
     pub fn accelerations(
         &mut self,
-        besides: &mut [CentralDifference],
+        differences: &mut [CentralDifference],
         values: &State<f64>,
-        slopes: &mut [State<f64>],
+        sensitivities: &mut [State<f64>],
     ) -> Result<()> {
         let (mut workspace, mut jets) = (ElementWorkspace::default(), ElementWorkspace::default());
-        // Accelerations are built without a guess: their slopes are those of the solution alone.
-        let mut rows = self.rows(
-            besides,
-            values,
-            slopes,
-            |state| &mut state.a,
-            |system, mechanism, state, rows| {
-                acceleration_rows(system, mechanism, state, &mut workspace, &mut jets, rows);
-            },
-        );
-        self.solve(&without_multipliers(values), Linearization::accelerations(), &mut rows)?;
-        self.enter(&rows, slopes, |state| &mut state.a);
-        self.enter_multipliers(&rows, slopes);
+        let residual = |system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [f64]| {
+            acceleration_rows(system, mechanism, state, &mut workspace, &mut jets, rows);
+        };
+        // Accelerations are built without a guess: their derivatives are those of the solution alone.
+        let mut rows = self.rows(differences, values, sensitivities, |state| &mut state.a, residual);
+        factorize_accelerations(self.system, self.plain, values)?;
+        self.solve(&mut rows);
+        self.set_unknowns(&rows, sensitivities, |state| &mut state.a);
+        self.set_multipliers(&rows, sensitivities);
         Ok(())
     }
 
-    /// Slopes of the equilibrium `values`, with the factorization that found it.
-    pub fn equilibrium(&mut self, besides: &mut [CentralDifference], values: &State<f64>) -> Vec<State<f64>> {
+    /// Derivatives of the equilibrium `values`, with the factorization that found it.
+    pub fn equilibrium(&mut self, differences: &mut [CentralDifference], values: &State<f64>) -> Vec<State<f64>> {
         let mut workspace = ElementWorkspace::default();
-        let mut slopes: Vec<_> = besides.iter().map(|beside| self.at_rest(beside.built(values.t))).collect();
-        let mut rows = self.rows(
-            besides,
-            values,
-            &mut slopes,
-            |state| &mut state.q,
-            |system, mechanism, state, rows| {
-                system.residual(mechanism, state, 1.0, &mut workspace, rows);
-            },
-        );
-        rows.iter_mut().for_each(|rows| self.system.factor().solve(rows));
-        self.enter(&rows, &mut slopes, |state| &mut state.q);
-        self.enter_multipliers(&rows, &mut slopes);
-        slopes
+        let mut sensitivities = built(differences, values.t);
+        sensitivities.iter_mut().for_each(|sensitivity| self.clear_guess(sensitivity));
+        let residual = |system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [f64]| {
+            system.residual(mechanism, state, 1.0, &mut workspace, rows);
+        };
+        let mut rows = self.rows(differences, values, &mut sensitivities, |state| &mut state.q, residual);
+        self.solve(&mut rows);
+        self.set_unknowns(&rows, &mut sensitivities, |state| &mut state.q);
+        self.set_multipliers(&rows, &mut sensitivities);
+        sensitivities
     }
 
-    /// An equilibrium does not remember from where it was sought.
-    fn at_rest(&self, mut slopes: State<f64>) -> State<f64> {
-        slopes.v.fill(0.0);
-        slopes.a.fill(0.0);
+    /// An equilibrium does not depend on the configuration from which it was sought.
+    fn clear_guess(&self, sensitivity: &mut State<f64>) {
+        sensitivity.v.fill(0.0);
+        sensitivity.a.fill(0.0);
         for unknown in self.system.unknowns() {
             if let Unknown::Coordinate(i) = *unknown {
-                slopes.q[i] = 0.0;
+                sensitivity.q[i] = 0.0;
             }
         }
-        slopes
     }
 
-    /// The derivatives of the residual at unknowns that stand still, less the slope of the guess from which they are
-    /// nearest: right-hand sides with the sign turned round.
+    /// Derivatives of the residual at fixed unknowns, minus those of the guess: right-hand sides of opposite sign.
     fn rows(
         &self,
-        besides: &mut [CentralDifference],
+        differences: &mut [CentralDifference],
         at: &State<f64>,
-        slopes: &mut [State<f64>],
-        which: Which,
+        sensitivities: &mut [State<f64>],
+        which: impl Fn(&mut State<f64>) -> &mut Vec<f64>,
         mut residual: impl FnMut(&System, &Mechanism<f64>, &State<f64>, &mut [f64]),
-    ) -> Vec<Vec<[f64; 1]>> {
+    ) -> Vec<Rows> {
         let size = self.system.size();
-        let one = |(beside, slopes): (&mut CentralDifference, &mut State<f64>)| {
-            let guess = std::mem::take(which(slopes));
-            let held = |(i, &slope): (usize, &f64)| if self.system.equation_of(i).is_some() { 0.0 } else { slope };
-            *which(slopes) = guess.iter().enumerate().map(held).collect();
-            let slope = beside.slope(at, slopes, |mechanism, state, rows| {
+        let one = |(difference, sensitivity): (&mut CentralDifference, &mut State<f64>)| {
+            let guess = std::mem::take(which(sensitivity));
+            let fixed = |(i, &x): (usize, &f64)| if self.system.equation_of(i).is_some() { 0.0 } else { x };
+            *which(sensitivity) = guess.iter().enumerate().map(fixed).collect();
+            let derivatives = difference.derivatives(at, sensitivity, |mechanism, state, rows| {
                 rows.resize(size, 0.0);
                 residual(self.system, mechanism, state, rows);
             });
-            let less_guess = |(slope, unknown): (f64, &Unknown)| match *unknown {
-                Unknown::Coordinate(i) => [slope - guess[i]],
-                Unknown::Multiplier(_) => [slope],
+            let minus_guess = |(derivative, unknown): (f64, &Unknown)| match *unknown {
+                Unknown::Coordinate(i) => [derivative - guess[i]],
+                Unknown::Multiplier(_) => [derivative],
             };
-            slope.zip(self.system.unknowns()).map(less_guess).collect()
+            derivatives.zip(self.system.unknowns()).map(minus_guess).collect()
         };
-        besides.iter_mut().zip(slopes).map(one).collect()
+        differences.iter_mut().zip(sensitivities).map(one).collect()
     }
 
-    fn solve(&mut self, at: &State<f64>, how: Linearization, rows: &mut [Vec<[f64; 1]>]) -> Result<()> {
-        self.system.assemble(self.plain, at, how, &mut vec![[0.0]; self.system.size()]);
-        self.system.factorize(self.plain, at.t)?;
+    /// Solves for all right-hand sides with the factor of the system.
+    fn solve(&mut self, rows: &mut [Rows]) {
         rows.iter_mut().for_each(|rows| self.system.factor().solve(rows));
-        Ok(())
     }
 
-    fn enter(&self, rows: &[Vec<[f64; 1]>], slopes: &mut [State<f64>], which: Which) {
-        for (rows, slopes) in rows.iter().zip(slopes) {
+    fn set_unknowns(
+        &self,
+        rows: &[Rows],
+        sensitivities: &mut [State<f64>],
+        which: impl Fn(&mut State<f64>) -> &mut Vec<f64>,
+    ) {
+        for (rows, sensitivity) in rows.iter().zip(sensitivities) {
             for (row, unknown) in rows.iter().zip(self.system.unknowns()) {
                 if let Unknown::Coordinate(i) = *unknown {
-                    which(slopes)[i] = -row[0];
+                    which(sensitivity)[i] = -row[0];
                 }
             }
         }
     }
 
-    fn enter_multipliers(&self, rows: &[Vec<[f64; 1]>], slopes: &mut [State<f64>]) {
-        for (rows, slopes) in rows.iter().zip(slopes) {
-            for (m, slope) in slopes.l.iter_mut().enumerate() {
-                *slope = -rows[self.system.equation_of_multiplier(m)][0];
+    fn set_multipliers(&self, rows: &[Rows], sensitivities: &mut [State<f64>]) {
+        for (rows, sensitivity) in rows.iter().zip(sensitivities) {
+            for (m, derivative) in sensitivity.l.iter_mut().enumerate() {
+                *derivative = -rows[self.system.equation_of_multiplier(m)][0];
             }
         }
     }
 }
 
-fn with_multipliers(values: &State<f64>, multipliers: &[f64]) -> State<f64> {
-    State { l: multipliers.to_vec(), ..values.clone() }
-}
-
-fn without_multipliers(values: &State<f64>) -> State<f64> {
-    State { l: vec![0.0; values.l.len()], ..values.clone() }
+/// Derivatives of the state in which the mechanism is built, prescribed coordinates at the time `t`.
+fn built(differences: &[CentralDifference], t: f64) -> Vec<State<f64>> {
+    differences.iter().map(|difference| difference.built(t)).collect()
 }

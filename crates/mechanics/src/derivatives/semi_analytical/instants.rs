@@ -1,24 +1,23 @@
-//! Semi-analytical derivatives of kinematics, inverse dynamics and statics, instant by instant.
+//! Semi-analytical derivatives of kinematics, inverse dynamics and statics, time point by time point.
 
 use crate::Result;
-use crate::analyses::dynamics::Work;
 use crate::analyses::kinematics::KinematicDriver;
 use crate::analyses::sampling::Sampler;
-use crate::analyses::statics::{Statics, find_equilibrium};
-use crate::derivatives::forward::instants::check_driven;
-use crate::derivatives::history::{Record, SensitiveHistory};
-use crate::derivatives::semi_analytical::besides;
+use crate::analyses::statics::Statics;
+use crate::derivatives::forward::instants::{for_each_driven_state, for_each_equilibrium, record_instants};
+use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
-use crate::derivatives::semi_analytical::initial_conditions::Starter;
-use crate::initial_conditions::{Assembly, assemble};
+use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
+use crate::initial_conditions::Assembly;
 use crate::mechanism::{Mechanism, ParametricMechanism};
-use crate::system::System;
 use crate::system::state::State;
 
-/// Kinematics and inverse dynamics as [`differentiate_kinematics`](crate::derivatives::forward::instants::differentiate_kinematics)
-/// has them, with differenced residuals: `step` as [`STEP`](crate::derivatives::semi_analytical::STEP).
+/// Solves kinematics and inverse dynamics of `model` at `times` (s) and differentiates all outputs semi-analytically, with
+/// the relative step `step` of the differences (see [`STEP`](crate::derivatives::semi_analytical::STEP)).
 ///
-/// **Errors.** As there, and for a step that is not positive.
+/// # Errors
+/// As [`differentiate_kinematics`](crate::derivatives::forward::instants::differentiate_kinematics), and
+/// [`Error::Option`](crate::Error::Option) for a step that is not between 0 and 1.
 pub fn difference_kinematics<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
@@ -27,28 +26,27 @@ pub fn difference_kinematics<M: ParametricMechanism>(
     step: f64,
 ) -> Result<SensitiveHistory> {
     let mechanism = model.build(b)?;
-    let mut besides = besides(model, b, &mechanism, step)?;
-    let mut record = Record::new(&mechanism, b.len(), times);
-    let Some(&first) = times.first() else { return Ok(record.finish(Work::default())) };
-    let mut walk = KinematicDriver::new(&mechanism, assembly, first)?;
-    check_driven(&walk)?;
-    for (time, &t) in times.iter().enumerate() {
-        if t != walk.state.t {
-            walk.go(t)?;
-        }
-        record.values(time, &mechanism, &walk.state)?;
-        let mut starter = Starter { plain: &mechanism, system: &mut walk.system };
-        let mut slopes = starter.built(&mut besides, &walk.state, &walk.projection)?;
-        starter.accelerations(&mut besides, &walk.state, &mut slopes)?;
-        enter(&mut record, time, &mechanism, &mut besides, &walk.state, &slopes);
-    }
-    Ok(record.finish(Work { steps: times.len(), ..Work::default() }))
+    let mut all = OutputDifferences::new(&mechanism, CentralDifference::by_each_variable(model, b, step, &mechanism)?);
+    record_instants(&mechanism, b.len(), times, |recorder| {
+        for_each_driven_state(&mechanism, assembly, times, |k, driver| {
+            let KinematicDriver { state: values, projection, system, .. } = driver;
+            recorder.record(k, &mechanism, values)?;
+            let mut initial = InitialDifferences { plain: &mechanism, system };
+            let mut sensitivities = initial.consistent(&mut all.differences, values, projection)?;
+            initial.accelerations(&mut all.differences, values, &mut sensitivities)?;
+            all.extend(values, &sensitivities);
+            Ok(())
+        })?;
+        Ok(all.finish())
+    })
 }
 
-/// Static equilibria as [`differentiate_equilibria`](crate::derivatives::forward::instants::differentiate_equilibria) has them, with
-/// differenced residuals: `step` as [`STEP`](crate::derivatives::semi_analytical::STEP).
+/// Finds static equilibria of `model` at `times` (s), a load path, and differentiates all outputs semi-analytically, with
+/// the relative step `step` of the differences (see [`STEP`](crate::derivatives::semi_analytical::STEP)).
 ///
-/// **Errors.** As there, and for a step that is not positive.
+/// # Errors
+/// As [`differentiate_equilibria`](crate::derivatives::forward::instants::differentiate_equilibria), and
+/// [`Error::Option`](crate::Error::Option) for a step that is not between 0 and 1.
 pub fn difference_equilibria<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
@@ -57,34 +55,45 @@ pub fn difference_equilibria<M: ParametricMechanism>(
     step: f64,
 ) -> Result<SensitiveHistory> {
     let mechanism = model.build(b)?;
-    let mut besides = besides(model, b, &mechanism, step)?;
-    let mut record = Record::new(&mechanism, b.len(), times);
-    let first = times.first().copied().unwrap_or(0.0);
-    let (mut system, mut values) = (System::at(&mechanism, first)?, State::built(&mechanism, first));
-    assemble(&mut system, &mechanism, &mut values, Assembly::default())?;
-    for (time, &t) in times.iter().enumerate() {
-        values.t = t;
-        find_equilibrium(&mut system, &mechanism, &mut values, settings)?;
-        record.values(time, &mechanism, &values)?;
-        let slopes = Starter { plain: &mechanism, system: &mut system }.equilibrium(&mut besides, &values);
-        enter(&mut record, time, &mechanism, &mut besides, &values, &slopes);
-    }
-    Ok(record.finish(Work { steps: times.len(), ..Work::default() }))
+    let mut all = OutputDifferences::new(&mechanism, CentralDifference::by_each_variable(model, b, step, &mechanism)?);
+    record_instants(&mechanism, b.len(), times, |recorder| {
+        for_each_equilibrium(&mechanism, settings, times, |k, system, values| {
+            recorder.record(k, &mechanism, values)?;
+            let mut initial = InitialDifferences { plain: &mechanism, system };
+            let sensitivities = initial.equilibrium(&mut all.differences, values);
+            all.extend(values, &sensitivities);
+            Ok(())
+        })?;
+        Ok(all.finish())
+    })
 }
 
-/// Slopes of the outputs at one time, with respect to every design variable.
-fn enter(
-    record: &mut Record,
-    time: usize,
-    mechanism: &Mechanism<f64>,
-    besides: &mut [CentralDifference],
-    values: &State<f64>,
-    slopes: &[State<f64>],
-) {
-    let mut sampler = Sampler::new(mechanism);
-    for (k, (beside, slopes)) in besides.iter_mut().zip(slopes).enumerate() {
-        let outputs = beside.slope(values, slopes, |mechanism, state, out| sampler.outputs(mechanism, state, out));
-        let outputs: Vec<f64> = outputs.collect();
-        record.slopes(time, k, outputs.chunks(1));
+/// Differences of the outputs with respect to every design variable.
+struct OutputDifferences {
+    differences: Vec<CentralDifference>,
+    sampler: Sampler<f64>,
+    outputs: usize,
+    /// By design variable, then time and output.
+    derivatives: Vec<Vec<f64>>,
+}
+
+impl OutputDifferences {
+    fn new(mechanism: &Mechanism<f64>, differences: Vec<CentralDifference>) -> Self {
+        let (sampler, outputs) = (Sampler::new(mechanism), mechanism.outputs.len());
+        Self { derivatives: vec![Vec::new(); differences.len()], differences, sampler, outputs }
+    }
+
+    /// Adds the derivatives of the outputs at one time, where the state `values` has the derivatives `sensitivities`.
+    fn extend(&mut self, values: &State<f64>, sensitivities: &[State<f64>]) {
+        let Self { differences, sampler, derivatives, .. } = self;
+        for ((difference, sensitivity), to) in differences.iter_mut().zip(sensitivities).zip(derivatives) {
+            to.extend(difference.derivatives(values, sensitivity, |mechanism, state, outputs| {
+                sampler.outputs(mechanism, state, outputs);
+            }));
+        }
+    }
+
+    fn finish(&mut self) -> OutputGradients {
+        OutputGradients::new(self.outputs, 1, std::mem::take(&mut self.derivatives))
     }
 }

@@ -40,7 +40,7 @@ pub struct MechanismRhs<'m> {
     /// State of the last evaluation, including accelerations and multipliers.
     pub state: State<f64>,
     /// Record of the current step, if it is to be differentiated.
-    pub tape: Option<StepRecord>,
+    pub record: Option<StepRecord>,
     rows: Vec<[f64; 1]>,
     rates: Vec<f64>,
     jets: ElementWorkspace<Jet2<f64>>,
@@ -49,7 +49,7 @@ pub struct MechanismRhs<'m> {
 /// States and factorizations of one step, for its derivatives.
 pub struct StepRecord {
     /// One evaluation per slot; the last one is for outputs.
-    pub visits: Vec<StageRecord>,
+    pub stages: Vec<StageRecord>,
     /// The projections at the end of the step.
     pub projected: Projected,
 }
@@ -76,9 +76,9 @@ impl StepRecord {
     /// Record for the steps of a mechanism, of the size of `state`.
     pub fn new(system: &mut System, state: &State<f64>) -> Self {
         let mut stage = || StageRecord { state: state.clone(), factor: system.factor().clone() };
-        let visits = (0..=SAMPLE).map(|_| stage()).collect();
+        let stages = (0..=SAMPLE).map(|_| stage()).collect();
         let projected = Projected { before: state.clone(), after: state.clone(), factor: system.factor().clone() };
-        Self { visits, projected }
+        Self { stages, projected }
     }
 }
 
@@ -86,7 +86,7 @@ impl<'m> MechanismRhs<'m> {
     /// Right-hand side, from the consistent initial state `state`.
     pub fn new(mechanism: &'m Mechanism<f64>, system: System, state: State<f64>) -> Self {
         let (rows, rates) = (vec![[0.0]; system.size()], vec![0.0; system.size()]);
-        Self { mechanism, system, state, tape: None, rows, rates, jets: ElementWorkspace::default() }
+        Self { mechanism, system, state, record: None, rows, rates, jets: ElementWorkspace::default() }
     }
 
     /// Positions and velocities of `state` as one vector.
@@ -108,7 +108,7 @@ impl<'m> MechanismRhs<'m> {
     /// Solves for accelerations and multipliers.
     fn solve_accelerations(&mut self) -> Result<()> {
         self.system.assemble(self.mechanism, &self.state, Linearization::accelerations(), &mut self.rows);
-        self.system.closure_rates(self.mechanism, &self.state, 2, &mut self.jets, &mut self.rates);
+        self.system.constraint_rates(self.mechanism, &self.state, 2, &mut self.jets, &mut self.rates);
         for (row, rate, unknown) in with_rates(&mut self.rows, &self.rates, self.system.unknowns()) {
             if matches!(unknown, Unknown::Multiplier(_)) {
                 row[0] = *rate;
@@ -139,13 +139,13 @@ impl<'m> MechanismRhs<'m> {
     /// Corrects positions (`order` 0) or velocities (`order` 1) with the factor of the projection.
     fn correct(&mut self, order: usize) {
         if order == 1 {
-            self.system.closure_rates(self.mechanism, &self.state, 1, &mut self.jets, &mut self.rates);
+            self.system.constraint_rates(self.mechanism, &self.state, 1, &mut self.jets, &mut self.rates);
             for (row, rate, unknown) in with_rates(&mut self.rows, &self.rates, self.system.unknowns()) {
                 row[0] = if matches!(unknown, Unknown::Multiplier(_)) { *rate } else { 0.0 };
             }
         }
         self.system.factor().solve(&mut self.rows);
-        if let Some(record) = &mut self.tape {
+        if let Some(record) = &mut self.record {
             let projected = &mut record.projected;
             let to = if order == 0 { &mut projected.before } else { &mut projected.after };
             to.copy_from(&self.state);
@@ -180,8 +180,8 @@ impl OdeRhs for MechanismRhs<'_> {
                 (k[i], k[n + i]) = (self.state.v[i], self.state.a[i]);
             }
         }
-        if let Some(record) = &mut self.tape {
-            let stage = &mut record.visits[slot];
+        if let Some(record) = &mut self.record {
+            let stage = &mut record.stages[slot];
             stage.state.copy_from(&self.state);
             std::mem::swap(&mut stage.factor, self.system.factor());
         }
@@ -203,7 +203,7 @@ impl OdeRhs for MechanismRhs<'_> {
         let n = self.state.q.len();
         y[..n].copy_from_slice(&self.state.q);
         y[n..].copy_from_slice(&self.state.v);
-        if let Some(record) = &mut self.tape {
+        if let Some(record) = &mut self.record {
             std::mem::swap(&mut record.projected.factor, self.system.factor());
         }
         Ok(())
@@ -240,8 +240,8 @@ pub(crate) fn start<'m>(
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
     state.l.fill(0.0);
     let y = MechanismRhs::vector(&state);
-    let tape = recorded.then(|| StepRecord::new(&mut system, &state));
-    let rhs = MechanismRhs { tape, ..MechanismRhs::new(mechanism, system, state.clone()) };
+    let record = recorded.then(|| StepRecord::new(&mut system, &state));
+    let rhs = MechanismRhs { record, ..MechanismRhs::new(mechanism, system, state.clone()) };
     Ok((OdeDriver::new(rhs, settings, y, times)?, Start { state, projection }))
 }
 
@@ -258,7 +258,7 @@ pub(crate) fn sample(driver: &mut OdeDriver<MechanismRhs<'_>>, y: &mut [f64], t:
     let dense = driver.sample(t, y)?;
     let mut rates = std::mem::take(&mut driver.scratch);
     rates.resize(y.len(), 0.0);
-    driver.stepper.flow.rates(SAMPLE, t, y, &mut rates)?;
+    driver.stepper.rhs.rates(SAMPLE, t, y, &mut rates)?;
     driver.stepper.evaluations += 1;
     driver.scratch = rates;
     Ok(dense)

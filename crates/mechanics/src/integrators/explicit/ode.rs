@@ -78,13 +78,13 @@ pub struct OdeModelRhs<'o, O> {
     b: &'o [f64],
     size: usize,
     /// Time and state of each slot, if they are recorded.
-    pub visited: Option<Vec<(f64, Vec<f64>)>>,
+    pub stages: Option<Vec<(f64, Vec<f64>)>>,
 }
 
 impl<'o, O: Ode> OdeModelRhs<'o, O> {
     /// Right-hand side at the design variables `b`.
     pub fn new(ode: &'o O, b: &'o [f64]) -> Self {
-        Self { ode, b, size: ode.start(b).len(), visited: None }
+        Self { ode, b, size: ode.start(b).len(), stages: None }
     }
 }
 
@@ -95,9 +95,9 @@ impl<O: Ode> OdeRhs for OdeModelRhs<'_, O> {
 
     fn rates(&mut self, slot: usize, t: f64, y: &[f64], k: &mut [f64]) -> Result<()> {
         self.ode.rates(self.b, t, y, k);
-        if let Some(visited) = &mut self.visited {
-            visited[slot].0 = t;
-            visited[slot].1.copy_from_slice(y);
+        if let Some(stages) = &mut self.stages {
+            stages[slot].0 = t;
+            stages[slot].1.copy_from_slice(y);
         }
         k.iter().position(|rate| !rate.is_finite()).map_or(Ok(()), |i| {
             let why = format!("its rate is {} at t = {t:.6e} s", k[i]);

@@ -25,7 +25,7 @@ pub trait OdeRhs {
 #[derive(Debug)]
 pub struct Stepper<F> {
     /// Right-hand side of the system.
-    pub flow: F,
+    pub rhs: F,
     /// Integration method.
     pub method: &'static Tableau,
     /// Beginning and end of the step in s.
@@ -44,14 +44,14 @@ pub struct Stepper<F> {
 
 impl<F: OdeRhs> Stepper<F> {
     /// Stepper at the time `t` (s) in the state `y`.
-    pub fn new(flow: F, method: &'static Tableau, t: f64, y: Vec<f64>) -> Result<Self> {
+    pub fn new(rhs: F, method: &'static Tableau, t: f64, y: Vec<f64>) -> Result<Self> {
         let size = y.len();
         let mut slots = vec![vec![0.0; size]; method.slots()];
-        let mut flow = flow;
-        flow.rates(0, t, &y, &mut slots[0])?;
+        let mut rhs = rhs;
+        rhs.rates(0, t, &y, &mut slots[0])?;
         let stage = y.clone();
         let (has_end, is_dense) = (false, false);
-        Ok(Self { flow, method, t: [t; 2], new: y.clone(), old: y, evaluations: 1, slots, stage, has_end, is_dense })
+        Ok(Self { rhs, method, t: [t; 2], new: y.clone(), old: y, evaluations: 1, slots, stage, has_end, is_dense })
     }
 
     /// Length of the step in s.
@@ -76,8 +76,8 @@ impl<F: OdeRhs> Stepper<F> {
         {
             return Ok((error, component));
         }
-        self.flow.project(end, &mut self.new)?;
-        self.flow.rates(self.method.end, end, &self.new, &mut self.slots[self.method.end])?;
+        self.rhs.project(end, &mut self.new)?;
+        self.rhs.rates(self.method.end, end, &self.new, &mut self.slots[self.method.end])?;
         self.evaluations += 1;
         self.has_end = true;
         Ok(early.or_else(|| tolerance.map(|tolerance| self.error(tolerance))).unwrap_or((0.0, 0)))
@@ -146,7 +146,7 @@ impl<F: OdeRhs> Stepper<F> {
         for ((stage, y), k) in self.stage.iter_mut().zip(&self.old).zip(&self.slots[0]) {
             *stage = y + guess * k;
         }
-        self.flow.rates(1, self.t[0] + guess, &self.stage, &mut self.slots[1])?;
+        self.rhs.rates(1, self.t[0] + guess, &self.stage, &mut self.slots[1])?;
         self.evaluations += 1;
         let changes = self.stage.iter_mut().zip(&self.slots[1]).zip(&self.slots[0]);
         changes.for_each(|((stage, new), old)| *stage = new - old);
@@ -166,7 +166,7 @@ impl<F: OdeRhs> Stepper<F> {
         self.combine(slot);
         let t = self.t[0] + self.method.nodes[slot] * self.length();
         self.evaluations += 1;
-        self.flow.rates(slot, t, &self.stage, &mut self.slots[slot])
+        self.rhs.rates(slot, t, &self.stage, &mut self.slots[slot])
     }
 
     /// Writes the state at which a slot is evaluated to `stage`.

@@ -1,11 +1,41 @@
-//! Derivatives of one constraint along a motion.
+//! Derivatives of one constraint along a motion, in closed form or in jets of dual numbers.
 
-use crate::derivatives::forward::explicit::linearize::ConstraintDerivative;
 use crate::elements::element::{ConstraintDerivatives, ElementState, ElementWorkspace, Variable};
 use crate::mechanism::ElementInstance;
 use crate::mechanism::scalars::{Dual4, Dual8, ElementScalar, Jet2};
 use crate::system::state::State;
 use autodiff::{DualVec, WIDTH};
+
+/// The time derivative of Φ in the rows of the constraints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ConstraintDerivative {
+    /// Φ̈ with the accelerations of the state.
+    Accelerations,
+    /// Φ + Φ_q δ, where δ are the accelerations of the state.
+    Positions,
+    /// Φ̇, without the rows of the reaction forces Φ_qᵀ λ.
+    Velocities,
+    /// Φ̇, with the rows of the reaction forces.
+    Rates,
+    /// Φ_q ε, where ε are the accelerations of the state.
+    Corrections,
+}
+
+impl ConstraintDerivative {
+    /// Whether positions move with the velocities of the state, and time advances.
+    pub fn follows_motion(self) -> bool {
+        matches!(self, Self::Accelerations | Self::Velocities | Self::Rates)
+    }
+
+    /// The derivative of a constraint row from those of Φ, Φ̇ and Φ̈.
+    pub fn of(self, derivatives: [f64; 3]) -> f64 {
+        match self {
+            Self::Accelerations => derivatives[2],
+            Self::Velocities | Self::Rates | Self::Corrections => derivatives[1],
+            Self::Positions => derivatives[0] + derivatives[1],
+        }
+    }
+}
 
 /// Derivatives of a constraint's rows with respect to a few of its variables, variable by variable.
 #[derive(Clone, Default)]
@@ -21,10 +51,10 @@ pub(crate) struct ConstraintTerms {
 }
 
 impl ConstraintTerms {
-    /// Differentiates `part` along the motion that `constraint` wants: in closed form, or else in jets of dual numbers.
+    /// Differentiates `part` along the motion that `constraint` needs: in closed form, or else in jets of dual numbers.
     ///
-    /// A constraint is evaluated on positions that move in time (jets) and are seeded: its velocities need no columns of
-    /// their own, as the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions.
+    /// A constraint is evaluated on seeded positions that move in time (jets). Velocities need no columns of their own:
+    /// the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions.
     pub fn evaluate(
         &mut self,
         part: &ElementInstance<f64>,
@@ -37,18 +67,18 @@ impl ConstraintTerms {
         self.dynamics.resize(variables.len() * part.coordinates.len(), 0.0);
         self.constraint.clear();
         self.constraint.resize(variables.len() * part.num_constraints, [0.0; 3]);
-        self.place(part, state, constraint);
+        self.load(part, state, constraint);
         let local = ElementState { p: &part.parameters, ..self.plain.local(state.t) };
-        let mut slopes = ConstraintDerivatives { dynamics: &mut self.dynamics, constraint: &mut self.constraint };
-        if part.element.constraint_derivatives(&local, variables, &mut slopes) {
+        let mut derivatives = ConstraintDerivatives { dynamics: &mut self.dynamics, constraint: &mut self.constraint };
+        if part.element.constraint_derivatives(&local, variables, &mut derivatives) {
             return;
         }
-        let pace = f64::from(u8::from(constraint.follows_motion()));
+        let time_rate = f64::from(u8::from(constraint.follows_motion()));
         if variables.len() <= 4 {
-            return self.chunk(part, variables, 0, state.t, pace, |slopes| &mut slopes.short_jets);
+            return self.evaluate_chunk(part, variables, 0, state.t, time_rate, |terms| &mut terms.short_jets);
         }
         for (k, chunk) in variables.chunks(WIDTH).enumerate() {
-            self.chunk(part, chunk, k * WIDTH, state.t, pace, |slopes| &mut slopes.jets);
+            self.evaluate_chunk(part, chunk, k * WIDTH, state.t, time_rate, |terms| &mut terms.jets);
         }
     }
 
@@ -64,8 +94,8 @@ impl ConstraintTerms {
         self.constraint[k * self.rows[1] + row]
     }
 
-    /// Puts the motion and the multipliers in place.
-    fn place(&mut self, part: &ElementInstance<f64>, state: &State<f64>, constraint: ConstraintDerivative) {
+    /// Loads the motion and the multipliers.
+    fn load(&mut self, part: &ElementInstance<f64>, state: &State<f64>, constraint: ConstraintDerivative) {
         let rates = if constraint.follows_motion() { &state.v } else { &state.a };
         let ElementWorkspace { q, v, a, l, .. } = &mut self.plain;
         for (to, from) in [(q, &state.q), (v, rates), (&mut *a, &state.a)] {
@@ -79,14 +109,14 @@ impl ConstraintTerms {
         l.extend_from_slice(&state.l[part.first_multiplier..part.first_multiplier + part.num_constraints]);
     }
 
-    /// Evaluates the residual with one chunk of the variables seeded, the `first` of them and what follows.
-    fn chunk<const N: usize>(
+    /// Evaluates the residual with `chunk` seeded, the variables from number `first` on.
+    fn evaluate_chunk<const N: usize>(
         &mut self,
         part: &ElementInstance<f64>,
         chunk: &[Variable],
         first: usize,
         t: f64,
-        pace: f64,
+        time_rate: f64,
         workspace: impl Fn(&mut Self) -> &mut ElementWorkspace<Jet2<DualVec<N>>>,
     ) where
         Jet2<DualVec<N>>: ElementScalar,
@@ -99,8 +129,8 @@ impl ConstraintTerms {
         let ElementWorkspace { q, v, a, l, .. } = &self.plain;
         jets.q.clear();
         jets.q.extend((0..q.len()).map(|i| Jet2::new(number(q[i]), number(v[i]), number(a[i]))));
-        for still in [&mut jets.v, &mut jets.a] {
-            still.resize(q.len(), constant(&0.0)); // what is there already is zero as well
+        for zeros in [&mut jets.v, &mut jets.a] {
+            zeros.resize(q.len(), constant(&0.0)); // the entries that exist are zero as well
         }
         jets.l.clear();
         jets.l.extend(l.iter().map(constant));
@@ -110,15 +140,15 @@ impl ConstraintTerms {
                 Variable::Parameter(i) => jets.p[i].re.eps[k] = 1.0,
             }
         }
-        let t = Jet2::new(number(t), number(pace), number(0.0));
+        let t = Jet2::new(number(t), number(time_rate), number(0.0));
         Jet2::<DualVec<N>>::residual(part.element.as_ref(), t, &mut jets);
         let [n, m] = self.rows;
         for k in 0..chunk.len() {
             let dynamics = &mut self.dynamics[(first + k) * n..(first + k + 1) * n];
             dynamics.iter_mut().zip(&jets.dynamics).for_each(|(to, from)| *to = from.re.eps[k]);
             let constraint = &mut self.constraint[(first + k) * m..(first + k + 1) * m];
-            let slopes = jets.constraint.iter().map(|x| [x.re.eps[k], x.v1.eps[k], x.v2.eps[k]]);
-            constraint.iter_mut().zip(slopes).for_each(|(to, from)| *to = from);
+            let derivatives = jets.constraint.iter().map(|x| [x.re.eps[k], x.v1.eps[k], x.v2.eps[k]]);
+            constraint.iter_mut().zip(derivatives).for_each(|(to, from)| *to = from);
         }
         *workspace(self) = jets;
     }

@@ -1,11 +1,13 @@
-//! Sparse derivatives of rows, and their products with the derivatives of states.
+//! Sparse derivatives of the equations, and their products with the derivatives of states.
 
-use crate::derivatives::forward::explicit::Block;
 use crate::linalg::simd::{Kernel, dispatch, subtract};
+
+/// Derivatives of one quantity with respect to `W` design variables.
+pub(crate) type Block<const W: usize> = [f64; W];
 
 /// A derivative of one row of the equations with respect to one source.
 ///
-/// Sources are numbered: positions of all n coordinates, velocities, accelerations, and then parameters.
+/// Sources are numbered: positions of all n coordinates, velocities, accelerations, and then active parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     pub row: u32,
@@ -13,7 +15,7 @@ pub(crate) struct Entry {
     pub value: f64,
 }
 
-/// Derivatives of rows with respect to the state, and to parameters: few design variables move one of these.
+/// Derivatives of rows with respect to the state and, separately, to parameters: most design variables move few of these.
 #[derive(Clone, Debug)]
 pub(crate) struct Entries {
     pub states: Vec<Entry>,
@@ -22,24 +24,24 @@ pub(crate) struct Entries {
 }
 
 impl Entries {
-    /// None; sources from `first_parameter` on are parameters.
+    /// No entries; sources from `first_parameter` on are parameters.
     pub fn new(first_parameter: usize) -> Self {
         Self { states: Vec::new(), parameters: Vec::new(), first_parameter }
     }
 
-    /// Removes all.
+    /// Removes all entries.
     pub fn clear(&mut self) {
         self.states.clear();
         self.parameters.clear();
     }
 
-    /// The same as in `other`, in the room that is here.
+    /// Copies the entries of `other` into the existing storage.
     pub fn copy_from(&mut self, other: &Self) {
         self.states.clone_from(&other.states);
         self.parameters.clone_from(&other.parameters);
     }
 
-    /// Adds one, unless it is zero.
+    /// Adds an entry, unless it is zero.
     #[inline]
     pub fn push(&mut self, row: usize, source: usize, value: f64) {
         if value != 0.0 {

@@ -1,101 +1,74 @@
-//! Elements in dual numbers, once per stage for all design variables.
+//! Derivatives of the equations with respect to their own variables, once per stage for all design variables.
 
-use crate::derivatives::activity::Dependence;
-use crate::derivatives::forward::explicit::constraint::ConstraintTerms;
+use crate::derivatives::forward::explicit::constraint::{ConstraintDerivative, ConstraintTerms};
 use crate::derivatives::forward::explicit::entries::Entries;
+use crate::derivatives::seeding::Activity;
 use crate::elements::element::{ElementWorkspace, Variable};
 use crate::integrators::explicit::mechanism::Projected;
-use crate::mechanism::ElementInstance;
-use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{Dual4, Dual8, ElementScalar};
+use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::System;
 use crate::system::dof_map::ConstantEntry;
 use crate::system::state::State;
 use autodiff::{DualVec, WIDTH};
 use std::collections::BTreeSet;
 
-/// What a local variable of an element is.
+/// Kind of a local variable of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum VariableKind {
     Position,
     Velocity,
     Acceleration,
     Parameter,
 }
 
-/// A local variable that can change with the design.
+/// A local variable of an element that can change with the design.
 #[derive(Clone, Copy, Debug)]
 struct DifferentiatedVariable {
-    kind: Kind,
+    kind: VariableKind,
+    /// Its number among those of its kind in the element.
     local: usize,
-    number: usize,
+    /// Its number among the sources of [`Entries`].
+    source: usize,
 }
 
-/// Which time derivative of Φ stands in the closure rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ConstraintDerivative {
-    /// Φ̈ with the accelerations of the state.
-    Accelerations,
-    /// Φ + Φ_q δ, where δ are the accelerations of the state.
-    Positions,
-    /// Φ̇, without the rows of forces.
-    Velocities,
-    /// Φ̇.
-    Rates,
-    /// Φ_q ε, where ε are the accelerations of the state.
-    Corrections,
+/// A row of an element.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    /// Its number in the element.
+    local: usize,
+    equation: usize,
+    /// The first of the element's variables on which it can depend. If a constraint is linear in a coordinate, its force
+    /// on this coordinate does not depend on positions.
+    first: usize,
 }
 
-impl ConstraintDerivative {
-    /// Whether positions move with the velocities of the state, and time goes on.
-    pub fn follows_motion(self) -> bool {
-        matches!(self, Self::Accelerations | Self::Velocities | Self::Rates)
-    }
-
-    /// Derivative of the closure row from those of Φ, Φ̇ and Φ̈.
-    fn of(self, slopes: [f64; 3]) -> f64 {
-        match self {
-            Self::Accelerations => slopes[2],
-            Self::Velocities | Self::Rates | Self::Corrections => slopes[1],
-            Self::Positions => slopes[0] + slopes[1],
-        }
-    }
+/// What is differentiated of one element.
+struct LinearizedElement {
+    variables: Vec<DifferentiatedVariable>,
+    rows: Vec<Row>,
+    /// The variables in the form in which a constraint takes them; empty for other elements.
+    constraint_variables: Vec<Variable>,
 }
 
 /// The elements of a mechanism whose residuals are differentiated with respect to their own few variables.
 ///
-/// An element's local derivatives serve all design variables: with few nonzero entries per row they are cheaper than
-/// one dual evaluation for each chunk. Coordinates that an element is linear in are left out; what they contribute is the
-/// same at every stage.
+/// An element's local derivatives serve all design variables. With few nonzero entries per row they are cheaper than one
+/// dual evaluation per chunk. Coordinates in which an element is linear are left out: their derivatives are the same at
+/// every stage.
 pub(crate) struct Linearizer {
-    /// Variables and rows of each element.
-    elements: Vec<(Vec<DifferentiatedVariable>, Rows)>,
-    /// The variables of each constraint once more, as it sees them.
-    constraint_variables: Vec<Vec<Variable>>,
-    /// Derivatives that are the same at every stage: of the accelerations' rows, of the position step's and of the
-    /// velocities' closures.
+    elements: Vec<LinearizedElement>,
+    /// Derivatives that are the same at every stage: of the accelerations' rows, of the position projection, and of the
+    /// velocity constraints.
     constants: [Entries; 3],
-    /// Element and place of each parameter that changes with the design.
+    /// Element and local number of each active parameter.
     pub parameters: Vec<(usize, usize)>,
-    /// Prescribed coordinates whose motion changes with the design.
+    /// Prescribed coordinates whose motion depends on the design.
     pub moving: Vec<usize>,
     coordinates: usize,
 }
 
-/// The rows of an element.
-type Rows = Vec<Row>;
-
-/// A row of an element: its local number and its equation.
-#[derive(Clone, Copy, Debug)]
-struct Row {
-    local: usize,
-    equation: usize,
-    /// The first of the element's variables that it can change with. A row of a constraint's forces does not change with
-    /// positions if the constraint is linear in what it belongs to.
-    first: usize,
-}
-
-/// Room for one linearization.
+/// Workspace of one linearization.
 #[derive(Clone, Default)]
 pub(crate) struct ElementWorkspaces {
     narrow: ElementWorkspace<Dual4>,
@@ -104,65 +77,22 @@ pub(crate) struct ElementWorkspaces {
 }
 
 impl Linearizer {
-    /// For the derivatives by what `dependence` names.
-    pub fn new(mechanism: &Mechanism<f64>, dependence: &Dependence, system: &System) -> Self {
+    /// For the derivatives with respect to the state and the active parameters.
+    pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System) -> Self {
         let n = mechanism.coordinates.len();
-        let moving: Vec<usize> = dependence.moving().collect();
+        let moving: Vec<usize> = activity.moving_coordinates().collect();
         let mut parameters = Vec::new();
-        let elements = (0..mechanism.parts.len()).map(|k| {
-            let part = &mechanism.parts[k];
-            if system.rows_of(k).next().is_none() {
-                return (Vec::new(), Vec::new());
-            }
-            let mut variables = Vec::new();
-            for (local, &i) in part.coordinates.iter().enumerate() {
-                let prescribed = mechanism.coordinates[i].motion.is_some();
-                let moves = dependence.motions[i];
-                if (prescribed && !moves) || part.element.linear().contains(&local) {
-                    continue;
-                }
-                variables.push(DifferentiatedVariable { kind: Kind::Position, local, number: i });
-                if part.num_constraints == 0 {
-                    variables.push(DifferentiatedVariable { kind: Kind::Velocity, local, number: n + i });
-                    if moves {
-                        variables.push(DifferentiatedVariable { kind: Kind::Acceleration, local, number: 2 * n + i });
-                    }
-                }
-            }
-            for &local in &dependence.parameters[k] {
-                variables.push(DifferentiatedVariable {
-                    kind: Kind::Parameter,
-                    local,
-                    number: 3 * n + parameters.len(),
-                });
-                parameters.push((k, local));
-            }
-            let first_parameter = variables.iter().take_while(|source| source.kind != Kind::Parameter).count();
-            let still = |local| part.num_constraints > 0 && part.element.linear().contains(&local);
-            let row =
-                |(local, equation)| Row { local, equation, first: if still(local) { first_parameter } else { 0 } };
-            (variables, system.rows_of(k).map(row).collect())
-        });
-        let elements: Vec<(_, Rows)> = elements.collect();
+        let element = |k| LinearizedElement::new(mechanism, k, activity, system, &mut parameters);
+        let elements: Vec<_> = (0..mechanism.parts.len()).map(element).collect();
         let mut constants = [(); 3].map(|()| Entries::new(3 * n));
-        for (k, (part, (_, rows))) in mechanism.parts.iter().zip(&elements).enumerate() {
-            let carries = |c: &&ConstantEntry| {
-                let i = part.coordinates[c.coordinate];
-                mechanism.coordinates[i].motion.is_none() || moving.contains(&i)
-            };
-            for coefficient in system.coefficients(k).iter().filter(carries) {
-                add_constants(part, coefficient, rows, n, &moving, &mut constants);
+        for (k, (part, element)) in mechanism.parts.iter().zip(&elements).enumerate() {
+            let is_differentiated =
+                |entry: &&ConstantEntry| activity.is_differentiated(mechanism, part.coordinates[entry.coordinate]);
+            for entry in system.coefficients(k).iter().filter(is_differentiated) {
+                add_constants(part, entry, &element.rows, n, &moving, &mut constants);
             }
         }
-        let as_seen = |source: &DifferentiatedVariable| match source.kind {
-            Kind::Parameter => Variable::Parameter(source.local),
-            _ => Variable::Coordinate(source.local),
-        };
-        let seen = |(part, (sources, _)): (&ElementInstance<f64>, &(Vec<DifferentiatedVariable>, Rows))| {
-            if part.num_constraints > 0 { sources.iter().map(as_seen).collect() } else { Vec::new() }
-        };
-        let constraint_variables = mechanism.parts.iter().zip(&elements).map(seen).collect();
-        Self { elements, constraint_variables, constants, parameters, moving, coordinates: n }
+        Self { elements, constants, parameters, moving, coordinates: n }
     }
 
     /// Number of sources.
@@ -170,21 +100,21 @@ impl Linearizer {
         3 * self.coordinates + self.parameters.len()
     }
 
-    /// No entries yet.
+    /// Storage for entries.
     pub fn entries(&self) -> Entries {
         Entries::new(3 * self.coordinates)
     }
 
-    /// Coordinates whose position or velocity the accelerations' rows can depend on, increasing.
-    pub fn felt(&self) -> Vec<usize> {
+    /// Coordinates on whose position or velocity the accelerations' rows can depend, increasing.
+    pub fn state_coordinates(&self) -> Vec<usize> {
         let n = self.coordinates;
-        let variables = self.elements.iter().flat_map(|(variables, _)| variables.iter().map(|v| v.number));
-        let states = variables.chain(self.constants[0].states.iter().map(|entry| entry.source as usize));
-        let felt: BTreeSet<usize> = states.filter(|&source| source < 2 * n).map(|source| source % n).collect();
-        felt.into_iter().collect()
+        let variables = self.elements.iter().flat_map(|element| element.variables.iter().map(|v| v.source));
+        let sources = variables.chain(self.constants[0].states.iter().map(|entry| entry.source as usize));
+        let coordinates: BTreeSet<usize> = sources.filter(|&source| source < 2 * n).map(|source| source % n).collect();
+        coordinates.into_iter().collect()
     }
 
-    /// Derivatives of M q̈ + Φ_qᵀ λ − f and Φ̈ at fixed accelerations and multipliers.
+    /// Writes the derivatives of M q̈ + Φ_qᵀ λ − f and Φ̈ at fixed accelerations and multipliers.
     pub fn accelerations(
         &self,
         mechanism: &Mechanism<f64>,
@@ -193,22 +123,21 @@ impl Linearizer {
         out: &mut Entries,
     ) {
         out.copy_from(&self.constants[0]);
-        for (k, (part, (sources, rows))) in mechanism.parts.iter().zip(&self.elements).enumerate() {
+        let ElementWorkspaces { narrow, wide, constraint } = workspaces;
+        for (part, element) in mechanism.parts.iter().zip(&self.elements) {
             if part.num_constraints > 0 {
-                self.constraint(part, k, state, ConstraintDerivative::Accelerations, &mut workspaces.constraint, out);
+                self.constraint(part, element, state, ConstraintDerivative::Accelerations, constraint, out);
             } else {
-                match sources.len() {
+                match element.variables.len() {
                     0 => {}
-                    1..=4 => dynamics(part, sources, rows, state, &mut workspaces.narrow, out),
-                    _ => sources
-                        .chunks(WIDTH)
-                        .for_each(|chunk| dynamics(part, chunk, rows, state, &mut workspaces.wide, out)),
+                    1..=4 => element.dynamics(part, &element.variables, state, narrow, out),
+                    _ => element.variables.chunks(WIDTH).for_each(|c| element.dynamics(part, c, state, wide, out)),
                 }
             }
         }
     }
 
-    /// Derivatives of both projections: of the position step, of the velocities' closures, of the velocity step.
+    /// Writes the derivatives of both projections: of the position step, the velocity constraints and the velocity step.
     pub fn projections(
         &self,
         mechanism: &Mechanism<f64>,
@@ -222,98 +151,176 @@ impl Linearizer {
             (&projected.after, ConstraintDerivative::Velocities),
             (corrections, ConstraintDerivative::Corrections),
         ];
-        for (out, (state, constraint)) in out.iter_mut().zip(cases) {
-            out.clear();
-            self.num_constraints(mechanism, state, constraint, workspaces, out);
+        for (out, (state, derivative)) in out.iter_mut().zip(cases) {
+            self.constraints(mechanism, state, derivative, workspaces, out);
         }
     }
 
-    /// Derivatives of all constraints.
-    pub fn num_constraints(
+    /// Writes the derivatives of all constraints.
+    pub fn constraints(
         &self,
         mechanism: &Mechanism<f64>,
         state: &State<f64>,
-        constraint: ConstraintDerivative,
+        derivative: ConstraintDerivative,
         workspaces: &mut ElementWorkspaces,
         out: &mut Entries,
     ) {
         let [_, positions, velocities] = &self.constants;
-        match constraint {
+        match derivative {
             ConstraintDerivative::Positions => out.copy_from(positions),
             ConstraintDerivative::Velocities | ConstraintDerivative::Rates => out.copy_from(velocities),
-            ConstraintDerivative::Accelerations | ConstraintDerivative::Corrections => {}
+            ConstraintDerivative::Accelerations | ConstraintDerivative::Corrections => out.clear(),
         }
-        for (k, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| part.num_constraints > 0) {
-            self.constraint(part, k, state, constraint, &mut workspaces.constraint, out);
+        for (part, element) in mechanism.parts.iter().zip(&self.elements).filter(|(part, _)| part.num_constraints > 0) {
+            self.constraint(part, element, state, derivative, &mut workspaces.constraint, out);
         }
     }
 
-    /// Derivatives of the rows of the constraint `part`, the `k`-th element.
+    /// Adds the derivatives of the rows of the constraint `part`.
     fn constraint(
         &self,
         part: &ElementInstance<f64>,
-        k: usize,
+        element: &LinearizedElement,
         state: &State<f64>,
-        constraint: ConstraintDerivative,
-        slopes: &mut ConstraintTerms,
+        derivative: ConstraintDerivative,
+        terms: &mut ConstraintTerms,
         out: &mut Entries,
     ) {
-        let (sources, rows) = &self.elements[k];
-        if sources.is_empty() {
+        if element.variables.is_empty() {
             return;
         }
-        slopes.evaluate(part, &self.constraint_variables[k], state, constraint);
-        let n = part.coordinates.len();
-        for &Row { local, equation, first } in rows {
+        terms.evaluate(part, &element.constraint_variables, state, derivative);
+        let (n, variables) = (part.coordinates.len(), &element.variables);
+        for &Row { local, equation, first } in &element.rows {
             if local >= n {
-                let sources = sources.iter().enumerate().map(|(k, source)| (source, slopes.constraint(local - n, k)));
-                self.push_closure(sources, equation, constraint, out);
-            } else if constraint != ConstraintDerivative::Velocities {
-                for (k, source) in sources.iter().enumerate().skip(first) {
-                    out.push(equation, source.number, slopes.dynamics(local, k));
+                for (k, variable) in variables.iter().enumerate() {
+                    self.push_constraint(variable, terms.constraint(local - n, k), equation, derivative, out);
+                }
+            } else if derivative != ConstraintDerivative::Velocities {
+                for (k, variable) in variables.iter().enumerate().skip(first) {
+                    out.push(equation, variable.source, terms.dynamics(local, k));
                 }
             }
         }
     }
 
-    /// Derivatives of a closure row: those with respect to velocities and accelerations come from those to positions.
-    fn push_closure<'s>(
+    /// Adds the derivatives of a constraint row with respect to one variable, from those of Φ, Φ̇ and Φ̈. Those with
+    /// respect to the velocity and the acceleration of a coordinate follow from those with respect to its position.
+    fn push_constraint(
         &self,
-        sources: impl Iterator<Item = (&'s DifferentiatedVariable, [f64; 3])>,
+        variable: &DifferentiatedVariable,
+        terms: [f64; 3],
         row: usize,
-        constraint: ConstraintDerivative,
+        derivative: ConstraintDerivative,
         out: &mut Entries,
     ) {
-        let n = self.coordinates;
-        for (source, slopes) in sources {
-            out.push(row, source.number, constraint.of(slopes));
-            match constraint {
-                ConstraintDerivative::Accelerations if source.kind == Kind::Position => {
-                    out.push(row, source.number + n, 2.0 * slopes[1]);
-                    if !self.moving.is_empty() && self.moving.contains(&source.number) {
-                        out.push(row, source.number + 2 * n, slopes[0]);
-                    }
+        let (n, source) = (self.coordinates, variable.source);
+        out.push(row, source, derivative.of(terms));
+        match derivative {
+            ConstraintDerivative::Accelerations if variable.kind == VariableKind::Position => {
+                out.push(row, source + n, 2.0 * terms[1]);
+                if !self.moving.is_empty() && self.moving.contains(&source) {
+                    out.push(row, source + 2 * n, terms[0]);
                 }
-                ConstraintDerivative::Velocities | ConstraintDerivative::Rates if source.kind == Kind::Position => {
-                    out.push(row, source.number + n, slopes[0])
-                }
-                _ => {}
             }
+            ConstraintDerivative::Velocities | ConstraintDerivative::Rates
+                if variable.kind == VariableKind::Position =>
+            {
+                out.push(row, source + n, terms[0])
+            }
+            _ => {}
         }
     }
 }
 
-/// Adds the entries of a derivative that never changes.
+impl LinearizedElement {
+    /// For element number `k`; adds its active parameters to `parameters`.
+    fn new(
+        mechanism: &Mechanism<f64>,
+        k: usize,
+        activity: &Activity,
+        system: &System,
+        parameters: &mut Vec<(usize, usize)>,
+    ) -> Self {
+        let (part, n) = (&mechanism.parts[k], mechanism.coordinates.len());
+        let (mut variables, is_constraint) = (Vec::new(), part.num_constraints > 0);
+        if system.rows_of(k).next().is_none() {
+            return Self { variables, rows: Vec::new(), constraint_variables: Vec::new() };
+        }
+        let mut add = |kind, local, source| variables.push(DifferentiatedVariable { kind, local, source });
+        for (local, &i) in part.coordinates.iter().enumerate() {
+            if !activity.is_differentiated(mechanism, i) || part.element.linear().contains(&local) {
+                continue;
+            }
+            add(VariableKind::Position, local, i);
+            if !is_constraint {
+                add(VariableKind::Velocity, local, n + i);
+                if activity.motions[i] {
+                    add(VariableKind::Acceleration, local, 2 * n + i);
+                }
+            }
+        }
+        for &local in &activity.parameters[k] {
+            add(VariableKind::Parameter, local, 3 * n + parameters.len());
+            parameters.push((k, local));
+        }
+        let first_parameter = variables.iter().take_while(|v| v.kind != VariableKind::Parameter).count();
+        let is_linear = |local| is_constraint && part.element.linear().contains(&local);
+        let row =
+            |(local, equation)| Row { local, equation, first: if is_linear(local) { first_parameter } else { 0 } };
+        let variable = |v: &DifferentiatedVariable| match v.kind {
+            VariableKind::Parameter => Variable::Parameter(v.local),
+            _ => Variable::Coordinate(v.local),
+        };
+        let constraint_variables = if is_constraint { variables.iter().map(variable).collect() } else { Vec::new() };
+        Self { rows: system.rows_of(k).map(row).collect(), variables, constraint_variables }
+    }
+
+    /// Adds the derivatives of the rows of an element without constraints, for one chunk of its variables.
+    fn dynamics<const N: usize>(
+        &self,
+        part: &ElementInstance<f64>,
+        chunk: &[DifferentiatedVariable],
+        state: &State<f64>,
+        workspace: &mut ElementWorkspace<DualVec<N>>,
+        out: &mut Entries,
+    ) where
+        DualVec<N>: ElementScalar,
+    {
+        workspace.p.clear();
+        workspace.p.extend(part.parameters.iter().map(|&p| DualVec::constant(p)));
+        for (to, from) in [(&mut workspace.q, &state.q), (&mut workspace.v, &state.v), (&mut workspace.a, &state.a)] {
+            to.clear();
+            to.extend(part.coordinates.iter().map(|&i| DualVec::constant(from[i])));
+        }
+        for (k, variable) in chunk.iter().enumerate() {
+            let values = match variable.kind {
+                VariableKind::Position => &mut workspace.q,
+                VariableKind::Velocity => &mut workspace.v,
+                VariableKind::Acceleration => &mut workspace.a,
+                VariableKind::Parameter => &mut workspace.p,
+            };
+            values[variable.local].eps[k] = 1.0;
+        }
+        DualVec::<N>::residual(part.element.as_ref(), DualVec::constant(state.t), workspace);
+        for row in &self.rows {
+            let derivatives = workspace.dynamics[row.local].eps;
+            chunk.iter().zip(derivatives).for_each(|(variable, x)| out.push(row.equation, variable.source, x));
+        }
+    }
+}
+
+/// Adds the entries of a derivative that is the same in every state.
 fn add_constants(
     part: &ElementInstance<f64>,
-    coefficient: &ConstantEntry,
+    entry: &ConstantEntry,
     rows: &[Row],
     n: usize,
     moving: &[usize],
     [accelerations, positions, velocities]: &mut [Entries; 3],
 ) {
-    let Some(&Row { equation: row, .. }) = rows.iter().find(|row| row.local == coefficient.row) else { return };
-    let (i, [stiffness, damping, mass]) = (part.coordinates[coefficient.coordinate], coefficient.values);
+    let Some(&Row { equation: row, .. }) = rows.iter().find(|row| row.local == entry.row) else { return };
+    let (i, [stiffness, damping, mass]) = (part.coordinates[entry.coordinate], entry.values);
     let inertia = if part.num_constraints > 0 { stiffness } else { mass };
     if moving.contains(&i) {
         accelerations.push(row, 2 * n + i, inertia);
@@ -324,38 +331,5 @@ fn add_constants(
     } else {
         accelerations.push(row, i, stiffness);
         accelerations.push(row, n + i, damping);
-    }
-}
-
-/// Derivatives of the rows of an element without closures, for one chunk of its variables.
-fn dynamics<const N: usize>(
-    part: &ElementInstance<f64>,
-    chunk: &[DifferentiatedVariable],
-    rows: &[Row],
-    state: &State<f64>,
-    workspace: &mut ElementWorkspace<DualVec<N>>,
-    out: &mut Entries,
-) where
-    DualVec<N>: ElementScalar,
-{
-    workspace.p.clear();
-    workspace.p.extend(part.parameters.iter().map(|&p| DualVec::constant(p)));
-    for (to, from) in [(&mut workspace.q, &state.q), (&mut workspace.v, &state.v), (&mut workspace.a, &state.a)] {
-        to.clear();
-        to.extend(part.coordinates.iter().map(|&i| DualVec::constant(from[i])));
-    }
-    for (k, source) in chunk.iter().enumerate() {
-        let values = match source.kind {
-            Kind::Position => &mut workspace.q,
-            Kind::Velocity => &mut workspace.v,
-            Kind::Acceleration => &mut workspace.a,
-            Kind::Parameter => &mut workspace.p,
-        };
-        values[source.local].eps[k] = 1.0;
-    }
-    DualVec::<N>::residual(part.element.as_ref(), DualVec::constant(state.t), workspace);
-    for row in rows {
-        let slopes = workspace.dynamics[row.local].eps;
-        chunk.iter().zip(slopes).for_each(|(source, slope)| out.push(row.equation, source.number, slope));
     }
 }

@@ -1,36 +1,28 @@
-//! Derivatives along with explicit steps.
+//! Derivatives along explicit steps.
 //!
-//! The accepted steps are frozen: the derivatives are those of the discrete solution. Once a step is accepted its
+//! The accepted steps are frozen: the derivatives are those of the discrete solution. Once a step is accepted, its
 //! stages are repeated for the derivatives, for chunks of [`WIDTH`](autodiff::WIDTH) design variables in parallel.
 //!
-//! | file | what |
+//! | module | contents |
 //! |---|---|
-//! | `sensitivity` | a step, its end and dense output, for one chunk of derivatives of a differential equation |
-//! | `ode` | the right-hand side of a differential equation in dual numbers |
-//! | `linearize` | elements in dual numbers, once per stage for all design variables |
-//! | `constraint` | one constraint along a motion, in closed form or in jets |
-//! | `entries` | the sparse derivatives that come out of it |
-//! | `visits` | what a step leaves behind for its derivatives |
-//! | `nystrom` | weights of a method for positions and velocities |
-//! | `steps` | positions and velocities at the stages of a step and inside it |
-//! | `tile` | accelerations and projections: one back-substitution per stage for 16 design variables |
-//! | `mechanism` | the motion of a mechanism, all tiles side by side |
+//! | `ode` | the solution of a differential equation |
+//! | `mechanism` | the motion of a mechanism |
+//! | `sensitivity_block` | sensitivities of a mechanism's motion, for up to 16 design variables at a time |
+//! | `nystrom` | positions and velocities at the stages of a step and inside it |
+//! | `explicit_steps` | the steps of an integration, and their linearized stages |
+//! | `linearize` | derivatives of the equations, once per stage for all design variables |
+//! | `constraint` | derivatives of one constraint along a motion |
+//! | `entries` | sparse derivatives and their products |
 
-pub(crate) mod block;
 pub(crate) mod constraint;
 pub(crate) mod entries;
-pub(crate) mod forward_step;
+pub(crate) mod explicit_steps;
 pub(crate) mod linearize;
 pub(crate) mod mechanism;
 pub(crate) mod nystrom;
 pub(crate) mod ode;
-pub(crate) mod step_records;
-pub(crate) mod steps;
+pub(crate) mod sensitivity_block;
 
-pub use crate::analyses::dynamics::simulate_explicitly;
 pub use mechanism::differentiate_explicitly;
 pub use ode::OdeSensitivity;
 pub use ode::differentiate_ode;
-
-/// Derivatives of one quantity with respect to a few design variables.
-pub(crate) type Block<const W: usize> = [f64; W];

@@ -1,26 +1,26 @@
-//! Derivatives through an impact.
+//! Derivatives through impacts and switches.
 //!
-//! Two things depend on the design: when the contact closes, and how velocities jump. The step that closes it has a length h(b)
-//! with Φ(x₁(h, b), b) = 0, so that
+//! The time at which a contact closes and the jump of the velocities depend on the design. The step that closes the
+//! contact has a length h(b) with Φ(x₁(h, b), b) = 0, so that
 //!
-//! $$ \frac{dh}{db} = -\frac{\partial\Phi/\partial b}{\partial\Phi/\partial h}, $$
+//! $$ \frac{dh}{db} = -\frac{\partial\Phi/\partial b}{\partial\Phi/\partial h} $$
 //!
-//! and the step after it ends at a given time and has the length t − t₁(b). Both are numbers that carry derivatives; with them
-//! the steps' own formulas yield what is known as the jump conditions (saltation matrices), exact for the discrete motion.
+//! The step after it ends at a given time and has the length t − t₁(b). Both lengths are numbers that carry derivatives.
+//! With them the formulas of the steps give the jump conditions (saltation matrices), exact for the discrete motion.
 //!
-//! **Source.** Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems* (2004), Section 7.3.
+//! # Sources
+//! Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems* (2004), Section 7.3.
 
 use crate::Result;
-use crate::derivatives::forward::initial_conditions::StartSolver;
+use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::seeding::take_values;
-use crate::events::impact;
-use crate::events::impact::{Border, Jump};
+use crate::events::impact::{self, Border, Jump};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
 use crate::system::state::State;
 
-/// Lets the state `values` bounce off contact number `contact`, in `state` with derivatives.
+/// Applies the impact at contact number `contact` to `state`, whose values are `values`.
 pub(crate) fn apply_impact<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
@@ -47,10 +47,10 @@ where
     }
     state.v.iter_mut().zip(&lifted.velocity).for_each(|(v, &change)| *v += change);
     take_values(state, &after);
-    StartSolver::new(plain, mechanism, system).accelerations(&after, state)
+    InitialDerivatives::new(plain, mechanism, system).accelerations(&after, state)
 }
 
-/// Passes a switch at the state `values`, in `state` with derivatives.
+/// Applies a switch to `state`, whose values are `values`: its accelerations and multipliers are those `ahead` (s) later.
 pub(crate) fn apply_switch<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
@@ -65,7 +65,7 @@ where
     let beyond = impact::apply_switch(system, plain, ahead, &mut values.clone())?;
     let mut moved = impact::beyond(state, ahead);
     take_values(&mut moved, &beyond);
-    StartSolver::new(plain, mechanism, system).accelerations(&beyond, &mut moved)?;
+    InitialDerivatives::new(plain, mechanism, system).accelerations(&beyond, &mut moved)?;
     (state.a, state.l) = (moved.a, moved.l);
     Ok(())
 }

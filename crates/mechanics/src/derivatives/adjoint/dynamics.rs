@@ -1,0 +1,240 @@
+//! The discrete adjoint of a motion by implicit steps.
+
+use crate::Result;
+use crate::analyses::dynamics::{Dynamics, InitialAcceleration, is_before, simulate_recorded};
+use crate::analyses::sampling::{Weights, interpolate};
+use crate::checkpointing::recording::Recording;
+use crate::checkpointing::reverse_playback::ReversePlayback;
+use crate::derivatives::adjoint::adjoint_state::AdjointState;
+use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
+use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
+use crate::derivatives::adjoint::problem::{
+    AdjointProblem, Functional, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
+};
+use crate::diagnostics;
+use crate::events::impact;
+use crate::integrators::generalized_alpha::Prescribed;
+use crate::integrators::time_stepper::TimeStepper;
+use crate::mechanism::ParametricMechanism;
+use crate::system::linearization::Linearization;
+use crate::system::state::State;
+use crate::system::{System, Unknown};
+use nalgebra::DMatrix;
+
+/// Simulates `model` at the design `b` and differentiates `responses` of its outputs at `times` (s) with respect to `b`,
+/// backwards in time. Returns the gradients, a row per response.
+///
+/// The result is that of [`differentiate`](crate::derivatives::forward::dynamics::differentiate) up to rounding. Up to
+/// four responses cost less than three analyses, this one included, for any number of design variables
+/// (`cargo bench --bench adjoint`). The states of all steps are stored.
+///
+/// # Errors
+/// As [`differentiate`](crate::derivatives::forward::dynamics::differentiate), and
+/// [`Error::Definition`](crate::Error::Definition) if a response refers to a missing output or time point, or if the
+/// mechanism has impacts.
+pub fn differentiate_backwards<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    responses: &[Functional],
+) -> Result<DMatrix<f64>> {
+    differentiate_backwards_within(usize::MAX, model, b, settings, times, responses).map(|(rows, _)| rows)
+}
+
+/// [`differentiate_backwards`] with at most `memory` bytes for the states of steps, and the cost of its reverse pass.
+///
+/// If the steps do not fit into the memory, checkpoints are stored and steps are integrated again, with the same bits. A
+/// memory for the square root of all steps costs one more analysis.
+///
+/// # Errors
+/// As [`differentiate_backwards`], and [`Error::Definition`](crate::Error::Definition) if the memory does not hold four
+/// checkpoints.
+pub fn differentiate_backwards_within<M: ParametricMechanism>(
+    memory: usize,
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    responses: &[Functional],
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
+    let (_, recording) = simulate_recorded(&model.build(b)?, settings, times, memory)?;
+    differentiate_recording_backwards(model, b, settings, times, responses, &recording)
+}
+
+/// [`differentiate_backwards`] along the steps of a recording of `model` at `b`, and the cost of its reverse pass.
+///
+/// # Errors
+/// As [`differentiate_backwards_within`].
+pub fn differentiate_recording_backwards<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    settings: &Dynamics,
+    times: &[f64],
+    responses: &[Functional],
+    recording: &Recording,
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
+    solve(&AdjointProblem::build(model, b, times, responses)?, settings, times, recording)
+}
+
+/// Not generic over the model: compiled once, in this crate.
+fn solve(
+    problem: &AdjointProblem<'_>,
+    settings: &Dynamics,
+    times: &[f64],
+    recording: &Recording,
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
+    impact::refuse(&problem.mechanism, "adjoint derivatives")?;
+    let mut steps = ReverseImplicitSteps::new(problem, recording, settings, times)?;
+    propagate_backwards(problem, &mut steps)?;
+    let statistics = ReplayStatistics::of(recording.steps(), &steps.playback);
+    let ReverseImplicitSteps { mut batches, mut system, .. } = steps;
+    let mut all: Vec<&mut AdjointBatch> = batches.iter_mut().collect();
+    all.iter_mut().for_each(|batch| batch.state.join_accelerations());
+    let mut initial = InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system);
+    if settings.initial == InitialAcceleration::Consistent {
+        initial.accelerations(&mut system, &recording.start, &mut all)?;
+    }
+    initial.start(&mut system, &recording.start, &recording.projection, settings.origin, &mut all)?;
+    Ok((problem.gradients(&batches), statistics))
+}
+
+/// The recorded implicit steps of a motion, with the adjoint states of all responses.
+struct ReverseImplicitSteps<'m> {
+    batches: Vec<AdjointBatch>,
+    problem: &'m AdjointProblem<'m>,
+    recording: &'m Recording,
+    playback: ReversePlayback<'m, TimeStepper<'m>>,
+    settings: &'m Dynamics,
+    vjp: SystemVjp,
+    system: System,
+    rows: Vec<[f64; 1]>,
+    /// Adjoint states at the beginning of the step.
+    before: Vec<AdjointState>,
+    old: State<f64>,
+    new: State<f64>,
+    /// Number of the step whose end is in `old`, and its length in s.
+    old_step: Option<(usize, f64)>,
+    /// Length of the step in s.
+    h: f64,
+    at: State<f64>,
+    adjoint_at: AdjointState,
+}
+
+impl<'m> ReverseImplicitSteps<'m> {
+    fn new(
+        problem: &'m AdjointProblem<'m>,
+        recording: &'m Recording,
+        settings: &'m Dynamics,
+        times: &'m [f64],
+    ) -> Result<Self> {
+        let AdjointProblem { mechanism, activity, .. } = problem;
+        let playback = ReversePlayback::new(&recording.store, || TimeStepper::new(mechanism, settings, times))?;
+        let (system, count) = (recording.system.clone(), problem.batches());
+        let state = || recording.start.clone();
+        Ok(Self {
+            batches: vec![AdjointBatch::new(mechanism, system.size()); count],
+            before: vec![AdjointState::new(mechanism); count],
+            vjp: SystemVjp::new(mechanism, activity, &system, count),
+            rows: vec![[0.0]; system.size()],
+            old: state(),
+            new: state(),
+            old_step: None,
+            h: 0.0,
+            at: state(),
+            adjoint_at: AdjointState::new(mechanism),
+            problem,
+            recording,
+            playback,
+            settings,
+            system,
+        })
+    }
+
+    /// Propagates the adjoint state of one batch by the formulas of the step.
+    fn apply_step_formulas(&mut self, batch: usize) {
+        let Dynamics { scheme, prescribed, .. } = self.settings;
+        let AdjointProblem { mechanism, activity, .. } = self.problem;
+        let (AdjointBatch { state, design, .. }, before) = (&mut self.batches[batch], &mut self.before[batch]);
+        for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
+            if coordinate.motion.is_none() {
+                state.propagate_free(before, scheme, self.h, i);
+            } else if activity.motions[i] {
+                let position = match prescribed {
+                    Prescribed::Exact => state.q[i],
+                    Prescribed::Newmark => state.propagate_prescribed(before, scheme, self.h, i),
+                };
+                let adjoints = [&position, &state.v[i], &state.a[i]];
+                design.add_motion(mechanism, i, self.new.t, *prescribed, adjoints);
+            }
+        }
+        std::mem::swap(state, before);
+        before.clear();
+    }
+}
+
+impl ReverseSteps for ReverseImplicitSteps<'_> {
+    fn steps_to(&self, t: f64) -> usize {
+        self.recording.store.steps_to(t)
+    }
+
+    fn load_step(&mut self, k: usize) -> Result<()> {
+        match self.old_step {
+            Some((number, h)) if number == k => {
+                std::mem::swap(&mut self.old, &mut self.new);
+                self.h = h;
+            }
+            _ => self.h = self.new.read(self.playback.row(k)?),
+        }
+        self.old_step = match k.checked_sub(1) {
+            Some(number) => Some((number, self.old.read(self.playback.row(number)?))),
+            None => {
+                self.old.copy_from(&self.recording.start);
+                None
+            }
+        };
+        Ok(())
+    }
+
+    fn contains(&self, _: usize, t: f64) -> bool {
+        is_before(self.settings.start, self.old.t, t)
+    }
+
+    fn add_outputs(&mut self, t: f64, terms: &[OutputTerm]) -> Result<()> {
+        let weights = Weights::of([self.old.t, self.new.t], t);
+        interpolate(&self.old, &self.new, t, &mut self.at);
+        for term in terms {
+            let (batch, before) = (&mut self.batches[term.batch], &mut self.before[term.batch]);
+            std::mem::swap(&mut batch.state, &mut self.adjoint_at);
+            batch.add_output(&self.problem.mechanism, &self.at, term, &mut self.vjp.element);
+            std::mem::swap(&mut batch.state, &mut self.adjoint_at);
+            self.adjoint_at.propagate_to_ends(weights, [before, &mut batch.state]);
+            self.adjoint_at.clear();
+        }
+        Ok(())
+    }
+
+    fn propagate_to_step_start(&mut self) -> Result<()> {
+        let (mechanism, scheme) = (&self.problem.mechanism, &self.settings.scheme);
+        let (position, velocity) = scheme.newmark_coefficients(self.h);
+        let linearization = Linearization::step(position, velocity);
+        self.system.assemble(mechanism, &self.new, linearization, &mut self.rows);
+        diagnostics::factorize(&mut self.system, mechanism, &self.new)?;
+        for batch in &mut self.batches {
+            batch.solve(&mut self.system, |adjoint, unknown| match unknown {
+                Unknown::Coordinate(i) => adjoint.by_acceleration(scheme, self.h, i),
+                Unknown::Multiplier(m) => adjoint.l[m],
+            });
+        }
+        let mut batches: Vec<&mut AdjointBatch> = self.batches.iter_mut().collect();
+        self.vjp.add(mechanism, &self.system, &self.new, linearization.constraint_scale, &mut batches);
+        (0..self.batches.len()).for_each(|batch| self.apply_step_formulas(batch));
+        Ok(())
+    }
+
+    fn load_start(&mut self) -> Result<()> {
+        self.old.copy_from(&self.recording.start);
+        self.new.copy_from(&self.recording.start);
+        Ok(())
+    }
+}

@@ -1,0 +1,214 @@
+//! Converged implicit steps with their factorized matrices, simulated or read from a recording.
+
+use crate::Result;
+use crate::analyses::dynamics::{Dynamics, Work, is_before};
+use crate::analyses::sampling::interpolate;
+use crate::checkpointing::recording::Recording;
+use crate::derivatives::history::OutputRecorder;
+use crate::derivatives::propagation::StepSource;
+use crate::diagnostics;
+use crate::initial_conditions::Projection;
+use crate::integrators::generalized_alpha::GeneralizedAlpha;
+use crate::integrators::time_stepper::TimeStepper;
+use crate::linalg::factor::Factor;
+use crate::mechanism::Mechanism;
+use crate::system::System;
+use crate::system::linearization::Linearization;
+use crate::system::state::State;
+
+/// Most steps in a block: enough to make the hand-over between threads cheap.
+const BLOCK_LENGTH: usize = 8;
+
+/// A converged step, linearized at its end.
+#[derive(Clone)]
+pub(crate) struct ConvergedStep {
+    /// Length in s.
+    pub h: f64,
+    /// The state at the end.
+    pub end: State<f64>,
+    /// The factorized matrix at the end.
+    pub factor: Factor,
+    /// The contact that closes at the end.
+    pub closed: Option<usize>,
+    /// Whether the end is at a given time, which does not depend on the design.
+    pub is_on_grid: bool,
+}
+
+/// Consecutive converged steps.
+pub(crate) struct StepBlock {
+    storage: Vec<ConvergedStep>,
+    count: usize,
+}
+
+impl StepBlock {
+    /// The steps, first to last.
+    pub fn steps(&self) -> &[ConvergedStep] {
+        &self.storage[..self.count]
+    }
+}
+
+/// Output times in the order in which the steps of a motion reach them.
+pub(crate) struct OutputTimes<'m> {
+    start: f64,
+    times: &'m [f64],
+    reached: usize,
+}
+
+impl<'m> OutputTimes<'m> {
+    /// For a motion that begins at `start` (s).
+    pub fn new(start: f64, times: &'m [f64]) -> Self {
+        Self { start, times, reached: 0 }
+    }
+
+    /// The next time, with its number, if a step that ends at `end` reaches it.
+    pub fn next_until(&mut self, end: f64) -> Option<(usize, f64)> {
+        let (number, t) = (self.reached, *self.times.get(self.reached)?);
+        if is_before(self.start, end, t) {
+            return None;
+        }
+        self.reached += 1;
+        Some((number, t))
+    }
+
+    /// Whether no time is left.
+    pub fn is_done(&self) -> bool {
+        self.reached == self.times.len()
+    }
+}
+
+/// The converged steps of a motion, from a simulation or from a recording.
+pub(crate) struct ImplicitSteps<'m> {
+    pub mechanism: &'m Mechanism<f64>,
+    pub system: System,
+    /// The initial state.
+    pub start: State<f64>,
+    /// Multipliers of the initial projections.
+    pub projection: Projection,
+    scheme: GeneralizedAlpha,
+    rows: Vec<[f64; 1]>,
+    origin: Origin<'m>,
+}
+
+/// Where the steps come from.
+enum Origin<'m> {
+    Simulation(Box<Simulation<'m>>),
+    /// The steps from number `next` up to `end`.
+    Recording {
+        recording: &'m Recording,
+        next: usize,
+        end: usize,
+    },
+}
+
+impl<'m> ImplicitSteps<'m> {
+    /// Simulates `mechanism` up to the last of `times`, and records its outputs.
+    ///
+    /// # Errors
+    /// As [`TimeStepper::new`].
+    pub fn simulated(mechanism: &'m Mechanism<f64>, settings: &Dynamics, times: &'m [f64]) -> Result<Self> {
+        let stepper = TimeStepper::new(mechanism, settings, times)?;
+        let start = stepper.integrator.step.new.clone();
+        let (system, projection) = (stepper.integrator.system.clone(), stepper.projection.clone());
+        let (recorder, at) = (OutputRecorder::new(mechanism, times), start.clone());
+        let times = OutputTimes::new(settings.start, times);
+        let mut simulation = Box::new(Simulation { stepper, recorder, times, at });
+        simulation.record_outputs()?;
+        let (rows, origin) = (vec![[0.0]; system.size()], Origin::Simulation(simulation));
+        Ok(Self { mechanism, system, start, projection, scheme: settings.scheme, rows, origin })
+    }
+
+    /// Reads a recording of `mechanism` up to the last of `times`.
+    pub fn recorded(
+        mechanism: &'m Mechanism<f64>,
+        recording: &'m Recording,
+        settings: &Dynamics,
+        times: &[f64],
+    ) -> Self {
+        let end = times.last().map_or(0, |&last| recording.store.steps_to(last));
+        let (system, start) = (recording.system.clone(), recording.start.clone());
+        let (rows, projection) = (vec![[0.0]; system.size()], recording.projection.clone());
+        let origin = Origin::Recording { recording, next: 0, end };
+        Self { mechanism, system, start, projection, scheme: settings.scheme, rows, origin }
+    }
+
+    /// Loads the next step, if there is one, and factorizes its matrix.
+    fn load_next(&mut self, step: &mut ConvergedStep) -> Result<bool> {
+        match &mut self.origin {
+            Origin::Simulation(simulation) => {
+                let Some(h) = simulation.advance()? else { return Ok(false) };
+                let stepper = &simulation.stepper;
+                step.h = h;
+                step.end.copy_from(&stepper.integrator.step.new);
+                (step.closed, step.is_on_grid) = (stepper.locator.closed, stepper.is_on_grid);
+            }
+            Origin::Recording { next, end, .. } if next == end => return Ok(false),
+            Origin::Recording { recording, next, .. } => {
+                step.h = recording.load(*next, &mut step.end);
+                *next += 1;
+            }
+        }
+        let (position, velocity) = self.scheme.newmark_coefficients(step.h);
+        self.system.assemble(self.mechanism, &step.end, Linearization::step(position, velocity), &mut self.rows);
+        diagnostics::factorize(&mut self.system, self.mechanism, &step.end)?;
+        self.system.swap_factor(&mut step.factor);
+        Ok(true)
+    }
+
+    /// The recorded outputs of a simulation, and its work.
+    pub fn finish(self) -> Option<(OutputRecorder, Work)> {
+        match self.origin {
+            Origin::Simulation(simulation) => Some((simulation.recorder, simulation.stepper.work())),
+            Origin::Recording { .. } => None,
+        }
+    }
+}
+
+impl StepSource for ImplicitSteps<'_> {
+    type Block = StepBlock;
+
+    fn block(&mut self) -> StepBlock {
+        let (end, factor) = (self.start.clone(), self.system.factor().clone());
+        let step = ConvergedStep { h: 0.0, end, factor, closed: None, is_on_grid: true };
+        StepBlock { storage: vec![step; BLOCK_LENGTH], count: 0 }
+    }
+
+    fn fill(&mut self, block: &mut StepBlock) -> Result<bool> {
+        block.count = 0;
+        for step in &mut block.storage {
+            if !self.load_next(step)? {
+                break;
+            }
+            block.count += 1;
+        }
+        Ok(block.count > 0)
+    }
+}
+
+/// A simulation whose outputs are recorded while it runs.
+struct Simulation<'m> {
+    stepper: TimeStepper<'m>,
+    recorder: OutputRecorder,
+    times: OutputTimes<'m>,
+    at: State<f64>,
+}
+
+impl Simulation<'_> {
+    /// Takes a step, unless the last output time has been reached. Returns its length in s.
+    fn advance(&mut self) -> Result<Option<f64>> {
+        if self.times.is_done() {
+            return Ok(None);
+        }
+        let h = self.stepper.advance()?;
+        self.record_outputs()?;
+        Ok(Some(h))
+    }
+
+    fn record_outputs(&mut self) -> Result<()> {
+        let (mechanism, step) = (self.stepper.integrator.mechanism, &self.stepper.integrator.step);
+        while let Some((number, t)) = self.times.next_until(step.new.t) {
+            interpolate(&step.old, &step.new, t, &mut self.at);
+            self.recorder.record(number, mechanism, &self.at)?;
+        }
+        Ok(())
+    }
+}
