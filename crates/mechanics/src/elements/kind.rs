@@ -1,7 +1,7 @@
 //! Elements by their declarations: adding any of them to a mechanism from values of its inputs.
 
 use crate::elements::forces::feedback_force::StateFunction;
-use crate::mechanism::element::{AnyElement, Element, ElementDescriptor, Role};
+use crate::mechanism::element::{AnyElement, ElementDescriptor, Role};
 use crate::mechanism::{Coordinate, ElementIndex, Marker, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
@@ -65,9 +65,9 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
     ///
     /// # Panics
     /// If the element has no descriptor.
-    pub fn plain(element: impl Element) -> Self {
-        let descriptor = Element::descriptor(&element).expect("every registered element is declared");
-        Self::new(descriptor, Constructor::Element(Arc::new(element)))
+    pub fn plain(element: Arc<dyn AnyElement>) -> Self {
+        let descriptor = element.descriptor().expect("every registered element is declared");
+        Self::new(descriptor, Constructor::Element(element))
     }
 
     /// An element with a function of time.
@@ -81,8 +81,8 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
     }
 
     /// A rigid contact with a gap of one constraint. Its last parameter is the coefficient of restitution.
-    pub fn rigid_contact(descriptor: &'static ElementDescriptor, gap: impl Element) -> Self {
-        Self::new(descriptor, Constructor::RigidContact(Arc::new(gap)))
+    pub fn rigid_contact(descriptor: &'static ElementDescriptor, gap: Arc<dyn AnyElement>) -> Self {
+        Self::new(descriptor, Constructor::RigidContact(gap))
     }
 
     /// A prescribed motion of one coordinate.

@@ -1,10 +1,9 @@
 //! Rigid contacts and switches of a mechanism, and the record of an event.
 
-use crate::elements::drives::driver::Driver;
+use crate::elements::contacts::rigid_stop;
 use crate::elements::joints::point_on_line::PointOnLine;
-use crate::mechanism::element::{Element, ElementState};
+use crate::mechanism::element::{AnyElement, Element, ElementState};
 use crate::mechanism::{Coordinate, Marker, Mechanism};
-use crate::motion::Fixed;
 use crate::{Error, Result};
 use autodiff::Scalar;
 use std::sync::Arc;
@@ -57,7 +56,7 @@ impl<S: Scalar> Mechanism<S> {
 
     /// Adds a rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
     pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
-        self.add_event(name.into(), Arc::new(Driver(Fixed)), &[a, b], &[clearance], Some(restitution));
+        self.add_event(name.into(), rigid_stop::gap(), &[a, b], &[clearance], Some(restitution));
     }
 
     /// Adds a rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays on its left
@@ -65,7 +64,7 @@ impl<S: Scalar> Mechanism<S> {
     pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
         let parameters = [a.x, a.y, line, b.x, b.y];
-        self.add_event(name.into(), Arc::new(PointOnLine), &coordinates, &parameters, Some(restitution));
+        self.add_event(name.into(), PointOnLine::object(), &coordinates, &parameters, Some(restitution));
     }
 
     /// Adds a switch: a time step ends where the constraint of the element `of` passes zero, in either direction.
@@ -98,7 +97,7 @@ impl<S: Scalar> Mechanism<S> {
 
     /// Adds a switch at the time `t` (s).
     pub fn switch_at(&mut self, name: &str, t: S) {
-        self.add_event(name.into(), Arc::new(Clock), &[], &[t], None);
+        self.add_event(name.into(), clock(), &[], &[t], None);
     }
 }
 
@@ -113,4 +112,10 @@ impl Element for Clock {
     fn num_constraints(&self) -> usize {
         1
     }
+}
+
+/// The time of a switch as an object.
+#[inline(never)]
+fn clock() -> Arc<dyn AnyElement> {
+    Arc::new(Clock)
 }

@@ -1,5 +1,6 @@
 //! A geometrically exact planar beam element with two nodes.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::beams::section::{BeamSection, Shear};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
@@ -24,6 +25,8 @@ use autodiff::Scalar;
 /// 849–854. For GA* with residual bending flexibility see [`Shear`].
 #[derive(Clone, Copy, Debug)]
 pub struct Beam;
+
+as_object!(Beam);
 
 element_inputs!(BeamInputs {
     i: body("first node"),
@@ -147,7 +150,7 @@ impl<S: Scalar> Mechanism<S> {
         shear: Shear,
     ) -> ElementIndex {
         let parameters = section.parameters(length, shear, self.gravity);
-        self.add(name, Beam, &[i.x, i.y, i.theta, j.x, j.y, j.theta], &parameters)
+        self.add_object(name.into(), Beam::object(), &[i.x, i.y, i.theta, j.x, j.y, j.theta], &parameters)
     }
 
     /// Adds a straight unloaded beam of equal elements between the points `from` and `to`; returns its nodes and elements.

@@ -1,5 +1,6 @@
 //! Inertia of one coordinate.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
@@ -11,6 +12,8 @@ use autodiff::Scalar;
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
 #[derive(Clone, Copy, Debug)]
 pub struct Inertia;
+
+as_object!(Inertia);
 
 element_inputs!(InertiaInputs {
     coordinate: coordinate("coordinate that it acts on"),
@@ -52,7 +55,7 @@ impl Element for Inertia {
 impl<S: Scalar> Mechanism<S> {
     /// Gives a coordinate inertia (kg or kg·m²).
     pub fn inertia(&mut self, name: &str, coordinate: Coordinate, inertia: S) -> ElementIndex {
-        self.add(name, Inertia, &[coordinate], &[inertia])
+        self.add_object(name.into(), Inertia::object(), &[coordinate], &[inertia])
     }
 }
 

@@ -14,5 +14,5 @@ use crate::motion::Motion;
 
 /// Bodies that model files add to coordinates of other bodies.
 pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
-    vec![ElementKind::plain(Inertia)]
+    vec![ElementKind::plain(Inertia::object())]
 }

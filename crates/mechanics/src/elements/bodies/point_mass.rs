@@ -1,5 +1,6 @@
 //! A point mass.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Body, Mechanism};
@@ -11,6 +12,8 @@ use autodiff::Scalar;
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
 #[derive(Clone, Copy, Debug)]
 pub struct PointMass;
+
+as_object!(PointMass);
 
 element_inputs!(PointMassInputs {
     body: translations("its coordinates x and y"),
@@ -65,7 +68,7 @@ impl<S: Scalar> Mechanism<S> {
             theta: self.ground().theta,
         };
         let [gx, gy] = self.gravity;
-        self.add(name, PointMass, &[body.x, body.y], &[mass, gx, gy]);
+        self.add_object(name.into(), PointMass::object(), &[body.x, body.y], &[mass, gx, gy]);
         body
     }
 }

@@ -1,5 +1,6 @@
 //! A rigid body in absolute coordinates.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Body, Mechanism, Pose};
@@ -13,6 +14,8 @@ use autodiff::Scalar;
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.1.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidBody;
+
+as_object!(RigidBody);
 
 element_inputs!(RigidBodyInputs {
     body: body("its coordinates x, y and θ"),
@@ -70,7 +73,7 @@ impl<S: Scalar> Mechanism<S> {
     pub fn body(&mut self, name: &str, mass: S, inertia: S, pose: Pose<S>) -> Body {
         let body = self.massless_node(name, pose);
         let [gx, gy] = self.gravity;
-        self.add(name, RigidBody, &body.coordinates(), &[mass, inertia, gx, gy]);
+        self.add_object(name.into(), RigidBody::object(), &body.coordinates(), &[mass, inertia, gx, gy]);
         body
     }
 }

@@ -1,5 +1,6 @@
 //! A bump stop between two coordinates.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::contacts::hunt_crossley::contact_force;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
@@ -12,6 +13,8 @@ use autodiff::Scalar;
 /// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
 #[derive(Clone, Copy, Debug)]
 pub struct BumpStop;
+
+as_object!(BumpStop);
 
 element_inputs!(BumpStopInputs {
     a: coordinate_or("ground.x", "coordinate that it acts against"),
@@ -55,7 +58,7 @@ impl Element for BumpStop {
 impl<S: Scalar> Mechanism<S> {
     /// Keeps `b` − `a` above a limit by a smooth contact force: stiffness, damping, limit.
     pub fn bump_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 3]) -> ElementIndex {
-        self.add(name, BumpStop, &[a, b], &parameters)
+        self.add_object(name.into(), BumpStop::object(), &[a, b], &parameters)
     }
 }
 

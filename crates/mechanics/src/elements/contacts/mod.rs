@@ -9,18 +9,17 @@ pub(crate) mod wall_contact;
 pub use bump_stop::BumpStop;
 pub use wall_contact::WallContact;
 
-use crate::elements::drives::Driver;
 use crate::elements::forces::StateFunction;
 use crate::elements::joints::PointOnLine;
 use crate::elements::kind::ElementKind;
-use crate::motion::{Fixed, Motion};
+use crate::motion::Motion;
 
 /// Contacts that model files can name.
 pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
     vec![
-        ElementKind::plain(BumpStop),
-        ElementKind::plain(WallContact),
-        ElementKind::rigid_contact(&rigid_stop::DESCRIPTOR, Driver(Fixed)),
-        ElementKind::rigid_contact(&rigid_wall::DESCRIPTOR, PointOnLine),
+        ElementKind::plain(BumpStop::object()),
+        ElementKind::plain(WallContact::object()),
+        ElementKind::rigid_contact(&rigid_stop::DESCRIPTOR, rigid_stop::gap()),
+        ElementKind::rigid_contact(&rigid_wall::DESCRIPTOR, PointOnLine::object()),
     ]
 }

@@ -1,7 +1,10 @@
 //! A rigid stop between two coordinates.
 
 use crate::element_inputs;
-use crate::mechanism::element::{ElementDescriptor, Family, Symbol};
+use crate::elements::drives::driver::Driver;
+use crate::mechanism::element::{AnyElement, ElementDescriptor, Family, Symbol};
+use crate::motion::Fixed;
+use std::sync::Arc;
 
 element_inputs!(RigidStopInputs {
     a: coordinate_or("ground.x", "coordinate that it acts against"),
@@ -19,3 +22,9 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     about: "a rigid stop: b − a bounces off a lower limit; implicit schemes only",
     symbol: Symbol::None,
 };
+
+/// The gap b − a − clearance as an object.
+#[inline(never)]
+pub(crate) fn gap() -> Arc<dyn AnyElement> {
+    Arc::new(Driver(Fixed))
+}

@@ -1,5 +1,6 @@
 //! Contact of a point with a straight wall.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::contacts::hunt_crossley::contact_force;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
@@ -13,6 +14,8 @@ use autodiff::Scalar;
 /// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
 #[derive(Clone, Copy, Debug)]
 pub struct WallContact;
+
+as_object!(WallContact);
 
 element_inputs!(WallContactInputs {
     at: marker("point that it acts on"),
@@ -65,7 +68,7 @@ impl<S: Scalar> Mechanism<S> {
     /// `law` is stiffness and damping.
     pub fn wall_contact(&mut self, name: &str, at: Marker<S>, wall: [S; 2], normal: S, law: [S; 2]) -> ElementIndex {
         let parameters = [at.x, at.y, wall[0], wall[1], normal, law[0], law[1]];
-        self.add(name, WallContact, &at.body.coordinates(), &parameters)
+        self.add_object(name.into(), WallContact::object(), &at.body.coordinates(), &parameters)
     }
 }
 

@@ -1,5 +1,6 @@
 //! An elastic joint.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::line::ends;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
@@ -15,6 +16,8 @@ use autodiff::Scalar;
 /// Blundell & Harty, *The Multibody Systems Approach to Vehicle Dynamics* (2004), Chapter 3.
 #[derive(Clone, Copy, Debug)]
 pub struct Bushing;
+
+as_object!(Bushing);
 
 element_inputs!(BushingInputs {
     a: marker("point of the first body"),
@@ -117,7 +120,7 @@ impl<S: Scalar> Mechanism<S> {
         damping: [S; 3],
     ) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
-        self.add(name, Bushing, &coordinates, &[&p[..], &stiffness[..], &damping[..]].concat())
+        self.add_object(name.into(), Bushing::object(), &coordinates, &[&p[..], &stiffness[..], &damping[..]].concat())
     }
 }
 

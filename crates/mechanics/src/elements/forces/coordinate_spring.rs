@@ -1,5 +1,6 @@
 //! A spring and damper between two coordinates.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
@@ -13,6 +14,8 @@ use autodiff::Scalar;
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct CoordinateSpring;
+
+as_object!(CoordinateSpring);
 
 element_inputs!(CoordinateSpringInputs {
     a: coordinate_or("ground.x", "coordinate that it acts against"),
@@ -70,7 +73,7 @@ impl Element for CoordinateSpring {
 impl<S: Scalar> Mechanism<S> {
     /// Adds a spring and damper on `b` − `a`: stiffness, damping, unloaded difference, cubic stiffness.
     pub fn coordinate_spring(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 4]) -> ElementIndex {
-        self.add(name, CoordinateSpring, &[a, b], &parameters)
+        self.add_object(name.into(), CoordinateSpring::object(), &[a, b], &parameters)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Smooth friction between two coordinates.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
@@ -11,6 +12,8 @@ use autodiff::Scalar;
 /// Andersson, Söderberg & Björklund, *Tribol. Int.* 40 (2007) 580–587.
 #[derive(Clone, Copy, Debug)]
 pub struct Friction;
+
+as_object!(Friction);
 
 element_inputs!(FrictionInputs {
     a: coordinate_or("ground.x", "coordinate that it acts against"),
@@ -59,7 +62,7 @@ impl Element for Friction {
 impl<S: Scalar> Mechanism<S> {
     /// Adds friction between `a` and `b`: Coulomb force or torque, transition velocity, viscous coefficient.
     pub fn friction(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 3]) -> ElementIndex {
-        self.add(name, Friction, &[a, b], &parameters)
+        self.add_object(name.into(), Friction::object(), &[a, b], &parameters)
     }
 }
 

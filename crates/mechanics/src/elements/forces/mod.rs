@@ -25,13 +25,13 @@ use std::sync::Arc;
 /// Forces that model files can name.
 pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
     vec![
-        ElementKind::plain(SpringDamper),
-        ElementKind::plain(CoordinateSpring),
-        ElementKind::plain(Bushing),
+        ElementKind::plain(SpringDamper::object()),
+        ElementKind::plain(CoordinateSpring::object()),
+        ElementKind::plain(Bushing::object()),
         ElementKind::of_time(&actuator::DESCRIPTOR, |tension| Arc::new(Actuator(tension))),
         ElementKind::of_time(&load::DESCRIPTOR, |force| Arc::new(Load(force))),
         ElementKind::of_time(&point_force::DESCRIPTOR, |force| Arc::new(PointForce(force))),
-        ElementKind::plain(Friction),
+        ElementKind::plain(Friction::object()),
         ElementKind::of_state(&feedback_force::DESCRIPTOR, |law| Arc::new(FeedbackForce(law))),
     ]
 }

@@ -1,5 +1,6 @@
 //! A spring and damper between two points.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::line::{Line, ends};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
@@ -16,6 +17,8 @@ use autodiff::Scalar;
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct SpringDamper;
+
+as_object!(SpringDamper);
 
 element_inputs!(SpringDamperInputs {
     a: marker("point of the first body"),
@@ -86,7 +89,7 @@ impl<S: Scalar> Mechanism<S> {
     /// Adds a spring and damper with a cubic term between two points: stiffness, damping, unloaded length, cubic stiffness.
     pub fn nonlinear_spring(&mut self, name: &str, a: Marker<S>, b: Marker<S>, parameters: [S; 4]) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
-        self.add(name, SpringDamper, &coordinates, &[&p[..], &parameters[..]].concat())
+        self.add_object(name.into(), SpringDamper::object(), &coordinates, &[&p[..], &parameters[..]].concat())
     }
 }
 

@@ -1,5 +1,6 @@
 //! A cam with a follower.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::line::{Line, ends, without_direction};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
@@ -24,6 +25,8 @@ use autodiff::Scalar;
 /// Norton, *Cam Design and Manufacturing Handbook* (2009), for simple harmonic profiles.
 #[derive(Clone, Copy, Debug)]
 pub struct CamFollower;
+
+as_object!(CamFollower);
 
 element_inputs!(CamFollowerInputs {
     a: marker("centre of the cam"),
@@ -101,7 +104,7 @@ impl<S: Scalar> Mechanism<S> {
     /// Keeps point `b` on the profile of a cam around `a`: base radius (m), lift (m), angle of the smallest radius (rad).
     pub fn cam_follower(&mut self, name: &str, a: Marker<S>, b: Marker<S>, profile: [S; 3]) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
-        self.add(name, CamFollower, &coordinates, &[&p[..], &profile[..]].concat())
+        self.add_object(name.into(), CamFollower::object(), &coordinates, &[&p[..], &profile[..]].concat())
     }
 }
 

@@ -1,5 +1,6 @@
 //! A distance constraint between two points.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::line::{Line, ends, without_direction};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
@@ -14,6 +15,8 @@ use autodiff::Scalar;
 /// Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
 pub struct DistanceConstraint;
+
+as_object!(DistanceConstraint);
 
 element_inputs!(DistanceInputs {
     a: marker("point of the first body"),
@@ -63,7 +66,7 @@ impl<S: Scalar> Mechanism<S> {
     /// Keeps the points `a` and `b` at the distance `length` (m).
     pub fn distance_constraint(&mut self, name: &str, a: Marker<S>, b: Marker<S>, length: S) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
-        self.add(name, DistanceConstraint, &coordinates, &[&p[..], &[length]].concat())
+        self.add_object(name.into(), DistanceConstraint::object(), &coordinates, &[&p[..], &[length]].concat())
     }
 }
 

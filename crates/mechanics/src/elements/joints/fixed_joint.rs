@@ -1,5 +1,6 @@
 //! A rigid connection of two bodies.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::joints::revolute::Revolute;
 use crate::elements::line::ends;
@@ -17,6 +18,8 @@ use autodiff::Scalar;
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.3.
 #[derive(Clone, Copy, Debug)]
 pub struct FixedJoint;
+
+as_object!(FixedJoint);
 
 element_inputs!(FixedJointInputs {
     a: marker("point of the first body"),
@@ -66,7 +69,7 @@ impl<S: Scalar> Mechanism<S> {
     /// Joins the bodies of `a` and `b` at these points, with the second body at the angle `turn` (rad) from the first.
     pub fn fixed_joint(&mut self, name: &str, a: Marker<S>, b: Marker<S>, turn: S) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
-        self.add(name, FixedJoint, &coordinates, &[&p[..], &[turn]].concat())
+        self.add_object(name.into(), FixedJoint::object(), &coordinates, &[&p[..], &[turn]].concat())
     }
 }
 

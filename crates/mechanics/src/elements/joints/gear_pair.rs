@@ -1,5 +1,6 @@
 //! A pair of gears.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
@@ -13,6 +14,8 @@ use autodiff::Scalar;
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.4.
 #[derive(Clone, Copy, Debug)]
 pub struct GearPair;
+
+as_object!(GearPair);
 
 element_inputs!(GearPairInputs {
     a: coordinate("rotation of the first wheel"),
@@ -75,7 +78,7 @@ impl<S: Scalar> Mechanism<S> {
         carrier: Coordinate,
         parameters: [S; 3],
     ) -> ElementIndex {
-        self.add(name, GearPair, &[a, b, carrier], &parameters)
+        self.add_object(name.into(), GearPair::object(), &[a, b, carrier], &parameters)
     }
 }
 

@@ -25,13 +25,13 @@ use crate::motion::Motion;
 /// Joints that model files can name.
 pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
     vec![
-        ElementKind::plain(Revolute),
-        ElementKind::plain(FixedJoint),
-        ElementKind::plain(Prismatic),
-        ElementKind::plain(PointOnLine),
-        ElementKind::plain(DistanceConstraint),
-        ElementKind::plain(GearPair),
-        ElementKind::plain(Rack),
-        ElementKind::plain(CamFollower),
+        ElementKind::plain(Revolute::object()),
+        ElementKind::plain(FixedJoint::object()),
+        ElementKind::plain(Prismatic::object()),
+        ElementKind::plain(PointOnLine::object()),
+        ElementKind::plain(DistanceConstraint::object()),
+        ElementKind::plain(GearPair::object()),
+        ElementKind::plain(Rack::object()),
+        ElementKind::plain(CamFollower::object()),
     ]
 }

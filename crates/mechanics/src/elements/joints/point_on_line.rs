@@ -1,5 +1,6 @@
 //! A point of one body on a straight line of another: a pin in a slot.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force};
@@ -16,6 +17,8 @@ use autodiff::Scalar;
 /// Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
 pub struct PointOnLine;
+
+as_object!(PointOnLine);
 
 element_inputs!(PointOnLineInputs {
     a: marker("point of the first body"),
@@ -96,7 +99,7 @@ impl<S: Scalar> Mechanism<S> {
     /// Keeps point `b` on the line through point `a` at the angle `line` (rad) in the body of `a`.
     pub fn point_on_line(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>) -> ElementIndex {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add(name, PointOnLine, &coordinates, &[a.x, a.y, line, b.x, b.y])
+        self.add_object(name.into(), PointOnLine::object(), &coordinates, &[a.x, a.y, line, b.x, b.y])
     }
 }
 

@@ -1,5 +1,6 @@
 //! A prismatic joint.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::joints::point_on_line::Offset;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
@@ -15,6 +16,8 @@ use autodiff::Scalar;
 /// Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
 pub struct Prismatic;
+
+as_object!(Prismatic);
 
 element_inputs!(PrismaticInputs {
     a: marker("point of the first body"),
@@ -64,7 +67,7 @@ impl<S: Scalar> Mechanism<S> {
     /// from that body.
     pub fn prismatic(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, turn: S) -> ElementIndex {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        self.add(name, Prismatic, &coordinates, &[a.x, a.y, line, b.x, b.y, turn])
+        self.add_object(name.into(), Prismatic::object(), &coordinates, &[a.x, a.y, line, b.x, b.y, turn])
     }
 }
 

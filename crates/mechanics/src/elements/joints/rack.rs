@@ -1,5 +1,6 @@
 //! A rack and pinion.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Body, ElementIndex, Mechanism};
@@ -13,6 +14,8 @@ use autodiff::Scalar;
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 3.4.
 #[derive(Clone, Copy, Debug)]
 pub struct Rack;
+
+as_object!(Rack);
 
 element_inputs!(RackInputs {
     a: translations("the rack: a point of its body"),
@@ -61,7 +64,7 @@ impl Element for Rack {
 impl<S: Scalar> Mechanism<S> {
     /// Moves a rack with the rotation of a pinion: radius (m), direction (rad) and offset (m).
     pub fn rack(&mut self, name: &str, rack: Body, pinion: Body, parameters: [S; 3]) -> ElementIndex {
-        self.add(name, Rack, &[rack.x, rack.y, pinion.x, pinion.y, pinion.theta], &parameters)
+        self.add_object(name.into(), Rack::object(), &[rack.x, rack.y, pinion.x, pinion.y, pinion.theta], &parameters)
     }
 }
 

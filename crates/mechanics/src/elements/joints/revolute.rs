@@ -1,5 +1,6 @@
 //! A revolute joint.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::elements::line::ends;
 use crate::mechanism::element::{
@@ -17,6 +18,8 @@ use autodiff::Scalar;
 /// Nikravesh, *Planar Multibody Dynamics* (2008), Section 7.2.
 #[derive(Clone, Copy, Debug)]
 pub struct Revolute;
+
+as_object!(Revolute);
 
 element_inputs!(RevoluteInputs { a: marker("point of the first body"), b: marker("point of the second body") });
 
@@ -100,7 +103,7 @@ impl<S: Scalar> Mechanism<S> {
     /// Joins the points `a` and `b` of two bodies by a revolute joint.
     pub fn revolute(&mut self, name: &str, a: Marker<S>, b: Marker<S>) -> ElementIndex {
         let (coordinates, p) = ends(a, b);
-        self.add(name, Revolute, &coordinates, &p)
+        self.add_object(name.into(), Revolute::object(), &coordinates, &p)
     }
 }
 

@@ -1,5 +1,6 @@
 //! A sensor for the difference of two coordinates.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
@@ -8,6 +9,8 @@ use autodiff::Scalar;
 /// A sensor for position, velocity and acceleration of a coordinate relative to another.
 #[derive(Clone, Copy, Debug)]
 pub struct CoordinateSensor;
+
+as_object!(CoordinateSensor);
 
 element_inputs!(CoordinateSensorInputs {
     a: coordinate("coordinate that it measures from"),
@@ -42,7 +45,7 @@ impl Element for CoordinateSensor {
 impl<S: Scalar> Mechanism<S> {
     /// Measures `b` − `a` and its rates.
     pub fn coordinate_sensor(&mut self, name: &str, a: Coordinate, b: Coordinate) -> ElementIndex {
-        self.add(name, CoordinateSensor, &[a, b], &[])
+        self.add_object(name.into(), CoordinateSensor::object(), &[a, b], &[])
     }
 }
 

@@ -1,5 +1,6 @@
 //! A sensor for the motion of a point of a body.
 
+use crate::as_object;
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, point_acceleration, point_velocity};
@@ -9,6 +10,8 @@ use autodiff::Scalar;
 /// A sensor for position, velocity and acceleration of a point of a body, and of the body's rotation.
 #[derive(Clone, Copy, Debug)]
 pub struct MarkerSensor;
+
+as_object!(MarkerSensor);
 
 element_inputs!(MarkerSensorInputs { at: marker("point that it measures") });
 
@@ -54,7 +57,7 @@ impl Element for MarkerSensor {
 impl<S: Scalar> Mechanism<S> {
     /// Adds a sensor for the motion of a point.
     pub fn sensor(&mut self, name: &str, marker: Marker<S>) -> ElementIndex {
-        self.add(name, MarkerSensor, &marker.body.coordinates(), &[marker.x, marker.y])
+        self.add_object(name.into(), MarkerSensor::object(), &marker.body.coordinates(), &[marker.x, marker.y])
     }
 }
 
