@@ -84,7 +84,11 @@ impl ElementSpec {
         let added = self.kind.add_to(&mut context.mechanism, &self.name, values);
         context.elements.push(added);
     }
+}
 
+/// Geometry of the element for drawings.
+#[cfg(feature = "report")]
+impl ElementSpec {
     /// Points that the element is attached to.
     pub fn points(&self) -> impl Iterator<Item = &PointRef> {
         self.inputs.iter().filter_map(|input| match input {
