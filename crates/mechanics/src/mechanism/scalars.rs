@@ -1,6 +1,6 @@
 //! Evaluation of elements, motions and formulas as objects, in a closed set of number types.
 
-use crate::mechanism::element::{AnyElement, ElementState, ElementWorkspace, Energy, Evaluate};
+use crate::mechanism::element::{AnyElement, ElementState, ElementWorkspace, Energy, Observe};
 use crate::mechanism::outputs::{AnyFormula, FormulaIn};
 use crate::motion::{AnyMotion, Position};
 use autodiff::Scalar;
@@ -16,10 +16,6 @@ pub trait ElementScalar: Scalar {
     fn residual(element: &dyn AnyElement, t: Self, workspace: &mut ElementWorkspace<Self>);
     /// Evaluates an element's residual in the state of `workspace`, with the parameters `p`.
     fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, workspace: &mut ElementWorkspace<Self>);
-    /// Evaluates an element's measures.
-    fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]);
-    /// Evaluates an element's energy.
-    fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self>;
     /// Evaluates a prescribed position.
     fn position(motion: &dyn AnyMotion, p: &[Self], t: Self) -> Self;
 }
@@ -32,12 +28,6 @@ macro_rules! impl_element_scalar {
             }
             fn residual_of(element: &dyn AnyElement, p: &[Self], t: Self, workspace: &mut ElementWorkspace<Self>) {
                 workspace.residual_of(element as &dyn AnyElement, p, t);
-            }
-            fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]) {
-                Evaluate::<$t>::measure(element, x, out);
-            }
-            fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self> {
-                Evaluate::<$t>::energy(element, x)
             }
             fn position(motion: &dyn AnyMotion, p: &[Self], t: Self) -> Self {
                 Position::<$t>::position(motion, p, t)
@@ -55,6 +45,10 @@ pub trait StateScalar: ElementScalar {
     }
     /// Whether it carries no derivatives.
     fn is_constant(&self) -> bool;
+    /// Evaluates an element's measures.
+    fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]);
+    /// Evaluates an element's energy.
+    fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self>;
     /// Evaluates an output's formula.
     fn formula(formula: &dyn AnyFormula, t: Self, x: &[Self]) -> Self;
     /// A prescribed position with its velocity and acceleration.
@@ -67,6 +61,12 @@ macro_rules! impl_state_scalar {
             fn is_constant(&self) -> bool {
                 let $x = self;
                 $constant
+            }
+            fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]) {
+                Observe::<$t>::measure(element, x, out);
+            }
+            fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self> {
+                Observe::<$t>::energy(element, x)
             }
             fn formula(formula: &dyn AnyFormula, t: Self, x: &[Self]) -> Self {
                 FormulaIn::<$t>::value(formula, t, x)

@@ -3,7 +3,7 @@
 use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::mechanism::ElementInstance;
-use crate::mechanism::scalars::{Dual8, ElementScalar};
+use crate::mechanism::scalars::{Dual8, ElementScalar, StateScalar};
 use crate::system::state::State;
 use autodiff::WIDTH;
 

@@ -17,6 +17,10 @@ pub trait AnyElement:
     + Evaluate<Jet2<Dual4>>
     + Evaluate<Jet2<Dual8>>
     + Evaluate<Jet2<HyperDual4>>
+    + Observe<f64>
+    + Observe<Dual4>
+    + Observe<Dual8>
+    + Observe<HyperDual4>
 {
     /// See [`Element::num_constraints`].
     fn num_constraints(&self) -> usize;
@@ -53,10 +57,14 @@ pub trait AnyElement:
     );
 }
 
-/// [`Element`] evaluated with one number type.
+/// Residual of an [`Element`] in one number type.
 pub trait Evaluate<T: Scalar>: Send + Sync {
     /// See [`Element::residual`].
     fn residual(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]);
+}
+
+/// Measures and energy of an [`Element`] in one number type. Number types along a motion, [`Jet2`], need the residual only.
+pub trait Observe<T: Scalar>: Send + Sync {
     /// See [`Element::measure`].
     fn measure(&self, x: &ElementState<'_, T>, out: &mut [T]);
     /// See [`Element::energy`].
@@ -67,6 +75,9 @@ impl<E: Element, T: Scalar> Evaluate<T> for E {
     fn residual(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         Element::residual(self, x, dynamics, constraint);
     }
+}
+
+impl<E: Element, T: Scalar> Observe<T> for E {
     fn measure(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         Element::measure(self, x, out);
     }

@@ -5,5 +5,5 @@ pub(crate) mod evaluation;
 pub(crate) mod interface;
 
 pub use descriptor::{ElementDescriptor, Family, Input, Measure, Role, Symbol};
-pub use evaluation::{AnyElement, ElementWorkspace, Evaluate, JacobianWorkspace};
+pub use evaluation::{AnyElement, ElementWorkspace, Evaluate, JacobianWorkspace, Observe};
 pub use interface::{ConstraintDerivatives, Element, ElementState, Energy, TangentWeights, Variable};
