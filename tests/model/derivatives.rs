@@ -98,7 +98,7 @@ fn an_unsupported_method_is_rejected_with_the_supported_ones() {
     let message = error(&text(EXPLICIT, "semi-analytical"));
     assert!(message.contains("explicit schemes") && message.contains("derivatives = \"direct\""), "{message}");
     let message = error(&(text(DYNAMICS, "direct") + "difference = 1e-4\n"));
-    assert!(message.contains("none is taken here"), "{message}");
+    assert!(message.contains("these derivatives use none"), "{message}");
     let message = error(&(text(DYNAMICS, "central") + "difference = 2\n"));
     assert!(message.contains("between 0 and 1"), "{message}");
     let message = error(&text(DYNAMICS, "complex"));
