@@ -58,9 +58,10 @@ fn random_starts() -> Result<()> {
 fn a_thousand_variables() -> Result<()> {
     println!("\nQuadratic forms, n = 1000; IPOPT 111+68 and 101+100");
     let stop = Stop { accuracy: 1e-6, residual: 1e-3, max_cycles: 300, ..Stop::default() };
-    for (name, problem, lowest) in
-        [("first", quadratic_forms::first(1000)?, 260.854), ("second", quadratic_forms::second(1000)?, -739.146)]
-    {
+    for (name, problem, lowest) in [
+        ("first", quadratic_forms::first_problem(1000)?, 260.854),
+        ("second", quadratic_forms::second_problem(1000)?, -739.146),
+    ] {
         for by in ["mma-filtered", "quadratic-spherical", "sqp-filter"] {
             let end = Method { stop, ..(preset(by)?.method)() }.solve(&problem, |_| ())?;
             let near =

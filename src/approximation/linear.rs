@@ -82,8 +82,8 @@ mod tests {
         assert!((model.real(&[5.0, 4.0]) - (0.6 + 0.25 - 1.0)).abs() < 1e-15);
     }
 
-    struct Products;
-    impl IntermediateMap for Products {
+    struct ProductOfTwo;
+    impl IntermediateMap for ProductOfTwo {
         fn component<S: Scalar>(&self, k: usize, b: &[S]) -> S {
             if k == 0 { b[0] * b[1] } else { b[0] / b[1] }
         }
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn a_map_of_the_whole_design_makes_its_own_responses_exact() {
-        let model = fit(&Intermediates::map(Products), |b| b[0] * b[1] * 2.0 - b[0] / b[1]);
+        let model = fit(&Intermediates::map(ProductOfTwo), |b| b[0] * b[1] * 2.0 - b[0] / b[1]);
         assert!((model.real(&[3.0, 1.5]) - (9.0 - 2.0)).abs() < 1e-13);
     }
 

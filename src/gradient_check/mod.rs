@@ -16,8 +16,8 @@ pub use status::{Checked, GradientCheck, GradientStatus};
 use crate::problem::{Analysis, GradientMethod, Problem, ResponseAt, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
-use ridders::jump;
 pub(crate) use ridders::ridders;
+use ridders::slope_discontinuity;
 pub(crate) use samples::DifferenceSamples;
 use status::decide;
 
@@ -117,7 +117,7 @@ pub fn check(
                 computed: read(0),
                 uncertainty: read(1),
                 difference,
-                jump: jump(value, &steps, difference.map_or(0.0, |d| d.noise)),
+                slope_discontinuity: slope_discontinuity(value, &steps, difference.map_or(0.0, |d| d.noise)),
                 drift,
                 is_constant: !steps.is_empty() && steps.iter().all(|s| s.ahead == s.behind && s.ahead == value),
                 status: GradientStatus::Right,

@@ -74,7 +74,7 @@ pub struct StepValues {
 /// Returns the jump of the slope at 0, if there is a kink: (f₊ − 2 f₀ + f₋)/h falls with h for a smooth function and stays for a kink.
 ///
 /// `noise` is that of the values.
-pub fn jump(here: f64, steps: &[StepValues], noise: f64) -> Option<f64> {
+pub fn slope_discontinuity(here: f64, steps: &[StepValues], noise: f64) -> Option<f64> {
     let jumps: Vec<f64> = steps.iter().map(|s| (s.ahead - 2.0 * here + s.behind) / s.h).collect();
     // In the smaller half of the steps, where curvature has lost its weight and noise has not yet won.
     let (from, to) = (steps.len() / 3, 2 * steps.len() / 3);
@@ -111,9 +111,9 @@ mod tests {
     #[test]
     fn a_kink_is_found_and_curvature_is_not_one() {
         let kinked = |x: f64| x.sin() + if x > 0.0 { 0.3 * x } else { 0.0 };
-        assert!((jump(0.0, &steps(kinked), 1e-9).unwrap() - 0.3).abs() < 1e-2);
+        assert!((slope_discontinuity(0.0, &steps(kinked), 1e-9).unwrap() - 0.3).abs() < 1e-2);
         let curved = |x: f64| x.sin() + 50.0 * x * x;
-        assert_eq!(jump(0.0, &steps(curved), 1e-9), None);
-        assert_eq!(jump(0.0, &steps(|x| x), 1e-9), None);
+        assert_eq!(slope_discontinuity(0.0, &steps(curved), 1e-9), None);
+        assert_eq!(slope_discontinuity(0.0, &steps(|x| x), 1e-9), None);
     }
 }

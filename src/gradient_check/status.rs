@@ -48,7 +48,7 @@ pub struct Checked {
     /// Derivative by finite differences; none if the designs around could not be analysed.
     pub difference: Option<DifferenceEstimate>,
     /// Jump of the slope, if there is a kink.
-    pub jump: Option<f64>,
+    pub slope_discontinuity: Option<f64>,
     /// Difference of two analyses of the same design.
     pub drift: f64,
     /// True if the response has the same bits at all designs along the variable.
@@ -81,8 +81,8 @@ impl Checked {
             GradientStatus::Right => "all methods agree with the differences".to_owned(),
             GradientStatus::Constant => "the response does not depend on the variable".to_owned(),
             GradientStatus::Kink => {
-                let jump = self.jump.unwrap_or(f64::NAN);
-                format!("the slope jumps by {jump:.3e} here: there is no derivative; move the design, or smooth the response")
+                let slope_discontinuity = self.slope_discontinuity.unwrap_or(f64::NAN);
+                format!("the slope jumps by {slope_discontinuity:.3e} here: there is no derivative; move the design, or smooth the response")
             }
             GradientStatus::NotRepeatable => {
                 let drift = self.drift;
@@ -201,7 +201,7 @@ pub(super) fn decide(derivatives: &mut [Checked], scales: &[f64]) {
         let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest / scales[d.variable]);
         d.status = match () {
             () if d.drift > 0.0 => GradientStatus::NotRepeatable,
-            () if d.jump.is_some() => GradientStatus::Kink,
+            () if d.slope_discontinuity.is_some() => GradientStatus::Kink,
             () if !d.disagreeing.is_empty() => GradientStatus::Wrong,
             () if d.is_constant => GradientStatus::Constant,
             () if is_noise => GradientStatus::Unclear,

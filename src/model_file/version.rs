@@ -70,7 +70,7 @@ const RENAMED: &[RenamedWord] = &[
 
 impl RenamedWord {
     /// What the word is, such as "kind of joint".
-    fn place(&self) -> String {
+    fn role_in_words(&self) -> String {
         let Self { table, kinds, .. } = self;
         match self.role {
             Role::Kind => format!("kind of {table}"),
@@ -188,7 +188,8 @@ impl Modernizer {
     /// The old words of a file of version 2 as errors.
     pub fn errors(&self) -> Vec<Diagnostic> {
         let error = |(word, span): &(&RenamedWord, Range<usize>)| {
-            let message = format!("the {} `{}` is called `{}` in version {CURRENT}", word.place(), word.old, word.new);
+            let message =
+                format!("the {} `{}` is called `{}` in version {CURRENT}", word.role_in_words(), word.old, word.new);
             Diagnostic::new(span.clone(), message).label("renamed").help(format!("write `{}`", word.new))
         };
         self.found.borrow().iter().map(error).collect()
@@ -202,7 +203,7 @@ impl Modernizer {
         let words: Vec<String> = RENAMED
             .iter()
             .filter(uses)
-            .map(|word| format!("\n{} `{}` as `{}`", word.place(), word.old, word.new))
+            .map(|word| format!("\n{} `{}` as `{}`", word.role_in_words(), word.old, word.new))
             .collect();
         let with = if words.is_empty() { "" } else { ", and" };
         Diagnostic {
@@ -298,7 +299,7 @@ mod tests {
     fn the_documentation_lists_all_renamed_words() {
         let page = include_str!("../../docs/model-file.md");
         for word in RENAMED {
-            let row = format!("| {} | `{}` | `{}` |", word.place(), word.old, word.new);
+            let row = format!("| {} | `{}` | `{}` |", word.role_in_words(), word.old, word.new);
             assert!(page.contains(&row), "{row}");
         }
     }

@@ -199,7 +199,7 @@ impl Problem {
         }
         let cross = self.cross(row, b, time, &values, &rates, &gradients);
         let flat = DMatrix::from_row_iterator(values.len(), n, gradients.iter().flat_map(|g| g[0].iter().copied()));
-        let reach = self.reach(quantity, row.point, time, history);
+        let reach = self.distances_to_minima(quantity, row.point, time, history);
         Ok(Peak {
             row,
             time,
@@ -282,7 +282,7 @@ impl Problem {
     }
 
     /// Distances in time to the next minima of the history on both sides.
-    fn reach(&self, quantity: &Quantity, p: usize, time: f64, g: &[f64]) -> [f64; 2] {
+    fn distances_to_minima(&self, quantity: &Quantity, p: usize, time: f64, g: &[f64]) -> [f64; 2] {
         let grid = quantity.grid().expect("a constraint in continuous time has a grid");
         let points = &self.grids[grid].points;
         let before = (0..p).rev().take_while(|&q| g[q] <= g[q + 1]).last().unwrap_or(p);

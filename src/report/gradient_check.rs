@@ -28,13 +28,13 @@ fn row(problem: &Problem, checked: &GradientCheck, d: &Checked) -> Vec<Cell> {
     let mut cells = vec![response.name.as_str().into(), time, problem.variables[d.variable].name.as_str().into()];
     cells.extend(d.computed.iter().map(|&claimed| Cell::Number(claimed)));
     let [value, error] = d.difference.map_or([Cell::Empty, Cell::Empty], |s| [s.value, s.error].map(Cell::Number));
-    let (suspects, explanation) = (suspects(checked, d), d.explanation(&checked.methods));
+    let (disagreeing_methods, explanation) = (disagreeing_methods(checked, d), d.explanation(&checked.methods));
     cells.extend([value, error, d.disagreement().into(), d.status.text().into()]);
-    cells.extend([suspects.as_str().into(), explanation.as_str().into()]);
+    cells.extend([disagreeing_methods.as_str().into(), explanation.as_str().into()]);
     cells
 }
 
-fn suspects(checked: &GradientCheck, d: &Checked) -> String {
+fn disagreeing_methods(checked: &GradientCheck, d: &Checked) -> String {
     d.disagreeing.iter().map(|&k| checked.methods[k].as_str()).collect::<Vec<_>>().join(", ")
 }
 

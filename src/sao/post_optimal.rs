@@ -162,7 +162,7 @@ impl PostOptimal {
     }
 
     /// ∂(∂L/∂b)/∂bₖ by central differences.
-    fn second(&self, problem: &Problem, k: usize) -> Result<Vec<f64>> {
+    fn second_derivatives(&self, problem: &Problem, k: usize) -> Result<Vec<f64>> {
         let step = STEP * problem.scales()[k];
         let moved = |sign: f64| {
             let mut b = self.design.clone();
@@ -184,7 +184,7 @@ impl PostOptimal {
         let (n, m, scale) = (free.len(), self.rows.len(), problem.scales());
         let mut matrix = DMatrix::zeros(n + m, n + m);
         for (j, &k) in free.iter().enumerate() {
-            let column = self.second(problem, k)?;
+            let column = self.second_derivatives(problem, k)?;
             (0..n).for_each(|i| matrix[(i, j)] = column[free[i]] * scale[free[i]] * scale[k]);
             for i in 0..m {
                 let slope = self.gradients[(i, k)] * scale[k];
@@ -195,7 +195,7 @@ impl PostOptimal {
         match parameter {
             Parameter::Variable(k) => {
                 self.fixed(problem, k)?;
-                let column = self.second(problem, k)?;
+                let column = self.second_derivatives(problem, k)?;
                 (0..n).for_each(|i| right[i] = -column[free[i]] * scale[free[i]]);
                 (0..m).for_each(|i| right[n + i] = -self.gradients[(i, k)]);
             }

@@ -61,7 +61,7 @@ fn with(
 }
 
 /// The paper's move limits, but wider at the start, for approximations with second derivatives.
-fn wide() -> RelativeLimits {
+fn wide_limits() -> RelativeLimits {
     RelativeLimits { initial: 0.7, cap: 1.0, ..RelativeLimits::default() }
 }
 
@@ -176,7 +176,7 @@ static PRESETS: &[Preset] = &[
     Preset {
         name: "hessian-errors",
         title: "exact second derivatives; approximation errors; relative move limits from 70 %",
-        method: || by_errors(FullQuadratic { hessian: Hessian::Exact }).with_move_limits(wide()),
+        method: || by_errors(FullQuadratic { hessian: Hessian::Exact }).with_move_limits(wide_limits()),
     },
 ];
 

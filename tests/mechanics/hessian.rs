@@ -117,7 +117,7 @@ fn the_absorber_in_closed_form() {
     let error = |h: f64| {
         let history = differentiate_twice(&Absorber, &[k, 0.0], &fixed(h), &[t], HessianPart::Diagonal).unwrap();
         let output = history.names.iter().position(|name| name == "position").unwrap();
-        (history.second(output, 0)[0] / exact - 1.0).abs()
+        (history.second_derivatives(output, 0)[0] / exact - 1.0).abs()
     };
     let [coarse, fine] = [error(0.01), error(0.005)];
     assert!(fine < 1e-4 && (coarse / fine - 4.0).abs() < 0.2, "{coarse:e} {fine:e}");
@@ -134,9 +134,9 @@ fn diagonal_and_product_are_those_of_the_full_hessian() {
         let hessian = full.hessian(output, p).unwrap();
         let size = hessian.amax();
         for i in 0..b.len() {
-            assert!((diagonal.second(output, p)[i] - hessian[(i, i)]).abs() < 1e-12 * size);
+            assert!((diagonal.second_derivatives(output, p)[i] - hessian[(i, i)]).abs() < 1e-12 * size);
             let row: f64 = (0..b.len()).map(|j| hessian[(i, j)] * v[j]).sum();
-            assert!((product.second(output, p)[i] - row).abs() < 1e-12 * size);
+            assert!((product.second_derivatives(output, p)[i] - row).abs() < 1e-12 * size);
             let gradient = &direct.gradients[output][p];
             let largest = gradient.iter().fold(0.0f64, |a, x| a.max(x.abs()));
             for history in [&full, &diagonal, &product] {

@@ -150,7 +150,7 @@ fn derivatives_through_impacts_of_a_double_pendulum_are_those_of_differences() {
                 worst[0] = worst[0].max((of(values) - history.gradients[output][p][k]).abs() * BARS[k].abs() / size);
                 let along = [&far, &fear, &near, &rear]
                     .map(|h| h.gradients[output][p].iter().zip(&BARS).map(|(slope, b)| slope * b).sum::<f64>());
-                let products = second.second(output, p);
+                let products = second.second_derivatives(output, p);
                 let size: f64 = products.iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
                 worst[1] = worst[1].max((of(along) - products[k]).abs() * BARS[k].abs() / size);
             }

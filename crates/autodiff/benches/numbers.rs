@@ -99,16 +99,16 @@ fn compare<const N: usize>(what: &str, jobs: [&mut dyn FnMut(); N]) {
 fn measure<R: Residual>(r: R) {
     println!("{}", R::NAME);
     compare("value: f64", [&mut job(r, |_, x| x)]);
-    let eight = |k: usize, x: f64| DualVec::<8>::seeded(x, k % 8);
+    let eight = |k: usize, x: f64| DualVec::<8>::variable(x, k % 8);
     let theirs = |k: usize, x: f64| DualSVec64::<8>::from_re(x).derivative(k % 8);
     compare("8 first derivatives: DualVec, DualSVec64", [&mut job(r, eight), &mut job(r, theirs)]);
     let unit = |k: usize| std::array::from_fn(|i| f64::from(u8::from(i == k % 4)));
-    let ours = |k: usize, x: f64| HyperDualVec::<4>::seeded(x, unit(k), [1.0; 4]);
+    let ours = |k: usize, x: f64| HyperDualVec::<4>::variable(x, unit(k), [1.0; 4]);
     let theirs = |k: usize, x: f64| HyperDualSVec64::<4, 1>::from_re(x).derivative1(k % 4).derivative2(0);
     compare("4 entries of H v: HyperDualVec, HyperDualSVec64", [&mut job(r, ours), &mut job(r, theirs)]);
     let (ours, theirs) = (|_: usize, x: f64| Jet2::new(x, 0.3, 0.1), |_: usize, x: f64| Dual2::new(x, 0.3, 0.1));
     compare("first and second rate: Jet2, Dual2", [&mut job(r, ours), &mut job(r, theirs)]);
-    let parts = |k: usize, x: f64| [x, 0.3, 0.1].map(|x| DualVec::<4>::seeded(x, k % 4));
+    let parts = |k: usize, x: f64| [x, 0.3, 0.1].map(|x| DualVec::<4>::variable(x, k % 4));
     let ours = |k: usize, x: f64| {
         let [x, v, a] = parts(k, x);
         Jet2::new(x, v, a)

@@ -13,8 +13,8 @@ use std::fmt;
 ///
 /// ```
 /// use linkwright_autodiff::{DualNum, DualVec};
-/// let x = DualVec::<2>::seeded(2.0, 0);
-/// let y = DualVec::<2>::seeded(5.0, 1);
+/// let x = DualVec::<2>::variable(2.0, 0);
+/// let y = DualVec::<2>::variable(5.0, 1);
 /// let f = x * y + x.powi(3);
 /// assert_eq!((f.re, f.eps), (18.0, [17.0, 2.0]));
 /// ```
@@ -35,7 +35,7 @@ impl<const N: usize> DualVec<N> {
 
     /// A variable: its derivative in `direction` (below `N`) is one, the others are zero.
     #[inline]
-    pub fn seeded(re: f64, direction: usize) -> Self {
+    pub fn variable(re: f64, direction: usize) -> Self {
         let mut eps = [0.0; N];
         eps[direction] = 1.0;
         Self { re, eps }
@@ -165,7 +165,7 @@ pub(crate) mod tests {
 
     #[test]
     fn agrees_with_num_dual_in_every_function() {
-        let ours = all_functions(DualVec::<1>::seeded(0.37, 0));
+        let ours = all_functions(DualVec::<1>::variable(0.37, 0));
         let theirs = all_functions(Dual64::new(0.37, 1.0));
         for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
             assert!((a.re - b.re).abs() <= 1e-15 * b.re.abs().max(1.0), "value {k}: {} {}", a.re, b.re);

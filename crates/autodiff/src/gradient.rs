@@ -80,16 +80,16 @@ pub fn hessian(f: impl Fn(&[HyperDual]) -> HyperDual + Sync, x: &[f64]) -> (f64,
 
 /// Hyper-dual numbers seeded in the variables from `first` on, and from `second` on.
 fn seed_pairs(x: &[f64], first: usize, second: usize) -> Vec<HyperDual> {
-    let mut seeded: Vec<HyperDual> = x.iter().map(|&v| HyperDual::from_re(v)).collect();
+    let mut variable: Vec<HyperDual> = x.iter().map(|&v| HyperDual::from_re(v)).collect();
     for k in 0..BLOCK {
-        if let Some(v) = seeded.get_mut(first + k) {
+        if let Some(v) = variable.get_mut(first + k) {
             *v = v.derivative1(k);
         }
-        if let Some(v) = seeded.get_mut(second + k) {
+        if let Some(v) = variable.get_mut(second + k) {
             *v = v.derivative2(k);
         }
     }
-    seeded
+    variable
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use std::fmt;
 ///
 /// ```
 /// use linkwright_autodiff::{DualNum, HyperDualVec};
-/// let (x, y) = (HyperDualVec::<1>::seeded(2.0, [1.0], [0.0]), HyperDualVec::<1>::seeded(5.0, [0.0], [1.0]));
+/// let (x, y) = (HyperDualVec::<1>::variable(2.0, [1.0], [0.0]), HyperDualVec::<1>::variable(5.0, [0.0], [1.0]));
 /// let f = x * x * y;
 /// assert_eq!((f.re, f.a, f.b, f.ab), (20.0, [20.0], [4.0], [4.0]));
 /// ```
@@ -38,7 +38,7 @@ impl<const N: usize> HyperDualVec<N> {
 
     /// A variable with its components in the first and in the second directions.
     #[inline]
-    pub fn seeded(re: f64, a: [f64; N], b: [f64; N]) -> Self {
+    pub fn variable(re: f64, a: [f64; N], b: [f64; N]) -> Self {
         Self { re, a, b, ab: [0.0; N] }
     }
 

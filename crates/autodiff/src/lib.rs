@@ -73,7 +73,7 @@ pub type HyperDual = num_dual::HyperDualSVec64<BLOCK, BLOCK>;
 ///     angle.cos() * -2.0
 /// }
 /// assert_eq!(height(0.0), -2.0);
-/// assert_eq!(height(DualVec::<1>::seeded(0.0, 0)).eps, [0.0]);
+/// assert_eq!(height(DualVec::<1>::variable(0.0, 0)).eps, [0.0]);
 /// // At the angle 0 with the angular velocity 3: the acceleration is 2 · 3².
 /// assert_eq!(height(Jet2::new(0.0, 3.0, 0.0)).v2, 18.0);
 /// ```

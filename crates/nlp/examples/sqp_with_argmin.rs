@@ -42,9 +42,9 @@ impl Program for Hs71 {
 }
 
 /// Prints a line for each iteration.
-struct Log;
+struct IterationLog;
 
-impl Observe<SqpState> for Log {
+impl Observe<SqpState> for IterationLog {
     fn observe_iter(&mut self, state: &SqpState, values: &KV) -> std::result::Result<(), Error> {
         let number = |name: &str| values.get(name).and_then(|value| value.get_float()).unwrap_or(f64::NAN);
         let (kkt, length) = (state.kkt.largest(), number("step length"));
@@ -69,7 +69,7 @@ fn main() -> std::result::Result<(), Error> {
     // Stop after three iterations.
     let stopped = Executor::new(&program as &dyn Program, Sqp::default())
         .configure(|state: SqpState| state.start(&start, 3))
-        .add_observer(Log, ObserverMode::Always)
+        .add_observer(IterationLog, ObserverMode::Always)
         .run()?;
     assert_eq!(stopped.state.get_termination_reason(), Some(&TerminationReason::MaxItersReached));
     assert_eq!(stopped.state.solution(&program).status, Status::IterationLimit);
@@ -77,7 +77,7 @@ fn main() -> std::result::Result<(), Error> {
     // Continue, with at most 50 iterations and one minute.
     let result = Executor::new(&program as &dyn Program, Sqp::default())
         .configure(|_| stopped.state.resume(50))
-        .add_observer(Log, ObserverMode::Always)
+        .add_observer(IterationLog, ObserverMode::Always)
         .timeout(Duration::from_secs(60))
         .run()?;
     assert_eq!(result.state.get_termination_reason(), Some(&TerminationReason::SolverConverged));

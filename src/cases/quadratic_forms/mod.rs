@@ -46,7 +46,7 @@ struct Forms {
 }
 
 /// Sx, Px and Qx at a design.
-type Products = [Vec<f64>; 3];
+type ProductTerms = [Vec<f64>; 3];
 
 impl Forms {
     fn new(n: usize, signs: [f64; 3]) -> Self {
@@ -63,7 +63,7 @@ impl Forms {
     }
 
     /// Four Toeplitz products: of x, of x times sine, of x times cosine, of x times its place.
-    fn products(&self, x: &[f64]) -> Products {
+    fn products(&self, x: &[f64]) -> ProductTerms {
         let times = |f: &[f64]| x.iter().zip(f).map(|(x, f)| x * f).collect::<Vec<f64>>();
         let [plain, placed] = self.toeplitz.products(x, &times(&self.place));
         let [sined, cosined] = self.toeplitz.products(&times(&self.sine), &times(&self.cosine));
@@ -98,7 +98,7 @@ impl Analysis for Forms {
     }
 
     fn sensitivities(&self, x: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        let stored = responses.trace.as_ref().and_then(|t| t.downcast_ref::<Products>());
+        let stored = responses.trace.as_ref().and_then(|t| t.downcast_ref::<ProductTerms>());
         let fresh = if stored.is_none() { Some(self.products(x)) } else { None };
         let products = stored.or(fresh.as_ref()).expect("one of the two is given");
         Ok(DMatrix::from_fn(wanted.len(), x.len(), |i, k| {
@@ -118,7 +118,7 @@ impl Analysis for Forms {
 ///
 /// # Errors
 /// [`Error::Option`] for fewer than two variables.
-pub fn first(n: usize) -> Result<Problem> {
+pub fn first_problem(n: usize) -> Result<Problem> {
     forms("first problem in quadratic forms", n, 1.0, 0.5)
 }
 
@@ -126,7 +126,7 @@ pub fn first(n: usize) -> Result<Problem> {
 ///
 /// # Errors
 /// [`Error::Option`] for fewer than two variables.
-pub fn second(n: usize) -> Result<Problem> {
+pub fn second_problem(n: usize) -> Result<Problem> {
     forms("second problem in quadratic forms", n, -1.0, 0.25)
 }
 
@@ -193,12 +193,12 @@ mod tests {
     #[test]
     fn both_starts_are_feasible_for_up_to_a_hundred_thousand_variables() {
         for n in [20, 100_000] {
-            for problem in [first(n).unwrap(), second(n).unwrap()] {
+            for problem in [first_problem(n).unwrap(), second_problem(n).unwrap()] {
                 let start = problem.start();
                 let here = problem.evaluate(&start, &problem.analyze(&start).unwrap()).unwrap();
                 assert!(here.max_violation_pct() < 0.0, "{n}: {}", here.max_violation_pct());
             }
         }
-        assert!(first(1).is_err());
+        assert!(first_problem(1).is_err());
     }
 }

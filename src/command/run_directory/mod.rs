@@ -21,7 +21,7 @@ mod history;
 mod records;
 
 pub use files::Lock;
-pub use records::{Change, Edit, Named, Nearest, RunRecord, Summary, changes, cycle_line, fingerprint};
+pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, Summary, changes, cycle_line, fingerprint};
 
 use super::model::load;
 use super::output::create_folder;

@@ -147,9 +147,9 @@ pub struct Summary {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     differentiation: Option<String>,
     pub subproblem_iterations: usize,
-    pub objective: Named,
+    pub objective: NamedValue,
     pub violation_pct: f64,
-    pub design: Vec<Named>,
+    pub design: Vec<NamedValue>,
     pub constraints: Vec<Nearest>,
     /// Edits of the model during the run.
     pub edits: Vec<Edit>,
@@ -157,7 +157,7 @@ pub struct Summary {
 
 /// A number with its name and unit.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Named {
+pub struct NamedValue {
     pub name: String,
     pub unit: String,
     pub value: f64,
@@ -175,8 +175,9 @@ pub struct Nearest {
 impl Summary {
     /// The summary of a state.
     pub fn new(model: &Model, problem: &Problem, state: &State, edits: &[Edit]) -> Self {
-        let named = |(v, b): (&DesignVariable, &f64)| Named { name: v.name.clone(), unit: v.unit.clone(), value: *b };
-        let objective = Named {
+        let named =
+            |(v, b): (&DesignVariable, &f64)| NamedValue { name: v.name.clone(), unit: v.unit.clone(), value: *b };
+        let objective = NamedValue {
             name: problem.objective.name.clone(),
             unit: problem.objective.unit.clone(),
             value: state.evaluation.objective,
@@ -223,7 +224,7 @@ impl Summary {
             "{} cycles, {} analyses, {} sensitivity analyses{method}.",
             self.cycles, self.analyses, self.sensitivity_analyses
         ));
-        let row = |n: &Named| format!("  {:<24} {:>16.9e} {}", n.name, n.value, n.unit).trim_end().to_owned();
+        let row = |n: &NamedValue| format!("  {:<24} {:>16.9e} {}", n.name, n.value, n.unit).trim_end().to_owned();
         lines.push(row(&self.objective));
         // The variable that bounds a peak is the objective itself.
         lines.extend(self.design.iter().filter(|b| b.name != self.objective.name).map(row));

@@ -1,7 +1,7 @@
 //! Comparison of two runs.
 
 use super::entry::RunEntry;
-use crate::command::run_directory::{Change, Named, Nearest, Summary, changes};
+use crate::command::run_directory::{Change, NamedValue, Nearest, Summary, changes};
 use linkwright::report::table::{Cell, Table};
 use serde::Serialize;
 use std::path::Path;
@@ -108,8 +108,8 @@ fn quantities(results: [Option<&Summary>; 2]) -> Vec<Quantity> {
     ];
     let designs = results.map(|r| r.map_or(vec![], |r| r.design.clone()));
     all.extend(paired(&designs));
-    let constraint = |r: &Summary| -> Vec<Named> {
-        let named = |c: &Nearest| Named {
+    let constraint = |r: &Summary| -> Vec<NamedValue> {
+        let named = |c: &Nearest| NamedValue {
             name: format!("constraint {}", c.name),
             unit: "of its limit".to_owned(),
             value: c.value,
@@ -120,10 +120,10 @@ fn quantities(results: [Option<&Summary>; 2]) -> Vec<Quantity> {
     all
 }
 
-fn paired([a, b]: &[Vec<Named>; 2]) -> Vec<Quantity> {
+fn paired([a, b]: &[Vec<NamedValue>; 2]) -> Vec<Quantity> {
     let only_b = b.iter().filter(|n| !a.iter().any(|m| m.name == n.name));
-    let find = |among: &[Named], name: &str| among.iter().find(|n| n.name == name).map(|n| n.value);
-    let quantity = |n: &Named| Quantity {
+    let find = |among: &[NamedValue], name: &str| among.iter().find(|n| n.name == name).map(|n| n.value);
+    let quantity = |n: &NamedValue| Quantity {
         name: n.name.clone(),
         unit: n.unit.clone(),
         values: [find(a, &n.name), find(b, &n.name)],

@@ -51,7 +51,7 @@ impl Names {
                 }
                 result => result?,
             };
-            let named = value.map_or(Named::Stack(code.top.saturating_sub(1)), Named::Constant);
+            let named = value.map_or(Definition::Stack(code.top.saturating_sub(1)), Definition::Constant);
             code.known.insert(k, named);
         }
         if let Some(value) = code.tree(tree)? {
@@ -71,7 +71,7 @@ const CANNOT: &str = "cannot be used here";
 
 /// A named expression that has been compiled.
 #[derive(Clone, Copy)]
-enum Named {
+enum Definition {
     Constant(f64),
     /// Position of its value on the stack.
     Stack(usize),
@@ -80,7 +80,7 @@ enum Named {
 struct Code<'a> {
     names: &'a Names,
     wants: &'a Wants<'a>,
-    known: HashMap<usize, Named>,
+    known: HashMap<usize, Definition>,
     operations: Vec<Operation>,
     top: usize,
     height: usize,
@@ -134,8 +134,8 @@ impl Code<'_> {
             Some(Meaning::Design(_)) if !design => cannot("the design variable "),
             Some(Meaning::Design(i)) => self.push(Operation::Design(*i), span),
             Some(Meaning::Expression(k)) => match self.known[k] {
-                Named::Constant(value) => Ok(Some(value)),
-                Named::Stack(place) => self.push(Operation::Copy(place), span),
+                Definition::Constant(value) => Ok(Some(value)),
+                Definition::Stack(place) => self.push(Operation::Copy(place), span),
             },
             None => match others(name) {
                 Some(i) => self.push(Operation::Other(i), span),

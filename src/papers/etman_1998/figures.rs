@@ -56,7 +56,7 @@ fn variables() -> [Quantity; 2] {
 }
 
 /// Samples a function of stiffness and damping on the plane of the figures.
-fn plane(f: impl Fn(f64, f64) -> f64) -> Result<Grid> {
+fn sampled(f: impl Fn(f64, f64) -> f64) -> Result<Grid> {
     Grid::sample([0.0, 1.0], [0.0, 1.0], [81, 81], f)
 }
 
@@ -77,7 +77,7 @@ fn path(run: &ReproducedRun) -> Vec<Iterate> {
 }
 
 fn in_the_plane(run: &ReproducedRun, name: &str, grid: &Grid, levels: &[f64]) -> Result<Figure> {
-    let excess = plane(|k, c| largest(k, c, DISPLACEMENT) - 1.0)?;
+    let excess = sampled(|k, c| largest(k, c, DISPLACEMENT) - 1.0)?;
     design_space_slice(&DesignSpaceSlice {
         variables: variables(),
         objective: Objective { name, grid, levels },
@@ -88,7 +88,7 @@ fn in_the_plane(run: &ReproducedRun, name: &str, grid: &Grid, levels: &[f64]) ->
 }
 
 fn figure3(run: &ReproducedRun) -> Result<Figure> {
-    let peak = plane(|k, c| largest(k, c, ACCELERATION))?;
+    let peak = sampled(|k, c| largest(k, c, ACCELERATION))?;
     in_the_plane(run, "maximum acceleration [m s^{-2}]", &peak, &[])
 }
 
@@ -99,7 +99,7 @@ fn figure5(run: &ReproducedRun) -> Result<Figure> {
         weights.iter().enumerate().map(term).sum::<f64>() / impact_absorber::DURATION
     };
     let levels = [0.02, 0.03, 0.038, 0.05, 0.07, 0.1, 0.15, 0.2];
-    in_the_plane(run, "comfort criterion [m^2 s^{-4}]", &plane(square)?, &levels)
+    in_the_plane(run, "comfort criterion [m^2 s^{-4}]", &sampled(square)?, &levels)
 }
 
 /// Displacement and acceleration constraints at every 0.25 s near the optimum, for the optimal b₃.

@@ -153,7 +153,7 @@ mod tests {
         Grid::sample([0.0, 2.0], [0.0, 1.0], [21, 21], |x, y| (x - 1.0).powi(2) + (y - 0.5).powi(2)).unwrap()
     }
 
-    fn plane<'a>(grid: &'a Grid, bounds: &'a [Bound<'a>], path: &'a [Iterate]) -> DesignSpaceSlice<'a> {
+    fn slice_of<'a>(grid: &'a Grid, bounds: &'a [Bound<'a>], path: &'a [Iterate]) -> DesignSpaceSlice<'a> {
         DesignSpaceSlice {
             variables: [Quantity::new("*b*_1", "N/m"), Quantity::new("*b*_2", "N s/m")],
             objective: Objective { name: "objective", grid, levels: &[0.1, 0.2] },
@@ -174,7 +174,7 @@ mod tests {
             move_limits: Some([[x - 0.1, 0.1], [x + 0.1, 0.3]]),
         };
         let path = [at(0, 1.8, true), at(1, 1.5, false), at(1, 1.4, true), at(2, 1.0, true), at(3, 1.001, true)];
-        let svg = design_space_slice(&plane(&grid, &bounds, &path)).unwrap().svg().unwrap();
+        let svg = design_space_slice(&slice_of(&grid, &bounds, &path)).unwrap().svg().unwrap();
         for text in ["displacement", "optimum", "move limits", "rejected steps", ">2–3<", "[N s/m]", ">0.2<"] {
             assert!(svg.contains(text), "{text} is missing");
         }
@@ -184,7 +184,7 @@ mod tests {
     fn designs_without_value_are_refused() {
         let grid = bowl();
         let path = [Iterate { cycle: 0, design: [0.0, f64::NAN], accepted: true, move_limits: None }];
-        assert!(design_space_slice(&plane(&grid, &[], &path)).is_err());
-        assert!(design_space_slice(&plane(&grid, &[], &[])).is_ok());
+        assert!(design_space_slice(&slice_of(&grid, &[], &path)).is_err());
+        assert!(design_space_slice(&slice_of(&grid, &[], &[])).is_ok());
     }
 }

@@ -38,7 +38,7 @@ struct Trace {
     /// `states[p][component]`.
     states: Vec<Vec<f64>>,
     /// `gradients[component][p]`.
-    slopes: OnceLock<Vec<Vec<Vec<f64>>>>,
+    gradients: OnceLock<Vec<Vec<Vec<f64>>>>,
 }
 
 /// The differential equation from any state, which may depend on the design.
@@ -52,16 +52,16 @@ struct Restarted<'e, E> {
 struct InitialState<'e> {
     values: &'e [f64],
     /// Its derivatives by the design, component by component; empty where they are not needed.
-    slopes: Vec<&'e [f64]>,
+    gradients: Vec<&'e [f64]>,
     /// The design of these derivatives.
     design: &'e [f64],
 }
 
 impl<E: OdeModel> Ode for Restarted<'_, E> {
     fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
-        let Some(InitialState { values, slopes, design }) = &self.state else { return self.model.start(b) };
+        let Some(InitialState { values, gradients, design }) = &self.state else { return self.model.start(b) };
         let component = |(i, &y): (usize, &f64)| {
-            let slope = slopes.get(i).copied().unwrap_or(&[]);
+            let slope = gradients.get(i).copied().unwrap_or(&[]);
             let steps = b.iter().zip(*design).zip(slope).map(|((b, d), s)| (*b - *d) * *s);
             steps.fold(S::from(y), |sum, step| sum + step)
         };
@@ -92,7 +92,7 @@ impl<E: OdeModel> OdeResponses<E> {
         let history = integrate(&self.whole(), b, &self.settings, &self.times)?;
         let state = |p: usize| history.values.iter().map(|series| series[p]).collect();
         let states = (0..self.times.len()).map(state).collect();
-        Ok(Trace { design: b.to_vec(), states, slopes: OnceLock::new() })
+        Ok(Trace { design: b.to_vec(), states, gradients: OnceLock::new() })
     }
 
     /// The stored states of the analysis of `b`, or new ones.
@@ -101,12 +101,12 @@ impl<E: OdeModel> OdeResponses<E> {
         stored.filter(|trace| trace.design == b).map_or_else(|| self.states(b).map(Arc::new), Ok)
     }
 
-    fn slopes<'t>(&self, b: &[f64], trace: &'t Trace) -> Result<&'t Vec<Vec<Vec<f64>>>> {
-        if trace.slopes.get().is_none() {
+    fn gradients<'t>(&self, b: &[f64], trace: &'t Trace) -> Result<&'t Vec<Vec<Vec<f64>>>> {
+        if trace.gradients.get().is_none() {
             let found = differentiate_ode(&self.whole(), b, &self.settings, &self.times)?.gradients;
-            return Ok(trace.slopes.get_or_init(|| found));
+            return Ok(trace.gradients.get_or_init(|| found));
         }
-        Ok(trace.slopes.get().expect("it is set above or before"))
+        Ok(trace.gradients.get().expect("it is set above or before"))
     }
 
     /// The last time point up to `t`, and the settings from that point.
@@ -123,7 +123,7 @@ impl<E: OdeModel> OdeResponses<E> {
         }
         let from = Restarted {
             model: &self.model,
-            state: Some(InitialState { values: &trace.states[p], slopes: vec![], design: b }),
+            state: Some(InitialState { values: &trace.states[p], gradients: vec![], design: b }),
         };
         Ok(integrate(&from, b, &settings, &[t])?.values.iter().map(|series| series[0]).collect())
     }
@@ -131,14 +131,14 @@ impl<E: OdeModel> OdeResponses<E> {
     /// The state's derivatives there: one row for each component.
     fn state_slopes(&self, b: &[f64], trace: &Trace, t: f64) -> Result<Vec<Vec<f64>>> {
         let (p, settings) = self.before(t);
-        let slopes = self.slopes(b, trace)?;
-        let here: Vec<&[f64]> = slopes.iter().map(|series| &series[p][..]).collect();
+        let gradients = self.gradients(b, trace)?;
+        let here: Vec<&[f64]> = gradients.iter().map(|series| &series[p][..]).collect();
         if t <= self.times[p] {
             return Ok(here.iter().map(|s| s.to_vec()).collect());
         }
         let from = Restarted {
             model: &self.model,
-            state: Some(InitialState { values: &trace.states[p], slopes: here, design: b }),
+            state: Some(InitialState { values: &trace.states[p], gradients: here, design: b }),
         };
         let onward = differentiate_ode(&from, b, &settings, &[t])?;
         Ok(onward.gradients.into_iter().map(|mut series| series.swap_remove(0)).collect())
@@ -179,12 +179,12 @@ impl<E: OdeModel> Analysis for OdeResponses<E> {
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let trace = self.trace(b, responses)?;
-        let slopes = self.slopes(b, &trace)?;
+        let gradients = self.gradients(b, &trace)?;
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
         for (row, at) in wanted.iter().enumerate() {
             let (t, y) = (HyperDual::from(self.times[at.point]), &trace.states[at.point]);
             for start in (0..b.len()).step_by(BLOCK) {
-                let of = |(i, &y): (usize, &f64)| number(y, &slopes[i][at.point][start..], 0.0, &[]);
+                let of = |(i, &y): (usize, &f64)| number(y, &gradients[i][at.point][start..], 0.0, &[]);
                 let y: Vec<HyperDual> = y.iter().enumerate().map(of).collect();
                 let first = firsts(&self.model.output(at.response, &seed_block(b, start), t, &y));
                 (0..BLOCK.min(b.len() - start)).for_each(|a| rows[(row, start + a)] = first[a]);
@@ -213,13 +213,14 @@ impl<E: OdeModel> ContinuousTime for OdeResponses<E> {
 
     fn rate_sensitivities(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]> {
         let trace = self.trace(b, responses)?;
-        let (y, slopes) = (self.state(b, &trace, t)?, self.state_slopes(b, &trace, t)?);
+        let (y, gradients) = (self.state(b, &trace, t)?, self.state_slopes(b, &trace, t)?);
         let mut found = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
         for start in (0..b.len()).step_by(BLOCK) {
             let design = seed_block(b, start);
-            let still: Vec<HyperDual> = y.iter().zip(&slopes).map(|(&y, s)| number(y, &s[start..], 0.0, &[])).collect();
+            let still: Vec<HyperDual> =
+                y.iter().zip(&gradients).map(|(&y, s)| number(y, &s[start..], 0.0, &[])).collect();
             let rates = self.rates_at(&design, HyperDual::from_re(t), &still);
-            let state = y.iter().zip(&slopes).zip(&rates);
+            let state = y.iter().zip(&gradients).zip(&rates);
             let state = state.map(|((&y, s), r)| number(y, &s[start..], r.re, firsts(r).as_slice()));
             let time = number(t, &[], 1.0, &[]);
             let value = self.model.output(h, &design, time, &state.collect::<Vec<_>>());
@@ -236,9 +237,9 @@ mod tests {
     use super::*;
 
     /// ẏ = −b₀ y + sin(b₁ t), y(0) = b₂; outputs y² and b₁ t y: five derivatives against differences.
-    struct Driven;
+    struct ForcedOscillator;
 
-    impl OdeModel for Driven {
+    impl OdeModel for ForcedOscillator {
         fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
             vec![b[2]]
         }
@@ -255,7 +256,8 @@ mod tests {
 
     #[test]
     fn derivatives_by_design_and_time_are_those_of_differences() {
-        let analysis = OdeResponses::new(Driven, Explicit::eighth_order(1e-13), &[0.0, 0.5, 1.0, 2.0]).unwrap();
+        let analysis =
+            OdeResponses::new(ForcedOscillator, Explicit::eighth_order(1e-13), &[0.0, 0.5, 1.0, 2.0]).unwrap();
         let b = [0.7, 2.0, 0.4];
         let responses = analysis.analyze(&b).unwrap();
         let value = |b: &[f64], h, t| analysis.rates(b, &analysis.analyze(b).unwrap(), h, t).unwrap();

@@ -58,7 +58,8 @@ pub trait InstantAnalysis: Send + Sync {
     ) -> Result<SensitiveHistory>;
 
     /// Outputs with their Hessians.
-    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory>;
+    fn second_derivatives<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64])
+    -> Result<HessianHistory>;
 
     /// Derivatives of `responses` by the adjoint method.
     fn adjoint<M: ParametricMechanism>(
@@ -91,7 +92,12 @@ impl InstantAnalysis for Statics {
         difference_equilibria(model, b, self, times, step)
     }
 
-    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory> {
+    fn second_derivatives<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+    ) -> Result<HessianHistory> {
         differentiate_equilibria_twice(model, b, self, times, HessianPart::Full)
     }
 
@@ -127,7 +133,12 @@ impl InstantAnalysis for Assembly {
         difference_kinematics(model, b, *self, times, step)
     }
 
-    fn second<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory> {
+    fn second_derivatives<M: ParametricMechanism>(
+        &self,
+        model: &M,
+        b: &[f64],
+        times: &[f64],
+    ) -> Result<HessianHistory> {
         differentiate_kinematics_twice(model, b, *self, times, HessianPart::Full)
     }
 
@@ -201,7 +212,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
 
     fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let times = &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)];
-        let history = self.settings.second(&self.model, b, times)?;
+        let history = self.settings.second_derivatives(&self.model, b, times)?;
         Ok(wanted.iter().map(|at| history.hessian(at.response, at.point)).collect())
     }
 }

@@ -67,7 +67,7 @@ impl<'v> HessianPart<'v> {
             std::array::from_fn(|k| pairs.get(k).map_or(0.0, |pair| pair[side].component(i)))
         };
         let variable = |pairs: &[_], (i, &x): (usize, &f64)| {
-            HyperDual4::seeded(x, components(pairs, i, 0), components(pairs, i, 1))
+            HyperDual4::variable(x, components(pairs, i, 0), components(pairs, i, 1))
         };
         let design = |pairs: &[_]| b.iter().enumerate().map(|x| variable(pairs, x)).collect();
         self.pairs(b.len()).chunks(PAIRS).map(design).collect()
@@ -105,14 +105,14 @@ impl HessianHistory {
     }
 
     /// The [`HessianPart`] of an output at time number `time`: the diagonal, the product, or the upper triangle by rows.
-    pub fn second(&self, output: usize, time: usize) -> Vec<f64> {
+    pub fn second_derivatives(&self, output: usize, time: usize) -> Vec<f64> {
         let n = self.variables;
         self.part(2, output, time, if self.is_full { n * (n + 1) / 2 } else { n })
     }
 
     /// The Hessian (n × n) of an output at time number `time`, after [`HessianPart::Full`].
     pub fn hessian(&self, output: usize, time: usize) -> Option<DMatrix<f64>> {
-        let (n, entries) = (self.variables, self.second(output, time));
+        let (n, entries) = (self.variables, self.second_derivatives(output, time));
         let entry = |i: usize, j: usize| entries[upper(n, i.min(j), i.max(j))];
         self.is_full.then(|| DMatrix::from_fn(n, n, entry))
     }
@@ -187,7 +187,7 @@ pub fn differentiate_equilibria_twice<M: ParametricMechanism>(
 /// A mechanism in `f64`, and in hyper-dual numbers once per [`PAIRS`] pairs of directions.
 struct TwiceSeeded {
     mechanism: Mechanism<f64>,
-    seeded: Vec<Mechanism<HyperDual4>>,
+    variable: Vec<Mechanism<HyperDual4>>,
     variables: usize,
     is_full: bool,
 }
@@ -198,9 +198,9 @@ impl TwiceSeeded {
         if let HessianPart::Times(v) = part {
             Error::check_length("vector to multiply the Hessian with", b.len(), v.len())?;
         }
-        let seeded =
+        let variable =
             part.seed(b).iter().map(|design| build_seeded(model, design, &mechanism)).collect::<Result<_>>()?;
-        Ok(Self { mechanism, seeded, variables: b.len(), is_full: part == HessianPart::Full })
+        Ok(Self { mechanism, variable, variables: b.len(), is_full: part == HessianPart::Full })
     }
 
     // The methods below are not generic over the model: they are compiled once, in this crate.
@@ -210,18 +210,18 @@ impl TwiceSeeded {
             Some(recording) => ImplicitSteps::recorded(&self.mechanism, recording, settings, times),
             None => ImplicitSteps::simulated(&self.mechanism, settings, times)?,
         };
-        Ok(self.history(times, propagate_all(&self.seeded, settings, times, &mut steps)?))
+        Ok(self.history(times, propagate_all(&self.variable, settings, times, &mut steps)?))
     }
 
     fn kinematics(&self, assembly: Assembly, times: &[f64]) -> Result<HessianHistory> {
         let mut recorder = OutputRecorder::new(&self.mechanism, times);
-        let derivatives = kinematic_derivatives(&self.mechanism, &self.seeded, assembly, times, &mut recorder)?;
+        let derivatives = kinematic_derivatives(&self.mechanism, &self.variable, assembly, times, &mut recorder)?;
         Ok(self.history(times, derivatives))
     }
 
     fn equilibria(&self, settings: &Statics, times: &[f64]) -> Result<HessianHistory> {
         let mut recorder = OutputRecorder::new(&self.mechanism, times);
-        let derivatives = equilibrium_derivatives(&self.mechanism, &self.seeded, settings, times, &mut recorder)?;
+        let derivatives = equilibrium_derivatives(&self.mechanism, &self.variable, settings, times, &mut recorder)?;
         Ok(self.history(times, derivatives))
     }
 

@@ -45,7 +45,7 @@ where
 /// The numbers `x` with a derivative of one by itself for each of the `N` from `first` on.
 pub(crate) fn seed_chunk<const N: usize>(x: &[f64], first: usize) -> Vec<DualVec<N>> {
     let seed = |(i, &value): (usize, &f64)| match i.checked_sub(first) {
-        Some(k) if k < N => DualVec::seeded(value, k),
+        Some(k) if k < N => DualVec::variable(value, k),
         _ => DualVec::constant(value),
     };
     x.iter().enumerate().map(seed).collect()

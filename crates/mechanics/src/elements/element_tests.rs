@@ -64,10 +64,10 @@ pub fn has_its_constraint_derivatives(element: &impl Element, x: &ElementState<'
 
 /// Derivatives of the coordinates' rows, and of Φ, Φ̇ and Φ̈.
 fn jets(element: &impl Element, x: &ElementState<'_, f64>, variable: Variable) -> [Vec<f64>; 2] {
-    type Jet = Jet2<DualVec<1>>;
+    type TimeJet = Jet2<DualVec<1>>;
     let number = DualVec::<1>::constant;
-    let jet = |re: f64, v1: f64, v2: f64| Jet::new(number(re), number(v1), number(v2));
-    let constants = |values: &[f64]| -> Vec<Jet> { values.iter().map(|&value| jet(value, 0.0, 0.0)).collect() };
+    let jet = |re: f64, v1: f64, v2: f64| TimeJet::new(number(re), number(v1), number(v2));
+    let constants = |values: &[f64]| -> Vec<TimeJet> { values.iter().map(|&value| jet(value, 0.0, 0.0)).collect() };
     let mut q: Vec<_> = (0..x.q.len()).map(|i| jet(x.q[i], x.v[i], x.a[i])).collect();
     let (mut p, l, still) = (constants(x.p), constants(x.l), constants(&vec![0.0; x.q.len()]));
     match variable {
@@ -77,6 +77,6 @@ fn jets(element: &impl Element, x: &ElementState<'_, f64>, variable: Variable) -
     let (mut dynamics, mut constraint) = (still.clone(), constants(&vec![0.0; x.l.len()]));
     let local = ElementState { t: jet(x.t, 1.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &l };
     Element::residual(element, &local, &mut dynamics, &mut constraint);
-    let derivatives = |x: &Jet| [x.re.eps[0], x.v1.eps[0], x.v2.eps[0]];
+    let derivatives = |x: &TimeJet| [x.re.eps[0], x.v1.eps[0], x.v2.eps[0]];
     [dynamics.iter().map(|x| x.re.eps[0]).collect(), constraint.iter().flat_map(derivatives).collect()]
 }

@@ -158,7 +158,7 @@ impl DesignAdjoint {
         adjoints: [&BatchValues; 3],
     ) {
         let Some((motion, parameters)) = &mechanism.coordinates[i].motion else { return };
-        let seeded: Vec<_> = parameters.iter().enumerate().map(|(k, &p)| Dual8::seeded(p, k)).collect();
+        let seeded: Vec<_> = parameters.iter().enumerate().map(|(k, &p)| Dual8::variable(p, k)).collect();
         let motion = match prescribed {
             Prescribed::Exact => Dual8::motion(motion.as_ref(), &seeded, Dual8::constant(t)),
             Prescribed::Newmark => {

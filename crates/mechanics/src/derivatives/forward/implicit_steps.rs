@@ -86,11 +86,11 @@ pub(crate) struct ImplicitSteps<'m> {
     pub projection: Projection,
     scheme: GeneralizedAlpha,
     rows: Vec<[f64; 1]>,
-    origin: Origin<'m>,
+    origin: StepOrigin<'m>,
 }
 
 /// Where the steps come from.
-enum Origin<'m> {
+enum StepOrigin<'m> {
     Simulation(Box<Simulation<'m>>),
     /// The steps from number `next` up to `end`.
     Recording {
@@ -113,7 +113,7 @@ impl<'m> ImplicitSteps<'m> {
         let times = OutputTimes::new(settings.start, times);
         let mut simulation = Box::new(Simulation { stepper, recorder, times, at });
         simulation.record_outputs()?;
-        let (rows, origin) = (vec![[0.0]; system.size()], Origin::Simulation(simulation));
+        let (rows, origin) = (vec![[0.0]; system.size()], StepOrigin::Simulation(simulation));
         Ok(Self { mechanism, system, start, projection, scheme: settings.scheme, rows, origin })
     }
 
@@ -127,22 +127,22 @@ impl<'m> ImplicitSteps<'m> {
         let end = times.last().map_or(0, |&last| recording.store.steps_to(last));
         let (system, start) = (recording.system.clone(), recording.start.clone());
         let (rows, projection) = (vec![[0.0]; system.size()], recording.projection.clone());
-        let origin = Origin::Recording { recording, next: 0, end };
+        let origin = StepOrigin::Recording { recording, next: 0, end };
         Self { mechanism, system, start, projection, scheme: settings.scheme, rows, origin }
     }
 
     /// Loads the next step, if there is one, and factorizes its matrix.
     fn load_next(&mut self, step: &mut ConvergedStep) -> Result<bool> {
         match &mut self.origin {
-            Origin::Simulation(simulation) => {
+            StepOrigin::Simulation(simulation) => {
                 let Some(h) = simulation.advance()? else { return Ok(false) };
                 let stepper = &simulation.stepper;
                 step.h = h;
                 step.end.copy_from(&stepper.integrator.step.new);
                 (step.closed, step.is_on_grid) = (stepper.locator.closed, stepper.is_on_grid);
             }
-            Origin::Recording { next, end, .. } if next == end => return Ok(false),
-            Origin::Recording { recording, next, .. } => {
+            StepOrigin::Recording { next, end, .. } if next == end => return Ok(false),
+            StepOrigin::Recording { recording, next, .. } => {
                 step.h = recording.load(*next, &mut step.end);
                 *next += 1;
             }
@@ -157,8 +157,8 @@ impl<'m> ImplicitSteps<'m> {
     /// The recorded outputs of a simulation, and its work.
     pub fn finish(self) -> Option<(OutputRecorder, Work)> {
         match self.origin {
-            Origin::Simulation(simulation) => Some((simulation.recorder, simulation.stepper.work())),
-            Origin::Recording { .. } => None,
+            StepOrigin::Simulation(simulation) => Some((simulation.recorder, simulation.stepper.work())),
+            StepOrigin::Recording { .. } => None,
         }
     }
 }

@@ -86,9 +86,9 @@ mod tests {
     use crate::elements::element_tests::{close, measured, rows};
 
     /// A proportional and differential controller with a reference that moves at unit speed.
-    struct Follow;
+    struct Tracking;
 
-    impl StateFunction for Follow {
+    impl StateFunction for Tracking {
         fn generalized_force<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T {
             p[0] * (t - q[0]) + p[1] * (-v[0] + 1.0)
         }
@@ -98,7 +98,7 @@ mod tests {
     fn a_controller_pushes_towards_its_reference() {
         // 10 (2 − 1.5) + 4 (1 − 0.25) = 8 N, at 0.25 m/s.
         let x = ElementState { t: 2.0, p: &[10.0, 4.0], q: &[1.5, 1.5], v: &[0.25, 0.25], a: &[0.0; 2], l: &[] };
-        close(&rows(&FeedbackForce(Follow), &x).0, &[-8.0, 0.0]);
-        close(&measured(&FeedbackForce(Follow), &x), &[8.0, 2.0]);
+        close(&rows(&FeedbackForce(Tracking), &x).0, &[-8.0, 0.0]);
+        close(&measured(&FeedbackForce(Tracking), &x), &[8.0, 2.0]);
     }
 }

@@ -19,7 +19,7 @@ pub(super) struct ClarabelResult {
 }
 
 /// The row or bound of the program behind a row of Clarabel's A x + s = b.
-enum Source {
+enum RowOrigin {
     Row(usize),
     Lower(usize),
     Upper(usize),
@@ -29,7 +29,7 @@ enum Source {
 pub(super) fn solve(program: &QuadraticProgram, tolerance: f64, iterations: u32) -> Result<ClarabelResult> {
     let n = program.gradient.len();
     let sources = sources(program);
-    let equalities = sources.iter().take_while(|o| matches!(o, Source::Row(i) if program.equality[*i])).count();
+    let equalities = sources.iter().take_while(|o| matches!(o, RowOrigin::Row(i) if program.equality[*i])).count();
     let (a, b) = constraints(program, &sources);
     let p = program.hessian.as_ref().map_or_else(|| CscMatrix::zeros((n, n)), upper_triangle);
     let cones: Vec<SupportedConeT<f64>> = vec![ZeroConeT(equalities), NonnegativeConeT(sources.len() - equalities)];
@@ -58,31 +58,31 @@ fn settings(tolerance: f64, iterations: u32) -> DefaultSettings<f64> {
 }
 
 /// Equality rows first, then the inequality rows, then the finite bounds.
-fn sources(program: &QuadraticProgram) -> Vec<Source> {
+fn sources(program: &QuadraticProgram) -> Vec<RowOrigin> {
     let (n, m) = (program.gradient.len(), program.offset.len());
-    let rows = |equality| (0..m).filter(move |&i| program.equality[i] == equality).map(Source::Row);
-    let lower = (0..n).filter(|&j| program.lower[j].is_finite()).map(Source::Lower);
-    let upper = (0..n).filter(|&j| program.upper[j].is_finite()).map(Source::Upper);
+    let rows = |equality| (0..m).filter(move |&i| program.equality[i] == equality).map(RowOrigin::Row);
+    let lower = (0..n).filter(|&j| program.lower[j].is_finite()).map(RowOrigin::Lower);
+    let upper = (0..n).filter(|&j| program.upper[j].is_finite()).map(RowOrigin::Upper);
     rows(true).chain(rows(false)).chain(lower).chain(upper).collect()
 }
 
 /// A and b, without entries that are zero.
-fn constraints(program: &QuadraticProgram, sources: &[Source]) -> (CscMatrix<f64>, Vec<f64>) {
+fn constraints(program: &QuadraticProgram, sources: &[RowOrigin]) -> (CscMatrix<f64>, Vec<f64>) {
     let n = program.gradient.len();
     let mut bounds: Vec<Vec<(usize, f64)>> = vec![vec![]; n];
     let mut b = Vec::with_capacity(sources.len());
     let mut rows = vec![];
     for (k, source) in sources.iter().enumerate() {
         match *source {
-            Source::Row(i) => {
+            RowOrigin::Row(i) => {
                 rows.push(i);
                 b.push(-program.offset[i]);
             }
-            Source::Lower(j) => {
+            RowOrigin::Lower(j) => {
                 bounds[j].push((k, -1.0));
                 b.push(-program.lower[j]);
             }
-            Source::Upper(j) => {
+            RowOrigin::Upper(j) => {
                 bounds[j].push((k, 1.0));
                 b.push(program.upper[j]);
             }
@@ -115,7 +115,7 @@ fn upper_triangle(h: &DMatrix<f64>) -> CscMatrix<f64> {
 /// The result with multipliers by row and bound.
 fn restored(
     program: &QuadraticProgram,
-    sources: &[Source],
+    sources: &[RowOrigin],
     s: &clarabel::solver::DefaultSolution<f64>,
 ) -> ClarabelResult {
     let (n, m) = (program.gradient.len(), program.offset.len());
@@ -129,9 +129,9 @@ fn restored(
     };
     for (source, &z) in sources.iter().zip(&s.z) {
         match *source {
-            Source::Row(i) => out.multipliers[i] = z,
-            Source::Lower(j) => out.lower[j] = z,
-            Source::Upper(j) => out.upper[j] = z,
+            RowOrigin::Row(i) => out.multipliers[i] = z,
+            RowOrigin::Lower(j) => out.lower[j] = z,
+            RowOrigin::Upper(j) => out.upper[j] = z,
         }
     }
     out
