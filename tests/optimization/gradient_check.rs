@@ -93,7 +93,7 @@ fn a_kink_is_found() {
     let checked = examine(Fault::Absent, [1.0, 0.7]);
     assert_eq!(status(&checked, 1, 0), (GradientStatus::Kink, vec![]));
     assert_eq!(status(&checked, 1, 1).0, GradientStatus::Right);
-    let jump = checked.derivatives.iter().find_map(|d| d.jump).unwrap();
+    let jump = checked.derivatives.iter().find_map(|d| d.slope_discontinuity).unwrap();
     assert!((jump - 2.0).abs() < 1e-6, "{jump}");
     assert!(words(&checked, 1, 0).starts_with("the slope jumps by 2.000e0 here: there is no derivative"));
 }
