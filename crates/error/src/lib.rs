@@ -164,6 +164,11 @@ fn distance(known: &str, asked: &str) -> usize {
     if !asked.is_empty() && known.contains(asked) { 0 } else { strsim::osa_distance(known, asked) }
 }
 
+/// Tests the README's listing.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 #[cfg(test)]
 mod tests {
     use super::*;
