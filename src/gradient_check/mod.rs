@@ -101,7 +101,7 @@ pub fn check(
 ) -> Result<GradientCheck> {
     Error::check_length("sizes of the design variables", b.len(), scales.len())?;
     let (here, again) = (analysis.analyze(b)?, analysis.analyze(b)?);
-    let (names, derivatives) = by_methods(methods, b, &here, wanted)?;
+    let (names, derivatives): (Vec<_>, Vec<_>) = by_methods(methods, b, &here, wanted)?.into_iter().unzip();
     let samples = DifferenceSamples::along_all(analysis, b, scales);
     let mut checked = Vec::with_capacity(wanted.len() * b.len());
     for (row, &at) in wanted.iter().enumerate() {
@@ -135,16 +135,15 @@ fn by_methods(
     b: &[f64],
     here: &Responses,
     wanted: &[ResponseAt],
-) -> Result<(Vec<String>, Vec<[DMatrix<f64>; 2]>)> {
-    let (mut names, mut derivatives) = (Vec::with_capacity(methods.len()), Vec::with_capacity(methods.len()));
+) -> Result<Vec<(String, [DMatrix<f64>; 2])>> {
+    let mut all = Vec::with_capacity(methods.len());
     for method in methods {
         let found = match method.sensitivities(b, here, wanted) {
-            Err(Error::Unsupported { .. }) if !derivatives.is_empty() => continue,
+            Err(Error::Unsupported { .. }) if !all.is_empty() => continue,
             found => found?,
         };
         let uncertainty = method.uncertainty(&found, b, here, wanted)?;
-        names.push(method.name.to_owned());
-        derivatives.push([found, uncertainty]);
+        all.push((method.name.to_owned(), [found, uncertainty]));
     }
-    Ok((names, derivatives))
+    Ok(all)
 }

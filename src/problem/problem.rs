@@ -19,7 +19,7 @@ use std::collections::HashSet;
 /// let problem = linkwright::cases::impact_absorber::peak_acceleration()?;
 /// let here = problem.analyze_design(&problem.start())?;
 /// let (row, _) = here.evaluation.worst().expect("the problem has constraints");
-/// assert_eq!(problem.row_in_words(row), "displacement upper at time 1.44 s");
+/// assert_eq!(problem.row_in_words(row), "peak acceleration lower at time 1.08 s");
 /// # Ok::<(), linkwright::Error>(())
 /// ```
 pub struct Problem {

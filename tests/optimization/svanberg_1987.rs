@@ -48,7 +48,8 @@ const TWO_DIGITS: f64 = 0.0055;
 fn two_bar_truss_converges_with_moving_asymptotes_and_oscillates_without() {
     let csv = include_str!("../../papers/svanberg-1987/two_bar_truss.csv");
     let runs = table("two_bar_truss").runs;
-    let columns: [(usize, fn(&Cycle) -> f64); 5] =
+    type Column = (usize, fn(&Cycle) -> f64);
+    let columns: [Column; 5] =
         [(0, |c| c.objective), (0, |c| c.design[0]), (0, |c| c.design[1]), (1, |c| c.objective), (2, |c| c.objective)];
     for (k, (run, of)) in columns.into_iter().enumerate() {
         let what = csv.split([',', '\n']).nth(k + 1).unwrap();
