@@ -147,13 +147,13 @@ fn forms(name: &str, n: usize, sign: f64, start: f64) -> Result<Problem> {
 
 const SOURCE: &str = "two optimizers from the start of the problem, and f1 = n + f2";
 
-/// The optimum of [`first`] that is found from its start, for 20 variables.
+/// The optimum of [`first_problem`] that is found from its start, for 20 variables.
 pub const FIRST_20: Optimum = Optimum::computed(6.159_485, &[], SOURCE).within(1e-6).of_any_design();
-/// The optimum of [`first`] that is found from its start, for 100 variables.
+/// The optimum of [`first_problem`] that is found from its start, for 100 variables.
 pub const FIRST_100: Optimum = Optimum::computed(24.895_950, &[], SOURCE).within(1e-6).of_any_design();
-/// The optimum of [`second`] that is found from its start, for 20 variables.
+/// The optimum of [`second_problem`] that is found from its start, for 20 variables.
 pub const SECOND_20: Optimum = Optimum::computed(-13.840_515, &[], SOURCE).within(1e-6).of_any_design();
-/// The optimum of [`second`] that is found from its start, for 100 variables.
+/// The optimum of [`second_problem`] that is found from its start, for 100 variables.
 pub const SECOND_100: Optimum = Optimum::computed(-75.104_050, &[], SOURCE).within(1e-6).of_any_design();
 
 #[cfg(test)]

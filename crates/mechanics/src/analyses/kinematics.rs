@@ -108,7 +108,7 @@ impl<'m> KinematicDriver<'m> {
 ///
 /// # Errors
 ///
-/// As [`KinematicDriver::new`] and [`KinematicDriver::go`].
+/// As [`KinematicDriver::new`] and [`KinematicDriver::advance_to`].
 pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64]) -> Result<Vec<Vec<f64>>> {
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let Some(&first) = times.first() else { return Ok(recorder.series) };

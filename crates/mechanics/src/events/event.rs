@@ -22,7 +22,7 @@ pub struct Event {
 /// A rigid contact is an element with one constraint, the gap Φ(q, t) ≥ 0 in m or rad. When the gap closes, an impulse Λ
 /// along Φ_q makes velocities jump, M (v⁺ − v⁻) + Φ_qᵀ Λ = 0, and joints hold. The gap opens again by Newton's impact law,
 /// Φ̇⁺ = −e Φ̇⁻. There is no friction. For contacts that last, take compliant ones ([`Mechanism::wall_contact`],
-/// [`Mechanism::stop`]).
+/// [`Mechanism::bump_stop`]).
 ///
 /// # Sources
 ///
