@@ -22,20 +22,20 @@ pub(super) struct FittedModels {
 }
 
 impl FittedModels {
-    /// Fits all models; peaks move with the design if `drifting`.
+    /// Fits all models; peaks move with the design if `moving_peaks`.
     pub fn new(
         problem: &Problem,
         approximation: &dyn Approximation,
         point: LinearizationPoint,
         subproblem_box: &SubproblemBox,
-        drifting: bool,
+        moving_peaks: bool,
     ) -> Result<Self> {
         let fitting = Fitting { problem, approximation, point, subproblem_box };
         Ok(Self {
             responses: fitting.responses()?,
             objective: fitting.quantity(problem.objective.signed(), 0, &problem.objective.name)?,
             rows: fitting.rows()?,
-            peaks: fitting.peaks(drifting)?,
+            peaks: fitting.peaks(moving_peaks)?,
         })
     }
 

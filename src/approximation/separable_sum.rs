@@ -80,7 +80,7 @@ impl SeparableSum {
     }
 }
 
-/// A quantity as a sum, before it is normalised.
+/// A quantity as a sum, before it is normalized.
 fn share(
     all: &ApproximateFunctions,
     signed: SignedQuantity,

@@ -35,7 +35,7 @@ pub struct ApproximationOptions {
     /// w = ½ Σ ((bₖ − b₀ₖ)/scaleₖ)² is added. Empty for none.
     pub conservatism: Vec<f64>,
     /// True if peaks in continuous time move with the design.
-    pub drifting: bool,
+    pub moving_peaks: bool,
     /// A convex quadratic about the start design that is added to the objective.
     pub curvature: Option<LowRank>,
 }

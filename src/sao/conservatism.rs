@@ -16,7 +16,7 @@ use error::{Error, Result};
 ///
 /// # Units
 ///
-/// ρ has the unit of the objective for i = 0; rows are normalised. The least ρ of the objective is `least` × its
+/// ρ has the unit of the objective for i = 0; rows are normalized. The least ρ of the objective is `least` × its
 /// value at the start. Equalities are never conservative and do not count.
 ///
 /// # Sources
@@ -78,7 +78,7 @@ impl Conservatism {
     }
 }
 
-/// The unit in which function i is measured: the objective's own value, 1 for a normalised row.
+/// The unit in which function i is measured: the objective's own value, 1 for a normalized row.
 fn scale(trial: &Trial, i: usize) -> f64 {
     if i == 0 { unit(trial.objective_before) } else { 1.0 }
 }

@@ -31,7 +31,7 @@ pub struct Method {
     /// Acceptance of proposed designs.
     pub globalization: Box<dyn Globalization>,
     /// True if the peaks of constraints in continuous time move in the approximate problem as the design changes.
-    pub drifting: bool,
+    pub moving_peaks: bool,
     /// The stop test.
     pub stop: Stop,
 }
@@ -46,7 +46,7 @@ impl Default for Method {
             move_limits: Box::new(RelativeLimits::default()),
             solver: Box::new(Automatic::default()),
             globalization: Box::new(ErrorBased::default()),
-            drifting: true,
+            moving_peaks: true,
             stop: Stop::default(),
         }
     }

@@ -40,7 +40,7 @@ impl Screening {
         Error::check_option("screening cut-off", "a number below 1, such as 0.7", cutoff, cutoff < 1.0)
     }
 
-    /// True where a normalised value is above the cut-off.
+    /// True where a normalized value is above the cut-off.
     pub fn is_critical(&self, g: f64) -> bool {
         self.cutoff.is_none_or(|cutoff| g > cutoff)
     }

@@ -138,16 +138,16 @@ pub fn intermediates(
             _ => each[k] = choice(value)?,
         }
     }
-    Ok(if is_map { Intermediates::map(Map { each, programs }) } else { Intermediates::Each(each) })
+    Ok(if is_map { Intermediates::map(FormulaMap { each, programs }) } else { Intermediates::Each(each) })
 }
 
 /// Intermediate variables of which some are formulas of the whole design.
-struct Map {
+struct FormulaMap {
     each: Vec<Intermediate>,
     programs: Vec<Program>,
 }
 
-impl IntermediateMap for Map {
+impl IntermediateMap for FormulaMap {
     fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S {
         // The variable that bounds a peak has no choice and is not transformed.
         match (self.each.get(k), self.programs.get(k)) {
@@ -173,24 +173,24 @@ impl Output {
     }
 
     /// Adds the output to a mechanism.
-    pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, world: &mut BuildContext<S>, b: &[S]) -> Result<()> {
+    pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, context: &mut BuildContext<S>, b: &[S]) -> Result<()> {
         let mut terms: Vec<Term<S>> = vec![];
         let mut counts = vec![];
         for measure in &self.measures {
-            let of_one = sensors.terms(measure, world, b)?;
+            let of_one = sensors.terms(measure, context, b)?;
             counts.push(of_one.len());
             terms.extend(of_one);
         }
         if self.measures.len() == 1 && self.program.is_other(0) {
-            world.mechanism.output(&self.name, &terms);
+            context.mechanism.output(&self.name, &terms);
             return Ok(());
         }
         let used = self.program.uses();
         for &i in &used {
-            terms.push(sensors.design(i, world, b)?);
+            terms.push(sensors.design(i, context, b)?);
         }
         let formula = Measured { program: self.program.clone().with_design(&used), counts };
-        world.mechanism.output_formula(&self.name, formula, &terms);
+        context.mechanism.output_formula(&self.name, formula, &terms);
         Ok(())
     }
 }

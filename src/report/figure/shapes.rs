@@ -1,7 +1,7 @@
 //! Markers, symbols of a mechanism, and hatching.
 
 use super::Colour;
-use super::mark::{Marker, Stroke, Symbol};
+use super::mark::{MarkSymbol, Marker, Stroke};
 use super::svg::Svg;
 
 /// Strokes at 45° on the left of a curve, `spacing` points apart along it.
@@ -45,11 +45,11 @@ pub(crate) fn marker(svg: &mut Svg, [x, y]: [f64; 2], kind: Marker, colour: Colo
 }
 
 /// Draws a symbol.
-pub(crate) fn symbol(svg: &mut Svg, [x, y]: [f64; 2], kind: Symbol) {
+pub(crate) fn symbol(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkSymbol) {
     let line = Stroke::solid(Colour::BLACK, 0.7);
     match kind {
-        Symbol::Joint => svg.circle([x, y], 2.2, Colour::WHITE, Some(line)),
-        Symbol::GroundJoint => {
+        MarkSymbol::Joint => svg.circle([x, y], 2.2, Colour::WHITE, Some(line)),
+        MarkSymbol::GroundJoint => {
             let foot = y + 8.0;
             svg.polygon(&[[x, y], [x - 4.6, foot], [x + 4.6, foot]], Colour::WHITE, 1.0, Some(line));
             svg.polyline(&[[x - 7.5, foot], [x + 7.5, foot]], line);
@@ -58,7 +58,7 @@ pub(crate) fn symbol(svg: &mut Svg, [x, y]: [f64; 2], kind: Symbol) {
             svg.polylines(&strokes, Stroke::solid(Colour::BLACK, 0.5));
             svg.circle([x, y], 2.2, Colour::WHITE, Some(line));
         }
-        Symbol::Slider(angle) => {
+        MarkSymbol::Slider(angle) => {
             let (s, c) = angle.sin_cos();
             let corner = |u: f64, v: f64| [x + u * c - v * s, y - u * s - v * c];
             svg.polygon(

@@ -50,11 +50,11 @@ impl<'m> TimeStepper<'m> {
         let mut system = System::at(mechanism, settings.start)?;
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
-        if let InitialConfiguration::Equilibrium(statics) = &settings.origin {
+        if let InitialConfiguration::Equilibrium(statics) = &settings.initial_configuration {
             projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-        if settings.initial == InitialAcceleration::Consistent {
+        if settings.initial_acceleration == InitialAcceleration::Consistent {
             AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;
         }
         let (scheme, newton) = (settings.scheme, settings.newton);

@@ -1,4 +1,4 @@
-//! Choice of a factorization by pattern and pivots.
+//! A matrix that chooses its LU factorization by pattern and pivots.
 
 use crate::linalg::banded::Banded;
 use crate::linalg::sparse::Sparse;
@@ -7,7 +7,8 @@ use faer::dyn_stack::MemBuffer;
 
 /// A matrix of fixed pattern with the cheapest factorization that is safe for its entries.
 ///
-/// Factorizes without interchanges unless a pivot is too small; such matrices are factorized with interchanges.
+/// Factorizes without row interchanges unless a pivot is too small. A matrix with a small pivot is factorized with row
+/// interchanges (partial pivoting).
 #[derive(Clone)]
 pub struct Factor {
     kind: Kind,
@@ -44,15 +45,15 @@ pub struct Singular {
     pub unknown: usize,
 }
 
-/// Rows below the diagonal above which a general sparse factorization is cheaper than a banded one.
+/// Largest lower bandwidth for the banded factorization; above it the general sparse factorization is cheaper.
 const MAX_BAND: usize = 40;
 
-/// Most multiplications per unknown of a factorization in static order.
+/// Largest number of multiplications per unknown for the factorization in static order.
 const MAX_WORK: usize = 1000;
 
 impl Factor {
     /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), numbered
-    /// for a narrow band. The diagonals of `multipliers` are zero.
+    /// for a narrow band. `multipliers[i]` is true for unknowns whose diagonal entry is zero.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool]) -> Self {
         let ordered = StaticOrderLu::new(rows, multipliers, MAX_WORK * rows.len());
         let kind = ordered.map_or_else(|| Kind::Pivoting(Pivoting::new(rows)), Kind::StaticOrderLu);
@@ -209,7 +210,7 @@ mod tests {
 
     /// A band with one dense last row and column, and then one without a diagonal.
     #[test]
-    fn all_factorizations_solve_the_same_arrow() {
+    fn all_factorizations_solve_the_same_arrowhead_matrix() {
         let n = 60;
         let mut rows: Vec<Vec<usize>> = (0..n).map(|i| vec![i, n - 1]).collect();
         rows[n - 1] = (0..n).collect();

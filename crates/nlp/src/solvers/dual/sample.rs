@@ -6,9 +6,9 @@ use crate::separable::{self, CHUNK};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Neighbouring variables that are sampled together: a block of the table of coefficients.
+/// Number of neighbouring variables that are sampled together: a block of the table of coefficients.
 const BLOCK: usize = 64;
-/// Numbers of blocks of the samples. Each sample starts from the multipliers of the previous one.
+/// Number of blocks in each sample. Each sample starts from the multipliers of the previous one.
 pub(super) const SIZES: [usize; 3] = [32, 256, 2048];
 /// Smallest ratio of the sizes of program and sample; below it the sample costs more than it saves.
 const SMALLEST_RATIO: usize = 4;
@@ -47,7 +47,7 @@ impl<'a> Sample<'a> {
         (0..self.lower.len()).map(|k| x[self.source(k)]).collect()
     }
 
-    /// Units of the program from those of the sample, without the factor that scales up the sums.
+    /// Converts units of the sample to units of the program: divides by the factor that scales up the sums.
     pub fn units_of_program(&self, mut units: Units) -> Units {
         units.rows.iter_mut().chain([&mut units.objective]).for_each(|u| *u /= self.factor);
         units
@@ -105,14 +105,15 @@ impl Separable for Sample<'_> {
     }
 }
 
-/// Changes of the functions over the scales of the variables, at the start.
+/// Units of objective and rows: their largest change when one variable changes by its scale, at the start point.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Units {
     /// The largest change of each row by one variable; one for a row of zeros.
     pub rows: Vec<f64>,
     /// The largest change of the objective by one variable; one if it is constant.
     pub objective: f64,
-    /// Multipliers that balance the changes of objective and rows: most variables are then off their bounds.
+    /// Initial multipliers: for each row, the sum of the changes of the objective divided by that of the row and by the number
+    /// of rows. Most minimizers are then between their bounds.
     pub multipliers: Vec<f64>,
 }
 
@@ -161,7 +162,7 @@ impl Changes {
     }
 }
 
-/// Changes of the functions over the scales of the variables from `first` on.
+/// Returns the changes of the functions when each variable from `first` on changes by its scale.
 fn changes(program: &dyn Separable, first: usize, start: &[f64]) -> Changes {
     let functions = program.rows() + 1;
     let mut all = Changes::new(functions);
@@ -188,7 +189,7 @@ mod tests {
     use crate::separable::DiagonalQuadratic;
 
     #[test]
-    fn a_sample_of_equal_variables_is_the_whole() {
+    fn sums_of_a_sample_of_equal_variables_equal_those_of_the_program() {
         let n = 40_000;
         let (g, h) = ([1.0, -2.0].repeat(n), [1.0, 0.5].repeat(n));
         let program =
