@@ -8,8 +8,8 @@ use error::{Error, Result};
 pub enum Asymptotes {
     /// b ± σ, with σ = `initial` × the variable's scale for the first two designs.
     ///
-    /// Then σ is multiplied by `shrink` if the last two steps of the variable have opposite signs, and by `grow` if they have
-    /// the same sign. σ is limited to values between `least` and `most` scales.
+    /// Then σ is multiplied by `shrink` if the last two steps of the variable have opposite signs, and by `grow` if
+    /// they have the same sign. σ is limited to values between `least` and `most` scales.
     Moving {
         /// First σ, in scales of the variable.
         initial: f64,
@@ -26,8 +26,9 @@ pub enum Asymptotes {
     Proportional(f64),
     /// As [`Moving`](Self::Moving), with distances in units of the positive variable itself.
     ///
-    /// b − l and u − b are `initial` × b for the first two designs. Then they are divided by `rate` if the last two steps have
-    /// the same sign, and multiplied by it if the signs are opposite. They are limited to values between `least` × b and
+    /// b − l and u − b are `initial` × b for the first two designs. Then they are divided by `rate` if the last two
+    /// steps have the same sign, and multiplied by it if the signs are opposite. They are limited to values between
+    /// `least` × b and
     /// `most` × b.
     Relative {
         /// First distances of l and u, in units of b.

@@ -46,19 +46,22 @@ pub fn read(
     grid: Option<&TimeGrid>,
 ) -> Read<Vec<Output>> {
     let mut outputs: Vec<Output> = vec![];
-    let most = limits::VALUES / grid.map_or(1, TimeGrid::len).max(variables.len()).max(1);
+    let points = grid.map_or(1, TimeGrid::len);
+    let (factor, of) =
+        if points >= variables.len() { (points, "time points") } else { (variables.len(), "design variables") };
+    let most = limits::VALUES / factor.max(1);
     file.read_each("output", |table, span| {
         let section = Section::of(table, span, "output", &[KEYS], file.source())?;
         let word = section.need_word("name")?;
         names.check(&word.text, word.span.clone())?;
         if outputs.iter().any(|o| o.name == word.text) {
             return Err(
-                Diagnostic::new(word.span, format!("the name `{}` is taken twice", word.text)).label("second use")
+                Diagnostic::new(word.span, format!("two outputs have the name `{}`", word.text)).label("second use")
             );
         }
         if outputs.len() >= most {
-            let message =
-                format!("outputs and time points, or design variables, make more than {} values", limits::VALUES);
+            let (count, limit) = (outputs.len() + 1, limits::VALUES);
+            let message = format!("{count} outputs × {factor} {of} exceed the limit of {limit} values");
             return Err(section.error_at("name", message));
         }
         outputs.push(output(word.text, &section, names, parts, variables)?);

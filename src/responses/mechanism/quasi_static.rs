@@ -26,7 +26,8 @@ pub type StaticResponses<M> = QuasiStaticResponses<M, Statics>;
 /// accelerations, reactions and driving forces. The mechanism is assembled at each time point.
 pub type KinematicResponses<M> = QuasiStaticResponses<M, Assembly>;
 
-/// The outputs of a mechanism at given times, which are solved one by one, without integration: [`StaticResponses`] or [`KinematicResponses`].
+/// The outputs of a mechanism at given times, which are solved one by one, without integration: [`StaticResponses`] or
+/// [`KinematicResponses`].
 ///
 /// Response h is the mechanism's output h, on the grid `times`.
 pub struct QuasiStaticResponses<M, P> {
@@ -168,7 +169,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
     ///
     /// # Errors
     ///
-    /// None: this analysis offers all methods. The result has the type of the same function of other analyses.
+    /// None, as this analysis offers all methods; other analyses return [`crate::Error::Unsupported`].
     pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
         Ok(Self { differentiation, ..self })
     }

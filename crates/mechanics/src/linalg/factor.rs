@@ -11,7 +11,7 @@ use faer::dyn_stack::MemBuffer;
 /// interchanges (partial pivoting).
 #[derive(Clone)]
 pub struct Factor {
-    kind: Kind,
+    factorization: Factorization,
     /// Factorization with interchanges, for matrices that need them.
     pivoting: Option<Box<Pivoting>>,
     /// Whether the last matrix was factorized with interchanges because of a small pivot.
@@ -19,7 +19,7 @@ pub struct Factor {
 }
 
 #[derive(Clone)]
-enum Kind {
+enum Factorization {
     /// Patterns with little fill: chains, beams, loops.
     StaticOrderLu(StaticOrderLu),
     /// Patterns with much fill.
@@ -56,23 +56,23 @@ impl Factor {
     /// for a narrow band. `multipliers[i]` is true for unknowns whose diagonal entry is zero.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool]) -> Self {
         let ordered = StaticOrderLu::new(rows, multipliers, MAX_WORK * rows.len());
-        let kind = ordered.map_or_else(|| Kind::Pivoting(Pivoting::new(rows)), Kind::StaticOrderLu);
+        let kind = ordered.map_or_else(|| Factorization::Pivoting(Pivoting::new(rows)), Factorization::StaticOrderLu);
         Self { kind, pivoting: None, pivoted: false }
     }
 
     /// Position of the entry (`i`, `j`) of the pattern in [`Factor::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
-        match &self.kind {
-            Kind::StaticOrderLu(m) => m.slot(i, j),
-            Kind::Pivoting(m) => m.slot(i, j),
+        match &self.factorization {
+            Factorization::StaticOrderLu(m) => m.slot(i, j),
+            Factorization::Pivoting(m) => m.slot(i, j),
         }
     }
 
     /// The entries by slot. Set them to zero, add to them, and factorize.
     pub fn entries_mut(&mut self) -> &mut [f64] {
-        match &mut self.kind {
-            Kind::StaticOrderLu(m) => m.entries_mut(),
-            Kind::Pivoting(m) => m.entries_mut(),
+        match &mut self.factorization {
+            Factorization::StaticOrderLu(m) => m.entries_mut(),
+            Factorization::Pivoting(m) => m.entries_mut(),
         }
     }
 
@@ -82,47 +82,47 @@ impl Factor {
     ///
     /// [`Singular`] if a pivot is zero or not finite.
     pub fn factorize(&mut self) -> Result<(), Singular> {
-        let done = match &mut self.kind {
-            Kind::StaticOrderLu(m) => {
+        let done = match &mut self.factorization {
+            Factorization::StaticOrderLu(m) => {
                 self.pivoted = m.factorize().is_err();
                 if !self.pivoted {
                     return Ok(());
                 }
                 self.pivoting.get_or_insert_with(|| Box::new(Pivoting::like(m))).factorize_copy(m)
             }
-            Kind::Pivoting(m) => m.factorize(),
+            Factorization::Pivoting(m) => m.factorize(),
         };
         done.map_err(|unknown| Singular { unknown })
     }
 
     /// Returns whether the last matrix was factorized with interchanges.
     pub fn has_interchanges(&self) -> bool {
-        self.pivoted || matches!(self.kind, Kind::Pivoting(_))
+        self.pivoted || matches!(self.factorization, Factorization::Pivoting(_))
     }
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&mut self, b: &mut [[f64; W]]) {
-        match (&mut self.kind, &mut self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve(b),
-            (Kind::StaticOrderLu(m), _) => m.solve(b),
-            (Kind::Pivoting(m), _) => m.solve(b),
+        match (&mut self.factorization, &mut self.pivoting) {
+            (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve(b),
+            (Factorization::StaticOrderLu(m), _) => m.solve(b),
+            (Factorization::Pivoting(m), _) => m.solve(b),
         }
     }
 
     /// Memory for [`Factor::solve_in`].
     pub fn workspace(&self) -> SolveWorkspace {
-        match &self.kind {
-            Kind::Pivoting(Pivoting::Sparse(m)) => SolveWorkspace(Some(m.workspace())),
+        match &self.factorization {
+            Factorization::Pivoting(Pivoting::Sparse(m)) => SolveWorkspace(Some(m.workspace())),
             _ => SolveWorkspace(None),
         }
     }
 
     /// [`Factor::solve`] for concurrent callers, each with its own `workspace`.
     pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], workspace: &mut SolveWorkspace) {
-        let pivoting = match (&self.kind, &self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => &**m,
-            (Kind::StaticOrderLu(m), _) => return m.solve(b),
-            (Kind::Pivoting(m), _) => m,
+        let pivoting = match (&self.factorization, &self.pivoting) {
+            (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => &**m,
+            (Factorization::StaticOrderLu(m), _) => return m.solve(b),
+            (Factorization::Pivoting(m), _) => m,
         };
         match pivoting {
             Pivoting::Banded(m) => m.solve(b),
@@ -132,10 +132,10 @@ impl Factor {
 
     /// Solves Aᵀ X = B in place for `W` right-hand sides.
     pub fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
-        match (&mut self.kind, &mut self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve_transposed(b),
-            (Kind::StaticOrderLu(m), _) => m.solve_transposed(b),
-            (Kind::Pivoting(m), _) => m.solve_transposed(b),
+        match (&mut self.factorization, &mut self.pivoting) {
+            (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve_transposed(b),
+            (Factorization::StaticOrderLu(m), _) => m.solve_transposed(b),
+            (Factorization::Pivoting(m), _) => m.solve_transposed(b),
         }
     }
 }
@@ -215,13 +215,13 @@ mod tests {
         let mut rows: Vec<Vec<usize>> = (0..n).map(|i| vec![i, n - 1]).collect();
         rows[n - 1] = (0..n).collect();
         rows.iter_mut().for_each(|r| r.dedup());
-        let pivoting = |kind| Factor { kind: Kind::Pivoting(kind), pivoting: None, pivoted: false };
+        let pivoting = |kind| Factor { kind: Factorization::Pivoting(kind), pivoting: None, pivoted: false };
         let mut ordered = Factor::new(&rows, &vec![false; n]);
         let mut sparse = pivoting(Pivoting::new(&rows));
         let mut banded = pivoting(Pivoting::Banded(Banded::new(&rows)));
         assert!(
-            matches!(ordered.kind, Kind::StaticOrderLu(_))
-                && matches!(sparse.kind, Kind::Pivoting(Pivoting::Sparse(_)))
+            matches!(ordered.kind, Factorization::StaticOrderLu(_))
+                && matches!(sparse.kind, Factorization::Pivoting(Pivoting::Sparse(_)))
         );
         let solve = |matrix: &mut Factor, diagonal: f64| {
             matrix.entries_mut().fill(0.0);

@@ -14,7 +14,8 @@ use std::sync::Arc;
 /// A mechanism as a pure function of the design variables.
 ///
 /// `build` is evaluated in `f64` for analyses and in dual numbers for sensitivities. With seeded `b` (dual numbers with
-/// unit derivatives), masses, lengths, initial states and drivers carry derivatives. `build` must add the same elements in the same order for every design.
+/// unit derivatives), masses, lengths, initial states and drivers carry derivatives. `build` must add the same
+/// elements in the same order for every design.
 pub trait ParametricMechanism: Send + Sync {
     /// The mechanism for the design variables `b`.
     fn build<S: Scalar>(&self, b: &[S]) -> crate::Result<Mechanism<S>>;

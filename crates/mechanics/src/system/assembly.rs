@@ -28,7 +28,8 @@ impl System {
         }
     }
 
-    /// Writes the residual of the projection onto the constraints: Φ_qᵀ λ in the coordinate rows, Φ in the others.
+    /// Writes the residual of the projection onto the constraints: Φ_qᵀ λ in the rows of coordinates, Φ in the rows of
+    /// constraints.
     pub fn constraint_rows<T: StateScalar>(
         &self,
         mechanism: &Mechanism<T>,
@@ -192,7 +193,9 @@ impl System {
         dense
     }
 
-    /// The matrix by seeding every unknown of every element, without the sparsity that elements declare: slow, for checks.
+    /// The matrix as a dense one, from derivatives with respect to every unknown of every element.
+    ///
+    /// Ignores the sparsity that elements declare. Slow; for checks.
     pub fn dense_by_seeding(&self, mechanism: &Mechanism<f64>, state: &State<f64>, how: Linearization) -> DMatrix<f64> {
         let (mut jacobian_workspace, mut workspace, mut columns) =
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());

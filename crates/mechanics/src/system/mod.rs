@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `state` | positions, velocities, accelerations and multipliers at one time; residual of one element |
 //! | `dof_map` | rows and columns of each element, and its constant derivatives |
-//! | `linearization` | the combination of derivatives that a matrix consists of |
+//! | `linearization` | weights of the derivatives of the residual in the matrix of an analysis |
 //! | `assembly` | residual in any number type, matrix |
 
 pub(crate) mod assembly;

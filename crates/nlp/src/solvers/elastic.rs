@@ -1,7 +1,8 @@
 //! Relaxation of programs without a feasible point: all rows are violated by the same smallest amount.
 //!
-//! With one elastic variable t, in units w of the rows, the rows become g ≤ w t and |h| ≤ w t. The smallest t is computed
-//! first. The smallest objective at that t follows from an exact penalty, which is raised until t is smallest again.
+//! With one elastic variable t and weights w (the units of the rows), the rows become g ≤ w t and |h| ≤ w t. The
+//! smallest t is computed first. The smallest objective at that t follows from an exact penalty, which is increased
+//! until t has its smallest value again.
 //!
 //! # Sources
 //! Nocedal & Wright, *Numerical Optimization*, 2nd ed., sections 17.2 and 18.5 (exact ℓ∞ penalty).
@@ -26,7 +27,9 @@ pub(super) struct Elastic<'a> {
     program: &'a dyn Program,
     /// Index of the row in the program, and its sign: an equality gives two rows.
     rows: Vec<(usize, f64)>,
+    /// w, the violation of each row for t = 1.
     weights: Vec<f64>,
+    /// True if f is included.
     objective: bool,
     penalty: f64,
     lower: Vec<f64>,

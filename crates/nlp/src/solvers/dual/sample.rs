@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Number of neighbouring variables that are sampled together: a block of the table of coefficients.
-const BLOCK: usize = 64;
+const SAMPLED_BLOCK: usize = 64;
 /// Number of blocks in each sample. Each sample starts from the multipliers of the previous one.
 pub(super) const SIZES: [usize; 3] = [32, 256, 2048];
 /// Smallest ratio of the sizes of program and sample; below it the sample costs more than it saves.
@@ -29,13 +29,13 @@ impl<'a> Sample<'a> {
     /// The sample of `size` blocks; `None` if the program is too small for it.
     pub fn new(program: &'a dyn Separable, size: usize) -> Option<Self> {
         let n = program.variables();
-        let blocks = n / BLOCK;
+        let blocks = n / SAMPLED_BLOCK;
         if blocks < SMALLEST_RATIO * size {
             return None;
         }
         let stride = blocks / size;
         let mut sample = Self { program, stride, factor: 1.0, lower: vec![], upper: vec![] };
-        let count = size * BLOCK;
+        let count = size * SAMPLED_BLOCK;
         sample.lower = (0..count).map(|k| program.lower()[sample.source(k)]).collect();
         sample.upper = (0..count).map(|k| program.upper()[sample.source(k)]).collect();
         sample.factor = n as f64 / count as f64;
@@ -55,7 +55,7 @@ impl<'a> Sample<'a> {
 
     /// The variable of the program that is variable `k` of the sample.
     fn source(&self, k: usize) -> usize {
-        (k / BLOCK * self.stride + self.stride / 2) * BLOCK + k % BLOCK
+        (k / SAMPLED_BLOCK * self.stride + self.stride / 2) * SAMPLED_BLOCK + k % SAMPLED_BLOCK
     }
 }
 
@@ -96,7 +96,7 @@ impl Separable for Sample<'_> {
         let mut sums = DualSums::new(weights.len() - 1);
         let mut k = range.start;
         while k < range.end {
-            let end = range.end.min((k / BLOCK + 1) * BLOCK);
+            let end = range.end.min((k / SAMPLED_BLOCK + 1) * SAMPLED_BLOCK);
             let first = self.source(k);
             sums.add(&self.program.dual_sums(first..first + end - k, weights));
             k = end;
@@ -112,8 +112,8 @@ pub(super) struct Units {
     pub rows: Vec<f64>,
     /// The largest change of the objective by one variable; one if it is constant.
     pub objective: f64,
-    /// Initial multipliers: for each row, the sum of the changes of the objective divided by that of the row and by the number
-    /// of rows. Most minimizers are then between their bounds.
+    /// Initial multipliers: for each row, the sum of the changes of the objective divided by that of the row and by
+    /// the number of rows. Most minimizers are then between their bounds.
     pub multipliers: Vec<f64>,
 }
 
