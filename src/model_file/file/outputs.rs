@@ -192,24 +192,24 @@ impl Output {
         for &i in &used {
             terms.push(sensors.design(i, context, b)?);
         }
-        let formula = Measured { program: self.program.clone().with_design(&used), counts };
+        let formula = MeasureFormula { program: self.program.clone().with_design(&used), counts };
         context.mechanism.output_formula(&self.name, formula, &terms);
         Ok(())
     }
 }
 
 /// A formula of quantities, each a sum of `counts` terms, followed by design variables.
-struct Measured {
+struct MeasureFormula {
     program: Program,
     counts: Vec<usize>,
 }
 
-impl Formula for Measured {
+impl Formula for MeasureFormula {
     fn value<T: Scalar>(&self, t: T, x: &[T]) -> T {
         let mut rest = x;
         let sum = |count: &usize| {
-            let (terms, behind) = rest.split_at(*count);
-            rest = behind;
+            let (terms, remaining) = rest.split_at(*count);
+            rest = remaining;
             terms.iter().copied().sum()
         };
         let others: Vec<T> = self.counts.iter().map(sum).collect();

@@ -56,8 +56,9 @@ impl Factor {
     /// for a narrow band. `multipliers[i]` is true for unknowns whose diagonal entry is zero.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool]) -> Self {
         let ordered = StaticOrderLu::new(rows, multipliers, MAX_WORK * rows.len());
-        let kind = ordered.map_or_else(|| Factorization::Pivoting(Pivoting::new(rows)), Factorization::StaticOrderLu);
-        Self { kind, pivoting: None, pivoted: false }
+        let factorization =
+            ordered.map_or_else(|| Factorization::Pivoting(Pivoting::new(rows)), Factorization::StaticOrderLu);
+        Self { factorization, pivoting: None, pivoted: false }
     }
 
     /// Position of the entry (`i`, `j`) of the pattern in [`Factor::entries_mut`].
@@ -215,13 +216,14 @@ mod tests {
         let mut rows: Vec<Vec<usize>> = (0..n).map(|i| vec![i, n - 1]).collect();
         rows[n - 1] = (0..n).collect();
         rows.iter_mut().for_each(|r| r.dedup());
-        let pivoting = |kind| Factor { kind: Factorization::Pivoting(kind), pivoting: None, pivoted: false };
+        let pivoting =
+            |matrix| Factor { factorization: Factorization::Pivoting(matrix), pivoting: None, pivoted: false };
         let mut ordered = Factor::new(&rows, &vec![false; n]);
         let mut sparse = pivoting(Pivoting::new(&rows));
         let mut banded = pivoting(Pivoting::Banded(Banded::new(&rows)));
         assert!(
-            matches!(ordered.kind, Factorization::StaticOrderLu(_))
-                && matches!(sparse.kind, Factorization::Pivoting(Pivoting::Sparse(_)))
+            matches!(ordered.factorization, Factorization::StaticOrderLu(_))
+                && matches!(sparse.factorization, Factorization::Pivoting(Pivoting::Sparse(_)))
         );
         let solve = |matrix: &mut Factor, diagonal: f64| {
             matrix.entries_mut().fill(0.0);
