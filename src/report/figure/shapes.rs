@@ -23,7 +23,7 @@ pub(crate) fn hatches(curve: &[[f64; 2]], length: f64, spacing: f64) -> Vec<[[f6
     strokes
 }
 
-/// Draws a marker of the given size across.
+/// Draws a marker of the given width.
 pub(crate) fn marker(svg: &mut Svg, [x, y]: [f64; 2], kind: Marker, colour: Colour, size: f64) {
     let r = size / 2.0;
     let line = Stroke::solid(colour, (0.16 * size).clamp(0.5, 1.0));
@@ -44,7 +44,7 @@ pub(crate) fn marker(svg: &mut Svg, [x, y]: [f64; 2], kind: Marker, colour: Colo
     }
 }
 
-/// Draws a symbol.
+/// Draws a symbol of a mechanism.
 pub(crate) fn symbol(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkSymbol) {
     let line = Stroke::solid(Colour::BLACK, 0.7);
     match kind {
@@ -81,7 +81,7 @@ mod tests {
         let strokes = hatches(&[[0.0, 0.0], [7.0, 0.0], [20.0, 0.0]], 2.0, 4.0);
         assert_eq!(strokes.len(), 5);
         assert!(strokes.windows(2).all(|p| (p[1][0][0] - p[0][0][0] - 4.0).abs() < 1e-12));
-        // Walking to the right, the left is up, and up on paper is negative.
+        // The left side of a curve to the right is up, which is negative on paper.
         assert!(strokes.iter().all(|s| (s[1][1] + 2f64.sqrt()).abs() < 1e-12));
     }
 }
