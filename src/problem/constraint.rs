@@ -63,26 +63,26 @@ pub struct Constraint {
     pub window: Option<[f64; 2]>,
     /// Name of the two-sided constraint of which this is one side.
     pub pair: Option<String>,
-    /// Selection of time points, where it differs from the method's.
+    /// Selection of time points; `None` for that of the method.
     pub selection: Option<Selection>,
-    /// True where the constraint holds at all times between the time points, too.
+    /// True if the constraint also applies at all times between the time points.
     pub is_continuous: bool,
 }
 
 impl Constraint {
-    /// g ≤ `limit`, normalized by |limit|, or by 1 where the limit is zero.
+    /// g ≤ `limit`, normalized by |limit|, or by 1 if the limit is zero.
     pub fn at_most(name: impl Into<String>, limit: f64, quantity: Quantity) -> Self {
         Self::new(name.into(), Side::AtMost, limit, quantity)
     }
 
-    /// g ≥ `limit`, normalized by |limit|, or by 1 where the limit is zero.
+    /// g ≥ `limit`, normalized by |limit|, or by 1 if the limit is zero.
     pub fn at_least(name: impl Into<String>, limit: f64, quantity: Quantity) -> Self {
         Self::new(name.into(), Side::AtLeast, limit, quantity)
     }
 
-    /// g = `value`, normalized like an inequality: ĝ = 1 where it holds, and |ĝ − 1| is its violation.
+    /// g = `value`, normalized like an inequality: ĝ = 1 if it is satisfied, and |ĝ − 1| is its violation.
     ///
-    /// Equalities are never screened out; a time-dependent one holds at every time point.
+    /// Equalities are always retained; a time-dependent one applies at every time point.
     pub fn equal(name: impl Into<String>, value: f64, quantity: Quantity) -> Self {
         Self::new(name.into(), Side::Equal, value, quantity)
     }
@@ -115,11 +115,11 @@ impl Constraint {
         Self { pair: Some(pair.to_owned()), ..self }
     }
 
-    /// Demands the constraint at all times of the grid's interval, not only at the time points.
+    /// Applies the constraint at all times of the grid's interval, not only at the time points.
     ///
-    /// Local maxima between the time points come from the analysis where it offers responses in
-    /// [continuous time](super::ContinuousTime), else from polynomials through the time points. Peaks that rise and fall
-    /// between two time points are missed. One row for each peak enters the approximate problem.
+    /// Local maxima between the time points are computed by the analysis if it offers responses in
+    /// [continuous time](super::ContinuousTime), and otherwise from polynomials through the time points. A peak that begins
+    /// and ends between two time points is missed. The approximate problem has one row for each peak.
     #[must_use]
     pub fn in_continuous_time(self) -> Self {
         Self { is_continuous: true, ..self }

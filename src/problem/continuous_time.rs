@@ -146,8 +146,8 @@ impl Problem {
         Ok([g.re, first, second])
     }
 
-    /// The local maximum of constraint `j` near time point `p`, which is one among its neighbours or an end: its time and
-    /// value. `None` at an end from which the constraint rises.
+    /// The local maximum of constraint `j` near time point `p`, which is a maximum among its neighbours or an end: its
+    /// time and value. `None` at an end from which the constraint increases.
     pub(super) fn peak_near(&self, j: usize, b: &[f64], responses: &Responses, p: usize) -> Result<Option<(f64, f64)>> {
         let grid = self.constraints[j].quantity.grid().expect("a constraint in continuous time has a grid");
         let points = &self.grids[grid].points;

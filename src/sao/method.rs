@@ -108,8 +108,8 @@ impl Method {
         self.approximation.memory().max(self.curvature.map_or(0, |c| c.steps))
     }
 
-    /// The name of the method by which the analysis differentiates the retained responses at this design, where there is a
-    /// choice.
+    /// Name of the method by which the analysis differentiates the retained responses at this design; `None` if it has one
+    /// method only.
     pub fn differentiation(&self, problem: &Problem, state: &State) -> Option<&'static str> {
         let retained = self.screening.retain(problem, &state.evaluation);
         problem.analysis.differentiation(problem.n(), &CycleData::needed(problem, &retained))

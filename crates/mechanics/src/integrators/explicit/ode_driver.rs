@@ -22,7 +22,7 @@ pub struct OdeDriver<F> {
     pub(crate) next: f64,
 }
 
-/// Number of step lengths allocated at the start, so that steps allocate nothing.
+/// Number of step lengths for which memory is allocated at the start, so that steps do not allocate.
 const EXPECTED_STEPS: usize = 1 << 14;
 
 impl<F: OdeRhs> OdeDriver<F> {

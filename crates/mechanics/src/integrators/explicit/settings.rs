@@ -49,7 +49,7 @@ impl Tolerance {
 pub enum StepControl {
     /// Steps of this length in s.
     Fixed(f64),
-    /// Steps chosen so that the local error stays below a tolerance.
+    /// Steps whose local error is below a tolerance.
     Adaptive {
         /// Tolerated local error.
         tolerance: Tolerance,
