@@ -105,7 +105,7 @@ fn scaling() {
         let batch = (20_000 / links).max(4);
         let steps = || (0..batch).map(|_| stepper.advance().unwrap()).sum::<f64>();
         let implicit = least(4, steps) / batch as f64;
-        let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
+        let settings = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(h));
         let run = |steps: f64| simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap();
         let (few, many) = (2.0, 2.0 + (20_000 / links).max(16) as f64);
         let explicit = (least(2, || run(many)) - least(2, || run(few))) / (many - few);
@@ -128,7 +128,7 @@ fn allocations() {
         allocated(50.0).abs_diff(allocated(10.0))
     };
     let h = 1e-3;
-    let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
+    let settings = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(h));
     let analysis = count(&|steps| drop(simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap()));
     let both = count(&|steps| drop(differentiate_explicitly(&model, &b, &settings, &[h * steps]).unwrap()));
     let implicit = count(&|steps| drop(simulate(&mechanism, &Dynamics::fixed(h), &[h * steps]).unwrap()));

@@ -14,10 +14,10 @@ use linkwright::sao::{Method, Screening, State, Stop};
 type Make = fn() -> Result<Problem>;
 
 /// A method with some time points before and after each maximum, or with peaks that move or have fixed times.
-fn method(neighbours: usize, drifting: bool) -> Method {
+fn method(neighbours: usize, moving_peaks: bool) -> Method {
     let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
     let stop = Stop { accuracy: 1e-6, max_cycles: 60, ..Stop::default() };
-    Method { screening, drifting, stop, ..Method::default() }
+    Method { screening, moving_peaks, stop, ..Method::default() }
 }
 
 /// Number of sign changes of the objective's change; many of them mean oscillation.
@@ -39,7 +39,7 @@ fn main() -> Result<()> {
         ("vehicle", vehicle_suspension::peak_acceleration),
         ("flexible four-bar", || StressConstrained::as_published().problem()),
     ];
-    let mut drifting = vec![];
+    let mut moving = vec![];
     for (name, build) in problems {
         let (on_grid, at_all_times) = (build()?, build()?.in_continuous_time());
         let ways = [
@@ -62,12 +62,12 @@ fn main() -> Result<()> {
                 end.evaluation.objective.into(),
                 (everywhere.max_violation_pct() / 100.0).max(0.0).into(),
             ])?;
-            drifting.extend((way == "moving peaks").then_some(end));
+            moving.extend((way == "moving peaks").then_some(end));
         }
     }
     println!("{}", table.text());
     // One row for each peak without lasting oscillation: five cycles on the impact absorber.
-    assert!(drifting[0].status.is_success() && drifting[0].cycles() <= 5 && sign_changes(&drifting[0]) <= 2);
-    assert!(drifting[1].status.is_success());
+    assert!(moving[0].status.is_success() && moving[0].cycles() <= 5 && sign_changes(&moving[0]) <= 2);
+    assert!(moving[1].status.is_success());
     Ok(())
 }

@@ -42,7 +42,7 @@ impl ClosedForm for Flight {
     }
 }
 
-fn throw(intermediates: Intermediates) -> Result<Problem> {
+fn ball_problem(intermediates: Intermediates) -> Result<Problem> {
     let mut parts = ProblemBuilder::new("ball over a house");
     parts.variable(DesignVariable::new("distance", "m", 6.0).within(0.1, 30.0));
     parts.variable(DesignVariable::new("speed", "m/s", 18.0).within(1.0, 50.0));
@@ -64,9 +64,9 @@ fn main() -> Result<()> {
         let [f, v, e] = [c.objective, c.violation_pct, c.constraint_error_pct];
         println!("{:>5} {distance:>10.5} {speed:>10.5} {angle:>11.5} {f:>9.4} {v:>10.5} {e:>10.1e}", c.cycle);
     };
-    let state = Method::default().solve(&throw(Intermediates::map(Parabola))?, show)?;
+    let state = Method::default().solve(&ball_problem(Intermediates::map(Parabola))?, show)?;
     println!("{:?}: {}", state.status, state.reason);
-    let plain = Method::default().solve(&throw(Intermediates::Identity)?, |_| ())?;
+    let plain = Method::default().solve(&ball_problem(Intermediates::Identity)?, |_| ())?;
     println!("cycles: {}; linearized in distance, speed and angle: {}", state.cycles(), plain.cycles());
 
     let exact = [HEIGHT * (3f64.sqrt() - 1.0), (20.0 * GRAVITY).sqrt(), 60f64.to_radians()];

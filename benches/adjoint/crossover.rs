@@ -45,7 +45,7 @@ pub fn all() {
     let times: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k)).collect();
     let everywhere = || [1, 4].map(|count| instants(count, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]));
     let implicit = ends(Integration::Implicit(Dynamics::fixed(2.5e-4)));
-    let explicit = ends(Integration::Explicit(Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(1e-3))));
+    let explicit = ends(Integration::Explicit(Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(1e-3))));
     let heights = vec![0.02; 64];
     let sag = |method| {
         let model = First { model: Cantilever, all: vec![0.02; 64] };

@@ -63,7 +63,7 @@ fn gradients() {
         let spent = in_turns(rounds, [&mut analysis, &mut direct, &mut one, &mut eight]);
         print_gradients("implicit", links, spent);
 
-        let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(1e-3));
+        let settings = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(1e-3));
         let mut analysis = || drop(simulate_explicitly(&mechanism, &settings, &TIMES).unwrap());
         let mut direct = || drop(differentiate_explicitly(&model, &b, &settings, &TIMES).unwrap());
         let mut one = || drop(differentiate_explicitly_backwards(&model, &b, &settings, &TIMES, &all[7..]).unwrap());

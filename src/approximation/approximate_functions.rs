@@ -61,9 +61,9 @@ impl ApproximateFunctions<'_> {
                 Some(moving) => {
                     let responses: Vec<S> = moving.models.iter().map(|m| S::of(&**m, b)).collect();
                     let here = constraint.signed().value_at(&responses, b, S::from(moving.peak.time));
-                    constraint.normalised(here) + moving.rise(b, &self.origin)
+                    constraint.normalized(here) + moving.rise(b, &self.origin)
                 }
-                None => constraint.normalised(value(constraint.signed(), r.point, &self.models.rows[i])),
+                None => constraint.normalized(value(constraint.signed(), r.point, &self.models.rows[i])),
             };
             conservative(g, r.constraint + 1) - 1.0
         };

@@ -38,7 +38,7 @@ impl<'a> ApproximateProblem<'a> {
         point: LinearizationPoint,
         (mut subproblem_box, options): (SubproblemBox, ApproximationOptions),
     ) -> Result<Self> {
-        let models = FittedModels::new(problem, approximation, point, &subproblem_box, options.drifting)?;
+        let models = FittedModels::new(problem, approximation, point, &subproblem_box, options.moving_peaks)?;
         models.restrict(&mut subproblem_box);
         let functions = ApproximateFunctions {
             problem,

@@ -1,4 +1,4 @@
-//! Where the asymptotes of a cycle are.
+//! Rules for moving asymptotes.
 
 use super::SubproblemBox;
 use error::{Error, Result};
@@ -6,8 +6,10 @@ use error::{Error, Result};
 /// A rule for the asymptotes l < b < u.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asymptotes {
-    /// b ± σ with σ = `initial` × the variable's scale for the first two designs; then σ × `shrink` where the last two steps
-    /// of the variable have opposite signs and × `grow` where they have the same, limited to values between `least` and `most` scales.
+    /// b ± σ, with σ = `initial` × the variable's scale for the first two designs.
+    ///
+    /// Then σ is multiplied by `shrink` if the last two steps of the variable have opposite signs, and by `grow` if
+    /// they have the same sign. σ is limited to values between `least` and `most` scales.
     Moving {
         /// First σ, in scales of the variable.
         initial: f64,
@@ -22,9 +24,12 @@ pub enum Asymptotes {
     },
     /// l = s b and u = b/s, for positive variables; s between 0 and 1.
     Proportional(f64),
-    /// As [`Moving`](Self::Moving), with distances in units of the positive variable itself: b − l and u − b begin at
-    /// `initial` × b, are divided by `rate` where the variable continues in one direction and multiplied where it reverses, and stay between `least`
-    /// and `most` × b.
+    /// As [`Moving`](Self::Moving), with distances in units of the positive variable itself.
+    ///
+    /// b − l and u − b are `initial` × b for the first two designs. Then they are divided by `rate` if the last two
+    /// steps have the same sign, and multiplied by it if the signs are opposite. They are limited to values between
+    /// `least` × b and
+    /// `most` × b.
     Relative {
         /// First distances of l and u, in units of b.
         initial: [f64; 2],
@@ -35,7 +40,7 @@ pub enum Asymptotes {
         /// Largest distances.
         most: [f64; 2],
     },
-    /// Another rule for each variable; the last one for all that are left.
+    /// One rule per variable; the last rule holds for all further variables.
     Each(&'static [Self]),
 }
 
@@ -87,24 +92,28 @@ impl Asymptotes {
 
     /// l and u of variable k.
     ///
-    /// Errors with [`Error::Definition`] if proportional asymptotes meet a variable that is not positive.
+    /// # Errors
+    ///
+    /// [`Error::Definition`] if a variable with proportional or relative asymptotes is not positive.
     pub fn of(&self, k: usize, subproblem_box: &SubproblemBox) -> Result<(f64, f64)> {
         let history = &subproblem_box.history;
         let x = history.last().map_or(0.0, |b| b[k]);
         match *self {
             Self::Moving { initial, shrink, grow, least, most } => {
-                let turn = |w: &[Vec<f64>]| (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]);
-                let factor = |turn: f64| {
-                    if turn < 0.0 {
+                let sign_change = |w: &[Vec<f64>]| (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]);
+                let factor = |product: f64| {
+                    if product < 0.0 {
                         shrink
-                    } else if turn > 0.0 {
+                    } else if product > 0.0 {
                         grow
                     } else {
                         1.0
                     }
                 };
-                let width =
-                    history.windows(3).map(turn).fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
+                let width = history
+                    .windows(3)
+                    .map(sign_change)
+                    .fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
                 let sigma = width * subproblem_box.scale[k];
                 Ok((x - sigma, x + sigma))
             }
@@ -140,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn they_follow_the_signs_of_the_steps() {
+    fn asymptotes_follow_the_signs_of_the_steps() {
         let rule = Asymptotes::SVANBERG_2002;
         let distance = |history: &[f64]| {
             let (l, u) = of(rule, history);
@@ -172,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_cannot_be() {
+    fn rejects_invalid_settings() {
         assert!(Asymptotes::Proportional(1.0).check().is_err());
         assert!(Asymptotes::Moving { initial: 0.0, shrink: 0.7, grow: 1.2, least: 0.01, most: 1.0 }.check().is_err());
         let at_zero = SubproblemBox { history: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };

@@ -53,13 +53,14 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
     }
 }
 
-/// Rising, falling, bent and flat in its variables, of which the last is negative.
+/// An increasing, decreasing, curved and constant function of its variables, one of which is negative.
 fn sample<S: Scalar>(b: &[S]) -> S {
     b[0].powi(3) - b[1] * 2.0 + b[0] / b[1] + (b[2] * 0.3).exp() - b[3] * b[3] + b[1] * b[3] + b[4] * 0.0
 }
 
-/// Value and gradient equal those at the design; with a region that holds zero and without, with and without designs
-/// before; and where the approximation is `convex`, second derivatives on a line through the region are not negative.
+/// Checks that value and gradient equal those at the design, for regions with and without zero, with and without earlier
+/// designs. If the approximation is `convex`, also checks that second derivatives along a line through the region are not
+/// negative.
 pub(crate) fn check(approximation: &dyn Approximation, convex: bool) {
     let b = [1.0, 2.0, 0.5, -1.5, 1.0];
     let (lower, upper) = ([0.2, 0.5, 0.1, -3.0, 0.5], [3.0, 4.0, 2.0, -0.5, 2.0]);

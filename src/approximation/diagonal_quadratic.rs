@@ -17,28 +17,28 @@ use std::sync::Arc;
 /// that units do not matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiagonalQuadratic {
-    /// Where the curvatures come from.
+    /// Rule for the curvatures.
     pub curvature: CurvatureRule,
 }
 
-/// Where the curvatures c of a [`DiagonalQuadratic`] come from.
+/// Rule for the curvatures c of a [`DiagonalQuadratic`].
 ///
-/// Curvatures that would be negative become zero but for [`CurvatureRule::Reciprocal`] and [`CurvatureRule::Exponential`], which take their
-/// absolute value (Groenwold & Etman). In a first cycle two-point curvatures are zero.
+/// Negative curvatures are replaced by zero. [`CurvatureRule::Reciprocal`] and [`CurvatureRule::Exponential`] use their
+/// absolute value instead (Groenwold & Etman). In the first cycle two-point curvatures are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CurvatureRule {
-    /// One curvature for all scaled variables, so that the value at the design before is met.
+    /// One curvature for all scaled variables that fits the value at the previous design.
     SphericalValue,
-    /// One curvature for all scaled variables, so that the change of slope along the last step is met.
+    /// One curvature for all scaled variables that fits the change of the directional derivative along the last step.
     SphericalGradient,
-    /// Of the reciprocal approximation: 2 |sₖ / b₀ₖ|; zero where the variable is zero.
+    /// Curvature of the reciprocal approximation: 2 |sₖ / b₀ₖ|; zero if the variable is zero.
     Reciprocal,
-    /// Of MMA: 2 sₖ⁺/(u − b₀) + 2 sₖ⁻/(b₀ − l).
+    /// Curvature of MMA: 2 sₖ⁺/(u − b₀) + 2 sₖ⁻/(b₀ − l).
     Asymptotes(Asymptotes),
-    /// Of the two-point exponential approximation: |sₖ (pₖ − 1) / b₀ₖ|, p between −3 and 3; of the reciprocal one where p
-    /// is not defined.
+    /// Curvature of the two-point exponential approximation: |sₖ (pₖ − 1) / b₀ₖ| with p between −3 and 3. If p is not
+    /// defined, that of the reciprocal approximation.
     Exponential,
-    /// ∂²r/∂bₖ² of the analysis itself. Errors if the analysis offers none.
+    /// ∂²r/∂bₖ² from the analysis; an error if the analysis does not compute it.
     Exact,
 }
 

@@ -72,11 +72,11 @@ impl Expansion<'_> {
         self.before.first().copied()
     }
 
-    /// The exponent p with which bₖᵖ has the slopes of the number at both designs in proportion,
+    /// The exponent p for which the derivatives of bₖᵖ at both designs have the same ratio as those of the number,
     ///
     /// $$ p_k = 1 + \frac{\ln \bigl(\partial_k r(b_1) / \partial_k r(b_0)\bigr)}{\ln (b_{1,k} / b_{0,k})} , $$
     ///
-    /// or none where signs change or nothing moved. b₁ is the design before.
+    /// or `None` if the derivative changes its sign or the variable has not changed. b₁ is the previous design.
     ///
     /// # Sources
     ///

@@ -6,7 +6,7 @@ use crate::problem::{Problem, ResponseAt, Responses, RowId, SignedQuantity};
 use error::Result;
 use std::sync::Arc;
 
-/// The model of a quantity that is approximated itself; none if its explicit form is used.
+/// The model of a quantity that is approximated directly; `None` if its explicit form in the responses is used.
 pub(super) type DirectModel = Option<Arc<dyn AnyModel>>;
 
 /// All models of a cycle.
@@ -22,20 +22,20 @@ pub(super) struct FittedModels {
 }
 
 impl FittedModels {
-    /// Fits all models; peaks move with the design if `drifting`.
+    /// Fits all models; peaks move with the design if `moving_peaks`.
     pub fn new(
         problem: &Problem,
         approximation: &dyn Approximation,
         point: LinearizationPoint,
         subproblem_box: &SubproblemBox,
-        drifting: bool,
+        moving_peaks: bool,
     ) -> Result<Self> {
         let fitting = Fitting { problem, approximation, point, subproblem_box };
         Ok(Self {
             responses: fitting.responses()?,
             objective: fitting.quantity(problem.objective.signed(), 0, &problem.objective.name)?,
             rows: fitting.rows()?,
-            peaks: fitting.peaks(drifting)?,
+            peaks: fitting.peaks(moving_peaks)?,
         })
     }
 
@@ -45,7 +45,7 @@ impl FittedModels {
         found.expect("every response of a retained quantity has a model")
     }
 
-    /// Cuts a box to where all models hold.
+    /// Reduces a box to the domain of all models.
     pub fn restrict(&self, subproblem_box: &mut SubproblemBox) {
         let direct = self.objective.iter().chain(self.rows.iter().flatten());
         let peaks = self.peaks.iter().flatten().flat_map(|peak| &peak.models);
@@ -65,7 +65,7 @@ struct Fitting<'a> {
     subproblem_box: &'a SubproblemBox,
 }
 
-/// Design, value and gradient of a design before.
+/// Design, value and gradient at an earlier design.
 type OwnedSample<'a> = (&'a [f64], f64, Vec<f64>);
 
 fn samples<'a>(before: &'a [OwnedSample]) -> Vec<Sample<'a>> {
@@ -96,7 +96,7 @@ impl<'a> Fitting<'a> {
         })
     }
 
-    /// The designs before that the approximation uses.
+    /// The earlier designs that the approximation uses.
     fn previous(&self) -> impl Iterator<Item = &'a PreviousPoint> {
         self.point.previous.iter().take(self.approximation.memory())
     }
@@ -139,7 +139,7 @@ impl<'a> Fitting<'a> {
             .map(Some)
     }
 
-    /// Models of the responses at each retained peak. A peak has no samples before: its time was another one.
+    /// Models of the responses at each retained peak. A peak has no earlier samples, because its time was different.
     fn peaks(&self, is_moving: bool) -> Result<Vec<Option<MovingPeak>>> {
         let moving = |row: &RowId| -> Result<Option<MovingPeak>> {
             let Some(peak) = self.point.data.peaks.iter().find(|p| p.row == *row) else { return Ok(None) };

@@ -5,7 +5,7 @@ use crate::problem::{Problem, Quantity, Responses, RowId, Sensitivities, SignedQ
 use error::{Error, Result};
 use nlp::LowRank;
 
-/// Share of the expected curvature below which a step is damped.
+/// Fraction of the expected curvature below which a step is damped.
 const DAMPING: f64 = 0.2;
 
 /// ½ dᵀ B d added to the approximate objective, where B follows the Hessian of the Lagrangian
@@ -21,12 +21,13 @@ const DAMPING: f64 = 0.2;
 /// $$ B_0 = \frac{y^T y}{s^T y} I ,\qquad B \leftarrow B - \frac{B s s^T B}{s^T B s} + \frac{r r^T}{s^T r} ,\qquad
 ///    r = θ y + (1 - θ) B s , $$
 ///
-/// where B₀ is that of the newest step along which L has positive curvature, and θ keeps sᵀr ≥ 0.2 sᵀBs. All steps are evaluated again in every
-/// cycle, with its multipliers. B is a multiple of the identity and at most two outer products for each step, never a matrix:
-/// the cost grows linearly with the number of variables. The first cycle has no B, nor has a cycle without positive curvature.
+/// where B₀ is that of the newest step along which L has positive curvature, and θ is such that sᵀr ≥ 0.2 sᵀBs. Each cycle
+/// evaluates all steps again with its multipliers. B is a multiple of the identity and at most two outer products for
+/// each step, never a matrix: the cost grows linearly with the number of variables. B is omitted in the first cycle
+/// and in a cycle without positive curvature.
 ///
-/// A row enters as far back as it was differentiated; peaks in continuous time, whose times differ from design to design,
-/// do not enter.
+/// A row contributes to the steps at whose ends it was differentiated. Peaks in continuous time do not contribute, as their
+/// times differ between designs.
 ///
 /// # Sources
 ///
@@ -159,8 +160,8 @@ mod tests {
 
     #[test]
     fn conjugate_steps_through_a_quadratic_yield_its_hessian() {
-        // Steps along the axes of a diagonal Hessian are conjugate: after n of them B is the Hessian, none being so much flatter than the last
-        // that it is damped.
+        // Steps along the axes of a diagonal Hessian are conjugate: after n of them B is the Hessian. No curvature is
+        // so much smaller than the previous one that the step is damped.
         let h = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 4.0, 9.0]));
         let steps: Vec<Vec<f64>> = (0..3).map(|k| (0..3).map(|j| if j == k { 0.5 } else { 0.0 }).collect()).collect();
         let b = limited_memory(&pairs_of(&h, &steps)).unwrap();
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_step_is_met_and_negative_curvature_is_damped() {
+    fn the_last_secant_condition_holds_and_negative_curvature_is_damped() {
         let h = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, -3.0]);
         let pairs = pairs_of(&h, &[vec![0.1, 1.0], vec![1.0, 0.2]]);
         let b = limited_memory(&pairs).unwrap();

@@ -13,16 +13,16 @@ use std::sync::Arc;
 ///    q_k = (b_{0,k} - l_k)^2 \bigl( s_k^- + \kappa\, |s_k| + ε_k \bigr) , $$
 ///
 /// with s the gradient and s⁺ = max(0, s), s⁻ = max(0, −s). κ = 0 and ε = 0 give the method of 1987; the form of 2002 has
-/// κ = 0.001 and a small ε that keeps the curvature positive where a slope is zero. The design may go nine tenths of the
-/// way to an asymptote. Intermediate variables of the response are not used.
+/// κ = 0.001 and a small ε that keeps the curvature positive where a slope is zero. The design may move by nine tenths
+/// of the distance to an asymptote. Intermediate variables of the response are not used.
 ///
-/// **Units.** ε is [`flatness`](Self::flatness) times the mean of |sₖ|·scaleₖ over all variables, over the scale of the variable.
+/// **Units.** εₖ is [`flatness`](Self::flatness) × the mean of |sᵢ|·scaleᵢ over all variables i, divided by scaleₖ.
 /// **Guarantees** (tested). Value and gradient equal those at b₀; ∂²r̃/∂bₖ² ≥ 0 between the asymptotes.
 /// **Source.** Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373; *SIAM J. Optim.* 12 (2002) 555–573. We differ:
 /// ε is relative. The conservatism ρ of 2002 belongs to the [globalization](crate::sao::Conservatism).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mma {
-    /// Where the asymptotes are.
+    /// Rule for the asymptotes.
     pub asymptotes: Asymptotes,
     /// κ.
     pub curvature: f64,

@@ -15,10 +15,10 @@ use std::sync::Arc;
 ///
 /// $$ φ(σ) = \max_{-T_- \le τ \le T_+} σ τ - \tfrac12 κ τ^2 , $$
 ///
-/// which is σ²/2κ inside (for a maximum within the interval, where g_t = 0: the exact second-order effect of the motion,
-/// from first-order sensitivities alone), continues as a line where the maximum would leave that interval, and is
-/// zero at an end from which the constraint falls. It is convex and continuously differentiable for κ > 0; κ is at
-/// least a millionth over the squared length of the interval, so that a flat peak stays smooth.
+/// which is σ²/2κ for a maximum within the interval. If g_t = 0 there, this is the exact second-order effect of the motion,
+/// from first-order sensitivities alone. φ is linear if the maximum would leave the interval, and zero at an end from which
+/// the constraint decreases. It is convex and continuously differentiable for κ > 0; κ is at
+/// least a millionth over the squared length of the interval, so that φ of a flat peak is smooth.
 pub(super) struct MovingPeak {
     /// Models of the responses at t*.
     pub models: Vec<Arc<dyn AnyModel>>,
@@ -64,7 +64,7 @@ impl MovingPeak {
         }
     }
 
-    /// True if the row stays a quadratic in the whole box.
+    /// True if the row is a quadratic in the whole box.
     pub fn stays_quadratic(&self, origin: &[f64], lower: &[f64], upper: &[f64]) -> bool {
         if !self.is_moving || self.span() <= 0.0 {
             return true;
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn the_peak_of_a_travelling_wave_is_met_to_second_order() {
+    fn the_peak_of_a_travelling_wave_is_exact_to_second_order() {
         // g = b² − (t − b)²: at b = 1 the peak is at t* = 1, g_tt = −2, g_bt = 2, g_b = 2b + 2(t − b) = 2, g_bb at fixed t is 0.
         let d = moving(0.0, -2.0, [0.5, 0.5]);
         let φ = |b: f64| d.rise(&[b], &[1.0]);

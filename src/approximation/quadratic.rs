@@ -17,18 +17,18 @@ use std::sync::Arc;
 /// **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed. (2006), procedure 18.2 for the damped BFGS update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FullQuadratic {
-    /// Where B comes from.
+    /// Rule for B.
     pub hessian: Hessian,
 }
 
-/// Where the Hessian of a [`FullQuadratic`] comes from.
+/// Rule for the Hessian of a [`FullQuadratic`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hessian {
-    /// The damped BFGS updates of this many accepted steps, at least 1; positive semidefinite. Zero in a first cycle.
+    /// Damped BFGS updates of this number of accepted steps, at least 1; positive semidefinite, and zero in the first cycle.
     Bfgs(usize),
-    /// The second derivatives of the analysis. Errors if it offers none.
+    /// The second derivatives from the analysis; an error if it does not compute them.
     Exact,
-    /// These with negative eigenvalues (in scaled variables) raised to zero, which makes the approximation convex.
+    /// As [`Exact`](Self::Exact), with negative eigenvalues (in scaled variables) replaced by zero: a convex approximation.
     ExactConvex,
 }
 

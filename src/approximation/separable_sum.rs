@@ -23,7 +23,7 @@ pub(super) struct SeparableSum {
 struct Share {
     constant: f64,
     models: Vec<(f64, Arc<dyn AnyModel>)>,
-    /// Empty where the function does not depend on the design but through models.
+    /// Empty if the function depends on the design through models only.
     slopes: Vec<f64>,
     conservatism: f64,
 }
@@ -80,7 +80,7 @@ impl SeparableSum {
     }
 }
 
-/// A quantity as a sum, before it is normalised.
+/// A quantity as a sum, before it is normalized.
 fn share(
     all: &ApproximateFunctions,
     signed: SignedQuantity,

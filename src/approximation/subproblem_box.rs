@@ -32,10 +32,10 @@ impl SubproblemBox {
 #[derive(Clone, Debug, Default)]
 pub struct ApproximationOptions {
     /// ρ of the objective and of each constraint, in the unit of each: ρ·w(b) with
-    /// w = ½ Σ ((bₖ − b₀ₖ)/scaleₖ)² is added. Empty for none.
+    /// w = ½ Σ ((bₖ − b₀ₖ)/scaleₖ)² is added. Empty if nothing is added.
     pub conservatism: Vec<f64>,
     /// True if peaks in continuous time move with the design.
-    pub drifting: bool,
+    pub moving_peaks: bool,
     /// A convex quadratic about the start design that is added to the objective.
     pub curvature: Option<LowRank>,
 }

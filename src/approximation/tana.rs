@@ -5,16 +5,16 @@ use crate::problem::{Problem, ProblemScalar};
 use error::Result;
 use std::sync::Arc;
 
-/// TANA-3: powers that fit the gradient at the design before, and a correction that fits the value there.
+/// TANA-3: powers that fit the gradient at the previous design, and a correction that fits the value there.
 ///
-/// With y = (bₖ/b₀ₖ)^pₖ − 1, y¹ its value at the design before, and the gradient s,
+/// With y = (bₖ/b₀ₖ)^pₖ − 1, y¹ its value at the previous design, and the gradient s,
 ///
 /// $$ \tilde r(b) = r(b_0) + \sum_k \frac{s_k b_{0,k}}{p_k} y_k
 ///    {} + \frac{H}{2} \frac{\sum_k y_k^2}{\sum_k (y_k - y^1_k)^2 + \sum_k y_k^2} ,\qquad
 ///    H = 2 \Bigl[ r(b_1) - r(b_0) - \sum_k \frac{s_k b_{0,k}}{p_k} y^1_k \Bigr] . $$
 ///
 /// Exponents and their exceptions are those of [`TwoPointExponential`], the absolute value of an exponent is at least 0.001.
-/// Without a design before there is no correction. Neither convex nor separable.
+/// Without a previous design H is zero. The approximation is neither convex nor separable.
 ///
 /// # Sources
 ///
@@ -44,7 +44,8 @@ impl Approximation for Tana {
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let here = expansion.here;
         let away = |p: f64| if p.abs() < 1e-3 { 1e-3f64.copysign(p) } else { p };
-        // Where the region holds zero the power is that of the variable itself, and an origin of zero is no divisor.
+        // If the search subregion contains zero, the variable itself is used instead of a power: division by an origin
+        // of zero is avoided.
         let exponent = self.powers.exponents(expansion).into_iter().map(away);
         let scale = |k: usize| {
             if expansion.subproblem_box.keeps_sign(k) { None } else { Some(expansion.subproblem_box.scale[k]) }
@@ -60,7 +61,7 @@ impl Approximation for Tana {
             let linear: f64 = y.iter().zip(&slopes).map(|(y, s)| y * s).sum();
             (y, 2.0 * (sample.value - here.value - linear))
         });
-        // A step of zero leaves nothing to be fitted.
+        // After a step of zero the value at the previous design is that at b₀: H is zero.
         let before = before.filter(|(y, _)| y.iter().any(|y| *y != 0.0));
         Ok(Arc::new(Adapted { value: here.value, powers, slopes, before }))
     }

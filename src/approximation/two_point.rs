@@ -6,14 +6,15 @@ use crate::problem::Problem;
 use error::{Error, Result};
 use std::sync::Arc;
 
-/// Expansion in powers bₖ^pₖ whose exponents fit the gradient at the design before:
+/// Expansion in powers bₖ^pₖ whose exponents fit the gradient at the previous design:
 ///
 /// $$ \tilde r(b) = r(b_0) + \sum_k \Bigl[\Bigl(\frac{b_k}{b_{0,k}}\Bigr)^{p_k} - 1\Bigr] \frac{b_{0,k}}{p_k}
 ///    \frac{\partial r}{\partial b_k}\Big|_{b_0} . $$
 ///
-/// The exponents are limited to values between [`least`](Self::least) and [`most`](Self::most). Where an exponent is not defined (the first
-/// cycle, a slope that changes sign or vanishes, a variable that stands still) it is [`otherwise`](Self::otherwise); a
-/// variable whose search subregion holds zero is expanded linearly. Intermediate variables of the response are not used.
+/// The exponents are limited to values between [`least`](Self::least) and [`most`](Self::most). If an exponent is not
+/// defined (first cycle, derivative that changes its sign or is zero, unchanged variable), it is
+/// [`otherwise`](Self::otherwise). A variable whose search subregion contains zero is expanded linearly. Intermediate
+/// variables of the response are not used.
 ///
 /// **Source.** Fadel, Riley & Barthelemy, *Structural Optimization* 2 (1990) 117–124, with limits ∓1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +34,7 @@ impl Default for TwoPointExponential {
 }
 
 impl TwoPointExponential {
-    /// pₖ of all variables; 1 where the region holds zero.
+    /// pₖ of all variables; 1 if the search subregion contains zero.
     pub(super) fn exponents(&self, expansion: &Expansion) -> Vec<f64> {
         let exponent = |k| match expansion.exponent(k) {
             _ if !expansion.subproblem_box.keeps_sign(k) => 1.0,

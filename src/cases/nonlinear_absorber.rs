@@ -5,14 +5,14 @@
 //!
 //! $$ \ddot y = -(k y + k_3 y^3 + c \dot y + c_2 |\dot y| \dot y) ,\qquad y(0) = 0,\ \dot y(0) = 1\ \text{m/s} . $$
 //!
-//! No absorber stops the mass within one metre at less than ½ m/s². This one reaches that limit: with k = c₂ = ½ and k₃ = c = 0
-//! the equation in the displacement, d(ẏ²)/dy = −y − ẏ², has the solution ẏ² = 1 − y, a constant deceleration of ½ m/s². At
-//! the optimum the acceleration is at its bound all the time, which is difficult for methods that rely on few active time
-//! points.
+//! No absorber stops the mass within one metre with a peak deceleration below ½ m/s². This one reaches that limit:
+//! with k = c₂ = ½ and k₃ = c = 0 the equation in the displacement, d(ẏ²)/dy = −y − ẏ², has the solution ẏ² = 1 − y, a
+//! constant deceleration of ½ m/s². At the optimum the acceleration is at its bound all the time, which is difficult
+//! for methods that rely on few active time points.
 //!
 //! # Sources
 //! The linear problem of Etman et al. (1998) simplifies the nonlinear absorber of Afimiwala & Mayne, *J. Eng. Ind.* 96
-//! (1974) 124–130. Their force law and data are not available here, so law and optimum are ours.
+//! (1974) 124–130. We did not have their force law and data, so law and optimum are ours.
 
 use super::Optimum;
 use super::impact_absorber::DURATION;

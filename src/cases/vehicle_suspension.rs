@@ -118,7 +118,7 @@ impl OdeModel for Vehicle {
 
 /// Minimize the peak of |z̈₁| by a bound variable, from the published start.
 ///
-/// The acceleration constraints are normalised by gravity, the travels by their limits.
+/// The acceleration constraints are normalized by gravity, the travels by their limits.
 pub fn peak_acceleration() -> Result<Problem> {
     let mut parts = ProblemBuilder::new("vehicle suspension");
     let design = [

@@ -180,7 +180,7 @@ impl FileRun {
         self.end.as_ref().err().map(String::as_str)
     }
 
-    /// Solutions first, then the least work.
+    /// Compares two runs: solutions first, then the least work.
     fn rank(&self) -> (u8, usize) {
         match &self.end {
             Ok(FinalState { state, .. }) => {

@@ -55,7 +55,7 @@ impl Diagnostic {
 
     /// An error about a name that is not among the known ones; the help suggests the nearest of them.
     pub fn unknown<'k>(span: Range<usize>, kind: &str, asked: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
-        // Names of a megabyte are not worth comparing.
+        // Comparing very long names takes too long.
         let known: Vec<&str> = known.into_iter().filter(|name| name.len() <= limits::NAME).collect();
         let shown: String = asked.chars().take(limits::NAME).collect();
         let diagnostic = Self::new(span, format!("there is no {kind} `{shown}`"));
@@ -96,7 +96,7 @@ pub struct DiagnosticReport {
     pub file: String,
     /// Its text.
     pub text: String,
-    /// At least one, in the order of the file.
+    /// The diagnostics, at least one, in the order of the file.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -173,7 +173,7 @@ impl DiagnosticLog {
         self.poisoned.borrow_mut().insert(name.to_owned());
     }
 
-    /// Poisons all names, where the name of a wrong definition is not known.
+    /// Poisons all names, for a wrong definition whose name is not known.
     pub fn poison_all(&self) {
         self.all_poisoned.set(true);
     }

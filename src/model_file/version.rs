@@ -1,7 +1,8 @@
 //! Versions of the format, and the words that version 2 has renamed.
 //!
-//! The reader knows the words of version 2 only. A file of version 1 is brought to these words while it is read, with a note that
-//! names them; in a file of version 2 an old word is an error that names the new one. Both follow from one table, [`RENAMED`].
+//! The reader knows the words of version 2 only. Words of a file of version 1 are replaced while it is read, with a
+//! note that lists them; in a file of version 2 an old word is an error that names the new one. Both follow from one
+//! table, [`RENAMED`].
 
 use super::Diagnostic;
 use std::cell::RefCell;
@@ -137,7 +138,7 @@ pub fn version(table: &DeTable<'_>) -> Result<usize, Diagnostic> {
     }
 }
 
-/// Brings the tables of a file to the words of the current version, and stores which old words it has.
+/// Replaces the old words in the tables of a file by those of the current version, and stores the old words found.
 #[derive(Debug, Default)]
 pub struct Modernizer {
     found: RefCell<Vec<(&'static RenamedWord, Range<usize>)>>,
@@ -215,13 +216,13 @@ impl Modernizer {
     }
 }
 
-/// Brings a whole file, copies by `each` not made, to the words of the current version.
+/// Replaces the old words of a whole file by those of the current version; `each` is not expanded.
 pub fn modernize(file: &mut DeTable<'_>) {
     let words = Modernizer::default();
     for_each_table(file, &mut |name, table| words.update(name, table, ""));
 }
 
-/// Brings a whole file, copies by `each` not made, to the words of version 1.
+/// Replaces the words of a whole file by those of version 1; `each` is not expanded.
 pub fn to_first_version(file: &mut DeTable<'_>) {
     for_each_table(file, &mut |name, table| {
         for word in RENAMED.iter().rev().filter(|word| word.table == name) {

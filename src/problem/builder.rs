@@ -108,7 +108,7 @@ impl ProblemBuilder {
     /// Minimizes max |f(r(t), b, t)| over a grid by a bound variable β (equations 37–39).
     ///
     /// `quantity` is f at each time point. β is added to the design variables and becomes the objective, subject to f ≤ β
-    /// and f ≥ −β at every time point. Both constraints are normalised by `scale`, in the unit of f:
+    /// and f ≥ −β at every time point. Both constraints are normalized by `scale`, in the unit of f:
     /// ĝ = 1 + (±f − β)/scale. The paper's is 1. Returns the index of β.
     pub fn minimize_peak(&mut self, bound: DesignVariable, quantity: Quantity, scale: f64) -> usize {
         let (name, unit) = (bound.name.clone(), bound.unit.clone());

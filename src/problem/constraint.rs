@@ -28,7 +28,7 @@ pub enum Selection {
 
 /// A constraint g ≤ c, g ≥ c or g = c.
 ///
-/// Normalised it reads
+/// Normalized it reads
 ///
 /// $$ \hat g = 1 + \frac{s\,g - β - s\,c}{σ} \le 1 , $$
 ///
@@ -57,32 +57,32 @@ pub struct Constraint {
     pub limit: f64,
     /// Index of a design variable β that widens the limit: g ≤ c + β, or g ≥ c − β.
     pub bound: Option<usize>,
-    /// Scale σ > 0 of the normalisation, in the unit of g.
+    /// Scale σ > 0 of the normalization, in the unit of g.
     pub scale: f64,
     /// First and last time at which the constraint holds, in the unit of the grid; the whole grid by default.
     pub window: Option<[f64; 2]>,
     /// Name of the two-sided constraint of which this is one side.
     pub pair: Option<String>,
-    /// Selection of time points, where it differs from the method's.
+    /// Selection of time points; `None` for that of the method.
     pub selection: Option<Selection>,
-    /// True where the constraint holds at all times between the time points, too.
+    /// True if the constraint also applies at all times between the time points.
     pub is_continuous: bool,
 }
 
 impl Constraint {
-    /// g ≤ `limit`, normalised by |limit|, or by 1 where the limit is zero.
+    /// g ≤ `limit`, normalized by |limit|, or by 1 if the limit is zero.
     pub fn at_most(name: impl Into<String>, limit: f64, quantity: Quantity) -> Self {
         Self::new(name.into(), Side::AtMost, limit, quantity)
     }
 
-    /// g ≥ `limit`, normalised by |limit|, or by 1 where the limit is zero.
+    /// g ≥ `limit`, normalized by |limit|, or by 1 if the limit is zero.
     pub fn at_least(name: impl Into<String>, limit: f64, quantity: Quantity) -> Self {
         Self::new(name.into(), Side::AtLeast, limit, quantity)
     }
 
-    /// g = `value`, normalised like an inequality: ĝ = 1 where it holds, and |ĝ − 1| is its violation.
+    /// g = `value`, normalized like an inequality: ĝ = 1 if it is satisfied, and |ĝ − 1| is its violation.
     ///
-    /// Equalities are never screened out; a time-dependent one holds at every time point.
+    /// Equalities are always retained; a time-dependent one applies at every time point.
     pub fn equal(name: impl Into<String>, value: f64, quantity: Quantity) -> Self {
         Self::new(name.into(), Side::Equal, value, quantity)
     }
@@ -115,11 +115,11 @@ impl Constraint {
         Self { pair: Some(pair.to_owned()), ..self }
     }
 
-    /// Demands the constraint at all times of the grid's interval, not only at the time points.
+    /// Applies the constraint at all times of the grid's interval, not only at the time points.
     ///
-    /// Local maxima between the time points come from the analysis where it offers responses in
-    /// [continuous time](super::ContinuousTime), else from polynomials through the time points. Peaks that rise and fall
-    /// between two time points are missed. One row for each peak enters the approximate problem.
+    /// Local maxima between the time points are computed by the analysis if it offers responses in
+    /// [continuous time](super::ContinuousTime), and otherwise from polynomials through the time points. A peak that begins
+    /// and ends between two time points is missed. The approximate problem has one row for each peak.
     #[must_use]
     pub fn in_continuous_time(self) -> Self {
         Self { is_continuous: true, ..self }
@@ -139,7 +139,7 @@ impl Constraint {
         Self { bound: Some(variable), ..self }
     }
 
-    /// Replaces the scale of normalisation, in the unit of g.
+    /// Replaces the scale of normalization, in the unit of g.
     #[must_use]
     pub fn scaled_by(self, scale: f64) -> Self {
         Self { scale, ..self }
@@ -172,7 +172,7 @@ impl Constraint {
     }
 
     /// ĝ from the [signed quantity](Self::signed).
-    pub fn normalised<S: ProblemScalar>(&self, signed: S) -> S {
+    pub fn normalized<S: ProblemScalar>(&self, signed: S) -> S {
         (signed - self.signed_limit()) / self.scale + 1.0
     }
 

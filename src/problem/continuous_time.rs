@@ -21,7 +21,7 @@ pub trait ContinuousTime: Send + Sync {
     }
 }
 
-/// A local maximum of a constraint in continuous time, in units of the normalised ĝ.
+/// A local maximum of a constraint in continuous time, in units of the normalized ĝ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PeakTime {
     /// The constraint, and the time point that is the maximum among its neighbours.
@@ -140,14 +140,14 @@ impl Problem {
         let values_at_t = constraint.quantity.uses.iter().map(|&h| self.rates(b, responses, h, t).map(one));
         let values_at_t: Vec<HyperDual> = values_at_t.collect::<Result<_>>()?;
         let design: Vec<HyperDual> = b.iter().map(|&v| HyperDual::from_re(v)).collect();
-        let g = constraint.normalised(constraint.signed().value_at(&values_at_t, &design, one([t, 1.0, 0.0])));
+        let g = constraint.normalized(constraint.signed().value_at(&values_at_t, &design, one([t, 1.0, 0.0])));
         let first = g.eps1.unwrap_generic(Const::<BLOCK>, U1)[0];
         let second = g.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>)[(0, 0)];
         Ok([g.re, first, second])
     }
 
-    /// The local maximum of constraint `j` near time point `p`, which is one among its neighbours or an end: its time and
-    /// value. `None` at an end from which the constraint rises.
+    /// The local maximum of constraint `j` near time point `p`, which is a maximum among its neighbours or an end: its
+    /// time and value. `None` at an end from which the constraint increases.
     pub(super) fn peak_near(&self, j: usize, b: &[f64], responses: &Responses, p: usize) -> Result<Option<(f64, f64)>> {
         let grid = self.constraints[j].quantity.grid().expect("a constraint in continuous time has a grid");
         let points = &self.grids[grid].points;
@@ -237,7 +237,7 @@ impl Problem {
             });
             let values_at_t: Vec<Dual> = values_at_t.collect();
             let value = constraint.signed().value_at(&values_at_t, &seed(b, first), Dual::from_re(peak.time));
-            partials(&constraint.normalised(value), b.len() - first)
+            partials(&constraint.normalized(value), b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
     }
@@ -270,7 +270,7 @@ impl Problem {
                 })
                 .collect();
             let design = seed_block(b, start);
-            let g = constraint.normalised(constraint.signed().value_at(
+            let g = constraint.normalized(constraint.signed().value_at(
                 &values_at_t,
                 &design,
                 HyperDual::from_re(t).derivative2(0),

@@ -7,7 +7,9 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use num_dual::Derivative;
 
 impl Problem {
-    /// ∂²r/∂b² at the wanted responses (n × n each), checked for shape and finiteness; `None` if the analysis does not offer them.
+    /// ∂²r/∂b² of the wanted responses (n × n each), checked for shape and finiteness.
+    ///
+    /// `None` if the analysis does not compute them.
     pub fn curvatures(
         &self,
         b: &[f64],
@@ -28,8 +30,9 @@ impl Problem {
         Ok(Some(found))
     }
 
-    /// The total second derivative d²g/db² of a quantity at time point `p` by the chain rule over the derivatives of the
-    /// responses; `curvatures` has one matrix for each row of `sensitivities`.
+    /// The total second derivative d²g/db² of a quantity at time point `p` by the chain rule from those of the responses.
+    ///
+    /// `curvatures` has one matrix for each row of `sensitivities`.
     pub fn total_curvature(
         &self,
         signed: SignedQuantity<'_>,
@@ -67,7 +70,7 @@ impl Problem {
     }
 }
 
-/// Variable k, seeded where it lies in the block of first derivatives from `i` or `j` on.
+/// Design variable k as a hyper-dual number, seeded if it is in the block that begins at `i` or at `j`.
 fn variable(value: f64, k: usize, i: usize, j: usize) -> HyperDual {
     let mut seeded = HyperDual::from_re(value);
     if k >= i && k < i + BLOCK {
@@ -94,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn the_chain_rule_gives_what_the_whole_function_gives() {
+    fn total_curvature_equals_the_hessian_of_the_composition() {
         let mut parts = ProblemBuilder::new("product");
         for k in 0..6 {
             parts.variable(DesignVariable::new(format!("x{k}"), "", 1.0));

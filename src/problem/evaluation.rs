@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct Evaluation {
     /// Minimized value of the objective, in its unit: F, or −F where F is maximized.
     pub objective: f64,
-    /// `constraints[j][p]`: ĝ_j at time point p, normalised so that feasible means ≤ 1; 0 outside the window of a constraint.
+    /// `constraints[j][p]`: ĝ_j at time point p, normalized so that feasible means ≤ 1; 0 outside the window of a
+    /// constraint.
     ///
     /// Where a constraint holds in continuous time, the value of a time point that is a local maximum is that of the peak
     /// itself.

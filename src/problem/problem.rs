@@ -133,7 +133,7 @@ impl Problem {
         self.variables.iter().zip(b).try_for_each(|(variable, &b)| variable.check_start(b))
     }
 
-    /// Objective and normalised constraints at design `b` from its responses.
+    /// Objective and normalized constraints at design `b` from its responses.
     ///
     /// # Errors
     ///
@@ -150,7 +150,7 @@ impl Problem {
         let mut peaks: Vec<PeakTime> = vec![];
         for (j, constraint) in self.constraints.iter().enumerate() {
             let value = |p| {
-                if self.holds(j, p) { constraint.normalised(at(constraint.signed(), p)) } else { 0.0 }
+                if self.holds(j, p) { constraint.normalized(at(constraint.signed(), p)) } else { 0.0 }
             };
             let mut history: Vec<f64> = (0..self.points_of(&constraint.quantity)).map(value).collect();
             if let Some(p) = history.iter().position(|v| !v.is_finite()) {

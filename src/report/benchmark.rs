@@ -11,7 +11,7 @@ const WORK: &str = "analyses + sensitivity analyses";
 
 /// A row for each method: first those that reach a known optimum, with increasing work.
 ///
-/// Columns: conclusion; work to the known optimum (analyses and sensitivity analyses up to the first design within 1e-5);
+/// Columns: status; work to the known optimum (analyses and sensitivity analyses up to the first design within 1e-5);
 /// accepted cycles and work to the end; objective, violation, KKT residual, and relative distance from the optimum at the end.
 ///
 /// # Errors

@@ -4,30 +4,31 @@ use super::{Globalization, GlobalizationState, Trial, Verdict};
 use crate::problem::{Evaluation, Problem};
 use error::{Error, Result};
 
-/// A design is accepted where the approximations of objective and all retained rows are not below the analysed values there.
+/// Accepts a design if the approximations of the objective and of all retained rows are not below the analysed values.
 ///
-/// Else the cycle is repeated from the same design, without new sensitivities, with ρᵢ w(b) added to each approximation i that
-/// was too low, w = ½ Σ (Δbₖ/scaleₖ)². With the shortfall δᵢ = (fᵢ − f̃ᵢ)/w,
+/// Otherwise the cycle is repeated from the same design without new sensitivities. ρᵢ w(b) with w = ½ Σ (Δbₖ/scaleₖ)²
+/// is added to each approximation i that was too low. With the shortfall δᵢ = (fᵢ − f̃ᵢ)/w,
 ///
 /// $$ ρ_i \leftarrow \min\{ 10 ρ_i,\ 1.1 (ρ_i + δ_i) \} , $$
 ///
-/// where the cap 10 ρᵢ does not bind the first increase from [`least`](Self::least). After an accepted design
-/// ρᵢ ← max(0.1 ρᵢ, least). Every accepted design is feasible then if the start is, and the objective falls.
+/// where the limit 10 ρᵢ does not apply to the first increase from [`least`](Self::least). After an accepted design
+/// ρᵢ ← max(0.1 ρᵢ, least). With a feasible start, every accepted design is feasible and the
+/// objective decreases.
 ///
 /// # Units
 ///
-/// ρ has the unit of the objective for i = 0; rows are normalised. The least ρ of the objective is `least` × its
+/// ρ has the unit of the objective for i = 0; rows are normalized. The least ρ of the objective is `least` × its
 /// value at the start. Equalities are never conservative and do not count.
 ///
 /// # Sources
 ///
 /// Svanberg, *SIAM J. Optim.* 12 (2002) 555–573, section 4. We differ: the lengths in w are fixed for the run, and
-/// the first increase is not capped.
+/// the first increase is not limited.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conservatism {
     /// Least ρ; positive.
     pub least: f64,
-    /// Shortfall, relative to the value of the objective or as a fraction of a limit, that is tolerated.
+    /// Tolerated shortfall, relative to the value of the objective or as a fraction of a limit.
     pub tolerance: f64,
     /// Largest ρ, in the same units; a cycle that needs more is repeated with other move limits instead.
     pub most: f64,
@@ -78,7 +79,7 @@ impl Conservatism {
     }
 }
 
-/// The unit in which function i is measured: the objective's own value, 1 for a normalised row.
+/// The unit in which function i is measured: the objective's own value, 1 for a normalized row.
 fn scale(trial: &Trial, i: usize) -> f64 {
     if i == 0 { unit(trial.objective_before) } else { 1.0 }
 }

@@ -18,7 +18,7 @@ impl Method {
         self.resume(problem, state, observe)
     }
 
-    /// Continues a run to its end. The one loop.
+    /// Continues a run to its end.
     ///
     /// # Errors
     ///
@@ -73,7 +73,7 @@ impl Method {
         })
     }
 
-    /// One cycle, or one more trial step of a rejected one.
+    /// One trial step: a new cycle, or another trial step of a cycle whose last step was rejected.
     ///
     /// # Errors
     ///
@@ -142,7 +142,7 @@ impl Method {
         let accepted = state.history.iter().filter(|c| c.accepted).map(|c| c.design.clone()).collect();
         let options = ApproximationOptions {
             conservatism: state.globalization.conservatism.clone(),
-            drifting: self.drifting,
+            moving_peaks: self.moving_peaks,
             curvature: self.curvature.and_then(|c| c.fit(problem, &point, &state.multipliers())),
         };
         let subproblem_box = SubproblemBox::new(problem, accepted, sides);

@@ -1,4 +1,4 @@
-//! Filters: a design is accepted if it is better than every one before in the objective or in the violation.
+//! Filters: a design is accepted if it is better than every earlier one in the objective or in the violation.
 
 use super::{Conservatism, Globalization, GlobalizationState, Trial, Verdict};
 use crate::problem::{Evaluation, Problem};
@@ -9,11 +9,11 @@ use error::{Error, Result};
 /// With h the largest violation (as a fraction, at least 0) and F the objective, a design is accepted if for every pair
 /// (hᵢ, Fᵢ) in the filter and for the start of the cycle
 ///
-/// $$ h \le (1 - γ) h_i \quad\text{or}\quad F \le F_i - γ h , $$
+/// $$ h \le (1 - γ) h_i \quad\text{or}\quad F \le F_i - γ h . $$
 ///
-/// and if besides, where the approximate problem predicts a decrease of the objective ΔF̃ > 0 that outweighs the violation at the
-/// start of the cycle, F decreases by at least σ ΔF̃. A start without such a decrease enters the filter. A rejected cycle
-/// is repeated with other move limits: combine it with [`TrustRegion`](super::TrustRegion).
+/// If the approximate problem predicts a decrease of the objective ΔF̃ > 0 that outweighs the violation at the start of the
+/// cycle, F must also decrease by at least σ ΔF̃. The start of a cycle without such a prediction is added to the
+/// filter. A rejected cycle is repeated with other move limits: combine it with [`TrustRegion`](super::TrustRegion).
 ///
 /// # Sources
 ///
@@ -25,7 +25,7 @@ pub struct Filter {
     pub margin: f64,
     /// σ, the fraction of the predicted decrease that must be reached; between 0 and 1.
     pub fraction: f64,
-    /// Violation, as a fraction, that counts as none.
+    /// Largest violation, as a fraction, of a design that counts as feasible.
     pub tolerance: f64,
     /// Largest violation, as a fraction, of an accepted design; that of the start is accepted in any case.
     pub ceiling: f64,
@@ -48,7 +48,7 @@ impl Filter {
         [self.ceiling.max(2.0 * self.violation(first.max_violation_pct())), f64::MIN]
     }
 
-    /// True if the trial step is accepted by the filter, into which its start then may enter.
+    /// Returns true if the filter accepts the trial step. The start of an accepted step may be added to the filter.
     fn accepts(&self, trial: &Trial, state: &mut GlobalizationState) -> bool {
         let Some(outcome) = &trial.outcome else { return false };
         let (h, f) = (self.violation(outcome.violation_pct), outcome.objective);
@@ -97,7 +97,7 @@ impl Globalization for Filter {
     }
 }
 
-/// Filtered conservatism: designs that the filter accepts are accepted, the others are repeated with more conservatism.
+/// Filtered conservatism: accepts designs that the filter accepts, and repeats the others with more conservatism.
 ///
 /// A rejected design that was approximated conservatively is repeated with other move limits.
 ///

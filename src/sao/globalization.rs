@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The decision on a proposed design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
-    /// It starts the next cycle.
+    /// The design is accepted and starts the next cycle.
     Accept,
     /// The cycle is repeated from the same design with other move limits.
     Reject,

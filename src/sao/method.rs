@@ -31,7 +31,7 @@ pub struct Method {
     /// Acceptance of proposed designs.
     pub globalization: Box<dyn Globalization>,
     /// True if the peaks of constraints in continuous time move in the approximate problem as the design changes.
-    pub drifting: bool,
+    pub moving_peaks: bool,
     /// The stop test.
     pub stop: Stop,
 }
@@ -46,7 +46,7 @@ impl Default for Method {
             move_limits: Box::new(RelativeLimits::default()),
             solver: Box::new(Automatic::default()),
             globalization: Box::new(ErrorBased::default()),
-            drifting: true,
+            moving_peaks: true,
             stop: Stop::default(),
         }
     }
@@ -108,8 +108,8 @@ impl Method {
         self.approximation.memory().max(self.curvature.map_or(0, |c| c.steps))
     }
 
-    /// The name of the method by which the analysis differentiates the retained responses at this design, where there is a
-    /// choice.
+    /// Name of the method by which the analysis differentiates the retained responses at this design; `None` if it has one
+    /// method only.
     pub fn differentiation(&self, problem: &Problem, state: &State) -> Option<&'static str> {
         let retained = self.screening.retain(problem, &state.evaluation);
         problem.analysis.differentiation(problem.n(), &CycleData::needed(problem, &retained))

@@ -68,9 +68,9 @@ pub trait MoveLimits: Send + Sync + std::fmt::Debug {
 ///   [`increase_violation_pct`](Self::increase_violation_pct) both before and after the step.
 ///
 /// The paper refers to the thesis for its rules; these follow from the printed rows of Tables I, II, IV and VI. The
-/// violation thresholds and the reversal rule touch only the run with one time point for each maximum, whose 18 cycles
-/// are all that is printed of it: call them inferred.
-/// A relative limit would freeze a variable at zero. The width is therefore at least
+/// violation thresholds and the reversal rule affect only the run with one time point for each maximum. The paper
+/// prints only its 18 cycles, so these rules are inferred.
+/// A relative limit would fix a variable at zero. The width is therefore at least
 /// [`floor`](Self::floor) × fᵢ × (its range if it is bounded, else |its start|, else 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeLimits {
@@ -82,13 +82,13 @@ pub struct RelativeLimits {
     pub on_rejection: f64,
     /// Error in percent above which all factors shrink although the cycle is accepted.
     pub reduce_above_pct: f64,
-    /// Their multiplier then.
+    /// Multiplier of all factors in that case.
     pub reduction: f64,
-    /// Error in percent up to which limits that were active widen.
+    /// Error in percent up to which the factors of variables at a move limit increase.
     pub increase_below_pct: f64,
-    /// Violation in percent up to which they do.
+    /// Violation in percent up to which they increase.
     pub increase_violation_pct: f64,
-    /// Their multiplier then.
+    /// Multiplier of these factors in that case.
     pub increase: f64,
     /// Multiplier of the factor of a variable whose step changed its sign; 1 switches the rule off.
     pub on_reversal: f64,

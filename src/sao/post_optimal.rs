@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Step of the central differences of the Lagrangian's gradient, in scales of the variables.
 const STEP: f64 = 1e-5;
-/// Distance to a bound, in scales of the variable, that counts as none.
+/// Largest distance to a bound, in scales of the variable, of a variable that counts as at the bound.
 const AT_BOUND: f64 = 1e-7;
 
 /// A parameter of the problem that is not free.
@@ -104,9 +104,9 @@ impl PostOptimal {
     }
 
     /// The largest residual of the Karush–Kuhn–Tucker conditions: [`residual`](Self::residual), and multipliers of inequalities
-    /// and slopes at bounds that have the wrong sign, in the same measure.
+    /// and derivatives at bounds that have the wrong sign, in the same units.
     ///
-    /// With `problem` that of the run. Rows that violate or have slack are not in it: see the run's violation.
+    /// `problem` is the problem of the run. Violation and slack of rows are not included: see the violation of the run.
     pub fn kkt(&self, problem: &Problem) -> f64 {
         let scale = problem.scales();
         let row = |(i, r): (usize, &ActiveRow)| {

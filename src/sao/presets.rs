@@ -73,13 +73,13 @@ const FORMER_NAMES: &[(&str, &str)] = &[("paper", "slp"), ("paper-fixed-times", 
 static PRESETS: &[Preset] = &[
     Preset {
         name: "slp",
-        title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time drift",
+        title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time move",
         method: Method::default,
     },
     Preset {
         name: "slp-fixed-times",
-        title: "the same, but peaks in continuous time keep their times",
-        method: || Method { drifting: false, ..Method::default() },
+        title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time keep their times",
+        method: || Method { moving_peaks: false, ..Method::default() },
     },
     Preset {
         name: "slp-filter",

@@ -6,9 +6,10 @@ use std::collections::BTreeSet;
 
 /// Selection of the constraints and time points that are retained (Section 4 of the paper).
 ///
-/// A row is a candidate where ĝ exceeds the cut-off; of a history, those near local maxima are retained. Constraints that
-/// depend on the design variables alone cost nothing and are always retained, equalities too. Of a constraint in continuous
-/// time the peaks above the cut-off are retained, one row for each. Time points outside the window of a constraint are not.
+/// A row is a candidate if ĝ exceeds the cut-off; candidates of a history are retained if they are near local maxima.
+/// Equalities and constraints that depend on the design variables alone, which cost nothing, are always retained. A
+/// constraint in continuous time has one retained row for each peak above the cut-off. Time points outside the window
+/// of a constraint are never retained.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Screening {
     /// Rows with ĝ up to this value are removed; ĝ = 1 is the limit. The paper's examples use 0.7 and 0.5. `None` retains all.
@@ -25,7 +26,7 @@ impl Default for Screening {
 }
 
 impl Screening {
-    /// Rows above this cut-off, and near local maxima the time points that the paper retains.
+    /// Retains rows above this cut-off, at the time points near local maxima that the paper retains.
     pub fn above(cutoff: f64) -> Self {
         Self { cutoff: Some(cutoff), ..Self::default() }
     }
@@ -40,7 +41,7 @@ impl Screening {
         Error::check_option("screening cut-off", "a number below 1, such as 0.7", cutoff, cutoff < 1.0)
     }
 
-    /// True where a normalised value is above the cut-off.
+    /// True where a normalized value is above the cut-off.
     pub fn is_critical(&self, g: f64) -> bool {
         self.cutoff.is_none_or(|cutoff| g > cutoff)
     }

@@ -6,20 +6,21 @@ use error::{Error, Result};
 
 /// The stop test.
 ///
-/// A run has converged where over an accepted cycle the objective changed by less than [`accuracy`](Self::accuracy) of itself,
-/// no constraint is violated by more, and the optimality conditions of the problem at the start of that cycle hold up to
-/// [`residual`](Self::residual) ([`Cycle::residual`]). Short steps by small move limits, near asymptotes or high conservatism
-/// therefore do not count as convergence. [`Stop::as_published`] has the first two conditions alone.
+/// A run has converged if an accepted cycle meets three conditions: the relative change of the objective is below
+/// [`accuracy`](Self::accuracy), no constraint is violated by more than that, and the residual of the optimality
+/// conditions at the start of the cycle ([`Cycle::residual`]) is at most [`residual`](Self::residual). Short steps by
+/// small move limits, near asymptotes or high conservatism therefore do not count as convergence.
+/// [`Stop::as_published`] has the first two conditions alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Relative change of the objective over an accepted cycle, and violation (as a fraction), below which the run has
     /// converged. The paper's is 1e-5.
     pub accuracy: f64,
     /// Residual of the optimality conditions at the start of the last cycle, relative to the objective, above which the run has
-    /// not converged. The relative error of the objective is of second order in it: √accuracy is strict, ten times that guards
-    /// against standstill and leaves the number of cycles of all tables of the paper as it is.
+    /// not converged. The relative error of the objective is of second order in it, so that √accuracy is a strict
+    /// value. Ten times that value detects standstill and does not change the number of cycles in any table of the paper.
     pub residual: f64,
-    /// Most cycles, accepted or not.
+    /// Largest number of cycles, accepted or not.
     pub max_cycles: usize,
     /// Largest move-limit factor below which the run has stalled.
     pub smallest_factor: f64,

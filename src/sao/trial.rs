@@ -7,7 +7,7 @@ use error::Result;
 use nlp::{Solution, Values};
 
 /// The value of ĝ below which its error is taken relative to this value. Without a cut-off the relative error (16) of a
-/// constraint that is nowhere near its limit would decide, and it is infinite at ĝ = 0. The paper cuts off at 0.5 or 0.7.
+/// constraint far from its limit could be the largest one, and it is infinite at ĝ = 0. The paper cuts off at 0.5 or 0.7.
 const SMALL: f64 = 0.5;
 
 /// The solution of an approximate problem and its analysis, from which the decision on it is made.
@@ -66,7 +66,7 @@ pub struct Outcome {
     pub constraint_error_pct: f64,
     /// V (17), (18) over all constraints and time points, retained or not.
     pub violation_pct: f64,
-    /// True if anything was approximated: otherwise errors of zero have no meaning.
+    /// True if anything was approximated; if not, the errors are zero and have no meaning.
     pub evidence: bool,
     /// Analysed minus approximate value: of the objective, then of each constraint the largest over its retained time points,
     /// at least zero for an equality. Not positive where the approximation is conservative.
@@ -110,8 +110,8 @@ impl Outcome {
 
     /// Compares approximate and analysed values.
     ///
-    /// E_g is taken over retained rows that are still above the cut-off at the new design: the error of an unimportant
-    /// constraint says nothing about the step.
+    /// E_g is the maximum over retained rows that are still above the cut-off at the new design. Errors of less critical
+    /// constraints do not matter for the step.
     pub fn new(
         problem: &Problem,
         screening: &Screening,

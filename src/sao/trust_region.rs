@@ -81,13 +81,14 @@ pub struct TrustRegion {
 /// The merit function of a [`TrustRegion`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Merit {
-    /// F + μ h with the largest violation h and μ twice the sum of the multipliers: a step that is worse by what linear rows
-    /// leave of the constraints' curvature is a poor one.
+    /// F + μ h with the largest violation h and μ twice the sum of the multipliers. Curvature of the constraints,
+    /// which linear rows neglect, increases h and lowers the ratio.
     #[default]
     Penalty,
-    /// F + Σ λᵢ gᵢ with the multipliers of the approximate problem. The curvature of the constraints cancels where the
-    /// approximate objective has that of the Lagrangian ([`LagrangianCurvature`](crate::approximation::LagrangianCurvature)):
-    /// the box then stays as large as the step needs. Combine it with a filter, which limits the violation.
+    /// F + Σ λᵢ gᵢ with the multipliers of the approximate problem. The curvature of the constraints cancels if the
+    /// approximate objective has the curvature of the Lagrangian
+    /// ([`LagrangianCurvature`](crate::approximation::LagrangianCurvature)): the box is then not reduced without need.
+    /// Combine it with a filter, which limits the violation.
     Lagrangian,
 }
 
@@ -98,7 +99,7 @@ impl Default for TrustRegion {
 }
 
 impl TrustRegion {
-    /// ϱ; none if no decrease was predicted.
+    /// The ratio ϱ; `None` if no decrease was predicted.
     fn ratio(&self, trial: &Trial) -> Option<f64> {
         let outcome = trial.outcome.as_ref()?;
         if self.merit == Merit::Lagrangian {

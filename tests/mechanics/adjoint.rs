@@ -66,7 +66,7 @@ fn check_down_to<M: ParametricMechanism>(floor: f64, name: &str, model: &M, b: &
 fn check_explicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], h: f64, end: f64) {
     let times = times(end);
     let adaptive = Explicit { method: &DOPRI5, ..Explicit::eighth_order(1e-8) };
-    let fixed = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
+    let fixed = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(h));
     for settings in [adaptive, fixed.clone(), Explicit { method: &DOPRI5, ..fixed }] {
         let forward = differentiate_explicitly(model, b, &settings, &times).unwrap();
         let backward = |all: &[Functional]| differentiate_explicitly_backwards(model, b, &settings, &times, all);
@@ -94,7 +94,8 @@ fn every_element_force_and_drive() {
 
 #[test]
 fn prescribed_velocities_by_newmark_formulas() {
-    let newmark = Dynamics { prescribed: Prescribed::Newmark, initial: InitialAcceleration::Zero, ..fixed(0.02) };
+    let newmark =
+        Dynamics { prescribed: Prescribed::Newmark, initial_acceleration: InitialAcceleration::Zero, ..fixed(0.02) };
     check("drives", &Drives, &Drives::DESIGN, newmark, 0.6);
     check("clamped beam", &Arm { elements: 4 }, &Arm::DESIGN, newmark, 0.3);
 }
@@ -183,7 +184,8 @@ fn checkpoints_instead_of_all_steps() {
     let error = differentiate_backwards_within(1000, &chain, &b, &Dynamics::fixed(0.001), &times, &[]).unwrap_err();
     assert!(error.to_string().contains("1000 bytes"), "{error}");
     let wanted = [Functional::at(0, 3), Functional::at(1, 4)];
-    for settings in [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_pace(StepControl::Fixed(0.002))] {
+    for settings in [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_step_control(StepControl::Fixed(0.002))]
+    {
         let all_steps = differentiate_explicitly_backwards(&chain, &b, &settings, &times, &wanted).unwrap();
         let (rows, statistics) =
             differentiate_explicitly_backwards_within(8_000, &chain, &b, &settings, &times, &wanted).unwrap();

@@ -36,7 +36,7 @@ fn no_allocation_per_explicit_step() {
     let chain = Chain::horizontal(8);
     let b = chain.equal_links();
     let mechanism = chain.build(&b).unwrap();
-    let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(1e-3));
+    let settings = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(1e-3));
     let plain = |steps: f64| drop(simulate_explicitly(&mechanism, &settings, &[1e-3 * steps]).unwrap());
     let both = |steps: f64| drop(differentiate_explicitly(&chain, &b, &settings, &[1e-3 * steps]).unwrap());
     let count = |run: &dyn Fn(f64), steps: f64| allocation_counter::measure(|| run(steps)).count_total;

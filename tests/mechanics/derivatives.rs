@@ -78,7 +78,7 @@ fn clamped_beam_at_the_start_of_its_rotation() {
 fn check_explicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64]) {
     let times = [0.0, 0.013, 0.1, 0.2];
     for settings in [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)] {
-        let settings = settings.with_pace(StepControl::Fixed(0.01));
+        let settings = settings.with_step_control(StepControl::Fixed(0.01));
         let exact = differentiate_explicitly(model, b, &settings, &times).unwrap();
         let run = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &settings, &times).unwrap().values;
         let worst = deviation(b, &exact, run);
@@ -93,7 +93,7 @@ fn explicit_steps_of_chains() {
     check_explicit("chain", &chain, &chain.equal_links());
     let more_than_a_block = Chain::horizontal(9);
     check_explicit("chain of nine", &more_than_a_block, &more_than_a_block.equal_links());
-    let eighth = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(0.03));
+    let eighth = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(0.03));
     let (b, times) = (chain.equal_links(), [0.01, 0.1, 0.17]);
     let exact = differentiate_explicitly(&chain, &b, &eighth, &times).unwrap();
     let worst =

@@ -59,7 +59,7 @@ fn oscillator_errors(settings: &Explicit, times: &[f64]) -> [f64; 2] {
 #[test]
 fn orders_on_a_differential_equation_in_values_and_derivatives() {
     for (method, h) in both().into_iter().zip([0.05, 0.4]) {
-        let error = |h: f64| oscillator_errors(&method(1.0).with_pace(StepControl::Fixed(h)), &grid(10, 8.0));
+        let error = |h: f64| oscillator_errors(&method(1.0).with_step_control(StepControl::Fixed(h)), &grid(10, 8.0));
         let (coarse, fine, order) = (error(h), error(0.5 * h), f64::from(method(1.0).method.order));
         for k in 0..2 {
             let measured = (coarse[k] / fine[k]).log2();
@@ -76,7 +76,8 @@ fn orders_on_a_constrained_pendulum() {
     let exact = simulate_explicitly(&pendulum, &Explicit::eighth_order(1e-14), &times).unwrap().values;
     for (method, h) in both().into_iter().zip([0.025, 0.1]) {
         let error = |h: f64| {
-            let run = simulate_explicitly(&pendulum, &method(1.0).with_pace(StepControl::Fixed(h)), &times).unwrap();
+            let run =
+                simulate_explicitly(&pendulum, &method(1.0).with_step_control(StepControl::Fixed(h)), &times).unwrap();
             let apart = |t: usize| (run.values[0][t] - exact[0][t]).hypot(run.values[1][t] - exact[1][t]);
             (0..times.len()).map(apart).fold(0.0, f64::max)
         };
@@ -101,10 +102,10 @@ fn dense_output_is_as_accurate_as_the_tolerance() {
 #[test]
 fn each_component_can_have_its_own_tolerance() {
     let tolerance = Tolerance { relative: vec![0.0], absolute: vec![1e-10, 1e-3] };
-    let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Adaptive { tolerance, longest: 1.0 });
+    let settings = Explicit::eighth_order(1.0).with_step_control(StepControl::Adaptive { tolerance, longest: 1.0 });
     assert!(oscillator_errors(&settings, &grid(10, 5.0))[0] < 1e-8);
     let tolerance = Tolerance { relative: vec![0.0], absolute: vec![1e-10; 3] };
-    let settings = settings.with_pace(StepControl::Adaptive { tolerance, longest: 1.0 });
+    let settings = settings.with_step_control(StepControl::Adaptive { tolerance, longest: 1.0 });
     let error = integrate(&Oscillator, &DESIGN, &settings, &[1.0]).unwrap_err();
     assert!(matches!(error, Error::Length { expected: 2, got: 3, .. }), "{error}");
 }
@@ -201,7 +202,7 @@ fn frozen_deviation<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Exp
     let exact = differentiate_explicitly(model, b, settings, times).unwrap();
     let (plain, steps) = simulate_with_steps(&model.build(b).unwrap(), settings, times).unwrap();
     assert_eq!(exact.values, plain.values);
-    let frozen = settings.clone().with_pace(StepControl::Given(steps));
+    let frozen = settings.clone().with_step_control(StepControl::Given(steps));
     let values = |k: usize, h: f64| {
         let mut moved = b.to_vec();
         moved[k] += h;
@@ -284,8 +285,8 @@ fn what_cannot_be_integrated_is_named_with_its_time() {
     let mut m = Mechanism::<f64>::with_gravity(9.81, 0.0);
     let ball = m.point_mass("ball", 1.0, 0.0, 0.0);
     m.add("trap", Trap, &[ball.x], &[0.5]);
-    for pace in [StepControl::Fixed(1e-2), Explicit::eighth_order(1e-8).pace] {
-        let settings = Explicit::eighth_order(1.0).with_pace(pace);
+    for step_control in [StepControl::Fixed(1e-2), Explicit::eighth_order(1e-8).step_control] {
+        let settings = Explicit::eighth_order(1.0).with_step_control(step_control);
         let error = simulate_explicitly(&m, &settings, &[2.0]).unwrap_err().to_string();
         assert!(error.contains("trap") && error.contains("t = "), "{error}");
     }
@@ -295,7 +296,7 @@ fn what_cannot_be_integrated_is_named_with_its_time() {
     for times in [&[1.0, 0.5][..], &[-1.0], &[f64::NAN]] {
         assert!(integrate(&Oscillator, &DESIGN, &Explicit::eighth_order(1e-8), times).is_err());
     }
-    let short = Explicit::eighth_order(1.0).with_pace(StepControl::Given(vec![0.1, 0.1]));
+    let short = Explicit::eighth_order(1.0).with_step_control(StepControl::Given(vec![0.1, 0.1]));
     let error = integrate(&Oscillator, &DESIGN, &short, &[1.0]).unwrap_err().to_string();
     assert!(error.contains("given steps"), "{error}");
 }

@@ -79,7 +79,8 @@ fn explicit_dense_output_is_of_its_order() {
     for (method, h) in [(Explicit::adaptive(1.0), 0.8), (Explicit::eighth_order(1.0), 2.0)] {
         let error = |h: f64| {
             let run =
-                simulate_explicitly(&oscillator, &method.clone().with_pace(StepControl::Fixed(h)), &times).unwrap();
+                simulate_explicitly(&oscillator, &method.clone().with_step_control(StepControl::Fixed(h)), &times)
+                    .unwrap();
             let errors = run.values[0].iter().zip(&times).map(|(y, &t)| (y - absorber(DESIGN[0], DESIGN[1], t)).abs());
             errors.fold(0.0, f64::max)
         };

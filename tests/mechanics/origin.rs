@@ -17,7 +17,7 @@ use linkwright::mechanics::motion::Harmonic;
 fn from_rest(h: f64) -> Dynamics {
     let statics = Statics { tolerance: 1e-13, ..Statics::default() };
     let newton = Newton { tolerance: 1e-12, iterations: 30 };
-    Dynamics { origin: InitialConfiguration::Equilibrium(statics), newton, ..Dynamics::fixed(h) }
+    Dynamics { initial_configuration: InitialConfiguration::Equilibrium(statics), newton, ..Dynamics::fixed(h) }
 }
 
 /// A bar on a shaken pivot, supported by a spring: mass, inertia, half length, gravity, stiffness, damping, unloaded

@@ -119,7 +119,7 @@ fn requested_times_do_not_change_the_motion() {
     for (few, many) in a.iter().zip(&b) {
         assert_eq!([few[0], few[1]], [many[30], many[61]]);
     }
-    let fixed = Explicit::adaptive(1.0).with_pace(StepControl::Fixed(7e-3));
+    let fixed = Explicit::adaptive(1.0).with_step_control(StepControl::Fixed(7e-3));
     let [a, b] = [&few[..], &many].map(|times| simulate_explicitly(&m, &fixed, times).unwrap().values);
     assert_eq!([a[0][0], a[16][1]], [b[0][30], b[16][61]]);
 }

@@ -78,7 +78,8 @@ fn every_element_force_and_drive() {
     check("all joints", &Joints { length_driver: false }, &Joints::DESIGN, fixed(0.04), 0.24, 1e-6);
     check("a driven length", &Joints { length_driver: true }, &Joints::DESIGN, fixed(0.04), 0.24, 1e-6);
     check("all drives", &Drives, &Drives::DESIGN, fixed(0.02), 0.6, 1e-6);
-    let newmark = Dynamics { prescribed: Prescribed::Newmark, initial: InitialAcceleration::Zero, ..fixed(0.02) };
+    let newmark =
+        Dynamics { prescribed: Prescribed::Newmark, initial_acceleration: InitialAcceleration::Zero, ..fixed(0.02) };
     check("all drives, from positions", &Drives, &Drives::DESIGN, newmark, 0.6, 1e-6);
 }
 

@@ -73,7 +73,7 @@ fn rows<M: ParametricMechanism>(
     let implicit =
         deviations(b, floor, &exact, |b| simulate(&model.build(b).unwrap(), &settings, &times).unwrap().values);
     let explicit = (!is_stiff).then(|| {
-        let settings = Explicit::adaptive(1.0).with_pace(StepControl::Fixed(0.01));
+        let settings = Explicit::adaptive(1.0).with_step_control(StepControl::Fixed(0.01));
         let exact = differentiate_explicitly(model, b, &settings, &times).unwrap();
         deviations(b, floor, &exact, |b| {
             simulate_explicitly(&model.build(b).unwrap(), &settings, &times).unwrap().values

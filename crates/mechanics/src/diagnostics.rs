@@ -16,7 +16,7 @@ pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Erro
         return Some(error);
     }
     let mut workspace = ElementWorkspace::default();
-    mechanism.parts.iter().filter(|part| !part.element.is_sensor()).find_map(|part| {
+    mechanism.elements.iter().filter(|part| !part.element.is_sensor()).find_map(|part| {
         let what = non_finite_part(part, state, &mut workspace)?;
         let why = format!("{what} at t = {t:.6e} s");
         Some(Error::analysis(&part.name, why, "check the function that gives them, or keep the design away from there"))
@@ -64,7 +64,7 @@ pub fn dominant_residual(system: &System, mechanism: &Mechanism<f64>, state: &St
         evaluate(part, state, &mut workspace);
         Some(workspace.dynamics[row].abs())
     };
-    let parts = mechanism.parts.iter().filter(|part| !part.element.is_sensor());
+    let parts = mechanism.elements.iter().filter(|part| !part.element.is_sensor());
     let shares = parts.filter_map(|part| Some((share(part)?, &part.name)));
     let largest = shares.max_by(|a, b| a.0.total_cmp(&b.0));
     largest.map_or(name.clone(), |(_, part)| format!("{name}, mostly by {part}"))

@@ -17,7 +17,7 @@ use crate::{Error, Result};
 pub struct Assembly {
     /// Largest correction (m or rad) of the last iteration.
     pub tolerance: f64,
-    /// Most Newton iterations.
+    /// Largest number of Newton iterations.
     pub iterations: usize,
 }
 
@@ -92,10 +92,10 @@ pub fn assemble(
 /// near 1e-16 by rounding.
 const INDEPENDENT: f64 = 1e12;
 
-/// Checks that the constraints are independent, for a matrix that rounding errors make regular.
+/// Checks that the constraints are independent, as rounding errors can make a singular matrix regular.
 ///
-/// Solves once with the factor of the projection and a right-hand side without preferred direction. Only if the solution is
-/// very large, the joints are searched for redundant constraints.
+/// Solves once with the factor of the projection and a right-hand side that has components in all directions. The joints
+/// are searched for redundant constraints only if the solution is very large.
 fn check_independence(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -270,7 +270,7 @@ pub fn redundant_constraints(system: &System, mechanism: &Mechanism<f64>, state:
 pub struct Statics {
     /// Largest correction (m or rad) of the last iteration.
     pub tolerance: f64,
-    /// Most Newton iterations at one time.
+    /// Largest number of Newton iterations at one time.
     pub iterations: usize,
     /// Largest change of a position (m or rad) in one iteration.
     pub longest: f64,

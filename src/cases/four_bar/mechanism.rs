@@ -107,8 +107,8 @@ impl FourBar {
         Ok(Dynamics {
             scheme: GeneralizedAlpha::hht(self.damping)?,
             step: StepSize::Fixed(self.step),
-            origin: InitialConfiguration::Built,
-            initial: InitialAcceleration::Zero,
+            initial_configuration: InitialConfiguration::Built,
+            initial_acceleration: InitialAcceleration::Zero,
             prescribed: Prescribed::Newmark,
             ..Dynamics::fixed(self.step)
         })

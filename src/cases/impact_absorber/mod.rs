@@ -73,7 +73,7 @@ fn sine_cosine_of_root<S: Scalar>(x: S) -> (S, S) {
 
 /// Minimize the peak of |ÿ| by the bound variable b₃ (37)–(41); Table I.
 ///
-/// The acceleration constraints are normalised by an absolute distance of 1 m/s², which gives the printed violations.
+/// The acceleration constraints are normalized by an absolute distance of 1 m/s², which gives the printed violations.
 pub fn peak_acceleration() -> Result<Problem> {
     parts_of_peak_acceleration()?.build_analytic(ClosedFormMotion)
 }

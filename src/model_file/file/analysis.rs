@@ -255,7 +255,7 @@ fn explicit(section: &Section<'_>, start: f64, step: Option<f64>, tolerance: Opt
         section.choice("scheme", &[("rk5", Explicit::adaptive as fn(f64) -> _), ("rk8", Explicit::eighth_order)])?;
     let settings = Explicit { start, ..make(tolerance.unwrap_or(1e-9)) };
     Ok(Integration::Explicit(match step {
-        Some(h) => settings.with_pace(StepControl::Fixed(h)),
+        Some(h) => settings.with_step_control(StepControl::Fixed(h)),
         None => settings,
     }))
 }
@@ -285,11 +285,11 @@ fn implicit(
     ];
     let initials = [("consistent", InitialAcceleration::Consistent), ("zero", InitialAcceleration::Zero)];
     Ok(Integration::Implicit(Dynamics {
-        origin: section.choice("initial_configuration", &configurations)?,
+        initial_configuration: section.choice("initial_configuration", &configurations)?,
         start,
         scheme,
         step,
-        initial: section.choice("initial_acceleration", &initials)?,
+        initial_acceleration: section.choice("initial_acceleration", &initials)?,
         prescribed: section.choice("prescribed", &[("exact", Prescribed::Exact), ("newmark", Prescribed::Newmark)])?,
         ..Dynamics::fixed(1e-3)
     }))

@@ -16,7 +16,7 @@ const KEYS: &[Key] = &[
     optional(
         "scale",
         Accepts::Number,
-        "normalisation, in the unit of the value; by default |limit|, or 1 if that is zero",
+        "normalization, in the unit of the value; by default |limit|, or 1 if that is zero",
     ),
     optional("from", Accepts::Number, "first time at which the constraint must hold; by default the first time point"),
     optional("to", Accepts::Number, "last time at which the constraint must hold; by default the last time point"),

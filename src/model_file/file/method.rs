@@ -19,7 +19,7 @@ const KEYS: &[Key] = &[
     optional(
         "cutoff",
         Accepts::NumberOr(&["none"]),
-        "normalised value up to which constraints are left out of the subproblem",
+        "normalized value up to which constraints are left out of the subproblem",
     ),
     optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are retained before and after each maximum"),
     optional("moving_peaks", Accepts::Flag, "whether peaks in continuous time move in the approximate problem"),
@@ -107,7 +107,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
     method.stop.check().map_err(|e| section.error_at(&key_of_error(&section, &e.to_string()), e.to_string()))?;
     screening(&section, names, &mut method)?;
     if section.has("moving_peaks") {
-        method.drifting = section.flag("moving_peaks")?;
+        method.moving_peaks = section.flag("moving_peaks")?;
     }
     if let Some(limits) = move_limits(&section, names)? {
         limits.check().map_err(|e| section.error_at("move_limits", e.to_string()))?;

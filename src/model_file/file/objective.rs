@@ -21,7 +21,7 @@ const KEYS: &[Key] = &[
         "scale",
         Accepts::Number,
         "1",
-        "with over = \"peak\": normalisation of the two constraints, in the unit of the value",
+        "with over = \"peak\": normalization of the two constraints, in the unit of the value",
     ),
     optional("directly_in", Accepts::Intermediate, "approximates the objective itself, linearized in these variables"),
 ];

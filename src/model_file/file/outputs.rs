@@ -46,19 +46,22 @@ pub fn read(
     grid: Option<&TimeGrid>,
 ) -> Read<Vec<Output>> {
     let mut outputs: Vec<Output> = vec![];
-    let most = limits::VALUES / grid.map_or(1, TimeGrid::len).max(variables.len()).max(1);
+    let points = grid.map_or(1, TimeGrid::len);
+    let (factor, of) =
+        if points >= variables.len() { (points, "time points") } else { (variables.len(), "design variables") };
+    let most = limits::VALUES / factor.max(1);
     file.read_each("output", |table, span| {
         let section = Section::of(table, span, "output", &[KEYS], file.source())?;
         let word = section.need_word("name")?;
         names.check(&word.text, word.span.clone())?;
         if outputs.iter().any(|o| o.name == word.text) {
             return Err(
-                Diagnostic::new(word.span, format!("the name `{}` is taken twice", word.text)).label("second use")
+                Diagnostic::new(word.span, format!("two outputs have the name `{}`", word.text)).label("second use")
             );
         }
         if outputs.len() >= most {
-            let message =
-                format!("outputs and time points, or design variables, make more than {} values", limits::VALUES);
+            let (count, limit) = (outputs.len() + 1, limits::VALUES);
+            let message = format!("{count} outputs × {factor} {of} exceed the limit of {limit} values");
             return Err(section.error_at("name", message));
         }
         outputs.push(output(word.text, &section, names, parts, variables)?);
@@ -138,16 +141,16 @@ pub fn intermediates(
             _ => each[k] = choice(value)?,
         }
     }
-    Ok(if is_map { Intermediates::map(Map { each, programs }) } else { Intermediates::Each(each) })
+    Ok(if is_map { Intermediates::map(FormulaMap { each, programs }) } else { Intermediates::Each(each) })
 }
 
 /// Intermediate variables of which some are formulas of the whole design.
-struct Map {
+struct FormulaMap {
     each: Vec<Intermediate>,
     programs: Vec<Program>,
 }
 
-impl IntermediateMap for Map {
+impl IntermediateMap for FormulaMap {
     fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S {
         // The variable that bounds a peak has no choice and is not transformed.
         match (self.each.get(k), self.programs.get(k)) {
@@ -173,40 +176,40 @@ impl Output {
     }
 
     /// Adds the output to a mechanism.
-    pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, world: &mut BuildContext<S>, b: &[S]) -> Result<()> {
+    pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, context: &mut BuildContext<S>, b: &[S]) -> Result<()> {
         let mut terms: Vec<Term<S>> = vec![];
         let mut counts = vec![];
         for measure in &self.measures {
-            let of_one = sensors.terms(measure, world, b)?;
+            let of_one = sensors.terms(measure, context, b)?;
             counts.push(of_one.len());
             terms.extend(of_one);
         }
         if self.measures.len() == 1 && self.program.is_other(0) {
-            world.mechanism.output(&self.name, &terms);
+            context.mechanism.output(&self.name, &terms);
             return Ok(());
         }
         let used = self.program.uses();
         for &i in &used {
-            terms.push(sensors.design(i, world, b)?);
+            terms.push(sensors.design(i, context, b)?);
         }
-        let formula = Measured { program: self.program.clone().with_design(&used), counts };
-        world.mechanism.output_formula(&self.name, formula, &terms);
+        let formula = MeasureFormula { program: self.program.clone().with_design(&used), counts };
+        context.mechanism.output_formula(&self.name, formula, &terms);
         Ok(())
     }
 }
 
 /// A formula of quantities, each a sum of `counts` terms, followed by design variables.
-struct Measured {
+struct MeasureFormula {
     program: Program,
     counts: Vec<usize>,
 }
 
-impl Formula for Measured {
+impl Formula for MeasureFormula {
     fn value<T: Scalar>(&self, t: T, x: &[T]) -> T {
         let mut rest = x;
         let sum = |count: &usize| {
-            let (terms, behind) = rest.split_at(*count);
-            rest = behind;
+            let (terms, remaining) = rest.split_at(*count);
+            rest = remaining;
             terms.iter().copied().sum()
         };
         let others: Vec<T> = self.counts.iter().map(sum).collect();

@@ -12,7 +12,8 @@ const PAGE_STYLE: &str =
     ":root { color-scheme: light dark; }\nbody { margin: 1.5rem auto; max-width: 72rem; padding: 0 1rem; }";
 
 impl Animation {
-    /// A whole page without network access. It plays at once and has a slider for the time and a choice of speed.
+    /// A whole page without network access. It starts to play when it is opened and has a slider for the time and a
+    /// choice of speed.
     ///
     /// An address that ends with `#t=0.3` shows that time and pauses.
     pub fn page(&self) -> String {
@@ -31,7 +32,7 @@ impl Animation {
         page.into_string()
     }
 
-    /// A `<figure>` for a larger page, which may hold several of them. Without scripts it shows the first frame.
+    /// A `<figure>` for a larger page, which may contain several of them. Without scripts it shows the first frame.
     pub fn fragment(&self) -> String {
         self.figure_element().into_string()
     }

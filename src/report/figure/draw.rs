@@ -74,7 +74,7 @@ fn draw_above_frame(svg: &mut Svg, mark: &Mark, view: &View, obstacles: &mut Vec
     }
 }
 
-/// Draws the notes last, where they cover least; omits a note that would cover another one.
+/// Draws the notes last, where they cover the fewest marks; omits a note that would cover another one.
 fn notes(svg: &mut Svg, panel: &Panel, view: &View, obstacles: &[[f64; 2]]) {
     let notes = panel.marks.iter().filter_map(|mark| match &mark.kind {
         Kind::Note { at, text } => view.position(*at).filter(|&p| view.area.contains(p)).map(|p| (p, text)),

@@ -5,7 +5,7 @@ use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{Colour, Panel, markup, style};
 
-/// Points on paper that a label should keep free: markers, texts, symbols, hatched bounds.
+/// Points on paper that a label should not cover: markers, texts, symbols, hatched bounds.
 pub(crate) fn obstacles(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     let mut obstacles = Vec::new();
     for mark in &panel.marks {
@@ -45,7 +45,7 @@ pub(crate) fn ink(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     ink
 }
 
-/// The area near `at` where a note of the given width covers least; `None` if it covers another note everywhere.
+/// The area near `at` where a note of the given width covers the fewest marks; `None` if every position covers another note.
 pub(crate) fn note_area(
     at: [f64; 2],
     width: f64,

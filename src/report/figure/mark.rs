@@ -51,7 +51,7 @@ pub enum Marker {
     Block,
     /// A diamond, white inside.
     Diamond,
-    /// A triangle on its tip, white inside.
+    /// A triangle pointing down, white inside.
     Down,
     /// A diagonal cross.
     Cross,
@@ -61,7 +61,7 @@ pub enum Marker {
 
 /// Symbol of a mechanism, in a fixed size on paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Symbol {
+pub enum MarkSymbol {
     /// A revolute joint: a ring.
     Joint,
     /// A revolute joint on the ground: a triangle on a hatched line.
@@ -91,7 +91,7 @@ pub(crate) enum Kind {
     Note { at: [f64; 2], text: String },
     ContourLabel { curves: Vec<Vec<[f64; 2]>>, text: String, colour: Colour },
     Field { grid: Grid, map: ColourMap, range: [f64; 2] },
-    Symbol { at: [f64; 2], symbol: Symbol },
+    Symbol { at: [f64; 2], symbol: MarkSymbol },
 }
 
 /// A mark; later marks cover earlier ones.
@@ -142,7 +142,7 @@ impl Mark {
         Self::of(Kind::Region { outline: outline.into(), colour, opacity })
     }
 
-    /// Markers of the given size across, in points.
+    /// Markers of the given width in points.
     pub fn points(at: impl Into<Vec<[f64; 2]>>, marker: Marker, colour: Colour, size: f64) -> Self {
         Self::of(Kind::Points { at: at.into(), marker, colour, size })
     }
@@ -158,7 +158,7 @@ impl Mark {
         Self::of(Kind::Text { at, text: text.into(), anchor, offset, colour, size })
     }
 
-    /// A text near a point, where it covers least; omitted if it would cover another note.
+    /// A text near a point, placed where it covers the fewest marks; omitted if it would cover another note.
     pub fn note(at: [f64; 2], text: impl Into<String>) -> Self {
         Self::of(Kind::Note { at, text: text.into() })
     }
@@ -174,7 +174,7 @@ impl Mark {
     }
 
     /// A symbol of a mechanism.
-    pub fn symbol(at: [f64; 2], symbol: Symbol) -> Self {
+    pub fn symbol(at: [f64; 2], symbol: MarkSymbol) -> Self {
         Self::of(Kind::Symbol { at, symbol })
     }
 

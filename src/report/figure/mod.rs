@@ -39,7 +39,7 @@ pub use axis::{Axis, Quantity, Scale};
 pub use colour::{Colour, ColourMap};
 pub use contour::{contour, round_levels};
 pub use grid::Grid;
-pub use mark::{Anchor, Dash, Mark, Marker, Stroke, Symbol};
+pub use mark::{Anchor, Dash, Mark, MarkSymbol, Marker, Stroke};
 pub use markup::literal;
 pub use panel::{ColourBar, Legend, Panel};
 
@@ -210,7 +210,7 @@ mod tests {
         for (k, marker) in markers.into_iter().chain([Marker::Down, Marker::Cross, Marker::Plus]).enumerate() {
             panel.add(Mark::points([[0.2 * (k + 1) as f64, 0.4]], marker, Colour::of_series(k), 4.0));
         }
-        for symbol in [Symbol::Joint, Symbol::GroundJoint, Symbol::Slider(0.3)] {
+        for symbol in [MarkSymbol::Joint, MarkSymbol::GroundJoint, MarkSymbol::Slider(0.3)] {
             panel.add(Mark::symbol([1.0, 1.0], symbol));
         }
         panel.add(Mark::note([1.0, 1.0], "a note")).add(Mark::text([0.3, 1.0], "a text", Anchor::End, [0.0, 4.0]));

@@ -1,7 +1,7 @@
 //! Markers, symbols of a mechanism, and hatching.
 
 use super::Colour;
-use super::mark::{Marker, Stroke, Symbol};
+use super::mark::{MarkSymbol, Marker, Stroke};
 use super::svg::Svg;
 
 /// Strokes at 45° on the left of a curve, `spacing` points apart along it.
@@ -23,7 +23,7 @@ pub(crate) fn hatches(curve: &[[f64; 2]], length: f64, spacing: f64) -> Vec<[[f6
     strokes
 }
 
-/// Draws a marker of the given size across.
+/// Draws a marker of the given width.
 pub(crate) fn marker(svg: &mut Svg, [x, y]: [f64; 2], kind: Marker, colour: Colour, size: f64) {
     let r = size / 2.0;
     let line = Stroke::solid(colour, (0.16 * size).clamp(0.5, 1.0));
@@ -44,12 +44,12 @@ pub(crate) fn marker(svg: &mut Svg, [x, y]: [f64; 2], kind: Marker, colour: Colo
     }
 }
 
-/// Draws a symbol.
-pub(crate) fn symbol(svg: &mut Svg, [x, y]: [f64; 2], kind: Symbol) {
+/// Draws a symbol of a mechanism.
+pub(crate) fn symbol(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkSymbol) {
     let line = Stroke::solid(Colour::BLACK, 0.7);
     match kind {
-        Symbol::Joint => svg.circle([x, y], 2.2, Colour::WHITE, Some(line)),
-        Symbol::GroundJoint => {
+        MarkSymbol::Joint => svg.circle([x, y], 2.2, Colour::WHITE, Some(line)),
+        MarkSymbol::GroundJoint => {
             let foot = y + 8.0;
             svg.polygon(&[[x, y], [x - 4.6, foot], [x + 4.6, foot]], Colour::WHITE, 1.0, Some(line));
             svg.polyline(&[[x - 7.5, foot], [x + 7.5, foot]], line);
@@ -58,7 +58,7 @@ pub(crate) fn symbol(svg: &mut Svg, [x, y]: [f64; 2], kind: Symbol) {
             svg.polylines(&strokes, Stroke::solid(Colour::BLACK, 0.5));
             svg.circle([x, y], 2.2, Colour::WHITE, Some(line));
         }
-        Symbol::Slider(angle) => {
+        MarkSymbol::Slider(angle) => {
             let (s, c) = angle.sin_cos();
             let corner = |u: f64, v: f64| [x + u * c - v * s, y - u * s - v * c];
             svg.polygon(
@@ -81,7 +81,7 @@ mod tests {
         let strokes = hatches(&[[0.0, 0.0], [7.0, 0.0], [20.0, 0.0]], 2.0, 4.0);
         assert_eq!(strokes.len(), 5);
         assert!(strokes.windows(2).all(|p| (p[1][0][0] - p[0][0][0] - 4.0).abs() < 1e-12));
-        // Walking to the right, the left is up, and up on paper is negative.
+        // The left side of a curve to the right is up, which is negative on paper.
         assert!(strokes.iter().all(|s| (s[1][1] + 2f64.sqrt()).abs() < 1e-12));
     }
 }

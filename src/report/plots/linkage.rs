@@ -1,7 +1,9 @@
 //! Drawing of a planar mechanism in one position.
 
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, Symbol, check};
+use crate::report::figure::{
+    Axis, Colour, Dash, Figure, Legend, Mark, MarkSymbol, Marker, Panel, Quantity, Stroke, check,
+};
 
 /// A planar mechanism in one position; coordinates in the unit of the axes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,9 +63,9 @@ impl Linkage {
         if !self.masses.is_empty() {
             panel.add(Mark::points(self.masses.clone(), Marker::Disc, Colour(70, 70, 70), 7.0));
         }
-        panel.extend(self.sliders.iter().map(|&(at, angle)| Mark::symbol(at, Symbol::Slider(angle))));
-        panel.extend(self.ground_joints.iter().map(|&at| Mark::symbol(at, Symbol::GroundJoint)));
-        panel.extend(self.joints.iter().map(|&at| Mark::symbol(at, Symbol::Joint)));
+        panel.extend(self.sliders.iter().map(|&(at, angle)| Mark::symbol(at, MarkSymbol::Slider(angle))));
+        panel.extend(self.ground_joints.iter().map(|&at| Mark::symbol(at, MarkSymbol::GroundJoint)));
+        panel.extend(self.joints.iter().map(|&at| Mark::symbol(at, MarkSymbol::Joint)));
         panel.extend(self.notes.iter().map(|(text, at)| Mark::note(*at, text)));
     }
 

@@ -115,7 +115,7 @@ impl OptimizationReport<'_> {
         panel.add(Mark::curves(regions, Stroke::solid(Colour::LIGHT_GREY, 3.0)));
         let last = history.last().map_or(1.0, |c| c.cycle as f64);
         for (bound, ends) in [(variable.upper, [-0.3, last + 0.3]), (variable.lower, [last + 0.3, -0.3])] {
-            // A distant bound would compress everything else.
+            // A distant bound would compress the curves.
             if bound.is_finite() && bound >= low - 0.3 * (high - low) && bound <= high + 0.3 * (high - low) {
                 let line = vec![[ends[0], bound], [ends[1], bound]];
                 panel.add(Mark::hatching(vec![line.clone()], Stroke::solid(Colour::BLACK, 0.4), 3.6));

@@ -150,7 +150,7 @@ fn evaluate(problem: &Problem, state: &State, variables: &[usize], values: &[f64
     problem.evaluate(&design, &responses).ok()
 }
 
-/// The peak: the least value of the variable β that its two constraints allow, β + s·max(ĝ − 1).
+/// The peak: the smallest β for which its two constraints are satisfied, β + s·max(ĝ − 1).
 fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: PeakBound) -> f64 {
     let values = peak.constraints.map(|j| &evaluation.constraints[j]);
     let largest = values.into_iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);

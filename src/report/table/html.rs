@@ -31,7 +31,7 @@ impl Table {
         }
     }
 
-    /// Whether a column holds no text.
+    /// Returns whether a column contains no text.
     fn is_numeric(&self, column: usize) -> bool {
         self.rows.iter().all(|row| !matches!(row[column], Cell::Text(_)))
     }

@@ -31,7 +31,7 @@ impl From<f64> for Cell {
 
 impl From<usize> for Cell {
     fn from(value: usize) -> Self {
-        // No memory holds a count that does not fit.
+        // A count that does not fit would exceed any memory.
         Self::Whole(i64::try_from(value).unwrap_or(i64::MAX))
     }
 }

@@ -23,10 +23,11 @@ use nalgebra::DMatrix;
 pub type StaticResponses<M> = QuasiStaticResponses<M, Statics>;
 
 /// The outputs of a mechanism whose every degree of freedom is driven, at given times: positions, velocities,
-/// accelerations, reactions and driving forces, each time point assembled by itself.
+/// accelerations, reactions and driving forces. The mechanism is assembled at each time point.
 pub type KinematicResponses<M> = QuasiStaticResponses<M, Assembly>;
 
-/// The outputs of a mechanism at given times, each solved by itself: [`StaticResponses`] or [`KinematicResponses`].
+/// The outputs of a mechanism at given times, which are solved one by one, without integration: [`StaticResponses`] or
+/// [`KinematicResponses`].
 ///
 /// Response h is the mechanism's output h, on the grid `times`.
 pub struct QuasiStaticResponses<M, P> {
@@ -168,7 +169,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Unsupported`] for a method that this analysis does not offer; it offers all.
+    /// None, as this analysis offers all methods; other analyses return [`crate::Error::Unsupported`].
     pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
         Ok(Self { differentiation, ..self })
     }
@@ -225,7 +226,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
         b: &[f64],
         wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
-        // From the first time on, as the analysis: the solution of each time point starts from the one before.
+        // All times up to the last wanted one: each solution is the initial guess of the next, as in the analysis.
         let times = &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)];
         let history = match method {
             Differentiation::Adjoint => {
@@ -258,7 +259,7 @@ mod tests {
     use crate::cases::SliderCrank;
 
     #[test]
-    fn derivatives_come_in_the_order_asked() {
+    fn derivatives_have_the_order_of_the_request() {
         let times: Vec<f64> = (0..10).map(|k| 0.05 * f64::from(k)).collect();
         let driven = || KinematicResponses::new(SliderCrank::rigid(), Assembly::default(), &times).unwrap();
         let analysis = driven().differentiating(Differentiation::Direct).unwrap();

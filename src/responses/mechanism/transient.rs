@@ -153,7 +153,7 @@ impl<M: ParametricMechanism> Transient<M> {
     fn chosen(&self, b: &[f64], wanted: &[ResponseAt]) -> Result<Differentiation> {
         let chosen = self.differentiation_for(b.len(), wanted);
         let is_free = self.differentiation == Differentiation::Automatic && chosen == Differentiation::Adjoint;
-        Ok(if is_free && self.model.build(b)?.has_impacts() { Differentiation::Direct } else { chosen })
+        Ok(if is_free && self.model.build(b)?.has_events() { Differentiation::Direct } else { chosen })
     }
 
     fn sensitivities_by(
@@ -244,7 +244,7 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         let mechanism = self.model.build(b)?;
         let (history, steps) = match &self.settings {
             // What happens between the steps is not recorded.
-            Integration::Implicit(settings) if mechanism.has_impacts() => {
+            Integration::Implicit(settings) if mechanism.has_events() => {
                 return Ok(Responses::new(simulate(&mechanism, settings, &self.times)?.values));
             }
             Integration::Implicit(settings) => {

@@ -121,17 +121,17 @@ pub struct Sampler<T> {
 impl<T: StateScalar> Sampler<T> {
     /// Sampler of the outputs of `mechanism`.
     pub fn new(mechanism: &Mechanism<T>) -> Self {
-        let mut first_measure = vec![usize::MAX; mechanism.parts.len()];
+        let mut first_measure = vec![usize::MAX; mechanism.elements.len()];
         let (mut elements, mut count, mut driving_forces, mut energy) = (Vec::new(), 0, Vec::new(), false);
         for term in mechanism.outputs.iter().flat_map(|output| &output.terms) {
             match term.source {
-                MeasuredQuantity::Measure { part, .. } if first_measure[part] == usize::MAX => {
+                MeasuredQuantity::Measure { element: part, .. } if first_measure[part] == usize::MAX => {
                     first_measure[part] = count;
                     elements.push((part, count));
-                    count += mechanism.parts[part].element.measures().len();
+                    count += mechanism.elements[part].element.measures().len();
                 }
                 MeasuredQuantity::Measure { .. } => {}
-                MeasuredQuantity::Effort { coordinate } => {
+                MeasuredQuantity::DrivingForce { coordinate } => {
                     driving_forces.push((coordinate, rows_of(mechanism, coordinate)));
                 }
                 MeasuredQuantity::KineticEnergy | MeasuredQuantity::PotentialEnergy => energy = true,
@@ -152,10 +152,12 @@ impl<T: StateScalar> Sampler<T> {
             self.terms.clear();
             for term in &output.terms {
                 let quantity = match term.source {
-                    MeasuredQuantity::Measure { part, measure } => self.measured[self.first_measure[part] + measure],
+                    MeasuredQuantity::Measure { element: part, measure } => {
+                        self.measured[self.first_measure[part] + measure]
+                    }
                     MeasuredQuantity::KineticEnergy => kinetic,
                     MeasuredQuantity::PotentialEnergy => potential,
-                    MeasuredQuantity::Effort { .. } => {
+                    MeasuredQuantity::DrivingForce { .. } => {
                         let (_, rows) = driving_forces.next().expect("one for each output of this kind");
                         generalized_force(mechanism, state, rows, &mut self.workspace)
                     }
@@ -173,7 +175,7 @@ impl<T: StateScalar> Sampler<T> {
     fn measure(&mut self, mechanism: &Mechanism<T>, state: &State<T>) {
         self.measured.fill(T::from(0.0));
         for &(index, first) in &self.elements {
-            let part = &mechanism.parts[index];
+            let part = &mechanism.elements[index];
             gather(part, state, &mut self.workspace);
             let local = ElementState { p: &part.parameters, ..self.workspace.local(state.t) };
             let count = part.element.measures().len();
@@ -212,7 +214,7 @@ impl OutputRecorder {
 
 /// Elements that act on a coordinate, with their local rows of it.
 fn rows_of<T>(mechanism: &Mechanism<T>, coordinate: usize) -> Vec<(usize, usize)> {
-    let rows = mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
+    let rows = mechanism.elements.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
     let rows = rows.flat_map(|(k, part)| part.coordinates.iter().enumerate().map(move |(row, &c)| (k, row, c)));
     rows.filter(|&(_, _, c)| c == coordinate).map(|(k, row, _)| (k, row)).collect()
 }
@@ -225,7 +227,7 @@ fn generalized_force<T: StateScalar>(
     workspace: &mut ElementWorkspace<T>,
 ) -> T {
     let share = |&(part, row): &(usize, usize)| {
-        evaluate(&mechanism.parts[part], state, workspace);
+        evaluate(&mechanism.elements[part], state, workspace);
         workspace.dynamics[row]
     };
     rows.iter().map(share).sum()
@@ -235,7 +237,7 @@ fn generalized_force<T: StateScalar>(
 pub fn energy<T: StateScalar>(mechanism: &Mechanism<T>, state: &State<T>) -> [T; 2] {
     let mut workspace = ElementWorkspace::default();
     let mut total = [T::from(0.0); 2];
-    for part in &mechanism.parts {
+    for part in &mechanism.elements {
         gather(part, state, &mut workspace);
         let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
         let energy = T::energy(part.element.as_ref(), &local);

@@ -162,7 +162,7 @@ fn mode_rows(
     let (zero, mut workspace) = (Dual8::constant(0.0), ElementWorkspace::<Jet2<Dual8>>::default());
     let mut rows = vec![zero; system.size()];
     let along = |x: Dual8, rate: f64| Jet2::new(x, Dual8::constant(rate), zero);
-    for (index, part) in mechanism.parts.iter().enumerate().filter(|(_, part)| !part.element.is_sensor()) {
+    for (index, part) in mechanism.elements.iter().enumerate().filter(|(_, part)| !part.element.is_sensor()) {
         // A position that moves along φ and an acceleration that moves along −ω² φ: one pass gives K φ − ω² M φ.
         let fill = |to: &mut Vec<Jet2<Dual8>>, from: &[Dual8], factor: f64| {
             to.clear();

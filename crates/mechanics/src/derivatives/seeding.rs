@@ -94,14 +94,14 @@ impl Activity {
     /// Of `mechanism`, from its chunks of seeded design variables.
     pub fn of(chunks: &[Mechanism<Dual8>], mechanism: &Mechanism<f64>) -> Self {
         let is_active = |x: &Dual8| x.eps.iter().any(|derivative| *derivative != 0.0);
-        let parameter = |part: usize, k: usize| chunks.iter().any(|c| is_active(&c.parts[part].parameters[k]));
+        let parameter = |part: usize, k: usize| chunks.iter().any(|c| is_active(&c.elements[part].parameters[k]));
         let parameters =
-            |part: usize| (0..mechanism.parts[part].parameters.len()).filter(|&k| parameter(part, k)).collect();
+            |part: usize| (0..mechanism.elements[part].parameters.len()).filter(|&k| parameter(part, k)).collect();
         let motion = |c: &Mechanism<Dual8>, i: usize| {
             c.coordinates[i].motion.as_ref().is_some_and(|(_, parameters)| parameters.iter().any(is_active))
         };
         Self {
-            parameters: (0..mechanism.parts.len()).map(parameters).collect(),
+            parameters: (0..mechanism.elements.len()).map(parameters).collect(),
             motions: (0..mechanism.coordinates.len()).map(|i| chunks.iter().any(|c| motion(c, i))).collect(),
         }
     }

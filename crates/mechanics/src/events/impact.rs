@@ -52,22 +52,22 @@ where
     pub fn rate(&self, state: &State<T>, v: &[T]) -> T {
         let (zero, one) = (T::from(0.0), T::from(1.0));
         let constant = |x: T| Jet2::new(x, zero, zero);
-        let coordinates = &self.part.coordinates;
+        let coordinates = &self.gap.coordinates;
         let mut workspace = ElementWorkspace::<Jet2<T>> {
-            p: self.part.parameters.iter().map(|&p| constant(p)).collect(),
+            p: self.gap.parameters.iter().map(|&p| constant(p)).collect(),
             q: coordinates.iter().map(|&i| Jet2::new(state.q[i], v[i], zero)).collect(),
             v: vec![constant(zero); coordinates.len()],
             a: vec![constant(zero); coordinates.len()],
             l: vec![constant(zero)],
             ..ElementWorkspace::default()
         };
-        Jet2::<T>::residual(self.part.element.as_ref(), Jet2::new(state.t, one, zero), &mut workspace);
+        Jet2::<T>::residual(self.gap.element.as_ref(), Jet2::new(state.t, one, zero), &mut workspace);
         workspace.constraint[0].v1
     }
 
     /// Evaluates Φ_qᵀ times the `impulse`, and the gap.
     fn evaluate(&self, state: &State<T>, impulse: T) -> ElementWorkspace<T> {
-        let of = |x: &[T]| self.part.coordinates.iter().map(|&i| x[i]).collect();
+        let of = |x: &[T]| self.gap.coordinates.iter().map(|&i| x[i]).collect();
         let mut workspace = ElementWorkspace {
             q: of(&state.q),
             v: of(&state.v),
@@ -75,14 +75,14 @@ where
             l: vec![impulse],
             ..ElementWorkspace::default()
         };
-        T::residual_of(self.part.element.as_ref(), &self.part.parameters, state.t, &mut workspace);
+        T::residual_of(self.gap.element.as_ref(), &self.gap.parameters, state.t, &mut workspace);
         workspace
     }
 
     /// Adds Φ_qᵀ times the `impulse` to the rows.
     fn add_impulse(&self, system: &System, state: &State<T>, impulse: T, rows: &mut [T]) {
         let workspace = self.evaluate(state, impulse);
-        for (&coordinate, &row) in self.part.coordinates.iter().zip(&workspace.dynamics) {
+        for (&coordinate, &row) in self.gap.coordinates.iter().zip(&workspace.dynamics) {
             if let Some(equation) = system.equation_of(coordinate) {
                 rows[equation] += row;
             }
@@ -121,17 +121,17 @@ where
     }
 }
 
-/// The factorized equations of an impact: the matrix of the accelerations, bordered by the contact.
-pub(crate) struct Border {
+/// The factorized equations of an impact: the matrix of the accelerations, bordered by row and column of the contact.
+pub(crate) struct BorderedSystem {
     /// Φ_q of the contact by equation.
     direction: Vec<f64>,
-    /// Change of velocities and impulses of the joints with a unit impulse of the contact.
+    /// Change of velocities and joint impulses per unit impulse of the contact.
     response: Vec<[f64; 1]>,
-    /// Change of the gap's rate with a unit impulse of the contact.
+    /// Change of the gap's rate per unit impulse of the contact.
     compliance: f64,
 }
 
-impl Border {
+impl BorderedSystem {
     /// Equations at the state `before` the impact.
     ///
     /// # Errors
@@ -155,14 +155,15 @@ impl Border {
         let compliance: f64 = direction.iter().zip(&response).map(|(u, w)| u * w[0]).sum();
         if !(compliance > 0.0) {
             let why = format!("the impact at t = {:.6e} s cannot move anything", before.t);
-            return Err(Error::analysis(&impact.part.name, why, "let it act on a coordinate that is free"));
+            return Err(Error::analysis(&impact.gap.name, why, "let it act on a coordinate that is free"));
         }
         Ok(Self { direction, response, compliance })
     }
 
-    /// Solves with the residuals `rows` (by equation) and `contact`.
+    /// Solves the equations of the impact for the residuals `rows` (by equation) and `contact`.
     ///
-    /// Overwrites `rows` with the negative corrections, and returns the negative correction of the contact's impulse.
+    /// Overwrites `rows` with the negative corrections of velocities and joint impulses. Returns the negative correction of
+    /// the contact's impulse.
     pub fn solve<const W: usize>(&self, system: &mut System, rows: &mut [[f64; W]], contact: [f64; W]) -> [f64; W] {
         system.factor().solve(rows);
         let mut impulse = contact.map(|x| -x);
@@ -177,26 +178,28 @@ impl Border {
     }
 }
 
-/// Extrapolates `state` by the time `ahead` (s), beyond a switch.
-pub(crate) fn beyond<T: StateScalar>(state: &State<T>, ahead: f64) -> State<T> {
-    let mut beyond = state.clone();
-    beyond.t += ahead;
-    beyond.q.iter_mut().zip(&state.v).for_each(|(q, &v)| *q += v * ahead);
-    beyond
+/// Extrapolates the positions of `state` by the time `offset` (s).
+pub(crate) fn extrapolate<T: StateScalar>(state: &State<T>, offset: f64) -> State<T> {
+    let mut extrapolated = state.clone();
+    extrapolated.t += offset;
+    extrapolated.q.iter_mut().zip(&state.v).for_each(|(q, &v)| *q += v * offset);
+    extrapolated
 }
 
-/// Sets accelerations and multipliers of `state` to those beyond a switch. Returns the state beyond it.
+/// Sets accelerations and multipliers of `state` to those after the switch.
+///
+/// Returns the state after the switch, extrapolated by the time `offset` (s).
 pub(crate) fn apply_switch(
     system: &mut System,
     mechanism: &Mechanism<f64>,
-    ahead: f64,
+    offset: f64,
     state: &mut State<f64>,
 ) -> Result<State<f64>> {
-    let mut beyond = beyond(state, ahead);
-    AccelerationSolver::default().solve(system, mechanism, &mut beyond)?;
-    state.a.copy_from_slice(&beyond.a);
-    state.l.copy_from_slice(&beyond.l);
-    Ok(beyond)
+    let mut after = extrapolate(state, offset);
+    AccelerationSolver::default().solve(system, mechanism, &mut after)?;
+    state.a.copy_from_slice(&after.a);
+    state.l.copy_from_slice(&after.l);
+    Ok(after)
 }
 
 /// Applies the impact at the contact with the number `contact`: velocities jump, accelerations and multipliers are solved for.
@@ -206,13 +209,13 @@ pub(crate) fn apply_impact(
     contact: usize,
     state: &mut State<f64>,
 ) -> Result<Jump<f64>> {
-    let impact = &mechanism.impacts[contact];
-    let border = Border::new(system, mechanism, impact, state)?;
+    let impact = &mechanism.events[contact];
+    let bordered = BorderedSystem::new(system, mechanism, impact, state)?;
     let mut jump = Jump::none(state);
     let mut rows = vec![0.0; system.size()];
     let off = impact.rows(system, mechanism, state, &jump, &mut rows);
     let mut changes: Vec<[f64; 1]> = rows.iter().map(|row| [*row]).collect();
-    let [impulse] = border.solve(system, &mut changes, [off]);
+    let [impulse] = bordered.solve(system, &mut changes, [off]);
     jump.add(system, |equation| -changes[equation][0], -impulse);
     state.v.iter_mut().zip(&jump.velocity).for_each(|(v, change)| *v += change);
     AccelerationSolver::default().solve(system, mechanism, state)?;
@@ -225,9 +228,9 @@ pub(crate) fn apply_impact(
 ///
 /// [`Error::Unsupported`] if the mechanism has a rigid contact or a switch.
 pub(crate) fn refuse<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
-    mechanism.impacts.first().map_or(Ok(()), |impact| {
+    mechanism.events.first().map_or(Ok(()), |impact| {
         let why = format!("{analysis} know no impacts");
         let remedy = "simulate the motion by implicit steps, or leave the contact out";
-        Err(Error::unsupported(&impact.part.name, why, remedy))
+        Err(Error::unsupported(&impact.gap.name, why, remedy))
     })
 }

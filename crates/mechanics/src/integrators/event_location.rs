@@ -6,13 +6,13 @@ use crate::integrators::generalized_alpha::Integrator;
 use crate::integrators::settings::StepSize;
 use crate::{Error, Result};
 
-/// Most trial steps in the search for the time at which a contact closes.
+/// Largest number of trial steps in the search for the time at which a contact closes.
 const MAX_TRIALS: usize = 100;
 
 /// Shortest time between two impacts of a contact, in nominal steps.
 const SHORTEST_FLIGHT: f64 = 1e-6;
 
-/// Part of the gap at which a contact counts as closed: closing the rest would take a step of rounding size.
+/// Fraction of the gap at which a contact counts as closed: the step to close the rest has the size of rounding errors.
 const CLOSED_GAP: f64 = 1e-6;
 
 /// Events of a motion, and the contacts or switches at the two ends of the current step.
@@ -34,13 +34,13 @@ impl EventLocator {
     /// [`Error::Analysis`] if a contact is closed at the start of the motion.
     pub fn new(integrator: &Integrator<'_>, step: StepSize) -> Result<Self> {
         let state = &integrator.step.new;
-        for impact in integrator.mechanism.impacts.iter().filter(|impact| impact.restitution.is_some()) {
+        for impact in integrator.mechanism.events.iter().filter(|impact| impact.restitution.is_some()) {
             let (gap, rate) = (impact.gap(state), impact.rate(state, &state.v));
             let is_open = gap > 0.0 || (gap == 0.0 && rate > 0.0);
             if !is_open {
                 let why =
                     format!("the motion starts at t = {:.6e} s with a gap of {gap:.3e} that is not opening", state.t);
-                return Err(Error::analysis(&impact.part.name, why, "start with the contact open"));
+                return Err(Error::analysis(&impact.gap.name, why, "start with the contact open"));
             }
         }
         Ok(Self { events: Vec::new(), closed: None, opened: None, step })
@@ -51,16 +51,18 @@ impl EventLocator {
         self.opened = self.closed.take();
         let Some(contact) = self.opened else { return Ok(()) };
         let (mechanism, mut state) = (integrator.mechanism, integrator.step.new.clone());
-        match mechanism.impacts[contact].restitution {
+        match mechanism.events[contact].restitution {
             Some(_) => _ = apply_impact(&mut integrator.system, mechanism, contact, &mut state)?,
-            None => _ = apply_switch(&mut integrator.system, mechanism, self.step.ahead(), &mut state)?,
+            None => _ = apply_switch(&mut integrator.system, mechanism, self.step.switch_offset(), &mut state)?,
         }
         integrator.step.restart(&state);
-        self.events.push(Event { contact: mechanism.impacts[contact].part.name.clone(), t: state.t });
+        self.events.push(Event { contact: mechanism.events[contact].gap.name.clone(), t: state.t });
         Ok(())
     }
 
-    /// Repeats the step `h` so that it ends where the first contact closes, if any closes in it. Returns its length in s.
+    /// Repeats the step `h` so that it ends when the first contact closes. Returns the length of the step in s.
+    ///
+    /// A step without a closing contact is not repeated.
     pub fn locate(&mut self, integrator: &mut Integrator<'_>, mut h: f64) -> Result<f64> {
         while let Some(contact) = self.first_closed(integrator, h) {
             let Some(shorter) = self.close(integrator, contact, h)? else { break };
@@ -69,12 +71,12 @@ impl EventLocator {
         Ok(h)
     }
 
-    /// Opening of a contact at the beginning of the step and at the end of its part `h`: positive is open.
+    /// Opening of a contact at the beginning of the step and after the time `h` (s): positive is open.
     ///
-    /// It is the gap, or the gap over the elapsed time if the step begins with an impact or with a gap of zero. The sign of
-    /// a switch is such that it begins open.
+    /// The opening is the gap, or the gap divided by the elapsed time if the step begins with an impact or with a gap
+    /// of zero. The sign of a switch is such that it begins open.
     fn openings(&self, integrator: &Integrator<'_>, contact: usize, h: f64) -> [f64; 2] {
-        let (impact, old) = (&integrator.mechanism.impacts[contact], &integrator.step.old);
+        let (impact, old) = (&integrator.mechanism.events[contact], &integrator.step.old);
         let (before, after) = (impact.gap(old), impact.gap(&integrator.step.new));
         let [begin, end] = match self.opened == Some(contact) || before == 0.0 {
             true => [impact.rate(old, &old.v), after / h],
@@ -84,9 +86,9 @@ impl EventLocator {
         [side * begin, side * end]
     }
 
-    /// The contact that closes in the step `h`; of several, the one that closes first by linear interpolation.
+    /// The contact that closes in the step `h`; if several close, the first one by linear interpolation.
     fn first_closed(&self, integrator: &Integrator<'_>, h: f64) -> Option<usize> {
-        let others = (0..integrator.mechanism.impacts.len()).filter(|k| self.closed != Some(*k));
+        let others = (0..integrator.mechanism.events.len()).filter(|k| self.closed != Some(*k));
         let openings = others.map(|contact| (contact, self.openings(integrator, contact, h)));
         let closed =
             openings.filter(|(_, [begin, end])| *end <= CLOSED_GAP * begin.max(0.0) && (*end < 0.0 || *begin > 0.0));
@@ -124,13 +126,13 @@ impl EventLocator {
                 break;
             }
             trial = root;
-            // A step to just beyond a switch may have no solution on either side of it.
+            // A step to a time shortly after a switch may have no solution on either side of the switch.
             let solved = integrator.solve(trial).is_ok();
             let open = if solved { self.openings(integrator, contact, trial)[1] } else { -low[1] };
             if solved && open.abs() <= small || high[0] - low[0] <= 4.0 * f64::EPSILON * high[0] {
                 break;
             }
-            // Half the value at the end that stays: the next root is nearer to it.
+            // The Illinois method halves the value at the retained end, which moves the next estimate towards it.
             if open > 0.0 {
                 low = [trial, open];
                 high[1] *= 0.5;
@@ -149,9 +151,10 @@ impl EventLocator {
         self.end_before_switch(integrator, contact, trial).map(Some)
     }
 
-    /// Shortens the step `h` by rounding errors until it ends before the switch, so that its forces are those before it.
+    /// Shortens the step `h` by the size of rounding errors until it ends before the switch, with the forces before
+    /// the switch.
     fn end_before_switch(&self, integrator: &mut Integrator<'_>, contact: usize, mut h: f64) -> Result<f64> {
-        if integrator.mechanism.impacts[contact].restitution.is_none() {
+        if integrator.mechanism.events[contact].restitution.is_none() {
             let mut less = f64::EPSILON * (h + integrator.step.new.t.abs());
             for _ in 0..8 {
                 let [_, open] = self.openings(integrator, contact, h);
@@ -169,7 +172,7 @@ impl EventLocator {
 
 /// The error of a contact that does not open again.
 fn lasting_contact(integrator: &Integrator<'_>, contact: usize) -> Error {
-    let name = &integrator.mechanism.impacts[contact].part.name;
+    let name = &integrator.mechanism.events[contact].gap.name;
     let why = format!("it stays closed from t = {:.6e} s on: the rebounds have died out", integrator.step.old.t);
     let remedy = "model a contact that lasts with stiffness and damping (a wall contact, a bump stop), or end before";
     Error::analysis(name, why, remedy)

@@ -84,13 +84,13 @@ pub enum Prescribed {
     Newmark,
 }
 
-/// Settings of the Newton iteration in a step.
+/// Settings of Newton's iteration in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newton {
     /// Largest position correction (m or rad) of the last iteration. A larger one suffices if the error that remains after it
     /// is estimated to be a millionth of the tolerance.
     pub tolerance: f64,
-    /// Most iterations.
+    /// Largest number of iterations.
     pub iterations: usize,
 }
 
@@ -230,11 +230,11 @@ struct Correction {
     largest: f64,
     /// Estimated ratio of the next correction to this one.
     rate: f64,
-    /// Whether the matrix is that of the iteration before.
+    /// Whether the matrix of the previous iteration is reused.
     kept: bool,
 }
 
-/// Largest ratio of two corrections with which the matrix is kept for the next iteration.
+/// Largest ratio of two successive corrections for which the next iteration reuses the matrix.
 const SLOW: f64 = 1e-2;
 
 /// Error that may remain after the last iteration, as a part of the tolerance: small enough for differences of two analyses.
@@ -257,13 +257,13 @@ pub struct Integrator<'m> {
     pub newton: Newton,
     /// The current step.
     pub step: Step<f64>,
-    /// Newton iterations so far with an assembly, a factorization and a solution each; iterations that keep the matrix of the
-    /// one before are not counted.
+    /// Newton iterations so far with an assembly, a factorization and a solution each; iterations that
+    /// reuse the previous matrix (modified Newton) are not counted.
     pub iterations: usize,
     rows: Vec<[f64; 1]>,
     workspace: ElementWorkspace<f64>,
     pub(crate) predictor: Predictor,
-    /// Last ratio of a correction to the square of the one before, in 1/m or 1/rad.
+    /// Last ratio of a correction to the square of the previous one, in 1/m or 1/rad.
     pub(crate) curvature: f64,
 }
 

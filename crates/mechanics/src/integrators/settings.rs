@@ -20,8 +20,8 @@ pub enum InitialAcceleration {
 pub enum InitialConfiguration {
     /// The positions that the mechanism was built with, assembled.
     Built,
-    /// The static equilibrium at the start, found from the assembled positions. Velocities are those that the mechanism was
-    /// built with, made consistent.
+    /// The static equilibrium at the start, solved for from the assembled positions. Velocities are those that the mechanism
+    /// was built with, made consistent with the constraints.
     Equilibrium(Statics),
 }
 
@@ -31,7 +31,7 @@ pub enum InitialConfiguration {
 pub enum StepSize {
     /// Steps of this length in s, halved where Newton's iteration fails.
     Fixed(f64),
-    /// Steps chosen so that the local error of positions stays near a tolerance.
+    /// Steps whose local error of positions is near a tolerance.
     Adaptive {
         /// Tolerated local error of a position in m or rad.
         tolerance: f64,
@@ -42,7 +42,7 @@ pub enum StepSize {
     },
 }
 
-/// Offset beyond a switch at which the forces after it are evaluated, in nominal steps.
+/// Time after a switch at which forces are evaluated, in nominal steps.
 const SWITCH_OFFSET: f64 = 1e-6;
 
 impl StepSize {
@@ -54,15 +54,15 @@ impl StepSize {
         }
     }
 
-    /// Offset beyond a switch at which the forces after it are evaluated, in s.
-    pub(crate) fn ahead(&self) -> f64 {
+    /// Time after a switch at which forces are evaluated, in s.
+    pub(crate) fn switch_offset(&self) -> f64 {
         SWITCH_OFFSET * self.nominal()
     }
 }
 
 /// Settings of a dynamic analysis by implicit steps.
 ///
-/// Take [`Dynamics::fixed`] or [`Dynamics::adaptive`] and change single fields by struct update syntax:
+/// Start from [`Dynamics::fixed`] or [`Dynamics::adaptive`] and change single fields by struct update syntax:
 ///
 /// ```
 /// use linkwright_mechanics::{Dynamics, GeneralizedAlpha};
@@ -81,12 +81,12 @@ pub struct Dynamics {
     pub step: StepSize,
     /// Newton's iteration in a step.
     pub newton: Newton,
-    /// Assembly of the initial positions.
+    /// Settings of the assembly.
     pub assembly: Assembly,
-    /// Positions at the start.
-    pub origin: InitialConfiguration,
-    /// Accelerations at the start.
-    pub initial: InitialAcceleration,
+    /// Initial configuration: as built, or in static equilibrium.
+    pub initial_configuration: InitialConfiguration,
+    /// Initial accelerations: consistent with the equations of motion, or zero.
+    pub initial_acceleration: InitialAcceleration,
     /// Velocities and accelerations of prescribed coordinates.
     pub prescribed: Prescribed,
 }
@@ -100,13 +100,13 @@ impl Dynamics {
             step: StepSize::Fixed(h),
             newton: Newton::default(),
             assembly: Assembly::default(),
-            origin: InitialConfiguration::Built,
-            initial: InitialAcceleration::Consistent,
+            initial_configuration: InitialConfiguration::Built,
+            initial_acceleration: InitialAcceleration::Consistent,
             prescribed: Prescribed::Exact,
         }
     }
 
-    /// Adaptive steps with the given local error of positions.
+    /// Adaptive steps; `tolerance` is the local error of positions in m or rad.
     pub fn adaptive(tolerance: f64) -> Self {
         let step = StepSize::Adaptive { tolerance, first: 1e-4, longest: f64::INFINITY };
         Self { step, ..Self::fixed(1.0) }
@@ -157,8 +157,8 @@ pub struct Work {
     pub steps: usize,
     /// Rejected trial steps, repeated with a smaller size.
     pub failed_steps: usize,
-    /// Newton iterations with an assembly, a factorization and a solution each; iterations that keep the matrix of the one
-    /// before are not counted.
+    /// Newton iterations with an assembly, a factorization and a solution each; iterations that
+    /// reuse the previous matrix (modified Newton) are not counted.
     pub iterations: usize,
 }
 
@@ -167,11 +167,11 @@ pub fn is_before(start: f64, end: f64, t: f64) -> bool {
     t - end > 1e-9 * (t - start).abs().max(1e-300)
 }
 
-/// Most time steps of an integration; more would take forever or fill the memory.
+/// Limit of time steps of an integration, against runs without end.
 pub(crate) const MOST_STEPS: usize = if cfg!(test) { 200_000 } else { 20_000_000 };
 
 /// The error of an integration that has taken [`MOST_STEPS`] steps up to the time `t` (s).
 pub(crate) fn too_many_steps(t: f64) -> Error {
-    let why = format!("{MOST_STEPS} time steps have come to t = {t:.6e} s only");
-    Error::analysis("the integration", why, "loosen the tolerance, take longer steps, or end sooner")
+    let why = format!("reached only t = {t:.6e} s after {MOST_STEPS} time steps");
+    Error::analysis("the integration", why, "loosen the tolerance, or use longer steps or a shorter interval")
 }

@@ -33,10 +33,10 @@ pub struct TimeStepper<'m> {
     pub(crate) failed_steps: usize,
 }
 
-/// Part of a grid step below which the rest of the step after an event is joined with the next grid step.
+/// Fraction of a grid step. After an event, a remainder of the step that is shorter is merged with the next grid step.
 const TINY: f64 = 1e-4;
 
-/// Smallest trial step, as a part of the first one.
+/// Smallest trial step, as a fraction of the first one.
 const SMALLEST: f64 = 1.0 / 1024.0;
 
 impl<'m> TimeStepper<'m> {
@@ -50,11 +50,11 @@ impl<'m> TimeStepper<'m> {
         let mut system = System::at(mechanism, settings.start)?;
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
-        if let InitialConfiguration::Equilibrium(statics) = &settings.origin {
+        if let InitialConfiguration::Equilibrium(statics) = &settings.initial_configuration {
             projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-        if settings.initial == InitialAcceleration::Consistent {
+        if settings.initial_acceleration == InitialAcceleration::Consistent {
             AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;
         }
         let (scheme, newton) = (settings.scheme, settings.newton);
@@ -110,7 +110,7 @@ impl<'m> TimeStepper<'m> {
         Ok(self.length)
     }
 
-    /// Takes a step to the next time of the grid, or a half, a quarter … of it where Newton's iteration fails.
+    /// Takes a step to the next time of the grid; the step is halved as often as Newton's iteration fails.
     fn advance_fixed(&mut self, h: f64) -> Result<f64> {
         let grid = |k: usize| self.settings.start + h * k as f64;
         if grid(self.grid_steps + 1) - self.integrator.step.old.t < TINY * h {
@@ -138,7 +138,7 @@ impl<'m> TimeStepper<'m> {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;
         }
-        // The length of a step after an event says nothing about the next one.
+        // The step after an event is the rest of a grid step: its length is no estimate of the next step size.
         let length = if self.locator.opened.is_some() { self.next } else { trial };
         self.next = (2.0 * length).min(h);
         Ok(taken)

@@ -1,4 +1,4 @@
-//! Choice of a factorization by pattern and pivots.
+//! A matrix that chooses its LU factorization by pattern and pivots.
 
 use crate::linalg::banded::Banded;
 use crate::linalg::sparse::Sparse;
@@ -7,10 +7,11 @@ use faer::dyn_stack::MemBuffer;
 
 /// A matrix of fixed pattern with the cheapest factorization that is safe for its entries.
 ///
-/// Factorizes without interchanges unless a pivot is too small; such matrices are factorized with interchanges.
+/// Factorizes without row interchanges unless a pivot is too small. A matrix with a small pivot is factorized with row
+/// interchanges (partial pivoting).
 #[derive(Clone)]
 pub struct Factor {
-    kind: Kind,
+    factorization: Factorization,
     /// Factorization with interchanges, for matrices that need them.
     pivoting: Option<Box<Pivoting>>,
     /// Whether the last matrix was factorized with interchanges because of a small pivot.
@@ -18,7 +19,7 @@ pub struct Factor {
 }
 
 #[derive(Clone)]
-enum Kind {
+enum Factorization {
     /// Patterns with little fill: chains, beams, loops.
     StaticOrderLu(StaticOrderLu),
     /// Patterns with much fill.
@@ -44,34 +45,35 @@ pub struct Singular {
     pub unknown: usize,
 }
 
-/// Rows below the diagonal above which a general sparse factorization is cheaper than a banded one.
+/// Largest lower bandwidth for the banded factorization; above it the general sparse factorization is cheaper.
 const MAX_BAND: usize = 40;
 
-/// Most multiplications per unknown of a factorization in static order.
+/// Largest number of multiplications per unknown for the factorization in static order.
 const MAX_WORK: usize = 1000;
 
 impl Factor {
     /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), numbered
-    /// for a narrow band. The diagonals of `multipliers` are zero.
+    /// for a narrow band. `multipliers[i]` is true for unknowns whose diagonal entry is zero.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool]) -> Self {
         let ordered = StaticOrderLu::new(rows, multipliers, MAX_WORK * rows.len());
-        let kind = ordered.map_or_else(|| Kind::Pivoting(Pivoting::new(rows)), Kind::StaticOrderLu);
-        Self { kind, pivoting: None, pivoted: false }
+        let factorization =
+            ordered.map_or_else(|| Factorization::Pivoting(Pivoting::new(rows)), Factorization::StaticOrderLu);
+        Self { factorization, pivoting: None, pivoted: false }
     }
 
     /// Position of the entry (`i`, `j`) of the pattern in [`Factor::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
-        match &self.kind {
-            Kind::StaticOrderLu(m) => m.slot(i, j),
-            Kind::Pivoting(m) => m.slot(i, j),
+        match &self.factorization {
+            Factorization::StaticOrderLu(m) => m.slot(i, j),
+            Factorization::Pivoting(m) => m.slot(i, j),
         }
     }
 
     /// The entries by slot. Set them to zero, add to them, and factorize.
     pub fn entries_mut(&mut self) -> &mut [f64] {
-        match &mut self.kind {
-            Kind::StaticOrderLu(m) => m.entries_mut(),
-            Kind::Pivoting(m) => m.entries_mut(),
+        match &mut self.factorization {
+            Factorization::StaticOrderLu(m) => m.entries_mut(),
+            Factorization::Pivoting(m) => m.entries_mut(),
         }
     }
 
@@ -81,47 +83,47 @@ impl Factor {
     ///
     /// [`Singular`] if a pivot is zero or not finite.
     pub fn factorize(&mut self) -> Result<(), Singular> {
-        let done = match &mut self.kind {
-            Kind::StaticOrderLu(m) => {
+        let done = match &mut self.factorization {
+            Factorization::StaticOrderLu(m) => {
                 self.pivoted = m.factorize().is_err();
                 if !self.pivoted {
                     return Ok(());
                 }
                 self.pivoting.get_or_insert_with(|| Box::new(Pivoting::like(m))).factorize_copy(m)
             }
-            Kind::Pivoting(m) => m.factorize(),
+            Factorization::Pivoting(m) => m.factorize(),
         };
         done.map_err(|unknown| Singular { unknown })
     }
 
     /// Returns whether the last matrix was factorized with interchanges.
     pub fn has_interchanges(&self) -> bool {
-        self.pivoted || matches!(self.kind, Kind::Pivoting(_))
+        self.pivoted || matches!(self.factorization, Factorization::Pivoting(_))
     }
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&mut self, b: &mut [[f64; W]]) {
-        match (&mut self.kind, &mut self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve(b),
-            (Kind::StaticOrderLu(m), _) => m.solve(b),
-            (Kind::Pivoting(m), _) => m.solve(b),
+        match (&mut self.factorization, &mut self.pivoting) {
+            (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve(b),
+            (Factorization::StaticOrderLu(m), _) => m.solve(b),
+            (Factorization::Pivoting(m), _) => m.solve(b),
         }
     }
 
     /// Memory for [`Factor::solve_in`].
     pub fn workspace(&self) -> SolveWorkspace {
-        match &self.kind {
-            Kind::Pivoting(Pivoting::Sparse(m)) => SolveWorkspace(Some(m.workspace())),
+        match &self.factorization {
+            Factorization::Pivoting(Pivoting::Sparse(m)) => SolveWorkspace(Some(m.workspace())),
             _ => SolveWorkspace(None),
         }
     }
 
     /// [`Factor::solve`] for concurrent callers, each with its own `workspace`.
     pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], workspace: &mut SolveWorkspace) {
-        let pivoting = match (&self.kind, &self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => &**m,
-            (Kind::StaticOrderLu(m), _) => return m.solve(b),
-            (Kind::Pivoting(m), _) => m,
+        let pivoting = match (&self.factorization, &self.pivoting) {
+            (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => &**m,
+            (Factorization::StaticOrderLu(m), _) => return m.solve(b),
+            (Factorization::Pivoting(m), _) => m,
         };
         match pivoting {
             Pivoting::Banded(m) => m.solve(b),
@@ -131,10 +133,10 @@ impl Factor {
 
     /// Solves Aᵀ X = B in place for `W` right-hand sides.
     pub fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
-        match (&mut self.kind, &mut self.pivoting) {
-            (Kind::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve_transposed(b),
-            (Kind::StaticOrderLu(m), _) => m.solve_transposed(b),
-            (Kind::Pivoting(m), _) => m.solve_transposed(b),
+        match (&mut self.factorization, &mut self.pivoting) {
+            (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve_transposed(b),
+            (Factorization::StaticOrderLu(m), _) => m.solve_transposed(b),
+            (Factorization::Pivoting(m), _) => m.solve_transposed(b),
         }
     }
 }
@@ -209,18 +211,19 @@ mod tests {
 
     /// A band with one dense last row and column, and then one without a diagonal.
     #[test]
-    fn all_factorizations_solve_the_same_arrow() {
+    fn all_factorizations_solve_the_same_arrowhead_matrix() {
         let n = 60;
         let mut rows: Vec<Vec<usize>> = (0..n).map(|i| vec![i, n - 1]).collect();
         rows[n - 1] = (0..n).collect();
         rows.iter_mut().for_each(|r| r.dedup());
-        let pivoting = |kind| Factor { kind: Kind::Pivoting(kind), pivoting: None, pivoted: false };
+        let pivoting =
+            |matrix| Factor { factorization: Factorization::Pivoting(matrix), pivoting: None, pivoted: false };
         let mut ordered = Factor::new(&rows, &vec![false; n]);
         let mut sparse = pivoting(Pivoting::new(&rows));
         let mut banded = pivoting(Pivoting::Banded(Banded::new(&rows)));
         assert!(
-            matches!(ordered.kind, Kind::StaticOrderLu(_))
-                && matches!(sparse.kind, Kind::Pivoting(Pivoting::Sparse(_)))
+            matches!(ordered.factorization, Factorization::StaticOrderLu(_))
+                && matches!(sparse.factorization, Factorization::Pivoting(Pivoting::Sparse(_)))
         );
         let solve = |matrix: &mut Factor, diagonal: f64| {
             matrix.entries_mut().fill(0.0);

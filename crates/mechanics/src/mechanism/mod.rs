@@ -13,8 +13,9 @@ use std::sync::Arc;
 
 /// A mechanism as a pure function of the design variables.
 ///
-/// `build` is evaluated in `f64` for analyses and in dual numbers for sensitivities. With seeded `b`, masses, lengths,
-/// initial states and drivers carry derivatives. It must add the same elements in the same order for every design.
+/// `build` is evaluated in `f64` for analyses and in dual numbers for sensitivities. With seeded `b` (dual numbers with
+/// unit derivatives), masses, lengths, initial states and drivers carry derivatives. `build` must add the same
+/// elements in the same order for every design.
 pub trait ParametricMechanism: Send + Sync {
     /// The mechanism for the design variables `b`.
     fn build<S: Scalar>(&self, b: &[S]) -> crate::Result<Mechanism<S>>;
@@ -108,10 +109,10 @@ impl<S: Scalar> ElementInstance<S> {
     }
 }
 
-/// A rigid contact, open as long as its gap is positive, or a switch.
+/// An element with events: a rigid contact, open as long as its gap is positive, or a switch.
 pub(crate) struct EventElement<S> {
-    /// The constraint whose one equation is the gap; its multiplier is the impulse.
-    pub part: ElementInstance<S>,
+    /// The constraint with one equation, the gap; its multiplier is the impulse.
+    pub gap: ElementInstance<S>,
     /// Coefficient of restitution; `None` for a switch.
     pub restitution: Option<S>,
 }
@@ -127,9 +128,9 @@ pub(crate) struct OutputData<S> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MeasuredQuantity {
     /// The measure of an element.
-    Measure { part: usize, measure: usize },
-    /// The generalized force that keeps a prescribed coordinate on its motion.
-    Effort { coordinate: usize },
+    Measure { element: usize, measure: usize },
+    /// The generalized force that makes a prescribed coordinate follow its motion.
+    DrivingForce { coordinate: usize },
     /// Kinetic energy of the mechanism.
     KineticEnergy,
     /// Potential energy of the mechanism.
@@ -150,10 +151,10 @@ pub struct Term<S> {
 /// the crate.
 pub struct Mechanism<S> {
     pub(crate) coordinates: Vec<CoordinateData<S>>,
-    pub(crate) parts: Vec<ElementInstance<S>>,
+    pub(crate) elements: Vec<ElementInstance<S>>,
     pub(crate) multipliers: usize,
     pub(crate) outputs: Vec<OutputData<S>>,
-    pub(crate) impacts: Vec<EventElement<S>>,
+    pub(crate) events: Vec<EventElement<S>>,
     pub(crate) gravity: [S; 2],
     ground: Body,
 }
@@ -172,10 +173,10 @@ impl<S: Scalar> Mechanism<S> {
         let ground = Body { x: placeholder, y: placeholder, theta: placeholder };
         let mut mechanism = Self {
             coordinates: Vec::new(),
-            parts: Vec::new(),
+            elements: Vec::new(),
             multipliers: 0,
             outputs: Vec::new(),
-            impacts: Vec::new(),
+            events: Vec::new(),
             gravity: [zero; 2],
             ground,
         };
@@ -194,7 +195,7 @@ impl<S: Scalar> Mechanism<S> {
         self.ground
     }
 
-    /// Adds a coordinate with its initial position and velocity, which are guesses where joints determine them.
+    /// Adds a coordinate with its initial position and velocity; if joints determine them, these are initial guesses.
     pub fn coordinate(&mut self, name: impl Into<String>, position: S, velocity: S) -> Coordinate {
         self.coordinates.push(CoordinateData { name: name.into(), position, velocity, motion: None });
         Coordinate(self.coordinates.len() - 1)
@@ -238,7 +239,8 @@ impl<S: Scalar> Mechanism<S> {
         self.coordinates[coordinate.0].position
     }
 
-    /// Prescribes a coordinate as a function of time. Its equation then yields the driving force or torque.
+    /// Prescribes a coordinate as a function of time. The driving force or torque is then an output
+    /// ([`driving_force`](Self::driving_force)).
     pub fn drive(&mut self, coordinate: Coordinate, motion: impl Motion, parameters: &[S]) {
         self.coordinates[coordinate.0].motion = Some((Arc::new(motion), parameters.to_vec()));
     }
@@ -267,10 +269,10 @@ impl<S: Scalar> Mechanism<S> {
         coordinates: &[Coordinate],
         parameters: &[S],
     ) -> ElementIndex {
-        let part = ElementInstance::new(name, element, coordinates, parameters, self.multipliers);
-        self.multipliers += part.num_constraints;
-        self.parts.push(part);
-        ElementIndex(self.parts.len() - 1)
+        let element = ElementInstance::new(name, element, coordinates, parameters, self.multipliers);
+        self.multipliers += element.num_constraints;
+        self.elements.push(element);
+        ElementIndex(self.elements.len() - 1)
     }
 
     /// Adds a rigid contact with the coefficient of `restitution`, or a switch without one; `gap` has one constraint.
@@ -282,28 +284,28 @@ impl<S: Scalar> Mechanism<S> {
         parameters: &[S],
         restitution: Option<S>,
     ) {
-        let part = ElementInstance::new(name, gap, coordinates, parameters, 0);
-        self.impacts.push(EventElement { part, restitution });
+        let gap = ElementInstance::new(name, gap, coordinates, parameters, 0);
+        self.events.push(EventElement { gap, restitution });
     }
 
     /// The measure `name` of an element, with weight one.
     ///
     /// # Errors
     /// [`crate::Error::Definition`] if the element has no measure of that name.
-    pub fn measure(&self, part: ElementIndex, name: &str) -> crate::Result<Term<S>> {
-        let data = &self.parts[part.0];
+    pub fn measure(&self, element: ElementIndex, name: &str) -> crate::Result<Term<S>> {
+        let data = &self.elements[element.0];
         let known = data.element.measures();
         let measure = known.iter().position(|measure| measure.name == name).ok_or_else(|| {
             let names: Vec<&str> = known.iter().map(|measure| measure.name).collect();
-            let remedy = format!("it measures: {}", names.join(", "));
+            let remedy = format!("its measures are {}", names.join(", "));
             crate::Error::definition(&data.name, format!("has no measure \"{name}\""), remedy)
         })?;
-        Ok(Term { source: MeasuredQuantity::Measure { part: part.0, measure }, weight: S::from(1.0) })
+        Ok(Term { source: MeasuredQuantity::Measure { element: element.0, measure }, weight: S::from(1.0) })
     }
 
-    /// The driving force (N) or torque (N·m) that keeps a prescribed coordinate on its motion, such as that of a crank.
+    /// The driving force (N) or torque (N·m) of a prescribed coordinate, such as the torque of a driven crank.
     pub fn driving_force(&self, coordinate: Coordinate) -> Term<S> {
-        Term { source: MeasuredQuantity::Effort { coordinate: coordinate.0 }, weight: S::from(1.0) }
+        Term { source: MeasuredQuantity::DrivingForce { coordinate: coordinate.0 }, weight: S::from(1.0) }
     }
 
     /// The kinetic energy of the mechanism in J.
@@ -327,24 +329,24 @@ impl<S: Scalar> Mechanism<S> {
         self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: Some(formula) });
     }
 
-    /// Whether `other` has the same coordinates, elements and outputs, connected in the same way.
+    /// Returns whether `other` has the same coordinates, elements and outputs, connected in the same way.
     pub fn same_topology<T>(&self, other: &Mechanism<T>) -> bool {
-        let part = |(a, b): (&ElementInstance<S>, &ElementInstance<T>)| {
+        let same_connection = |(a, b): (&ElementInstance<S>, &ElementInstance<T>)| {
             a.coordinates == b.coordinates
                 && a.num_constraints == b.num_constraints
                 && a.parameters.len() == b.parameters.len()
         };
         self.coordinates.len() == other.coordinates.len()
-            && self.parts.len() == other.parts.len()
+            && self.elements.len() == other.elements.len()
             && self.outputs.len() == other.outputs.len()
-            && self.impacts.len() == other.impacts.len()
-            && self.parts.iter().zip(&other.parts).all(part)
+            && self.events.len() == other.events.len()
+            && self.elements.iter().zip(&other.elements).all(same_connection)
             && self.coordinates.iter().zip(&other.coordinates).all(|(a, b)| a.motion.is_some() == b.motion.is_some())
     }
 
-    /// Whether it has rigid contacts or switches.
-    pub fn has_impacts(&self) -> bool {
-        !self.impacts.is_empty()
+    /// Returns whether the mechanism has rigid contacts or switches.
+    pub fn has_events(&self) -> bool {
+        !self.events.is_empty()
     }
 
     /// Names of the outputs, in the order in which they were added.

@@ -16,7 +16,7 @@ use autodiff::Scalar;
 /// Velocities and accelerations follow from an evaluation with a [`Jet2`] in time, design derivatives from parameters that
 /// carry them. Branch on real parts only.
 pub trait Motion: Send + Sync + 'static {
-    /// Position (m or rad) at time `t` (s) for the parameters `p`.
+    /// Returns the position (m or rad) at time `t` (s) for the parameters `p`.
     fn position<T: Scalar>(&self, p: &[T], t: T) -> T;
 }
 

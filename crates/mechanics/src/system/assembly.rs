@@ -20,7 +20,7 @@ impl System {
         rows: &mut [T],
     ) {
         rows.fill(T::from(0.0));
-        for (part, map) in mechanism.parts.iter().zip(&self.maps) {
+        for (part, map) in mechanism.elements.iter().zip(&self.maps) {
             if !map.active.is_empty() {
                 evaluate(part, state, workspace);
                 scatter(part, map, workspace, constraint, rows);
@@ -28,7 +28,8 @@ impl System {
         }
     }
 
-    /// Writes the residual of the projection onto the constraints: Φ_qᵀ λ in the coordinate rows, Φ in the others.
+    /// Writes the residual of the projection onto the constraints: Φ_qᵀ λ in the rows of coordinates, Φ in the rows of
+    /// constraints.
     pub fn constraint_rows<T: StateScalar>(
         &self,
         mechanism: &Mechanism<T>,
@@ -37,7 +38,7 @@ impl System {
         rows: &mut [T],
     ) {
         rows.fill(T::from(0.0));
-        for (part, map) in mechanism.parts.iter().zip(&self.maps) {
+        for (part, map) in mechanism.elements.iter().zip(&self.maps) {
             if part.num_constraints > 0 {
                 evaluate(part, state, workspace);
                 scatter(part, map, workspace, 1.0, rows);
@@ -58,7 +59,7 @@ impl System {
     {
         let (zero, one) = (T::from(0.0), T::from(1.0));
         let constant = |&x: &T| Jet2::new(x, zero, zero);
-        for part in mechanism.parts.iter().filter(|part| part.num_constraints > 0) {
+        for part in mechanism.elements.iter().filter(|part| part.num_constraints > 0) {
             workspace.p.clear();
             workspace.p.extend(part.parameters.iter().map(constant));
             workspace.q.clear();
@@ -103,7 +104,7 @@ impl System {
     ) {
         rows.fill([0.0]);
         self.begin_matrix(how);
-        for (part, map) in mechanism.parts.iter().zip(&self.maps) {
+        for (part, map) in mechanism.elements.iter().zip(&self.maps) {
             let constraint = part.num_constraints > 0;
             if map.active.is_empty() || (how.projection && !constraint) {
                 continue;
@@ -157,7 +158,7 @@ impl System {
         let (mut jacobian_workspace, mut workspace, mut columns) =
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut gradients = vec![vec![0.0; mechanism.coordinates.len()]; mechanism.multipliers];
-        for (part, map) in mechanism.parts.iter().zip(&self.maps).filter(|(part, _)| part.num_constraints > 0) {
+        for (part, map) in mechanism.elements.iter().zip(&self.maps).filter(|(part, _)| part.num_constraints > 0) {
             gather(part, state, &mut workspace);
             let (width, n) = (map.active.len() + 1, part.coordinates.len());
             columns.resize((n + part.num_constraints) * width, 0.0);
@@ -192,12 +193,14 @@ impl System {
         dense
     }
 
-    /// The matrix by seeding every unknown of every element, without the sparsity that elements declare: slow, for checks.
+    /// The matrix as a dense one, from derivatives with respect to every unknown of every element.
+    ///
+    /// Ignores the sparsity that elements declare. Slow; for checks.
     pub fn dense_by_seeding(&self, mechanism: &Mechanism<f64>, state: &State<f64>, how: Linearization) -> DMatrix<f64> {
         let (mut jacobian_workspace, mut workspace, mut columns) =
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut dense = DMatrix::zeros(self.size(), self.size());
-        for (part, map) in mechanism.parts.iter().zip(&self.maps) {
+        for (part, map) in mechanism.elements.iter().zip(&self.maps) {
             gather(part, state, &mut workspace);
             let (width, n) = (map.active.len() + 1, part.coordinates.len());
             columns.resize((n + part.num_constraints) * width, 0.0);

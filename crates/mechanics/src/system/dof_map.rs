@@ -25,9 +25,10 @@ pub(crate) struct DofMap {
     pub equations: Vec<usize>,
     /// Unknown coordinates in which the element is not linear: the columns to evaluate.
     pub varying: Vec<usize>,
-    /// Position in the evaluated rows and slot of the matrix, of the coordinate rows.
+    /// For each varying entry of a coordinate row: its position in the evaluated rows, and its slot of the matrix.
     pub dynamics: Vec<(usize, usize)>,
-    /// Position in the evaluated rows and two slots, of the constraint rows; they are columns of the multipliers, too.
+    /// For each varying entry of a constraint row: its position in the evaluated rows, and two slots of the matrix, as the
+    /// transposed entry is in the column of the multiplier.
     pub constraint: Vec<(usize, [usize; 2])>,
 }
 

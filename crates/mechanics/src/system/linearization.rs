@@ -1,4 +1,4 @@
-//! Combination of derivatives that a matrix consists of.
+//! Weights with which derivatives of the residual are summed in the matrix of an analysis.
 
 use crate::elements::element::TangentWeights;
 

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `state` | positions, velocities, accelerations and multipliers at one time; residual of one element |
 //! | `dof_map` | rows and columns of each element, and its constant derivatives |
-//! | `linearization` | the combination of derivatives that a matrix consists of |
+//! | `linearization` | weights of the derivatives of the residual in the matrix of an analysis |
 //! | `assembly` | residual in any number type, matrix |
 
 pub(crate) mod assembly;
@@ -83,7 +83,7 @@ impl System {
     /// [`Error::Analysis`] naming the element whose parameters are invalid.
     pub fn at(mechanism: &Mechanism<f64>, t: f64) -> Result<Self> {
         check_parameters(mechanism, t)?;
-        let (n, parts) = (mechanism.coordinates.len(), &mechanism.parts);
+        let (n, parts) = (mechanism.coordinates.len(), &mechanism.elements);
         let (mut workspace, mut jacobian_workspace, built) =
             (ElementWorkspace::default(), JacobianWorkspace::default(), State::built(mechanism, t));
         let coefficients: Vec<_> =
@@ -198,7 +198,7 @@ impl System {
 
 /// Maps of all elements, and the unknowns in an order with a narrow band.
 fn numbered(mechanism: &Mechanism<f64>, coefficients: &[Vec<ConstantEntry>]) -> (Vec<DofMap>, Vec<Unknown>) {
-    let (n, parts) = (mechanism.coordinates.len(), &mechanism.parts);
+    let (n, parts) = (mechanism.coordinates.len(), &mechanism.elements);
     let free = (0..n).filter(|&i| mechanism.coordinates[i].motion.is_none());
     let nodes: Vec<usize> = free.chain(n..n + mechanism.multipliers).collect();
     let mut unknown = vec![None; n + mechanism.multipliers];
@@ -219,14 +219,14 @@ fn couplings(
     coefficients: &[Vec<ConstantEntry>],
     unknowns: usize,
 ) -> Vec<Vec<usize>> {
-    let elements = maps.iter().zip(&mechanism.parts).zip(coefficients);
+    let elements = maps.iter().zip(&mechanism.elements).zip(coefficients);
     pattern(unknowns, elements.flat_map(|((map, part), constant)| map.couplings(part, constant)))
 }
 
 /// Checks parameters, coefficients of restitution and initial values.
 fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
     let when = format!("before the motion starts at t = {t:.6e} s");
-    for part in mechanism.parts.iter().chain(mechanism.impacts.iter().map(|impact| &impact.part)) {
+    for part in mechanism.elements.iter().chain(mechanism.events.iter().map(|impact| &impact.gap)) {
         let flaw = part.element.validate_parameters(&part.parameters).or_else(|| {
             let bad = part.parameters.iter().find(|p| !p.is_finite());
             bad.map(|p| format!("a parameter is {p}"))
@@ -239,10 +239,10 @@ fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
             ));
         }
     }
-    let contacts = mechanism.impacts.iter().filter_map(|impact| Some((impact, impact.restitution?)));
+    let contacts = mechanism.events.iter().filter_map(|impact| Some((impact, impact.restitution?)));
     if let Some((impact, e)) = contacts.into_iter().find(|(_, e)| !(0.0..=1.0).contains(e)) {
         let why = format!("its coefficient of restitution is {e}, {when}");
-        return Err(Error::analysis(&impact.part.name, why, "keep it from 0 to 1"));
+        return Err(Error::analysis(&impact.gap.name, why, "keep it from 0 to 1"));
     }
     let bad = mechanism.coordinates.iter().find(|c| !(c.position.is_finite() && c.velocity.is_finite()));
     bad.map_or(Ok(()), |c| {
@@ -259,7 +259,7 @@ pub(crate) fn name_of<T>(mechanism: &Mechanism<T>, unknown: Unknown) -> String {
             let holds = |part: &&ElementInstance<T>| {
                 (part.first_multiplier..part.first_multiplier + part.num_constraints).contains(&m)
             };
-            let part = mechanism.parts.iter().find(holds).expect("every multiplier belongs to a joint");
+            let part = mechanism.elements.iter().find(holds).expect("every multiplier belongs to a joint");
             format!("{} (constraint {})", part.name, m - part.first_multiplier + 1)
         }
     }

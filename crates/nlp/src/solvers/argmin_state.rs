@@ -23,7 +23,7 @@ pub(super) fn run<P, S: Solver<P, I>, I: State>(problem: P, solver: S, start: I)
     Ok(executor.ctrlc(false).timer(false).run().map_err(from_argmin)?.state)
 }
 
-/// The stop reason of argmin for a conclusion of a solver; none while there is no conclusion.
+/// Converts the status of a solver to argmin's termination status; no status means not terminated.
 pub(super) fn termination(status: Option<Status>) -> TerminationStatus {
     match status {
         None => TerminationStatus::NotTerminated,

@@ -9,10 +9,10 @@ use crate::program::{Program, Structure};
 use crate::solution::{Solution, SubproblemSolver};
 use error::Result;
 
-/// Number of rows up to which the dual solver is faster than the interior point solver. For 3 variables with 1 000 and
+/// Largest number of rows for which the dual solver is faster than the interior point solver. For 3 variables with 1 000 and
 /// 10 000 rows the interior point solver needs 0.4 and 1.5 ms, SQP 16 and 69 ms.
 const FEW_ROWS: usize = 200;
-/// Number of variables up to which dense n × n matrices are affordable.
+/// Largest number of variables for which dense n × n matrices are stored.
 const DENSE: usize = 1000;
 
 /// Selects a solver by the structure of the program.
@@ -40,36 +40,36 @@ const DENSE: usize = 1000;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Automatic {
-    /// For linear and convex quadratic programs.
+    /// Solver for linear and convex quadratic programs.
     pub conic: Conic,
-    /// For separable programs with few rows.
+    /// Solver for separable programs with few rows.
     pub falk: Falk,
-    /// For separable programs with many rows.
+    /// Solver for separable programs with many rows.
     pub interior_point: InteriorPoint,
-    /// For all other programs.
+    /// Solver for all other programs.
     pub sqp: Sqp,
 }
 
 impl Automatic {
-    /// With settings of the solver for linear and convex quadratic programs.
+    /// Replaces the solver for linear and convex quadratic programs.
     #[must_use]
     pub fn with_conic(self, conic: Conic) -> Self {
         Self { conic, ..self }
     }
 
-    /// With settings of the dual solver.
+    /// Replaces the dual solver.
     #[must_use]
     pub fn with_falk(self, falk: Falk) -> Self {
         Self { falk, ..self }
     }
 
-    /// With settings of the interior point solver.
+    /// Replaces the interior point solver.
     #[must_use]
     pub fn with_interior_point(self, interior_point: InteriorPoint) -> Self {
         Self { interior_point, ..self }
     }
 
-    /// With settings of the SQP solver.
+    /// Replaces the SQP solver.
     #[must_use]
     pub fn with_sqp(self, sqp: Sqp) -> Self {
         Self { sqp, ..self }

@@ -58,7 +58,7 @@ impl Comparison {
 }
 
 impl ConcurrentSolver {
-    /// A solver that runs `first` and `second`.
+    /// Creates a solver that runs `first` and `second`.
     pub fn new(first: impl SubproblemSolver + 'static, second: impl SubproblemSolver + 'static) -> Self {
         Self { first: Box::new(first), second: Box::new(second) }
     }

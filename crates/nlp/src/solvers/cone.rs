@@ -27,12 +27,12 @@ use nalgebra::DMatrix;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SecondOrder {
-    /// For the last digits, the multipliers and the relaxation.
+    /// SQP solver for the last digits, the multipliers and the relaxation.
     pub sqp: Sqp,
 }
 
 impl SecondOrder {
-    /// With settings of the SQP solver.
+    /// Replaces the SQP solver.
     #[must_use]
     pub fn with_sqp(self, sqp: Sqp) -> Self {
         Self { sqp }
@@ -47,7 +47,7 @@ impl SubproblemSolver for SecondOrder {
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
         let x = feasible_start(program, start)?;
         let Some(factors) = program.row_factors() else {
-            let why = "the program gives no factors of its rows";
+            let why = "the program provides no factors of its quadratic rows";
             return Err(Error::unsupported("second-order cone solver", why, "use the SQP solver"));
         };
         Error::check_length("factors of the rows", program.rows(), factors.len())?;

@@ -1,7 +1,8 @@
 //! Relaxation of programs without a feasible point: all rows are violated by the same smallest amount.
 //!
-//! With one elastic variable t, in units w of the rows, the rows become g ≤ w t and |h| ≤ w t. The smallest t is computed
-//! first. The smallest objective at that t follows from an exact penalty, which is raised until t is smallest again.
+//! With one elastic variable t and weights w (the units of the rows), the rows become g ≤ w t and |h| ≤ w t. The
+//! smallest t is computed first. The smallest objective at that t follows from an exact penalty, which is increased
+//! until t has its smallest value again.
 //!
 //! # Sources
 //! Nocedal & Wright, *Numerical Optimization*, 2nd ed., sections 17.2 and 18.5 (exact ℓ∞ penalty).
@@ -26,7 +27,9 @@ pub(super) struct Elastic<'a> {
     program: &'a dyn Program,
     /// Index of the row in the program, and its sign: an equality gives two rows.
     rows: Vec<(usize, f64)>,
+    /// w, the violation of each row for t = 1.
     weights: Vec<f64>,
+    /// True if f is included.
     objective: bool,
     penalty: f64,
     lower: Vec<f64>,
@@ -34,12 +37,12 @@ pub(super) struct Elastic<'a> {
 }
 
 impl<'a> Elastic<'a> {
-    /// The smallest violation in units of `weights`, without the objective.
+    /// The program that minimizes the violation alone, in units of `weights`.
     pub fn least_violation(program: &'a dyn Program, weights: Vec<f64>) -> Self {
         Self { objective: false, ..Self::with_objective(program, weights, 1.0) }
     }
 
-    /// The objective plus the penalized violation.
+    /// The program that minimizes the objective plus the penalized violation.
     pub fn with_objective(program: &'a dyn Program, weights: Vec<f64>, penalty: f64) -> Self {
         let mut rows = vec![];
         for i in 0..program.rows() {
@@ -53,7 +56,7 @@ impl<'a> Elastic<'a> {
         Self { program, rows, weights, objective: true, penalty, lower, upper }
     }
 
-    /// (x, t) with the smallest t that x allows.
+    /// Returns (x, t) with the smallest t for which x is feasible.
     pub fn start(&self, x: &[f64]) -> Result<Vec<f64>> {
         let g = self.program.values(x)?.rows;
         let t = largest_violation(self.program, &g, |i| self.weights[i]);
@@ -202,7 +205,7 @@ pub(super) fn resolve(
     Ok(Candidate { iterations: iterations + relaxed.iterations, ..relaxed })
 }
 
-/// The smallest violation in units of `weights`, then the smallest objective, starting from `nearest`.
+/// Minimizes the violation in units of `weights`, and then the objective at this violation, starting from `nearest`.
 fn relax(
     program: &dyn Program,
     nearest: &[f64],
@@ -233,7 +236,7 @@ fn relax(
     Ok(Candidate { iterations, relaxation: amounts(least), status: Status::Stalled, ..best })
 }
 
-/// Changes of the rows and of the objective over the scales of the variables.
+/// Largest changes of the rows and of the objective when one variable changes by its scale.
 struct Units {
     rows: Vec<f64>,
     objective: f64,

@@ -27,7 +27,7 @@ pub struct MultiStart<S> {
 }
 
 impl<S: SubproblemSolver> MultiStart<S> {
-    /// `solver` from `starts` ≥ 1 points, the given one first; `seed` shifts the others.
+    /// Creates a solver that runs `solver` from `starts` ≥ 1 points, the given one first; `seed` shifts the others.
     ///
     /// # Errors
     /// [`Error::Option`] for zero starts.

@@ -19,7 +19,7 @@ pub(super) struct Normalized<'a> {
 }
 
 impl<'a> Normalized<'a> {
-    /// The program in the units at `start`, where the gradients are `here`.
+    /// Normalizes `program` by the units at `start`; `here` are the gradients there.
     pub fn new(program: &'a dyn Program, start: &[f64], here: &Gradients) -> Self {
         let variable = variable_scales(program, start, start);
         let scaled = |b: &[f64]| b.iter().zip(&variable).map(|(b, s)| b / s).collect();

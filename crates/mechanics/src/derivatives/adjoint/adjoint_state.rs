@@ -141,7 +141,7 @@ impl DesignAdjoint {
         let zeros = |count| vec![[0.0; BATCH]; count];
         let motion = |c: &CoordinateData<f64>| zeros(c.motion.as_ref().map_or(0, |(_, parameters)| parameters.len()));
         Self {
-            parameters: mechanism.parts.iter().map(|part| zeros(part.parameters.len())).collect(),
+            parameters: mechanism.elements.iter().map(|part| zeros(part.parameters.len())).collect(),
             motions: mechanism.coordinates.iter().map(motion).collect(),
             weights: mechanism.outputs.iter().map(|output| zeros(output.terms.len())).collect(),
         }
@@ -181,7 +181,7 @@ impl DesignAdjoint {
         rows: &mut DMatrix<f64>,
         [row, first]: [usize; 2],
     ) {
-        let parameters = chunk.parts.iter().zip(&self.parameters);
+        let parameters = chunk.elements.iter().zip(&self.parameters);
         let parameters = parameters.flat_map(|(part, adjoints)| part.parameters.iter().zip(adjoints));
         let coordinates = || chunk.coordinates.iter().enumerate();
         let driven = coordinates().filter_map(|(i, c)| c.motion.as_ref().map(|(_, parameters)| (i, parameters)));

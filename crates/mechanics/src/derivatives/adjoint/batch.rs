@@ -135,7 +135,7 @@ impl SystemVjp {
     /// With respect to free coordinates and active parameters.
     pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System, batches: usize) -> Self {
         let size = |part: &ElementInstance<f64>| part.coordinates.len() + part.num_constraints;
-        let most = mechanism.parts.iter().map(size).max().unwrap_or(0);
+        let most = mechanism.elements.iter().map(size).max().unwrap_or(0);
         Self {
             variables: variables(mechanism, activity),
             constants: constants(mechanism, activity, system),
@@ -148,7 +148,7 @@ impl SystemVjp {
     pub fn at_rest(mechanism: &Mechanism<f64>, activity: &Activity, system: &System, batches: usize) -> Self {
         let mut vjp = Self::new(mechanism, activity, system, batches);
         vjp.constants.retain(|constant| activity.motions[constant.coordinate]);
-        for (part, variables) in mechanism.parts.iter().zip(&mut vjp.variables) {
+        for (part, variables) in mechanism.elements.iter().zip(&mut vjp.variables) {
             variables.retain(|variable| match *variable {
                 ElementVariable::Position(i) => activity.motions[part.coordinates[i]],
                 ElementVariable::Parameter(_) => true,
@@ -178,7 +178,7 @@ impl SystemVjp {
                 add(&mut state.a[*coordinate], scale * *mass, psi);
             }
         }
-        let parts = mechanism.parts.iter().zip(variables).enumerate();
+        let parts = mechanism.elements.iter().zip(variables).enumerate();
         for (k, (part, variables)) in parts.filter(|(_, (_, variables))| !variables.is_empty()) {
             let (rows, n) = (part.coordinates.len() + part.num_constraints, part.coordinates.len());
             for (batch, weights) in batches.iter().zip(weights.iter_mut()) {
@@ -212,12 +212,12 @@ fn variables(mechanism: &Mechanism<f64>, activity: &Activity) -> Vec<Vec<Element
         variables.extend(activity.parameters[k].iter().map(|&p| ElementVariable::Parameter(p)));
         variables
     };
-    mechanism.parts.iter().enumerate().map(of).collect()
+    mechanism.elements.iter().enumerate().map(of).collect()
 }
 
 fn constants(mechanism: &Mechanism<f64>, activity: &Activity, system: &System) -> Vec<ConstantDerivatives> {
     let mut constants = Vec::new();
-    for (k, part) in mechanism.parts.iter().enumerate() {
+    for (k, part) in mechanism.elements.iter().enumerate() {
         for entry in system.coefficients(k) {
             let coordinate = part.coordinates[entry.coordinate];
             let row = system.rows_of(k).find(|(row, _)| *row == entry.row);

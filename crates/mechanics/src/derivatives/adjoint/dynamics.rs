@@ -92,10 +92,10 @@ fn solve(
     let mut all: Vec<&mut AdjointBatch> = batches.iter_mut().collect();
     all.iter_mut().for_each(|batch| batch.state.join_accelerations());
     let mut initial = InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system);
-    if settings.initial == InitialAcceleration::Consistent {
+    if settings.initial_acceleration == InitialAcceleration::Consistent {
         initial.accelerations(&mut system, &recording.start, &mut all)?;
     }
-    initial.start(&mut system, &recording.start, &recording.projection, settings.origin, &mut all)?;
+    initial.start(&mut system, &recording.start, &recording.projection, settings.initial_configuration, &mut all)?;
     Ok((problem.gradients(&batches), statistics))
 }
 

@@ -58,14 +58,14 @@ impl<'m> InitialConditionAdjoint<'m> {
         system: &mut System,
         values: &State<f64>,
         projection: &Projection,
-        origin: InitialConfiguration,
+        initial_configuration: InitialConfiguration,
         batches: &mut [&mut AdjointBatch],
     ) -> Result<()> {
         let has_constraints = self.mechanism.multipliers > 0;
         if has_constraints {
             self.project(ProjectedPart::Velocities, system, values, projection, batches)?;
         }
-        match origin {
+        match initial_configuration {
             InitialConfiguration::Equilibrium(_) => self.equilibrium(system, values, projection, batches)?,
             InitialConfiguration::Built if has_constraints => {
                 self.project(ProjectedPart::Positions, system, values, projection, batches)?

@@ -1,8 +1,8 @@
-//! The discrete adjoint method: few responses by many design variables.
+//! The discrete adjoint method, for few responses and many design variables.
 //!
 //! The direct method carries one derivative of the state per design variable forward; the adjoint method carries one per
-//! response backward. With the converged steps F(x₁, x₀, p) = 0 of the analysis and a response J, from the last step to
-//! the first,
+//! response backward. F(x₁, x₀, p) = 0 are the converged steps of the analysis, and J is a response. The steps are processed
+//! from the last to the first:
 //!
 //! $$ \left(\frac{\partial F}{\partial x_1}\right)^{\!T}\psi = -\bar x_1,\qquad
 //!    \bar x_0 \mathrel{+}= \left(\frac{\partial F}{\partial x_0}\right)^{\!T}\psi,\qquad

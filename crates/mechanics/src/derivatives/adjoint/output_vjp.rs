@@ -41,7 +41,7 @@ impl AdjointBatch {
         for ElementShare { part: k, rows, row, count } in shares(mechanism, source) {
             let mut weights = vec![[0.0; BATCH]; count];
             weights[row] = *weight;
-            let part = &mechanism.parts[k];
+            let part = &mechanism.elements[k];
             let sets = std::iter::once(&weights[..]);
             vjp.evaluate(part, state, &all_variables(part), rows, sets, |_, variable, derivative| {
                 self.add(k, part, variable, &derivative);
@@ -62,15 +62,15 @@ struct ElementShare {
 
 /// The rows of elements whose sum a quantity is.
 fn shares(mechanism: &Mechanism<f64>, source: MeasuredQuantity) -> Vec<ElementShare> {
-    let parts = || mechanism.parts.iter().enumerate();
+    let parts = || mechanism.elements.iter().enumerate();
     let energy =
         |row| parts().map(|(part, _)| ElementShare { part, rows: ElementRows::Energy, row, count: 2 }).collect();
     match source {
-        MeasuredQuantity::Measure { part, measure } => {
-            let count = mechanism.parts[part].element.measures().len();
+        MeasuredQuantity::Measure { element: part, measure } => {
+            let count = mechanism.elements[part].element.measures().len();
             vec![ElementShare { part, rows: ElementRows::Measures, row: measure, count }]
         }
-        MeasuredQuantity::Effort { coordinate } => {
+        MeasuredQuantity::DrivingForce { coordinate } => {
             let acting = parts().filter(|(_, part)| !part.element.is_sensor());
             let shares = acting.flat_map(|(k, part)| {
                 let count = part.coordinates.len() + part.num_constraints;
@@ -86,7 +86,7 @@ fn shares(mechanism: &Mechanism<f64>, source: MeasuredQuantity) -> Vec<ElementSh
 
 fn quantity(mechanism: &Mechanism<f64>, state: &State<f64>, source: MeasuredQuantity, vjp: &mut ElementVjp) -> f64 {
     let value = |ElementShare { part, rows, row, .. }| {
-        vjp.values(&mechanism.parts[part], state, rows).nth(row).expect("every row is evaluated")
+        vjp.values(&mechanism.elements[part], state, rows).nth(row).expect("every row is evaluated")
     };
     shares(mechanism, source).into_iter().map(value).sum()
 }

@@ -219,7 +219,7 @@ where
 
     /// A step that ends when `contact` closes, at a time that depends on the design.
     fn close_contact(&mut self, step: &ConvergedStep, contact: usize) -> Result<()> {
-        let (impact, given) = (&self.mechanism.impacts[contact], T::from(step.h));
+        let (impact, given) = (&self.mechanism.events[contact], T::from(step.h));
         let unit = T::with(0.0, std::array::from_fn(|k| f64::from(u8::from(k == 0))));
         let [fixed, moved] = [given, given + unit].map(|h| {
             self.differentiate_step_of(step, h);
@@ -228,7 +228,7 @@ where
         let speed = moved - fixed;
         if speed == 0.0 || !speed.is_finite() {
             let why = format!("it is only touched at t = {:.6e} s: there is no derivative", step.end.t);
-            return Err(Error::analysis(&impact.part.name, why, "change the design a little"));
+            return Err(Error::analysis(&impact.gap.name, why, "change the design a little"));
         }
         let mut h = given;
         for _ in 0..T::ORDER {
@@ -245,9 +245,9 @@ where
         let Some((contact, values)) = self.closed.take() else { return Ok(()) };
         let mut state = self.step.new.clone();
         let (plain, mechanism, system) = (self.plain, self.mechanism, &mut self.system);
-        match plain.impacts[contact].restitution {
+        match plain.events[contact].restitution {
             Some(_) => apply_impact(plain, mechanism, system, contact, &values, &mut state)?,
-            None => apply_switch(plain, mechanism, system, self.settings.step.ahead(), &values, &mut state)?,
+            None => apply_switch(plain, mechanism, system, self.settings.step.switch_offset(), &values, &mut state)?,
         }
         self.step.restart(&state);
         Ok(())

@@ -114,7 +114,7 @@ where
 
     /// The initial state `values` of a motion, with its derivatives.
     pub fn start(mut self, values: &State<f64>, projection: &Projection, settings: &Dynamics) -> Result<State<T>> {
-        let mut state = match settings.origin {
+        let mut state = match settings.initial_configuration {
             InitialConfiguration::Built => self.consistent(values, projection)?,
             InitialConfiguration::Equilibrium(_) => {
                 let rest = factorize_initial_equilibrium(self.system, self.plain, values, projection)?;
@@ -126,7 +126,7 @@ where
                 state
             }
         };
-        if settings.initial == InitialAcceleration::Consistent {
+        if settings.initial_acceleration == InitialAcceleration::Consistent {
             self.accelerations(values, &mut state)?;
         }
         Ok(state)

@@ -14,13 +14,13 @@
 use crate::Result;
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::seeding::take_values;
-use crate::events::impact::{self, Border, Jump};
+use crate::events::impact::{self, BorderedSystem, Jump};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
 use crate::system::state::State;
 
-/// Applies the impact at contact number `contact` to `state`, whose values are `values`.
+/// Applies the impact at contact number `contact` to `state`; `values` is the state in `f64`.
 pub(crate) fn apply_impact<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
@@ -34,15 +34,15 @@ where
 {
     let mut after = values.clone();
     let jump = impact::apply_impact(system, plain, contact, &mut after)?;
-    let border = Border::new(system, plain, &plain.impacts[contact], values)?;
+    let bordered = BorderedSystem::new(system, plain, &plain.events[contact], values)?;
     let lift = |x: &[f64]| x.iter().map(|&x| T::from(x)).collect();
     let mut lifted =
         Jump { velocity: lift(&jump.velocity), joints: lift(&jump.joints), contact: T::from(jump.contact) };
     let mut rows = vec![T::from(0.0); system.size()];
     for _ in 0..T::ORDER {
-        let off = mechanism.impacts[contact].rows(system, mechanism, state, &lifted, &mut rows);
+        let off = mechanism.events[contact].rows(system, mechanism, state, &lifted, &mut rows);
         let mut changes: Vec<[f64; L]> = rows.iter().map(DerivativeScalar::derivatives).collect();
-        let impulse = border.solve(system, &mut changes, off.derivatives());
+        let impulse = bordered.solve(system, &mut changes, off.derivatives());
         lifted.add(system, |equation| -T::with(0.0, changes[equation]), -T::with(0.0, impulse));
     }
     state.v.iter_mut().zip(&lifted.velocity).for_each(|(v, &change)| *v += change);
@@ -50,22 +50,24 @@ where
     InitialDerivatives::new(plain, mechanism, system).accelerations(&after, state)
 }
 
-/// Applies a switch to `state`, whose values are `values`: its accelerations and multipliers are those `ahead` (s) later.
+/// Applies a switch: sets accelerations and multipliers of `state` to those of the state extrapolated by `offset` (s).
+///
+/// `values` is the state in `f64`.
 pub(crate) fn apply_switch<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
     system: &mut System,
-    ahead: f64,
+    offset: f64,
     values: &State<f64>,
     state: &mut State<T>,
 ) -> Result<()>
 where
     Jet2<T>: ElementScalar,
 {
-    let beyond = impact::apply_switch(system, plain, ahead, &mut values.clone())?;
-    let mut moved = impact::beyond(state, ahead);
-    take_values(&mut moved, &beyond);
-    InitialDerivatives::new(plain, mechanism, system).accelerations(&beyond, &mut moved)?;
-    (state.a, state.l) = (moved.a, moved.l);
+    let after = impact::apply_switch(system, plain, offset, &mut values.clone())?;
+    let mut extrapolated = impact::extrapolate(state, offset);
+    take_values(&mut extrapolated, &after);
+    InitialDerivatives::new(plain, mechanism, system).accelerations(&after, &mut extrapolated)?;
+    (state.a, state.l) = (extrapolated.a, extrapolated.l);
     Ok(())
 }

@@ -32,7 +32,7 @@ impl InitialDifferences<'_> {
         projection: &Projection,
         settings: &Dynamics,
     ) -> Result<Vec<State<f64>>> {
-        let mut sensitivities = match settings.origin {
+        let mut sensitivities = match settings.initial_configuration {
             InitialConfiguration::Built => self.consistent(differences, values, projection)?,
             InitialConfiguration::Equilibrium(_) => {
                 let rest = factorize_initial_equilibrium(self.system, self.plain, values, projection)?;
@@ -45,7 +45,7 @@ impl InitialDifferences<'_> {
                 sensitivities
             }
         };
-        if settings.initial == InitialAcceleration::Consistent {
+        if settings.initial_acceleration == InitialAcceleration::Consistent {
             self.accelerations(differences, values, &mut sensitivities)?;
         }
         Ok(sensitivities)

@@ -1,4 +1,4 @@
-//! An elastic joint.
+//! A bushing: an elastic connection of two bodies.
 
 use crate::as_object;
 use crate::element_inputs;

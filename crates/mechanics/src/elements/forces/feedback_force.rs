@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::elements::element_tests::{close, measured, rows};
 
-    /// A proportional and differential controller with a reference that moves at unit speed.
+    /// A proportional-derivative controller with a reference that moves at unit speed.
     struct Tracking;
 
     impl StateFunction for Tracking {

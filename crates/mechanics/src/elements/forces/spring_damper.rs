@@ -9,8 +9,8 @@ use autodiff::Scalar;
 
 /// A spring and damper between two points: tension k (L − L₀) + k₃ (L − L₀)³ + c L̇.
 ///
-/// **Points that coincide.** On a straight path through L = 0 the direction flips, and with it the part of the force that
-/// does not vanish with L. At L = 0 the force is the mean of both sides, (k + 3 k₃ L₀²) (r_B − r_A) + c (v_B − v_A), with
+/// **Points that coincide.** On a straight path through L = 0 the direction changes sign, and so does the part of the force
+/// that is not zero at L = 0. At L = 0 the force is the mean of both sides, (k + 3 k₃ L₀²) (r_B − r_A) + c (v_B − v_A), with
 /// the derivatives of this expression. It is exact for L₀ = 0, where the force is continuous.
 ///
 /// # Sources

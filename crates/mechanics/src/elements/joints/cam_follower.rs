@@ -15,11 +15,13 @@ use autodiff::Scalar;
 /// $$ \Phi = |\mathbf r_B - \mathbf r_A| - r(\varphi) = 0 ,\qquad
 ///    r(\varphi) = r_0 + \tfrac{h}{2}\left(1 - \cos(\varphi - \varphi_0)\right) $$
 ///
-/// with the base radius r₀, the lift h and the angle φ₀ of the smallest radius. With the unit vectors **u** from A to B, **t**
-/// normal to it and **e** at the angle φ₀ on the cam, cos(φ − φ₀) = **u**·**e**. The contact force acts at B along the
-/// gradient **n** = **u** + h/(2ρ) (**e**·**t**) **t** with ρ = |r_B − r_A|. λ is its component along **u** in N, positive if
-/// it pulls the follower to the cam. The constraint is bilateral, as of a grooved cam: a negative measured force means that
-/// an open cam would lose contact.
+/// with the base radius r₀, the lift h and the angle φ₀ of the smallest radius. **u** is the unit vector from A to B
+/// and **t** the unit vector normal to it. **e** is the direction of the smallest radius, fixed to the cam, so that
+/// cos(φ − φ₀) = **u**·**e**. The contact force acts at B along the gradient **n** = **u** + h/(2ρ) (**e**·**t**) **t** with
+/// the distance ρ = |r_B − r_A|. λ is its component along **u** in N, positive if it pulls the follower to the cam.
+///
+/// The constraint is bilateral, as for a grooved (form-closed) cam: a negative measured force means that an open cam would
+/// lose contact.
 ///
 /// # Sources
 /// Norton, *Cam Design and Manufacturing Handbook* (2009), for simple harmonic profiles.

@@ -39,7 +39,7 @@ pub struct MechanismRhs<'m> {
     pub system: System,
     /// State of the last evaluation, including accelerations and multipliers.
     pub state: State<f64>,
-    /// Record of the current step, if it is to be differentiated.
+    /// Record of the current step, for motions that are differentiated.
     pub record: Option<StepRecord>,
     rows: Vec<[f64; 1]>,
     rates: Vec<f64>,
@@ -64,11 +64,13 @@ pub struct StageRecord {
 
 /// The projections at the end of a step.
 pub struct Projected {
-    /// Positions and velocities before; accelerations hold the position correction δ, multipliers its μ.
+    /// Positions and velocities before the projections. The accelerations store the position correction δ, the
+    /// multipliers μ.
     pub before: State<f64>,
-    /// Projected positions, velocities before; accelerations hold the velocity correction ε, multipliers its ν.
+    /// Projected positions, and velocities before their projection. The accelerations store the velocity correction ε, the
+    /// multipliers ν.
     pub after: State<f64>,
-    /// Factor of \[I Φ_qᵀ; Φ_q 0\] before.
+    /// Factor of \[I Φ_qᵀ; Φ_q 0\] before the projections.
     pub factor: Factor,
 }
 

@@ -11,7 +11,7 @@
 //! | `mechanism` | constrained mechanisms as such a system: accelerations and projections |
 //!
 //! [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly) simulates a mechanism with these methods. For
-//! stiff systems, beams and contacts take the implicit steps of [`Dynamics`](crate::integrators::settings::Dynamics).
+//! stiff systems, beams and contacts use the implicit steps of [`Dynamics`](crate::integrators::settings::Dynamics).
 
 pub(crate) mod dop853;
 pub mod mechanism;

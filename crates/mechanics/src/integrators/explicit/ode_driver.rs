@@ -22,7 +22,7 @@ pub struct OdeDriver<F> {
     pub(crate) next: f64,
 }
 
-/// Number of step lengths allocated at the start, so that steps allocate nothing.
+/// Number of step lengths for which memory is allocated at the start, so that steps do not allocate.
 const EXPECTED_STEPS: usize = 1 << 14;
 
 impl<F: OdeRhs> OdeDriver<F> {
@@ -36,7 +36,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         settings.check_size(rhs.size())?;
         let mut stepper = Stepper::new(rhs, settings.method, settings.start, y)?;
         let end = times.last().copied().unwrap_or(settings.start);
-        let next = match &settings.pace {
+        let next = match &settings.step_control {
             StepControl::Fixed(h) => *h,
             StepControl::Given(_) => 0.0,
             StepControl::Adaptive { tolerance, longest } if end > settings.start => {
@@ -45,7 +45,7 @@ impl<F: OdeRhs> OdeDriver<F> {
             StepControl::Adaptive { longest, .. } => *longest,
         };
         let steps = Vec::with_capacity(EXPECTED_STEPS);
-        let (start, step_control, scratch) = (settings.start, settings.pace.clone(), Vec::new());
+        let (start, step_control, scratch) = (settings.start, settings.step_control.clone(), Vec::new());
         Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next })
     }
 
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn an_endless_integration_is_rejected() {
         let integrate = |h: f64| {
-            let settings = Explicit::eighth_order(1.0).with_pace(StepControl::Fixed(h));
+            let settings = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(h));
             let mut driver = OdeDriver::new(Clock, &settings, vec![0.0], &[1.0])?;
             while driver.is_before(1.0) {
                 driver.advance()?;
@@ -164,7 +164,7 @@ mod tests {
             Ok(())
         };
         let error: Error = integrate(1e-6).unwrap_err();
-        let message = "200000 time steps have come to t = 2.000000e-1 s only";
+        let message = "reached only t = 2.000000e-1 s after 200000 time steps";
         assert!(error.to_string().contains(message), "{error}");
         assert_eq!(integrate(1e-5), Ok(()));
     }

@@ -49,7 +49,7 @@ impl Tolerance {
 pub enum StepControl {
     /// Steps of this length in s.
     Fixed(f64),
-    /// Steps chosen so that the local error stays below a tolerance.
+    /// Steps whose local error is below a tolerance.
     Adaptive {
         /// Tolerated local error.
         tolerance: Tolerance,
@@ -68,7 +68,7 @@ pub struct Explicit {
     /// Integration method.
     pub method: &'static Tableau,
     /// Choice of the step lengths.
-    pub pace: StepControl,
+    pub step_control: StepControl,
     /// Assembly of a mechanism's initial positions.
     pub assembly: Assembly,
 }
@@ -76,8 +76,8 @@ pub struct Explicit {
 impl Explicit {
     /// Adaptive steps by the method of Dormand and Prince of order 5, for `tolerance` above about 1e-7.
     pub fn adaptive(tolerance: f64) -> Self {
-        let pace = StepControl::Adaptive { tolerance: Tolerance::same(tolerance), longest: f64::INFINITY };
-        Self { start: 0.0, method: &DOPRI5, pace, assembly: Assembly::default() }
+        let step_control = StepControl::Adaptive { tolerance: Tolerance::same(tolerance), longest: f64::INFINITY };
+        Self { start: 0.0, method: &DOPRI5, step_control, assembly: Assembly::default() }
     }
 
     /// Adaptive steps by the method of order 8, which is cheaper for `tolerance` below about 1e-7.
@@ -86,8 +86,8 @@ impl Explicit {
     }
 
     /// Replaces the choice of the step lengths.
-    pub fn with_pace(self, pace: StepControl) -> Self {
-        Self { pace, ..self }
+    pub fn with_step_control(self, step_control: StepControl) -> Self {
+        Self { step_control, ..self }
     }
 
     /// Checks the settings, and that the output `times` (s) increase.
@@ -97,7 +97,7 @@ impl Explicit {
     /// [`Error::Option`] if a setting is out of range, [`Error::Definition`] if the times do not increase.
     pub fn check(&self, times: &[f64]) -> Result<()> {
         let positive = |x: f64| x > 0.0 && x.is_finite();
-        match &self.pace {
+        match &self.step_control {
             StepControl::Fixed(h) => Error::check_option("time step", "positive", *h, positive(*h))?,
             StepControl::Adaptive { tolerance, longest } => {
                 tolerance.check()?;
@@ -118,7 +118,7 @@ impl Explicit {
     ///
     /// [`Error::Length`] if the number of tolerances is neither one nor `size`.
     pub fn check_size(&self, size: usize) -> Result<()> {
-        if let StepControl::Adaptive { tolerance, .. } = &self.pace {
+        if let StepControl::Adaptive { tolerance, .. } = &self.step_control {
             for (name, values) in
                 [("relative tolerances", &tolerance.relative), ("absolute tolerances", &tolerance.absolute)]
             {

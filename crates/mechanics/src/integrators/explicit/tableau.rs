@@ -3,7 +3,7 @@
 /// A row of weights: pairs of slot and nonzero weight.
 pub type Row = &'static [(usize, f64)];
 
-/// Most slots of a method. A slot holds one derivative of a step.
+/// Largest number of slots of a method. A slot stores one derivative of a step.
 pub const SLOTS: usize = 16;
 
 /// Number of components combined at a time.

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Normalized multiplier above which the rows are considered contradictory.
 const LARGEST_MULTIPLIER: f64 = 1e9;
-/// Number of variables from which on the last evaluation is skipped if convergence is predicted.
+/// Smallest number of variables for which the last evaluation is skipped if convergence is predicted.
 const MANY: usize = 10_000;
 /// Largest number of damping values in one iteration.
 const TRIALS: usize = 40;
@@ -104,7 +104,7 @@ fn evaluate(
 }
 
 impl Falk {
-    /// Stores the dual function at the state's multipliers, and the conclusion if there is one.
+    /// Stores the dual function at the state's multipliers, and the status if the run ends here.
     fn update(&self, program: &dyn Separable, state: &mut FalkState, dual: &Dual) {
         state.cost = -dual.value;
         state.rows = dual.rows.as_slice().to_vec();

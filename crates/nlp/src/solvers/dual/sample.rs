@@ -6,9 +6,9 @@ use crate::separable::{self, CHUNK};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Neighbouring variables that are sampled together: a block of the table of coefficients.
-const BLOCK: usize = 64;
-/// Numbers of blocks of the samples. Each sample starts from the multipliers of the previous one.
+/// Number of neighbouring variables that are sampled together: a block of the table of coefficients.
+const SAMPLED_BLOCK: usize = 64;
+/// Number of blocks in each sample. Each sample starts from the multipliers of the previous one.
 pub(super) const SIZES: [usize; 3] = [32, 256, 2048];
 /// Smallest ratio of the sizes of program and sample; below it the sample costs more than it saves.
 const SMALLEST_RATIO: usize = 4;
@@ -29,13 +29,13 @@ impl<'a> Sample<'a> {
     /// The sample of `size` blocks; `None` if the program is too small for it.
     pub fn new(program: &'a dyn Separable, size: usize) -> Option<Self> {
         let n = program.variables();
-        let blocks = n / BLOCK;
+        let blocks = n / SAMPLED_BLOCK;
         if blocks < SMALLEST_RATIO * size {
             return None;
         }
         let stride = blocks / size;
         let mut sample = Self { program, stride, factor: 1.0, lower: vec![], upper: vec![] };
-        let count = size * BLOCK;
+        let count = size * SAMPLED_BLOCK;
         sample.lower = (0..count).map(|k| program.lower()[sample.source(k)]).collect();
         sample.upper = (0..count).map(|k| program.upper()[sample.source(k)]).collect();
         sample.factor = n as f64 / count as f64;
@@ -47,7 +47,7 @@ impl<'a> Sample<'a> {
         (0..self.lower.len()).map(|k| x[self.source(k)]).collect()
     }
 
-    /// Units of the program from those of the sample, without the factor that scales up the sums.
+    /// Converts units of the sample to units of the program: divides by the factor that scales up the sums.
     pub fn units_of_program(&self, mut units: Units) -> Units {
         units.rows.iter_mut().chain([&mut units.objective]).for_each(|u| *u /= self.factor);
         units
@@ -55,7 +55,7 @@ impl<'a> Sample<'a> {
 
     /// The variable of the program that is variable `k` of the sample.
     fn source(&self, k: usize) -> usize {
-        (k / BLOCK * self.stride + self.stride / 2) * BLOCK + k % BLOCK
+        (k / SAMPLED_BLOCK * self.stride + self.stride / 2) * SAMPLED_BLOCK + k % SAMPLED_BLOCK
     }
 }
 
@@ -96,7 +96,7 @@ impl Separable for Sample<'_> {
         let mut sums = DualSums::new(weights.len() - 1);
         let mut k = range.start;
         while k < range.end {
-            let end = range.end.min((k / BLOCK + 1) * BLOCK);
+            let end = range.end.min((k / SAMPLED_BLOCK + 1) * SAMPLED_BLOCK);
             let first = self.source(k);
             sums.add(&self.program.dual_sums(first..first + end - k, weights));
             k = end;
@@ -105,14 +105,15 @@ impl Separable for Sample<'_> {
     }
 }
 
-/// Changes of the functions over the scales of the variables, at the start.
+/// Units of objective and rows: their largest change when one variable changes by its scale, at the start point.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Units {
     /// The largest change of each row by one variable; one for a row of zeros.
     pub rows: Vec<f64>,
     /// The largest change of the objective by one variable; one if it is constant.
     pub objective: f64,
-    /// Multipliers that balance the changes of objective and rows: most variables are then off their bounds.
+    /// Initial multipliers: for each row, the sum of the changes of the objective divided by that of the row and by
+    /// the number of rows. Most minimizers are then between their bounds.
     pub multipliers: Vec<f64>,
 }
 
@@ -161,7 +162,7 @@ impl Changes {
     }
 }
 
-/// Changes of the functions over the scales of the variables from `first` on.
+/// Returns the changes of the functions when each variable from `first` on changes by its scale.
 fn changes(program: &dyn Separable, first: usize, start: &[f64]) -> Changes {
     let functions = program.rows() + 1;
     let mut all = Changes::new(functions);
@@ -188,7 +189,7 @@ mod tests {
     use crate::separable::DiagonalQuadratic;
 
     #[test]
-    fn a_sample_of_equal_variables_is_the_whole() {
+    fn sums_of_a_sample_of_equal_variables_equal_those_of_the_program() {
         let n = 40_000;
         let (g, h) = ([1.0, -2.0].repeat(n), [1.0, 0.5].repeat(n));
         let program =

@@ -34,7 +34,7 @@ impl Default for Falk {
 }
 
 impl Falk {
-    /// With the largest violation and complementarity of a solution, in 1e-14 … 1e-4 (default 1e-11).
+    /// Sets the largest violation and complementarity of a solution, in 1e-14 … 1e-4 (default 1e-11).
     ///
     /// Both are relative as in [`KktResidual`](crate::KktResidual).
     ///
@@ -46,7 +46,7 @@ impl Falk {
         Ok(Self { tolerance, ..self })
     }
 
-    /// With the largest number of iterations, at least 1 (default 200).
+    /// Sets the largest number of iterations, at least 1 (default 200).
     ///
     /// # Errors
     /// [`Error::Option`] for zero.
@@ -55,7 +55,7 @@ impl Falk {
         Ok(Self { iterations, ..self })
     }
 
-    /// With the solver of programs whose dual has no maximum.
+    /// Sets the solver of programs whose dual has no maximum.
     #[must_use]
     pub fn with_fallback(self, fallback: InteriorPoint) -> Self {
         Self { fallback, ..self }
@@ -85,14 +85,14 @@ pub struct FalkState {
     pub evaluations: usize,
     /// True if the dual function has not been evaluated after the last step, because convergence was predicted.
     pub convergence_predicted: bool,
-    /// The conclusion; `None` while the run goes on.
+    /// Status at the end of the run; `None` during the run.
     pub status: Option<Status>,
     pub(super) previous_residual: f64,
     /// −∇²W, m × m, column by column.
     pub(super) negative_hessian: Vec<f64>,
-    /// Change of each row over the scales of the variables.
+    /// Largest change of each row when one variable changes by its scale.
     pub(super) row_units: Vec<f64>,
-    /// Change of the objective over the scales of the variables.
+    /// Largest change of the objective when one variable changes by its scale.
     pub(super) objective_unit: f64,
     pub(super) record: ExecutorRecord,
 }

@@ -13,9 +13,9 @@ use error::{Error, Result};
 
 /// Largest KKT residual of a solution.
 pub(super) const ACCEPTED: f64 = 1e-8;
-/// Newton steps for one value of the perturbation.
+/// Largest number of Newton steps for one value of the perturbation.
 const STEPS_PER_PERTURBATION: usize = 60;
-/// Halvings of a step.
+/// Largest number of times that a step is halved.
 const HALVINGS: usize = 30;
 /// Distance to a bound, relative to the range, below which a variable is moved onto the bound.
 const ON_BOUND: f64 = 1e-10;
@@ -46,7 +46,7 @@ impl Default for InteriorPoint {
 }
 
 impl InteriorPoint {
-    /// With the last value of the perturbation μ, in units of the program at the start, in 1e-14 … 1e-4 (default 1e-12).
+    /// Sets the last value of the perturbation μ, in units of the program at the start, in 1e-14 … 1e-4 (default 1e-12).
     ///
     /// # Errors
     /// [`Error::Option`] outside this range.
@@ -56,7 +56,7 @@ impl InteriorPoint {
         Ok(Self { tolerance, ..self })
     }
 
-    /// With the largest number of Newton steps, at least 1 (default 300).
+    /// Sets the largest number of Newton steps, at least 1 (default 300).
     ///
     /// # Errors
     /// [`Error::Option`] for zero.

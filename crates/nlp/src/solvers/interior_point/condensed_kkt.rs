@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_solution_is_that_of_the_whole_matrix() {
+    fn solve_agrees_with_the_dense_matrix() {
         let columns = [vec![1.0, 0.0, -2.0, 0.5], vec![0.2, 1.0, 1.0, 0.0]];
         let weights = [3.0, -0.5];
         let k = CondensedKkt::new(vec![2.0, 3.0, 1.0, 1e9], &columns, &weights);

@@ -1,4 +1,4 @@
-//! Programs with many rows and few active ones: the violated rows are added round by round.
+//! Working rows of programs with many rows and few active ones: each round adds the violated rows.
 //!
 //! A solution of a convex program with some of its rows is a solution with all rows if it satisfies the others. Each
 //! round costs one evaluation of all rows and the solution of a small program.
@@ -10,7 +10,7 @@ use crate::separable;
 use crate::solution::{Candidate, Evaluations, Solution, Status};
 use error::Result;
 
-/// Rounds after which all rows are used.
+/// Number of rounds after which all rows are used.
 const ROUNDS: usize = 40;
 /// Violation, in units of the row, above which a row is added.
 const VIOLATED: f64 = 1e-10;

@@ -15,7 +15,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// Consecutive steps with a predicted decrease below rounding after which a run stops.
 const STAGNANT_STEPS: usize = 4;
-/// Decrease of the objective, in units of its change over the scales of the variables, that counts as unbounded.
+/// Decrease of the objective that counts as unbounded, in units of its largest change when one variable changes by its
+/// scale.
 const UNBOUNDED: f64 = 1e9;
 
 type Step = Result<(SqpState, Option<KV>), argmin::core::Error>;
@@ -168,7 +169,7 @@ fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, acc
     state
 }
 
-/// The conclusion for an unbounded objective or stagnation; `None` if the run goes on.
+/// Returns the status for an unbounded objective or stagnation; `None` if the run continues.
 fn status_after_step(program: &dyn Program, state: &SqpState) -> Option<Status> {
     let decrease = state.start_objective - state.objective;
     let violation = largest_violation(program, &state.rows, |_| 1.0);
@@ -190,7 +191,8 @@ fn logged(state: SqpState) -> (SqpState, Option<KV>) {
     (state, Some(values))
 }
 
-/// Change of the objective over the scales of the variables at the start.
+/// Unit of the objective at the start: the larger of its size and of its largest change when one variable changes by
+/// its scale.
 fn start_unit(program: &dyn Program, s: &SqpState) -> f64 {
     let scales = variable_scales(program, &s.start, &s.start);
     s.start_objective.abs().max(largest_change(&scales, &s.start_gradient))

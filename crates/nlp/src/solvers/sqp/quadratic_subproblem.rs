@@ -11,7 +11,7 @@ use error::Result;
 const GROWTH: f64 = 10.0;
 /// A larger penalty is kept if it reduces the remaining violation at least to this fraction.
 const REDUCTION: f64 = 0.9;
-/// Penalties tried in one iteration.
+/// Largest number of penalties in one iteration.
 const PENALTIES: usize = 7;
 
 /// The solution of the quadratic program.

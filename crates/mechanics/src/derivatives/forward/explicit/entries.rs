@@ -7,7 +7,8 @@ pub(crate) type Block<const W: usize> = [f64; W];
 
 /// A derivative of one row of the equations with respect to one source.
 ///
-/// Sources are numbered: positions of all n coordinates, velocities, accelerations, and then active parameters.
+/// Sources are the arguments of the equations: positions of all n coordinates, velocities, accelerations and active
+/// parameters, numbered in this order.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     pub row: u32,
@@ -15,7 +16,9 @@ pub(crate) struct Entry {
     pub value: f64,
 }
 
-/// Derivatives of rows with respect to the state and, separately, to parameters: most design variables move few of these.
+/// Derivatives of rows with respect to the state and, separately, with respect to parameters.
+///
+/// They are separate because most design variables change few parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Entries {
     pub states: Vec<Entry>,

@@ -83,9 +83,9 @@ impl Linearizer {
         let moving: Vec<usize> = activity.moving_coordinates().collect();
         let mut parameters = Vec::new();
         let element = |k| LinearizedElement::new(mechanism, k, activity, system, &mut parameters);
-        let elements: Vec<_> = (0..mechanism.parts.len()).map(element).collect();
+        let elements: Vec<_> = (0..mechanism.elements.len()).map(element).collect();
         let mut constants = [(); 3].map(|()| Entries::new(3 * n));
-        for (k, (part, element)) in mechanism.parts.iter().zip(&elements).enumerate() {
+        for (k, (part, element)) in mechanism.elements.iter().zip(&elements).enumerate() {
             let is_differentiated =
                 |entry: &&ConstantEntry| activity.is_differentiated(mechanism, part.coordinates[entry.coordinate]);
             for entry in system.coefficients(k).iter().filter(is_differentiated) {
@@ -124,7 +124,7 @@ impl Linearizer {
     ) {
         out.copy_from(&self.constants[0]);
         let ElementWorkspaces { narrow, wide, constraint } = workspaces;
-        for (part, element) in mechanism.parts.iter().zip(&self.elements) {
+        for (part, element) in mechanism.elements.iter().zip(&self.elements) {
             if part.num_constraints > 0 {
                 self.constraint(part, element, state, ConstraintDerivative::Accelerations, constraint, out);
             } else {
@@ -171,7 +171,9 @@ impl Linearizer {
             ConstraintDerivative::Velocities | ConstraintDerivative::Rates => out.copy_from(velocities),
             ConstraintDerivative::Accelerations | ConstraintDerivative::Corrections => out.clear(),
         }
-        for (part, element) in mechanism.parts.iter().zip(&self.elements).filter(|(part, _)| part.num_constraints > 0) {
+        for (part, element) in
+            mechanism.elements.iter().zip(&self.elements).filter(|(part, _)| part.num_constraints > 0)
+        {
             self.constraint(part, element, state, derivative, &mut workspaces.constraint, out);
         }
     }
@@ -242,7 +244,7 @@ impl LinearizedElement {
         system: &System,
         parameters: &mut Vec<(usize, usize)>,
     ) -> Self {
-        let (part, n) = (&mechanism.parts[k], mechanism.coordinates.len());
+        let (part, n) = (&mechanism.elements[k], mechanism.coordinates.len());
         let (mut variables, is_constraint) = (Vec::new(), part.num_constraints > 0);
         if system.rows_of(k).next().is_none() {
             return Self { variables, rows: Vec::new(), constraint_variables: Vec::new() };

@@ -73,7 +73,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
         let n = values.q.len();
         let mut sources = vec![[0.0; W]; linearizer.sources()];
         for (c, (chunk, state)) in chunks.iter().zip(start).enumerate() {
-            let parameters = linearizer.parameters.iter().map(|&(part, local)| &chunk.parts[part].parameters[local]);
+            let parameters = linearizer.parameters.iter().map(|&(part, local)| &chunk.elements[part].parameters[local]);
             let accelerations = state.a.iter().map(|_| &ZERO);
             let all = state.q.iter().chain(&state.v).chain(accelerations).chain(parameters);
             sources.iter_mut().zip(all).for_each(|(source, x)| columns(source, c).copy_from_slice(&x.eps));
