@@ -407,7 +407,7 @@ fn concurrent_solvers_are_compared() {
     assert_eq!(s.status, Status::Solved);
 }
 
-/// min c·x within bounds, with rows gᵢ + aᵢ·x + ½ ‖Cᵢ x‖² ≤ 0: the drifting peaks of a response.
+/// min c·x within bounds, with rows gᵢ + aᵢ·x + ½ ‖Cᵢ x‖² ≤ 0: the moving peaks of a response.
 struct Peaks {
     offset: Vec<f64>,
     slope: DMatrix<f64>,
