@@ -46,7 +46,7 @@ const fn key(table: &'static str, kinds: &'static [&'static str], old: &'static 
 }
 
 /// All renamed words. Kinds come before the keys that depend on them.
-const RENAMED: &[RenamedWord] = &[
+static RENAMED: &[RenamedWord] = &[
     renamed(Role::Kind, "body", "slide", "slider"),
     renamed(Role::Kind, "body", "frame", "massless-node"),
     renamed(Role::Kind, "body", "pivot", "fixed-node"),
