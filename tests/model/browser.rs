@@ -87,18 +87,25 @@ fn from_nothing_to_a_page_whose_mechanism_moves() {
     let page = place.0.join("out/lift/report.html");
     let browser = Browser { program, place: &place };
 
-    // It renders: many shades, not one colour.
     let size = [1200, 1400];
-    let [early, late] =
-        ["#t=0.0", "#t=0.5"].map(|t| browser.screenshot(&(address(&page) + t), size, &format!("{}.png", &t[3..])));
-    let mut shades: Vec<[u8; 3]> = early.pixels().iter().map(|p| [p.red(), p.green(), p.blue()]).collect();
+    let pictures =
+        || ["#t=0.0", "#t=0.5"].map(|t| browser.screenshot(&(address(&page) + t), size, &format!("{}.png", &t[3..])));
+    // The mechanism has moved, and nothing else. A busy machine can take a picture before the page is complete: then again.
+    let is_complete = |(count, first, last)| count > 2000 && first > 500 && last < 1300;
+    let mut shown = pictures();
+    for _ in 0..3 {
+        if !is_complete(differences(&shown[0], &shown[1])) {
+            shown = pictures();
+        }
+    }
+    let found = differences(&shown[0], &shown[1]);
+    assert!(is_complete(found), "{} pixels differ in rows {} to {}", found.0, found.1, found.2);
+
+    // It renders: many shades, not one colour.
+    let mut shades: Vec<[u8; 3]> = shown[0].pixels().iter().map(|p| [p.red(), p.green(), p.blue()]).collect();
     shades.sort_unstable();
     shades.dedup();
     assert!(shades.len() > 50, "{} shades", shades.len());
-
-    // The mechanism has moved, and nothing else.
-    let (count, first, last) = differences(&early, &late);
-    assert!(count > 2000 && first > 500 && last < 1300, "{count} pixels differ in rows {first} to {last}");
 
     // It moves by itself, and no script has failed.
     let dom = browser.show(&address(&page), size, "--dump-dom");
