@@ -31,6 +31,16 @@ impl<M: ClosedForm> Analytic<M> {
     }
 }
 
+/// A matrix of `columns` columns with one row for each response; compiled once for all closed forms.
+fn in_parallel(
+    row: &(dyn Fn(&ResponseAt) -> Vec<f64> + Sync),
+    wanted: &[ResponseAt],
+    columns: usize,
+) -> DMatrix<f64> {
+    let rows: Vec<Vec<f64>> = wanted.par_iter().with_min_len(64).map(row).collect();
+    DMatrix::from_row_iterator(wanted.len(), columns, rows.into_iter().flatten())
+}
+
 impl<M: ClosedForm> Analysis for Analytic<M> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let history = |(h, times): (usize, &Vec<f64>)| times.iter().map(|&t| self.model.response(h, b, t)).collect();
@@ -45,8 +55,7 @@ impl<M: ClosedForm> Analysis for Analytic<M> {
                 |(c, b): (usize, &Vec<Dual>)| partials(&self.model.response(i.response, b, t), b.len() - c * WIDTH);
             seeds.iter().enumerate().flat_map(chunk).collect()
         };
-        let rows: Vec<Vec<f64>> = wanted.par_iter().with_min_len(64).map(row).collect();
-        Ok(DMatrix::from_row_iterator(wanted.len(), b.len(), rows.into_iter().flatten()))
+        Ok(in_parallel(&row, wanted, b.len()))
     }
 
     fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {

@@ -1,7 +1,7 @@
 //! Gradients, Jacobians and Hessians in chunks of fixed width.
 //!
 //! Each chunk is one evaluation. Chunks run in parallel and are combined in their order: the result has the same bits
-//! for any number of threads.
+//! for any number of threads. Functions are called through a reference, so that the parallel loops are compiled once.
 
 use crate::{BLOCK, Dual, HyperDual, WIDTH};
 use nalgebra::{Const, DMatrix, U1};
@@ -25,12 +25,16 @@ pub fn partials(value: &Dual, count: usize) -> Vec<f64> {
 ///
 /// Takes ⌈n / [`WIDTH`]⌉ evaluations. Without variables the gradient is empty and the value is still computed.
 pub fn gradient(f: impl Fn(&[Dual]) -> Dual + Sync, x: &[f64]) -> (f64, Vec<f64>) {
-    let (values, rows) = jacobian(|x| vec![f(x)], x);
+    let (values, rows) = jacobian_of(&|x| vec![f(x)], x);
     (values[0], rows.row(0).iter().copied().collect())
 }
 
 /// Values (length m) and Jacobian (m × n) of `f` at `x` (length n).
 pub fn jacobian(f: impl Fn(&[Dual]) -> Vec<Dual> + Sync, x: &[f64]) -> (Vec<f64>, DMatrix<f64>) {
+    jacobian_of(&f, x)
+}
+
+fn jacobian_of(f: &(dyn Fn(&[Dual]) -> Vec<Dual> + Sync), x: &[f64]) -> (Vec<f64>, DMatrix<f64>) {
     let chunks: Vec<Vec<Dual>> =
         (0..x.len().div_ceil(WIDTH).max(1)).into_par_iter().map(|c| f(&seed(x, c * WIDTH))).collect();
     let values: Vec<f64> = chunks[0].iter().map(|v| v.re).collect();
@@ -59,6 +63,10 @@ pub fn jacobian(f: impl Fn(&[Dual]) -> Vec<Dual> + Sync, x: &[f64]) -> (Vec<f64>
 /// assert_eq!(hessian.as_slice(), [10.0, 4.0, 4.0, 0.0]);
 /// ```
 pub fn hessian(f: impl Fn(&[HyperDual]) -> HyperDual + Sync, x: &[f64]) -> (f64, Vec<f64>, DMatrix<f64>) {
+    hessian_of(&f, x)
+}
+
+fn hessian_of(f: &(dyn Fn(&[HyperDual]) -> HyperDual + Sync), x: &[f64]) -> (f64, Vec<f64>, DMatrix<f64>) {
     let n = x.len();
     let blocks = n.div_ceil(BLOCK).max(1);
     let pairs: Vec<(usize, usize)> = (0..blocks).flat_map(|a| (a..blocks).map(move |b| (a, b))).collect();
