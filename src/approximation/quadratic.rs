@@ -31,7 +31,8 @@ pub enum Hessian {
     Bfgs(usize),
     /// The second derivatives from the analysis; an error if it does not compute them.
     Exact,
-    /// As [`Exact`](Self::Exact), with negative eigenvalues (in scaled variables) replaced by zero: a convex approximation.
+    /// The [exact](Self::Exact) Hessian with negative eigenvalues (in scaled variables) replaced by zero: a convex
+    /// approximation.
     ExactConvex,
 }
 

@@ -171,7 +171,7 @@ impl Problem {
         let mut peaks: Vec<PeakTime> = vec![];
         for point in maxima(history) {
             let Some((time, value)) = self.peak_near(j, b, responses, point)? else { continue };
-            // A peak in the first or the last step is near two time points.
+            // A peak between the first or the last two time points is near both of them.
             if peaks.last().is_none_or(|last| (time - last.time).abs() > 1e-9 * time.abs()) {
                 history[point] = history[point].max(value);
                 peaks.push(PeakTime { row: RowId { constraint: j, point }, time });

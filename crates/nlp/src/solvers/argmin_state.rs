@@ -38,7 +38,7 @@ pub(super) fn termination(status: Option<Status>) -> TerminationStatus {
 /// The linkwright error inside an argmin error.
 fn from_argmin(e: argmin::core::Error) -> Error {
     e.downcast::<Error>().unwrap_or_else(|e| Error::Subproblem {
-        solver: "SQP",
+        solver: "argmin",
         status: e.to_string(),
         iterations: 0,
         remedy: "report this as a bug",

@@ -1,6 +1,6 @@
 //! Settings of the interior point method, and Newton's method along the central path as an argmin `Solver`.
 
-use super::conditions::{Iterate, LocalDerivatives, PerturbedConditions};
+use super::conditions::{LocalDerivatives, PerturbedConditions, PrimalDualIterate};
 use super::newton;
 use crate::kkt::bound_multipliers;
 use crate::program::{Program, check_finite, feasible_start};
@@ -98,7 +98,7 @@ impl InteriorPoint {
 /// State of a run along the central path.
 #[derive(Default)]
 pub(super) struct CentralPathState {
-    point: Iterate,
+    point: PrimalDualIterate,
     derivatives: LocalDerivatives,
     /// The perturbation μ.
     perturbation: f64,
@@ -147,7 +147,7 @@ impl CentralPathState {
 
     fn candidate(self) -> Candidate {
         let limit = self.record.iteration == self.record.limit;
-        let Iterate { x, λ, ξ, η, .. } = self.point;
+        let PrimalDualIterate { x, λ, ξ, η, .. } = self.point;
         Candidate {
             x,
             multipliers: λ,

@@ -1,7 +1,7 @@
 //! The Newton step of the perturbed optimality conditions, reduced to n or to m unknowns.
 
 use super::condensed_kkt::CondensedKkt;
-use super::conditions::{Iterate, LocalDerivatives, PerturbedConditions};
+use super::conditions::{LocalDerivatives, PerturbedConditions, PrimalDualIterate};
 use nalgebra::{DMatrix, DVector};
 
 /// Smallest diagonal entry of the condensed matrix.
@@ -21,10 +21,10 @@ const SMALLEST_DIAGONAL: f64 = 1e-14;
 /// artificial variables.
 pub(super) fn step(
     conditions: &PerturbedConditions<'_>,
-    p: &Iterate,
+    p: &PrimalDualIterate,
     at: &LocalDerivatives,
     μ: f64,
-) -> Option<Iterate> {
+) -> Option<PrimalDualIterate> {
     let (n, m) = (p.x.len(), p.λ.len());
     let (mut diagonal, mut a) = (vec![1.0; n], DVector::zeros(n));
     for j in (0..n).filter(|&j| !conditions.fixed[j]) {
@@ -128,17 +128,17 @@ fn positive_solve(system: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<
 /// The Newton step with the changes of slacks and bound multipliers that follow from dx and dλ.
 fn complete(
     conditions: &PerturbedConditions<'_>,
-    p: &Iterate,
+    p: &PrimalDualIterate,
     dx: DVector<f64>,
     dλ: DVector<f64>,
     slack_ratios: &[f64],
     μ: f64,
-) -> Iterate {
+) -> PrimalDualIterate {
     let multiplier =
         |gap: f64, at: f64, change: f64| if gap.is_infinite() { 0.0 } else { (μ - at * change) / gap - at };
     let free = |j: usize, v: f64| if conditions.fixed[j] { 0.0 } else { v };
     let n = p.x.len();
-    Iterate {
+    PrimalDualIterate {
         ξ: (0..n).map(|j| free(j, multiplier(conditions.gaps(&p.x, j).0, p.ξ[j], dx[j]))).collect(),
         η: (0..n).map(|j| free(j, multiplier(conditions.gaps(&p.x, j).1, p.η[j], -dx[j]))).collect(),
         s: (0..dλ.len())

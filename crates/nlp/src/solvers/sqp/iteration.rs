@@ -156,7 +156,7 @@ fn update_hessian(program: &dyn Program, state: &mut SqpState, x: &[f64], g: &Gr
     curvature::damped_bfgs(&mut state.hessian, &d, &y);
 }
 
-/// Handles an iteration without an acceptable step: resets the Hessian, or stops if that has been tried.
+/// Handles an iteration without an acceptable step: resets the Hessian, or stops if it has already been reset.
 fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, accepted: f64) -> SqpState {
     if exact || state.hessian_is_initial || state.kkt.largest() <= accepted {
         state.status = Some(Status::Stalled);
