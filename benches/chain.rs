@@ -2,8 +2,8 @@
 //!
 //! N slender links, together 1 m and 1 kg, pinned in a row to the ground, are released from rest in the horizontal
 //! (g = 9.81 m/s²). Outputs are x(t) and y(t) of the tip at 101 times from 0 to 1 s with an error of at most 1e-8 m, and their
-//! derivatives with respect to the 2N lengths and masses. CPU times of all threads are the smallest of several batches, with and
-//! without derivatives by turns. The tolerance is the largest power of ten with this accuracy, compared with 1e-13.
+//! derivatives with respect to the 2N lengths and masses. CPU times of all threads are the smallest of several
+//! batches, alternating with and without derivatives. The tolerance is the largest power of ten with this accuracy, compared with 1e-13.
 //!
 //! `-- N…` measures chains of N links instead of 8 and 32, `-- scaling` only the cost per step of long chains.
 

@@ -7,13 +7,13 @@ mod cpu;
 
 use cpu::in_turns;
 use linkwright::Result;
-use linkwright::cases::four_bar::{Derivatives, StressConstrained, method, robust_method};
+use linkwright::cases::four_bar::{DerivativeMethod, StressConstrained, method, robust_method};
 use linkwright::problem::{Problem, ResponseAt};
 use linkwright::sao::Method;
 
 const DESIGN: [f64; 3] = [0.0385, 0.0252, 0.02];
 
-fn problem(derivatives: Derivatives) -> Result<Problem> {
+fn problem(derivatives: DerivativeMethod) -> Result<Problem> {
     StressConstrained { derivatives, ..StressConstrained::as_published() }.problem()
 }
 
@@ -31,7 +31,7 @@ fn retained(problem: &Problem) -> Result<Vec<ResponseAt>> {
 
 /// Prints the cost of the derivatives at one design; returns that of the direct ones, in analyses.
 fn print_derivatives() -> Result<f64> {
-    let (plain, direct) = (problem(Derivatives::Forward(1e-3))?, problem(Derivatives::Direct)?);
+    let (plain, direct) = (problem(DerivativeMethod::Forward(1e-3))?, problem(DerivativeMethod::Direct)?);
     let wanted = retained(&plain)?;
     let (here, there) = (plain.analyze(&DESIGN)?, direct.analyze(&DESIGN)?);
     let mut analysis = || drop(direct.analyze(&DESIGN).expect("the design can be analysed"));
@@ -49,7 +49,7 @@ fn print_derivatives() -> Result<f64> {
 /// A sensitivity analysis counts as `derivatives` analyses; the measured cost includes subproblems and bookkeeping. The paper's
 /// run takes 19 + 13 · 3 = 58 analyses.
 fn print_run(name: &str, method: &Method, derivatives: f64) -> Result<()> {
-    let problem = problem(Derivatives::Direct)?;
+    let problem = problem(DerivativeMethod::Direct)?;
     let counters = method.solve(&problem, |_| ())?.counters;
     let counted = counters.analyses as f64 + counters.sensitivity_analyses as f64 * derivatives;
     let mut run = || drop(method.solve(&problem, |_| ()).expect("it ran before"));

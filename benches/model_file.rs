@@ -36,8 +36,8 @@ fn cycle(problem: &Problem) -> f64 {
     let b = problem.start();
     let responses = problem.analyze(&b).unwrap();
     let of = |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
-    let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(of).collect();
-    problem.sensitivities(&b, &responses, &instants).unwrap()[(0, 0)]
+    let wanted: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(of).collect();
+    problem.sensitivities(&b, &responses, &wanted).unwrap()[(0, 0)]
         + problem.evaluate(&b, &responses).unwrap().objective
 }
 

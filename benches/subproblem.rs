@@ -8,7 +8,7 @@ use linkwright::approximation::{
     ApproximateProblem, ApproximationOptions, CycleData, Linear, LinearizationPoint, SubproblemBox,
 };
 use linkwright::cases::impact_absorber::ClosedFormMotion;
-use linkwright::nlp::separable::{DiagonalQuadratic, MovingAsymptotes};
+use linkwright::nlp::separable::{DiagonalQuadraticProgram, MovingAsymptotesProgram};
 use linkwright::nlp::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
 use linkwright::problem::{AnalyzedDesign, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use nalgebra::DMatrix;
@@ -69,10 +69,16 @@ impl DiagonalProgram {
         Self { n, m, gradients, curvatures, constants }
     }
 
-    fn separable(&self) -> DiagonalQuadratic {
+    fn separable(&self) -> DiagonalQuadraticProgram {
         let (constants, bounds) = (self.constants.clone(), (vec![-1.0; self.n], vec![1.0; self.n]));
-        DiagonalQuadratic::new(constants, vec![0.0; self.n], self.gradients.clone(), self.curvatures.clone(), bounds)
-            .expect("the program is convex")
+        DiagonalQuadraticProgram::new(
+            constants,
+            vec![0.0; self.n],
+            self.gradients.clone(),
+            self.curvatures.clone(),
+            bounds,
+        )
+        .expect("the program is convex")
     }
 
     /// Objective of Clarabel's solution. Its matrices are sparse: diagonal Hessian, rows, and bounds.
@@ -129,7 +135,7 @@ fn compare_with_clarabel() {
 }
 
 /// Objective of a solution that must be solved.
-fn solved(solver: &dyn SubproblemSolver, program: &DiagonalQuadratic, start: &[f64]) -> f64 {
+fn solved(solver: &dyn SubproblemSolver, program: &DiagonalQuadraticProgram, start: &[f64]) -> f64 {
     let solution = solver.solve(program, start).unwrap();
     assert_eq!(solution.status, Status::Solved);
     solution.objective
@@ -230,7 +236,7 @@ fn fit_approximate_problem(bencher: Bencher, rows: usize) {
 }
 
 /// An MMA subproblem as in a topology or truss problem: the objective increases with every variable, the rows decrease.
-fn asymptotes(n: usize, m: usize) -> MovingAsymptotes {
+fn asymptotes(n: usize, m: usize) -> MovingAsymptotesProgram {
     let wave = |k: usize| 0.5 + 0.5 * (k as f64 * 0.618_033_988_749_895).fract();
     let functions = m + 1;
     let (mut p, mut q) = (vec![1e-3; n * functions], vec![1e-3; n * functions]);
@@ -242,7 +248,7 @@ fn asymptotes(n: usize, m: usize) -> MovingAsymptotes {
     }
     let row = |i: usize| (0..n).map(|j| (p[j * functions + i] + q[j * functions + i]) / 1.5).sum::<f64>();
     let constants = (0..functions).map(|i| if i == 0 { 0.0 } else { -0.95 * row(i) }).collect();
-    MovingAsymptotes::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n])).unwrap()
+    MovingAsymptotesProgram::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n])).unwrap()
 }
 
 #[divan::bench(args = [(1_000, 10), (100_000, 1), (100_000, 10), (1_000_000, 1), (1_000_000, 10)], sample_count = 10)]

@@ -2,7 +2,7 @@
 //! `robust_method` converges from nearly all of them: `cargo run --release --example four_bar_variants`.
 
 use linkwright::Result;
-use linkwright::cases::four_bar::{Derivatives, Linearized, StressConstrained, method, robust_method};
+use linkwright::cases::four_bar::{DerivativeMethod, Linearized, StressConstrained, method, robust_method};
 use linkwright::nlp::{Automatic, MultiStart, Program, Solution, Status, SubproblemSolver};
 use linkwright::problem::Selection;
 use linkwright::sao::{Method, RelativeLimits, Screening, State};
@@ -95,7 +95,7 @@ fn main() -> Result<()> {
     };
     let inelastic = || Method { solver: Box::new(Inelastic(Automatic::default())), ..method() };
     let uncapped = || Method { move_limits: Box::new(RelativeLimits { cap: 0.9, ..Default::default() }), ..method() };
-    let forward = StressConstrained { derivatives: Derivatives::Forward(1e-3), ..soft.clone() };
+    let forward = StressConstrained { derivatives: DerivativeMethod::Forward(1e-3), ..soft.clone() };
     for (name, starts) in [("staying feasible", STARTS), ("… other 40 starts", FRESH)] {
         let (converged, median) = study(name, &soft, &robust_method, starts)?;
         assert!(converged >= 38 && median <= 15);

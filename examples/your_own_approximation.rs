@@ -1,10 +1,10 @@
 //! A new approximation: `cargo run --example your_own_approximation`.
 //!
 //! A monomial r̃ = r₀ Π (bₖ/bₖ⁰)^αₖ with αₖ = (bₖ⁰/r₀) ∂r/∂bₖ is linear in logarithms: the step of geometric programming.
-//! It takes a [`Model`], written once over the number type, and an [`Approximation`], which fits it. The test problem is Svanberg's
-//! cantilever of five segments (1987), minimum weight with a limit on the tip deflection Σ aₖ/bₖ³.
+//! It takes a [`FittedModel`], written once over the number type, and an [`Approximation`], which fits it.
+//! The test problem is Svanberg's cantilever of five segments (1987), minimum weight with a limit on the tip deflection Σ aₖ/bₖ³.
 
-use linkwright::approximation::{AnyModel, Approximation, Expansion, Linear, Model};
+use linkwright::approximation::{AnyModel, Approximation, Expansion, FittedModel, Linear};
 use linkwright::prelude::*;
 use linkwright::problem::{Intermediate, Intermediates, ProblemScalar};
 use linkwright::{Error, Result};
@@ -34,7 +34,7 @@ struct Power {
     exponents: Vec<f64>,
 }
 
-impl Model for Power {
+impl FittedModel for Power {
     fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let factor = |k: usize| (b[k] / self.origin[k]).powf(self.exponents[k]);
         (0..b.len()).map(factor).fold(S::from(self.value), |a, b| a * b)

@@ -10,7 +10,7 @@
 //! where the responses r(b, t) come from an expensive analysis and F and g_j are cheap explicit functions. A cycle
 //! analyses a design, retains only the critical constraints at the critical time points, differentiates those responses,
 //! builds an approximate problem from intermediate design variables and intermediate responses, solves it inside move
-//! limits, and checks the approximation errors. Units are SI and radians; `docs/notation.md` has the letters.
+//! limits, and evaluates the approximation errors. Units are SI and radians; `docs/notation.md` has the letters.
 //!
 //! # Modules
 //!
@@ -36,8 +36,8 @@
 //!
 //! # Examples
 //!
-//! Stiffness and damping of an impact absorber, so that the peak acceleration is least while the mass travels at most
-//! one metre: six analyses and five sensitivity analyses, as in the paper's Table I.
+//! Stiffness and damping of an impact absorber that minimize the peak acceleration, while the mass travels at most one
+//! metre: six analyses and five sensitivity analyses, as in the paper's Table I.
 //!
 //! ```
 //! use linkwright::{cases::impact_absorber, prelude::*};

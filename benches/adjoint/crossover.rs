@@ -41,9 +41,9 @@ pub fn all() {
             Transient::new(model, steps.clone(), &super::TIMES).unwrap().differentiating(method).unwrap()
         }
     };
-    let at_end = || [instants(1, &[3]), instants(2, &[2, 3])];
+    let at_end = || [response_points(1, &[3]), response_points(2, &[2, 3])];
     let times: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k)).collect();
-    let everywhere = || [1, 4].map(|count| instants(count, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]));
+    let everywhere = || [1, 4].map(|count| response_points(count, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]));
     let implicit = ends(Integration::Implicit(Dynamics::fixed(2.5e-4)));
     let explicit = ends(Integration::Explicit(Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(1e-3))));
     let heights = vec![0.02; 64];
@@ -66,7 +66,7 @@ pub fn all() {
     write(&curves);
 }
 
-fn instants(responses: usize, points: &[usize]) -> Vec<ResponseAt> {
+fn response_points(responses: usize, points: &[usize]) -> Vec<ResponseAt> {
     let at = |&point: &usize| (0..responses).map(move |response| ResponseAt { response, point });
     points.iter().flat_map(at).collect()
 }
@@ -79,8 +79,8 @@ impl<A: Analysis, F: Fn(Differentiation) -> A> Case<F> {
         println!("|---|---|---|---|");
         let cost = |variables: usize| {
             let b = &self.all[..variables];
-            let left = direct.analyze(b).unwrap();
-            let spend = |analysis: &A, k: usize| drop(analysis.sensitivities(b, &left, &self.wanted[k]).unwrap());
+            let responses = direct.analyze(b).unwrap();
+            let spend = |analysis: &A, k: usize| drop(analysis.sensitivities(b, &responses, &self.wanted[k]).unwrap());
             let [unit, forward, one, four] = in_turns(
                 2,
                 [

@@ -86,7 +86,7 @@ fn memory() {
         differentiate_backwards_within(memory, &model, &b, &settings, &times, &[Functional::at(0, 0)]).unwrap().1
     };
     let whole = least(2, || run(usize::MAX));
-    println!("| memory allowed, KiB | used, KiB | steps | recomputed | time, all steps kept = 1 |");
+    println!("| memory allowed, KiB | used, KiB | steps | recomputed | time, all steps stored = 1 |");
     println!("|---|---|---|---|---|");
     for memory in [1 << 26, 1 << 22, 1 << 20, 1 << 18, 1 << 16] {
         let (spent, time) = (run(memory), least(2, || run(memory)));

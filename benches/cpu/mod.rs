@@ -28,7 +28,7 @@ pub fn least<T>(batches: usize, mut run: impl FnMut() -> T) -> f64 {
     (0..batches).map(|_| batch()).fold(f64::INFINITY, f64::min)
 }
 
-/// As [`least`] for several jobs that alternate, so that other work of the machine affects all of them equally.
+/// [`least`] for several jobs that alternate, so that other work of the machine affects all of them equally.
 #[allow(dead_code)] // not every benchmark compares
 pub fn in_turns<const N: usize>(rounds: usize, mut jobs: [&mut dyn FnMut(); N]) -> [f64; N] {
     let mut best = [f64::INFINITY; N];

@@ -2,7 +2,7 @@
 
 The set-up is that of ../chain.rs: slender links, together 1 m and 1 kg, released from rest in the horizontal,
 g = 9.81 m/s^2. Generalized-alpha on the index-3 equations with spectral radius 0.9, as in linkwright's `Dynamics::fixed`.
-Only the solver is timed, in CPU time of the process; the least of several runs counts. Arguments: numbers of links; "modified" for
+Only the solver is timed, in CPU time of the process; the minimum of several runs is printed. Arguments: numbers of links; "modified" for
 modified Newton iterations, "fast" for Exudyn's build without range checks.
 """
 

@@ -4,7 +4,7 @@ The set-up is that of ../exudyn.rs: crank 0.3048 m, coupler 0.9144 m, rocker 0.7
 38.5, 25.2 and 20 mm; the crank starts from 90 degrees and reaches 10 pi rad/s in 0.2 s by a half-cosine; 0.5 s at 1 ms.
 Flexible links are rows of 6, 18, ... equal two-node geometrically exact beams; stresses are compared at the six points that are
 element middles in all of them. Generalized-alpha of spectral radius 0.9. The crank's angle is set once per step. Only the solver
-is timed, in CPU time of the process; the least of several runs counts. Arguments: "modified" for modified Newton iterations, "fast"
+is timed, in CPU time of the process; the minimum of several runs is printed. Arguments: "modified" for modified Newton iterations, "fast"
 for Exudyn's build without range checks.
 """
 
@@ -23,7 +23,7 @@ SPEED, RAMP, START = 10 * math.pi, 0.2, math.pi / 2
 
 
 def angle(t):
-    """Turn of the crank from its start."""
+    """Rotation of the crank from its start."""
     if t >= RAMP:
         return SPEED * (t - RAMP / 2)
     x = t / RAMP

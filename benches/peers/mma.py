@@ -1,11 +1,10 @@
-"""Time of one MMA subproblem in other systems, to set beside `cargo bench --bench subproblem -- mma_dual`.
+"""Time of one MMA subproblem in other programs, for comparison with `cargo bench --bench subproblem -- mma_dual`.
 
     python -m venv peers && peers/bin/pip install nlopt mmapy numpy && peers/bin/python benches/peers/mma.py
 
-NLopt (LGPL) and mmapy (GPL) are run here as they come from PyPI, in a process of their own; nothing of them is linked
-to or copied into this project. The problem is that of the benchmark: an objective that grows and rows that fall with
-every variable. For NLopt the time is that of a whole iteration less the time in the callbacks; its inner iterations
-are part of it. CPU time of the process, one thread where the numerical library allows it.
+NLopt (LGPL) and mmapy (GPL) are the unmodified packages from PyPI and run in their own process; no part of them is linked
+to or copied into this project. The problem is that of the benchmark: the objective increases with every variable, the
+rows decrease. For NLopt the time is that of an iteration, inner iterations included, minus the time in the callbacks. CPU time of the process, one thread where the numerical library allows it.
 """
 
 import os
@@ -58,7 +57,7 @@ def time_nlopt(n, m, evaluations=12):
     began = time.process_time()
     try:
         opt.optimize(np.full(n, 1.2))
-    except Exception as failure:  # the answer does not matter here, the time does
+    except Exception as failure:  # only the time is needed
         return f"failed: {failure}"
     return (time.process_time() - began - problem.spent) / opt.get_numevals()
 
@@ -82,6 +81,6 @@ if __name__ == "__main__":
     print("n,m,nlopt_ld_mma_s_per_iteration,mmapy_mmasub_s")
     for n, m in [(1_000, 10), (100_000, 1), (100_000, 10), (3, 1_000), (3, 10_000)]:
         mmapy_time = min(time_mmapy(n, m) for _ in range(3))
-        # NLopt solves the dual by its own method again: many rows, or many variables with ten, take it minutes.
+        # NLopt solves the dual problem by the same method: many rows, or many variables with ten rows, take minutes.
         nlopt_time = time_nlopt(n, m, 12 if n * m <= 100_000 else 2) if m <= 1_000 else "skipped"
         print(f"{n},{m},{nlopt_time},{mmapy_time}", flush=True)

@@ -37,7 +37,7 @@ impl ApproximateFunctions<'_> {
         self.problem.constraints[row.constraint].is_equality()
     }
 
-    /// F̃ and the wanted rows; the others are zero.
+    /// F̃ and the wanted rows; zero for the other rows.
     pub fn values<S: ProblemScalar + Evaluates>(&self, b: &[S], wanted: impl Fn(usize) -> bool) -> (S, Vec<S>) {
         let responses: Vec<S> = self.models.responses.iter().map(|(_, model)| S::of(&**model, b)).collect();
         let value = |signed: SignedQuantity, p, direct: &DirectModel| match direct {

@@ -27,7 +27,7 @@ pub struct ApproximateProblem<'a> {
 }
 
 impl<'a> ApproximateProblem<'a> {
-    /// Builds the approximate problem of the retained rows inside `subproblem_box`, cut to where the models hold.
+    /// Builds the approximate problem of the retained rows inside `subproblem_box`, reduced to the domain of the models.
     ///
     /// # Errors
     ///
@@ -68,7 +68,7 @@ impl<'a> ApproximateProblem<'a> {
         self.functions.curvature.as_ref()
     }
 
-    /// Finds structure, cones and separability by numbers that carry their polynomial degree.
+    /// Determines structure, cones and separability by an evaluation with numbers that carry their polynomial degree.
     fn recognize(&mut self) {
         let functions = &self.functions;
         let (origin, peaks) = (&functions.origin, &functions.models.peaks);
@@ -76,7 +76,7 @@ impl<'a> ApproximateProblem<'a> {
         let (objective, rows) = functions.values(&middle.collect::<Vec<_>>(), |_| true);
         let degree = |(i, row): (usize, &PolynomialDegree)| match &peaks[i] {
             Some(p) if !p.stays_quadratic(origin, self.lower(), self.upper()) => PolynomialDegree::NONLINEAR,
-            // In the middle of the box the peak may stand still by chance.
+            // In the middle of the box the shift of the peak may be zero by chance.
             Some(p) if p.is_moving && p.peak.reach.iter().any(|t| *t > 0.0) => row.degree.max(2),
             _ => row.degree,
         };
@@ -98,7 +98,7 @@ impl<'a> ApproximateProblem<'a> {
         (self.structure, self.factors) = (structure, factors);
     }
 
-    /// A factor of the Hessian of each quadratic row; none unless objective and all rows are convex.
+    /// A factor of the Hessian of each quadratic row; `None` unless objective and all rows are convex.
     fn cones(&self, degrees: &[u8]) -> Option<Vec<Option<DMatrix<f64>>>> {
         factor(hessian(|b: &[HyperDual]| self.functions.values(b, |_| false).0, &self.functions.origin).2)?;
         let row = |(i, &degree): (usize, &u8)| -> Option<Option<DMatrix<f64>>> {
@@ -115,7 +115,7 @@ impl<'a> ApproximateProblem<'a> {
     }
 }
 
-/// C with CᵀC = H for a positive semidefinite H; none for any other.
+/// C with CᵀC = H; `None` unless H is positive semidefinite.
 fn factor(h: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let eigen = SymmetricEigen::new(h);
     let most = eigen.eigenvalues.amax();
@@ -143,7 +143,7 @@ impl Program for ApproximateProblem<'_> {
     fn is_equality(&self, i: usize) -> bool {
         self.functions.is_equality(&self.functions.retained[i])
     }
-    /// Recognized once by evaluating everything with numbers that carry their polynomial degree.
+    /// Class of the program, determined once from polynomial degrees.
     fn structure(&self) -> Structure {
         self.structure
     }

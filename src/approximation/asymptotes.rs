@@ -24,12 +24,11 @@ pub enum Asymptotes {
     },
     /// l = s b and u = b/s, for positive variables; s between 0 and 1.
     Proportional(f64),
-    /// As [`Moving`](Self::Moving), with distances in units of the positive variable itself.
+    /// [`Moving`](Self::Moving) asymptotes with distances in units of the positive variable itself.
     ///
     /// b − l and u − b are `initial` × b for the first two designs. Then they are divided by `rate` if the last two
     /// steps have the same sign, and multiplied by it if the signs are opposite. They are limited to values between
-    /// `least` × b and
-    /// `most` × b.
+    /// `least` × b and `most` × b.
     Relative {
         /// First distances of l and u, in units of b.
         initial: [f64; 2],

@@ -1,4 +1,4 @@
-//! Tests that every approximation has to pass.
+//! Tests for all approximations.
 
 use super::{AnyModel, Approximation, Expansion, Sample, SubproblemBox};
 use crate::problem::Intermediates;
@@ -28,7 +28,7 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
         Self { f, here: (b.to_vec(), value, slope), before: vec![], curvature, subproblem_box }
     }
 
-    /// Adds a design accepted before those given until now.
+    /// Adds a design that was accepted before those added so far.
     pub fn after(mut self, b: &[f64]) -> Self {
         let (value, slope, _) = hessian(&self.f, b);
         self.before.push((b.to_vec(), value, slope));
@@ -73,7 +73,7 @@ pub(crate) fn check(approximation: &dyn Approximation, convex: bool) {
     ];
     for case in cases {
         let Ok(model) = case.fit(approximation) else {
-            // The one approximation that may fail: asymptotes in proportion to a negative variable.
+            // Only asymptotes proportional to a negative variable may fail.
             assert!(format!("{approximation:?}").contains("Proportional"));
             continue;
         };

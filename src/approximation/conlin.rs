@@ -1,19 +1,21 @@
 //! Convex linearization.
 
-use super::separated::{Form, Separated};
+use super::separated::{Separated, UnivariateForm};
 use super::{AnyModel, Approximation, Expansion};
 use error::Result;
 use std::sync::Arc;
 
-/// Convex linearization: of the linear and the reciprocal expansion, for each variable the convex one.
+/// Convex linearization: for each variable the linear or the reciprocal expansion, whichever is convex.
 ///
 /// $$ \tilde r(b) = r(b_0) + \sum_{+} (b_k - b_{0,k})\, \partial_k r
 ///                        + \sum_{-} b_{0,k} \Bigl(1 - \frac{b_{0,k}}{b_k}\Bigr) \partial_k r $$
 ///
 /// with the first sum over variables with ∂ₖr bₖ ≥ 0. Of all mixtures of the two it is the most conservative one. A variable
-/// whose search subregion holds zero is expanded linearly; intermediate variables of the response are not used.
+/// whose search subregion contains zero is expanded linearly; intermediate variables of the response are not used.
 ///
-/// **Source.** Fleury & Braibant, *Int. J. Numer. Meth. Eng.* 23 (1986) 409–428.
+/// # Sources
+///
+/// Fleury & Braibant, *Int. J. Numer. Meth. Eng.* 23 (1986) 409–428.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Conlin;
 
@@ -23,13 +25,12 @@ impl Approximation for Conlin {
         let form = |(k, &slope): (usize, &f64)| {
             let falls = slope * here.design[k] < 0.0;
             if falls && expansion.subproblem_box.keeps_sign(k) {
-                Form::Reciprocal { slope }
+                UnivariateForm::Reciprocal { slope }
             } else {
-                Form::linear(slope)
+                UnivariateForm::linear(slope)
             }
         };
-        let forms = here.gradient.iter().enumerate().map(form).collect();
-        Ok(Arc::new(Separated { value: here.value, origin: here.design.to_vec(), forms, domain: None }))
+        Ok(Arc::new(Separated::new(here, here.gradient.iter().enumerate().map(form).collect())))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Diagonal quadratic approximations.
 
-use super::separated::{Form, Separated};
+use super::separated::{Separated, UnivariateForm};
 use super::{AnyModel, Approximation, Asymptotes, Expansion};
 use crate::problem::Problem;
 use error::{Error, Result};
@@ -10,9 +10,12 @@ use std::sync::Arc;
 ///
 /// $$ \tilde r(b) = r(b_0) + \sum_k s_k (b_k - b_{0,k}) + \tfrac12 c_k (b_k - b_{0,k})^2 ,\qquad c_k \ge 0 . $$
 ///
-/// The curvatures determine the approximation that it imitates; see [`CurvatureRule`]. Intermediate variables of the response are not used.
+/// The curvatures determine the approximation that it imitates; see [`CurvatureRule`]. Intermediate variables of the
+/// response are not used.
 ///
-/// **Source.** Groenwold, Etman & Wood, *Struct. Multidisc. Optim.* 41 (2010) 39–56; Groenwold & Etman, *Int. J. Numer.
+/// # Sources
+///
+/// Groenwold, Etman & Wood, *Struct. Multidisc. Optim.* 41 (2010) 39–56; Groenwold & Etman, *Int. J. Numer.
 /// Meth. Eng.* 82 (2010) 505–524. We differ: the spherical curvatures are spherical in variables divided by their scales, so
 /// that units do not matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,12 +111,12 @@ impl Approximation for DiagonalQuadratic {
     }
 
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
-        let (here, spherical) = (expansion.here, self.spherical(expansion));
+        let spherical = self.spherical(expansion);
         let form = |(k, &slope): (usize, &f64)| {
-            Ok(Form::Quadratic { slope, curvature: self.curvature(expansion, k, spherical)? })
+            Ok(UnivariateForm::Quadratic { slope, curvature: self.curvature(expansion, k, spherical)? })
         };
-        let forms = here.gradient.iter().enumerate().map(form).collect::<Result<_>>()?;
-        Ok(Arc::new(Separated { value: here.value, origin: here.design.to_vec(), forms, domain: None }))
+        let forms = expansion.here.gradient.iter().enumerate().map(form).collect::<Result<_>>()?;
+        Ok(Arc::new(Separated::new(expansion.here, forms)))
     }
 }
 
@@ -139,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn spherical_value_meets_the_design_before() {
+    fn spherical_value_fits_the_value_at_the_previous_design() {
         let f = |b: &[autodiff::HyperDual]| b[0].powi(4) + b[1].recip();
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.1, 2.1]).after(&[2.0, 1.0]);
         let model = case.fit(&DiagonalQuadratic { curvature: CurvatureRule::SphericalValue }).unwrap();
@@ -147,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn curvatures_are_those_of_what_is_imitated() {
+    fn curvatures_equal_those_of_the_imitated_approximation() {
         let f = |b: &[autodiff::HyperDual]| b[0].powi(3) + b[1].recip() * 2.0;
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.1, 2.1]).after(&[2.0, 1.0]);
         let second = |curvature| {

@@ -24,12 +24,12 @@ pub struct Expansion<'a> {
     pub name: &'a str,
     /// The design around which the approximation is built.
     pub here: Sample<'a>,
-    /// Designs accepted before at which the same number was differentiated, the newest first; as many as
-    /// [`Approximation::memory`](super::Approximation::memory) asks for, fewer at the start of a run.
+    /// Earlier accepted designs at which the same number was differentiated, the newest first; as many as
+    /// [`Approximation::memory`](super::Approximation::memory) requests, fewer at the start of a run.
     pub before: &'a [Sample<'a>],
     /// The intermediate design variables of the number.
     pub intermediates: &'a Intermediates,
-    /// ∂²r/∂b² at b₀ (n × n), if the approximation asks for it and the analysis offers it.
+    /// ∂²r/∂b² at b₀ (n × n), if the approximation requests it and the analysis offers it.
     pub curvature: Option<&'a DMatrix<f64>>,
     /// The box and the designs of the cycle, the same for all numbers.
     pub subproblem_box: &'a SubproblemBox,
@@ -67,7 +67,7 @@ impl Expansion<'_> {
         Error::definition(format!("intermediate variables of `{}`", self.name), why, remedy)
     }
 
-    /// The design accepted last before b₀, if the number was differentiated there.
+    /// The previous accepted design, if the number was differentiated there.
     pub fn last(&self) -> Option<Sample<'_>> {
         self.before.first().copied()
     }

@@ -101,7 +101,7 @@ impl<'a> Fitting<'a> {
         self.point.previous.iter().take(self.approximation.memory())
     }
 
-    /// Models of the retained rows, where they are approximated directly.
+    /// Models of the retained rows that are approximated directly, `None` for the others.
     fn rows(&self) -> Result<Vec<DirectModel>> {
         let row = |r: &RowId| {
             let constraint = &self.problem.constraints[r.constraint];

@@ -12,8 +12,8 @@ const DAMPING: f64 = 0.2;
 ///
 /// $$ L(b) = F(b) + \sum_i λ_i\, \hat g_i(b) $$
 ///
-/// by limited-memory BFGS. With linear approximations a cycle is one of sequential quadratic programming (SQP): the curvature
-/// of the active constraints counts as much as that of the objective, with the sign that it has, and the rows stay linear.
+/// by limited-memory BFGS. With linear approximations a cycle is an iteration of sequential quadratic programming (SQP): B
+/// contains the curvature of objective and active constraints, and the rows stay linear.
 ///
 /// With the multipliers λ of the last accepted cycle, steps s between accepted designs and the changes y of ∇L along them, in
 /// variables divided by their scales, the oldest step first,
@@ -22,7 +22,7 @@ const DAMPING: f64 = 0.2;
 ///    r = θ y + (1 - θ) B s , $$
 ///
 /// where B₀ is that of the newest step along which L has positive curvature, and θ is such that sᵀr ≥ 0.2 sᵀBs. Each cycle
-/// evaluates all steps again with its multipliers. B is a multiple of the identity and at most two outer products for
+/// evaluates y of all steps again with its multipliers. B is a multiple of the identity and at most two outer products for
 /// each step, never a matrix: the cost grows linearly with the number of variables. B is omitted in the first cycle
 /// and in a cycle without positive curvature.
 ///
@@ -35,7 +35,7 @@ const DAMPING: f64 = 0.2;
 /// (limited memory).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LagrangianCurvature {
-    /// Accepted steps that are remembered, at least 1.
+    /// Number of stored accepted steps, at least 1.
     pub steps: usize,
 }
 
@@ -61,13 +61,13 @@ impl LagrangianCurvature {
     /// `None` without a step along which the Lagrangian has positive curvature.
     pub fn fit(&self, problem: &Problem, here: &LinearizationPoint, multipliers: &[(RowId, f64)]) -> Option<LowRank> {
         let scale = problem.scales();
-        let mut points = vec![Point {
+        let mut points = vec![DifferentiatedDesign {
             problem,
             design: here.design,
             responses: here.responses,
             sensitivities: &here.data.sensitivities,
         }];
-        points.extend(here.previous.iter().take(self.steps).map(|p| Point {
+        points.extend(here.previous.iter().take(self.steps).map(|p| DifferentiatedDesign {
             problem,
             design: &p.design,
             responses: &p.responses,
@@ -82,14 +82,14 @@ impl LagrangianCurvature {
 }
 
 /// A design with responses and sensitivities.
-struct Point<'a> {
+struct DifferentiatedDesign<'a> {
     problem: &'a Problem,
     design: &'a [f64],
     responses: &'a Responses,
     sensitivities: &'a Sensitivities,
 }
 
-impl Point<'_> {
+impl DifferentiatedDesign<'_> {
     fn has_derivatives_of(&self, quantity: &Quantity, p: usize) -> bool {
         self.problem.responses_of(quantity, p).iter().all(|i| self.sensitivities.row_of(*i).is_some())
     }
@@ -112,8 +112,8 @@ impl Point<'_> {
 /// s and y in scaled variables.
 type Pair = [Vec<f64>; 2];
 
-/// The step between two designs, the newer first, and the change of ∇L; none where the objective was not differentiated.
-fn pair(ends: [&Point; 2], multipliers: &[(RowId, f64)], scale: &[f64]) -> Option<Pair> {
+/// The step between two designs, the newer first, and the change of ∇L; `None` if the objective was not differentiated.
+fn pair(ends: [&DifferentiatedDesign; 2], multipliers: &[(RowId, f64)], scale: &[f64]) -> Option<Pair> {
     let problem = ends[0].problem;
     let both = |q: &Quantity, p| ends.iter().all(|end| end.has_derivatives_of(q, p));
     let counts = |(row, _): &(RowId, f64)| {
@@ -126,7 +126,7 @@ fn pair(ends: [&Point; 2], multipliers: &[(RowId, f64)], scale: &[f64]) -> Optio
     Some([step.collect(), (0..scale.len()).map(|k| (newer[k] - older[k]) * scale[k]).collect()])
 }
 
-/// B by damped BFGS updates with pairs (s, y), the oldest first; none unless sᵀy > 0 for one of them.
+/// B by damped BFGS updates with pairs (s, y), the oldest first; `None` unless sᵀy > 0 for one of them.
 fn limited_memory(pairs: &[Pair]) -> Option<LowRank> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let is_convex = |[s, y]: &&Pair| dot(s, y) > 1e-12 * (dot(s, s) * dot(y, y)).sqrt();

@@ -1,6 +1,6 @@
-//! The linear approximation in intermediate design variables: the paper's own.
+//! The linear approximation in intermediate design variables.
 
-use super::{AnyModel, Approximation, Expansion, Model};
+use super::{AnyModel, Approximation, Expansion, FittedModel};
 use crate::problem::{Intermediates, ProblemScalar};
 use error::Result;
 use nlp::separable::Term;
@@ -11,7 +11,10 @@ use std::sync::Arc;
 /// $$ \tilde r(b) = r(b_0) + \sum_k \bigl(b^I_k(b) - b^I_k(b_0)\bigr) \frac{\partial r}{\partial b^I_k}\Big|_{b_0}. $$
 ///
 /// With identity intermediates it is linear in b; with reciprocals it is the reciprocal approximation.
-/// **Source.** Etman, van Campen & Schoofs, *Multibody System Dynamics* 2 (1998) 393–415.
+///
+/// # Sources
+///
+/// Etman, van Campen & Schoofs, *Multibody System Dynamics* 2 (1998) 393–415.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Linear;
 
@@ -33,7 +36,7 @@ struct Taylor {
     intermediates: Intermediates,
 }
 
-impl Model for Taylor {
+impl FittedModel for Taylor {
     fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let term = |k: usize| (self.intermediates.component(k, b) - self.origin[k]) * self.slope[k];
         (0..b.len()).filter(|&k| self.slope[k] != 0.0).map(term).fold(S::from(self.value), |a, t| a + t)
@@ -96,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_variable_that_does_not_move_is_named() {
+    fn a_variable_with_a_singular_map_is_named() {
         let here = Sample { design: &[0.0], value: 1.0, gradient: &[1.0] };
         let intermediates = Intermediates::all(1, Intermediate::AreaOfDiameter);
         let subproblem_box = &nowhere(1);

@@ -22,7 +22,7 @@ pub struct CycleData {
 }
 
 impl CycleData {
-    /// Differentiates what the objective and the `retained` rows need at an analyzed design.
+    /// Differentiates the responses that the objective and the `retained` rows need, at an analyzed design.
     ///
     /// Peaks are those of the evaluation that are retained. Second derivatives are computed only if `second_order`.
     ///
@@ -52,7 +52,7 @@ impl CycleData {
         Ok(Self { retained, sensitivities: Sensitivities { at, rows }, curvatures, peaks })
     }
 
-    /// Differentiates at an analyzed design, once.
+    /// First derivatives at an analyzed design.
     ///
     /// # Errors
     ///
@@ -93,18 +93,18 @@ pub struct LinearizationPoint<'a> {
     pub responses: &'a Responses,
     /// Retained rows and derivatives there.
     pub data: &'a CycleData,
-    /// Designs accepted before, the newest first.
+    /// Earlier accepted designs, the newest first.
     pub previous: &'a [PreviousPoint],
 }
 
 impl<'a> LinearizationPoint<'a> {
-    /// A point without earlier designs.
+    /// A point with first derivatives and without earlier designs.
     pub fn first_order(at: &'a AnalyzedDesign, data: &'a CycleData) -> Self {
         Self { design: &at.design, responses: &at.responses, data, previous: &[] }
     }
 }
 
-/// A design accepted before, with its derivatives.
+/// An earlier accepted design with its derivatives.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PreviousPoint {
     /// Design.

@@ -1,6 +1,6 @@
 //! The method of moving asymptotes.
 
-use super::separated::{Form, Separated};
+use super::separated::{Separated, UnivariateForm};
 use super::{AnyModel, Approximation, Asymptotes, Expansion};
 use crate::problem::Problem;
 use error::{Error, Result};
@@ -14,11 +14,16 @@ use std::sync::Arc;
 ///
 /// with s the gradient and s⁺ = max(0, s), s⁻ = max(0, −s). κ = 0 and ε = 0 give the method of 1987; the form of 2002 has
 /// κ = 0.001 and a small ε that keeps the curvature positive where a slope is zero. The design may move by nine tenths
-/// of the distance to an asymptote. Intermediate variables of the response are not used.
+/// of the distance to an asymptote. Value and gradient equal those at b₀, and ∂²r̃/∂bₖ² ≥ 0 between the asymptotes.
+/// Intermediate variables of the response are not used.
 ///
-/// **Units.** εₖ is [`flatness`](Self::flatness) × the mean of |sᵢ|·scaleᵢ over all variables i, divided by scaleₖ.
-/// **Guarantees** (tested). Value and gradient equal those at b₀; ∂²r̃/∂bₖ² ≥ 0 between the asymptotes.
-/// **Source.** Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373; *SIAM J. Optim.* 12 (2002) 555–573. We differ:
+/// # Units
+///
+/// εₖ is [`flatness`](Self::flatness) × the mean of |sᵢ|·scaleᵢ over all variables i, divided by scaleₖ.
+///
+/// # Sources
+///
+/// Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373; *SIAM J. Optim.* 12 (2002) 555–573. We differ:
 /// ε is relative. The conservatism ρ of 2002 belongs to the [globalization](crate::sao::Conservatism).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mma {
@@ -63,11 +68,11 @@ impl Approximation for Mma {
             let both = self.curvature * slope.abs() + self.flatness * mean / around.scale[k];
             let p = (high - x) * (high - x) * (slope.max(0.0) + both);
             let q = (x - low) * (x - low) * ((-slope).max(0.0) + both);
-            forms.push(Form::Asymptotes { p, q, low, high });
+            forms.push(UnivariateForm::Asymptotes { p, q, low, high });
             domain[0].push(low + 0.1 * (x - low));
             domain[1].push(high - 0.1 * (high - x));
         }
-        Ok(Arc::new(Separated { value: here.value, origin: here.design.to_vec(), forms, domain: Some(domain) }))
+        Ok(Arc::new(Separated { domain: Some(domain), ..Separated::new(here, forms) }))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Approximations of responses, and the approximate problem of a cycle made from them.
 //!
 //! An [`Approximation`] is fitted to values and derivatives of one number at the cycle's start design, its [`Expansion`]. The
-//! result is a [`Model`]: cheap, smooth, exact in value and gradient at that design. Responses are approximated;
+//! result is a [`FittedModel`]: inexpensive, smooth, exact in value and gradient at that design. Responses are approximated;
 //! objective and constraints keep their explicit dependence on responses, design variables and time (10), (11).
 
 mod approximate_functions;
@@ -51,16 +51,16 @@ use std::sync::Arc;
 
 /// An approximation of one number around a design. Values hold settings only.
 pub trait Approximation: Send + Sync + std::fmt::Debug {
-    /// Checks the settings, also against the problem.
+    /// Checks the settings, and that they suit the problem.
     ///
     /// # Errors
     ///
     /// [`Error::Option`](crate::Error::Option) for a setting out of range, [`Error::Definition`](crate::Error::Definition) for one
-    /// that does not fit the problem.
+    /// that does not suit the problem.
     fn check(&self, _problem: &Problem) -> Result<()> {
         Ok(())
     }
-    /// Number of designs accepted before that it uses.
+    /// Number of earlier accepted designs that it uses.
     fn memory(&self) -> usize {
         0
     }
@@ -72,30 +72,30 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
     ///
     /// # Errors
     ///
-    /// [`Error::Definition`](crate::Error::Definition) where it is not defined at the design, such as for singular intermediate
-    /// variables.
+    /// [`Error::Definition`](crate::Error::Definition) if the model is not defined at the design, for example with singular
+    /// intermediate variables.
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>>;
 }
 
 /// An approximation of one number as a function of the design, written once over the scalar.
-pub trait Model: Send + Sync + 'static {
+pub trait FittedModel: Send + Sync + 'static {
     /// The approximate value at design `b` (length n).
     fn at<S: ProblemScalar>(&self, b: &[S]) -> S;
-    /// Lower and upper sides of the box in which the model holds; none if it holds everywhere.
+    /// Lower and upper sides of the box in which the model is valid; `None` if it is valid everywhere.
     fn domain(&self) -> Option<&[Vec<f64>; 2]> {
         None
     }
-    /// Its constant, if the model is a constant and a sum of functions of one variable each.
+    /// The constant of a separable model: a constant and a sum of functions of one variable each. `None` for any other.
     fn constant(&self) -> Option<f64> {
         None
     }
-    /// The function of variable k in that sum, at `x`.
+    /// The function of variable k in the sum of a separable model, at `x`.
     fn term(&self, _k: usize, _x: f64) -> Term {
         Term::default()
     }
 }
 
-/// Object-safe form of [`Model`]; implemented for every model.
+/// Object-safe form of [`FittedModel`]; implemented for every model.
 #[doc(hidden)]
 pub trait AnyModel: Send + Sync {
     fn real(&self, b: &[f64]) -> f64;
@@ -108,17 +108,17 @@ pub trait AnyModel: Send + Sync {
 }
 
 #[rustfmt::skip]
-impl<M: Model> AnyModel for M {
+impl<M: FittedModel> AnyModel for M {
     fn real(&self, b: &[f64]) -> f64 { self.at(b) }
     fn dual(&self, b: &[Dual]) -> Dual { self.at(b) }
     fn hyper_dual(&self, b: &[HyperDual]) -> HyperDual { self.at(b) }
     fn degree(&self, b: &[PolynomialDegree]) -> PolynomialDegree { self.at(b) }
-    fn domain(&self) -> Option<&[Vec<f64>; 2]> { Model::domain(self) }
-    fn constant(&self) -> Option<f64> { Model::constant(self) }
-    fn term(&self, k: usize, x: f64) -> Term { Model::term(self, k, x) }
+    fn domain(&self) -> Option<&[Vec<f64>; 2]> { FittedModel::domain(self) }
+    fn constant(&self) -> Option<f64> { FittedModel::constant(self) }
+    fn term(&self, k: usize, x: f64) -> Term { FittedModel::term(self, k, x) }
 }
 
-/// Numbers that a stored model can be evaluated with.
+/// Number types with which a stored model can be evaluated.
 pub(crate) trait Evaluates: Scalar {
     fn of(model: &dyn AnyModel, b: &[Self]) -> Self;
 }

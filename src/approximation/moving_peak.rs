@@ -32,7 +32,7 @@ impl MovingPeak {
     /// σ, after the step from `origin`.
     fn slope<S: ProblemScalar>(&self, b: &[S], origin: &[f64]) -> S {
         let moved = b.iter().zip(origin).zip(&self.peak.cross).filter(|(_, c)| **c != 0.0);
-        // Inside the interval the slope is zero but for rounding.
+        // Inside the interval the slope is zero except for rounding.
         let inside = self.peak.reach.iter().all(|&t| t > 0.0)
             && self.peak.slope.abs() < 1e-6 * -self.peak.curvature_in_time * self.span();
         let start = S::from(if inside { 0.0 } else { self.peak.slope });

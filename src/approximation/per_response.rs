@@ -26,7 +26,7 @@ impl PerResponse {
         Self { default: Box::new(approximation), choices: vec![] }
     }
 
-    /// Replaces the approximation of the number of this name; the last choice for a name counts.
+    /// Replaces the approximation of the number of this name; of several choices for a name the last one applies.
     #[must_use]
     pub fn but(mut self, name: &str, approximation: impl Approximation + 'static) -> Self {
         self.choices.push((name.to_owned(), Box::new(approximation)));
@@ -46,7 +46,7 @@ impl Approximation for PerResponse {
     fn check(&self, problem: &Problem) -> Result<()> {
         let names: Vec<&str> = problem.approximated().collect();
         if let Some((name, _)) = self.choices.iter().find(|(name, _)| !names.contains(&name.as_str())) {
-            let why = format!("nothing of this name is approximated; there are {}", names.join(", "));
+            let why = format!("nothing of this name is approximated; the approximated names are {}", names.join(", "));
             return Err(Error::definition(format!("approximation of `{name}`"), why, "use one of these names"));
         }
         self.every().try_for_each(|a| a.check(problem))
@@ -74,7 +74,7 @@ mod tests {
     use autodiff::DualNum as _;
 
     #[test]
-    fn each_number_has_its_own_and_unknown_names_are_refused() {
+    fn each_number_has_its_own_approximation_and_unknown_names_are_rejected() {
         let choice = PerResponse::all(Linear).but("r", Reciprocal);
         let case = Case::of(|b| b[0].recip(), &[2.0], &[0.1], &[9.0]);
         assert!((case.fit(&choice).unwrap().real(&[4.0]) - 0.25).abs() < 1e-15);

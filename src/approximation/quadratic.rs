@@ -1,7 +1,7 @@
 //! Full quadratic approximations.
 
 use super::diagonal_quadratic::exact;
-use super::{AnyModel, Approximation, Expansion, Model, Sample};
+use super::{AnyModel, Approximation, Expansion, FittedModel, Sample};
 use crate::problem::{Problem, ProblemScalar};
 use error::{Error, Result};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -11,10 +11,13 @@ use std::sync::Arc;
 ///
 /// $$ \tilde r(b) = r(b_0) + s \cdot d + \tfrac12\, d^T B\, d ,\qquad d = b - b_0 . $$
 ///
-/// With the exact Hessian of objective and constraints a cycle is one of sequential quadratically constrained programming.
+/// With the exact Hessian of objective and constraints a cycle is an iteration of sequential quadratically constrained
+/// quadratic programming (SQCQP).
 /// Intermediate variables of the response are not used.
 ///
-/// **Source.** Nocedal & Wright, *Numerical Optimization*, 2nd ed. (2006), procedure 18.2 for the damped BFGS update.
+/// # Sources
+///
+/// Nocedal & Wright, *Numerical Optimization*, 2nd ed. (2006), procedure 18.2 for the damped BFGS update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FullQuadratic {
     /// Rule for B.
@@ -28,7 +31,8 @@ pub enum Hessian {
     Bfgs(usize),
     /// The second derivatives from the analysis; an error if it does not compute them.
     Exact,
-    /// As [`Exact`](Self::Exact), with negative eigenvalues (in scaled variables) replaced by zero: a convex approximation.
+    /// The [exact](Self::Exact) Hessian with negative eigenvalues (in scaled variables) replaced by zero: a convex
+    /// approximation.
     ExactConvex,
 }
 
@@ -72,7 +76,7 @@ impl Approximation for FullQuadratic {
     }
 }
 
-/// An entry of the exact Hessian in scaled variables, zero without one.
+/// An entry of the exact Hessian in scaled variables; zero if there is no Hessian.
 fn exact_entry(expansion: &Expansion, i: usize, j: usize) -> f64 {
     let scale = &expansion.subproblem_box.scale;
     expansion.curvature.map_or(0.0, |h| h[(i, j)] * scale[i] * scale[j])
@@ -80,7 +84,7 @@ fn exact_entry(expansion: &Expansion, i: usize, j: usize) -> f64 {
 
 /// B by damped BFGS updates, the oldest step first, in scaled variables.
 ///
-/// The first matrix is the spherical curvature of the oldest step, or zero where that is negative.
+/// The first matrix is the spherical curvature of the oldest step, or zero if that is negative.
 fn bfgs(expansion: &Expansion) -> DMatrix<f64> {
     let scale = &expansion.subproblem_box.scale;
     let n = scale.len();
@@ -117,7 +121,7 @@ struct Quadratic {
     hessian: DMatrix<f64>,
 }
 
-impl Model for Quadratic {
+impl FittedModel for Quadratic {
     fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let step: Vec<S> = b.iter().zip(&self.origin).map(|(&b, &o)| b - o).collect();
         let linear = step.iter().zip(&self.slope).fold(S::from(self.value), |sum, (&d, &s)| sum + d * s);
@@ -162,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn bfgs_meets_the_gradient_at_the_design_before() {
+    fn bfgs_fits_the_gradient_at_the_previous_design() {
         let approximation = FullQuadratic { hessian: Hessian::Bfgs(3) };
         check(&approximation, true);
         let case = Case::of(bowl, &[1.0, 2.0], &[0.0, 0.0], &[4.0, 2.0]).after(&[2.0, 0.5]);

@@ -11,16 +11,16 @@ use std::sync::Arc;
 /// Number of variables up to which slopes of explicit functions of the design are computed: their cost grows with n².
 const LARGE: usize = 5000;
 
-/// Objective and rows as sums of convex functions of one variable each: constants, shares of separable models, slopes in the
+/// Objective and rows as sums of convex functions of one variable each: constants, weighted separable models, slopes in the
 /// design variables, and conservatism.
 pub(super) struct SeparableSum {
-    functions: Vec<Share>,
+    functions: Vec<SeparableFunction>,
     origin: Vec<f64>,
     scale: Vec<f64>,
 }
 
-/// One function: the objective or a row.
-struct Share {
+/// The objective or a row: a constant, weighted separable models, slopes in the design variables, and conservatism.
+struct SeparableFunction {
     constant: f64,
     models: Vec<(f64, Arc<dyn AnyModel>)>,
     /// Empty if the function depends on the design through models only.
@@ -52,7 +52,7 @@ impl SeparableSum {
         }
         let sum = Self { functions, origin: all.origin.clone(), scale: all.subproblem_box.scale.clone() };
         // The curvature of each form has one sign inside the box.
-        let convex = |share: &Share| {
+        let convex = |share: &SeparableFunction| {
             share
                 .models
                 .iter()
@@ -87,15 +87,15 @@ fn share(
     p: usize,
     direct: &DirectModel,
     conservatism: f64,
-) -> Option<Share> {
+) -> Option<SeparableFunction> {
     if let Some(model) = direct {
         let models = vec![(1.0, model.clone())];
-        return Some(Share { constant: model.constant()?, models, slopes: vec![], conservatism });
+        return Some(SeparableFunction { constant: model.constant()?, models, slopes: vec![], conservatism });
     }
     let used = all.problem.responses_of(signed.quantity, p);
     let model = |at: &ResponseAt| &all.models.responses[all.models.index_of(*at)].1;
     let models: Vec<&Arc<dyn AnyModel>> = used.iter().map(model).collect();
-    let explicit = Explicit { problem: all.problem, signed, p, used: &used };
+    let explicit = ExplicitQuantity { problem: all.problem, signed, p, used: &used };
     let mut z: Vec<f64> = models.iter().map(|m| m.real(&all.origin)).collect();
     let count = z.len();
     z.extend(&all.origin);
@@ -122,18 +122,18 @@ fn share(
         constant += weight * model.constant()?;
         shares.push((weight, model.clone()));
     }
-    Some(Share { constant, models: shares, slopes: slopes[count..].to_vec(), conservatism })
+    Some(SeparableFunction { constant, models: shares, slopes: slopes[count..].to_vec(), conservatism })
 }
 
 /// A quantity as a function of the responses that it uses, followed by the design.
-struct Explicit<'a> {
+struct ExplicitQuantity<'a> {
     problem: &'a Problem,
     signed: SignedQuantity<'a>,
     p: usize,
     used: &'a [ResponseAt],
 }
 
-impl Explicit<'_> {
+impl ExplicitQuantity<'_> {
     fn value<S: ProblemScalar>(&self, z: &[S], count: usize) -> S {
         self.signed.value(self.p, &self.problem.grids, &z[count..], |h, p| {
             let at = self.problem.response_at(h, p);

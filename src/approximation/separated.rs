@@ -1,6 +1,6 @@
 //! Sums of functions of one design variable each: the form of most approximations of structural optimization.
 
-use super::Model;
+use super::{FittedModel, Sample};
 use crate::problem::ProblemScalar;
 use nlp::separable::Term;
 
@@ -11,14 +11,21 @@ pub(super) struct Separated {
     /// b₀.
     pub origin: Vec<f64>,
     /// One for each variable.
-    pub forms: Vec<Form>,
-    /// Where the forms hold, if not everywhere.
+    pub forms: Vec<UnivariateForm>,
+    /// Box in which the forms are valid; `None` if they are valid everywhere.
     pub domain: Option<[Vec<f64>; 2]>,
+}
+
+impl Separated {
+    /// A model around the design of `here` that is valid everywhere.
+    pub fn new(here: Sample, forms: Vec<UnivariateForm>) -> Self {
+        Self { value: here.value, origin: here.design.to_vec(), forms, domain: None }
+    }
 }
 
 /// A function of one variable that vanishes at its origin x₀.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Form {
+pub(super) enum UnivariateForm {
     /// s (x − x₀) + ½ c (x − x₀)².
     Quadratic { slope: f64, curvature: f64 },
     /// s x₀ (1 − x₀/x).
@@ -29,7 +36,7 @@ pub(super) enum Form {
     Asymptotes { p: f64, q: f64, low: f64, high: f64 },
 }
 
-impl Form {
+impl UnivariateForm {
     pub fn linear(slope: f64) -> Self {
         Self::Quadratic { slope, curvature: 0.0 }
     }
@@ -82,7 +89,7 @@ impl Form {
     }
 }
 
-impl Model for Separated {
+impl FittedModel for Separated {
     fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let terms = self.forms.iter().zip(b).zip(&self.origin).filter(|((form, _), _)| !form.is_zero());
         terms.map(|((form, &x), &origin)| form.at(x, origin)).fold(S::from(self.value), |a, t| a + t)
@@ -107,13 +114,13 @@ mod tests {
     use autodiff::hessian;
 
     #[test]
-    fn terms_are_what_the_duals_say() {
+    fn terms_agree_with_dual_numbers() {
         let forms = [
-            Form::Quadratic { slope: -1.5, curvature: 2.0 },
-            Form::Reciprocal { slope: -0.7 },
-            Form::Power { slope: 0.4, exponent: 2.5 },
-            Form::Power { slope: 0.4, exponent: 0.0 },
-            Form::Asymptotes { p: 0.3, q: 1.2, low: -1.0, high: 4.0 },
+            UnivariateForm::Quadratic { slope: -1.5, curvature: 2.0 },
+            UnivariateForm::Reciprocal { slope: -0.7 },
+            UnivariateForm::Power { slope: 0.4, exponent: 2.5 },
+            UnivariateForm::Power { slope: 0.4, exponent: 0.0 },
+            UnivariateForm::Asymptotes { p: 0.3, q: 1.2, low: -1.0, high: 4.0 },
         ];
         for form in forms {
             let (value, slope, curvature) = hessian(|x| form.at(x[0], 1.3), &[2.1]);

@@ -12,12 +12,12 @@ pub struct SubproblemBox {
     pub lower: Vec<f64>,
     /// Upper sides of the search subregion.
     pub upper: Vec<f64>,
-    /// A length for each variable that does not change during a run: its range, else |its start|, else 1.
+    /// A scale for each variable, constant during a run: its range, else |its start|, else 1.
     pub scale: Vec<f64>,
 }
 
 impl SubproblemBox {
-    /// The box with these sides after the accepted designs `history`.
+    /// Creates the box of a cycle after the accepted designs `history`.
     pub fn new(problem: &Problem, history: Vec<Vec<f64>>, (lower, upper): (Vec<f64>, Vec<f64>)) -> Self {
         Self { history, lower, upper, scale: problem.scales() }
     }

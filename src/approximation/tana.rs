@@ -1,6 +1,6 @@
 //! The two-point adaptive nonlinear approximation TANA-3.
 
-use super::{AnyModel, Approximation, Expansion, Model, TwoPointExponential};
+use super::{AnyModel, Approximation, Expansion, FittedModel, TwoPointExponential};
 use crate::problem::{Problem, ProblemScalar};
 use error::Result;
 use std::sync::Arc;
@@ -100,7 +100,7 @@ struct Adapted {
     before: Option<(Vec<f64>, f64)>,
 }
 
-impl Model for Adapted {
+impl FittedModel for Adapted {
     fn at<S: ProblemScalar>(&self, b: &[S]) -> S {
         let y: Vec<S> = self.powers.iter().zip(b).map(|(p, &b)| p.at(b)).collect();
         let linear = y.iter().zip(&self.slopes).fold(S::from(self.value), |sum, (&y, &s)| sum + y * s);
@@ -119,7 +119,7 @@ mod tests {
     use autodiff::{HyperDual, gradient};
 
     #[test]
-    fn meets_value_and_gradient_here_and_the_value_before() {
+    fn fits_value_and_gradient_here_and_the_value_at_the_previous_design() {
         check(&Tana::default(), false);
         let f = |b: &[HyperDual]| b[0] * b[0] * b[1] + b[1].recip() * 3.0;
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.0, 4.0]).after(&[1.5, 1.0]);
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn gradients_before_are_met_where_the_exponents_say_so() {
+    fn a_sum_of_powers_is_exact() {
         // A sum of powers: exponents 3 and −2 are found, H is zero, the approximation is exact.
         let f = |b: &[HyperDual]| b[0].powi(3) + b[1].powi(-2) * 3.0;
         let case = Case::of(f, &[1.0, 2.0], &[0.1, 0.1], &[4.0, 4.0]).after(&[1.5, 1.0]);

@@ -1,6 +1,6 @@
 //! The two-point exponential approximation.
 
-use super::separated::{Form, Separated};
+use super::separated::{Separated, UnivariateForm};
 use super::{AnyModel, Approximation, Expansion};
 use crate::problem::Problem;
 use error::{Error, Result};
@@ -16,14 +16,16 @@ use std::sync::Arc;
 /// [`otherwise`](Self::otherwise). A variable whose search subregion contains zero is expanded linearly. Intermediate
 /// variables of the response are not used.
 ///
-/// **Source.** Fadel, Riley & Barthelemy, *Structural Optimization* 2 (1990) 117–124, with limits ∓1.
+/// # Sources
+///
+/// Fadel, Riley & Barthelemy, *Structural Optimization* 2 (1990) 117–124, with limits ∓1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoPointExponential {
     /// Least exponent.
     pub least: f64,
     /// Largest exponent.
     pub most: f64,
-    /// The exponent where two points do not give one: 1 is linear, −1 reciprocal.
+    /// Exponent if two points do not determine one: 1 is linear, −1 reciprocal.
     pub otherwise: f64,
 }
 
@@ -62,14 +64,13 @@ impl Approximation for TwoPointExponential {
     }
 
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
-        let here = expansion.here;
         let form = |(&slope, exponent): (&f64, f64)| match exponent {
-            1.0 => Form::linear(slope),
-            -1.0 => Form::Reciprocal { slope },
-            exponent => Form::Power { slope, exponent },
+            1.0 => UnivariateForm::linear(slope),
+            -1.0 => UnivariateForm::Reciprocal { slope },
+            exponent => UnivariateForm::Power { slope, exponent },
         };
-        let forms = here.gradient.iter().zip(self.exponents(expansion)).map(form).collect();
-        Ok(Arc::new(Separated { value: here.value, origin: here.design.to_vec(), forms, domain: None }))
+        let forms = expansion.here.gradient.iter().zip(self.exponents(expansion)).map(form).collect();
+        Ok(Arc::new(Separated::new(expansion.here, forms)))
     }
 }
 
@@ -96,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_first_cycle_and_a_turning_slope_are_linear() {
+    fn a_first_cycle_and_a_slope_that_changes_its_sign_are_linear() {
         let f = |b: &[autodiff::HyperDual]| (b[0] - 1.5) * (b[0] - 1.5);
         for case in [Case::of(f, &[1.0], &[0.1], &[4.0]), Case::of(f, &[1.0], &[0.1], &[4.0]).after(&[2.0])] {
             let model = case.fit(&TwoPointExponential::default()).unwrap();

@@ -50,13 +50,13 @@ impl Andrews {
 }
 
 /// A body with a pin at `pin` and its centre of mass at the body-fixed offset `centre` from the pin.
-struct Link {
+struct PinnedBody {
     pin: [f64; 2],
     theta: f64,
     centre: [f64; 2],
 }
 
-impl Link {
+impl PinnedBody {
     /// Inertial position of the point at the body-fixed offset from the pin.
     fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.theta.sin_cos();
@@ -84,13 +84,13 @@ impl ParametricMechanism for Andrews {
         let [beta, theta, gamma, phi, delta, omega, epsilon] = START;
         // Link lengths: crank rr, K2 d, K3 ss, K4 e, K5 zt, K6 zf, K7 u.
         let (rr, d, ss, e, zt, zf, u) = (0.007, 0.028, 0.035, 0.02, 0.04, 0.02, 0.04);
-        let crank = Link { pin: [0.0; 2], theta: beta, centre: [0.00092, 0.0] };
-        let two = Link { pin: crank.point([rr, 0.0]), theta: beta + theta, centre: [-0.0115, 0.0] };
-        let three = Link { pin: B, theta: gamma, centre: [0.01874, 0.01043] };
-        let five = Link { pin: A, theta: delta, centre: [0.02308, 0.00916] };
-        let four = Link { pin: five.point([zt, 0.0]), theta: phi + delta, centre: [0.0, -(e - 0.01421)] };
-        let seven = Link { pin: A, theta: epsilon, centre: [0.00449, -0.01228] };
-        let six = Link { pin: seven.point([0.0, -u]), theta: omega + epsilon, centre: [zf - 0.01421, 0.0] };
+        let crank = PinnedBody { pin: [0.0; 2], theta: beta, centre: [0.00092, 0.0] };
+        let two = PinnedBody { pin: crank.point([rr, 0.0]), theta: beta + theta, centre: [-0.0115, 0.0] };
+        let three = PinnedBody { pin: B, theta: gamma, centre: [0.01874, 0.01043] };
+        let five = PinnedBody { pin: A, theta: delta, centre: [0.02308, 0.00916] };
+        let four = PinnedBody { pin: five.point([zt, 0.0]), theta: phi + delta, centre: [0.0, -(e - 0.01421)] };
+        let seven = PinnedBody { pin: A, theta: epsilon, centre: [0.00449, -0.01228] };
+        let six = PinnedBody { pin: seven.point([0.0, -u]), theta: omega + epsilon, centre: [zf - 0.01421, 0.0] };
         let links = [&crank, &two, &three, &four, &five, &six, &seven];
         let body = links.iter().enumerate().map(|(k, link)| link.add(&mut m, k)).collect::<Vec<_>>();
         let at = |k: usize, offset| links[k].marker(body[k], offset);

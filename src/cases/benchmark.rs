@@ -1,6 +1,6 @@
 //! Runs of methods on a problem with known optima.
 
-use super::{Entry, Optimum};
+use super::{CatalogueEntry, Optimum};
 use crate::problem::Problem;
 use crate::sao::{Method, PostOptimal, Preset, State, Status, Stop};
 use error::Result;
@@ -16,23 +16,23 @@ const RESIDUAL: f64 = 1e-3;
 /// Largest number of cycles of a run, accepted or not.
 const CYCLES: usize = 100;
 
-/// Work of a run.
+/// Numbers of analyses and sensitivity analyses of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Work {
+pub struct AnalysisCounts {
     /// Analyses, the first one included.
     pub analyses: usize,
     /// Sensitivity analyses.
     pub sensitivity_analyses: usize,
 }
 
-impl Work {
+impl AnalysisCounts {
     /// Sum of both numbers.
     pub fn total(&self) -> usize {
         self.analyses + self.sensitivity_analyses
     }
 }
 
-/// Conclusion from the end of a run.
+/// Conclusion about a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Conclusion {
     /// Converged to a known optimum.
@@ -69,15 +69,15 @@ pub struct Attempt {
     pub problem: &'static str,
     /// Name of the method.
     pub method: &'static str,
-    /// Conclusion from its end.
+    /// Conclusion about the run.
     pub conclusion: Conclusion,
     /// Accepted cycles.
     pub cycles: usize,
-    /// Work of the whole run.
-    pub work: Work,
-    /// Work up to and including the analysis of the first accepted design at the known optimum: objective within 1e-5 (or
-    /// the uncertainty of the optimum), violation at most 1e-6.
-    pub to_optimum: Option<Work>,
+    /// Numbers of analyses of the whole run.
+    pub work: AnalysisCounts,
+    /// Numbers of analyses up to and including the first accepted design at the known optimum: objective within 1e-5 (or the
+    /// uncertainty of the optimum), violation at most 1e-6.
+    pub to_optimum: Option<AnalysisCounts>,
     /// Objective at the end.
     pub objective: f64,
     /// Largest violation at the end, as a fraction; negative if no constraint is active.
@@ -86,7 +86,8 @@ pub struct Attempt {
     pub residual: f64,
     /// (F − F*) / |F*| for the nearest known optimum.
     pub excess: Option<f64>,
-    /// Total work and distance from the nearest known optimum, in objective or constraints, of every accepted design.
+    /// For every accepted design: the total number of analyses, and the distance from the nearest known optimum in objective
+    /// or constraints.
     pub approach: Vec<[f64; 2]>,
 }
 
@@ -94,7 +95,7 @@ pub struct Attempt {
 ///
 /// # Errors
 /// If the problem cannot be built. A method that does not apply to it gives [`Conclusion::Refused`].
-pub fn attempt(entry: &'static Entry, preset: &'static Preset) -> Result<Attempt> {
+pub fn attempt(entry: &'static CatalogueEntry, preset: &'static Preset) -> Result<Attempt> {
     let problem = (entry.build)()?;
     let stop = Stop { accuracy: VIOLATION, residual: RESIDUAL, max_cycles: CYCLES, ..Stop::default() };
     let method = Method { stop, ..(preset.method)() };
@@ -121,7 +122,7 @@ pub fn attempt_with(
 ///
 /// # Errors
 /// As [`attempt`].
-pub fn compare(entry: &'static Entry, presets: &[&'static Preset]) -> Result<Vec<Attempt>> {
+pub fn compare(entry: &'static CatalogueEntry, presets: &[&'static Preset]) -> Result<Vec<Attempt>> {
     presets.par_iter().map(|preset| attempt(entry, preset)).collect()
 }
 
@@ -131,7 +132,7 @@ fn refused([problem, method]: [&'static str; 2], why: String) -> Attempt {
         method,
         conclusion: Conclusion::Refused(why),
         cycles: 0,
-        work: Work { analyses: 0, sensitivity_analyses: 0 },
+        work: AnalysisCounts { analyses: 0, sensitivity_analyses: 0 },
         to_optimum: None,
         objective: f64::NAN,
         violation: f64::NAN,
@@ -154,13 +155,16 @@ fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Prob
     };
     let designs = accepted(state);
     let first = |optimum: &Optimum| designs.iter().find(|d| is_at(optimum, d.objective, d.violation)).map(|d| d.work);
-    let apart = |d: &Accepted| known.map_or(f64::NAN, |o| o.excess(d.objective).abs().max(d.violation));
+    let apart = |d: &AcceptedDesign| known.map_or(f64::NAN, |o| o.excess(d.objective).abs().max(d.violation));
     Attempt {
         problem: names[0],
         method: names[1],
         conclusion,
         cycles: state.cycles(),
-        work: Work { analyses: state.counters.analyses, sensitivity_analyses: state.counters.sensitivity_analyses },
+        work: AnalysisCounts {
+            analyses: state.counters.analyses,
+            sensitivity_analyses: state.counters.sensitivity_analyses,
+        },
         to_optimum: known.and_then(first),
         objective,
         violation,
@@ -180,20 +184,20 @@ fn is_at(optimum: &Optimum, objective: f64, violation: f64) -> bool {
     optimum.excess(objective).abs() <= ACCURACY.max(optimum.uncertainty) && violation <= VIOLATION
 }
 
-/// An accepted design and the work up to and including its analysis.
-struct Accepted {
-    work: Work,
+/// An accepted design and the numbers of analyses up to and including its own.
+struct AcceptedDesign {
+    work: AnalysisCounts,
     objective: f64,
     violation: f64,
 }
 
-fn accepted(state: &State) -> Vec<Accepted> {
+fn accepted(state: &State) -> Vec<AcceptedDesign> {
     let mut sensitivity_analyses = 0;
     let mut found = vec![];
     for (k, cycle) in state.history.iter().enumerate() {
         if cycle.accepted {
-            let work = Work { analyses: k + 1, sensitivity_analyses };
-            found.push(Accepted { work, objective: cycle.objective, violation: cycle.violation_pct / 100.0 });
+            let work = AnalysisCounts { analyses: k + 1, sensitivity_analyses };
+            found.push(AcceptedDesign { work, objective: cycle.objective, violation: cycle.violation_pct / 100.0 });
             sensitivity_analyses = (sensitivity_analyses + 1).min(state.counters.sensitivity_analyses);
         }
     }

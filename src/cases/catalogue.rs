@@ -9,7 +9,7 @@ use error::{Error, Result};
 
 /// A problem with its known optima.
 #[derive(Clone, Copy, Debug)]
-pub struct Entry {
+pub struct CatalogueEntry {
     /// Name on the command line: lower case with hyphens.
     pub name: &'static str,
     /// Description in a few words.
@@ -27,7 +27,7 @@ pub struct Entry {
 }
 
 /// All problems, similar ones next to each other.
-pub fn catalogue() -> &'static [Entry] {
+pub fn catalogue() -> &'static [CatalogueEntry] {
     ENTRIES
 }
 
@@ -35,7 +35,7 @@ pub fn catalogue() -> &'static [Entry] {
 ///
 /// # Errors
 /// [`Error::Definition`] with the nearest names if there is no such problem.
-pub fn find(name: &str) -> Result<&'static Entry> {
+pub fn find(name: &str) -> Result<&'static CatalogueEntry> {
     let known = || Error::unknown("problem", name, catalogue().iter().map(|entry| entry.name));
     catalogue().iter().find(|entry| entry.name == name).ok_or_else(known)
 }
@@ -45,8 +45,8 @@ const SVANBERG_2002: &str = "Svanberg, SIAM J. Optim. 12 (2002) 555-573";
 const HAFTKA: &str = "Haftka & Gürdal, Elements of Structural Optimization (1992)";
 const PAPER: &str = "Etman, van Campen & Schoofs, Multibody Syst. Dyn. 2 (1998) 393-415";
 
-static ENTRIES: &[Entry] = &[
-    Entry {
+static ENTRIES: &[CatalogueEntry] = &[
+    CatalogueEntry {
         name: "impact-absorber",
         title: "impact absorber, least peak acceleration at 101 time points",
         source: PAPER,
@@ -55,7 +55,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: true,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "impact-absorber-comfort",
         title: "impact absorber, least mean square acceleration",
         source: PAPER,
@@ -64,7 +64,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: true,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "impact-absorber-continuous",
         title: "impact absorber, least peak acceleration at all times",
         source: PAPER,
@@ -73,7 +73,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: true,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "slider-crank",
         title: "slider-crank, path generation from the first stand-in start",
         source: "Paradis & Willmert 1983; Etman et al. 1998",
@@ -82,7 +82,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "slider-crank-second",
         title: "slider-crank, path generation from the second stand-in start",
         source: "Paradis & Willmert 1983; Etman et al. 1998",
@@ -91,7 +91,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "cantilever",
         title: "cantilever of five segments, least weight at a bounded deflection",
         source: SVANBERG_1987,
@@ -100,7 +100,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "two-bar-truss",
         title: "two-bar truss, an area and a shape variable",
         source: SVANBERG_1987,
@@ -109,7 +109,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "eight-bar-truss",
         title: "eight-bar truss in space with bounded stresses",
         source: SVANBERG_1987,
@@ -118,7 +118,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "ten-bar-truss",
         title: "ten-bar truss, equal allowed stresses",
         source: HAFTKA,
@@ -127,7 +127,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "ten-bar-truss-strong",
         title: "ten-bar truss with a stronger ninth bar",
         source: HAFTKA,
@@ -136,7 +136,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "segmented-cantilever",
         title: "cantilever of five segments with widths and heights",
         source: "Vanderplaats, Numerical Optimization Techniques for Engineering Design (1984)",
@@ -145,7 +145,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "two-spheres",
         title: "nearest point of two balls",
         source: "Svanberg, MMA and GCMMA - two methods for nonlinear optimization (2007)",
@@ -154,7 +154,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "quadratic-forms-1",
         title: "quadratic forms with full matrices, first problem, 20 variables",
         source: SVANBERG_2002,
@@ -163,7 +163,7 @@ static ENTRIES: &[Entry] = &[
         time_dependent: false,
         expensive: false,
     },
-    Entry {
+    CatalogueEntry {
         name: "quadratic-forms-2",
         title: "quadratic forms with full matrices, second problem, 20 variables",
         source: SVANBERG_2002,
@@ -173,7 +173,7 @@ static ENTRIES: &[Entry] = &[
         expensive: false,
     },
     #[cfg(feature = "mechanics")]
-    Entry {
+    CatalogueEntry {
         name: "impact-absorber-nonlinear",
         title: "impact absorber with cubic spring and orifice damper",
         source: "after Afimiwala & Mayne 1974; ours",
@@ -183,9 +183,9 @@ static ENTRIES: &[Entry] = &[
         expensive: false,
     },
     #[cfg(feature = "mechanics")]
-    Entry {
+    CatalogueEntry {
         name: "impact-absorber-nonlinear-continuous",
-        title: "the same at all times",
+        title: "impact absorber with cubic spring and orifice damper, at all times",
         source: "after Afimiwala & Mayne 1974; ours",
         build: || Ok(super::nonlinear_absorber::peak_acceleration()?.in_continuous_time()),
         optima: &[super::nonlinear_absorber::continuous_optimum()],
@@ -193,7 +193,7 @@ static ENTRIES: &[Entry] = &[
         expensive: true,
     },
     #[cfg(feature = "mechanics")]
-    Entry {
+    CatalogueEntry {
         name: "vehicle-suspension",
         title: "five-degree-of-freedom vehicle on a bump, least peak acceleration of the seat",
         source: "Haug & Arora, Applied Optimal Design (1979); Hsieh & Arora 1984",
@@ -203,9 +203,9 @@ static ENTRIES: &[Entry] = &[
         expensive: false,
     },
     #[cfg(feature = "mechanics")]
-    Entry {
+    CatalogueEntry {
         name: "vehicle-suspension-continuous",
-        title: "the same at all times",
+        title: "five-degree-of-freedom vehicle on a bump, at all times",
         source: "Haug & Arora, Applied Optimal Design (1979); Hsieh & Arora 1984",
         build: || Ok(super::vehicle_suspension::peak_acceleration()?.in_continuous_time()),
         optima: &[super::vehicle_suspension::continuous_optimum()],
@@ -213,7 +213,7 @@ static ENTRIES: &[Entry] = &[
         expensive: true,
     },
     #[cfg(feature = "mechanics")]
-    Entry {
+    CatalogueEntry {
         name: "four-bar",
         title: "flexible four-bar with bounded stress, modelled as published",
         source: "Sohoni & Haug 1982; Etman et al. 1998",
@@ -223,9 +223,9 @@ static ENTRIES: &[Entry] = &[
         expensive: true,
     },
     #[cfg(feature = "mechanics")]
-    Entry {
+    CatalogueEntry {
         name: "four-bar-stiff",
-        title: "the same with ten times Young's modulus",
+        title: "flexible four-bar with bounded stress and ten times Young's modulus",
         source: "Sohoni & Haug 1982; Etman et al. 1998",
         build: || super::four_bar::StressConstrained::as_published().stiffened(10.0).problem(),
         optima: &[super::four_bar::published_stiff_optimum()],
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_unique_and_entries_keep_what_they_say() {
+    fn names_are_unique_and_entries_describe_their_problems() {
         let mut names: Vec<&str> = catalogue().iter().map(|e| e.name).collect();
         names.sort_unstable();
         names.dedup();

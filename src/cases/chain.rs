@@ -16,7 +16,7 @@ pub struct Chain {
     pub angle: f64,
     /// Gravitational acceleration along −y in m/s².
     pub gravity: f64,
-    /// Whether the energies are outputs.
+    /// True if the energies are outputs.
     pub energies: bool,
 }
 

@@ -30,8 +30,8 @@ pub mod two_spheres;
 #[cfg(feature = "mechanics")]
 pub mod vehicle_suspension;
 
-pub use benchmark::{Attempt, Conclusion, Work, attempt, attempt_with, compare};
-pub use catalogue::{Entry, catalogue, find};
+pub use benchmark::{AnalysisCounts, Attempt, Conclusion, attempt, attempt_with, compare};
+pub use catalogue::{CatalogueEntry, catalogue, find};
 pub use optimum::{Optimum, Provenance};
 pub use truss::Truss;
 

@@ -14,7 +14,7 @@ pub enum Provenance {
 pub struct Optimum {
     /// Optimal objective, in its unit.
     pub objective: f64,
-    /// Optimal design, in the order of the variables; `None` if it is not unique, not known or too long to print.
+    /// Optimal design, in the order of the variables; `None` if it is not unique, unknown or too long to print.
     pub design: Option<&'static [f64]>,
     /// Published or computed.
     pub provenance: Provenance,

@@ -10,7 +10,7 @@ use mechanics::motion::StartUp;
 /// A beam whose root is driven from rest to a constant angular speed, in the plane and without gravity.
 ///
 /// While the speed rises, the tip lags behind the root. Afterwards it vibrates about the straight beam, which the centrifugal
-/// force elongates. Analyses without the stiffening by this force diverge.
+/// force elongates. Analyses without the stiffening by this force (geometric stiffening) diverge.
 ///
 /// Design variables: EA (N), GA_s (N), EI (N·m²), mass per length (kg/m), rotary inertia per length (kg·m), length (m).
 /// Outputs: displacement of the tip along and across the rotating axis (m), torque on the root (N·m).
@@ -40,7 +40,7 @@ impl SpinningBeam {
     /// The elongation (m) of the straight beam at constant speed: tan(κ L)/κ − L with κ = ω √(ρA/EA).
     ///
     /// The solution of EA u'' + ρA ω² (x + u) = 0 with u(0) = 0 and u'(L) = 0.
-    pub fn steady_stretch(&self, b: &[f64]) -> f64 {
+    pub fn steady_elongation(&self, b: &[f64]) -> f64 {
         let (decay, length) = (self.speed * (b[3] / b[0]).sqrt(), b[5]);
         (decay * length).tan() / decay - length
     }

@@ -1,11 +1,12 @@
-//! Linear pin-jointed trusses: stresses of the bars as functions of their areas.
+//! Linear pin-jointed trusses: stresses of the bars as functions of their areas, and problems of least weight.
 //!
 //! $$ K(A)\, u = F ,\qquad K = \sum_e \frac{E A_e}{L_e}\, c_e c_e^T ,\qquad \sigma_e = \frac{E}{L_e}\, c_e \cdot u , $$
 //!
 //! with c_e the direction cosines of bar e at its free nodes. The equations are solved in the scalar type of the areas,
 //! so first and second derivatives of the stresses are exact.
 
-use crate::problem::ClosedForm;
+use crate::function;
+use crate::problem::{ClosedForm, Constraint, Problem, ProblemBuilder, Quantity};
 use autodiff::Scalar;
 use error::{Error, Result};
 
@@ -110,6 +111,32 @@ impl<const D: usize> Truss<D> {
     }
 }
 
+impl<const D: usize> Truss<D> {
+    /// The problem of least weight in the design variables of `parts`, the areas, with bounded stresses.
+    ///
+    /// * `weight` — unit of the weight, and weights of the bars for an area of one;
+    /// * `stress` — unit of the stresses, and the allowed stresses of the bars in tension and compression.
+    pub(super) fn least_weight(
+        self,
+        mut parts: ProblemBuilder,
+        weight: (&str, Vec<f64>),
+        stress: (&str, Vec<f64>),
+    ) -> Result<Problem> {
+        let ((weight_unit, weights), (stress_unit, allowed)) = (weight, stress);
+        let weight = function!([weights: Vec<f64> = weights] |p| {
+            p.design.iter().zip(&weights).fold(S::from(0.0), |sum, (&a, &w)| sum + a * w)
+        });
+        parts.minimize("weight", weight_unit, Quantity::plain(weight));
+        for (bar, limit) in (1..).zip(allowed) {
+            let stress =
+                Quantity::response(None::<usize>, parts.constant(&format!("stress of bar {bar}"), stress_unit));
+            parts.subject_to(Constraint::at_most(format!("tension of bar {bar}"), limit, stress.clone()));
+            parts.subject_to(Constraint::at_least(format!("compression of bar {bar}"), -limit, stress));
+        }
+        parts.build_analytic(self)
+    }
+}
+
 /// Response h is the stress of bar h; the design variables are the areas.
 impl<const D: usize> ClosedForm for Truss<D> {
     fn response<S: Scalar>(&self, h: usize, areas: &[S], _: S) -> S {
@@ -137,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_truss_is_refused() {
+    fn invalid_trusses_are_rejected() {
         let nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]];
         let build = |bars: &[[usize; 2]]| Truss::new(&nodes, bars, &[(1, [0.0, 1.0])], &[0]);
         for (bars, word) in [(&[[0, 7]], "node 7"), (&[[1, 2]], "length is zero"), (&[[0, 1]], "mechanism")] {

@@ -54,7 +54,7 @@ const OUTPUTS: [(&str, &str, f64); 6] = [
     ("rear tyre", "in", 2.0),
 ];
 
-/// Height of the road and its time derivative, `t` seconds after the begin of the bump.
+/// Height of the road and its time derivative, `t` seconds after the beginning of the bump.
 pub fn road<S: Scalar>(t: S) -> [S; 2] {
     let [rise, fall] = BUMP.map(|length| PI * SPEED / length);
     let top = BUMP[0] / SPEED;
@@ -144,7 +144,8 @@ pub fn peak_acceleration() -> Result<Problem> {
     parts.build(OdeResponses::new(Vehicle, Explicit::eighth_order(1e-10), &times)?)
 }
 
-/// The published design. It is no optimum of these equations: the seat travel exceeds its limit by 0.2 %, and better designs exist.
+/// The published design. It is not an optimum of these equations: the seat travel exceeds its limit by 0.2 %, and better
+/// designs exist.
 pub const PUBLISHED: Optimum = Optimum::published(
     257.4,
     &[50.0, 200.0, 241.9, 12.89, 77.52, 80.0, 257.4],
@@ -190,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn published_peaks_come_out() {
+    fn peaks_agree_with_published_ones() {
         let problem = peak_acceleration().unwrap();
         let peak = |design: &[f64]| {
             let responses = problem.analyze(design).unwrap();

@@ -3,7 +3,7 @@
 use super::model::{is_file, load};
 use super::output::{create_folder, results, say, write};
 use clap::Args;
-use linkwright::cases::{Attempt, Conclusion, Entry, catalogue, compare, find};
+use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, find};
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::report::benchmark::{distances, profile, summary, table};
@@ -58,7 +58,7 @@ impl Compare {
         if let Some(path) = self.problem.as_deref().filter(|name| is_file(name)) {
             return self.file(Path::new(path), &methods, &out);
         }
-        let entries: Vec<&'static Entry> = match &self.problem {
+        let entries: Vec<&'static CatalogueEntry> = match &self.problem {
             Some(name) => vec![find(name)?],
             None => catalogue().iter().filter(|e| !e.expensive).collect(),
         };
@@ -104,7 +104,12 @@ impl Compare {
     }
 
     /// Runs the methods on one problem; prints and writes the table and the figure.
-    fn one(&self, entry: &'static Entry, methods: &[&'static Preset], out: &Path) -> anyhow::Result<Vec<Attempt>> {
+    fn one(
+        &self,
+        entry: &'static CatalogueEntry,
+        methods: &[&'static Preset],
+        out: &Path,
+    ) -> anyhow::Result<Vec<Attempt>> {
         let attempts = compare(entry, methods)?;
         let table = table(entry, &attempts)?;
         self.show(&table)?;

@@ -2,16 +2,16 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `status` | results of a check and how they are decided |
+//! | `status` | results of a check, and the rules that decide them |
 //! | `ridders` | extrapolated differences with an error estimate, and kinks |
-//! | `samples` | the analyses that the differences are made of |
+//! | `samples` | analyses at designs around the checked one |
 
 mod ridders;
 mod samples;
 mod status;
 
 pub use ridders::DifferenceEstimate;
-pub use status::{Checked, GradientCheck, GradientStatus};
+pub use status::{CheckedDerivative, GradientCheck, GradientStatus};
 
 use crate::problem::{Analysis, GradientMethod, Problem, ResponseAt, Responses};
 use error::{Error, Result};
@@ -56,7 +56,7 @@ impl Problem {
         let wanted = responses.iter().flat_map(|&response| {
             let count = self.responses[response].grid.map_or(1, |grid| self.grids[grid].len());
             let taken = points.min(count);
-            // At the ends a response is often given: the middles of equal parts say more.
+            // At the ends a response is often prescribed: use the middles of equal parts.
             (0..taken).map(move |k| ResponseAt { response, point: (2 * k + 1) * count / (2 * taken) })
         });
         let analysis = self.analysis.as_ref();
@@ -111,7 +111,7 @@ pub fn check(
             let steps = samples.steps(at);
             let difference = ridders(value, &steps);
             let read = |which: usize| derivatives.iter().map(|found| found[which][(row, variable)]).collect();
-            checked.push(Checked {
+            checked.push(CheckedDerivative {
                 at,
                 variable,
                 computed: read(0),
@@ -129,7 +129,7 @@ pub fn check(
     Ok(GradientCheck { methods: names, derivatives: checked })
 }
 
-/// Names, and derivatives with their estimated errors, of the methods that offer these.
+/// Names of the methods, and derivatives with their estimated errors; methods that do not offer these are omitted.
 fn by_methods(
     methods: &[GradientMethod<'_>],
     b: &[f64],

@@ -7,7 +7,7 @@ pub struct DifferenceEstimate {
     pub value: f64,
     /// Estimate of its error.
     pub error: f64,
-    /// Estimate of the noise of the values it was made of.
+    /// Estimated noise of the function values.
     pub noise: f64,
 }
 
@@ -71,12 +71,12 @@ pub struct StepValues {
     pub behind: f64,
 }
 
-/// Returns the jump of the slope at 0, if there is a kink: (f₊ − 2 f₀ + f₋)/h falls with h for a smooth function and stays for a kink.
+/// Returns the jump of the slope at 0; `None` without a kink.
 ///
-/// `noise` is that of the values.
+/// (f₊ − 2 f₀ + f₋)/h tends to zero with h for a smooth function and to the jump at a kink. `noise` is that of the values.
 pub fn slope_discontinuity(here: f64, steps: &[StepValues], noise: f64) -> Option<f64> {
     let jumps: Vec<f64> = steps.iter().map(|s| (s.ahead - 2.0 * here + s.behind) / s.h).collect();
-    // In the smaller half of the steps, where curvature has lost its weight and noise has not yet won.
+    // In the middle third of the steps the effect of curvature is small and noise does not dominate.
     let (from, to) = (steps.len() / 3, 2 * steps.len() / 3);
     let stays = |k: usize| {
         let rounding = 8.0 * f64::EPSILON * here.abs().max(steps[k].ahead.abs()) / steps[k].h;
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_is_honest_with_and_without_noise() {
+    fn the_error_estimate_holds_with_and_without_noise() {
         let smooth = |x: f64| (3.0 * x + 0.4).sin() * (x).exp();
         let exact = 3.0 * 0.4f64.cos() + 0.4f64.sin();
         for noise in [0.0, 1e-10, 1e-6] {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 /// Steps of extrapolated differences for each variable.
 const STEPS: usize = 11;
 
-/// The first step in parts of a variable's size.
+/// The first step as a fraction of a variable's size.
 const FIRST: f64 = 1e-2;
 
 /// Responses on both sides of a design along one variable, at falling distances.

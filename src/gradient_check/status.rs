@@ -1,4 +1,4 @@
-//! Results of a gradient check: the status of each derivative, and how it is decided.
+//! Results of a gradient check: the status of each derivative, and the rules that decide it.
 
 use super::ridders::DifferenceEstimate;
 use crate::problem::ResponseAt;
@@ -21,7 +21,7 @@ pub enum GradientStatus {
 }
 
 impl GradientStatus {
-    /// In words.
+    /// The status as a word.
     pub fn text(self) -> &'static str {
         match self {
             Self::Right => "right",
@@ -36,7 +36,7 @@ impl GradientStatus {
 
 /// The derivative of one response at one time point with respect to one design variable.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Checked {
+pub struct CheckedDerivative {
     /// Response and time point.
     pub at: ResponseAt,
     /// Number of the design variable.
@@ -45,7 +45,7 @@ pub struct Checked {
     pub computed: Vec<f64>,
     /// Estimated error of each of them; zero for exact methods.
     pub uncertainty: Vec<f64>,
-    /// Derivative by finite differences; none if the designs around could not be analysed.
+    /// Derivative by finite differences; `None` if the designs around could not be analysed.
     pub difference: Option<DifferenceEstimate>,
     /// Jump of the slope, if there is a kink.
     pub slope_discontinuity: Option<f64>,
@@ -59,7 +59,7 @@ pub struct Checked {
     pub disagreeing: Vec<usize>,
 }
 
-impl Checked {
+impl CheckedDerivative {
     /// True if it is right or constant.
     pub fn is_fine(&self) -> bool {
         matches!(self.status, GradientStatus::Right | GradientStatus::Constant)
@@ -89,7 +89,7 @@ impl Checked {
                 format!("two analyses of this design differ by {drift:.1e}: make the analysis a pure function of the design")
             }
             GradientStatus::Unclear if self.difference.is_none() => {
-                "the designs beside this one cannot be analysed: move the design away from there".to_owned()
+                "designs next to this one cannot be analysed: move the design away from there".to_owned()
             }
             GradientStatus::Unclear => {
                 let error = self.difference.map_or(f64::NAN, |slope| slope.error);
@@ -117,13 +117,13 @@ pub struct GradientCheck {
     /// Names of the methods.
     pub methods: Vec<String>,
     /// Ordered by response and time point, then by variable.
-    pub derivatives: Vec<Checked>,
+    pub derivatives: Vec<CheckedDerivative>,
 }
 
 impl GradientCheck {
     /// True if every derivative is right or constant.
     pub fn is_right(&self) -> bool {
-        self.derivatives.iter().all(Checked::is_fine)
+        self.derivatives.iter().all(CheckedDerivative::is_fine)
     }
 
     /// Number of derivatives with this status.
@@ -138,7 +138,7 @@ impl GradientCheck {
     /// Unless [`GradientCheck::is_right`].
     pub fn expect_right(&self) {
         let bad = self.derivatives.iter().filter(|d| !d.is_fine());
-        let line = |d: &Checked| {
+        let line = |d: &CheckedDerivative| {
             let ResponseAt { response, point } = d.at;
             let difference = d.difference.map_or("none".to_owned(), |s| format!("{} ± {:.0e}", s.value, s.error));
             format!(
@@ -164,8 +164,8 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// Relative deviation that is always allowed.
 const ALLOWED: f64 = 1e-7;
 
-/// Largest error estimate that is granted to the analysis' own method, the first, relative to the largest scaled derivative of
-/// the response. The other methods serve for comparison and get their whole error estimate.
+/// Largest error estimate that counts for the analysis' own method, the first, relative to the largest scaled derivative of
+/// the response. The other methods serve for comparison: their whole error estimate counts.
 const INEXACT: f64 = 1e-3;
 
 /// Relative difference of two exact methods that counts as a contradiction where differences are too noisy.
@@ -175,8 +175,8 @@ const CONTRADICTION: f64 = 1e-4;
 const CLEAR: f64 = 0.03;
 
 /// Decides the status of the derivatives of one response at one time point; `scales` are the sizes of the variables.
-pub(super) fn decide(derivatives: &mut [Checked], scales: &[f64]) {
-    let size = |d: &Checked| {
+pub(super) fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
+    let size = |d: &CheckedDerivative| {
         let computed = d.computed.iter().fold(0.0f64, |a, x| a.max(x.abs()));
         computed.max(d.difference.map_or(0.0, |s| s.value.abs())) * scales[d.variable]
     };
@@ -215,7 +215,7 @@ pub(super) fn decide(derivatives: &mut [Checked], scales: &[f64]) {
 
 /// The exact methods that disagree with the others: those that differ from an approximate method with a small error estimate,
 /// or all of them if there is no such method.
-fn contradictions(d: &Checked, allowed: f64) -> Vec<usize> {
+fn contradictions(d: &CheckedDerivative, allowed: f64) -> Vec<usize> {
     let exact: Vec<usize> = (0..d.computed.len()).filter(|&k| d.uncertainty[k] == 0.0).collect();
     let apart = |a: usize, b: usize| (d.computed[a] - d.computed[b]).abs() > allowed;
     if !exact.iter().any(|&k| apart(exact[0], k)) {

@@ -14,7 +14,7 @@ pub struct Response {
     pub name: String,
     /// Unit, for tables and axes.
     pub unit: String,
-    /// Index of its time grid; none for a time-independent response.
+    /// Index of its time grid; `None` for a time-independent response.
     pub grid: Option<usize>,
     /// The intermediate design variables in which it is linearized (equation 13).
     pub intermediates: Intermediates,
@@ -59,7 +59,7 @@ impl std::fmt::Debug for Responses {
     }
 }
 
-/// An analysis: responses at a design, and their sensitivities.
+/// Computes responses at a design, and their sensitivities.
 ///
 /// This is the expensive part of an optimization. The methods are pure: the same design gives the same bits.
 ///
@@ -71,8 +71,8 @@ impl std::fmt::Debug for Responses {
 ///
 /// # Examples
 ///
-/// An analysis by hand; [`ClosedForm`](super::ClosedForm) differentiates explicit formulas by itself, and
-/// [`Differences`](crate::responses::Differences) any analysis.
+/// An analysis with its derivative typed by hand. [`ClosedForm`](super::ClosedForm) differentiates explicit formulas
+/// automatically, and [`Differences`](crate::responses::Differences) differentiates any analysis.
 ///
 /// ```
 /// use linkwright::{Result, problem::{Analysis, ResponseAt, Responses}};
@@ -111,7 +111,8 @@ pub trait Analysis: Send + Sync {
         Vec::new()
     }
 
-    /// The name of the method for derivatives of the wanted responses by this many design variables, where there is a choice.
+    /// Name of the method for derivatives of the wanted responses with respect to this many design variables; `None` if the
+    /// analysis has only one method.
     fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         None
     }

@@ -100,7 +100,7 @@ impl ProblemBuilder {
         self.constraints.len() - 1
     }
 
-    /// Adds both sides of a two-sided constraint, as from [`Constraint::between`].
+    /// Adds both sides of a two-sided constraint, such as those of [`Constraint::between`].
     pub fn subject_to_both(&mut self, pair: [Constraint; 2]) -> [usize; 2] {
         pair.map(|constraint| self.subject_to(constraint))
     }
@@ -113,7 +113,7 @@ impl ProblemBuilder {
     pub fn minimize_peak(&mut self, bound: DesignVariable, quantity: Quantity, scale: f64) -> usize {
         let (name, unit) = (bound.name.clone(), bound.unit.clone());
         let variable = self.variable(bound);
-        // A lower limit of −0 is the limit 0 of −f: the fingerprint holds that sign.
+        // The fingerprint contains minus the lower limit: −0 gives the 0 of an upper limit of −f.
         let pair = Constraint::between(&name, [-0.0, 0.0], quantity);
         let constraints = self.subject_to_both(pair.map(|side| side.bounded_by(variable).scaled_by(scale)));
         let goal = Goal::MinimizePeak(PeakBound { variable, constraints });
@@ -121,7 +121,7 @@ impl ProblemBuilder {
         variable
     }
 
-    /// The problem with responses in closed form.
+    /// Builds the problem with responses in closed form.
     ///
     /// # Errors
     ///
@@ -133,7 +133,7 @@ impl ProblemBuilder {
         self.build(analysis)
     }
 
-    /// The problem with this analysis.
+    /// Builds the problem with this analysis.
     ///
     /// # Errors
     ///

@@ -19,7 +19,7 @@ pub struct Analytic<M> {
 }
 
 impl<M: ClosedForm> Analytic<M> {
-    /// `grids` holds the time grid of each response in order, none for a time-independent one.
+    /// Creates the analysis; `grids` has the time grid of each response in order, `None` for a time-independent one.
     pub fn new(model: M, grids: &[Option<&TimeGrid>]) -> Self {
         let times = grids.iter().map(|g| g.map_or(vec![f64::NAN], |g| g.points.clone())).collect();
         Self { model, times }
@@ -71,7 +71,7 @@ impl<M: ClosedForm> Analysis for Analytic<M> {
     }
 }
 
-/// Time as one more dual number.
+/// Derivatives with respect to time by one more dual part.
 impl<M: ClosedForm> ContinuousTime for Analytic<M> {
     fn rates(&self, b: &[f64], _: &Responses, h: usize, t: f64) -> Result<[f64; 3]> {
         let design: Vec<HyperDual> = b.iter().map(|&v| HyperDual::from_re(v)).collect();

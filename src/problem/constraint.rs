@@ -1,9 +1,9 @@
-//! Constraints: a quantity, the side of its limit on which it must stay, and the times at which it must.
+//! Constraints on quantities, at the time points of a grid or at all times.
 
 use super::quantity::SignedQuantity;
 use super::{ProblemScalar, Quantity};
 
-/// The side of its limit on which a quantity must stay.
+/// Kind of a limit: upper, lower, or equality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// g ≤ c.
@@ -17,9 +17,9 @@ pub enum Side {
 /// The time points of a constraint history that enter the approximate problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Selection {
-    /// The full grid (equation 5), those above the cut-off.
+    /// All time points above the cut-off of the [screening](crate::sao::Screening) (equation 5).
     All,
-    /// Local maxima above the cut-off, and up to this many neighbours on both sides that are above it too.
+    /// Local maxima above the cut-off, and up to this many neighbours on both sides that are also above it.
     ///
     /// The first and the last time point are retained whenever they are above the cut-off. `NearMaxima(0)` retains
     /// critical time points alone (equation 8); the paper uses two neighbours (Section 4).
@@ -51,7 +51,7 @@ pub struct Constraint {
     pub name: String,
     /// Constrained quantity g.
     pub quantity: Quantity,
-    /// Side of the limit on which the quantity must stay.
+    /// Upper limit, lower limit or equality.
     pub side: Side,
     /// Limit c, in the unit of g.
     pub limit: f64,
@@ -125,9 +125,9 @@ impl Constraint {
         Self { is_continuous: true, ..self }
     }
 
-    /// Demands the constraint only at time points from `from` to `to`, both included, in the unit of the grid.
+    /// Restricts the constraint to time points from `from` to `to`, both included, in the unit of the grid.
     ///
-    /// At the other time points [`Evaluation`](super::Evaluation) stores ĝ = 0, and no row is made.
+    /// At the other time points [`Evaluation`](super::Evaluation) stores ĝ = 0, and the approximate problem has no row.
     #[must_use]
     pub fn during(self, from: f64, to: f64) -> Self {
         Self { window: Some([from, to]), ..self }
@@ -161,12 +161,12 @@ impl Constraint {
         if self.side == Side::AtLeast { -1.0 } else { 1.0 }
     }
 
-    /// s g − β, the side of the inequality that varies with the design.
+    /// s g − β, the part of the inequality that depends on the design.
     pub fn signed(&self) -> SignedQuantity<'_> {
         SignedQuantity { quantity: &self.quantity, sign: self.sign(), bound: self.bound }
     }
 
-    /// s c, the side of the inequality that is constant.
+    /// s c, the constant part of the inequality.
     pub fn signed_limit(&self) -> f64 {
         self.sign() * self.limit
     }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// Responses as smooth functions of time, which an [`Analysis`](super::Analysis) may offer in addition to its time points.
 ///
-/// For an analysis without them, polynomials of fourth degree through five time points are used.
+/// For an analysis that does not implement it, polynomials of fourth degree through five time points are used.
 pub trait ContinuousTime: Send + Sync {
     /// r, ṙ and r̈ of response `h` at time `t`.
     fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]>;
@@ -84,7 +84,9 @@ fn lagrange(nodes: &[f64], t: f64) -> Vec<[f64; 3]> {
 }
 
 impl Problem {
-    /// Demands the inequality constraints over time at all times of their grids' intervals, not only at the time points; see [`Constraint::in_continuous_time`](super::Constraint::in_continuous_time).
+    /// Applies the inequality constraints at all times of their grids' intervals, not only at the time points.
+    ///
+    /// See [`Constraint::in_continuous_time`](super::Constraint::in_continuous_time).
     #[must_use]
     pub fn in_continuous_time(mut self) -> Self {
         self.name += ", continuous time";
@@ -156,7 +158,7 @@ impl Problem {
         let rising = here[1] > 0.0;
         let neighbour = if rising { p + 1 } else { p.wrapping_sub(1) };
         let Some(&other) = points.get(neighbour) else { return Ok(Some((points[p], here[0]))) };
-        // On the side on which it rises, a maximum is before the neighbour, unless it still rises there.
+        // A maximum lies between the point and this neighbour if the slope changes its sign between them.
         let (mut low, mut high) = if rising { (points[p], other) } else { (other, points[p]) };
         let far = at(other)?;
         if (far[1] > 0.0) == rising {

@@ -89,8 +89,8 @@ mod tests {
     use crate::problem::{ClosedForm, DesignVariable, ProblemBuilder, Quantity};
     use autodiff::{DualNum as _, Scalar, hessian};
 
-    struct Product;
-    impl ClosedForm for Product {
+    struct ProductResponse;
+    impl ClosedForm for ProductResponse {
         fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
             b[0] * b[1].powi(2) + b[5].exp() * b[0]
         }
@@ -104,7 +104,7 @@ mod tests {
         }
         let r = parts.constant("r", "");
         parts.minimize("f", "", Quantity::plain(function!(|p| p.response[0].powi(2) * p.design[4])).of(&[r]));
-        let problem = parts.build_analytic(Product).unwrap();
+        let problem = parts.build_analytic(ProductResponse).unwrap();
         let b = [1.0, 0.5, 2.0, 3.0, 0.7, 0.2];
         let responses = problem.analyze(&b).unwrap();
         let at = vec![ResponseAt { response: 0, point: 0 }];
@@ -112,7 +112,7 @@ mod tests {
         let rows = problem.sensitivities(&b, &responses, &at).unwrap();
         let known = Sensitivities { at, rows };
         let total = problem.total_curvature(problem.objective.signed(), 0, &b, &responses, (&known, &curvatures));
-        let whole = hessian(|b| Product.response(0, b, 0.0.into()).powi(2) * b[4], &b).2;
+        let whole = hessian(|b| ProductResponse.response(0, b, 0.0.into()).powi(2) * b[4], &b).2;
         assert!((total - whole).amax() < 1e-13);
     }
 }

@@ -1,4 +1,4 @@
-//! Direct coupling: a program each of whose evaluations is an analysis.
+//! Direct coupling of optimizer and analysis: a program whose every evaluation is an analysis.
 
 use super::{AnalyzedDesign, Evaluation, Problem, ResponseAt, RowId, Sensitivities};
 use error::Result;
@@ -7,7 +7,7 @@ use nlp::{Gradients, Program, Values};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// The whole problem as one [`Program`], every time point a row, every evaluation an analysis.
+/// The problem as one [`Program`]: every time point is a row, every evaluation is an analysis.
 ///
 /// This is the classical coupling that sequential approximation is compared with. Rows read ĝ − 1 ≤ 0. Gradients at the
 /// design that was analyzed last cost no second analysis.
@@ -22,7 +22,7 @@ pub struct DirectCoupling<'a> {
 }
 
 impl<'a> DirectCoupling<'a> {
-    /// The coupling of a problem with all its constraints at all their time points.
+    /// Couples a problem, with all its constraints at all their time points.
     pub fn new(problem: &'a Problem) -> Self {
         let rows: Vec<RowId> = problem.all_rows();
         let quantities = rows.iter().map(|r| (&problem.constraints[r.constraint].quantity, r.point));
@@ -34,7 +34,7 @@ impl<'a> DirectCoupling<'a> {
         Self { problem, rows, wanted, bounds, last: None.into(), analyses: 0.into(), sensitivity_analyses: 0.into() }
     }
 
-    /// The analysis at `x`, done unless it was the last one.
+    /// The analysis at `x`; the last one is reused.
     fn analyzed(&self, x: &[f64]) -> Result<Arc<AnalyzedDesign>> {
         let last = || self.last.lock().expect("nothing panics under the lock");
         if let Some(last) = last().as_ref().filter(|last| last.design == x) {
@@ -51,12 +51,12 @@ impl<'a> DirectCoupling<'a> {
         Values { objective: evaluation.objective, rows }
     }
 
-    /// Analyses done so far.
+    /// Number of analyses so far.
     pub fn analyses(&self) -> usize {
         self.analyses.load(Ordering::Relaxed)
     }
 
-    /// Sensitivity analyses done so far.
+    /// Number of sensitivity analyses so far.
     pub fn sensitivity_analyses(&self) -> usize {
         self.sensitivity_analyses.load(Ordering::Relaxed)
     }

@@ -7,7 +7,7 @@ use autodiff::Scalar;
 ///
 /// $$ \frac{1}{t_f - t_0} \int_{t_0}^{t_f} \max\{g(b, t),\, c\}\, dt \le c. $$
 ///
-/// It is active with a vanishing gradient (Bestle 1989), so prefer time points; it is here for comparison.
+/// Its gradient vanishes when it becomes active (Bestle 1989). Use it for comparison; otherwise use time points.
 #[derive(Clone, Debug)]
 pub struct MeanExcess<F> {
     /// Quadrature weights over the grid.
@@ -21,7 +21,7 @@ pub struct MeanExcess<F> {
 impl<F: Function> Functional for MeanExcess<F> {
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S {
         let span: f64 = self.weights.iter().sum();
-        // max{g, c} by the absolute value and not by a branch, so that nobody takes it for linear.
+        // max{g, c} by the absolute value: a branch would have the polynomial degree of g, which may be linear.
         let clipped = |point: &Point<S>| {
             let excess = self.function.at(point) - self.limit;
             (excess + excess.abs()) * 0.5 + self.limit
@@ -42,7 +42,7 @@ impl<F: Function> Functional for MeanExcess<F> {
 pub struct Envelope<F> {
     /// g.
     pub function: F,
-    /// ρ, in 1 over the unit of g: the larger, the closer to the maximum.
+    /// ρ, in 1 over the unit of g; a larger value is closer to the maximum.
     pub sharpness: f64,
 }
 

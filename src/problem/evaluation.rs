@@ -14,7 +14,7 @@ pub struct Evaluation {
     /// Where a constraint holds in continuous time, the value of a time point that is a local maximum is that of the peak
     /// itself.
     pub constraints: Vec<Vec<f64>>,
-    /// Indices j of equality constraints, for which ĝ_j = 1 is feasible alone.
+    /// Indices j of equality constraints, for which only ĝ_j = 1 is feasible.
     #[serde(default)]
     pub equalities: Vec<usize>,
     /// Local maxima of the constraints that hold in continuous time, in order.
@@ -81,7 +81,8 @@ impl Evaluation {
         self.constraints[row.constraint][point]
     }
 
-    /// The local maximum of the row's constraint that is nearest to its time point; none unless it holds in continuous time.
+    /// The local maximum of the row's constraint that is nearest to its time point; `None` unless the constraint is in
+    /// continuous time.
     pub fn nearest_peak(&self, row: RowId) -> Option<&PeakTime> {
         let peaks = self.peaks.iter().filter(|p| p.row.constraint == row.constraint);
         peaks.min_by_key(|p| p.row.point.abs_diff(row.point))

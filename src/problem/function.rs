@@ -15,7 +15,7 @@ pub struct Point<'a, S> {
 
 /// An explicit function g(r, b, t).
 ///
-/// The [`function!`](crate::function) macro makes one from an expression; implement the trait to carry parameters.
+/// The [`function!`](crate::function) macro makes one from an expression; implement the trait for a type with parameters.
 pub trait Function: Send + Sync + 'static {
     /// The value at one time point.
     fn at<S: Scalar>(&self, point: &Point<S>) -> S;
@@ -26,7 +26,7 @@ pub trait Functional: Send + Sync + 'static {
     /// The value over all points of the grid, in order.
     fn over<S: Scalar>(&self, history: &[Point<S>]) -> S;
 
-    /// The number of time points that it is made for, such as that of its weights; a grid of another length is rejected.
+    /// Required number of time points, such as the number of weights; a grid of another length is rejected.
     fn points(&self) -> Option<usize> {
         None
     }

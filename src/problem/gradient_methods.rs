@@ -10,9 +10,9 @@ type Differentiate<'a> = Box<dyn Fn(f64, &[f64], &Responses, &[ResponseAt]) -> R
 
 /// A method of differentiating an analysis.
 pub struct GradientMethod<'a> {
-    /// Its name, for tables and model files.
+    /// Name, for tables and model files.
     pub name: &'static str,
-    /// Relative step of differences; none for an exact method.
+    /// Relative step of differences; `None` for an exact method.
     pub step: Option<f64>,
     differentiate: Differentiate<'a>,
 }
@@ -27,7 +27,7 @@ impl<'a> GradientMethod<'a> {
         Self { name, step: None, differentiate: Box::new(differentiate) }
     }
 
-    /// A method with a relative step of differences, `step` by default.
+    /// A finite-difference method with a relative step, `step` by default.
     pub fn approximate(
         name: &'static str,
         step: f64,
@@ -102,9 +102,9 @@ impl<A: Analysis> Differentiated<A> {
         let all = self.analysis.gradient_methods();
         let names: Vec<&str> = all.iter().map(|method| method.name).collect();
         let (why, remedy) = match names.is_empty() {
-            true => ("this analysis is differentiated in one way only".to_owned(), "leave the choice out".to_owned()),
+            true => ("this analysis is differentiated in one way only".to_owned(), "omit the choice".to_owned()),
             false => {
-                (format!("this analysis has no `{}` derivatives", self.method), format!("take {}", names.join(" or ")))
+                (format!("this analysis has no `{}` derivatives", self.method), format!("use {}", names.join(" or ")))
             }
         };
         let chosen = all.into_iter().find(|method| method.name == self.method);

@@ -84,7 +84,7 @@ mod tests {
     use autodiff::gradient;
 
     #[test]
-    fn values_and_slopes_of_the_ready_made_choices() {
+    fn values_and_slopes_of_all_choices() {
         let cases = [
             (Intermediate::Identity, 2.0, 1.0),
             (Intermediate::Reciprocal, 0.5, -0.25),

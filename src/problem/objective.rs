@@ -6,15 +6,15 @@ use super::{Intermediates, Quantity};
 /// Minimization or maximization of the objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Goal {
-    /// The least value.
+    /// Minimizes the quantity.
     Minimize,
-    /// The largest value. The driver minimizes the negative, which evaluations and histories hold.
+    /// Maximizes the quantity. The driver minimizes its negative, which evaluations and histories contain.
     Maximize,
-    /// The least peak of |f| over a grid, by a bound variable (equations 37–39).
+    /// Minimizes the peak of |f| over a grid, by a bound variable (equations 37–39).
     MinimizePeak(PeakBound),
 }
 
-/// The parts of a problem that make up a min–max objective.
+/// Bound variable and constraints of a min–max objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PeakBound {
     /// Index of the bound variable β, which is the objective.
@@ -38,7 +38,7 @@ pub struct Objective {
 }
 
 impl Objective {
-    /// An objective of these parts.
+    /// Creates an objective.
     pub fn new(name: &str, unit: &str, quantity: Quantity, goal: Goal) -> Self {
         Self { name: name.to_owned(), unit: unit.to_owned(), quantity, goal }
     }

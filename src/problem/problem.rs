@@ -1,7 +1,7 @@
 //! The optimization problem (1)–(3), and its evaluation in plain numbers.
 
 use super::continuous_time::{PeakTime, maxima};
-use super::quantity::{Form, SignedQuantity};
+use super::quantity::{QuantityForm, SignedQuantity};
 use super::{
     Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, Quantity, Response,
     Responses, RowId, TimeGrid,
@@ -11,7 +11,7 @@ use std::collections::HashSet;
 
 /// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.
 ///
-/// Built with [`ProblemBuilder`](super::ProblemBuilder), which checks that the parts fit together.
+/// [`ProblemBuilder`](super::ProblemBuilder) builds it and checks that the parts are consistent.
 ///
 /// # Examples
 ///
@@ -35,7 +35,7 @@ pub struct Problem {
     pub objective: Objective,
     /// Constraints g_j, m of them.
     pub constraints: Vec<Constraint>,
-    /// The analysis, from which the responses come.
+    /// The analysis that computes the responses.
     pub analysis: Box<dyn Analysis>,
 }
 
@@ -53,8 +53,8 @@ impl Problem {
     /// Number of time points of a quantity: 1 for a time-independent one.
     pub fn points_of(&self, quantity: &Quantity) -> usize {
         match quantity.form {
-            Form::EachPoint(grid, _) => self.grids[grid].len(),
-            Form::Plain(_) | Form::Whole(..) => 1,
+            QuantityForm::EachPoint(grid, _) => self.grids[grid].len(),
+            QuantityForm::Plain(_) | QuantityForm::Whole(..) => 1,
         }
     }
 
@@ -171,7 +171,7 @@ impl Problem {
         let mut peaks: Vec<PeakTime> = vec![];
         for point in maxima(history) {
             let Some((time, value)) = self.peak_near(j, b, responses, point)? else { continue };
-            // A peak in the first or the last step is near two time points.
+            // A peak between the first or the last two time points is near both of them.
             if peaks.last().is_none_or(|last| (time - last.time).abs() > 1e-9 * time.abs()) {
                 history[point] = history[point].max(value);
                 peaks.push(PeakTime { row: RowId { constraint: j, point }, time });
@@ -180,7 +180,7 @@ impl Problem {
         Ok(peaks)
     }
 
-    /// A length for each variable that does not change during a run: its range if it is bounded, else |its start|, else 1.
+    /// A scale for each variable, constant during a run: its range if it is bounded, else |its start|, else 1.
     pub fn scales(&self) -> Vec<f64> {
         let scale = |v: &DesignVariable| {
             let range = v.upper - v.lower;
@@ -252,11 +252,11 @@ impl Problem {
         crate::storage::fnv1a(&text)
     }
 
-    /// Checks that the parts fit together, when a problem is built and again when a run starts, since fields are public.
+    /// Checks that the parts are consistent, when a problem is built and again when a run starts, since fields are public.
     ///
     /// # Errors
     ///
-    /// [`Error::Definition`], [`Error::Option`] or [`Error::Length`] with the name of the first part that does not fit.
+    /// [`Error::Definition`], [`Error::Option`] or [`Error::Length`] with the name of the first inconsistent part.
     pub fn check(&self) -> Result<()> {
         if self.variables.is_empty() {
             return Err(Error::definition(&self.name, "there is no design variable", "add at least one"));
@@ -318,7 +318,7 @@ impl Problem {
         }
         if !is_transient || constraint.is_equality() || constraint.is_continuous {
             let why = "only an inequality at the time points of a grid can hold in a part of them";
-            return refused(why, "leave out its window");
+            return refused(why, "remove its window");
         }
         if grid.is_some_and(|grid| !self.grids[grid].points.iter().any(|&t| constraint.holds_at(t))) {
             return refused("no time point is inside its window", "widen the window");
@@ -339,7 +339,7 @@ impl Problem {
         if quantity.grid().is_some_and(|g| g >= self.grids.len()) {
             return Err(Error::definition(what, "its time grid does not exist", "add the grid and use its index"));
         }
-        if let Form::Whole(grid, functional) = &quantity.form {
+        if let QuantityForm::Whole(grid, functional) = &quantity.form {
             let points = self.grids[*grid].len();
             Error::check_length(&format!("{what}: weights"), points, functional.made_for().unwrap_or(points))?;
         }
@@ -352,7 +352,7 @@ impl Problem {
                 return Err(Error::definition(what, why, "use the index that adding the response returned"));
             };
             if response.grid.is_some() && response.grid != quantity.grid() {
-                let why = format!("it uses `{}`, which lives on another time grid", response.name);
+                let why = format!("it uses `{}`, which has another time grid", response.name);
                 return Err(Error::definition(what, why, "give both the same grid"));
             }
         }

@@ -1,15 +1,12 @@
-//! Storing functions that are generic over the scalar.
+//! Trait objects of functions that are generic over the scalar.
 //!
-//! A generic method cannot be called through an object. The scalars that the library evaluates stored functions with are a
-//! closed set; each stored function has one method for each of them, and [`ProblemScalar`] finds the right one.
+//! A generic method cannot be called through a trait object. The library evaluates stored functions with a closed set of
+//! scalars only: each trait object has one method for each of them, and [`ProblemScalar`] calls the right one.
 
 use super::function::{Function, Functional, IntermediateMap, Point};
 use autodiff::{Dual, HyperDual, PolynomialDegree, Scalar};
 
-/// Number types that stored functions can be called with: a scalar of the closed set.
-///
-/// Generic methods cannot be stored as objects; functions of the closed set `f64`, [`Dual`], [`HyperDual`] and
-/// [`PolynomialDegree`] can.
+/// Number types with which stored functions can be evaluated: `f64`, [`Dual`], [`HyperDual`] and [`PolynomialDegree`].
 pub trait ProblemScalar: Scalar {
     #[doc(hidden)]
     fn call(function: &dyn AnyFunction, point: &Point<Self>) -> Self;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// The function of a quantity, and its arguments.
 #[derive(Clone)]
-pub(crate) enum Form {
+pub(crate) enum QuantityForm {
     /// g(r, b): of time-independent responses and design.
     Plain(Arc<dyn AnyFunction>),
     /// g(r(t), b, t) at every point of a grid.
@@ -20,13 +20,13 @@ pub(crate) enum Form {
 /// An explicit function of responses, design and time, for objective and constraints.
 #[derive(Clone)]
 pub struct Quantity {
-    pub(crate) form: Form,
+    pub(crate) form: QuantityForm,
     pub(crate) uses: Vec<usize>,
     pub(crate) direct: Option<Intermediates>,
     is_response: bool,
 }
 
-/// s g − β: a quantity with the sign and the bound variable of the constraint or objective that it is in.
+/// s g − β: a quantity with the sign and the bound variable of its constraint or objective.
 #[derive(Clone, Copy)]
 pub struct SignedQuantity<'a> {
     /// Quantity g.
@@ -40,7 +40,7 @@ pub struct SignedQuantity<'a> {
 impl Quantity {
     /// g(r, b): a function of time-independent responses and design variables.
     pub fn plain(function: impl Function) -> Self {
-        Self::new(Form::Plain(Arc::new(function)))
+        Self::new(QuantityForm::Plain(Arc::new(function)))
     }
 
     /// Design variable number `variable` itself.
@@ -57,15 +57,15 @@ impl Quantity {
 
     /// g(r(t), b, t) at every time point of grid number `grid`.
     pub fn each_point(grid: usize, function: impl Function) -> Self {
-        Self::new(Form::EachPoint(grid, Arc::new(function)))
+        Self::new(QuantityForm::EachPoint(grid, Arc::new(function)))
     }
 
     /// One number from the whole history over grid number `grid`.
     pub fn whole(grid: usize, functional: impl Functional) -> Self {
-        Self::new(Form::Whole(grid, Arc::new(functional)))
+        Self::new(QuantityForm::Whole(grid, Arc::new(functional)))
     }
 
-    fn new(form: Form) -> Self {
+    fn new(form: QuantityForm) -> Self {
         Self { form, uses: vec![], direct: None, is_response: false }
     }
 
@@ -92,7 +92,7 @@ impl Quantity {
         &self.uses
     }
 
-    /// The index of the response that the quantity is; none for a function of responses.
+    /// Index of the response if the quantity is a response itself; `None` for a function of responses.
     pub fn as_response(&self) -> Option<usize> {
         self.uses.first().copied().filter(|_| self.is_response)
     }
@@ -100,8 +100,8 @@ impl Quantity {
     /// The grid over which the quantity is evaluated, if any.
     pub fn grid(&self) -> Option<usize> {
         match self.form {
-            Form::Plain(_) => None,
-            Form::EachPoint(grid, _) | Form::Whole(grid, _) => Some(grid),
+            QuantityForm::Plain(_) => None,
+            QuantityForm::EachPoint(grid, _) | QuantityForm::Whole(grid, _) => Some(grid),
         }
     }
 
@@ -112,7 +112,7 @@ impl Quantity {
 
     /// True for a time-dependent quantity: one value at each time point.
     pub fn is_transient(&self) -> bool {
-        matches!(self.form, Form::EachPoint(..))
+        matches!(self.form, QuantityForm::EachPoint(..))
     }
 }
 
@@ -127,9 +127,9 @@ impl SignedQuantity<'_> {
     ) -> S {
         let gather = |p: usize| -> Vec<S> { self.quantity.uses.iter().map(|&h| response(h, p)).collect() };
         match &self.quantity.form {
-            Form::Plain(_) => self.value_at(&gather(0), design, S::from(f64::NAN)),
-            Form::EachPoint(g, _) => self.value_at(&gather(p), design, S::from(grids[*g].points[p])),
-            Form::Whole(g, f) => {
+            QuantityForm::Plain(_) => self.value_at(&gather(0), design, S::from(f64::NAN)),
+            QuantityForm::EachPoint(g, _) => self.value_at(&gather(p), design, S::from(grids[*g].points[p])),
+            QuantityForm::Whole(g, f) => {
                 let times = &grids[*g].points;
                 let responses: Vec<Vec<S>> = (0..times.len()).map(gather).collect();
                 let history: Vec<Point<S>> = responses
@@ -147,13 +147,13 @@ impl SignedQuantity<'_> {
         self.bound.map_or(g, |variable| g - design[variable])
     }
 
-    /// The value where it is made of responses at one time, from these and that time.
+    /// The value from responses at one time; not for quantities of a whole history.
     pub(crate) fn value_at<S: ProblemScalar>(&self, response: &[S], design: &[S], time: S) -> S {
         match &self.quantity.form {
-            Form::Plain(f) | Form::EachPoint(_, f) => {
+            QuantityForm::Plain(f) | QuantityForm::EachPoint(_, f) => {
                 self.signed(S::call(&**f, &Point { response, design, time }), design)
             }
-            Form::Whole(..) => unreachable!("a functional has no value at one time"),
+            QuantityForm::Whole(..) => unreachable!("a functional has no value at one time"),
         }
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, SVector};
 use num_dual::Derivative;
 use serde::{Deserialize, Serialize};
 
-/// Number of variables above which seeding the responses instead is faster.
+/// Number of variables above which seeding the responses instead of the variables is faster.
 const MANY: usize = 60;
 
 /// ∂r/∂b of some responses at some time points.
@@ -99,7 +99,7 @@ impl Problem {
 
     /// The total derivative with one seed for each response instead of each variable.
     ///
-    /// `None` unless there are fewer responses than variables, and if the quantity depends on the design directly too.
+    /// `None` unless there are fewer responses than variables and the quantity depends on the design through responses only.
     fn derivative_through_responses(
         &self,
         signed: SignedQuantity<'_>,

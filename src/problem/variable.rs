@@ -35,12 +35,12 @@ impl DesignVariable {
         Self { lower, upper, ..self }
     }
 
-    /// Checks that the bounds are not crossed or NaN, and that the start is inside.
+    /// Checks that the lower bound is at most the upper one, and that the start is between them.
     pub(super) fn check(&self) -> Result<()> {
         let Self { name, lower, upper, .. } = self;
         let what = format!("design variable `{name}`");
         if !(lower <= upper) || *lower == f64::INFINITY || *upper == f64::NEG_INFINITY {
-            let why = format!("the lower bound {lower} and the upper bound {upper} leave no room");
+            let why = format!("the lower bound {lower} and the upper bound {upper} contain no value");
             return Err(Error::definition(what, why, "give a lower bound that is at most the upper bound"));
         }
         self.check_start(self.start)

@@ -3,7 +3,7 @@
 use super::figure::Figure;
 use super::plots::{Approach, Solver, approach, performance_profile};
 use super::table::{Cell, Table};
-use crate::cases::{Attempt, Conclusion, Entry, Work};
+use crate::cases::{AnalysisCounts, Attempt, CatalogueEntry, Conclusion};
 use error::Result;
 
 /// Label of the work in the figures.
@@ -16,7 +16,7 @@ const WORK: &str = "analyses + sensitivity analyses";
 ///
 /// # Errors
 /// None: every row has a cell for each column.
-pub fn table(entry: &Entry, attempts: &[Attempt]) -> Result<Table> {
+pub fn table(entry: &CatalogueEntry, attempts: &[Attempt]) -> Result<Table> {
     let columns = [
         "method",
         "end",
@@ -131,6 +131,6 @@ fn ranked(attempts: &[Attempt]) -> Vec<&Attempt> {
         Conclusion::False => 3,
         Conclusion::Refused(_) => 4,
     };
-    all.sort_by_key(|a| (class(a), a.to_optimum.as_ref().map_or(usize::MAX, Work::total), a.work.total()));
+    all.sort_by_key(|a| (class(a), a.to_optimum.as_ref().map_or(usize::MAX, AnalysisCounts::total), a.work.total()));
     all
 }

@@ -1,7 +1,7 @@
 //! Results of a gradient check, as a table and as text.
 
 use super::table::{Cell, Table, aligned};
-use crate::gradient_check::{Checked, GradientCheck, GradientStatus};
+use crate::gradient_check::{CheckedDerivative, GradientCheck, GradientStatus};
 use crate::problem::Problem;
 use error::Result;
 use std::fmt::Write;
@@ -22,7 +22,7 @@ pub fn table(problem: &Problem, checked: &GradientCheck) -> Result<Table> {
     Ok(table)
 }
 
-fn row(problem: &Problem, checked: &GradientCheck, d: &Checked) -> Vec<Cell> {
+fn row(problem: &Problem, checked: &GradientCheck, d: &CheckedDerivative) -> Vec<Cell> {
     let response = &problem.responses[d.at.response];
     let time = response.grid.map_or(Cell::Empty, |grid| Cell::Number(problem.grids[grid].points[d.at.point]));
     let mut cells = vec![response.name.as_str().into(), time, problem.variables[d.variable].name.as_str().into()];
@@ -34,7 +34,7 @@ fn row(problem: &Problem, checked: &GradientCheck, d: &Checked) -> Vec<Cell> {
     cells
 }
 
-fn disagreeing_methods(checked: &GradientCheck, d: &Checked) -> String {
+fn disagreeing_methods(checked: &GradientCheck, d: &CheckedDerivative) -> String {
     d.disagreeing.iter().map(|&k| checked.methods[k].as_str()).collect::<Vec<_>>().join(", ")
 }
 
@@ -42,7 +42,7 @@ fn disagreeing_methods(checked: &GradientCheck, d: &Checked) -> String {
 ///
 /// Without `all`, only the least accurate of the right derivatives of each response and those that are not right are shown.
 pub fn text(problem: &Problem, checked: &GradientCheck, all: bool) -> String {
-    let shown: Vec<&Checked> = checked.derivatives.iter().filter(|d| all || is_notable(checked, d)).collect();
+    let shown: Vec<&CheckedDerivative> = checked.derivatives.iter().filter(|d| all || is_notable(checked, d)).collect();
     let found = ["differences", "±", "apart", "verdict"].map(String::from);
     let methods = checked.methods.iter().map(|name| name.replace('-', " "));
     let headings: Vec<String> = std::iter::once("variable".to_owned()).chain(methods).chain(found).collect();
@@ -75,8 +75,8 @@ const EXPLAINED: usize = 12;
 
 /// A sentence for each derivative that is neither right nor constant.
 fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
-    let bad: Vec<&Checked> = checked.derivatives.iter().filter(|d| !d.is_fine()).collect();
-    let line = |d: &&Checked| {
+    let bad: Vec<&CheckedDerivative> = checked.derivatives.iter().filter(|d| !d.is_fine()).collect();
+    let line = |d: &&CheckedDerivative| {
         let variable = &problem.variables[d.variable].name;
         format!("{} by {variable}: {}\n", response_at(problem, d), d.explanation(&checked.methods))
     };
@@ -86,14 +86,15 @@ fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
 }
 
 /// Whether a derivative is neither right nor constant, or is the least accurate of its response.
-fn is_notable(checked: &GradientCheck, d: &Checked) -> bool {
-    let relative = |d: &Checked| d.disagreement() / d.computed.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));
-    let same = |other: &&Checked| other.at.response == d.at.response && other.status == GradientStatus::Right;
+fn is_notable(checked: &GradientCheck, d: &CheckedDerivative) -> bool {
+    let relative =
+        |d: &CheckedDerivative| d.disagreement() / d.computed.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));
+    let same = |other: &&CheckedDerivative| other.at.response == d.at.response && other.status == GradientStatus::Right;
     let worst = checked.derivatives.iter().filter(same).max_by(|a, b| relative(a).total_cmp(&relative(b)));
     !d.is_fine() || worst.is_some_and(|worst| std::ptr::eq(worst, d))
 }
 
-fn response_at(problem: &Problem, d: &Checked) -> String {
+fn response_at(problem: &Problem, d: &CheckedDerivative) -> String {
     let response = &problem.responses[d.at.response];
     match response.grid {
         Some(_) => format!("{} at {}", response.name, problem.time_in_words(response.grid, d.at.point)),
@@ -101,7 +102,7 @@ fn response_at(problem: &Problem, d: &Checked) -> String {
     }
 }
 
-fn cells(problem: &Problem, d: &Checked) -> Vec<String> {
+fn cells(problem: &Problem, d: &CheckedDerivative) -> Vec<String> {
     let mut cells = vec![problem.variables[d.variable].name.clone()];
     let star = |k: usize| if d.disagreeing.contains(&k) { "*" } else { "" };
     cells.extend(d.computed.iter().enumerate().map(|(k, &claimed)| four_digits(claimed) + star(k)));

@@ -18,7 +18,7 @@ use error::{Error, Result};
 /// # Units
 ///
 /// ρ has the unit of the objective for i = 0; rows are normalized. The least ρ of the objective is `least` × its
-/// value at the start. Equalities are never conservative and do not count.
+/// value at the start. Equality rows are not considered.
 ///
 /// # Sources
 ///
@@ -26,7 +26,7 @@ use error::{Error, Result};
 /// the first increase is not limited.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conservatism {
-    /// Least ρ; positive.
+    /// Smallest ρ; positive.
     pub least: f64,
     /// Tolerated shortfall, relative to the value of the objective or as a fraction of a limit.
     pub tolerance: f64,

@@ -14,7 +14,7 @@ pub struct ActiveRow {
     pub multiplier: f64,
 }
 
-/// Values of the approximate problem at the proposed design, and values by its analysis.
+/// Predicted and analysed values at the proposed design.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
     /// F̃, conservatism included.
@@ -50,14 +50,14 @@ pub struct Cycle {
     pub worst: Option<RowId>,
     /// Move-limit factors of this trial step.
     pub factors: Vec<f64>,
-    /// Search subregion of this trial step; none for the start.
+    /// Search subregion of this trial step; `None` for the start.
     pub region: Option<Region>,
     /// Rows of the approximate problem.
     #[serde(rename = "kept")]
     pub retained: Vec<RowId>,
     /// Rows that are active in its solution.
     pub active: Vec<ActiveRow>,
-    /// Status of the subproblem solver; none for the start.
+    /// Status of the subproblem solver; `None` for the start.
     pub subproblem: Option<nlp::Status>,
     /// Iterations of the subproblem solver.
     pub iterations: usize,
@@ -65,14 +65,14 @@ pub struct Cycle {
     pub kkt: f64,
     /// Relaxation of the approximate problem (largest row violation); 0 if it is feasible.
     pub relaxation: f64,
-    /// Residual of the optimality conditions of the problem at the start of the cycle, relative to the objective; computed where
-    /// the objective has settled and nothing is violated.
+    /// Residual of the optimality conditions of the problem at the start of the cycle, relative to the objective; computed only
+    /// if the objective has settled and no constraint is violated.
     #[serde(default)]
     pub residual: Option<f64>,
-    /// Predicted values for the proposed design; none for the start, and in histories of early versions.
+    /// Predicted values for the proposed design; `None` for the start, and in histories of early versions.
     #[serde(default)]
     pub prediction: Option<Prediction>,
-    /// Why the analysis of the proposed design failed, if it did.
+    /// Error of the analysis of the proposed design; `None` if it succeeded.
     pub failure: Option<String>,
 }
 

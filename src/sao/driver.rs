@@ -22,7 +22,7 @@ impl Method {
     ///
     /// # Errors
     ///
-    /// As [`step`](Self::step); also if settings are out of range, or if the state is one of another problem.
+    /// As [`step`](Self::step); also if settings are out of range, or if the state belongs to another problem.
     pub fn resume(&self, problem: &Problem, mut state: State, mut observe: impl FnMut(&State)) -> Result<State> {
         self.check(problem)?;
         state.check(problem)?;
@@ -38,7 +38,7 @@ impl Method {
     ///
     /// # Errors
     ///
-    /// If settings are out of range, parts of the problem do not fit together, or the start cannot be analysed.
+    /// If settings are out of range, parts of the problem are inconsistent, or the start cannot be analysed.
     pub fn start(&self, problem: &Problem) -> Result<State> {
         self.start_at(problem, problem.start())
     }
@@ -78,10 +78,10 @@ impl Method {
     /// # Errors
     ///
     /// Those of the sensitivities, of the approximation and of the subproblem solver. A failed analysis of the proposed design
-    /// is no error: it rejects the design.
+    /// is not an error: it rejects the design.
     pub fn step(&self, problem: &Problem, mut state: State) -> Result<State> {
         // 1. Responses and 2. objective and constraints at the design of the state: from the analysis that accepted it.
-        // 3. Screening and 4. sensitivities of the retained responses; a repeated cycle has them.
+        // 3. Screening and 4. sensitivities of the retained responses; a repeated cycle reuses both.
         let data = match state.data.take() {
             Some(data) => data,
             None => self.screen_and_differentiate(problem, &mut state)?,

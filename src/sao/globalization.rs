@@ -43,7 +43,7 @@ pub trait Globalization: Send + Sync + std::fmt::Debug {
     fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict;
 }
 
-/// The paper's rule: a design is accepted unless the approximation errors there are too large.
+/// Accepts a design unless the approximation errors there are too large: the paper's rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorBased {
     /// E = max(E_f, E_g) in percent above which the cycle is rejected. In the paper's tables 28.7 is accepted, 41.6 is not.
@@ -68,11 +68,11 @@ impl Globalization for ErrorBased {
     }
 }
 
-/// A design is accepted unless it violates constraints by more than a limit and more than the design before it.
+/// Accepts a design unless it violates constraints by more than a limit and by more than the previous design.
 ///
 /// From a feasible start the run stays near the feasible region. The error-based rule rejects feasible and better designs
-/// where responses change fast, as near a resonance, and may accept infeasible ones that lead to a local minimum of the
-/// violation. Errors still determine the move limits.
+/// where responses change fast, for example near a resonance, and may accept infeasible ones that lead to a local
+/// minimum of the violation. Errors still determine the move limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StayFeasible {
     /// V in percent up to which a design is always accepted.
@@ -101,7 +101,7 @@ impl Globalization for StayFeasible {
     }
 }
 
-/// Every design that can be analysed is accepted.
+/// Accepts every design that can be analysed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AcceptAlways;
 
@@ -124,7 +124,7 @@ mod tests {
                 objective_error_pct: 0.0,
                 constraint_error_pct: 120.0,
                 violation_pct,
-                evidence: true,
+                is_approximate: true,
                 shortfall: vec![0.0],
             };
             let trial = Trial {

@@ -6,7 +6,7 @@ use crate::problem::Problem;
 use error::Result;
 use nlp::{Automatic, SubproblemSolver};
 
-/// A method: a choice of interchangeable parts. It holds settings only; what changes is in the [`State`].
+/// A method: a choice of interchangeable parts. It contains settings only; data that change are in the [`State`].
 ///
 /// # Examples
 ///
@@ -20,7 +20,7 @@ use nlp::{Automatic, SubproblemSolver};
 pub struct Method {
     /// Approximation of the responses.
     pub approximation: Box<dyn Approximation>,
-    /// Curvature of the Lagrangian that is added to the approximate objective, meant for linear approximations; none by default.
+    /// Curvature of the Lagrangian that is added to the approximate objective, for linear approximations; `None` by default.
     pub curvature: Option<LagrangianCurvature>,
     /// Selection of the constraints that are retained.
     pub screening: Screening,
@@ -89,7 +89,7 @@ impl Method {
         Self { stop, ..self }
     }
 
-    /// Checks all settings, also against the problem.
+    /// Checks all settings, and that they suit the problem.
     ///
     /// # Errors
     ///
@@ -103,7 +103,7 @@ impl Method {
         self.stop.check()
     }
 
-    /// Number of designs accepted before that are stored.
+    /// Number of earlier accepted designs that are stored.
     pub(super) fn memory(&self) -> usize {
         self.approximation.memory().max(self.curvature.map_or(0, |c| c.steps))
     }

@@ -1,7 +1,7 @@
 //! The sequence of approximate optimization cycles (Sections 3 and 4 of the paper).
 //!
-//! A [`Method`] is a choice of interchangeable parts, and its [`Method::step`] does one cycle. Everything that changes is in
-//! one [`State`], which can be written to a file and continued from it with the same bits.
+//! A [`Method`] is a choice of interchangeable parts, and its [`Method::step`] does one cycle. All data that change are in
+//! one [`State`]. It can be written to a file, and a run that continues from the file has the same bits.
 
 mod conservatism;
 mod cycle;
@@ -15,7 +15,6 @@ mod post_optimal;
 mod presets;
 mod screening;
 mod state;
-mod status;
 mod stop;
 mod trial;
 mod trust_region;
@@ -30,7 +29,6 @@ pub use post_optimal::{Parameter, PostOptimal};
 pub use presets::{Preset, preset, presets};
 pub use screening::Screening;
 pub use state::{Counters, STATE_VERSION, State};
-pub use status::Status;
-pub use stop::Stop;
+pub use stop::{Status, Stop};
 pub use trial::{Outcome, Trial};
 pub use trust_region::{FixedLimits, Merit, TrustRegion};

@@ -11,7 +11,7 @@ pub struct Region {
     pub lower: Vec<f64>,
     /// sᵘ.
     pub upper: Vec<f64>,
-    /// True where the lower, the upper side is a move limit and not a bound of the design space.
+    /// For the lower and the upper side of each variable: true if it is a move limit, false if it is a bound.
     pub is_limit: Vec<[bool; 2]>,
 }
 
@@ -56,14 +56,15 @@ pub trait MoveLimits: Send + Sync + std::fmt::Debug {
 
 /// The move limits of the paper: one relative factor for each design variable, controlled by the approximation errors.
 ///
-/// The region is bᵢ ± fᵢ·|bᵢ|, cut to the design space. With E = max(E_f, E_g) in percent, after a cycle that was
+/// The region is bᵢ ± fᵢ·|bᵢ|, intersected with the design space. With E = max(E_f, E_g) in percent, after a cycle that was
 ///
 /// * rejected, all factors × [`on_rejection`](Self::on_rejection);
 /// * accepted with E above [`reduce_above_pct`](Self::reduce_above_pct), all × [`reduction`](Self::reduction);
 /// * accepted with E up to [`increase_below_pct`](Self::increase_below_pct), × [`increase`](Self::increase) for variables
-///   at a move limit, unless V exceeds [`increase_violation_pct`](Self::increase_violation_pct) or nothing was approximated;
-/// * accepted with E up to that threshold, × [`on_reversal`](Self::on_reversal) for variables whose step changed its sign
-///   against their last step, if V exceeds [`reversal_violation_pct`](Self::reversal_violation_pct): the sign of an oscillation
+///   at a move limit, unless V exceeds [`increase_violation_pct`](Self::increase_violation_pct) or no retained function is
+///   approximate;
+/// * accepted with E up to that threshold, × [`on_reversal`](Self::on_reversal) for variables whose step has the opposite
+///   sign of their last step, if V exceeds [`reversal_violation_pct`](Self::reversal_violation_pct): the sign of an oscillation
 ///   between time points. With E between the two thresholds it takes a V above
 ///   [`increase_violation_pct`](Self::increase_violation_pct) both before and after the step.
 ///
@@ -153,8 +154,8 @@ impl MoveLimits for RelativeLimits {
         let error = outcome.error_pct();
         let may_widen = error <= self.increase_below_pct
             && outcome.violation_pct <= self.increase_violation_pct
-            && outcome.evidence;
-        // With larger errors one overshoot is no oscillation yet, as Table II shows; two clear ones in a row are.
+            && outcome.is_approximate;
+        // With larger errors one violation is not yet an oscillation, as Table II shows; two clear ones in a row are.
         let clear = self.increase_violation_pct;
         let again =
             error <= self.reduce_above_pct && outcome.violation_pct > clear && 100.0 * trial.violation_before > clear;

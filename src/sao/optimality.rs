@@ -5,7 +5,7 @@ use crate::problem::Problem;
 use error::Result;
 use nlp::Program;
 
-/// The length of each variable: its size, between a tenth of its scale and its scale.
+/// Length of each variable: its absolute value, limited to between a tenth of its scale and its scale.
 fn lengths(problem: &Problem, b: &[f64]) -> Vec<f64> {
     problem.scales().iter().zip(b).map(|(scale, b)| b.abs().clamp(0.1 * scale, *scale)).collect()
 }

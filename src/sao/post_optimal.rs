@@ -11,7 +11,7 @@ const STEP: f64 = 1e-5;
 /// Largest distance to a bound, in scales of the variable, of a variable that counts as at the bound.
 const AT_BOUND: f64 = 1e-7;
 
-/// A parameter of the problem that is not free.
+/// A parameter with respect to which the optimum is differentiated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
     /// A design variable that is at a bound, or is fixed by equal bounds: its value.
@@ -150,7 +150,7 @@ impl PostOptimal {
         }
         let what =
             problem.variables.get(k).map_or_else(|| format!("variable {k}"), |v| format!("variable `{}`", v.name));
-        Err(Error::definition(what, "it is no parameter: it is free", "fix it by equal bounds"))
+        Err(Error::definition(what, "it is free and therefore not a parameter", "fix it by equal bounds"))
     }
 
     /// Gradient of the Lagrangian at another design, with the multipliers of this one.
@@ -238,7 +238,11 @@ impl PostOptimal {
 }
 
 fn singular(problem: &Problem, why: &str) -> Error {
-    Error::definition(format!("optimum of `{}`", problem.name), why, "remove active rows that say the same")
+    Error::definition(
+        format!("optimum of `{}`", problem.name),
+        why,
+        "remove active rows with linearly dependent gradients",
+    )
 }
 
 impl State {

@@ -21,7 +21,7 @@ pub struct Preset {
     pub method: fn() -> Method,
 }
 
-/// All presets: those with first derivatives at one design, at several designs, and with second derivatives.
+/// All presets, in the order: first derivatives at one design, first derivatives at several designs, second derivatives.
 pub fn presets() -> &'static [Preset] {
     PRESETS
 }
@@ -47,7 +47,7 @@ fn by_filter(approximation: impl Approximation + 'static) -> Method {
     with(approximation, Filter::default(), TrustRegion::default())
 }
 
-/// Acceptance by a filter, with more conservatism after a rejection; the step may reach over the whole design space.
+/// Acceptance by a filter, with more conservatism after a rejection; move limits are those of the whole design space.
 fn by_filtered_conservatism(approximation: impl Approximation + 'static) -> Method {
     with(approximation, FilteredConservatism::default(), FixedLimits::default())
 }
@@ -60,7 +60,7 @@ fn with(
     by_errors(approximation).with_globalization(globalization).with_move_limits(move_limits)
 }
 
-/// The paper's move limits, but wider at the start, for approximations with second derivatives.
+/// The paper's move limits with wider first limits, for approximations with second derivatives.
 fn wide_limits() -> RelativeLimits {
     RelativeLimits { initial: 0.7, cap: 1.0, ..RelativeLimits::default() }
 }

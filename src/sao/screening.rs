@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 /// Selection of the constraints and time points that are retained (Section 4 of the paper).
 ///
 /// A row is a candidate if ĝ exceeds the cut-off; candidates of a history are retained if they are near local maxima.
-/// Equalities and constraints that depend on the design variables alone, which cost nothing, are always retained. A
+/// Equalities are always retained, and so are constraints on the design variables alone, which need no analysis. A
 /// constraint in continuous time has one retained row for each peak above the cut-off. Time points outside the window
 /// of a constraint are never retained.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct Screening {
 }
 
 impl Default for Screening {
-    /// The paper's: 70 % of the bound, two time points before and after each local maximum.
+    /// The paper's screening: 70 % of the limit, two time points before and after each local maximum.
     fn default() -> Self {
         Self { cutoff: Some(0.7), selection: Selection::NearMaxima(2) }
     }
@@ -41,7 +41,7 @@ impl Screening {
         Error::check_option("screening cut-off", "a number below 1, such as 0.7", cutoff, cutoff < 1.0)
     }
 
-    /// True where a normalized value is above the cut-off.
+    /// True if a normalized value is above the cut-off.
     pub fn is_critical(&self, g: f64) -> bool {
         self.cutoff.is_none_or(|cutoff| g > cutoff)
     }

@@ -10,10 +10,10 @@ use std::path::Path;
 /// Version of the state file; a file of another version is rejected.
 pub const STATE_VERSION: u32 = 2;
 
-/// Work done, counted as the paper counts.
+/// Numbers of analyses and iterations, counted as in the paper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Analyses, the first one included, failed ones too.
+    /// Analyses, including the first one and failed ones.
     pub analyses: usize,
     /// Sensitivity analyses: one for each cycle that needed any, none for a repeated one.
     pub sensitivity_analyses: usize,
@@ -43,19 +43,19 @@ pub struct State {
     /// State of the globalization.
     #[serde(rename = "guard")]
     pub globalization: GlobalizationState,
-    /// Designs accepted before, the newest first; as many as the approximation uses.
+    /// Earlier accepted designs, the newest first; as many as the approximation uses.
     #[serde(rename = "past")]
     pub previous: Vec<PreviousPoint>,
-    /// Retained rows and derivatives of a cycle that is to be repeated; none after an accepted trial step.
+    /// Retained rows and derivatives of a cycle that is to be repeated; `None` after an accepted trial step.
     #[serde(rename = "knowledge")]
     pub data: Option<CycleData>,
     /// All trial steps so far, cycle 0 first.
     pub history: Vec<Cycle>,
-    /// Work done.
+    /// Numbers of analyses and iterations so far.
     pub counters: Counters,
     /// Status of the run.
     pub status: Status,
-    /// Reason of the status in words; empty while the run is not at its end.
+    /// Reason of the status in words; empty during the run.
     pub reason: String,
 }
 
@@ -97,7 +97,7 @@ impl State {
         Error::check_length("constraints of the state", problem.constraints.len(), self.evaluation.constraints.len())
     }
 
-    /// Writes the state to a file. The file appears whole or not at all: a temporary file is written and then moved.
+    /// Writes the state to a file atomically: a temporary file is written and then renamed.
     ///
     /// # Errors
     ///

@@ -1,8 +1,32 @@
-//! The stop test.
+//! The stop test, and the status of a run.
 
-use super::{Cycle, State, Status};
+use super::{Cycle, State};
 use crate::problem::Problem;
 use error::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// The status of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Status {
+    /// The run is not at its end.
+    Running,
+    /// The objective has settled, no constraint is violated, and the optimality conditions hold.
+    Converged,
+    /// The largest number of cycles is reached.
+    CycleLimit,
+    /// The move limits have become too small without an acceptable design.
+    Stalled,
+    /// The design has settled where constraints are violated.
+    Infeasible,
+}
+
+impl Status {
+    /// True if the last design is a solution.
+    pub fn is_success(self) -> bool {
+        self == Self::Converged
+    }
+}
 
 /// The stop test.
 ///
@@ -18,7 +42,7 @@ pub struct Stop {
     pub accuracy: f64,
     /// Residual of the optimality conditions at the start of the last cycle, relative to the objective, above which the run has
     /// not converged. The relative error of the objective is of second order in it, so that √accuracy is a strict
-    /// value. Ten times that value detects standstill and does not change the number of cycles in any table of the paper.
+    /// value. Ten times that value detects runs that stall, and does not change the number of cycles in any table of the paper.
     pub residual: f64,
     /// Largest number of cycles, accepted or not.
     pub max_cycles: usize,
@@ -33,7 +57,7 @@ impl Default for Stop {
 }
 
 impl Stop {
-    /// The paper's test: objective and violation alone. Where move limits shrink quickly it ends runs early.
+    /// The paper's test of objective and violation alone. If move limits shrink quickly, it ends a run too early.
     pub fn as_published() -> Self {
         Self { residual: f64::INFINITY, ..Self::default() }
     }
@@ -117,6 +141,6 @@ fn words(cycle: &Cycle) -> String {
     match &cycle.failure {
         Some(failure) => format!("a failed analysis ({failure})"),
         None if cycle.accepted => format!("cycle {}", cycle.cycle),
-        None => format!("a rejected try of cycle {}", cycle.cycle),
+        None => format!("a rejected trial step of cycle {}", cycle.cycle),
     }
 }

@@ -10,7 +10,7 @@ use nlp::{Solution, Values};
 /// constraint far from its limit could be the largest one, and it is infinite at ĝ = 0. The paper cuts off at 0.5 or 0.7.
 const SMALL: f64 = 0.5;
 
-/// The solution of an approximate problem and its analysis, from which the decision on it is made.
+/// The solution of an approximate problem and its analysis.
 pub(super) struct Proposal<'a> {
     pub data: &'a CycleData,
     /// The search subregion.
@@ -21,7 +21,7 @@ pub(super) struct Proposal<'a> {
     pub distance: f64,
     /// True for variables of the solution that are at a move limit.
     pub at_limit: Vec<bool>,
-    /// The solution as analysed.
+    /// Analysis of the solution.
     pub analyzed: Result<AnalyzedDesign>,
 }
 
@@ -47,11 +47,11 @@ pub struct Trial<'a> {
     /// Sum of the multipliers of all rows, in the unit of the objective.
     pub multipliers: f64,
     /// Decrease of the Lagrangian F + Σ λᵢ gᵢ over the step, with the multipliers λ of the approximate problem: predicted, and
-    /// as analysed; none if the analysis failed.
+    /// as analysed; `None` if the analysis failed.
     pub lagrangian: Option<[f64; 2]>,
     /// w = ½ Σ (Δbₖ/scaleₖ)², the distance in which conservatism is measured.
     pub distance: f64,
-    /// Errors and violation by the analysis; none if it failed.
+    /// Errors and violation by the analysis; `None` if it failed.
     pub outcome: Option<Outcome>,
 }
 
@@ -66,8 +66,8 @@ pub struct Outcome {
     pub constraint_error_pct: f64,
     /// V (17), (18) over all constraints and time points, retained or not.
     pub violation_pct: f64,
-    /// True if anything was approximated; if not, the errors are zero and have no meaning.
-    pub evidence: bool,
+    /// True if the objective or a retained row is approximate; otherwise the errors are zero and have no meaning.
+    pub is_approximate: bool,
     /// Analysed minus approximate value: of the objective, then of each constraint the largest over its retained time points,
     /// at least zero for an equality. Not positive where the approximation is conservative.
     pub shortfall: Vec<f64>,
@@ -124,7 +124,7 @@ impl Outcome {
             objective_error_pct: relative_pct(approximate.objective, analysed.objective),
             constraint_error_pct: 0.0,
             violation_pct: analysed.max_violation_pct(),
-            evidence: !problem.objective.quantity.is_explicit(),
+            is_approximate: !problem.objective.quantity.is_explicit(),
             shortfall: vec![f64::NEG_INFINITY; 1 + problem.constraints.len()],
         };
         outcome.shortfall[0] = analysed.objective - approximate.objective;
@@ -133,7 +133,7 @@ impl Outcome {
             if constraint.quantity.is_explicit() {
                 continue;
             }
-            outcome.evidence = true;
+            outcome.is_approximate = true;
             let g = analysed.value_of(row);
             let short = g - (approximate + 1.0);
             let largest = &mut outcome.shortfall[row.constraint + 1];

@@ -20,7 +20,7 @@ fn check_width(width: f64) -> Result<()> {
 /// A rejected cycle halves them until the next accepted one, since the same step would be proposed again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedLimits {
-    /// Half the width of the region in scales of the variable; 1 reaches over the whole design space.
+    /// Half the width of the region in scales of the variable; with 1 it contains the whole range of a bounded variable.
     pub width: f64,
 }
 
@@ -53,7 +53,7 @@ impl MoveLimits for FixedLimits {
 ///
 /// The merit is φ = F + μ h with the largest violation h (as a fraction) and μ twice the sum of the multipliers of the
 /// approximate problem. With the ratio ϱ = Δφ / Δφ̃ the box shrinks after a rejected cycle or ϱ below
-/// [`poor`](Self::poor), and grows where ϱ exceeds [`good`](Self::good) and the design is at a side of the box.
+/// [`poor`](Self::poor), and grows if ϱ exceeds [`good`](Self::good) and the design is at a side of the box.
 ///
 /// With [`Merit::Lagrangian`] φ is the Lagrangian instead.
 ///
@@ -87,7 +87,7 @@ pub enum Merit {
     Penalty,
     /// F + Σ λᵢ gᵢ with the multipliers of the approximate problem. The curvature of the constraints cancels if the
     /// approximate objective has the curvature of the Lagrangian
-    /// ([`LagrangianCurvature`](crate::approximation::LagrangianCurvature)): the box is then not reduced without need.
+    /// ([`LagrangianCurvature`](crate::approximation::LagrangianCurvature)): the box is then not reduced unnecessarily.
     /// Combine it with a filter, which limits the violation.
     Lagrangian,
 }

@@ -3,7 +3,7 @@
 use linkwright::Error;
 use linkwright::cases::FourBar;
 use linkwright::cases::four_bar::{
-    Derivatives, Linearized, StressConstrained, method, published_optima, published_stiff_optimum,
+    DerivativeMethod, Linearized, StressConstrained, method, published_optima, published_stiff_optimum,
 };
 use linkwright::papers::etman_1998::four_bar::{PAPER_STEP, as_printed, check_rows, violation_rms};
 use linkwright::problem::{Problem, ResponseAt};
@@ -72,11 +72,11 @@ fn direct_sensitivities_are_exact_and_the_papers_differences_are_ten_percent_off
             (0..21 * 21).map(|k| ResponseAt { response: k % 21, point: k / 21 * 10 }).collect();
         problem.sensitivities(&b, &problem.analyze(&b).unwrap(), &wanted).unwrap()
     };
-    let exact = rows(Derivatives::Direct);
-    let [coarse, middle, fine] = [4e-4, 2e-4, 1e-4].map(|step| rows(Derivatives::Central(step)));
+    let exact = rows(DerivativeMethod::Direct);
+    let [coarse, middle, fine] = [4e-4, 2e-4, 1e-4].map(|step| rows(DerivativeMethod::Central(step)));
     let (rough, better) = ((&middle * 4.0 - coarse) / 3.0, (fine * 4.0 - middle) / 3.0);
     let richardson = (better * 16.0 - rough) / 15.0;
-    let forward = rows(Derivatives::ForwardBy(PAPER_STEP));
+    let forward = rows(DerivativeMethod::ForwardBy(PAPER_STEP));
     for k in 0..3 {
         let largest = exact.column(k).amax();
         assert!((exact.column(k) - richardson.column(k)).amax() < 1e-6 * largest, "variable {k}");

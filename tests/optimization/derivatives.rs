@@ -1,4 +1,4 @@
-//! Exact derivatives against differences of values, for every problem of the library.
+//! Exact derivatives compared with finite differences, for all problems of the library.
 
 use linkwright::approximation::{
     ApproximateProblem, ApproximationOptions, CycleData, Linear, LinearizationPoint, SubproblemBox,
@@ -38,7 +38,7 @@ fn assert_close(what: &str, exact: &DMatrix<f64>, difference: &DMatrix<f64>) {
     }
 }
 
-/// Everything that is differentiated, at design `b`.
+/// Checks all derivatives at design `b`: of responses, quantities and the approximate problem.
 #[track_caller]
 fn assert_derivatives(problem: &Problem, b: &[f64]) {
     let known = assert_responses(problem, b);

@@ -1,4 +1,4 @@
-//! The gradient check: every kind of wrong derivative gets its status.
+//! Gradient checks of analyses with known faults: each kind of wrong derivative has its status.
 
 use linkwright::gradient_check::{GradientCheck, GradientStatus, check};
 use linkwright::problem::{Analysis, GradientMethod, ResponseAt, Responses};
@@ -7,7 +7,7 @@ use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// r₀ = b₀² sin b₁, r₁ = |b₀ − 1| + b₁, r₂ = exp b₀; the derivatives are exact but for `fault`.
+/// r₀ = b₀² sin b₁, r₁ = |b₀ − 1| + b₁, r₂ = exp b₀; the derivatives are exact except for `fault`.
 #[derive(Default)]
 struct Faulty {
     fault: Fault,
@@ -66,7 +66,7 @@ fn status(checked: &GradientCheck, response: usize, variable: usize) -> (Gradien
 }
 
 #[test]
-fn right_and_constant_derivatives_are_told_apart() {
+fn right_and_constant_derivatives_are_distinguished() {
     let checked = examine(Fault::Absent, [1.5, 0.7]);
     assert!(checked.is_right());
     checked.expect_right();
@@ -113,7 +113,7 @@ fn an_analysis_that_does_not_repeat_is_found() {
 
 #[test]
 fn noisy_differences_are_replaced_by_a_reliable_method() {
-    /// sin b with noise that hides the slope; one method has the wrong sign, one differences what has no noise.
+    /// sin b with noise that hides the slope; one method has the wrong sign, one uses differences of the values without noise.
     struct Noisy;
     impl Analysis for Noisy {
         fn analyze(&self, b: &[f64]) -> Result<Responses> {
@@ -144,7 +144,7 @@ fn noisy_differences_are_replaced_by_a_reliable_method() {
 }
 
 #[test]
-fn differences_with_steps_too_long_are_named() {
+fn differences_with_too_long_steps_are_wrong() {
     let sound = Faulty::default();
     let examine = |step: f64| {
         let differences = Differences::forward(&sound, step).unwrap();
@@ -168,7 +168,8 @@ fn only_unsupported_methods_are_omitted() {
         let methods = [GradientMethod::of("exact", &sound), GradientMethod::exact("failing", fails)];
         check(&sound, &methods, &[1.5, 0.7], &[1.0, 1.0], &wanted)
     };
-    let omitted = examine(Error::unsupported("contact", "adjoint derivatives know no impacts", "take others")).unwrap();
+    let omitted =
+        examine(Error::unsupported("contact", "adjoint derivatives do not support impacts", "use others")).unwrap();
     assert!(omitted.is_right());
     assert_eq!(omitted.methods, ["exact"]);
     let errors = [
@@ -215,7 +216,7 @@ mod mechanisms {
     }
 
     #[test]
-    fn kinematics_and_statics_too() {
+    fn kinematics_and_statics_are_checked() {
         let checked =
             check_model(SliderCrank::rigid(), &SliderCrank::DESIGN, Assembly::default(), &[0.0, 0.07]).unwrap();
         checked.expect_right();
@@ -224,7 +225,7 @@ mod mechanisms {
         check_model(Governor { angle: 0.8 }, &Governor::DESIGN, settings, &[0.0]).unwrap().expect_right();
     }
 
-    /// A pendulum whose mass loses its derivative on the way: what `.re()` in a model does.
+    /// A cart whose mass loses its derivatives by `.re()`, a common mistake in models.
     struct Forgetful;
 
     impl ParametricMechanism for Forgetful {
@@ -234,8 +235,8 @@ mod mechanisms {
             m.inertia("mass", cart, S::from(b[0].re()));
             let spring =
                 m.coordinate_spring("spring", m.ground().x, cart, [b[1], S::from(0.0), S::from(0.0), S::from(0.0)]);
-            let effort = m.measure(spring, "generalized_force")?;
-            m.output("effort", &[effort]);
+            let force = m.measure(spring, "generalized_force")?;
+            m.output("spring force", &[force]);
             Ok(m)
         }
     }

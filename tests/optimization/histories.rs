@@ -1,6 +1,6 @@
-//! The convergence tables of all runs of the library, frozen: a changed algorithm is a readable difference.
+//! Snapshots of the convergence histories of all runs of the library: a changed algorithm is a readable difference.
 //!
-//! Six digits of what converges, four of errors, and none below 1e-6 %, where rounding decides; no times.
+//! Objectives and designs have six digits, errors four. Errors below 1e-6 % are rounding errors and not shown.
 
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::problem::{Intermediates, Problem, Selection};
@@ -43,7 +43,7 @@ fn run(method: &Method, problem: &Problem) -> String {
     table(&state)
 }
 
-/// With the paper's stop test, which does not look at the optimality conditions: with them the oscillation goes on for 37 cycles.
+/// With the paper's stop test, which does not use the optimality conditions: with them the oscillation lasts 37 cycles.
 fn neighbours(count: usize) -> Method {
     let screening = Screening { selection: Selection::NearMaxima(count), ..Screening::default() };
     let stop = Stop::as_published();

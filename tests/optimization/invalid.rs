@@ -1,4 +1,4 @@
-//! Every bad input and what it gets: a clear error with numbers and a remedy, never a panic.
+//! Invalid input: each case returns an error with numbers and a remedy, and none panics.
 
 use linkwright::autodiff::Scalar;
 use linkwright::cases::{impact_absorber, slider_crank};
@@ -11,7 +11,7 @@ use linkwright::sao::{ErrorBased, Method, RelativeLimits, STATE_VERSION, Screeni
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 
-/// Minimize b over r(t) = b t ≥ 1 at t = 1 … 3: the simplest problem that has everything.
+/// Minimize b over r(t) = b t ≥ 1 at t = 1 … 3: the smallest problem with all parts.
 struct Ramp;
 
 impl ClosedForm for Ramp {
@@ -39,7 +39,7 @@ fn rate(start: f64) -> DesignVariable {
 /// The message of an error that contains all of `words`.
 #[track_caller]
 fn assert_error<T>(result: Result<T>, words: &[&str]) -> Error {
-    let error = result.err().expect("this is no valid input");
+    let error = result.err().expect("this input is invalid");
     let message = error.to_string();
     for word in words {
         assert!(message.contains(word), "`{word}` is missing in: {message}");
@@ -190,11 +190,11 @@ fn responses_that_are_not_finite_later_reject_the_cycle_halve_the_limits_and_the
     assert!(!failed.accepted && failed.design[0] > 2.75, "{failed:?}");
     let why = failed.failure.as_deref().unwrap();
     assert!(why.contains("response `distance` is NaN at time 0.25 s and place = 2.8 m"), "{why}");
-    assert_eq!((failed.cycle, next.cycle), (1, 1), "the same cycle is tried again");
+    assert_eq!((failed.cycle, next.cycle), (1, 1), "the same cycle is repeated");
     assert_eq!(next.factors[0], 0.5 * failed.factors[0]);
     assert!(next.accepted && next.failure.is_none());
     assert_eq!(state.counters.analyses, state.history.len(), "a failed analysis is counted too");
-    assert!(state.design[0] > 2.5 && state.design[0] <= 2.75, "it goes on to the edge: {:?}", state.design);
+    assert!(state.design[0] > 2.5 && state.design[0] <= 2.75, "the run continues up to the edge: {:?}", state.design);
     assert_ne!(state.status, Status::Running);
 }
 
@@ -252,7 +252,7 @@ fn a_problem_without_a_feasible_design_is_relaxed_reported_and_ends_as_infeasibl
     assert!(last.relaxation > 0.1, "{last:?}");
     assert_eq!(state.status, Status::Infeasible, "{}", state.reason);
     assert!(state.reason.contains("no design within the move limits is feasible"), "{}", state.reason);
-    // 1 + (1 − b)/1 = 1 + (3 b − 0.6)/0.6 violated alike at b = 1/3: by two thirds.
+    // Both constraints are violated by two thirds at b = 1/3: 1 + (1 − b)/1 = 1 + (3 b − 0.6)/0.6.
     assert!((state.design[0] - 1.0 / 3.0).abs() < 1e-6 && (last.relaxation - 2.0 / 3.0).abs() < 1e-6);
     assert!(state.reason.contains("6.7e-1"), "{}", state.reason);
 }

@@ -1,4 +1,4 @@
-//! What once was wrong, one test each, saying what it was.
+//! Regression tests; each comment describes the former error.
 
 use linkwright::autodiff::{PolynomialDegree, Scalar, degree};
 use linkwright::cases::impact_absorber;
@@ -8,8 +8,8 @@ use linkwright::problem::{
 };
 use linkwright::sao::{Method, Screening, Status};
 
-/// The relative error (16) of constraints near ĝ = 0 decided when nothing was cut off: limits shrank until the objective
-/// stood still, seven percent from the optimum, and the run called itself converged.
+/// Without a cut-off the relative error (16) of constraints near ĝ = 0 was the largest one: move limits shrank until the
+/// objective stalled, seven percent from the optimum, and the run was reported as converged.
 #[test]
 fn without_a_cutoff_the_full_grid_leads_to_the_optimum_as_well() {
     let screening = Screening { cutoff: None, selection: Selection::All };
@@ -22,7 +22,7 @@ fn without_a_cutoff_the_full_grid_leads_to_the_optimum_as_well() {
         let state = method.solve(&problem, |_| ()).unwrap();
         let error = (state.evaluation.objective / optimum.objective - 1.0).abs();
         assert!(state.status == Status::Converged && error < 1e-5, "{}: {error:e}", problem.name);
-        assert!(state.history.len() <= 13, "{}: {} tries", problem.name, state.history.len() - 1);
+        assert!(state.history.len() <= 13, "{}: {} trial steps", problem.name, state.history.len() - 1);
     }
 }
 
@@ -36,8 +36,8 @@ impl ClosedForm for Cantilever {
     }
 }
 
-/// With errors between 10 and 20 % move limits neither shrank nor grew, whatever the steps did: a linear program jumped to
-/// and fro between vertices, 12 % beyond the limit, for ever.
+/// With errors between 10 and 20 % move limits neither shrank nor grew: the solutions of linear programs oscillated between
+/// vertices, 12 % beyond the limit, without end.
 #[test]
 fn a_linear_program_does_not_oscillate_for_ever_at_errors_of_ten_to_twenty_percent() {
     let mut parts = ProblemBuilder::new("cantilever");
@@ -57,7 +57,7 @@ fn a_linear_program_does_not_oscillate_for_ever_at_errors_of_ten_to_twenty_perce
     assert!(state.cycles() <= 25, "{} cycles", state.cycles());
 }
 
-/// max{g, c} was a branch: on the side of g it looked linear, so that an integral equivalent went to the LP solver.
+/// max{g, c} was a branch: for g > c its degree was that of g, so that an integral equivalent was solved as a linear program.
 #[test]
 fn an_integral_equivalent_is_not_taken_for_linear() {
     let excess = MeanExcess { weights: vec![0.5; 2], function: function!(|p| p.response[0]), limit: 1.0 };

@@ -1,5 +1,5 @@
-//! The library's structural problems from their own starts, by the methods that are meant for them, and how many analyses it
-//! takes to come within 1e-5 of the optimum.
+//! Numbers of analyses until the optimum is reached to 1e-5, for the library's structural problems from their own starts, by
+//! the methods that suit them.
 
 use linkwright::approximation::{
     Approximation, Asymptotes, Conlin, CurvatureRule, DiagonalQuadratic, FullQuadratic, Hessian, Mma,
@@ -10,7 +10,7 @@ use linkwright::cases::{two_bar_truss, two_spheres};
 use linkwright::problem::Problem;
 use linkwright::sao::{AcceptAlways, FilteredConservatism, FixedLimits, Globalization, Method, Status, Stop};
 
-/// Relative distance from the optimum, and violation, at which it counts as reached.
+/// Relative distance from the optimum, and violation, below which the optimum counts as reached.
 const REACHED: f64 = 1e-5;
 
 fn method(approximation: impl Approximation + 'static, conservative: bool) -> Method {
@@ -31,7 +31,7 @@ fn work(problem: &Problem, method: &Method, optimum: f64) -> Option<(usize, usiz
     while state.status == Status::Running {
         state = method.step(problem, state).ok()?;
         let last = state.history.last()?;
-        // An optimum may be missed on the better side by its last digit.
+        // The objective may be below the optimum by a unit of the last digit.
         let near = last.objective - optimum < REACHED * optimum.abs() && last.violation_pct / 100.0 < REACHED;
         if near {
             return Some((state.counters.analyses, state.counters.sensitivity_analyses));
@@ -53,8 +53,8 @@ fn assert_work(
     assert!(took.0 <= most.0 && took.1 <= most.1, "{}, {name}: {took:?}", problem.name);
 }
 
-/// Analyses and sensitivity analyses to come within 1e-5, by first derivatives and by exact second ones. Peers on the same
-/// problems: mmapy's MMA takes 6 + 5 on the cantilever, IPOPT 5 + 4 on the two-bar truss.
+/// Analyses and sensitivity analyses until the optimum is reached to 1e-5, with first and with exact second derivatives. Other
+/// programs: mmapy's MMA needs 6 + 5 for the cantilever, IPOPT 5 + 4 for the two-bar truss.
 #[test]
 fn few_analyses_where_the_approximation_fits() {
     let powers = || TwoPointExponential { least: -3.0, otherwise: -1.0, ..Default::default() };

@@ -1,4 +1,4 @@
-//! Optimization held to published optima, iterates and tables.
+//! Optimization compared with published optima, iterates and tables.
 
 mod cli;
 mod derivatives;
@@ -13,8 +13,7 @@ mod papers;
 mod parts;
 mod problem_data;
 mod properties;
-mod resume;
+mod reproducibility;
 mod separable;
 mod status;
 mod svanberg_1987;
-mod threads;

@@ -1,10 +1,10 @@
-//! The matrix of methods and problems: who reaches which optimum, after how much work, and who says that it does not.
+//! Matrix of all methods on all problems.
 //!
-//! A cell is the work, analyses + sensitivity analyses, up to the first design within 1e-5 of a known optimum that violates
-//! nothing by more than a millionth, where the run converges there; else how the run ended: `other` optimum, cycle `limit`,
-//! `stalled`, `refused`. Optima of the field are mostly reached; that no cell says FALSE is the point.
+//! For a run that converges to a known optimum a cell is the number of analyses + sensitivity analyses up to the first design
+//! whose objective is within 1e-5 of it and whose violation is at most 1e-6. For other runs it is the conclusion: `other`
+//! optimum, cycle `limit`, `stalled`, `refused`. No cell may be FALSE: convergence to a design that is not an optimum.
 
-use linkwright::cases::{Attempt, Conclusion, Entry, catalogue, compare, impact_absorber};
+use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, impact_absorber};
 use linkwright::sao::{FixedLimits, Method, PostOptimal, Preset, Status, presets};
 use std::fmt::Write;
 
@@ -19,16 +19,16 @@ fn cell(a: &Attempt) -> String {
 
 /// The methods that run on the flexible four-bars, whose analyses take a hundred times as long as those of the others.
 const FEW: [&str; 2] = ["slp", "tana"];
-/// Problems beside each other in a table.
+/// Number of problems in a row of the table.
 const ABREAST: usize = 9;
 
-fn methods_for(entry: &Entry) -> Vec<&'static Preset> {
+fn methods_for(entry: &CatalogueEntry) -> Vec<&'static Preset> {
     let runs = |p: &&Preset| !entry.name.starts_with("four-bar") || FEW.contains(&p.name);
     presets().iter().filter(runs).collect()
 }
 
-/// Tables of all methods, a few problems abreast; a dot where a method is not run.
-fn tables(entries: &[&Entry], columns: &[Vec<Attempt>]) -> String {
+/// Tables of all methods, with [`ABREAST`] problems each; a dot for methods that are not run.
+fn tables(entries: &[&CatalogueEntry], columns: &[Vec<Attempt>]) -> String {
     let mut text = String::new();
     for (k, entry) in entries.iter().enumerate() {
         writeln!(text, "{:>2} {}", k + 1, entry.name).unwrap();
@@ -51,7 +51,7 @@ fn tables(entries: &[&Entry], columns: &[Vec<Attempt>]) -> String {
 
 #[test]
 fn every_method_on_every_problem() {
-    let entries: Vec<&'static Entry> = catalogue().iter().collect();
+    let entries: Vec<&'static CatalogueEntry> = catalogue().iter().collect();
     let columns: Vec<Vec<Attempt>> = entries.iter().map(|e| compare(e, &methods_for(e)).unwrap()).collect();
     let text = tables(&entries, &columns);
     for a in columns.iter().flatten() {
@@ -63,7 +63,7 @@ fn every_method_on_every_problem() {
 }
 
 #[test]
-fn an_optimum_at_bounds_in_all_variables_has_no_multipliers_to_look_for() {
+fn multipliers_are_zero_at_an_optimum_with_all_variables_at_bounds() {
     use linkwright::function;
     use linkwright::problem::{Constraint, DesignVariable, ProblemBuilder, Quantity};
     struct Nothing;
@@ -85,7 +85,7 @@ fn an_optimum_at_bounds_in_all_variables_has_no_multipliers_to_look_for() {
 }
 
 #[test]
-fn steps_that_only_move_limits_keep_short_are_no_convergence() {
+fn short_steps_by_move_limits_do_not_count_as_convergence() {
     let problem = impact_absorber::peak_acceleration().unwrap();
     let move_limits = Box::new(FixedLimits { width: 1e-6 });
     let end = Method { move_limits, ..Method::default() }.solve(&problem, |_| ()).unwrap();

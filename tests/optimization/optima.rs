@@ -1,4 +1,4 @@
-//! Every problem of the library reaches the optimum that is known from elsewhere.
+//! Optima of the library's problems compared with published and independently computed ones.
 
 use linkwright::cases::{Conclusion, Optimum, attempt_with, find, impact_absorber, slider_crank};
 use linkwright::nlp::{Sqp, SubproblemSolver};
@@ -71,7 +71,7 @@ fn the_slider_crank_from_sixteen_random_feasible_starts_with_free_angles() {
     assert!(wrong.is_empty(), "{} of 16:\n{}", wrong.len(), wrong.join("\n"));
 }
 
-/// SLSQP needs 72 + 47 in the median, a Gauss–Newton SQP 18 + 11 and loses three of them.
+/// SLSQP needs 72 + 47 in the median; a Gauss–Newton SQP needs 18 + 11 and fails from three of the starts.
 #[test]
 fn a_filter_takes_the_slider_crank_from_all_sixteen_starts_in_few_analyses() {
     let method = || (preset("slp-filter").unwrap().method)();

@@ -1,4 +1,4 @@
-//! The regenerated tables of Etman et al. (1998) against the printed ones, cell by cell; each difference has its reason here.
+//! Regenerated tables of Etman et al. (1998) compared with the printed ones, cell by cell, with a reason for each difference.
 
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::papers::etman_1998::{Etman1998, table1};

@@ -26,7 +26,7 @@ fn method(approximation: impl Approximation + 'static) -> Method {
     Method { approximation: Box::new(approximation), stop, ..Default::default() }
 }
 
-fn everything() -> Vec<(&'static str, Method)> {
+fn all_methods() -> Vec<(&'static str, Method)> {
     let quadratic = |curvature| method(DiagonalQuadratic { curvature });
     vec![
         ("linear", method(Linear)),
@@ -48,7 +48,7 @@ fn everything() -> Vec<(&'static str, Method)> {
     ]
 }
 
-/// What the method claims at the end: the published optimum, to six digits and a violation below a millionth.
+/// Checks that the run converges to the published optimum to six digits, with a violation below 1e-6.
 fn assert_optimum(name: &str, problem: &Problem, method: &Method, objective: f64) -> State {
     let end = method.solve(problem, |_| ()).unwrap();
     let error = (end.evaluation.objective - objective).abs() / objective;
@@ -64,8 +64,8 @@ const TWO_BAR: f64 = 1.508_652_42;
 #[test]
 fn conservative_methods_reach_published_optima_from_every_feasible_start() {
     for (problem, objective) in [(cantilever(), CANTILEVER), (two_bar(), TWO_BAR)] {
-        for (name, method) in everything() {
-            // A reciprocal objective or stress may be concave; where it is the truss's, conservatism costs many cycles.
+        for (name, method) in all_methods() {
+            // A reciprocal objective or stress may be concave; conservatism then takes many cycles.
             if name == "reciprocal"
                 || (problem.name == "cantilever" && ["CONLIN", "quadratic reciprocal"].contains(&name))
             {
@@ -87,7 +87,7 @@ fn the_optimum_of_the_cantilever_is_its_closed_form() {
     for (x, a) in end.design.iter().zip([61.0, 37.0, 19.0, 7.0, 1.0f64]) {
         assert!((x - sum.cbrt() * a.powf(0.25)).abs() < 1e-6);
     }
-    // Six analyses for the first design within 1e-5; the peer that needs fewest takes six, too.
+    // Six analyses until the first design within 1e-5; the best of the other programs also needs six.
     assert!(end.counters.analyses <= 7);
 }
 
@@ -98,7 +98,7 @@ fn proportional_asymptotes_give_the_iterates_of_mma_on_the_cantilever() {
     let method = Method { globalization, move_limits: Box::new(FixedLimits::default()), ..method(mma) };
     let end = assert_optimum("MMA with s = 0.5", &cantilever(), &method, CANTILEVER);
     let objectives: Vec<f64> = end.history.iter().map(|c| c.objective).collect();
-    // The approximation of a deflection that falls with x⁻³ is still too optimistic by less and less.
+    // The approximation underestimates a deflection that decreases with x⁻³, less in each cycle.
     assert!(end.counters.analyses <= 7, "{objectives:?}");
 }
 

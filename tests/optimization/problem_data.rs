@@ -1,4 +1,4 @@
-//! Sides, windows, pairs and goals are data of a problem: equal problems in other words have the same bits.
+//! Sides, windows, pairs and goals of constraints and objectives: equivalent problems give the same bits.
 
 use linkwright::cases::impact_absorber::{self, ClosedFormMotion};
 use linkwright::prelude::*;
@@ -55,7 +55,7 @@ fn maximizing_is_minimizing_the_negative() {
 }
 
 #[test]
-fn a_window_makes_rows_inside_only() {
+fn a_window_has_rows_inside_only() {
     let problem = |limit| {
         let in_time =
             move |time, y| vec![Constraint::at_most("travel", limit, Quantity::response(time, y)).during(2.95, 5.45)];
@@ -86,7 +86,7 @@ fn a_peak_objective_names_its_variable_and_constraints() {
     assert_eq!(sides, [(Side::AtMost, Some(peak.variable)), (Side::AtLeast, Some(peak.variable))]);
 }
 
-/// The derivative of the optimum by a lower limit has the sign of the limit itself.
+/// The derivative of the optimum with respect to a lower limit has the right sign.
 #[test]
 fn a_lower_limit_moves_the_optimum() {
     let problem = |limit| {
@@ -122,7 +122,7 @@ fn impossible_windows_and_bounds_are_rejected() {
     refused(|c| c.bounded_by(7), "its bound variable does not exist");
 }
 
-/// Runs that are stored today can be read by later versions: names in the file do not follow names in the code.
+/// Later versions read stored runs: names in the file are independent of names in the code.
 #[test]
 fn names_in_a_state_file_stay() {
     let problem = impact_absorber::peak_acceleration().unwrap();

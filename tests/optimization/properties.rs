@@ -22,7 +22,7 @@ use proptest::test_runner::RngSeed;
 /// Largest KKT residual of a solution.
 const OPTIMAL: f64 = 1e-6;
 
-/// A map that mixes the variables: bᴵ₀ = b₀ b₁ … and its neighbours' quotients.
+/// A map that couples the variables: bᴵ₀ = b₀ b₁ …, bᴵₖ = bₖ / bₖ₋₁.
 struct Mixed;
 
 impl IntermediateMap for Mixed {
@@ -122,7 +122,7 @@ proptest! {
     }
 }
 
-/// The paper's approximate problem around a design, handed to `judge`.
+/// Passes the paper's approximate problem around a design to `judge`.
 fn with_approximate_problem(problem: &Problem, b: &[f64], judge: impl FnOnce(&ApproximateProblem)) {
     let analyzed = problem.analyze_design(b).unwrap();
     let retained = Screening::default().retain(problem, &analyzed.evaluation);
@@ -194,7 +194,7 @@ fn one_history(count: usize) -> Problem {
     parts.build_analytic(Nothing).unwrap()
 }
 
-/// The climb from point `p` to the local maximum above it, the first point of a plateau.
+/// The local maximum that uphill steps from point `p` reach; of a plateau the first point.
 fn summit(g: &[f64], mut p: usize) -> usize {
     loop {
         if p > 0 && g[p - 1] >= g[p] {

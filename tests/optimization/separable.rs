@@ -1,11 +1,11 @@
-//! Separable programs: the dual, the interior point method and SQP (or Clarabel) agree.
+//! Separable programs by the dual, the interior point and the SQP solver (or Clarabel), compared with each other.
 
 use linkwright::Error;
 use linkwright::approximation::{
     ApproximateProblem, Approximation, ApproximationOptions, Conlin, CycleData, LinearizationPoint, Mma, SubproblemBox,
 };
 use linkwright::cases::{cantilever, ten_bar_truss, two_bar_truss};
-use linkwright::nlp::separable::{DiagonalQuadratic, MovingAsymptotes, Reciprocal, Term};
+use linkwright::nlp::separable::{DiagonalQuadraticProgram, MovingAsymptotesProgram, ReciprocalProgram, Term};
 use linkwright::nlp::{
     Automatic, Conic, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
 };
@@ -29,7 +29,7 @@ impl Numbers<'_> {
 }
 
 /// Rows that oppose the objective, feasible at the middle of the box.
-fn asymptotes(n: usize, m: usize, v: &mut Numbers<'_>) -> MovingAsymptotes {
+fn asymptotes(n: usize, m: usize, v: &mut Numbers<'_>) -> MovingAsymptotesProgram {
     let (mut p, mut q) = (v.many(n * (m + 1), 0.0, 0.2), v.many(n * (m + 1), 0.0, 0.2));
     for j in 0..n {
         p[j * (m + 1)] += 1.0 + v.next();
@@ -40,10 +40,10 @@ fn asymptotes(n: usize, m: usize, v: &mut Numbers<'_>) -> MovingAsymptotes {
     let middle = |i: usize| (0..n).map(|j| (p[j * (m + 1) + i] + q[j * (m + 1) + i]) / 1.5).sum::<f64>();
     let constants =
         (0..=m).map(|i| if i == 0 { 0.0 } else { -middle(i) - 0.1 * n as f64 * (v.next() - 0.2) }).collect();
-    MovingAsymptotes::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n])).unwrap()
+    MovingAsymptotesProgram::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n])).unwrap()
 }
 
-fn reciprocal(n: usize, m: usize, v: &mut Numbers<'_>) -> Reciprocal {
+fn reciprocal(n: usize, m: usize, v: &mut Numbers<'_>) -> ReciprocalProgram {
     let (mut a, mut b) = (vec![0.0; n * (m + 1)], vec![0.0; n * (m + 1)]);
     for j in 0..n {
         (a[j * (m + 1)], b[j * (m + 1)]) = (1.0 + v.next(), 0.01);
@@ -52,10 +52,10 @@ fn reciprocal(n: usize, m: usize, v: &mut Numbers<'_>) -> Reciprocal {
         }
     }
     let constants = (0..=m).map(|i| if i == 0 { 0.0 } else { -0.8 * n as f64 }).collect();
-    Reciprocal::new(constants, a, b, (vec![0.1; n], vec![4.0; n])).unwrap()
+    ReciprocalProgram::new(constants, a, b, (vec![0.1; n], vec![4.0; n])).unwrap()
 }
 
-fn quadratic(n: usize, m: usize, v: &mut Numbers<'_>, curved_rows: bool) -> DiagonalQuadratic {
+fn quadratic(n: usize, m: usize, v: &mut Numbers<'_>, curved_rows: bool) -> DiagonalQuadraticProgram {
     let (g, mut h) = (v.many(n * (m + 1), -1.0, 1.0), v.many(n * (m + 1), 0.1, 1.0));
     for j in 0..n {
         h[j * (m + 1)] += 0.5;
@@ -64,7 +64,7 @@ fn quadratic(n: usize, m: usize, v: &mut Numbers<'_>, curved_rows: bool) -> Diag
         }
     }
     let constants = (0..=m).map(|i| if i == 0 { 0.0 } else { -0.02 - 0.1 * v.next() }).collect();
-    DiagonalQuadratic::new(constants, vec![0.0; n], g, h, (vec![-1.0; n], vec![1.0; n])).unwrap()
+    DiagonalQuadraticProgram::new(constants, vec![0.0; n], g, h, (vec![-1.0; n], vec![1.0; n])).unwrap()
 }
 
 fn difference(a: &[f64], b: &[f64]) -> f64 {
@@ -125,7 +125,8 @@ fn contradictory_rows_are_relaxed_alike() {
     // Row 1 and its opposite, three apart.
     let g: Vec<f64> = (0..6).flat_map(|j| [1.0, 1.0 + 0.1 * f64::from(j), -1.0 - 0.1 * f64::from(j)]).collect();
     let h: Vec<f64> = (0..6).flat_map(|_| [1.0, 0.0, 0.0]).collect();
-    program = DiagonalQuadratic::new(vec![0.0, 1.5, 1.5], start.clone(), g, h, (vec![-1.0; 6], vec![1.0; 6])).unwrap();
+    program =
+        DiagonalQuadraticProgram::new(vec![0.0, 1.5, 1.5], start.clone(), g, h, (vec![-1.0; 6], vec![1.0; 6])).unwrap();
     for solver in [&Falk::default() as &dyn SubproblemSolver, &InteriorPoint::default(), &Sqp::default()] {
         let s = solver.solve(&program, &start).unwrap();
         assert_eq!(s.status, Status::Relaxed, "{}", solver.name());
@@ -149,7 +150,7 @@ fn many_rows_and_few_variables() {
 fn solvers_agree_on_the_subproblems_of_structures() {
     let problems = [cantilever::problem(), two_bar_truss::problem(), ten_bar_truss::strong_ninth_bar()];
     for mut problem in problems.map(Result::unwrap) {
-        // Approximated directly, these functions are convex; minus a convex stress would not be.
+        // Direct approximations of these functions are convex; minus the approximation of a convex stress would not be.
         problem.objective = problem.objective.directly(Intermediates::Identity);
         for constraint in &mut problem.constraints {
             constraint.quantity = constraint.quantity.clone().directly(Intermediates::Identity);
@@ -226,7 +227,7 @@ fn many_variables_take_few_passes_and_many_rows_few_rounds() {
     }
     let constants = std::iter::once(0.0).chain(v.many(10_000, -6.0, -2.0)).collect();
     let box_ = (vec![0.0; 3], vec![2.0; 3]);
-    let program = MovingAsymptotes::new(constants, p, q, (vec![-0.5; 3], vec![2.5; 3]), box_).unwrap();
+    let program = MovingAsymptotesProgram::new(constants, p, q, (vec![-0.5; 3], vec![2.5; 3]), box_).unwrap();
     let s = InteriorPoint::default().solve(&program, &[1.0; 3]).unwrap();
     let sqp = Sqp::default().solve(&program, &[1.0; 3]).unwrap();
     assert_eq!([s.status, sqp.status], [Status::Solved; 2], "{:?} {:?}", s.kkt, sqp.kkt);
@@ -234,8 +235,8 @@ fn many_variables_take_few_passes_and_many_rows_few_rounds() {
 }
 
 #[test]
-fn zero_gradients_and_rows_of_zeros_do_no_harm() {
-    let program = MovingAsymptotes::new(
+fn zero_gradients_and_rows_of_zeros_are_accepted() {
+    let program = MovingAsymptotesProgram::new(
         vec![1.0, -1.0],
         vec![0.0; 6],
         vec![0.0; 6],

@@ -1,11 +1,11 @@
-//! The status is honest: random programs whose answer is known by construction, in scales of 1e±8.
+//! Status of random programs whose answer is known by construction, in units of 1e-8 to 1e8.
 
 use linkwright::Result;
 use linkwright::nlp::{Automatic, KktResidual, QuadraticProgram, Solution, Status, SubproblemSolver};
 use linkwright::nlp::{Gradients, Program, Values};
 use nalgebra::{DMatrix, DVector};
 
-/// SplitMix64: a stream of numbers that no library version changes.
+/// SplitMix64 random numbers, reproducible in every version.
 struct Random(u64);
 
 impl Random {
@@ -42,7 +42,7 @@ impl Units {
 }
 
 /// A linear or quadratic program in natural units.
-struct Plan {
+struct UnscaledProgram {
     a: Vec<DVector<f64>>,
     b: Vec<f64>,
     c: DVector<f64>,
@@ -50,14 +50,14 @@ struct Plan {
     bounded: bool,
 }
 
-impl Plan {
+impl UnscaledProgram {
     fn random(r: &mut Random, n: usize, m: usize) -> Self {
         let a: Vec<_> = (0..m).map(|_| r.vector(n)).collect();
         let b = vec![0.0; m];
         Self { a, b, c: r.vector(n), h: None, bounded: true }
     }
 
-    /// Half of the plans get a convex objective.
+    /// Adds a convex quadratic to the objective of half of the programs.
     fn curved(&mut self, r: &mut Random, flat: Option<&DVector<f64>>) {
         let n = self.c.len();
         if r.next() < 0.5 {
@@ -104,8 +104,8 @@ impl Plan {
 }
 
 /// Rows, multipliers and slacks first; then the objective for which x* is a solution.
-fn solvable(r: &mut Random, n: usize, m: usize) -> (Plan, DVector<f64>) {
-    let mut plan = Plan::random(r, n, m);
+fn solvable(r: &mut Random, n: usize, m: usize) -> (UnscaledProgram, DVector<f64>) {
+    let mut plan = UnscaledProgram::random(r, n, m);
     let x = r.vector(n);
     plan.curved(r, None);
     let mut c = DVector::zeros(n);
@@ -124,9 +124,9 @@ fn solvable(r: &mut Random, n: usize, m: usize) -> (Plan, DVector<f64>) {
     (plan, x)
 }
 
-/// A positive combination of the rows reads 0 ≤ −1 (Farkas).
-fn contradictory(r: &mut Random, n: usize, m: usize) -> Plan {
-    let mut plan = Plan::random(r, n, m);
+/// An infeasible program: a positive combination of the rows reads 0 ≤ −1 (Farkas).
+fn contradictory(r: &mut Random, n: usize, m: usize) -> UnscaledProgram {
+    let mut plan = UnscaledProgram::random(r, n, m);
     plan.curved(r, None);
     for i in 0..m {
         plan.b[i] = r.within(-0.2, 1.0);
@@ -142,9 +142,9 @@ fn contradictory(r: &mut Random, n: usize, m: usize) -> Plan {
     plan
 }
 
-/// A feasible point, and a direction that no row stops and along which the objective falls.
-fn bottomless(r: &mut Random, n: usize, m: usize) -> Plan {
-    let mut plan = Plan::random(r, n, m);
+/// A program with a feasible point and an unbounded direction in which the objective decreases.
+fn unbounded(r: &mut Random, n: usize, m: usize) -> UnscaledProgram {
+    let mut plan = UnscaledProgram::random(r, n, m);
     let (x, d) = (r.vector(n), r.vector(n).normalize());
     for i in 0..m {
         let along = plan.a[i].dot(&d);
@@ -178,7 +178,7 @@ fn linear_and_quadratic_programs() {
                 (plan, Some(x))
             }
             1 => (contradictory(&mut r, n, m), None),
-            _ => (bottomless(&mut r, n, m), None),
+            _ => (unbounded(&mut r, n, m), None),
         };
         if kind == 3 || r.next() < 0.3 {
             plan.redundant(&mut r);
@@ -204,7 +204,7 @@ fn linear_and_quadratic_programs() {
 }
 
 /// Σ w (x/u)⁴ + c·x/u with rows Σ q (x/u − centre)² + a·x/u ≤ b.
-struct HyperDual4 {
+struct CurvedProgram {
     w: DVector<f64>,
     c: DVector<f64>,
     q: Vec<DVector<f64>>,
@@ -216,7 +216,7 @@ struct HyperDual4 {
     upper: Vec<f64>,
 }
 
-impl HyperDual4 {
+impl CurvedProgram {
     fn random(r: &mut Random, n: usize, m: usize) -> Self {
         let positive = |r: &mut Random| DVector::from_fn(n, |_, _| r.within(0.1, 1.0));
         Self {
@@ -251,7 +251,7 @@ impl HyperDual4 {
     }
 }
 
-impl Program for HyperDual4 {
+impl Program for CurvedProgram {
     fn variables(&self) -> usize {
         self.c.len()
     }
@@ -289,7 +289,7 @@ fn nonlinear_programs() {
     for k in 0..60 {
         let (n, m) = (2 + r.index(4), 2 + r.index(5));
         let kind = k % 3;
-        let mut p = HyperDual4::random(&mut r, n, m);
+        let mut p = CurvedProgram::random(&mut r, n, m);
         let x = r.vector(n);
         for i in 0..m {
             p.b[i] = p.row(i, &x) + if i < n.min(2) { 0.0 } else { r.within(0.2, 1.0) };
@@ -311,7 +311,7 @@ fn nonlinear_programs() {
                     p.b[i] = 0.25;
                 }
             }
-            // Nothing but a slope in the first variable.
+            // Linear in the first variable, and unbounded.
             _ => {
                 p.w[0] = 0.0;
                 p.c[0] = -0.5;

@@ -41,7 +41,7 @@ fn assert_weights(name: &str, csv: &str, tolerance: f64) {
     );
 }
 
-/// Half a unit of the second decimal, and a little more: 1.4349 is printed as 1.44.
+/// Slightly more than half a unit of the second decimal: 1.4349 is printed as 1.44.
 const TWO_DIGITS: f64 = 0.0055;
 
 #[test]

@@ -3,11 +3,11 @@
 //! The dual solver is made for few rows and many variables, the interior point solver for many rows. On a program that
 //! both can solve, they agree.
 
-use linkwright_nlp::separable::MovingAsymptotes;
+use linkwright_nlp::separable::MovingAsymptotesProgram;
 use linkwright_nlp::{ConcurrentSolver, Falk, InteriorPoint, Result, Status};
 
 /// Minimizes Σ p₀ⱼ / (2.5 − xⱼ), which increases, with `m` rows Σ qᵢⱼ / (xⱼ + 0.5) ≤ rᵢ that decrease, 0 ≤ xⱼ ≤ 2.
-fn subproblem(n: usize, m: usize) -> Result<MovingAsymptotes> {
+fn subproblem(n: usize, m: usize) -> Result<MovingAsymptotesProgram> {
     let functions = m + 1;
     // Coefficients between 0.5 and 1 without a pattern; the entry of function i and variable j is at j · functions + i.
     let coefficient = |k: usize| 0.5 + 0.5 * (0.618_033_988_75 * k as f64).fract();
@@ -21,7 +21,7 @@ fn subproblem(n: usize, m: usize) -> Result<MovingAsymptotes> {
     // The point xⱼ = 1 satisfies each row with a margin of five percent.
     let at_one = |i: usize| (0..n).map(|j| q[j * functions + i] / 1.5).sum::<f64>();
     let constants = (0..functions).map(|i| if i == 0 { 0.0 } else { -1.05 * at_one(i) }).collect();
-    MovingAsymptotes::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n]))
+    MovingAsymptotesProgram::new(constants, p, q, (vec![-0.5; n], vec![2.5; n]), (vec![0.0; n], vec![2.0; n]))
 }
 
 fn main() -> Result<()> {

@@ -4,7 +4,7 @@ use crate::{Gradients, Program};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-/// How far a point with multipliers is from the Karush–Kuhn–Tucker conditions. All entries are dimensionless.
+/// Residual of the Karush–Kuhn–Tucker conditions at a point with multipliers. All entries are dimensionless.
 ///
 /// Variables are measured in their scale sⱼ (see [`variable_scale`]), row i in rᵢ = maxⱼ sⱼ |∂gᵢ/∂xⱼ| (one for a row
 /// of zeros), the objective in φ = maxⱼ sⱼ max(|∂f/∂xⱼ| at the point, at the start, |λᵢ ∂gᵢ/∂xⱼ|).
@@ -30,7 +30,7 @@ pub struct KktResidual {
     pub complementarity: f64,
 }
 
-/// The unit in which variable j is measured.
+/// Unit in which a variable is measured.
 ///
 /// The larger of |start| and |x|, limited to between a hundredth of the variable's range and the range. If the range is
 /// infinite or zero there is no limit, but a variable that starts at zero has a scale of at least one.
@@ -45,7 +45,7 @@ pub fn variable_scale(lower: f64, upper: f64, start: f64, x: f64) -> f64 {
     }
 }
 
-/// The scales of all variables of `program`.
+/// Scales of all variables of `program`.
 pub(crate) fn variable_scales(program: &dyn Program, start: &[f64], x: &[f64]) -> Vec<f64> {
     let (lower, upper) = (program.lower(), program.upper());
     (0..x.len()).map(|j| variable_scale(lower[j], upper[j], start[j], x[j])).collect()
@@ -56,7 +56,7 @@ pub(crate) fn largest_change<'a>(scales: &[f64], gradient: impl IntoIterator<Ite
     scales.iter().zip(gradient).fold(0.0f64, |largest, (s, slope)| largest.max((s * slope).abs()))
 }
 
-/// The units of the rows: their largest changes over the scales of the variables, one for rows of zeros.
+/// Units of the rows: their largest changes over the scales of the variables, one for rows of zeros.
 pub(crate) fn row_units(scales: &[f64], rows: &DMatrix<f64>) -> Vec<f64> {
     rows.row_iter().map(|row| positive_or_one(largest_change(scales, row.iter()))).collect()
 }

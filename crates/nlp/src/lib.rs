@@ -62,8 +62,8 @@ pub use program::{Gradients, Program, Separable, Structure, Values};
 pub use quadratic_program::QuadraticProgram;
 pub use solution::{ActiveSet, Evaluations, Solution, Status, SubproblemSolver};
 pub use solvers::{
-    Automatic, Comparison, ConcurrentSolver, Conic, Curvature, Falk, FalkState, InteriorPoint, MultiStart, SecondOrder,
-    Sqp, SqpState,
+    Automatic, ConcurrentSolver, Conic, Curvature, Falk, FalkState, InteriorPoint, MultiStart, SecondOrder,
+    SolverComparison, Sqp, SqpState,
 };
 
 #[cfg(doctest)]

@@ -55,7 +55,7 @@ pub trait Program: Sync {
     fn lower(&self) -> &[f64];
     /// Upper bounds u, length n.
     fn upper(&self) -> &[f64];
-    /// True where row `i` is an equality.
+    /// True if row `i` is an equality.
     fn is_equality(&self, _i: usize) -> bool {
         false
     }
@@ -89,6 +89,22 @@ pub trait Program: Sync {
         None
     }
 }
+
+/// Implements `variables`, `lower` and `upper` of [`Program`] for a type with the fields `lower` and `upper`.
+macro_rules! bounds_from_fields {
+    () => {
+        fn variables(&self) -> usize {
+            self.lower.len()
+        }
+        fn lower(&self) -> &[f64] {
+            &self.lower
+        }
+        fn upper(&self) -> &[f64] {
+            &self.upper
+        }
+    };
+}
+pub(crate) use bounds_from_fields;
 
 /// Value and derivatives of a scalar function at one point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -222,7 +238,7 @@ impl DualSums {
         self.negative_hessian.iter_mut().zip(&other.negative_hessian).for_each(|(a, b)| *a += b);
     }
 
-    /// These sums times a factor.
+    /// Multiplies the sums by a factor.
     #[must_use]
     pub fn times(mut self, factor: f64) -> Self {
         self.values.iter_mut().chain(&mut self.negative_hessian).for_each(|v| *v *= factor);
@@ -283,7 +299,7 @@ pub(crate) fn feasible_start(program: &dyn Program, start: &[f64]) -> Result<Vec
     Ok(x)
 }
 
-/// Checks that objective, rows and their gradients at `x` are finite and of the right length.
+/// Checks lengths and finiteness of objective, rows and their gradients at `x`.
 pub(crate) fn check_finite(program: &dyn Program, x: &[f64], g: &Gradients) -> Result<()> {
     let (n, m) = (program.variables(), program.rows());
     Error::check_length("gradient of the objective", n, g.objective.len())?;

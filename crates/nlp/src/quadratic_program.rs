@@ -50,27 +50,27 @@ impl QuadraticProgram {
         }
     }
 
-    /// With the Hessian H of the objective, n × n.
+    /// Sets the Hessian H of the objective, n × n.
     #[must_use]
     pub fn hessian(self, hessian: DMatrix<f64>) -> Self {
         Self { hessian: Some(hessian), ..self }
     }
 
-    /// With another row a·(x − c) ≤ b.
+    /// Adds a row a·(x − c) ≤ b.
     #[must_use]
     pub fn at_most(mut self, a: &[f64], b: f64) -> Self {
         self.push(a, b, false);
         self
     }
 
-    /// With another row a·(x − c) = b.
+    /// Adds a row a·(x − c) = b.
     #[must_use]
     pub fn equal(mut self, a: &[f64], b: f64) -> Self {
         self.push(a, b, true);
         self
     }
 
-    /// With the bounds l and u, length n each.
+    /// Sets the bounds l and u, length n each.
     #[must_use]
     pub fn bounds(self, lower: Vec<f64>, upper: Vec<f64>) -> Self {
         Self { lower, upper, ..self }

@@ -1,4 +1,4 @@
-//! The interface of all solvers, [`SubproblemSolver`], and what they return.
+//! The trait of all solvers, [`SubproblemSolver`], and their result, [`Solution`].
 
 use crate::kkt::{PrimalDual, row_units, variable_scales};
 use crate::{Gradients, KktResidual, Program};
@@ -182,8 +182,8 @@ pub trait SubproblemSolver: Send + Sync {
     ///
     /// # Errors
     /// * [`Error::Unsupported`](crate::Error::Unsupported) if this solver does not accept programs of this structure.
-    /// * [`Error::Length`](crate::Error::Length), [`Error::Definition`](crate::Error::Definition) if program and start do
-    ///   not fit together, or a lower bound exceeds the upper one.
+    /// * [`Error::Length`](crate::Error::Length), [`Error::Definition`](crate::Error::Definition) if program and start have
+    ///   different lengths, or a lower bound exceeds the upper one.
     /// * [`Error::NotFinite`](crate::Error::NotFinite) if the program is not finite at the start.
     /// * The program's own error if it cannot be evaluated at the start.
     ///

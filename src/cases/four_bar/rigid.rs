@@ -16,14 +16,14 @@ use mechanics::mechanism::{Body, ElementIndex, Mechanism, ParametricMechanism, P
 pub struct RigidFourBar(pub FourBar);
 
 /// A link: its segments and the fixed joints between them.
-struct Link {
+struct SegmentedLink {
     segments: Vec<Body>,
     joints: Vec<ElementIndex>,
 }
 
 impl RigidFourBar {
     /// A straight link between two points.
-    fn link<S: Scalar>(&self, m: &mut Mechanism<S>, i: usize, [from, to]: [[f64; 2]; 2], d: S) -> Link {
+    fn link<S: Scalar>(&self, m: &mut Mechanism<S>, i: usize, [from, to]: [[f64; 2]; 2], d: S) -> SegmentedLink {
         let (section, count) = (self.0.section(i, d), self.0.elements);
         let length = self.half_segment(i) * 2.0;
         let mass = section.mass * length;
@@ -41,7 +41,7 @@ impl RigidFourBar {
             m.fixed_joint(&name, pair[0].at(half, zero), pair[1].at(-half, zero), zero)
         };
         let joints = segments.windows(2).enumerate().map(joint).collect();
-        Link { segments, joints }
+        SegmentedLink { segments, joints }
     }
 
     /// Half of a segment's length in m.
@@ -60,8 +60,8 @@ impl ParametricMechanism for RigidFourBar {
         let spans = [[o, joint_b], [joint_b, joint_c], [d, joint_c]];
         let links = [0, 1, 2].map(|i| self.link(&mut m, i, spans[i], b[i]));
         let [crank, coupler, rocker] = &links;
-        let near = |i: usize, link: &Link| link.segments[0].at(S::from(-self.half_segment(i)), S::from(0.0));
-        let far = |i: usize, link: &Link| {
+        let near = |i: usize, link: &SegmentedLink| link.segments[0].at(S::from(-self.half_segment(i)), S::from(0.0));
+        let far = |i: usize, link: &SegmentedLink| {
             let last = link.segments.len() - 1;
             link.segments[last].at(S::from(self.half_segment(i)), S::from(0.0))
         };

@@ -1,7 +1,11 @@
-//! The impact absorber: a mass, a spring and a damper against a wall.
+//! The impact absorber as a mechanism: a mass, a spring and a damper against a wall.
 
+use super::DURATION;
+use crate::problem::TimeGrid;
+use crate::responses::mechanism::Transient;
 use crate::{Error, Result};
 use autodiff::Scalar;
+use mechanics::integrators::explicit::Explicit;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 
 /// A mass of 1 kg that hits a spring and damper at 1 m/s: ÿ + c ẏ + k y = 0, y(0) = 0, ẏ(0) = 1 m/s.
@@ -29,4 +33,18 @@ impl ParametricMechanism for Absorber {
         }
         Ok(m)
     }
+}
+
+/// The mechanism as a function of the first two design variables; a third one bounds the peak acceleration.
+pub(super) struct SpringAndDamper;
+
+impl ParametricMechanism for SpringAndDamper {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        Absorber.build(&b[..b.len().min(2)])
+    }
+}
+
+/// The simulated motion as an analysis of both problems.
+pub(super) fn simulated() -> Result<Transient<SpringAndDamper>> {
+    Transient::new(SpringAndDamper, Explicit::eighth_order(1e-12), &TimeGrid::uniform(0.0, DURATION, 101)?.points)
 }

@@ -90,34 +90,13 @@ pub fn comfort() -> Result<Problem> {
 /// Steps of order 8 at a tolerance of 1e-12: responses agree with the closed form to 1e-10.
 #[cfg(feature = "mechanics")]
 pub fn peak_acceleration_simulated() -> Result<Problem> {
-    parts_of_peak_acceleration()?.build(simulated()?)
+    parts_of_peak_acceleration()?.build(mechanism::simulated()?)
 }
 
 /// [`comfort`] with the motion simulated as in [`peak_acceleration_simulated`].
 #[cfg(feature = "mechanics")]
 pub fn comfort_simulated() -> Result<Problem> {
-    parts_of_comfort()?.build(simulated()?)
-}
-
-#[cfg(feature = "mechanics")]
-fn simulated() -> Result<crate::responses::mechanism::Transient<SpringAndDamper>> {
-    let settings = mechanics::integrators::explicit::Explicit::eighth_order(1e-12);
-    crate::responses::mechanism::Transient::new(
-        SpringAndDamper,
-        settings,
-        &TimeGrid::uniform(0.0, DURATION, 101)?.points,
-    )
-}
-
-/// The mechanism as a function of the first two design variables; a third one bounds the peak acceleration.
-#[cfg(feature = "mechanics")]
-struct SpringAndDamper;
-
-#[cfg(feature = "mechanics")]
-impl mechanics::mechanism::ParametricMechanism for SpringAndDamper {
-    fn build<S: Scalar>(&self, b: &[S]) -> Result<mechanics::mechanism::Mechanism<S>> {
-        Absorber.build(&b[..b.len().min(2)])
-    }
+    parts_of_comfort()?.build(mechanism::simulated()?)
 }
 
 fn parts_of_peak_acceleration() -> Result<ProblemBuilder> {

@@ -1,4 +1,4 @@
-//! The slider-crank of the path generator, at any place in the plane.
+//! The slider-crank of the path generator, at any position in the plane.
 
 use crate::{Error, Result};
 use autodiff::Scalar;

@@ -108,8 +108,8 @@ fn parts(start: [f64; 8]) -> Result<ProblemBuilder> {
 
 /// Feasible random starts, reproducible in every version.
 ///
-/// Lengths b₁ to b₆ lie between 3, 10, −10, 3, 3, 3 and 15, 30, −1, 25, 25, 15, angles between 0 and 2π; the crank can make
-/// full turns.
+/// Lengths b₁ to b₆ lie between 3, 10, −10, 3, 3, 3 and 15, 30, −1, 25, 25, 15, angles between 0 and 2π; the crank can
+/// rotate fully.
 ///
 /// # Sources
 /// Random numbers: Steele, Lea & Flood, *OOPSLA* (2014) 453–472 (SplitMix64).

@@ -2,7 +2,7 @@
 
 use super::printed_rows::{PrintedRow, printed_rows};
 use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, LinearizationPoint, SubproblemBox};
-use crate::cases::four_bar::{Derivatives, FourBar, StressConstrained, method};
+use crate::cases::four_bar::{DerivativeMethod, FourBar, StressConstrained, method};
 use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
 use crate::problem::{AnalyzedDesign, Problem};
 use crate::report::table::{Cell, Printed, Table};
@@ -24,7 +24,7 @@ pub const PAPER_STEP: f64 = 2.3e-5;
 
 /// The problem of the paper's tables, with its forward differences.
 pub fn as_printed() -> StressConstrained {
-    StressConstrained { derivatives: Derivatives::ForwardBy(PAPER_STEP), ..StressConstrained::as_published() }
+    StressConstrained { derivatives: DerivativeMethod::ForwardBy(PAPER_STEP), ..StressConstrained::as_published() }
 }
 
 fn solve(name: &str, setup: &StressConstrained, observe: &mut Observer) -> Result<ReproducedRun> {

@@ -73,7 +73,7 @@ fn trial<'a>(
         constraint_error_pct: row.error_pct,
         violation_pct: row.violation_pct,
         // A constraint was approximated if a stress was above half its limit.
-        evidence: base.violation_pct > -50.0,
+        is_approximate: base.violation_pct > -50.0,
         shortfall: vec![],
     };
     let (from, to) = (base.design.as_slice(), row.design.as_slice());

@@ -1,11 +1,11 @@
-//! Tables of coefficients of many functions in many variables, stored for fast sums over the variables.
+//! Tables of coefficients of many functions in many variables, stored in blocks for fast sums over the variables.
 
 use std::ops::Range;
 
-/// Variables per block: the coefficients of some tens of functions then fit into the first-level cache.
-pub(super) const LANES: usize = 64;
+/// Variables per block: the coefficients of some tens of functions then fit into the L1 cache.
+pub(super) const BLOCK: usize = 64;
 
-/// A table of coefficients: blocks of [`LANES`] variables, each stored function by function.
+/// A table of coefficients: blocks of [`BLOCK`] variables, each stored function by function.
 ///
 /// Sums over variables run over contiguous numbers for each function. The last block may be narrower.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,10 +16,10 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// From entries (i, j) at j · functions + i.
+    /// Stores the entries (i, j), given at j · functions + i.
     pub fn new(functions: usize, variables: usize, by_variable: &[f64]) -> Self {
         let mut values = Vec::with_capacity(by_variable.len());
-        for block in by_variable.chunks((LANES * functions).max(1)) {
+        for block in by_variable.chunks((BLOCK * functions).max(1)) {
             for i in 0..functions {
                 values.extend(block[i..].iter().step_by(functions));
             }
@@ -29,37 +29,37 @@ impl Blocks {
 
     /// Start and width of the block of variable `j`.
     fn block(&self, j: usize) -> (usize, usize) {
-        let first = j - j % LANES;
-        (first * self.functions, LANES.min(self.variables - first))
+        let first = j - j % BLOCK;
+        (first * self.functions, BLOCK.min(self.variables - first))
     }
 
     /// The entry of function `i` and variable `j`.
     #[inline]
     pub fn at(&self, i: usize, j: usize) -> f64 {
         let (start, width) = self.block(j);
-        self.values[start + i * width + j % LANES]
+        self.values[start + i * width + j % BLOCK]
     }
 
     /// The entries of all functions for variable `j`, in order.
     #[inline]
     pub fn of_variable(&self, j: usize) -> impl Iterator<Item = &f64> {
         let (start, width) = self.block(j);
-        self.values[start + j % LANES..start + width * self.functions].iter().step_by(width)
+        self.values[start + j % BLOCK..start + width * self.functions].iter().step_by(width)
     }
 
     /// The entries of function `i` for `variables`, which lie in one block.
     #[inline]
     pub fn of_function(&self, i: usize, variables: &Range<usize>) -> &[f64] {
         let (start, width) = self.block(variables.start);
-        let from = start + i * width + variables.start % LANES;
+        let from = start + i * width + variables.start % BLOCK;
         &self.values[from..from + variables.len()]
     }
 }
 
 /// Splits `range` at the boundaries of blocks.
 pub(super) fn parts(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-    let first = range.start / LANES;
-    (first..range.end.div_ceil(LANES)).map(move |b| range.start.max(b * LANES)..range.end.min((b + 1) * LANES))
+    let first = range.start / BLOCK;
+    (first..range.end.div_ceil(BLOCK)).map(move |b| range.start.max(b * BLOCK)..range.end.min((b + 1) * BLOCK))
 }
 
 /// Σ aⱼ bⱼ in four partial sums, in a fixed order of additions that SIMD instructions can execute.

@@ -1,4 +1,4 @@
-//! Values, gradients and Hessian of a separable program, and what its forms share.
+//! Values, gradients and Hessian of separable programs, and checks and macros for their implementations.
 
 use crate::{Gradients, Separable, Values};
 use error::{Error, Result};
@@ -105,21 +105,18 @@ macro_rules! evaluate_terms {
 }
 pub(crate) use evaluate_terms;
 
-/// Implements `Program` for a separable form with the fields `constants`, `lower` and `upper`.
+/// Weighted sum Σ wᵢ aᵢⱼ of the entries of variable `j`, with entry (i, j) at j · functions + i.
+pub(super) fn weighted_sum(by_variable: &[f64], functions: usize, j: usize, weights: &[f64]) -> f64 {
+    by_variable[j * functions..j * functions + weights.len()].iter().zip(weights).map(|(a, w)| a * w).sum()
+}
+
+/// Implements `Program` for a type with separable terms and the fields `constants`, `lower` and `upper`.
 macro_rules! impl_separable_program {
     ($t:ty) => {
         impl crate::Program for $t {
-            fn variables(&self) -> usize {
-                self.lower.len()
-            }
+            crate::program::bounds_from_fields!();
             fn rows(&self) -> usize {
                 self.constants.len() - 1
-            }
-            fn lower(&self) -> &[f64] {
-                &self.lower
-            }
-            fn upper(&self) -> &[f64] {
-                &self.upper
             }
             crate::separable::evaluate_terms!();
         }

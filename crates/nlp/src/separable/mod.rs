@@ -3,8 +3,9 @@
 //! $$ f_i(x) = r_i + \sum_{j=1}^{n} f_{ij}(x_j),\qquad i = 0 \dots m $$
 //!
 //! with convex scalar functions fᵢⱼ; i = 0 is the objective. The classical approximations of structural optimization
-//! have this form: [`MovingAsymptotes`] (MMA), [`Reciprocal`] (CONLIN), [`DiagonalQuadratic`]. For given multipliers the
-//! Lagrangian separates into n problems of one variable, so that programs with a million variables can be solved.
+//! have this form: [`MovingAsymptotesProgram`] (MMA), [`ReciprocalProgram`] (CONLIN), [`DiagonalQuadraticProgram`]. For
+//! given multipliers the Lagrangian separates into n problems of one variable, so that programs with a million
+//! variables can be solved.
 
 mod blocks;
 mod evaluation;
@@ -15,6 +16,6 @@ mod reciprocal;
 pub use crate::program::{DualSums, Separable, Term};
 pub(crate) use evaluation::{CHUNK, evaluate_terms};
 pub use evaluation::{gradients, hessian, values};
-pub use moving_asymptotes::MovingAsymptotes;
-pub use quadratic::DiagonalQuadratic;
-pub use reciprocal::Reciprocal;
+pub use moving_asymptotes::MovingAsymptotesProgram;
+pub use quadratic::DiagonalQuadraticProgram;
+pub use reciprocal::ReciprocalProgram;

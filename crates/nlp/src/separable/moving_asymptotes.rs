@@ -1,6 +1,6 @@
-//! Separable functions between moving asymptotes.
+//! Separable programs of functions between moving asymptotes (MMA).
 
-use super::blocks::{Blocks, LANES, dot, parts};
+use super::blocks::{BLOCK, Blocks, dot, parts};
 use super::evaluation::{check_coefficients, impl_separable_program};
 use crate::{
     Separable,
@@ -9,14 +9,14 @@ use crate::{
 use error::{Error, Result};
 use std::ops::Range;
 
-/// Functions between moving asymptotes:
+/// A separable program of functions between moving asymptotes:
 ///
 /// $$ f_i(x) = r_i + \sum_j \frac{p_{ij}}{u_j - x_j} + \frac{q_{ij}}{x_j - l_j} ,\qquad p_{ij}, q_{ij} \ge 0 $$
 ///
 /// # Sources
 /// Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, equations (8) to (11).
 #[derive(Clone, Debug, PartialEq)]
-pub struct MovingAsymptotes {
+pub struct MovingAsymptotesProgram {
     pub(super) constants: Vec<f64>,
     p: Blocks,
     q: Blocks,
@@ -26,8 +26,8 @@ pub struct MovingAsymptotes {
     pub(super) upper: Vec<f64>,
 }
 
-impl MovingAsymptotes {
-    /// From
+impl MovingAsymptotesProgram {
+    /// Creates the program from
     ///
     /// * `constants` — rᵢ, length 1 + m, the objective first;
     /// * `p`, `q` — entry (i, j) at j (1 + m) + i, not negative;
@@ -64,14 +64,14 @@ impl MovingAsymptotes {
     }
 }
 
-impl_separable_program!(MovingAsymptotes);
+impl_separable_program!(MovingAsymptotesProgram);
 
 fn term(p: f64, q: f64, below: f64, above: f64) -> Term {
     let (a, b) = (1.0 / above, 1.0 / below);
     Term { value: p * a + q * b, slope: p * a * a - q * b * b, curvature: 2.0 * (p * a * a * a + q * b * b * b) }
 }
 
-impl Separable for MovingAsymptotes {
+impl Separable for MovingAsymptotesProgram {
     fn constant(&self, i: usize) -> f64 {
         self.constants[i]
     }
@@ -95,7 +95,7 @@ impl Separable for MovingAsymptotes {
         term(p, q, x - self.low[j], self.high[j] - x)
     }
 
-    /// As the default, but block by block, with each reciprocal and sum computed once.
+    /// Computes the sums block by block, with each reciprocal and sum computed once.
     fn dual_sums(&self, range: Range<usize>, weights: &[f64]) -> DualSums {
         let mut sums = DualSums::new(weights.len() - 1);
         let mut pass = Pass::new(weights.len());
@@ -110,7 +110,7 @@ impl Separable for MovingAsymptotes {
     }
 }
 
-impl MovingAsymptotes {
+impl MovingAsymptotesProgram {
     /// Minimizer for variable j from P = Σ wᵢ pᵢⱼ and Q = Σ wᵢ qᵢⱼ.
     #[inline]
     fn minimizer_of_sums(&self, j: usize, p: f64, q: f64) -> f64 {
@@ -128,30 +128,30 @@ impl MovingAsymptotes {
     }
 }
 
-/// Workspace of one pass over the variables, block by block.
+/// Workspace of a pass over the variables, block by block.
 struct Pass {
     /// Σ wᵢ pᵢⱼ and Σ wᵢ qᵢⱼ, then 1/(u − x) and 1/(x − l).
-    above: [f64; LANES],
-    below: [f64; LANES],
+    above: [f64; BLOCK],
+    below: [f64; BLOCK],
     /// Their squares.
-    above2: [f64; LANES],
-    below2: [f64; LANES],
+    above2: [f64; BLOCK],
+    below2: [f64; BLOCK],
     /// 1/f″ of variables off their bounds, else zero.
-    inverse_curvature: [f64; LANES],
-    scaled: [f64; LANES],
+    inverse_curvature: [f64; BLOCK],
+    scaled: [f64; BLOCK],
     /// f′ᵢⱼ of the rows, row by row.
     slopes: Vec<f64>,
 }
 
 impl Pass {
     fn new(functions: usize) -> Self {
-        let zero = [0.0; LANES];
-        let slopes = vec![0.0; (functions - 1) * LANES];
+        let zero = [0.0; BLOCK];
+        let slopes = vec![0.0; (functions - 1) * BLOCK];
         Self { above: zero, below: zero, above2: zero, below2: zero, inverse_curvature: zero, scaled: zero, slopes }
     }
 
     /// Adds the variables of `part`, which lie in one block.
-    fn add(&mut self, f: &MovingAsymptotes, part: Range<usize>, weights: &[f64], sums: &mut DualSums) {
+    fn add(&mut self, f: &MovingAsymptotesProgram, part: Range<usize>, weights: &[f64], sums: &mut DualSums) {
         self.minimize(f, &part, weights);
         let width = part.len();
         let (a, b) = (&self.above[..width], &self.below[..width]);
@@ -162,13 +162,13 @@ impl Pass {
             return;
         }
         let (a2, b2) = (&self.above2[..width], &self.below2[..width]);
-        for (i, row) in self.slopes.chunks_exact_mut(LANES).enumerate() {
+        for (i, row) in self.slopes.chunks_exact_mut(BLOCK).enumerate() {
             let (p, q) = (f.p.of_function(i + 1, &part), f.q.of_function(i + 1, &part));
             for k in 0..width {
                 row[k] = p[k] * a2[k] - q[k] * b2[k];
             }
         }
-        let rows = || self.slopes.chunks_exact(LANES).map(|row| &row[..width]);
+        let rows = || self.slopes.chunks_exact(BLOCK).map(|row| &row[..width]);
         let mut entry = sums.negative_hessian.iter_mut();
         for (i, row) in rows().enumerate() {
             let scaled = &mut self.scaled[..width];
@@ -180,7 +180,7 @@ impl Pass {
     }
 
     /// Computes 1/(u − x) and 1/(x − l) of the minimizers x, and 1/f″ at x.
-    fn minimize(&mut self, f: &MovingAsymptotes, part: &Range<usize>, weights: &[f64]) {
+    fn minimize(&mut self, f: &MovingAsymptotesProgram, part: &Range<usize>, weights: &[f64]) {
         let width = part.len();
         let (above, below) = (&mut self.above[..width], &mut self.below[..width]);
         above.fill(0.0);
@@ -211,9 +211,9 @@ mod tests {
     use super::*;
     use crate::program::{bracketed_newton, general_dual_sums};
 
-    fn form() -> MovingAsymptotes {
+    fn form() -> MovingAsymptotesProgram {
         let (p, q) = (vec![1.0, 0.0, 0.5, 2.0], vec![0.5, 1.0, 0.0, 1.0]);
-        MovingAsymptotes::new(
+        MovingAsymptotesProgram::new(
             vec![0.0, -1.0],
             p,
             q,
@@ -250,15 +250,16 @@ mod tests {
     fn asymptotes_at_a_bound_are_rejected() {
         let one = || vec![1.0];
         let form = |low: f64, high: f64| {
-            MovingAsymptotes::new(one(), one(), one(), (vec![low], vec![high]), (vec![0.0], vec![1.0]))
+            MovingAsymptotesProgram::new(one(), one(), one(), (vec![low], vec![high]), (vec![0.0], vec![1.0]))
         };
         assert!(form(-0.5, 1.5).is_ok());
         for (low, high) in [(0.0, 1.5), (-0.5, 1.0), (0.5, 1.5), (f64::NAN, 1.5)] {
             assert!(matches!(form(low, high), Err(Error::Definition { .. })));
         }
-        let bad = MovingAsymptotes::new(one(), vec![-1.0], one(), (vec![-1.0], vec![2.0]), (vec![0.0], vec![1.0]));
+        let bad =
+            MovingAsymptotesProgram::new(one(), vec![-1.0], one(), (vec![-1.0], vec![2.0]), (vec![0.0], vec![1.0]));
         assert!(matches!(bad, Err(Error::Definition { .. })));
-        let bad = MovingAsymptotes::new(one(), vec![], one(), (vec![-1.0], vec![2.0]), (vec![0.0], vec![1.0]));
+        let bad = MovingAsymptotesProgram::new(one(), vec![], one(), (vec![-1.0], vec![2.0]), (vec![0.0], vec![1.0]));
         assert!(matches!(bad, Err(Error::Length { .. })));
     }
 }

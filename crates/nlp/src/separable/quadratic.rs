@@ -1,17 +1,17 @@
-//! Separable quadratic functions.
+//! Separable programs of quadratic functions.
 
-use super::evaluation::{check_coefficients, impl_separable_program};
+use super::evaluation::{check_coefficients, impl_separable_program, weighted_sum};
 use crate::{Separable, program::Term};
 use error::{Error, Result};
 
-/// Quadratic functions with a diagonal Hessian:
+/// A separable program of quadratic functions with diagonal Hessians:
 ///
 /// $$ f_i(x) = r_i + \sum_j g_{ij} (x_j - c_j) + \tfrac12 h_{ij} (x_j - c_j)^2 ,\qquad h_{ij} \ge 0 $$
 ///
 /// # Sources
 /// Groenwold & Etman, *Int. J. Numer. Meth. Eng.* 82 (2010) 505–524.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DiagonalQuadratic {
+pub struct DiagonalQuadraticProgram {
     pub(super) constants: Vec<f64>,
     center: Vec<f64>,
     slope: Vec<f64>,
@@ -20,9 +20,9 @@ pub struct DiagonalQuadratic {
     pub(super) upper: Vec<f64>,
 }
 
-impl DiagonalQuadratic {
-    /// From `constants` rᵢ (length 1 + m), `center` c, `slope` g and `curvature` h (entry (i, j) at j (1 + m) + i) and
-    /// finite `bounds`.
+impl DiagonalQuadraticProgram {
+    /// Creates the program from `constants` rᵢ (length 1 + m), `center` c, `slope` g and `curvature` h (entry (i, j) at
+    /// j (1 + m) + i) and finite `bounds`.
     ///
     /// # Errors
     /// * [`Error::Length`] if the lengths differ.
@@ -52,19 +52,17 @@ impl DiagonalQuadratic {
     }
 
     fn sums(&self, j: usize, weights: &[f64]) -> (f64, f64) {
-        let k = j * self.constants.len();
-        let dot = |v: &[f64]| v[k..k + weights.len()].iter().zip(weights).map(|(a, w)| a * w).sum();
-        (dot(&self.slope), dot(&self.curvature))
+        [&self.slope, &self.curvature].map(|table| weighted_sum(table, self.constants.len(), j, weights)).into()
     }
 }
 
-impl_separable_program!(DiagonalQuadratic);
+impl_separable_program!(DiagonalQuadraticProgram);
 
 fn term(g: f64, h: f64, d: f64) -> Term {
     Term { value: (g + 0.5 * h * d) * d, slope: g + h * d, curvature: h }
 }
 
-impl Separable for DiagonalQuadratic {
+impl Separable for DiagonalQuadraticProgram {
     fn constant(&self, i: usize) -> f64 {
         self.constants[i]
     }
@@ -99,8 +97,9 @@ mod tests {
 
     #[test]
     fn closed_form_and_bad_input() {
-        let form =
-            |h: f64, u: f64| DiagonalQuadratic::new(vec![0.0], vec![1.0], vec![2.0], vec![h], (vec![-3.0], vec![u]));
+        let form = |h: f64, u: f64| {
+            DiagonalQuadraticProgram::new(vec![0.0], vec![1.0], vec![2.0], vec![h], (vec![-3.0], vec![u]))
+        };
         assert_eq!(form(4.0, 5.0).unwrap().minimizer(0, &[1.0]), 0.5);
         assert_eq!(form(0.0, 5.0).unwrap().minimizer(0, &[1.0]), -3.0);
         for (h, u) in [(-1.0, 5.0), (f64::NAN, 5.0), (1.0, -4.0), (1.0, f64::INFINITY)] {

@@ -1,17 +1,17 @@
-//! Separable functions with terms that are linear in a variable or in its reciprocal.
+//! Separable programs with terms that are linear in a variable or in its reciprocal.
 
-use super::evaluation::{check_coefficients, impl_separable_program};
+use super::evaluation::{check_coefficients, impl_separable_program, weighted_sum};
 use crate::{Separable, program::Term};
 use error::{Error, Result};
 
-/// Linear and reciprocal terms, all convex:
+/// A separable program of linear and convex reciprocal terms:
 ///
 /// $$ f_i(x) = r_i + \sum_j a_{ij} x_j + \frac{b_{ij}}{x_j} ,\qquad a_{ij} \in ℝ,\ b_{ij} \ge 0,\ x_j > 0 $$
 ///
 /// # Sources
 /// Fleury & Braibant, *Int. J. Numer. Meth. Eng.* 23 (1986) 409–428: CONLIN, with aᵢⱼ ≥ 0.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reciprocal {
+pub struct ReciprocalProgram {
     pub(super) constants: Vec<f64>,
     a: Vec<f64>,
     b: Vec<f64>,
@@ -19,8 +19,9 @@ pub struct Reciprocal {
     pub(super) upper: Vec<f64>,
 }
 
-impl Reciprocal {
-    /// From `constants` rᵢ (length 1 + m), `a` and `b` (entry (i, j) at j (1 + m) + i) and positive `bounds`.
+impl ReciprocalProgram {
+    /// Creates the program from `constants` rᵢ (length 1 + m), `a` and `b` (entry (i, j) at j (1 + m) + i) and
+    /// positive `bounds`.
     ///
     /// # Errors
     /// * [`Error::Length`] if the lengths differ.
@@ -38,16 +39,20 @@ impl Reciprocal {
         }
         Ok(Self { constants, a, b, lower, upper })
     }
+
+    fn sums(&self, j: usize, weights: &[f64]) -> (f64, f64) {
+        [&self.a, &self.b].map(|table| weighted_sum(table, self.constants.len(), j, weights)).into()
+    }
 }
 
-impl_separable_program!(Reciprocal);
+impl_separable_program!(ReciprocalProgram);
 
 fn term(a: f64, b: f64, x: f64) -> Term {
     let y = 1.0 / x;
     Term { value: a * x + b * y, slope: a - b * y * y, curvature: 2.0 * b * y * y * y }
 }
 
-impl Separable for Reciprocal {
+impl Separable for ReciprocalProgram {
     fn constant(&self, i: usize) -> f64 {
         self.constants[i]
     }
@@ -69,25 +74,17 @@ impl Separable for Reciprocal {
     }
 }
 
-impl Reciprocal {
-    fn sums(&self, j: usize, weights: &[f64]) -> (f64, f64) {
-        let k = j * self.constants.len();
-        let dot = |v: &[f64]| v[k..k + weights.len()].iter().zip(weights).map(|(a, w)| a * w).sum();
-        (dot(&self.a), dot(&self.b))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn closed_form_and_bad_input() {
-        let form = Reciprocal::new(vec![0.0], vec![2.0], vec![8.0], (vec![0.5], vec![5.0])).unwrap();
+        let form = ReciprocalProgram::new(vec![0.0], vec![2.0], vec![8.0], (vec![0.5], vec![5.0])).unwrap();
         assert_eq!(form.minimizer(0, &[1.0]), 2.0);
         assert_eq!(form.term(0, 0, 2.0), Term { value: 8.0, slope: 0.0, curvature: 2.0 });
         for (l, u) in [(0.0, 1.0), (-1.0, 1.0), (2.0, 1.0), (1.0, f64::INFINITY), (f64::NAN, 1.0)] {
-            let bad = Reciprocal::new(vec![0.0], vec![2.0], vec![8.0], (vec![l], vec![u]));
+            let bad = ReciprocalProgram::new(vec![0.0], vec![2.0], vec![8.0], (vec![l], vec![u]));
             assert!(matches!(bad, Err(Error::Definition { .. })), "{l} {u}");
         }
     }

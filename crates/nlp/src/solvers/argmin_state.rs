@@ -1,7 +1,7 @@
-//! The part of a solver's state that argmin's `Executor` reads and writes.
+//! Solver states for argmin's `Executor`.
 
 use crate::Status;
-use argmin::core::{Executor, Solver, State, TerminationReason, TerminationStatus};
+use argmin::core::{Executor, KV, Solver, State, TerminationReason, TerminationStatus};
 use error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -16,6 +16,9 @@ pub(super) struct ExecutorRecord {
     pub elapsed: Option<Duration>,
     pub termination: TerminationStatus,
 }
+
+/// Result of `init` and `next_iter` of argmin's `Solver` for a state `I`.
+pub(super) type IterationResult<I> = Result<(I, Option<KV>), argmin::core::Error>;
 
 /// Runs `solver` on `problem` from the state `start`, without signal handler and timer.
 pub(super) fn run<P, S: Solver<P, I>, I: State>(problem: P, solver: S, start: I) -> Result<I> {
@@ -35,7 +38,7 @@ pub(super) fn termination(status: Option<Status>) -> TerminationStatus {
 /// The linkwright error inside an argmin error.
 fn from_argmin(e: argmin::core::Error) -> Error {
     e.downcast::<Error>().unwrap_or_else(|e| Error::Subproblem {
-        solver: "SQP",
+        solver: "argmin",
         status: e.to_string(),
         iterations: 0,
         remedy: "report this as a bug",

@@ -11,12 +11,12 @@ use error::Result;
 ///
 /// # Examples
 /// ```
-/// use linkwright_nlp::separable::DiagonalQuadratic;
+/// use linkwright_nlp::separable::DiagonalQuadraticProgram;
 /// use linkwright_nlp::{ConcurrentSolver, Falk, InteriorPoint};
 /// // min Σ ½ xⱼ² − xⱼ  subject to  x₁ + x₂ ≤ 1
 /// let (gradients, curvatures) = (vec![-1.0, 1.0, -1.0, 1.0], vec![1.0, 0.0, 1.0, 0.0]);
 /// let bounds = (vec![-5.0; 2], vec![5.0; 2]);
-/// let program = DiagonalQuadratic::new(vec![0.0, -1.0], vec![0.0; 2], gradients, curvatures, bounds)?;
+/// let program = DiagonalQuadraticProgram::new(vec![0.0, -1.0], vec![0.0; 2], gradients, curvatures, bounds)?;
 /// let solvers = ConcurrentSolver::new(Falk::default(), InteriorPoint::default());
 /// let comparison = solvers.compare(&program, &[0.0; 2])?;
 /// assert!(comparison.agrees(1e-9) && comparison.variables < 1e-9 && comparison.multipliers < 1e-9);
@@ -29,7 +29,7 @@ pub struct ConcurrentSolver {
 
 /// Two solutions of a program and their differences.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comparison {
+pub struct SolverComparison {
     /// Names of the solvers.
     pub names: [&'static str; 2],
     /// Their solutions.
@@ -42,7 +42,7 @@ pub struct Comparison {
     pub multipliers: f64,
 }
 
-impl Comparison {
+impl SolverComparison {
     /// The solution with the better status, then the smaller KKT residual; the first one of equal solutions.
     pub fn better(&self) -> &Solution {
         let [a, b] = &self.solutions;
@@ -67,15 +67,15 @@ impl ConcurrentSolver {
         rayon::join(|| self.first.solve(program, start), || self.second.solve(program, start))
     }
 
-    /// Both solutions and their differences.
+    /// Solves with both solvers and returns the solutions and their differences.
     ///
     /// # Errors
     /// The error of either solver; that of the first one if both fail.
-    pub fn compare(&self, program: &dyn Program, start: &[f64]) -> Result<Comparison> {
+    pub fn compare(&self, program: &dyn Program, start: &[f64]) -> Result<SolverComparison> {
         let (a, b) = self.solve_both(program, start);
         let (a, b) = (a?, b?);
         let largest_difference = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
-        Ok(Comparison {
+        Ok(SolverComparison {
             names: [self.first.name(), self.second.name()],
             variables: largest_difference(&a.x, &b.x),
             objective: b.objective - a.objective,

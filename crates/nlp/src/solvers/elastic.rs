@@ -9,7 +9,9 @@
 
 use crate::LowRank;
 use crate::kkt::{largest_change, row_units, variable_scales};
-use crate::program::{Gradients, Program, Separable, Structure, Term, Values, largest_violation, separable_part};
+use crate::program::{
+    Gradients, Program, Separable, Structure, Term, Values, bounds_from_fields, largest_violation, separable_part,
+};
 use crate::solution::{Candidate, Status};
 use error::Result;
 use nalgebra::DMatrix;
@@ -78,17 +80,9 @@ impl<'a> Elastic<'a> {
 }
 
 impl Program for Elastic<'_> {
-    fn variables(&self) -> usize {
-        self.lower.len()
-    }
+    bounds_from_fields!();
     fn rows(&self) -> usize {
         self.rows.len()
-    }
-    fn lower(&self) -> &[f64] {
-        &self.lower
-    }
-    fn upper(&self) -> &[f64] {
-        &self.upper
     }
     fn structure(&self) -> Structure {
         match self.program.structure() {
@@ -141,7 +135,8 @@ impl Program for Elastic<'_> {
     }
 }
 
-/// Separable if the program is, except for a coupling: t is one more variable with linear terms.
+/// Terms of the separable part of the program, and linear terms of t; used only if the program is separable, except for a
+/// coupling.
 impl Separable for Elastic<'_> {
     fn constant(&self, i: usize) -> f64 {
         let inner = self.separable_program();
@@ -183,7 +178,7 @@ pub(super) fn resolve(
     first: Candidate,
     solve: Unrelaxed<'_>,
 ) -> Result<Candidate> {
-    let units = Units::new(program, start)?;
+    let units = FunctionUnits::new(program, start)?;
     let feasibility = Elastic::least_violation(program, units.rows.clone());
     let (nearest, t) = feasibility.split(solve(&feasibility, &feasibility.start(start)?)?);
     let iterations = first.iterations + nearest.iterations;
@@ -209,7 +204,7 @@ pub(super) fn resolve(
 fn relax(
     program: &dyn Program,
     nearest: &[f64],
-    units: &Units,
+    units: &FunctionUnits,
     weights: Vec<f64>,
     solve: Unrelaxed<'_>,
 ) -> Result<Candidate> {
@@ -237,7 +232,7 @@ fn relax(
 }
 
 /// Largest changes of the rows and of the objective when one variable changes by its scale.
-struct Units {
+struct FunctionUnits {
     rows: Vec<f64>,
     objective: f64,
 }
@@ -245,14 +240,14 @@ struct Units {
 /// Largest ratio of the units of two rows that are relaxed by the same amount.
 const COMPARABLE: f64 = 1e4;
 
-impl Units {
+impl FunctionUnits {
     fn new(program: &dyn Program, x: &[f64]) -> Result<Self> {
         let g = program.gradients(x)?;
         let scales = variable_scales(program, x, x);
         Ok(Self { rows: row_units(&scales, &g.rows), objective: largest_change(&scales, &g.objective) })
     }
 
-    /// The violation of each row for t = 1: the same for all rows if they are comparable.
+    /// Violation of each row for t = 1, equal for all rows if they are comparable.
     fn weights(&self) -> Vec<f64> {
         if self.are_comparable() { vec![1.0; self.rows.len()] } else { self.rows.clone() }
     }

@@ -13,7 +13,7 @@ mod scaling;
 mod sqp;
 
 pub use auto::Automatic;
-pub use concurrent::{Comparison, ConcurrentSolver};
+pub use concurrent::{ConcurrentSolver, SolverComparison};
 pub use cone::SecondOrder;
 pub use dual::{Falk, FalkState};
 pub use interior_point::InteriorPoint;

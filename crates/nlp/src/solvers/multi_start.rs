@@ -39,7 +39,7 @@ impl<S: SubproblemSolver> MultiStart<S> {
     /// The solutions from all starts, in order, each with its own error if the program cannot be evaluated there.
     ///
     /// # Errors
-    /// As [`SubproblemSolver::solve`] if the given start does not fit the program.
+    /// As [`SubproblemSolver::solve`] if the given start has a wrong length or an entry that is not finite.
     pub fn solve_all(&self, program: &dyn Program, start: &[f64]) -> Result<Vec<Result<Solution>>> {
         let start = feasible_start(program, start)?;
         let points = self.points(program, &start);

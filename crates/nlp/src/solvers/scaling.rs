@@ -2,7 +2,7 @@
 
 use crate::LowRank;
 use crate::kkt::{largest_change, positive_or_one, row_units, variable_scales};
-use crate::program::{Gradients, Program, Separable, Structure, Term, Values, separable_part};
+use crate::program::{Gradients, Program, Separable, Structure, Term, Values, bounds_from_fields, separable_part};
 use crate::solution::Candidate;
 use error::Result;
 use nalgebra::DMatrix;
@@ -98,17 +98,9 @@ impl<'a> Normalized<'a> {
 }
 
 impl Program for Normalized<'_> {
-    fn variables(&self) -> usize {
-        self.variable.len()
-    }
+    bounds_from_fields!();
     fn rows(&self) -> usize {
         self.row.len()
-    }
-    fn lower(&self) -> &[f64] {
-        &self.lower
-    }
-    fn upper(&self) -> &[f64] {
-        &self.upper
     }
     fn is_equality(&self, i: usize) -> bool {
         self.program.is_equality(i)
@@ -137,7 +129,7 @@ impl Program for Normalized<'_> {
     }
 }
 
-/// Separable if the program is, except for a coupling.
+/// Terms of the separable part; used only if the program is separable, except for a coupling.
 impl Separable for Normalized<'_> {
     fn constant(&self, i: usize) -> f64 {
         self.separable_program().constant(i) / self.unit(i)

@@ -82,7 +82,7 @@ fn fixed_variables_and_no_variables_to_move() {
 
 #[test]
 fn contradictory_rows_are_relaxed_by_the_least_amount() {
-    // x ≤ 1 and x ≥ 3: best is to violate both by one; then y is as small as x + y ≥ 2.5 − 1 lets it be.
+    // x ≤ 1 and x ≥ 3: the least relaxation is one, with x = 2. Then y is the smallest with x + y ≥ 5 − 1.
     let program = QuadraticProgram::new(vec![0.0, 1.0])
         .at_most(&[1.0, 0.0], 1.0)
         .at_most(&[-1.0, 0.0], -3.0)
@@ -109,10 +109,10 @@ fn contradictory_equalities_and_a_violated_row_of_zeros_are_relaxed() {
 }
 
 #[test]
-fn unbounded_is_said_only_of_feasible_programs() {
+fn unbounded_programs_are_reported_with_and_without_a_feasible_point() {
     let down = QuadraticProgram::new(vec![-1.0, 0.0]).at_most(&[-1.0, 1.0], 1.0);
     assert_eq!(solve(&down).status, Status::Unbounded);
-    // Without a feasible point and without a bottom: the relaxation is reported too.
+    // Infeasible, and unbounded after relaxation: both are reported.
     let neither = down.clone().at_most(&[0.0, 1.0], 0.0).at_most(&[0.0, -1.0], -2.0);
     let s = solve(&neither);
     assert_eq!(s.status, Status::Unbounded);

@@ -1,4 +1,4 @@
-//! Solvers held to published optima, second solvers and optimality conditions.
+//! Solvers compared with published optima, other solvers and optimality conditions.
 
 mod conic;
 mod sqp;

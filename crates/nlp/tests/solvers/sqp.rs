@@ -216,7 +216,7 @@ model!(Chebyshev, 0, |x| {
 
 #[test]
 fn min_max_by_a_bound_variable() {
-    // Best quadratic approximation of the exponential: a linear program, which the conic solver answers too.
+    // Best quadratic approximation of the exponential: a linear program, which the conic solver solves, too.
     let program = Smooth::free(Chebyshev, 4);
     let here = program.gradients(&[0.0; 4]).unwrap();
     let mut linear = QuadraticProgram::new(here.objective);
@@ -287,7 +287,7 @@ fn slider_crank_from_many_starts() {
     assert!(worst <= 100, "{worst}");
 }
 
-/// A program whose evaluation fails left of a line.
+/// A program whose evaluation fails for x₁ ≤ `limit`.
 struct Fragile {
     inner: Smooth<Rosenbrock>,
     limit: f64,

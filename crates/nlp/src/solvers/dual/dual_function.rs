@@ -15,7 +15,7 @@ const DUAL_CHUNK: usize = 1024;
 ///
 /// $$ ∇W = g(x(λ)),\qquad ∇²W = -\sum_{j\ \text{off its bounds}} \frac{g'_j g_j'^T}{f''_{0j} + \sum_i λ_i f''_{ij}} $$
 #[derive(Clone, Debug)]
-pub(super) struct Dual {
+pub(super) struct DualEvaluation {
     pub value: f64,
     /// g at the minimizer, length m.
     pub rows: DVector<f64>,
@@ -24,7 +24,7 @@ pub(super) struct Dual {
 }
 
 /// The dual function at `weights` = (1, λ).
-pub(super) fn dual(program: &dyn Separable, weights: &[f64]) -> Dual {
+pub(super) fn dual(program: &dyn Separable, weights: &[f64]) -> DualEvaluation {
     let (n, m) = (program.variables(), program.rows());
     let chunks: Vec<DualSums> = (0..n.div_ceil(DUAL_CHUNK))
         .into_par_iter()
@@ -34,7 +34,7 @@ pub(super) fn dual(program: &dyn Separable, weights: &[f64]) -> Dual {
     chunks.iter().for_each(|c| total.add(c));
     let rows = DVector::from_fn(m, |i, _| program.constant(i + 1) + total.values[i + 1]);
     let value = (0..=m).map(|i| weights[i] * (program.constant(i) + total.values[i])).sum();
-    Dual { value, rows, negative_hessian: DMatrix::from_fn(m, m, |i, k| total.entry(i, k)) }
+    DualEvaluation { value, rows, negative_hessian: DMatrix::from_fn(m, m, |i, k| total.entry(i, k)) }
 }
 
 /// The minimizer x(λ) at `weights` = (1, λ).

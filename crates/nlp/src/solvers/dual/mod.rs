@@ -5,7 +5,7 @@
 //! | `state` | settings and state |
 //! | `dual_function` | the dual function, and the solution at given multipliers |
 //! | `newton` | one damped Newton step, as an argmin `Solver` |
-//! | `sample` | initial multipliers, from a sample of the variables if there are many |
+//! | `sample` | units and initial multipliers, from a sample of the variables if there are many |
 
 mod dual_function;
 mod newton;
@@ -19,7 +19,7 @@ use crate::solution::{Evaluations, Solution, Status, SubproblemSolver};
 use crate::solvers::argmin_state;
 use argmin::core::State;
 use error::{Error, Result};
-use sample::{Sample, Units};
+use sample::{DualStart, SampledProgram};
 
 /// Largest KKT residual of a solution.
 const ACCEPTED: f64 = 1e-8;
@@ -78,8 +78,8 @@ impl Falk {
     /// Units and initial multipliers: those of samples of increasing size if there are many variables.
     fn initial_state(&self, program: &dyn Separable, start: &[f64]) -> Result<FalkState> {
         let mut first: Option<FalkState> = None;
-        for sample in sample::SIZES.iter().map_while(|&size| Sample::new(program, size)) {
-            let Some(units) = Units::at(&sample, &sample.pick(start)) else { break };
+        for sample in sample::SIZES.iter().map_while(|&size| SampledProgram::new(program, size)) {
+            let Some(units) = DualStart::at(&sample, &sample.pick(start)) else { break };
             let begin = FalkState::new(units.clone());
             let previous = first.map(|f| (f.multipliers, f.damping));
             let (multipliers, damping) = previous.unwrap_or((begin.multipliers.clone(), begin.damping));
@@ -94,7 +94,7 @@ impl Falk {
         if let Some(first) = first {
             return Ok(first);
         }
-        if let Some(units) = Units::at(program, start) {
+        if let Some(units) = DualStart::at(program, start) {
             return Ok(FalkState::new(units));
         }
         // Find the number that is not finite, for the message.
@@ -104,7 +104,7 @@ impl Falk {
 }
 
 impl FalkState {
-    fn new(Units { rows, objective, multipliers }: Units) -> Self {
+    fn new(DualStart { rows, objective, multipliers }: DualStart) -> Self {
         Self { multipliers, row_units: rows, objective_unit: objective, ..Self::default() }
     }
 }

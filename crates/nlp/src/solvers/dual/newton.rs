@@ -1,11 +1,11 @@
 //! One damped Newton step of the dual solver, as an argmin `Solver`.
 
-use super::dual_function::{self, Dual};
+use super::dual_function::{self, DualEvaluation};
 use super::state::{Falk, FalkState};
 use crate::program::Separable;
 use crate::solution::Status;
-use crate::solvers::argmin_state::termination;
-use argmin::core::{KV, Problem, Solver, TerminationStatus};
+use crate::solvers::argmin_state::{IterationResult, termination};
+use argmin::core::{Problem, Solver, TerminationStatus};
 use argmin::kv;
 use nalgebra::{DMatrix, DVector};
 
@@ -16,14 +16,12 @@ const MANY: usize = 10_000;
 /// Largest number of damping values in one iteration.
 const TRIALS: usize = 40;
 
-type Step = Result<(FalkState, Option<KV>), argmin::core::Error>;
-
 impl<'a> Solver<&'a dyn Separable, FalkState> for Falk {
     fn name(&self) -> &'static str {
         "Falk dual"
     }
 
-    fn init(&mut self, problem: &mut Problem<&'a dyn Separable>, mut state: FalkState) -> Step {
+    fn init(&mut self, problem: &mut Problem<&'a dyn Separable>, mut state: FalkState) -> IterationResult<FalkState> {
         let program = problem.problem.expect("argmin holds the problem during a run");
         let m = program.rows();
         state.row_units.resize(m, 1.0);
@@ -36,7 +34,11 @@ impl<'a> Solver<&'a dyn Separable, FalkState> for Falk {
         Ok((state, None))
     }
 
-    fn next_iter(&mut self, problem: &mut Problem<&'a dyn Separable>, mut state: FalkState) -> Step {
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<&'a dyn Separable>,
+        mut state: FalkState,
+    ) -> IterationResult<FalkState> {
         let program = problem.problem.expect("argmin holds the problem during a run");
         let m = program.rows();
         let λ = DVector::from_column_slice(&state.multipliers);
@@ -98,14 +100,14 @@ fn evaluate(
     program: &dyn Separable,
     problem: &mut Problem<&dyn Separable>,
     λ: &[f64],
-) -> Result<Dual, argmin::core::Error> {
+) -> Result<DualEvaluation, argmin::core::Error> {
     let weights: Vec<f64> = [1.0].into_iter().chain(λ.iter().copied()).collect();
     problem.problem("dual", |_| Ok(dual_function::dual(program, &weights)))
 }
 
 impl Falk {
     /// Stores the dual function at the state's multipliers, and the status if the run ends here.
-    fn update(&self, program: &dyn Separable, state: &mut FalkState, dual: &Dual) {
+    fn update(&self, program: &dyn Separable, state: &mut FalkState, dual: &DualEvaluation) {
         state.cost = -dual.value;
         state.rows = dual.rows.as_slice().to_vec();
         state.negative_hessian = dual.negative_hessian.as_slice().to_vec();

@@ -1,7 +1,7 @@
 //! Units and initial multipliers of the dual solver, from all variables or from a sample of them.
 
 use crate::kkt::{positive_or_one, variable_scale};
-use crate::program::{DualSums, Program, Separable, Term};
+use crate::program::{DualSums, Program, Separable, Term, bounds_from_fields};
 use crate::separable::{self, CHUNK};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -16,7 +16,7 @@ const SMALLEST_RATIO: usize = 4;
 /// A program with an evenly spread sample of the variables, whose sums are scaled up to the size of the whole program.
 ///
 /// Its multipliers approximate those of the whole program, so that Newton's method needs few steps from there.
-pub(super) struct Sample<'a> {
+pub(super) struct SampledProgram<'a> {
     program: &'a dyn Separable,
     /// Distance between sampled blocks.
     stride: usize,
@@ -25,7 +25,7 @@ pub(super) struct Sample<'a> {
     upper: Vec<f64>,
 }
 
-impl<'a> Sample<'a> {
+impl<'a> SampledProgram<'a> {
     /// The sample of `size` blocks; `None` if the program is too small for it.
     pub fn new(program: &'a dyn Separable, size: usize) -> Option<Self> {
         let n = program.variables();
@@ -48,7 +48,7 @@ impl<'a> Sample<'a> {
     }
 
     /// Converts units of the sample to units of the program: divides by the factor that scales up the sums.
-    pub fn units_of_program(&self, mut units: Units) -> Units {
+    pub fn units_of_program(&self, mut units: DualStart) -> DualStart {
         units.rows.iter_mut().chain([&mut units.objective]).for_each(|u| *u /= self.factor);
         units
     }
@@ -59,18 +59,10 @@ impl<'a> Sample<'a> {
     }
 }
 
-impl Program for Sample<'_> {
-    fn variables(&self) -> usize {
-        self.lower.len()
-    }
+impl Program for SampledProgram<'_> {
+    bounds_from_fields!();
     fn rows(&self) -> usize {
         self.program.rows()
-    }
-    fn lower(&self) -> &[f64] {
-        &self.lower
-    }
-    fn upper(&self) -> &[f64] {
-        &self.upper
     }
     fn is_equality(&self, i: usize) -> bool {
         self.program.is_equality(i)
@@ -78,7 +70,7 @@ impl Program for Sample<'_> {
     separable::evaluate_terms!();
 }
 
-impl Separable for Sample<'_> {
+impl Separable for SampledProgram<'_> {
     fn constant(&self, i: usize) -> f64 {
         self.program.constant(i)
     }
@@ -105,9 +97,10 @@ impl Separable for Sample<'_> {
     }
 }
 
-/// Units of objective and rows: their largest change when one variable changes by its scale, at the start point.
+/// Initial multipliers, and units of objective and rows: their largest change when one variable changes by its scale, at
+/// the start point.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Units {
+pub(super) struct DualStart {
     /// The largest change of each row by one variable; one for a row of zeros.
     pub rows: Vec<f64>,
     /// The largest change of the objective by one variable; one if it is constant.
@@ -125,7 +118,7 @@ struct Changes {
     finite: bool,
 }
 
-impl Units {
+impl DualStart {
     /// The units at `start`, which is within the bounds; `None` if the program is not finite there.
     pub fn at(program: &dyn Separable, start: &[f64]) -> Option<Self> {
         let chunks: Vec<Changes> =
@@ -186,15 +179,15 @@ fn changes(program: &dyn Separable, first: usize, start: &[f64]) -> Changes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::separable::DiagonalQuadratic;
+    use crate::separable::DiagonalQuadraticProgram;
 
     #[test]
     fn sums_of_a_sample_of_equal_variables_equal_those_of_the_program() {
         let n = 40_000;
         let (g, h) = ([1.0, -2.0].repeat(n), [1.0, 0.5].repeat(n));
         let program =
-            DiagonalQuadratic::new(vec![0.0, 3.0], vec![0.5; n], g, h, (vec![-9.0; n], vec![9.0; n])).unwrap();
-        let sample = Sample::new(&program, 32).unwrap();
+            DiagonalQuadraticProgram::new(vec![0.0, 3.0], vec![0.5; n], g, h, (vec![-9.0; n], vec![9.0; n])).unwrap();
+        let sample = SampledProgram::new(&program, 32).unwrap();
         let weights = [1.0, 0.7];
         let (whole, part) = (program.dual_sums(0..n, &weights), sample.dual_sums(0..sample.variables(), &weights));
         for (a, b) in
@@ -203,8 +196,13 @@ mod tests {
             assert!((a - b).abs() < 1e-10 * a.abs(), "{a} {b}");
         }
         assert!(sample.source(sample.variables() - 1) < n);
-        let small =
-            DiagonalQuadratic::new(vec![0.0], vec![0.5; 9], vec![1.0; 9], vec![1.0; 9], (vec![0.0; 9], vec![1.0; 9]));
-        assert!(Sample::new(&small.unwrap(), 32).is_none());
+        let small = DiagonalQuadraticProgram::new(
+            vec![0.0],
+            vec![0.5; 9],
+            vec![1.0; 9],
+            vec![1.0; 9],
+            (vec![0.0; 9], vec![1.0; 9]),
+        );
+        assert!(SampledProgram::new(&small.unwrap(), 32).is_none());
     }
 }

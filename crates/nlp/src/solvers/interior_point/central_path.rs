@@ -1,13 +1,13 @@
 //! Settings of the interior point method, and Newton's method along the central path as an argmin `Solver`.
 
+use super::conditions::{LocalDerivatives, PerturbedConditions, PrimalDualIterate};
 use super::newton;
-use super::point::{LocalDerivatives, PerturbedConditions, Point};
 use crate::kkt::bound_multipliers;
 use crate::program::{Program, check_finite, feasible_start};
 use crate::solution::{Candidate, Evaluations, Solution, Status};
-use crate::solvers::argmin_state::{self, ExecutorRecord, impl_argmin_state, termination};
+use crate::solvers::argmin_state::{self, ExecutorRecord, IterationResult, impl_argmin_state, termination};
 use crate::solvers::scaling::Normalized;
-use argmin::core::{KV, Problem, Solver, TerminationStatus};
+use argmin::core::{Problem, Solver, TerminationStatus};
 use argmin::kv;
 use error::{Error, Result};
 
@@ -98,7 +98,7 @@ impl InteriorPoint {
 /// State of a run along the central path.
 #[derive(Default)]
 pub(super) struct CentralPathState {
-    point: Point,
+    point: PrimalDualIterate,
     derivatives: LocalDerivatives,
     /// The perturbation μ.
     perturbation: f64,
@@ -147,7 +147,7 @@ impl CentralPathState {
 
     fn candidate(self) -> Candidate {
         let limit = self.record.iteration == self.record.limit;
-        let Point { x, λ, ξ, η, .. } = self.point;
+        let PrimalDualIterate { x, λ, ξ, η, .. } = self.point;
         Candidate {
             x,
             multipliers: λ,
@@ -160,21 +160,27 @@ impl CentralPathState {
     }
 }
 
-type Step = Result<(CentralPathState, Option<KV>), argmin::core::Error>;
-
 impl<'a> Solver<&'a PerturbedConditions<'a>, CentralPathState> for InteriorPoint {
     fn name(&self) -> &str {
         "interior point"
     }
 
-    fn init(&mut self, problem: &mut Problem<&'a PerturbedConditions<'a>>, mut state: CentralPathState) -> Step {
+    fn init(
+        &mut self,
+        problem: &mut Problem<&'a PerturbedConditions<'a>>,
+        mut state: CentralPathState,
+    ) -> IterationResult<CentralPathState> {
         let conditions = problem.problem.expect("argmin holds the problem during a run");
         state.reduce_perturbation(conditions, self.tolerance);
         Ok((state, None))
     }
 
     /// One Newton step, halved until the residual decreases, and reductions of μ.
-    fn next_iter(&mut self, problem: &mut Problem<&'a PerturbedConditions<'a>>, mut state: CentralPathState) -> Step {
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<&'a PerturbedConditions<'a>>,
+        mut state: CentralPathState,
+    ) -> IterationResult<CentralPathState> {
         let conditions = problem.problem.expect("argmin holds the problem during a run");
         let μ = state.perturbation;
         let Some(d) = newton::step(conditions, &state.point, &state.derivatives, μ) else {

@@ -1,5 +1,6 @@
-//! The matrix of a Newton step over the variables: a diagonal, or a diagonal and a few outer products.
+//! Matrix of a Newton step over the variables: a diagonal, or a diagonal and a few outer products.
 
+use crate::low_rank::dot;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 /// The matrix K = diag(d) + Σ cᵢ uᵢ uᵢᵀ with d > 0, factorized.
@@ -67,10 +68,6 @@ impl<'a> CondensedKkt<'a> {
             }
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -3,15 +3,15 @@
 //! | file | content |
 //! |---|---|
 //! | `central_path` | settings, and Newton's method for a decreasing perturbation μ |
-//! | `point` | primal and dual variables, and the perturbed optimality conditions |
+//! | `conditions` | primal and dual variables, and the perturbed optimality conditions |
 //! | `newton` | the Newton step |
 //! | `condensed_kkt` | the matrix of the Newton step over the variables |
 //! | `working_rows` | runs with the violated rows only, for programs with many rows |
 
 mod central_path;
 mod condensed_kkt;
+mod conditions;
 mod newton;
-mod point;
 mod working_rows;
 
 pub use central_path::InteriorPoint;
@@ -46,7 +46,7 @@ impl SubproblemSolver for InteriorPoint {
 
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
         let separable = separable_part(program).ok_or_else(|| {
-            let why = "the program is not a sum over its variables, not even but for a quadratic of low rank";
+            let why = "the program is neither a sum over its variables nor such a sum plus a quadratic of low rank";
             Error::unsupported("interior point solver", why, "use the automatic solver")
         })?;
         let start = feasible_start(program, start)?;

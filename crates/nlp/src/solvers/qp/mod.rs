@@ -1,4 +1,4 @@
-//! Linear and quadratic programs thapproximate Clarabel, polished to rounding.
+//! Linear and quadratic programs through Clarabel, polished to rounding.
 //!
 //! | file | content |
 //! |---|---|
@@ -22,7 +22,7 @@ use clarabel::solver::SolverStatus;
 use error::{Error, Result};
 use nalgebra::DMatrix;
 use scaling::{Scaling, VariableUnits};
-use working_rows::Outcome;
+use working_rows::ScaledResult;
 
 /// Largest residual of a solution, in scaled units.
 const ACCEPTED: f64 = 1e-8;
@@ -34,7 +34,7 @@ const LARGEST_KKT_RESIDUAL: f64 = 1e-6;
 /// Distances of the artificial bounds that decide whether a program is unbounded, in units of its numbers.
 const ARTIFICIAL_BOUNDS: [f64; 3] = [1e4, 1e6, 1e2];
 
-/// Solver of linear and convex quadratic programs, thapproximate Clarabel.
+/// Solver of linear and convex quadratic programs, through Clarabel.
 ///
 /// Variables, rows and objective are scaled. Clarabel's interior point method computes an approximate solution, and the
 /// optimality conditions of the active set give the solution to rounding. A program without a feasible point is relaxed.
@@ -70,7 +70,7 @@ impl Default for Conic {
 }
 
 impl Conic {
-    /// With the relative gap and residual of the interior point method, in 1e-14 … 1e-4 (default 1e-10).
+    /// Sets the relative gap and residual of the interior point method, in 1e-14 … 1e-4 (default 1e-10).
     ///
     /// The polished solution is usually accurate to rounding for any value.
     ///
@@ -82,7 +82,7 @@ impl Conic {
         Ok(Self { tolerance, ..self })
     }
 
-    /// With the largest number of iterations of one run of the interior point method, at least 1 (default 200).
+    /// Sets the largest number of iterations of one run of the interior point method, at least 1 (default 200).
     ///
     /// # Errors
     /// [`Error::Option`] for zero.
@@ -156,25 +156,27 @@ impl Conic {
         let scaling = Scaling::new(program, units);
         let scaled = scaling.apply(program);
         Ok(match working_rows::solve(&scaled, |rows| self.all_rows(rows))? {
-            Outcome::Point(mut c, residual) => {
+            ScaledResult::Point(mut c, residual) => {
                 if residual > ACCEPTED {
                     c.status = Status::Stalled;
                 }
                 (scaling.restore(program, &scaled, c), residual)
             }
-            Outcome::Infeasible { iterations } => (at_center(program, iterations, Status::Stalled), f64::INFINITY),
-            Outcome::Unbounded { iterations } => (at_center(program, iterations, Status::Unbounded), f64::INFINITY),
+            ScaledResult::Infeasible { iterations } => (at_center(program, iterations, Status::Stalled), f64::INFINITY),
+            ScaledResult::Unbounded { iterations } => {
+                (at_center(program, iterations, Status::Unbounded), f64::INFINITY)
+            }
         })
     }
 
     /// Interior point method and polishing, on a scaled program with all its rows.
-    fn all_rows(&self, scaled: &QuadraticProgram) -> Result<Outcome> {
+    fn all_rows(&self, scaled: &QuadraticProgram) -> Result<ScaledResult> {
         use SolverStatus as S;
         let found = clarabel_qp::solve(scaled, self.tolerance, self.iterations)?;
         let iterations = found.iterations;
         Ok(match found.status {
-            S::PrimalInfeasible | S::AlmostPrimalInfeasible => Outcome::Infeasible { iterations },
-            S::DualInfeasible | S::AlmostDualInfeasible => Outcome::Unbounded { iterations },
+            S::PrimalInfeasible | S::AlmostPrimalInfeasible => ScaledResult::Infeasible { iterations },
+            S::DualInfeasible | S::AlmostDualInfeasible => ScaledResult::Unbounded { iterations },
             _ => {
                 let approximate = Candidate {
                     x: found.x,
@@ -186,7 +188,7 @@ impl Conic {
                     relaxation: None,
                 };
                 let (c, residual) = polish::polish(scaled, approximate);
-                Outcome::Point(inside(scaled, c), residual)
+                ScaledResult::Point(inside(scaled, c), residual)
             }
         })
     }

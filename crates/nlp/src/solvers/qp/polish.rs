@@ -28,19 +28,19 @@ const LARGEST: usize = 1200;
 /// Rounding error of a scaled program; smaller violations and negative multipliers are ignored.
 const ROUNDING: f64 = 1e-13;
 
-/// Position of a variable between its bounds.
+/// State of a variable relative to its bounds.
 #[derive(Clone, Copy, PartialEq)]
-enum Position {
+enum BoundStatus {
     Free,
     Lower,
     Upper,
 }
 
-/// The rows that hold with equality, and the positions of the variables.
+/// The rows that hold with equality, and the variables at their bounds.
 #[derive(Clone, PartialEq)]
 struct WorkingSet {
     rows: Vec<bool>,
-    bounds: Vec<Position>,
+    bounds: Vec<BoundStatus>,
 }
 
 /// The best of `approximate` and the solutions of a sequence of active sets, with its residual.
@@ -71,11 +71,11 @@ fn initial_set(program: &QuadraticProgram, c: &Candidate) -> WorkingSet {
     let bounds = (0..c.x.len()).map(|j| {
         let (below, above) = (c.x[j] - program.lower[j], program.upper[j] - c.x[j]);
         if program.lower[j] == program.upper[j] || c.lower[j] > below {
-            Position::Lower
+            BoundStatus::Lower
         } else if c.upper[j] > above {
-            Position::Upper
+            BoundStatus::Upper
         } else {
-            Position::Free
+            BoundStatus::Free
         }
     });
     WorkingSet { rows, bounds: bounds.collect() }
@@ -84,7 +84,7 @@ fn initial_set(program: &QuadraticProgram, c: &Candidate) -> WorkingSet {
 /// Point and multipliers of an active set; `None` if the system is too large or has no finite solution.
 fn solve(program: &QuadraticProgram, active: &WorkingSet, near: &Candidate) -> Option<Candidate> {
     let n = near.x.len();
-    let free: Vec<usize> = (0..n).filter(|&j| active.bounds[j] == Position::Free).collect();
+    let free: Vec<usize> = (0..n).filter(|&j| active.bounds[j] == BoundStatus::Free).collect();
     let rows: Vec<usize> = (0..active.rows.len()).filter(|&i| active.rows[i]).collect();
     if free.len() + rows.len() > LARGEST {
         return None;
@@ -92,9 +92,9 @@ fn solve(program: &QuadraticProgram, active: &WorkingSet, near: &Candidate) -> O
     let mut x = near.x.clone();
     for (j, x) in x.iter_mut().enumerate() {
         match active.bounds[j] {
-            Position::Free => (),
-            Position::Lower => *x = program.lower[j],
-            Position::Upper => *x = program.upper[j],
+            BoundStatus::Free => (),
+            BoundStatus::Lower => *x = program.lower[j],
+            BoundStatus::Upper => *x = program.upper[j],
         }
     }
     let d = program.step(&x);
@@ -133,7 +133,7 @@ fn system(program: &QuadraticProgram, free: &[usize], rows: &[usize]) -> DMatrix
     k
 }
 
-/// Solves K y = r with a possibly singular K, thapproximate K + diag(δ, −δ) and iterative refinement.
+/// Solves K y = r with a possibly singular K, through K + diag(δ, −δ) and iterative refinement.
 fn shifted_solve(k: &DMatrix<f64>, r: &DVector<f64>, free: usize) -> Option<DVector<f64>> {
     // All variables may be at bounds.
     if r.is_empty() {
@@ -166,10 +166,10 @@ fn bound_multipliers(program: &QuadraticProgram, active: &WorkingSet, x: &[f64],
         // The multiplier of a fixed variable belongs to either bound.
         let fixed = program.lower[j] == program.upper[j];
         match active.bounds[j] {
-            Position::Lower if fixed && reduced[j] < 0.0 => upper[j] = -reduced[j],
-            Position::Lower => lower[j] = reduced[j],
-            Position::Upper => upper[j] = -reduced[j],
-            Position::Free => (),
+            BoundStatus::Lower if fixed && reduced[j] < 0.0 => upper[j] = -reduced[j],
+            BoundStatus::Lower => lower[j] = reduced[j],
+            BoundStatus::Upper => upper[j] = -reduced[j],
+            BoundStatus::Free => (),
         }
     }
     (lower, upper)
@@ -186,13 +186,13 @@ fn correct(program: &QuadraticProgram, active: &mut WorkingSet, trial: &Candidat
     let worst_row = largest((0..g.len()).filter(|&i| !active.rows[i]).map(|i| (i, g[i])));
     let outside = |j: usize| (program.lower[j] - trial.x[j]).max(trial.x[j] - program.upper[j]);
     let worst_bound =
-        largest((0..trial.x.len()).filter(|&j| active.bounds[j] == Position::Free).map(|j| (j, outside(j))));
+        largest((0..trial.x.len()).filter(|&j| active.bounds[j] == BoundStatus::Free).map(|j| (j, outside(j))));
     if worst_row.is_some() || worst_bound.is_some() {
         if let Some(i) = worst_row {
             active.rows[i] = true;
         }
         if let Some(j) = worst_bound {
-            active.bounds[j] = if trial.x[j] < program.lower[j] { Position::Lower } else { Position::Upper };
+            active.bounds[j] = if trial.x[j] < program.lower[j] { BoundStatus::Lower } else { BoundStatus::Upper };
         }
         return;
     }
@@ -200,10 +200,10 @@ fn correct(program: &QuadraticProgram, active: &mut WorkingSet, trial: &Candidat
     let bound = largest((0..trial.x.len()).map(|j| (j, -trial.lower[j].min(trial.upper[j]))));
     match (row, bound) {
         (Some(i), Some(j)) if -trial.lower[j].min(trial.upper[j]) > -trial.multipliers[i] => {
-            active.bounds[j] = Position::Free
+            active.bounds[j] = BoundStatus::Free
         }
         (Some(i), _) => active.rows[i] = false,
-        (None, Some(j)) => active.bounds[j] = Position::Free,
+        (None, Some(j)) => active.bounds[j] = BoundStatus::Free,
         (None, None) => (),
     }
 }

@@ -16,7 +16,7 @@ const ROUNDS: usize = 20;
 
 /// Result for a scaled program.
 #[derive(Clone, Debug)]
-pub(super) enum Outcome {
+pub(super) enum ScaledResult {
     /// A point with multipliers and its residual.
     Point(Candidate, f64),
     /// The rows are contradictory.
@@ -54,9 +54,9 @@ fn possible_rows(program: &QuadraticProgram) -> Option<Vec<usize>> {
 /// Solves `program` through `solve`, with working rows if it has many rows.
 pub(super) fn solve(
     program: &QuadraticProgram,
-    solve: impl Fn(&QuadraticProgram) -> Result<Outcome>,
-) -> Result<Outcome> {
-    let Some(possible) = possible_rows(program) else { return Ok(Outcome::Infeasible { iterations: 0 }) };
+    solve: impl Fn(&QuadraticProgram) -> Result<ScaledResult>,
+) -> Result<ScaledResult> {
+    let Some(possible) = possible_rows(program) else { return Ok(ScaledResult::Infeasible { iterations: 0 }) };
     let n = program.gradient.len();
     let few = 8 * n + 24;
     let mut iterations = 0;
@@ -67,11 +67,11 @@ pub(super) fn solve(
             let outcome = solve(&program.with_rows(&kept))?;
             match outcome {
                 // The program may be bounded by the other rows.
-                Outcome::Unbounded { .. } => break,
-                Outcome::Infeasible { iterations: more } => {
-                    return Ok(Outcome::Infeasible { iterations: iterations + more });
+                ScaledResult::Unbounded { .. } => break,
+                ScaledResult::Infeasible { iterations: more } => {
+                    return Ok(ScaledResult::Infeasible { iterations: iterations + more });
                 }
-                Outcome::Point(candidate, residual) => {
+                ScaledResult::Point(candidate, residual) => {
                     iterations += candidate.iterations;
                     let added = violated(program, &possible, &kept, &candidate.x, few / 2);
                     if added.is_empty() {
@@ -86,7 +86,7 @@ pub(super) fn solve(
         }
     }
     Ok(match solve(&program.with_rows(&possible))? {
-        Outcome::Point(c, residual) => {
+        ScaledResult::Point(c, residual) => {
             let total = iterations + c.iterations;
             with_all_rows(program, &possible, c, residual, total)
         }
@@ -110,8 +110,8 @@ fn with_all_rows(
     c: Candidate,
     residual: f64,
     iterations: usize,
-) -> Outcome {
+) -> ScaledResult {
     let mut multipliers = vec![0.0; program.rows()];
     kept.iter().zip(&c.multipliers).for_each(|(&i, &λ)| multipliers[i] = λ);
-    Outcome::Point(Candidate { multipliers, iterations, ..c }, residual)
+    ScaledResult::Point(Candidate { multipliers, iterations, ..c }, residual)
 }

@@ -1,13 +1,13 @@
 //! One SQP iteration, as an argmin `Solver`.
 
 use super::curvature;
-use super::merit::{Evaluator, Merit};
+use super::merit::{Evaluator, MeritFunction};
 use super::quadratic_subproblem::{self as subproblem, FullStep};
 use super::state::{Curvature, Sqp, SqpState};
 use crate::Status;
 use crate::kkt::{largest_change, positive_or_one, variable_scales};
 use crate::program::{Gradients, Program, Values, check_finite, largest_violation};
-use crate::solvers::argmin_state::termination;
+use crate::solvers::argmin_state::{IterationResult, termination};
 use argmin::core::{KV, Problem, Solver, TerminationStatus};
 use argmin::kv;
 use error::Result;
@@ -19,14 +19,12 @@ const STAGNANT_STEPS: usize = 4;
 /// scale.
 const UNBOUNDED: f64 = 1e9;
 
-type Step = Result<(SqpState, Option<KV>), argmin::core::Error>;
-
 impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
     fn name(&self) -> &'static str {
         "SQP"
     }
 
-    fn init(&mut self, problem: &mut Problem<&'a dyn Program>, mut state: SqpState) -> Step {
+    fn init(&mut self, problem: &mut Problem<&'a dyn Program>, mut state: SqpState) -> IterationResult<SqpState> {
         let program = program_of(problem);
         let x = state.x.clone();
         let gradients = match state.known_gradients.take() {
@@ -47,7 +45,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         Ok((state, None))
     }
 
-    fn next_iter(&mut self, problem: &mut Problem<&'a dyn Program>, mut state: SqpState) -> Step {
+    fn next_iter(&mut self, problem: &mut Problem<&'a dyn Program>, mut state: SqpState) -> IterationResult<SqpState> {
         let program = program_of(problem);
         let exact = self.use_exact_hessian(program, &mut state)?;
         state.violation = largest_violation(program, &state.rows, |_| 1.0);
@@ -130,7 +128,7 @@ fn store_multipliers(state: &mut SqpState, full: &FullStep) {
 }
 
 /// The merit function of this iteration; its penalty exceeds the sum of the multipliers.
-fn merit<'a>(program: &'a dyn Program, state: &mut SqpState, full: &FullStep) -> Merit<'a> {
+fn merit<'a>(program: &'a dyn Program, state: &mut SqpState, full: &FullStep) -> MeritFunction<'a> {
     let sum: f64 = state.multipliers.iter().map(|λ| λ.abs()).sum();
     state.penalty = (1.1 * sum).max(0.5 * (state.penalty + sum)).max(full.penalty);
     let change: f64 =
@@ -138,7 +136,7 @@ fn merit<'a>(program: &'a dyn Program, state: &mut SqpState, full: &FullStep) ->
     let reduction = state.penalty * (state.violation - full.remaining_violation).max(0.0);
     let here = state.objective + state.penalty * state.violation;
     let size = state.objective.abs() + state.penalty * state.rows.iter().fold(0.0f64, |a, g| a.max(g.max(0.0)));
-    Merit { program, penalty: state.penalty, here, slope: (change - reduction).min(0.0), noise: 1e-15 * size }
+    MeritFunction { program, penalty: state.penalty, here, slope: (change - reduction).min(0.0), noise: 1e-15 * size }
 }
 
 /// Updates the Hessian by BFGS for the step to `x`.
@@ -158,7 +156,7 @@ fn update_hessian(program: &dyn Program, state: &mut SqpState, x: &[f64], g: &Gr
     curvature::damped_bfgs(&mut state.hessian, &d, &y);
 }
 
-/// Handles an iteration without an acceptable step: resets the Hessian, or stops if that has been tried.
+/// Handles an iteration without an acceptable step: resets the Hessian, or stops if it has already been reset.
 fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, accepted: f64) -> SqpState {
     if exact || state.hessian_is_initial || state.kkt.largest() <= accepted {
         state.status = Some(Status::Stalled);

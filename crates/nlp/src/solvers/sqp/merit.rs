@@ -10,7 +10,7 @@ const ARMIJO: f64 = 1e-4;
 const REDUCTIONS: usize = 40;
 
 /// The merit function with its value and predicted decrease at the start of a step.
-pub(super) struct Merit<'a> {
+pub(super) struct MeritFunction<'a> {
     pub program: &'a dyn Program,
     pub penalty: f64,
     pub here: f64,
@@ -20,8 +20,8 @@ pub(super) struct Merit<'a> {
     pub noise: f64,
 }
 
-/// An accepted point.
-pub(super) struct Accepted {
+/// A point that the line search accepts.
+pub(super) struct AcceptedPoint {
     pub x: Vec<f64>,
     pub gradients: Gradients,
     pub step_length: f64,
@@ -45,7 +45,7 @@ impl Evaluator<'_> {
     }
 }
 
-impl Merit<'_> {
+impl MeritFunction<'_> {
     /// The merit of `values`; infinite if they are not finite.
     fn of(&self, values: &Values) -> f64 {
         let merit = values.objective + self.penalty * largest_violation(self.program, &values.rows, |_| 1.0);
@@ -62,7 +62,7 @@ impl Merit<'_> {
         full: &[f64],
         evaluator: &mut Evaluator<'_>,
         second_order_correction: impl Fn(&Values) -> Option<Vec<f64>>,
-    ) -> Option<Accepted> {
+    ) -> Option<AcceptedPoint> {
         let mut step_length = 1.0;
         for _ in 0..REDUCTIONS {
             let y = between(x, full, step_length);
@@ -87,12 +87,18 @@ impl Merit<'_> {
         None
     }
 
-    fn accept(&self, x: Vec<f64>, merit: f64, step_length: f64, evaluator: &mut Evaluator<'_>) -> Option<Accepted> {
+    fn accept(
+        &self,
+        x: Vec<f64>,
+        merit: f64,
+        step_length: f64,
+        evaluator: &mut Evaluator<'_>,
+    ) -> Option<AcceptedPoint> {
         if merit > self.here + ARMIJO * step_length * self.slope + self.noise {
             return None;
         }
         let gradients = evaluator.gradients(&x).ok().filter(finite)?;
-        Some(Accepted { x, gradients, step_length })
+        Some(AcceptedPoint { x, gradients, step_length })
     }
 
     /// Factor of the next step length, 0.1 … 0.5: the minimum of the interpolating parabola.

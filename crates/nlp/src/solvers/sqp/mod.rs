@@ -31,7 +31,7 @@ impl Sqp {
     /// iteration limit is that of the settings. [`SqpState::solution`] converts the final state into a [`Solution`].
     ///
     /// # Errors
-    /// As [`SubproblemSolver::solve`] for a start that does not fit the program.
+    /// As [`SubproblemSolver::solve`] for a start with a wrong length or an entry that is not finite.
     ///
     /// # Examples
     /// ```

@@ -49,7 +49,7 @@ impl Default for Sqp {
 }
 
 impl Sqp {
-    /// With the largest [`KktResidual`] of a solution, in 1e-14 … 1e-2 (default 1e-10).
+    /// Sets the largest [`KktResidual`] of a solution, in 1e-14 … 1e-2 (default 1e-10).
     ///
     /// If rounding prevents a further decrease of the merit function, a residual up to ten times this value, and at least
     /// up to 1e-7, also counts as solved.
@@ -62,7 +62,7 @@ impl Sqp {
         Ok(Self { tolerance, ..self })
     }
 
-    /// With the largest number of iterations, at least 1 (default 200).
+    /// Sets the largest number of iterations, at least 1 (default 200).
     ///
     /// # Errors
     /// [`Error::Option`] for zero.
@@ -71,7 +71,7 @@ impl Sqp {
         Ok(Self { iterations, ..self })
     }
 
-    /// With the source of the Hessian.
+    /// Sets the source of the Hessian.
     #[must_use]
     pub fn with_curvature(self, curvature: Curvature) -> Self {
         Self { curvature, ..self }
@@ -119,7 +119,7 @@ pub struct SqpState {
     pub kkt: KktResidual,
     /// Evaluations so far.
     pub evaluations: Evaluations,
-    /// The conclusion; `None` while the run goes on.
+    /// Conclusion; `None` during the run.
     pub status: Option<Status>,
     /// Consecutive steps whose predicted decrease is below rounding.
     pub stagnant_steps: usize,

@@ -1,13 +1,14 @@
-//! Primal and dual variables of the interior point method, and the perturbed optimality conditions.
+//! The perturbed optimality conditions of the interior point method, with their primal and dual variables.
 
 use crate::LowRank;
 use crate::program::{Gradients, Separable, Values};
 use error::Result;
 use nalgebra::DMatrix;
 
-/// x, λ, the slacks s of the inequality rows, and the multipliers ξ and η of lower and upper bounds.
+/// An iterate, or a step between two: x, λ, the slacks s of the inequality rows, and the multipliers ξ and η of lower and
+/// upper bounds.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Point {
+pub(super) struct PrimalDualIterate {
     pub x: Vec<f64>,
     pub λ: Vec<f64>,
     pub s: Vec<f64>,
@@ -61,7 +62,7 @@ impl<'a> PerturbedConditions<'a> {
     }
 
     /// A point inside the bounds, near `start`, with multipliers of one or more.
-    pub fn interior_point(&self, start: &[f64]) -> Result<Point> {
+    pub fn interior_point(&self, start: &[f64]) -> Result<PrimalDualIterate> {
         let (l, u) = (self.program.lower(), self.program.upper());
         let x: Vec<f64> = (0..start.len())
             .map(|j| {
@@ -72,7 +73,7 @@ impl<'a> PerturbedConditions<'a> {
         let g = self.program.values(&x)?.rows;
         let multiplier =
             |gap: f64, j: usize| if self.fixed[j] || gap.is_infinite() { 0.0 } else { (1.0 / gap).max(1.0) };
-        Ok(Point {
+        Ok(PrimalDualIterate {
             s: g.iter().map(|g| (-g).max(1.0)).collect(),
             λ: self.equality.iter().map(|e| if *e { 0.0 } else { 1.0 }).collect(),
             ξ: (0..x.len()).map(|j| multiplier(x[j] - l[j], j)).collect(),
@@ -87,7 +88,7 @@ impl<'a> PerturbedConditions<'a> {
     }
 
     /// Gradients and curvatures at a point.
-    pub fn derivatives(&self, p: &Point) -> Result<LocalDerivatives> {
+    pub fn derivatives(&self, p: &PrimalDualIterate) -> Result<LocalDerivatives> {
         let gradients = self.program.gradients(&p.x)?;
         let weights: Vec<f64> = [1.0].into_iter().chain(p.λ.iter().copied()).collect();
         let separable = |j: usize| self.program.weighted(j, p.x[j], &weights).curvature.max(0.0);
@@ -99,7 +100,7 @@ impl<'a> PerturbedConditions<'a> {
     }
 
     /// Largest entry and sum of squares of the residual of the conditions perturbed by μ.
-    pub fn residual(&self, p: &Point, at: &LocalDerivatives, μ: f64) -> (f64, f64) {
+    pub fn residual(&self, p: &PrimalDualIterate, at: &LocalDerivatives, μ: f64) -> (f64, f64) {
         let (mut largest, mut squares) = (0.0f64, 0.0);
         let mut add = |v: f64| {
             largest = if v.is_nan() { f64::INFINITY } else { largest.max(v.abs()) };
@@ -127,7 +128,7 @@ impl<'a> PerturbedConditions<'a> {
     }
 
     /// Length of the longest step along `d` that keeps slacks, gaps and multipliers positive, at most one.
-    pub fn longest_step(&self, p: &Point, d: &Point) -> f64 {
+    pub fn longest_step(&self, p: &PrimalDualIterate, d: &PrimalDualIterate) -> f64 {
         let mut most = 1.0 / TO_BOUNDARY;
         let mut limit = |value: f64, change: f64| {
             if change < 0.0 {
@@ -153,7 +154,7 @@ impl<'a> PerturbedConditions<'a> {
     }
 
     /// p + length · d; a variable that rounding would put on a bound keeps its value.
-    pub fn moved(&self, p: &Point, d: &Point, length: f64) -> Point {
+    pub fn moved(&self, p: &PrimalDualIterate, d: &PrimalDualIterate, length: f64) -> PrimalDualIterate {
         let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + length * b).collect::<Vec<f64>>();
         let mut x = sum(&p.x, &d.x);
         for (j, v) in x.iter_mut().enumerate().filter(|(j, _)| !self.fixed[*j]) {
@@ -162,6 +163,6 @@ impl<'a> PerturbedConditions<'a> {
                 *v = p.x[j];
             }
         }
-        Point { x, λ: sum(&p.λ, &d.λ), s: sum(&p.s, &d.s), ξ: sum(&p.ξ, &d.ξ), η: sum(&p.η, &d.η) }
+        PrimalDualIterate { x, λ: sum(&p.λ, &d.λ), s: sum(&p.s, &d.s), ξ: sum(&p.ξ, &d.ξ), η: sum(&p.η, &d.η) }
     }
 }

@@ -1,8 +1,9 @@
-//! A run that is stored after any cycle and continued from the file ends with the same bits.
+//! Reproducibility: a run has the same bits for any number of threads, and if it is stored after any cycle and continued from
+//! the file.
 
 use linkwright::cases::{impact_absorber, slider_crank};
-use linkwright::problem::Problem;
-use linkwright::sao::{Method, State, Status};
+use linkwright::problem::{Problem, Selection};
+use linkwright::sao::{Method, Screening, State, Status};
 
 fn assert_continues(problem: Problem) {
     let method = Method::default();
@@ -12,9 +13,13 @@ fn assert_continues(problem: Problem) {
     let uninterrupted = ended.to_json();
     for (cycle, file) in files.iter().enumerate() {
         let read = State::from_json(file, &problem).unwrap();
-        assert_eq!(&read.to_json(), file, "what is read is what was written, after trial {cycle}");
+        assert_eq!(
+            &read.to_json(),
+            file,
+            "the state that is read equals the one that was written, after trial step {cycle}"
+        );
         let continued = method.resume(&problem, read, |_| ()).unwrap();
-        assert_eq!(continued.to_json(), uninterrupted, "continued after trial {cycle}");
+        assert_eq!(continued.to_json(), uninterrupted, "continued after trial step {cycle}");
     }
 }
 
@@ -57,4 +62,22 @@ fn a_state_in_a_file_continues_with_the_same_bits_and_faults_name_the_file() {
     assert!(missing.contains(&name) && missing.contains("cannot be read"), "{missing}");
     let nowhere = undisturbed.save(&path.join("state.json")).unwrap_err().to_string();
     assert!(nowhere.contains(&name) && nowhere.contains("cannot be written"), "{nowhere}");
+}
+
+/// The final state of a run with this number of threads.
+fn run_with(problem: &Problem, threads: usize) -> String {
+    // The full grid, so that there is work for several threads.
+    let screening = Screening { selection: Selection::All, ..Screening::default() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let solve = || Method { screening, ..Method::default() }.solve(problem, |_| ()).unwrap().to_json();
+    pool.install(solve)
+}
+
+#[test]
+fn one_thread_and_four_threads_give_the_same_state_to_the_last_bit() {
+    let path = slider_crank::path_generation(slider_crank::STAND_IN_START);
+    for problem in [impact_absorber::peak_acceleration(), impact_absorber::comfort(), path] {
+        let problem = problem.unwrap();
+        assert_eq!(run_with(&problem, 1), run_with(&problem, 4), "{}", problem.name);
+    }
 }
