@@ -1,12 +1,12 @@
 //! The mechanism of a file in motion, as drawings of its bodies, joints and springs.
 
 use super::Model;
-use super::bodies::Kind;
+use super::bodies::BodyKind;
 use super::elements::ElementSpec;
-use super::measures::Measure;
+use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
-use super::outputs::Output;
-use super::parts::{CoordinateRef, Frame, PointRef};
+use super::outputs::OutputSpec;
+use super::parts::{CoordinateRef, FrameRef, PointRef};
 use crate::Result;
 use crate::model_file::expression::Inputs;
 use crate::problem::TimeGrid;
@@ -56,24 +56,24 @@ impl Model {
             let responses = settings.analyze(MechanismTemplate::new(plan, &outputs), times, sketch.design)?;
             motions.push(sketch.instants(&responses.values, times.len()));
         }
-        // Guides are the same in all pictures.
+        // Guides are drawn at the same place in all frames.
         let track = Track::of(&motions);
         Ok(Some(motions.iter().map(|motion| motion.iter().map(|instant| instant.draw(&track)).collect()).collect()))
     }
 }
 
-/// A mechanism with the numbers of one design.
+/// A mechanism at one design.
 struct Sketch<'p> {
     plan: &'p MechanismSpec,
     design: &'p [f64],
     /// All frames that move, in the order of the outputs.
-    frames: Vec<Frame>,
-    /// Kinds of the bodies that are frames.
-    kinds: Vec<Kind>,
+    frames: Vec<FrameRef>,
+    /// Kinds of the bodies other than sliders.
+    kinds: Vec<BodyKind>,
     sliders: usize,
 }
 
-/// Everything at one time.
+/// Poses of all frames and positions of all sliders at one time.
 struct DrawnState<'s> {
     sketch: &'s Sketch<'s>,
     poses: Vec<[f64; 3]>,
@@ -82,18 +82,20 @@ struct DrawnState<'s> {
 
 impl<'p> Sketch<'p> {
     fn new(plan: &'p MechanismSpec, design: &'p [f64]) -> Self {
-        let kinds: Vec<Kind> = plan.bodies.iter().map(|b| b.kind).filter(|k| *k != Kind::Slider).collect();
-        let nodes = |(beam, b): (usize, &super::beams::Beam)| (0..=b.elements).map(move |k| Frame::Node(beam, k));
-        let frames = (0..kinds.len()).map(Frame::Body).chain(plan.beams.iter().enumerate().flat_map(nodes)).collect();
+        let kinds: Vec<BodyKind> = plan.bodies.iter().map(|b| b.kind).filter(|k| *k != BodyKind::Slider).collect();
+        let nodes =
+            |(beam, b): (usize, &super::beams::BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
+        let frames =
+            (0..kinds.len()).map(FrameRef::Body).chain(plan.beams.iter().enumerate().flat_map(nodes)).collect();
         Self { plan, design, frames, sliders: plan.bodies.len() - kinds.len(), kinds }
     }
 
     /// x, y and rotation of every frame, then the positions of one-coordinate bodies.
-    fn outputs(&self) -> Vec<Output> {
-        let of_frame = |frame: &Frame| ["x", "y", "theta"].map(|what| Measure::Frame(*frame, what));
-        let sliders = (0..self.sliders).map(|k| Measure::Slider(k, "position"));
+    fn outputs(&self) -> Vec<OutputSpec> {
+        let of_frame = |frame: &FrameRef| ["x", "y", "theta"].map(|what| MeasureRef::Frame(*frame, what));
+        let sliders = (0..self.sliders).map(|k| MeasureRef::Slider(k, "position"));
         let measures = self.frames.iter().flat_map(of_frame).chain(sliders);
-        measures.enumerate().map(|(k, measure)| Output::of_measure(format!("place {k}"), measure)).collect()
+        measures.enumerate().map(|(k, measure)| OutputSpec::of_measure(format!("place {k}"), measure)).collect()
     }
 
     fn instants(&self, values: &[Vec<f64>], count: usize) -> Vec<DrawnState<'_>> {
@@ -107,7 +109,7 @@ impl<'p> Sketch<'p> {
     }
 
     fn local(&self, point: &PointRef) -> [f64; 2] {
-        point.at.each_ref().map(|program| program.value(&Inputs::design(self.design)))
+        point.at.each_ref().map(|expression| expression.value(&Inputs::design(self.design)))
     }
 
     /// Joints that let a point slide along a line of another body: the two points and the angle of the line.
@@ -123,7 +125,7 @@ impl<'p> Sketch<'p> {
     fn points_of(&self, body: usize) -> Vec<[f64; 2]> {
         let attached = self.plan.attached.iter().flat_map(ElementSpec::points).chain(&self.plan.parts.points);
         let mut points: Vec<[f64; 2]> = vec![];
-        for point in attached.filter(|point| point.frame == Frame::Body(body)) {
+        for point in attached.filter(|point| point.frame == FrameRef::Body(body)) {
             let at = self.local(point);
             if points.iter().all(|p| (p[0] - at[0]).hypot(p[1] - at[1]) > 1e-9) {
                 points.push(at);
@@ -133,7 +135,7 @@ impl<'p> Sketch<'p> {
     }
 }
 
-/// How far sliding points and sliders go in all motions.
+/// Ranges of sliding points and sliders over all motions.
 struct Track {
     guides: Vec<[f64; 2]>,
     sliders: [f64; 2],
@@ -164,12 +166,12 @@ impl Track {
 }
 
 impl DrawnState<'_> {
-    fn pose(&self, frame: Frame) -> [f64; 3] {
+    fn pose(&self, frame: FrameRef) -> [f64; 3] {
         let known = self.sketch.frames.iter().position(|f| *f == frame);
         known.map_or([0.0; 3], |k| self.poses[k])
     }
 
-    fn position(&self, frame: Frame, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn position(&self, frame: FrameRef, [x, y]: [f64; 2]) -> [f64; 2] {
         let [x0, y0, theta] = self.pose(frame);
         let (s, c) = theta.sin_cos();
         [x0 + c * x - s * y, y0 + s * x + c * y]
@@ -208,11 +210,12 @@ impl DrawnState<'_> {
         let kind = self.sketch.kinds[body];
         let points = self.sketch.points_of(body);
         let outline = hull(&points);
-        let at = |points: &[[f64; 2]]| points.iter().map(|p| self.position(Frame::Body(body), *p)).collect::<Vec<_>>();
-        let is_sliding = self.sketch.sliding().any(|(_, b, _)| b.frame == Frame::Body(body));
+        let at =
+            |points: &[[f64; 2]]| points.iter().map(|p| self.position(FrameRef::Body(body), *p)).collect::<Vec<_>>();
+        let is_sliding = self.sketch.sliding().any(|(_, b, _)| b.frame == FrameRef::Body(body));
         match outline.len() {
-            _ if kind == Kind::FixedNode => {}
-            0 | 1 if kind == Kind::MasslessNode => {}
+            _ if kind == BodyKind::FixedNode => {}
+            0 | 1 if kind == BodyKind::MasslessNode => {}
             0 | 1 => {
                 if let Some(point) = outline.first().filter(|p| p[0].hypot(p[1]) > 1e-9) {
                     linkage.bars.push(at(&[*point, [0.0, 0.0]]));
@@ -228,7 +231,7 @@ impl DrawnState<'_> {
 
     fn draw_beams(&self, linkage: &mut Linkage) {
         for (k, beam) in self.sketch.plan.beams.iter().enumerate() {
-            let node = |node: usize| self.position(Frame::Node(k, node), [0.0; 2]);
+            let node = |node: usize| self.position(FrameRef::Node(k, node), [0.0; 2]);
             linkage.bars.push((0..=beam.elements).map(node).collect());
             for (frame, end) in beam.ends.iter().zip([0, beam.elements]) {
                 if let Some(frame) = frame {
@@ -239,11 +242,11 @@ impl DrawnState<'_> {
     }
 
     /// A revolute joint, on the ground if one of its frames is at rest.
-    fn draw_pin(&self, at: [f64; 2], frames: [Frame; 2], linkage: &mut Linkage) {
-        let rests = |frame: Frame| match frame {
-            Frame::Ground => true,
-            Frame::Body(k) => self.sketch.kinds[k] == Kind::FixedNode,
-            Frame::Node(..) => false,
+    fn draw_pin(&self, at: [f64; 2], frames: [FrameRef; 2], linkage: &mut Linkage) {
+        let rests = |frame: FrameRef| match frame {
+            FrameRef::Ground => true,
+            FrameRef::Body(k) => self.sketch.kinds[k] == BodyKind::FixedNode,
+            FrameRef::Node(..) => false,
         };
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
     }
@@ -258,7 +261,7 @@ impl DrawnState<'_> {
             Symbol::Spring => linkage.springs.push(ends),
             Symbol::None | Symbol::Guide => return,
         }
-        let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| point.frame == Frame::Ground);
+        let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| point.frame == FrameRef::Ground);
         linkage.ground_joints.extend(grounded.map(|(_, end)| end));
     }
 
@@ -276,8 +279,8 @@ impl DrawnState<'_> {
             let mut coordinates = part.coordinates();
             let (Some(a), Some(b)) = (coordinates.next(), coordinates.next()) else { continue };
             match (a, b) {
-                (CoordinateRef::Slider(k), CoordinateRef::Of(Frame::Ground, _))
-                | (CoordinateRef::Of(Frame::Ground, _), CoordinateRef::Slider(k)) => {
+                (CoordinateRef::Slider(k), CoordinateRef::Of(FrameRef::Ground, _))
+                | (CoordinateRef::Of(FrameRef::Ground, _), CoordinateRef::Slider(k)) => {
                     linkage.springs.push([anchor(k), [self.sliders[k], row(k)]]);
                     linkage.ground_joints.push(anchor(k));
                 }

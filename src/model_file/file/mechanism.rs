@@ -1,31 +1,31 @@
 //! The mechanism of a file as a pure function of the design.
 
-use super::beams::{self, Beam};
-use super::bodies::{self, Body};
+use super::beams::{self, BeamSpec};
+use super::bodies::{self, BodySpec};
 use super::elements::{self, ElementSpec};
 use super::measures::Sensors;
-use super::outputs::Output;
+use super::outputs::OutputSpec;
 use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section};
 use crate::Result;
-use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use std::sync::Arc;
 
-/// Bodies, beams, joints, drives, forces and outputs.
+/// A mechanism with its outputs, as a function of the design.
 #[derive(Clone, Debug)]
 pub struct MechanismTemplate {
     plan: Arc<MechanismSpec>,
-    outputs: Arc<Vec<Output>>,
+    outputs: Arc<Vec<OutputSpec>>,
 }
 
 /// A mechanism without its outputs.
 #[derive(Debug)]
 pub struct MechanismSpec {
-    gravity: [Program; 2],
-    pub bodies: Vec<Body>,
-    pub beams: Vec<Beam>,
+    gravity: [CompiledExpression; 2],
+    pub bodies: Vec<BodySpec>,
+    pub beams: Vec<BeamSpec>,
     pub attached: Vec<ElementSpec>,
     pub parts: Parts,
 }
@@ -37,7 +37,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let beams = beams::read(file, names, &mut parts)?;
     bodies::read_points(file, names, &mut parts)?;
     let attached = elements::read(file, names, &mut parts)?;
-    let gravity = file.pair("gravity", names, &Wants::DESIGN)?;
+    let gravity = file.pair("gravity", names, &Scope::DESIGN)?;
     if !(bodies.is_empty() && beams.is_empty()) {
         return Ok(Some(MechanismSpec { gravity, bodies, beams, attached, parts }));
     }
@@ -48,7 +48,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
 }
 
 impl MechanismSpec {
-    /// Coordinates of bodies and beam nodes, at most.
+    /// Upper bound of the number of coordinates.
     pub fn coordinates(&self) -> usize {
         let nodes: usize = self.beams.iter().map(|beam| beam.elements + 1).sum();
         3 * (self.bodies.len() + nodes)
@@ -56,7 +56,7 @@ impl MechanismSpec {
 }
 
 impl MechanismTemplate {
-    pub fn new(plan: &Arc<MechanismSpec>, outputs: &Arc<Vec<Output>>) -> Self {
+    pub fn new(plan: &Arc<MechanismSpec>, outputs: &Arc<Vec<OutputSpec>>) -> Self {
         Self { plan: plan.clone(), outputs: outputs.clone() }
     }
 }
