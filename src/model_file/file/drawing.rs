@@ -28,12 +28,12 @@ impl Model {
     /// Times for a drawing of the motion, if there is a mechanism: at most 240 of the model's own, or 121 equally
     /// spaced ones if it has fewer than 40.
     pub fn drawing_times(&self) -> Option<Vec<f64>> {
-        let (plan, grid) = (self.plan.as_ref()?, self.grid.as_ref()?);
+        let (mechanism, grid) = (self.mechanism.as_ref()?, self.grid.as_ref()?);
         let points = &grid.points;
         if points.len() < 2 {
             return None;
         }
-        if points.len() < FEWEST && plan.1.is_motion() {
+        if points.len() < FEWEST && mechanism.1.is_motion() {
             let (first, span) = (points[0], grid.span());
             return Some((0..=120).map(|k| first + span * f64::from(k) / 120.0).collect());
         }
@@ -48,23 +48,24 @@ impl Model {
     /// # Errors
     /// Those of the analysis.
     pub fn drawings(&self, designs: &[&[f64]], times: &[f64]) -> Result<Option<Vec<Vec<Linkage>>>> {
-        let Some((plan, settings)) = &self.plan else { return Ok(None) };
-        let sketches: Vec<Sketch<'_>> = designs.iter().map(|design| Sketch::new(plan, design)).collect();
+        let Some((spec, settings)) = &self.mechanism else { return Ok(None) };
+        let mechanisms: Vec<DrawnMechanism<'_>> =
+            designs.iter().map(|design| DrawnMechanism::new(spec, design)).collect();
         let mut motions = vec![];
-        for sketch in &sketches {
-            let outputs = Arc::new(sketch.outputs());
-            let responses = settings.analyze(MechanismTemplate::new(plan, &outputs), times, sketch.design)?;
-            motions.push(sketch.instants(&responses.values, times.len()));
+        for mechanism in &mechanisms {
+            let outputs = Arc::new(mechanism.outputs());
+            let responses = settings.analyze(MechanismTemplate::new(spec, &outputs), times, mechanism.design)?;
+            motions.push(mechanism.states(&responses.values, times.len()));
         }
         // Guides are drawn at the same place in all frames.
-        let track = Track::of(&motions);
-        Ok(Some(motions.iter().map(|motion| motion.iter().map(|instant| instant.draw(&track)).collect()).collect()))
+        let ranges = GuideRanges::of(&motions);
+        Ok(Some(motions.iter().map(|motion| motion.iter().map(|state| state.draw(&ranges)).collect()).collect()))
     }
 }
 
 /// A mechanism at one design.
-struct Sketch<'p> {
-    plan: &'p MechanismSpec,
+struct DrawnMechanism<'p> {
+    spec: &'p MechanismSpec,
     design: &'p [f64],
     /// All frames that move, in the order of the outputs.
     frames: Vec<FrameRef>,
@@ -75,19 +76,19 @@ struct Sketch<'p> {
 
 /// Poses of all frames and positions of all sliders at one time.
 struct DrawnState<'s> {
-    sketch: &'s Sketch<'s>,
+    mechanism: &'s DrawnMechanism<'s>,
     poses: Vec<[f64; 3]>,
     sliders: Vec<f64>,
 }
 
-impl<'p> Sketch<'p> {
-    fn new(plan: &'p MechanismSpec, design: &'p [f64]) -> Self {
-        let kinds: Vec<BodyKind> = plan.bodies.iter().map(|b| b.kind).filter(|k| *k != BodyKind::Slider).collect();
+impl<'p> DrawnMechanism<'p> {
+    fn new(spec: &'p MechanismSpec, design: &'p [f64]) -> Self {
+        let kinds: Vec<BodyKind> = spec.bodies.iter().map(|b| b.kind).filter(|k| *k != BodyKind::Slider).collect();
         let nodes =
             |(beam, b): (usize, &super::beams::BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
         let frames =
-            (0..kinds.len()).map(FrameRef::Body).chain(plan.beams.iter().enumerate().flat_map(nodes)).collect();
-        Self { plan, design, frames, sliders: plan.bodies.len() - kinds.len(), kinds }
+            (0..kinds.len()).map(FrameRef::Body).chain(spec.beams.iter().enumerate().flat_map(nodes)).collect();
+        Self { spec, design, frames, sliders: spec.bodies.len() - kinds.len(), kinds }
     }
 
     /// x, y and rotation of every frame, then the positions of one-coordinate bodies.
@@ -98,14 +99,14 @@ impl<'p> Sketch<'p> {
         measures.enumerate().map(|(k, measure)| OutputSpec::of_measure(format!("place {k}"), measure)).collect()
     }
 
-    fn instants(&self, values: &[Vec<f64>], count: usize) -> Vec<DrawnState<'_>> {
+    fn states(&self, values: &[Vec<f64>], count: usize) -> Vec<DrawnState<'_>> {
         let n = self.frames.len();
-        let instant = |p: usize| DrawnState {
-            sketch: self,
+        let state = |p: usize| DrawnState {
+            mechanism: self,
             poses: (0..n).map(|k| [0, 1, 2].map(|i| values[3 * k + i][p])).collect(),
             sliders: values[3 * n..].iter().map(|v| v[p]).collect(),
         };
-        (0..count).map(instant).collect()
+        (0..count).map(state).collect()
     }
 
     fn local(&self, point: &PointRef) -> [f64; 2] {
@@ -118,12 +119,12 @@ impl<'p> Sketch<'p> {
             let (mut points, line) = (part.points(), part.numbers().next()?);
             Some((points.next()?, points.next()?, line.value(&Inputs::design(self.design))))
         };
-        self.plan.attached.iter().filter(|part| symbol(part) == Symbol::Guide).filter_map(one)
+        self.spec.elements.iter().filter(|part| symbol(part) == Symbol::Guide).filter_map(one)
     }
 
     /// Points of a body that something is attached to, each once.
     fn points_of(&self, body: usize) -> Vec<[f64; 2]> {
-        let attached = self.plan.attached.iter().flat_map(ElementSpec::points).chain(&self.plan.parts.points);
+        let attached = self.spec.elements.iter().flat_map(ElementSpec::points).chain(&self.spec.parts.points);
         let mut points: Vec<[f64; 2]> = vec![];
         for point in attached.filter(|point| point.frame == FrameRef::Body(body)) {
             let at = self.local(point);
@@ -136,14 +137,14 @@ impl<'p> Sketch<'p> {
 }
 
 /// Ranges of sliding points and sliders over all motions.
-struct Track {
+struct GuideRanges {
     guides: Vec<[f64; 2]>,
     sliders: [f64; 2],
     /// Lowest height of all bodies.
     floor: f64,
 }
 
-impl Track {
+impl GuideRanges {
     fn of(motions: &[Vec<DrawnState<'_>>]) -> Self {
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
         let widened = |[low, high]: [f64; 2], by: f64| {
@@ -151,15 +152,15 @@ impl Track {
             [low - margin, high + margin]
         };
         let grown = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
-        let count = motions.iter().flatten().next().map_or(0, |i| i.sketch.sliding().count());
+        let count = motions.iter().flatten().next().map_or(0, |i| i.mechanism.sliding().count());
         let mut guides = vec![NOTHING; count];
         let (mut sliders, mut floor) = (NOTHING, 0.0f64);
-        for instant in motions.iter().flatten() {
-            for (guide, place) in guides.iter_mut().zip(instant.along_guides()) {
+        for state in motions.iter().flatten() {
+            for (guide, place) in guides.iter_mut().zip(state.along_guides()) {
                 *guide = grown(*guide, place);
             }
-            sliders = instant.sliders.iter().fold(sliders, |range, v| grown(range, *v));
-            floor = instant.poses.iter().fold(floor, |low, pose| low.min(pose[1]));
+            sliders = state.sliders.iter().fold(sliders, |range, v| grown(range, *v));
+            floor = state.poses.iter().fold(floor, |low, pose| low.min(pose[1]));
         }
         Self { guides: guides.into_iter().map(|g| widened(g, 0.25)).collect(), sliders: widened(sliders, 0.2), floor }
     }
@@ -167,7 +168,7 @@ impl Track {
 
 impl DrawnState<'_> {
     fn pose(&self, frame: FrameRef) -> [f64; 3] {
-        let known = self.sketch.frames.iter().position(|f| *f == frame);
+        let known = self.mechanism.frames.iter().position(|f| *f == frame);
         known.map_or([0.0; 3], |k| self.poses[k])
     }
 
@@ -178,7 +179,7 @@ impl DrawnState<'_> {
     }
 
     fn point(&self, point: &PointRef) -> [f64; 2] {
-        self.position(point.frame, self.sketch.local(point))
+        self.position(point.frame, self.mechanism.local(point))
     }
 
     /// Position of each sliding point along its line.
@@ -188,31 +189,31 @@ impl DrawnState<'_> {
             let (s, c) = (self.pose(a.frame)[2] + line).sin_cos();
             (x - x0) * c + (y - y0) * s
         };
-        self.sketch.sliding().map(one).collect()
+        self.mechanism.sliding().map(one).collect()
     }
 
-    fn draw(&self, track: &Track) -> Linkage {
+    fn draw(&self, ranges: &GuideRanges) -> Linkage {
         let mut linkage = Linkage::default();
-        (0..self.sketch.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
+        (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
         self.draw_beams(&mut linkage);
-        self.sketch.plan.attached.iter().for_each(|part| self.draw_attached(part, &mut linkage));
-        for ((a, b, line), [from, to]) in self.sketch.sliding().zip(&track.guides) {
+        self.mechanism.spec.elements.iter().for_each(|part| self.draw_attached(part, &mut linkage));
+        for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {
             let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();
             linkage.guides.push([from, to].map(|along| [x + along * c, y + along * s]));
             linkage.sliders.push((self.point(b), angle));
         }
-        self.draw_slides(track, &mut linkage);
+        self.draw_slides(ranges, &mut linkage);
         linkage
     }
 
     fn draw_body(&self, body: usize, linkage: &mut Linkage) {
-        let kind = self.sketch.kinds[body];
-        let points = self.sketch.points_of(body);
+        let kind = self.mechanism.kinds[body];
+        let points = self.mechanism.points_of(body);
         let outline = hull(&points);
         let at =
             |points: &[[f64; 2]]| points.iter().map(|p| self.position(FrameRef::Body(body), *p)).collect::<Vec<_>>();
-        let is_sliding = self.sketch.sliding().any(|(_, b, _)| b.frame == FrameRef::Body(body));
+        let is_sliding = self.mechanism.sliding().any(|(_, b, _)| b.frame == FrameRef::Body(body));
         match outline.len() {
             _ if kind == BodyKind::FixedNode => {}
             0 | 1 if kind == BodyKind::MasslessNode => {}
@@ -230,7 +231,7 @@ impl DrawnState<'_> {
     }
 
     fn draw_beams(&self, linkage: &mut Linkage) {
-        for (k, beam) in self.sketch.plan.beams.iter().enumerate() {
+        for (k, beam) in self.mechanism.spec.beams.iter().enumerate() {
             let node = |node: usize| self.position(FrameRef::Node(k, node), [0.0; 2]);
             linkage.bars.push((0..=beam.elements).map(node).collect());
             for (frame, end) in beam.ends.iter().zip([0, beam.elements]) {
@@ -245,7 +246,7 @@ impl DrawnState<'_> {
     fn draw_pin(&self, at: [f64; 2], frames: [FrameRef; 2], linkage: &mut Linkage) {
         let rests = |frame: FrameRef| match frame {
             FrameRef::Ground => true,
-            FrameRef::Body(k) => self.sketch.kinds[k] == BodyKind::FixedNode,
+            FrameRef::Body(k) => self.mechanism.kinds[k] == BodyKind::FixedNode,
             FrameRef::Node(..) => false,
         };
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
@@ -266,16 +267,16 @@ impl DrawnState<'_> {
     }
 
     /// Draws one-coordinate bodies below each other, each on its guide; a spring to the ground is fixed at its left end.
-    fn draw_slides(&self, track: &Track, linkage: &mut Linkage) {
-        let [low, high] = track.sliders;
+    fn draw_slides(&self, ranges: &GuideRanges, linkage: &mut Linkage) {
+        let [low, high] = ranges.sliders;
         let row =
-            |k: usize| track.floor - 0.35 * (high - low) * (k as f64 + f64::from(u8::from(!self.poses.is_empty())));
+            |k: usize| ranges.floor - 0.35 * (high - low) * (k as f64 + f64::from(u8::from(!self.poses.is_empty())));
         let anchor = |k: usize| [low - 0.3 * (high - low), row(k)];
         for (k, place) in self.sliders.iter().enumerate() {
             linkage.guides.push([[low, row(k)], [high, row(k)]]);
             linkage.sliders.push(([*place, row(k)], 0.0));
         }
-        for part in self.sketch.plan.attached.iter().filter(|part| symbol(part) == Symbol::Spring) {
+        for part in self.mechanism.spec.elements.iter().filter(|part| symbol(part) == Symbol::Spring) {
             let mut coordinates = part.coordinates();
             let (Some(a), Some(b)) = (coordinates.next(), coordinates.next()) else { continue };
             match (a, b) {

@@ -95,7 +95,7 @@ pub(super) fn families() -> Vec<TableKeys> {
 pub struct Model {
     title: String,
     variables: Vec<DesignVariable>,
-    plan: Option<(Arc<MechanismSpec>, analysis::Settings)>,
+    mechanism: Option<(Arc<MechanismSpec>, analysis::Settings)>,
     grid: Option<TimeGrid>,
     outputs: Arc<Vec<OutputSpec>>,
     objective: ObjectiveSpec,
@@ -145,10 +145,16 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     // The content of a section with a wrong name would be missed below.
     source.log.check()?;
     let (mut names, variables) = naming::read(&section)?;
-    let plan = mechanism::read(&section, &names)?;
+    let mechanism = mechanism::read(&section, &names)?;
     let grid = analysis::read_time(&section, &names)?;
     let series = quantity::series(&section, &names, grid.as_ref())?;
-    let outputs = outputs::read(&section, &names, plan.as_ref().map(|plan| &plan.parts), &variables, grid.as_ref())?;
+    let outputs = outputs::read(
+        &section,
+        &names,
+        mechanism.as_ref().map(|mechanism| &mechanism.parts),
+        &variables,
+        grid.as_ref(),
+    )?;
     let bound = objective::read_bound(&section, &mut names)?;
     let all: Vec<DesignVariable> = variables.iter().chain(&bound).cloned().collect();
     naming::check_any(&all, &section)?;
@@ -164,11 +170,11 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let objective = source.log.keep(objective::read(&section, &known, bound));
     let constraints = constraints::read(&section, &known)?;
     let method = source.log.keep(method::read(&section, &names));
-    let plan = match (plan, &grid) {
+    let mechanism = match (mechanism, &grid) {
         (None, _) => None,
-        (Some(plan), Some(grid)) => {
-            let settings = analysis::read(&section, &names, grid, plan.coordinates())?;
-            Some((Arc::new(plan), settings))
+        (Some(mechanism), Some(grid)) => {
+            let settings = analysis::read(&section, &names, grid, mechanism.coordinates())?;
+            Some((Arc::new(mechanism), settings))
         }
         (Some(_), None) => return Err(section.error_at("time", "a mechanism needs time points").help("add [time]")),
     };
@@ -179,7 +185,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     Ok(Model {
         title,
         variables,
-        plan,
+        mechanism,
         grid,
         outputs: Arc::new(outputs),
         objective,
@@ -263,9 +269,9 @@ impl Model {
         for constraint in &self.constraints {
             parts.subject_to(constraint.clone());
         }
-        match (&self.plan, &self.grid) {
-            (Some((plan, settings)), Some(grid)) => {
-                settings.build(parts, MechanismTemplate::new(plan, &self.outputs), &grid.points)
+        match (&self.mechanism, &self.grid) {
+            (Some((mechanism, settings)), Some(grid)) => {
+                settings.build(parts, MechanismTemplate::new(mechanism, &self.outputs), &grid.points)
             }
             _ => parts.build_analytic(Formulas(self.outputs.iter().map(|o| o.expression.clone()).collect())),
         }
