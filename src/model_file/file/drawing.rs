@@ -113,7 +113,7 @@ impl<'p> DrawnMechanism<'p> {
         point.at.each_ref().map(|expression| expression.value(&Inputs::design(self.design)))
     }
 
-    /// Joints that let a point slide along a line of another body: the two points and the angle of the line.
+    /// Sliding joints: the two points and the angle of the line on the first body.
     fn sliding(&self) -> impl Iterator<Item = (&PointRef, &PointRef, f64)> {
         let one = |part: &'p ElementSpec| {
             let (mut points, line) = (part.points(), part.numbers().next()?);
@@ -122,7 +122,7 @@ impl<'p> DrawnMechanism<'p> {
         self.spec.elements.iter().filter(|part| symbol(part) == Symbol::Guide).filter_map(one)
     }
 
-    /// Points of a body that something is attached to, each once.
+    /// Attachment points of elements on a body and its named points, without repetitions.
     fn points_of(&self, body: usize) -> Vec<[f64; 2]> {
         let attached = self.spec.elements.iter().flat_map(ElementSpec::points).chain(&self.spec.parts.points);
         let mut points: Vec<[f64; 2]> = vec![];
@@ -196,7 +196,7 @@ impl DrawnState<'_> {
         let mut linkage = Linkage::default();
         (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
         self.draw_beams(&mut linkage);
-        self.mechanism.spec.elements.iter().for_each(|part| self.draw_attached(part, &mut linkage));
+        self.mechanism.spec.elements.iter().for_each(|part| self.draw_element(part, &mut linkage));
         for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {
             let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();
@@ -242,7 +242,7 @@ impl DrawnState<'_> {
         }
     }
 
-    /// A revolute joint, on the ground if one of its frames is at rest.
+    /// Draws a revolute joint, on the ground if one of its frames is at rest.
     fn draw_pin(&self, at: [f64; 2], frames: [FrameRef; 2], linkage: &mut Linkage) {
         let rests = |frame: FrameRef| match frame {
             FrameRef::Ground => true,
@@ -252,7 +252,7 @@ impl DrawnState<'_> {
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
     }
 
-    fn draw_attached(&self, part: &ElementSpec, linkage: &mut Linkage) {
+    fn draw_element(&self, part: &ElementSpec, linkage: &mut Linkage) {
         let mut points = part.points();
         let (Some(a), Some(b)) = (points.next(), points.next()) else { return };
         let ends = [self.point(a), self.point(b)];
@@ -269,8 +269,7 @@ impl DrawnState<'_> {
     /// Draws one-coordinate bodies below each other, each on its guide; a spring to the ground is fixed at its left end.
     fn draw_slides(&self, ranges: &GuideRanges, linkage: &mut Linkage) {
         let [low, high] = ranges.sliders;
-        let row =
-            |k: usize| ranges.floor - 0.35 * (high - low) * (k as f64 + f64::from(u8::from(!self.poses.is_empty())));
+        let row = |k: usize| ranges.floor - 0.35 * (high - low) * (k + usize::from(!self.poses.is_empty())) as f64;
         let anchor = |k: usize| [low - 0.3 * (high - low), row(k)];
         for (k, place) in self.sliders.iter().enumerate() {
             linkage.guides.push([[low, row(k)], [high, row(k)]]);
