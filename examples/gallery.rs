@@ -10,7 +10,7 @@ use linkwright::cases::impact_absorber::motion;
 use linkwright::cases::slider_crank::{DESIRED, STAND_IN_START};
 use linkwright::papers::etman_1998::slider_crank_at;
 use linkwright::report::animation::{Animation, Scene};
-use linkwright::report::figure::{Figure, Grid, Quantity};
+use linkwright::report::figure::{Figure, Grid, QuantityLabel};
 use linkwright::report::plots::*;
 
 fn times(count: usize) -> Vec<f64> {
@@ -26,8 +26,8 @@ fn mean_square(k: f64, c: f64) -> f64 {
     times(101).iter().enumerate().map(|(p, &t)| weight(p) * motion(k, c, t)[1].powi(2)).sum::<f64>() / 300.0
 }
 
-fn variables() -> [Quantity; 2] {
-    [Quantity::new("*b*_1", "N m^{-1}"), Quantity::new("*b*_2", "N s m^{-1}")]
+fn variables() -> [QuantityLabel; 2] {
+    [QuantityLabel::new("*b*_1", "N m^{-1}"), QuantityLabel::new("*b*_2", "N s m^{-1}")]
 }
 
 fn path(designs: &[[f64; 2]], factors: &[[f64; 2]]) -> Vec<Iterate> {
@@ -67,7 +67,7 @@ fn figure_3_and_5() -> Result<[Figure; 2]> {
         &[[0.4, 0.4], [0.4, 0.533], [0.4, 0.711], [0.533, 0.711]],
     );
     let draw = |name, grid, levels, path, optimum| {
-        let objective = Objective { name, grid, levels };
+        let objective = ObjectiveContours { name, grid, levels };
         design_space_slice(&DesignSpaceSlice {
             variables: variables(),
             objective,
@@ -98,8 +98,8 @@ fn figure_4() -> Result<Figure> {
     };
     let (position, acceleration) = (excesses(0, 1.0, 1.0)?, excesses(1, 0.5206, -1.0)?);
     let families = [
-        Family { name: "displacement, *y*(*t*_p) = 1 m", excesses: &position },
-        Family { name: "acceleration, −*a*(*t*_p) = *b*_3", excesses: &acceleration },
+        ConstraintFamily { name: "displacement, *y*(*t*_p) = 1 m", excesses: &position },
+        ConstraintFamily { name: "acceleration, −*a*(*t*_p) = *b*_3", excesses: &acceleration },
     ];
     let optimum = Some([0.3606, 0.4852]);
     time_point_constraints(&TimePointConstraints {
@@ -123,7 +123,7 @@ fn figure_6() -> Result<Figure> {
     let reached = [0., 22., 44., 66., 88., 129., 221., 314.]
         .map(|degrees: f64| slider_crank_at(&OPTIMUM, degrees.to_radians()).0);
     coupler_curve(&CouplerCurve {
-        axes: [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")],
+        axes: [QuantityLabel::new("*x*", "mm"), QuantityLabel::new("*y*", "mm")],
         curves: &[("coupler curve at the optimum", &curve)],
         desired: &DESIRED,
         reached: &reached,
@@ -139,18 +139,18 @@ fn animation() -> Result<Animation> {
         frames: times.iter().map(|t| slider_crank_at(b, t * std::f64::consts::TAU / 3.0).1).collect(),
         traces: vec![coupler_path(b)],
     };
-    let axes = [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")];
+    let axes = [QuantityLabel::new("*x*", "mm"), QuantityLabel::new("*y*", "mm")];
     let scenes = vec![scene("first design", &STAND_IN_START), scene("optimum", &OPTIMUM)];
     Animation::new("Slider-crank mechanism with its coupler curve", axes, times.clone(), scenes)
 }
 
 fn convergence_of_table_4() -> Result<Figure> {
     let measures = [
-        Measure {
+        ConvergenceMeasure {
             name: "max |Δ*b*_i|",
             values: &[0.0, 40.0, 20.0, 15.0, 20.0, 26.67, 20.0, 26.67, 35.56, 12.88, 1.085, 3.248e-2],
         },
-        Measure {
+        ConvergenceMeasure {
             name: "error *E*_f",
             values: &[0.0, 85.41, 28.7, 2.506, 0.1691, 6.177, 5.953, 2.263, 0.4954, 9.316e-3, 1.353e-4, 4.511e-7],
         },
@@ -158,11 +158,11 @@ fn convergence_of_table_4() -> Result<Figure> {
     convergence(&Convergence {
         cycles: &[0, 1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10],
         accepted: &[true, false, true, true, true, true, true, true, true, true, true, true],
-        objective: Quantity::new("objective *F*", "mm^2"),
+        objective: QuantityLabel::new("objective *F*", "mm^2"),
         objective_values: &[3486.0, 130.3, 626.0, 85.0, 32.25, 14.55, 5.658, 3.942, 3.772, 3.746, 3.746, 3.746],
         objective_logarithmic: true,
         measures: &measures,
-        measure: Quantity::new("error, step", "%"),
+        measure: QuantityLabel::new("error, step", "%"),
     })
 }
 
@@ -173,13 +173,16 @@ fn history() -> Result<Figure> {
     let lowest = (0..101).min_by(|&p, &q| after[p].total_cmp(&after[q])).unwrap_or(0);
     let kept: Vec<usize> = [0, 1, 2].into_iter().chain(lowest - 2..=lowest + 2).collect();
     time_history(&TimeHistory {
-        time: Quantity::new("time *t*", "s"),
-        response: Quantity::new("acceleration", "m s^{-2}"),
+        time: QuantityLabel::new("time *t*", "s"),
+        response: QuantityLabel::new("acceleration", "m s^{-2}"),
         times: &times,
-        histories: &[History { name: "first design", values: &before }, History { name: "optimum", values: &after }],
+        histories: &[
+            ResponseHistory { name: "first design", values: &before },
+            ResponseHistory { name: "optimum", values: &after },
+        ],
         bounds: &[
-            TimeBound { value: -0.52028604, side: Side::Above },
-            TimeBound { value: 0.52028604, side: Side::Below },
+            TimeBound { value: -0.52028604, side: FeasibleSide::Above },
+            TimeBound { value: 0.52028604, side: FeasibleSide::Below },
         ],
         kept: &kept,
         active: &[lowest],
@@ -196,9 +199,9 @@ fn field() -> Result<Figure> {
     };
     let (crank, coupler, rocker) = (wave(1.1e7, 0.3048)?, wave(2.6e7, 0.9144)?, wave(1.9e7, 0.762)?);
     stress_field(&StressField {
-        time: Quantity::new("time *t*", "s"),
-        position: Quantity::new("position", "m"),
-        stress: Quantity::new("bending stress *σ*", "Pa"),
+        time: QuantityLabel::new("time *t*", "s"),
+        position: QuantityLabel::new("position", "m"),
+        stress: QuantityLabel::new("bending stress *σ*", "Pa"),
         links: &[("crank", &crank), ("coupler", &coupler), ("rocker", &rocker)],
         allowable: Some(2.758e7),
         marked: &[(1, [0.2451, 0.46])],
@@ -223,7 +226,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(&folder);
     std::fs::create_dir_all(folder)?;
     let [acceleration, comfort] = figure_3_and_5()?;
-    let axes = [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")];
+    let axes = [QuantityLabel::new("*x*", "mm"), QuantityLabel::new("*y*", "mm")];
     let (here, there) = (slider_crank_at(&OPTIMUM, 0.0).1, slider_crank_at(&OPTIMUM, 2.2).1);
     let figures = [
         ("design_plane_acceleration", acceleration),

@@ -1,10 +1,10 @@
-//! Helpers for stored runs: a hash that is the same on every machine, and files that appear whole or not at all.
+//! Helpers for stored runs: a hash that does not depend on the machine, and atomic replacement of files.
 
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// The FNV-1a hash of a text: the same on every machine and in every version. Not safe against forgery.
+/// FNV-1a hash of a text, the same on every machine and in every version. It is not cryptographic.
 ///
 /// # Sources
 /// G. Fowler, L. C. Noll, K.-P. Vo and D. Eastlake, *The FNV non-cryptographic hash algorithm*, RFC 9923.
@@ -28,7 +28,7 @@ pub fn replace_file(path: &Path, content: &[u8], flushed: bool) -> io::Result<()
         if flushed { file.sync_all() } else { Ok(()) }
     };
     if let Err(error) = write().and_then(|()| std::fs::rename(part, path)) {
-        // An incomplete file is useless, and its space on a full disk is not.
+        // Frees the space of the incomplete file.
         drop(std::fs::remove_file(part));
         return Err(error);
     }

@@ -4,7 +4,7 @@ use super::model::{design, load, located};
 use super::output::{create_folder, say, write};
 use super::tables;
 use clap::Args;
-use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses, Sensitivities as Derivatives};
+use linkwright::problem::{self, Evaluation, Problem, ResponseAt, Responses};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -91,7 +91,7 @@ impl Sensitivities {
         let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(points_of).collect();
         let rows = problem.sensitivities(&design, &responses, &instants)?;
         let table = tables::sensitivities(&problem, &responses, &instants, &rows)?;
-        let known = Derivatives { at: instants, rows };
+        let known = problem::Sensitivities { at: instants, rows };
         let line = |name: &str, gradient: &[f64]| {
             let numbers: String = gradient.iter().map(|s| format!(" {s:>13.6e}")).collect();
             say(&format!("  {name:<40}{numbers}"))

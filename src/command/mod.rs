@@ -8,8 +8,8 @@
 //! | `tables` | cycles, histories and derivatives as tables |
 //! | `model`, `output` | reading of model files; standard output, files, dates and durations |
 //!
-//! Exit codes: 0 done, 1 an error (the message says what to do: an unknown problem, a mistake in a model file, a file that
-//! cannot be written), 2 wrong arguments, 3 an optimization that ended without a solution.
+//! Exit codes: 0 done, 1 an error (such as an unknown problem, a mistake in a model file, a file that cannot be written; the
+//! message says what to do), 2 wrong arguments, 3 an optimization that ended without a solution.
 
 mod analyze;
 mod check;

@@ -15,31 +15,31 @@ pub fn load(path: &Path) -> anyhow::Result<(Model, String)> {
     Ok((model, text))
 }
 
-/// Adds to an error the lines of the model file that cause it, if they are known.
+/// Adds the location in the model file to an error, if the error names a part of the file.
 pub fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: linkwright::Result<T>) -> anyhow::Result<T> {
     result.map_err(|error| match model.into().and_then(|model| model.locate(&error)) {
-        Some(fault) => fault.into(),
+        Some(report) => report.into(),
         None => error.into(),
     })
 }
 
-/// Whether an argument is a model file rather than the name of a problem of the library.
+/// Returns `true` if an argument is a model file rather than the name of a problem of the library.
 pub fn is_file(what: &str) -> bool {
     let is_known = linkwright::cases::catalogue().iter().any(|entry| entry.name == what);
     let path = Path::new(what);
     !is_known && (path.exists() || path.extension().is_some())
 }
 
-/// The start design with the values of `--at k=0.5,c=0.2`.
+/// The start design with changes such as `--at k=0.5,c=0.2`.
 pub fn design(problem: &Problem, at: &[String]) -> anyhow::Result<Vec<f64>> {
     let mut design = problem.start();
     for item in at {
-        let Some((name, value)) = item.split_once('=') else { bail!("`{item}` does not read NAME=VALUE") };
+        let Some((name, value)) = item.split_once('=') else { bail!("`{item}` does not have the form NAME=VALUE") };
         let Some(k) = problem.variables.iter().position(|v| v.name == name.trim()) else {
             let known: Vec<&str> = problem.variables.iter().map(|v| v.name.as_str()).collect();
             bail!("there is no design variable `{}`; choose from {}", name.trim(), known.join(", "));
         };
-        design[k] = value.trim().parse().with_context(|| format!("`{}` is no number", value.trim()))?;
+        design[k] = value.trim().parse().with_context(|| format!("`{}` is not a number", value.trim()))?;
     }
     problem.check_design(&design)?;
     Ok(design)

@@ -36,7 +36,7 @@ pub fn now() -> anyhow::Result<String> {
     Ok(OffsetDateTime::now_utc().replace_nanosecond(0)?.format(&Rfc3339)?)
 }
 
-/// A duration in a few letters: 0.4 s, 12 s, 3 min 05 s, 2 h 07 min.
+/// A duration in short form: 0.4 s, 12 s, 3 min 05 s, 2 h 07 min.
 pub fn brief(time: Duration) -> String {
     let seconds = time.as_secs_f64();
     let pair = |whole: u64| (whole / 60, whole % 60);

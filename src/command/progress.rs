@@ -8,7 +8,7 @@ use linkwright::sao::{Cycle, State, Status, Stop};
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// Form of the output.
+/// Format of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Show {
     Table,
@@ -26,7 +26,7 @@ impl Show {
         }
     }
 
-    /// Prints a line that is for people only.
+    /// Prints a line in the table format only.
     pub fn note(self, text: &str) -> anyhow::Result<()> {
         if self == Self::Table { say(text) } else { Ok(()) }
     }
@@ -67,7 +67,7 @@ impl<'p> Progress<'p> {
         self.line(&format!("{fixed}{}{more}", names.collect::<String>()))
     }
 
-    /// Prints the last cycle of a state, of which this process has computed `own`.
+    /// Prints the last cycle of a state, with times estimated from the `own` cycles of this process.
     pub fn cycle(&self, state: &State, own: usize) -> anyhow::Result<()> {
         let Some(cycle) = state.history.last() else { return Ok(()) };
         match self.show {

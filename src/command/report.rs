@@ -7,9 +7,9 @@ use clap::Args;
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::report::animation::{Animation, Scene};
-use linkwright::report::figure::Quantity;
+use linkwright::report::figure::QuantityLabel;
 use linkwright::report::figure::literal;
-use linkwright::report::page::{Page, Section, Severity};
+use linkwright::report::page::{Badge, Page, PageSection};
 use linkwright::report::run::{OptimizationReport, Slice};
 use linkwright::report::table::{Cell, Table};
 use linkwright::sao::State;
@@ -94,7 +94,7 @@ fn sample(problem: &Problem, state: &State, wanted: Option<usize>, one: Duration
 }
 
 /// The animated mechanism at the first and at the last design; `None` for a model without a mechanism.
-fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<Section>, Option<Animation>)> {
+fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<PageSection>, Option<Animation>)> {
     let (Some(times), Some(grid)) = (model.drawing_times(), model.grid()) else { return Ok((None, None)) };
     let first = &state.history[0].design;
     let mut designs = vec![("first design", first)];
@@ -106,25 +106,25 @@ fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<Section>, O
         Ok(None) => return Ok((None, None)),
         Err(error) => {
             let text = format!("The motion cannot be shown: {error}.");
-            return Ok((Some(Section::new("mechanism", "Mechanism").paragraph(text)), None));
+            return Ok((Some(PageSection::new("mechanism", "Mechanism").paragraph(text)), None));
         }
     };
     let titles = designs.iter().map(|(title, _)| (*title).to_owned());
     let scenes = titles.zip(drawn).map(|(title, frames)| Scene { title, frames, traces: vec![] }).collect();
     let real = times[times.len() - 1] - times[0];
     let shown = if grid.unit == "s" { real.clamp(3.0, 10.0) } else { 5.0 };
-    let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+    let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
     let description = match shown / real {
         _ if grid.unit != "s" => format!("The mechanism over the {}.", grid.name),
         r if r > 1.05 => format!("The mechanism in motion, {r:.1} times slower than in reality."),
         r if r < 0.95 => format!("The mechanism in motion, {:.1} times faster than in reality.", 1.0 / r),
         _ => "The mechanism in motion, as fast as in reality.".to_owned(),
     };
-    let time = Quantity::new(literal(&grid.name), literal(&grid.unit));
+    let time = QuantityLabel::literal(&grid.name, &grid.unit);
     // A mechanism without a visible body has no animation.
     let Ok(motion) = Animation::new(literal(&description), axes, times, scenes) else { return Ok((None, None)) };
     let motion = motion.lasting(shown)?.over(time).compared();
-    Ok((Some(Section::new("mechanism", "Mechanism").html(motion.fragment())), Some(motion)))
+    Ok((Some(PageSection::new("mechanism", "Mechanism").html(motion.fragment())), Some(motion)))
 }
 
 /// The page of a run that was stopped before the start design was analysed.
@@ -136,8 +136,8 @@ fn without_state(model: &Model, problem: &Problem) -> anyhow::Result<Page> {
         table.push([v.name.as_str().into(), v.unit.as_str().into(), lower, v.start.into(), upper])?;
     }
     let lead = "The run was stopped before its first design was analysed; continue it with `linkwright resume`.";
-    let section = Section::new("design", "Design").table(table);
-    Ok(Page::new(model.title()).status("unfinished", Severity::Fair).lead(lead).with(section))
+    let section = PageSection::new("design", "Design").table(table);
+    Ok(Page::new(model.title()).status("unfinished", Badge::Fair).lead(lead).with(section))
 }
 
 /// Files of the folder with their descriptions.
@@ -153,9 +153,9 @@ const FILES: [(&str, &str); 9] = [
     ("figures/mechanism.gif", "animation of the mechanism"),
 ];
 
-fn listed(path: &Path, model: &Model, folder: &RunDirectory, text: &str) -> Section {
+fn listed(path: &Path, model: &Model, folder: &RunDirectory, text: &str) -> PageSection {
     let present = FILES.into_iter().filter(|(name, _)| path.join(name).exists());
-    let mut section = Section::new("data", "Data and settings")
+    let mut section = PageSection::new("data", "Data and settings")
         .links(present.map(|(name, what)| (name.to_owned(), what.to_owned())))
         .paragraph(format!(
             "Begun with linkwright {}. Fingerprint of the problem: {}; runs with the same fingerprint differ at most in method, \

@@ -3,7 +3,7 @@
 use super::output::{create_folder, results, say, write};
 use anyhow::bail;
 use clap::Args;
-use linkwright::papers::{ReproducedTable, Summary, papers};
+use linkwright::papers::{ReproducedTable, ReproductionSummary, papers};
 use linkwright::sao::State;
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -49,7 +49,7 @@ impl Reproduce {
                 tables.push(table);
             }
         }
-        write(&out.join("summary.json"), Summary::new(*paper, &tables)?.to_json().as_bytes())?;
+        write(&out.join("summary.json"), ReproductionSummary::new(*paper, &tables)?.to_json().as_bytes())?;
         for table in &tables {
             for (name, figure) in paper.figures(table)? {
                 figure.save(&out, &name)?;

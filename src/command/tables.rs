@@ -6,7 +6,7 @@ use linkwright::report::table::{Cell, Table};
 use linkwright::sao::State;
 use nalgebra::DMatrix;
 
-/// All trial steps, accepted and rejected.
+/// Table of all trial steps, accepted and rejected.
 pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
     let fixed = [
         "cycle",
@@ -31,12 +31,12 @@ pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
     Ok(table)
 }
 
-/// All responses over time; a response without time has a value in the first row only.
+/// Table of all responses over time; a response without time has a value in the first row only.
 pub fn responses(problem: &Problem, values: &Responses) -> linkwright::Result<Table> {
     over_time(problem, "Responses", problem.responses.iter().zip(&values.values).map(|(r, v)| (r.name.clone(), v)))
 }
 
-/// All constraints over time, normalized: feasible up to one.
+/// Table of all constraints over time, normalized: feasible up to one.
 pub fn constraints(problem: &Problem, evaluation: &Evaluation) -> linkwright::Result<Table> {
     let columns = problem.constraints.iter().zip(&evaluation.constraints).map(|(c, v)| (c.name.clone(), v));
     over_time(problem, "Constraints", columns)
@@ -60,7 +60,7 @@ fn over_time<'v>(
     Ok(table)
 }
 
-/// Derivatives of all responses at all time points.
+/// Table of the derivatives of all responses at all time points.
 pub fn sensitivities(
     problem: &Problem,
     values: &Responses,

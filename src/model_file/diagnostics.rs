@@ -1,4 +1,4 @@
-//! Diagnostics of a model file: their content, how they are collected while a file is read, and how they are shown.
+//! Diagnostics of a model file: their content, collection and display.
 
 use super::limits;
 use crate::Error;
@@ -21,15 +21,15 @@ pub enum Severity {
 /// A message about a part of a model file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Whether the file is rejected.
+    /// Error or note.
     pub severity: Severity,
-    /// What is wrong, in a line.
+    /// The error or note in one line.
     pub message: String,
     /// The bytes to underline.
     pub span: Range<usize>,
     /// Text after the underlined bytes; may be empty.
     pub label: String,
-    /// What to do.
+    /// The remedy.
     pub help: Option<String>,
     /// The unknown name, if the diagnostic is about one.
     pub(super) unknown_name: Option<String>,
@@ -47,13 +47,13 @@ impl Diagnostic {
         Self { label: label.into(), ..self }
     }
 
-    /// Sets what to do.
+    /// Sets the remedy.
     #[must_use]
     pub fn help(self, help: impl Into<String>) -> Self {
         Self { help: Some(help.into()), ..self }
     }
 
-    /// An error about a name that is not among the known ones; the help suggests the nearest of them.
+    /// An error about an unknown name; the help suggests the nearest known one.
     pub fn unknown<'k>(span: Range<usize>, kind: &str, asked: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
         // Comparing very long names takes too long.
         let known: Vec<&str> = known.into_iter().filter(|name| name.len() <= limits::NAME).collect();
@@ -79,7 +79,7 @@ impl Diagnostic {
 
 /// [`Diagnostic`]s with the file that they are about.
 ///
-/// Shown in the layout of the Rust compiler. The word `error:` is left out before the first one, because commands print it:
+/// Shown in the layout of the Rust compiler. The first one has no `error:` before it, because commands print this word:
 ///
 /// ```text
 /// there is no body `crnk`
@@ -153,7 +153,7 @@ pub(super) struct DiagnosticLog {
 }
 
 impl DiagnosticLog {
-    /// Adds an error, unless it follows from one that is known.
+    /// Adds an error, unless it is a consequence of an earlier one.
     pub fn note(&self, error: Diagnostic) {
         let mut errors = self.errors.borrow_mut();
         let follows = error.unknown_name.as_deref().is_some_and(|name| self.is_poisoned(name));
@@ -163,7 +163,7 @@ impl DiagnosticLog {
         }
     }
 
-    /// The value of a result; an error is added to the log.
+    /// Returns the value of a result, or logs its error and returns `None`.
     pub fn keep<T>(&self, read: Result<T, Diagnostic>) -> Option<T> {
         read.map_err(|error| self.note(error)).ok()
     }
@@ -173,12 +173,12 @@ impl DiagnosticLog {
         self.poisoned.borrow_mut().insert(name.to_owned());
     }
 
-    /// Poisons all names, for a wrong definition whose name is not known.
+    /// Poisons all names, after a wrong definition without a readable name.
     pub fn poison_all(&self) {
         self.all_poisoned.set(true);
     }
 
-    /// Whether a name or its owner is poisoned: `pin` poisons `pin.force_x`.
+    /// Returns `true` if a name or its owner is poisoned: `pin` poisons `pin.force_x`.
     fn is_poisoned(&self, name: &str) -> bool {
         let poisoned = self.poisoned.borrow();
         let ends = name.match_indices('.').map(|(k, _)| k).chain([name.len()]);
@@ -190,7 +190,7 @@ impl DiagnosticLog {
         self.locations.borrow_mut().entry(name.to_owned()).or_insert(span);
     }
 
-    /// Ends the reading.
+    /// Fails if an error has been logged.
     ///
     /// # Errors
     /// The first error, if the log has any.
@@ -215,12 +215,12 @@ pub(super) struct SourceMap {
 }
 
 impl SourceMap {
-    /// These diagnostics with the file.
+    /// A report of diagnostics with the file.
     pub fn report(&self, diagnostics: Vec<Diagnostic>) -> DiagnosticReport {
         DiagnosticReport { file: self.file.clone(), text: self.text.clone(), diagnostics }
     }
 
-    /// An error of an analysis as a diagnostic of the part that it names; `None` if it names no part of the file.
+    /// Converts an error of an analysis to a diagnostic at the part that it names; `None` if it names no part of the file.
     pub fn locate(&self, error: &Error) -> Option<DiagnosticReport> {
         let (what, message, remedy) = match error {
             Error::Analysis { what, why, remedy } => {

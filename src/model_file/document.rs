@@ -1,23 +1,23 @@
 //! The reference of all keys: as tables, as Markdown for the documentation, and as JSON schema for editors.
 
 use super::file::{KEYS, element_of, families};
-use super::{Accepts, Key, Need, Table};
+use super::{Accepts, Key, Need, TableKeys};
 use mechanics::elements::Measure;
 use serde_json::{Map, Value, json};
 
-/// All tables that a file may have, with their keys, in the order of a file.
-pub fn tables() -> Vec<Table> {
-    let file = Table { name: "", kind: None, about: "the file", keys: KEYS };
+/// Declarations of all tables with their keys, in the order of a file.
+pub fn tables() -> Vec<TableKeys> {
+    let file = TableKeys { name: "", kind: None, about: "the file", keys: KEYS };
     std::iter::once(file).chain(families()).collect()
 }
 
-/// All tables with their keys as Markdown, in the order of a file.
+/// Reference of all tables and keys as Markdown, in the order of a file.
 ///
 /// The section "All keys" of `docs/model-file.md` is this text; a test compares them.
 pub fn document() -> String {
     let all = tables();
     let mut text = String::new();
-    let mut last: Option<&Table> = None;
+    let mut last: Option<&TableKeys> = None;
     for table in &all {
         let again = last.is_some_and(|last| last.name == table.name && last.kind == table.kind);
         if !again {
@@ -42,7 +42,7 @@ pub fn document() -> String {
 }
 
 /// The heading of a table, or the line above the keys of one kind.
-fn heading(table: &Table, last: Option<&Table>) -> String {
+fn heading(table: &TableKeys, last: Option<&TableKeys>) -> String {
     let new = last.is_none_or(|last| last.name != table.name);
     let title = if table.name.is_empty() { "The file".to_owned() } else { format!("`{}`", table.name) };
     match table.kind {
@@ -53,12 +53,12 @@ fn heading(table: &Table, last: Option<&Table>) -> String {
 }
 
 /// The family of an element in brackets.
-fn family(table: &Table) -> String {
+fn family(table: &TableKeys) -> String {
     element_of(table).map_or(String::new(), |element| format!(" ({})", element.family))
 }
 
 /// The measures of an element, with unit and sign.
-fn measures(table: &Table) -> String {
+fn measures(table: &TableKeys) -> String {
     let measures = element_of(table).map_or(&[][..], |element| element.measures);
     if measures.is_empty() {
         return String::new();
@@ -93,7 +93,7 @@ pub fn schema() -> Value {
 }
 
 /// The schema of a table: the keys of all its kinds, and for each kind the keys that it requires.
-fn object(name: &str, all: &[Table]) -> Value {
+fn object(name: &str, all: &[TableKeys]) -> Value {
     let own = || all.iter().filter(|table| table.name == name);
     let mut properties = Map::new();
     for key in own().flat_map(|table| table.keys) {
@@ -121,7 +121,7 @@ fn object(name: &str, all: &[Table]) -> Value {
     object
 }
 
-fn property(table: &str, key: &Key, all: &[Table]) -> Value {
+fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
     let mut property = match key.accepts {
         Accepts::Number | Accepts::Expression | Accepts::Quantity | Accepts::Feedback => number(),
         Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
@@ -146,7 +146,7 @@ fn property(table: &str, key: &Key, all: &[Table]) -> Value {
 }
 
 /// The schema of a table inside another one, or of one whose keys are names of the user.
-fn inner(table: &str, key: &Key, all: &[Table]) -> Value {
+fn inner(table: &str, key: &Key, all: &[TableKeys]) -> Value {
     let name = if table.is_empty() { key.name.to_owned() } else { format!("{table}.{}", key.name) };
     if all.iter().any(|table| table.name == name) {
         return json!({ "$ref": format!("#/$defs/{name}") });

@@ -10,11 +10,11 @@ pub const NESTING: usize = 64;
 pub const OPERATIONS: usize = 20_000;
 /// Operations of all expressions of a file together.
 pub const ALL_OPERATIONS: usize = 5_000_000;
-/// Characters of a name that is shown or compared with others.
+/// Characters of a name in messages and suggestions.
 pub const NAME: usize = 64;
 /// Named expressions.
 pub const NAMES: usize = 1000;
-/// Parts of one kind, with copies by `each`.
+/// Tables under one `[[name]]`, with copies by `each`.
 pub const PARTS: usize = 10_000;
 /// Design variables.
 pub const VARIABLES: usize = 10_000;
@@ -22,11 +22,11 @@ pub const VARIABLES: usize = 10_000;
 pub const VALUES: usize = 10_000_000;
 /// Time points.
 pub const POINTS: usize = 100_000;
-/// Values of constraints at all their time points.
+/// Constraint values: constraints times their time points.
 pub const ROWS: usize = 10_000_000;
 /// Time steps of an analysis.
 pub const STEPS: f64 = 1e7;
-/// Time steps of fixed length times coordinates: numbers that derivatives store of a motion.
+/// Fixed time steps times coordinates: the size of the trajectory that derivatives store.
 pub const MOTION: f64 = 3e7;
 /// Smallest tolerance of adaptive steps.
 pub const TOLERANCE: f64 = 1e-15;

@@ -47,5 +47,5 @@ mod version;
 
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
 pub use document::{document, schema, tables};
-pub use file::{Accepts, Key, Model, Need, Table, read};
+pub use file::{Accepts, Key, Model, Need, TableKeys, read};
 pub use settings::settings;

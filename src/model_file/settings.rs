@@ -25,8 +25,8 @@ pub(super) fn parse(text: &str) -> Result<DeTable<'_>, Diagnostic> {
     Ok(DeTable::parse(text).map_err(broken)?.into_inner())
 }
 
-/// A number that identifies a problem: a hash of everything but method, title, and bounds of design variables. Comments and order
-/// of keys do not matter, nor does the version of the format.
+/// Hash of a problem: of everything except method, title and bounds of design variables. It does not depend on comments, order of
+/// keys and version of the format.
 pub(super) fn fingerprint(file: &DeTable<'_>) -> u64 {
     let mut file = file.clone();
     // The words of version 1, with which the first runs were stored.
@@ -70,7 +70,7 @@ fn write_plainly(value: &DeValue<'_>, out: &mut String) {
     }
 }
 
-/// Every value under its whole key, as it is written: `design.k.lower` is `1e-6`, `joint.pin.a` is `"ground"`. The key of a table
+/// All settings of a file by their full keys, with values as written: `design.k.lower` is `1e-6`, `joint.pin.a` is `"ground"`. The key of a table
 /// in a list has the name of the table, or its number if it has none. Words of version 1 are replaced by the current ones.
 ///
 /// # Errors

@@ -1,8 +1,7 @@
 //! Versions of the format, and the words that version 2 has renamed.
 //!
-//! The reader knows the words of version 2 only. Words of a file of version 1 are replaced while it is read, with a
-//! note that lists them; in a file of version 2 an old word is an error that names the new one. Both follow from one
-//! table, [`RENAMED`].
+//! Only the words of version 2 are accepted. Old words in a file of version 1 are replaced before its tables are read, and a
+//! note lists them; in a file of version 2 an old word is an error that names the new one. Both use the table [`RENAMED`].
 
 use super::Diagnostic;
 use std::cell::RefCell;
@@ -14,9 +13,9 @@ use toml::de::{DeTable, DeValue};
 /// The version that this program documents and writes. It reads version 1, too.
 pub const CURRENT: usize = 2;
 
-/// What a renamed word is in its table.
+/// Role of a renamed word in its table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Role {
+enum WordRole {
     /// A value of `kind`.
     Kind,
     Key,
@@ -29,7 +28,7 @@ enum Role {
 /// A word of version 1 with its name in version 2.
 #[derive(Debug)]
 struct RenamedWord {
-    role: Role,
+    role: WordRole,
     table: &'static str,
     /// Kinds of the table that have the word, by their new names; all if empty.
     kinds: &'static [&'static str],
@@ -37,73 +36,73 @@ struct RenamedWord {
     new: &'static str,
 }
 
-const fn renamed(role: Role, table: &'static str, old: &'static str, new: &'static str) -> RenamedWord {
+const fn renamed(role: WordRole, table: &'static str, old: &'static str, new: &'static str) -> RenamedWord {
     RenamedWord { role, table, kinds: &[], old, new }
 }
 
 const fn key(table: &'static str, kinds: &'static [&'static str], old: &'static str, new: &'static str) -> RenamedWord {
-    RenamedWord { role: Role::Key, table, kinds, old, new }
+    RenamedWord { role: WordRole::Key, table, kinds, old, new }
 }
 
 /// All renamed words. Kinds come before the keys that depend on them.
 static RENAMED: &[RenamedWord] = &[
-    renamed(Role::Kind, "body", "slide", "slider"),
-    renamed(Role::Kind, "body", "frame", "massless-node"),
-    renamed(Role::Kind, "body", "pivot", "fixed-node"),
-    renamed(Role::Kind, "joint", "weld", "fixed"),
-    renamed(Role::Kind, "joint", "rod", "distance"),
-    renamed(Role::Kind, "force", "stop", "bump-stop"),
-    renamed(Role::Kind, "force", "state-load", "feedback"),
+    renamed(WordRole::Kind, "body", "slide", "slider"),
+    renamed(WordRole::Kind, "body", "frame", "massless-node"),
+    renamed(WordRole::Kind, "body", "pivot", "fixed-node"),
+    renamed(WordRole::Kind, "joint", "weld", "fixed"),
+    renamed(WordRole::Kind, "joint", "rod", "distance"),
+    renamed(WordRole::Kind, "force", "stop", "bump-stop"),
+    renamed(WordRole::Kind, "force", "state-load", "feedback"),
     key("joint", &["fixed", "prismatic"], "turn", "angle"),
     key("force", &["bushing"], "stiffness_turn", "stiffness_theta"),
     key("force", &["bushing"], "damping_turn", "damping_theta"),
     key("force", &["friction"], "effort", "coulomb_force"),
     key("force", &["load", "feedback"], "effort", "generalized_force"),
     key("analysis", &["dynamics"], "origin", "initial_configuration"),
-    renamed(Role::ValueOf("prescribed"), "analysis", "steps", "newmark"),
+    renamed(WordRole::ValueOf("prescribed"), "analysis", "steps", "newmark"),
     key("method", &[], "drifting", "moving_peaks"),
-    renamed(Role::Measure, "driver", "effort", "driving_force"),
-    renamed(Role::Measure, "force", "effort", "generalized_force"),
-    renamed(Role::Measure, "force", "stretch", "elongation"),
-    renamed(Role::Measure, "force", "push", "contact_force"),
-    renamed(Role::Measure, "joint/force", "couple", "moment"),
+    renamed(WordRole::Measure, "driver", "effort", "driving_force"),
+    renamed(WordRole::Measure, "force", "effort", "generalized_force"),
+    renamed(WordRole::Measure, "force", "stretch", "elongation"),
+    renamed(WordRole::Measure, "force", "push", "contact_force"),
+    renamed(WordRole::Measure, "joint/force", "couple", "moment"),
 ];
 
 impl RenamedWord {
-    /// What the word is, such as "kind of joint".
+    /// Description of the role, such as "kind of joint".
     fn role_in_words(&self) -> String {
         let Self { table, kinds, .. } = self;
         match self.role {
-            Role::Kind => format!("kind of {table}"),
-            Role::Key if kinds.is_empty() => format!("key of {table}"),
-            Role::Key => format!("key of {} {table}", kinds.join("/")),
-            Role::ValueOf(key) => format!("value of {key}"),
-            Role::Measure => format!("measure of {table}"),
+            WordRole::Kind => format!("kind of {table}"),
+            WordRole::Key if kinds.is_empty() => format!("key of {table}"),
+            WordRole::Key => format!("key of {} {table}", kinds.join("/")),
+            WordRole::ValueOf(key) => format!("value of {key}"),
+            WordRole::Measure => format!("measure of {table}"),
         }
     }
 
-    /// Whether a table with these entries can have the word.
+    /// Returns `true` if a table with these entries can have the word.
     fn applies(&self, entries: &DeTable<'_>) -> bool {
         let kind = entries.get("kind").and_then(|kind| kind.get_ref().as_str());
         self.kinds.is_empty() || kind.is_some_and(|kind| self.kinds.contains(&kind))
     }
 
     /// Replaces the old word by the new one in a table, or the new one by the old one. Returns the location of the word.
-    fn replace(&self, entries: &mut DeTable<'_>, direction: Direction) -> Option<Range<usize>> {
-        let (from, to) = match direction {
-            Direction::ToCurrent => (self.old, self.new),
-            Direction::ToFirst => (self.new, self.old),
+    fn replace(&self, entries: &mut DeTable<'_>, conversion: Conversion) -> Option<Range<usize>> {
+        let (from, to) = match conversion {
+            Conversion::ToCurrent => (self.old, self.new),
+            Conversion::ToFirst => (self.new, self.old),
         };
         match self.role {
-            Role::Kind => replace_value(entries, "kind", from, to),
-            Role::ValueOf(key) => replace_value(entries, key, from, to),
-            Role::Key if entries.contains_key(to) => None,
-            Role::Key => {
+            WordRole::Kind => replace_value(entries, "kind", from, to),
+            WordRole::ValueOf(key) => replace_value(entries, key, from, to),
+            WordRole::Key if entries.contains_key(to) => None,
+            WordRole::Key => {
                 let (key, value) = entries.remove_entry(from)?;
                 entries.insert(Spanned::new(key.span(), to.into()), value);
                 Some(key.span())
             }
-            Role::Measure => None,
+            WordRole::Measure => None,
         }
     }
 }
@@ -115,7 +114,7 @@ fn replace_value(entries: &mut DeTable<'_>, key: &str, from: &str, to: &'static 
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Direction {
+enum Conversion {
     ToCurrent,
     ToFirst,
 }
@@ -138,11 +137,11 @@ pub fn version(table: &DeTable<'_>) -> Result<usize, Diagnostic> {
     }
 }
 
-/// Replaces the old words in the tables of a file by those of the current version, and stores the old words found.
+/// Replaces old words by those of the current version, and stores the old words found with their locations.
 #[derive(Debug, Default)]
 pub struct Modernizer {
     found: RefCell<Vec<(&'static RenamedWord, Range<usize>)>>,
-    /// Names of drivers, whose measures have names of their own.
+    /// Names of drivers: their measures are renamed differently from those of forces.
     drivers: RefCell<HashSet<String>>,
 }
 
@@ -152,7 +151,7 @@ impl Modernizer {
     pub fn update(&self, name: &str, entries: &mut DeTable<'_>, text: &str) {
         for word in RENAMED.iter().filter(|word| word.table == name) {
             if word.applies(entries)
-                && let Some(span) = word.replace(entries, Direction::ToCurrent)
+                && let Some(span) = word.replace(entries, Conversion::ToCurrent)
             {
                 self.add(word, span);
             }
@@ -171,7 +170,7 @@ impl Modernizer {
         let is_driver = |owner: &str| self.drivers.borrow().contains(owner);
         replace_measures(entries, |owner, measure, place| {
             let is_meant = |word: &&RenamedWord| {
-                word.role == Role::Measure && word.old == measure && (word.table == "driver") == is_driver(owner)
+                word.role == WordRole::Measure && word.old == measure && (word.table == "driver") == is_driver(owner)
             };
             let word = RENAMED.iter().find(is_meant)?;
             // Where the text is in the file letter for letter, the word itself is underlined.
@@ -227,12 +226,12 @@ pub fn to_first_version(file: &mut DeTable<'_>) {
     for_each_table(file, &mut |name, table| {
         for word in RENAMED.iter().rev().filter(|word| word.table == name) {
             if word.applies(table) {
-                word.replace(table, Direction::ToFirst);
+                word.replace(table, Conversion::ToFirst);
             }
         }
         if name == "output" {
             replace_measures(table, |_, measure, _| {
-                Some(RENAMED.iter().find(|word| word.role == Role::Measure && word.new == measure)?.old)
+                Some(RENAMED.iter().find(|word| word.role == WordRole::Measure && word.new == measure)?.old)
             });
         }
     });

@@ -9,7 +9,7 @@ mod summary;
 pub mod svanberg_1987;
 
 pub use paper::{Observer, Paper, PaperTable, ReproducedRun, ReproducedTable};
-pub use summary::{ActiveConstraint, RunSummary, SCHEMA, Summary, VariableValue};
+pub use summary::{ActiveConstraint, ReproductionSummary, RunSummary, SCHEMA, VariableValue};
 
 /// All papers, by year.
 pub fn papers() -> &'static [&'static dyn Paper] {

@@ -1,8 +1,8 @@
 //! The trait of a reproduced paper, and its tables and runs.
 
-use crate::problem::Problem;
+use crate::problem::{Problem, RowId};
 use crate::report::figure::Figure;
-use crate::report::table::{Comparison, Printed, Table};
+use crate::report::table::{Printed, Table, TableComparison};
 use crate::sao::State;
 use error::{Error, Result};
 
@@ -15,7 +15,7 @@ pub trait Paper: Send + Sync {
     fn name(&self) -> &'static str;
     /// Authors, journal, volume, year, pages and DOI.
     fn reference(&self) -> &'static str;
-    /// The content that is reproduced, in one line.
+    /// Reproduced content, in one line.
     fn description(&self) -> &'static str;
     /// The tables that can be regenerated, in order.
     fn tables(&self) -> &'static [PaperTable];
@@ -87,17 +87,30 @@ impl ReproducedRun {
     pub fn name(&self) -> &'static str {
         self.label.unwrap_or_default()
     }
+
+    /// Time points of a response that the last cycle retained, and those with an active constraint.
+    pub(super) fn marked_points(&self, response: usize) -> [Vec<usize>; 2] {
+        let Some(last) = self.state.history.last() else { return Default::default() };
+        let of_response =
+            |row: &&RowId| self.problem.constraints[row.constraint].quantity.responses().contains(&response);
+        let mut retained: Vec<usize> = last.retained.iter().filter(of_response).map(|row| row.point).collect();
+        let mut active: Vec<usize> =
+            last.active.iter().map(|a| &a.row).filter(of_response).map(|row| row.point).collect();
+        retained.dedup();
+        active.dedup();
+        [retained, active]
+    }
 }
 
 impl ReproducedTable {
-    /// Our table next to the printed one, differences marked; our table alone if there is no printed one.
+    /// Comparison of our table with the printed one; our table alone if there is no printed one.
     ///
     /// # Errors
     /// [`Error::Definition`] if the two tables have different columns.
-    pub fn comparison(&self) -> Result<Comparison> {
+    pub fn comparison(&self) -> Result<TableComparison> {
         match &self.printed {
             Some(printed) => self.table.compare(printed, self.keys),
-            None => Ok(Comparison { text: self.table.text(), compared: 0, differing: 0 }),
+            None => Ok(TableComparison { text: self.table.text(), compared: 0, differing: 0 }),
         }
     }
 }

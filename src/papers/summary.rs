@@ -2,17 +2,17 @@
 
 use super::paper::{Paper, ReproducedRun, ReproducedTable};
 use crate::problem::DesignVariable;
-use crate::report::table::Comparison;
+use crate::report::table::TableComparison;
 use crate::sao::{ActiveRow, Counters, Status};
 use error::Result;
 use serde::Serialize;
 
-/// Name and version of the schema of [`Summary`].
+/// Name and version of the schema of [`ReproductionSummary`].
 pub const SCHEMA: &str = "linkwright/reproduction/1";
 
 /// Content of `summary.json`.
 #[derive(Serialize)]
-pub struct Summary {
+pub struct ReproductionSummary {
     /// [`SCHEMA`].
     pub schema: &'static str,
     /// Reference of the paper.
@@ -79,7 +79,7 @@ pub struct ActiveConstraint {
     pub multiplier: f64,
 }
 
-impl Summary {
+impl ReproductionSummary {
     /// Summarizes the runs behind some tables of a paper.
     ///
     /// # Errors
@@ -100,7 +100,7 @@ impl Summary {
 }
 
 impl RunSummary {
-    fn new(table: &ReproducedTable, comparison: &Comparison, run: &ReproducedRun) -> Self {
+    fn new(table: &ReproducedTable, comparison: &TableComparison, run: &ReproducedRun) -> Self {
         let ReproducedRun { label, problem, state } = run;
         let variable =
             |(v, &value): (&DesignVariable, &f64)| VariableValue { name: v.name.clone(), unit: v.unit.clone(), value };

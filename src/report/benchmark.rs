@@ -9,7 +9,7 @@ use error::Result;
 /// Label of the work in the figures.
 const WORK: &str = "analyses + sensitivity analyses";
 
-/// A row for each method: first those that reach a known optimum, with increasing work.
+/// Table with a row for each method: first those that reach a known optimum, with increasing work.
 ///
 /// Columns: status; work to the known optimum (analyses and sensitivity analyses up to the first design within 1e-5);
 /// accepted cycles and work to the end; objective, violation, KKT residual, and relative distance from the optimum at the end.

@@ -6,7 +6,7 @@ use crate::problem::Problem;
 use error::Result;
 use std::fmt::Write;
 
-/// A row for each derivative: values of the methods, of the finite differences with their error estimate, disagreement, verdict,
+/// Table with a row for each derivative: values of the methods, of the finite differences with their error estimate, disagreement, verdict,
 /// suspected methods, explanation.
 ///
 /// # Errors
@@ -38,7 +38,7 @@ fn disagreeing_methods(checked: &GradientCheck, d: &CheckedDerivative) -> String
     d.disagreeing.iter().map(|&k| checked.methods[k].as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// The results as text for a terminal: derivatives grouped by response and time, in four digits; suspected methods have a star.
+/// Results as text for a terminal: derivatives grouped by response and time, in four digits; suspected methods have a star.
 ///
 /// Without `all`, only the least accurate of the right derivatives of each response and those that are not right are shown.
 pub fn text(problem: &Problem, checked: &GradientCheck, all: bool) -> String {
@@ -85,7 +85,7 @@ fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
     bad.iter().take(EXPLAINED).map(line).collect::<String>() + &rest
 }
 
-/// Whether a derivative is neither right nor constant, or is the least accurate of its response.
+/// Returns `true` if a derivative is neither right nor constant, or is the least accurate of its response.
 fn is_notable(checked: &GradientCheck, d: &CheckedDerivative) -> bool {
     let relative =
         |d: &CheckedDerivative| d.disagreement() / d.computed.iter().fold(f64::MIN_POSITIVE, |a, x| a.max(x.abs()));

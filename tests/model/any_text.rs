@@ -1,9 +1,9 @@
 //! Properties of reading any text: it is read, or rejected with a location. Used by random edits and by the fuzz targets.
 
-use linkwright::model_file::expression::{Inputs, Names, TextPlace, Tree, Wants};
+use linkwright::model_file::expression::{Inputs, Names, Scope, TextPlace, Tree};
 use linkwright::model_file::read;
 
-/// Reads a text as a model file and builds its problem. Returns whether that is possible.
+/// Reads a text as a model file and builds its problem. Returns `true` if that is possible.
 pub fn model(text: &str) -> bool {
     match read("m.toml", text) {
         Ok(model) => model.problem().is_ok(),
@@ -14,19 +14,19 @@ pub fn model(text: &str) -> bool {
     }
 }
 
-/// Reads a text as an expression, compiles and evaluates it. Returns whether that is possible.
+/// Reads a text as an expression, compiles and evaluates it. Returns `true` if that is possible.
 pub fn expression(text: &str) -> bool {
     let mut names = Names::default();
     names.design("r");
     names.constant("h", 2.0);
-    let program = Tree::parse(text, TextPlace::from(0)).and_then(|tree| {
+    let expression = Tree::parse(text, TextPlace::from(0)).and_then(|tree| {
         names.expressions(vec![("named".to_owned(), tree.clone())])?;
-        names.compile(&tree, &Wants::MOTION)
+        names.compile(&tree, &Scope::MOTION)
     });
-    match program {
-        Ok(program) => {
-            // Any number will do, and the same one twice.
-            let value = || program.value(&Inputs::at(&[1.5_f64], 0.25)).to_bits();
+    match expression {
+        Ok(expression) => {
+            // The value may be any number, but two evaluations give the same one.
+            let value = || expression.value(&Inputs::at(&[1.5_f64], 0.25)).to_bits();
             assert_eq!(value(), value());
             true
         }

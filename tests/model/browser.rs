@@ -2,7 +2,7 @@
 //!
 //! Needs Chromium: without one the tests say so and pass, unless `REQUIRE_BROWSER=1` is set. `.ci/browser` installs it.
 
-use crate::shell::Place;
+use crate::shell::TempFolder;
 use resvg::tiny_skia::Pixmap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,7 +22,7 @@ fn browser() -> Option<PathBuf> {
 
 struct Browser<'p> {
     program: PathBuf,
-    place: &'p Place,
+    place: &'p TempFolder,
 }
 
 impl Browser<'_> {
@@ -83,7 +83,7 @@ fn differences(a: &Pixmap, b: &Pixmap) -> (usize, u32, u32) {
 #[test]
 fn from_nothing_to_a_page_whose_mechanism_moves() {
     let Some(program) = browser() else { return };
-    let place = Place::new("browser");
+    let place = TempFolder::new("browser");
     place.run(&["new", "lift"], 0);
     place.run(&["optimize", "lift.toml", "--quiet"], 0);
     place.run(&["report", "out/lift", "--slice", "5", "--page-only"], 0);

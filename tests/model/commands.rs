@@ -1,11 +1,11 @@
 //! The commands on model files, as a user types them.
 #![cfg(feature = "cli")]
 
-use crate::shell::{Place, linkwright, text};
+use crate::shell::{TempFolder, linkwright, text};
 
 #[test]
 fn from_nothing_to_an_optimized_mechanism() {
-    let place = Place::new("starter");
+    let place = TempFolder::new("starter");
     place.run(&["new", "lift"], 0);
     assert!(place.run(&["new", "lift"], 1).contains("exists"));
     let checked = place.run(&["check", "lift.toml"], 0);
@@ -31,7 +31,7 @@ fn from_nothing_to_an_optimized_mechanism() {
 
 #[test]
 fn one_design_is_analysed_and_differentiated() {
-    let place = Place::new("analyze");
+    let place = TempFolder::new("analyze");
     place.example("impact-absorber");
     let shown = place.run(&["analyze", "impact-absorber.toml", "--at", "k=0.36276,c=0.48231", "--out", "here"], 0);
     assert!(shown.contains("displacement upper"), "{shown}");
@@ -52,7 +52,7 @@ fn one_design_is_analysed_and_differentiated() {
 
 #[test]
 fn json_lines_are_json_and_quiet_is_quiet() {
-    let place = Place::new("json");
+    let place = TempFolder::new("json");
     place.example("two-bar-truss");
     let shown = place.run(&["optimize", "two-bar-truss.toml", "--json", "--out", "a"], 0);
     let lines: Vec<serde_json::Value> = shown.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
@@ -66,7 +66,7 @@ fn json_lines_are_json_and_quiet_is_quiet() {
 
 #[test]
 fn mistakes_end_with_one_and_limits_with_three() {
-    let place = Place::new("codes");
+    let place = TempFolder::new("codes");
     place.example("cantilever");
     let good = place.read("cantilever.toml");
     std::fs::write(place.0.join("bad.toml"), good.replace("at_most", "atmost")).unwrap();
@@ -80,7 +80,7 @@ fn mistakes_end_with_one_and_limits_with_three() {
 
 #[test]
 fn settings_may_be_edited_between_two_parts_of_a_run_but_not_the_problem() {
-    let place = Place::new("edit");
+    let place = TempFolder::new("edit");
     place.example("cantilever");
     let good = place.read("cantilever.toml");
     place.run(&["optimize", "cantilever.toml", "--quiet", "--out", "whole"], 0);
@@ -127,7 +127,7 @@ fn settings_may_be_edited_between_two_parts_of_a_run_but_not_the_problem() {
 /// Every `$ linkwright …` of the tutorial succeeds and prints the lines below it.
 #[test]
 fn the_tutorial_does_what_it_says() {
-    let place = Place::new("tutorial");
+    let place = TempFolder::new("tutorial");
     let page = std::fs::read_to_string(format!("{}/docs/tutorial.md", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let consoles = page.split("```console\n").skip(1).map(|rest| rest.split("```").next().unwrap());
     let (mut shown, mut commands) = (String::new(), 0);

@@ -1,4 +1,4 @@
-//! How diagnostics are shown.
+//! Display of diagnostics.
 
 use linkwright::model_file::{Diagnostic, DiagnosticReport};
 use std::ops::Range;

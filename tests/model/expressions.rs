@@ -2,7 +2,7 @@
 
 use linkwright::autodiff::{Dual, PolynomialDegree, gradient, hessian};
 use linkwright::model_file::Diagnostic;
-use linkwright::model_file::expression::{Inputs, Names, Program, TextPlace, Tree, Wants};
+use linkwright::model_file::expression::{CompiledExpression, Inputs, Names, Scope, TextPlace, Tree};
 use proptest::prelude::*;
 
 fn names() -> Names {
@@ -12,8 +12,8 @@ fn names() -> Names {
     names
 }
 
-fn compile(text: &str) -> Result<Program, Diagnostic> {
-    names().compile(&Tree::parse(text, TextPlace::from(0))?, &Wants::MOTION)
+fn compile(text: &str) -> Result<CompiledExpression, Diagnostic> {
+    names().compile(&Tree::parse(text, TextPlace::from(0))?, &Scope::MOTION)
 }
 
 fn value(text: &str) -> f64 {
@@ -75,7 +75,7 @@ fn functions_are_those_of_mathematics() {
 #[test]
 fn derivatives_are_exact() {
     let text = "x^2*sin(y) + exp(-x*y)/hypot(x, y) - atan2(y, x)^3 + 2^x";
-    let program = compile(text).unwrap();
+    let expression = compile(text).unwrap();
     let by_hand = |x: f64, y: f64| {
         let r = x.hypot(y);
         let e = (-x * y).exp();
@@ -87,11 +87,11 @@ fn derivatives_are_exact() {
         [dx, dy]
     };
     let at = [1.3, 0.4];
-    let (_, slope) = gradient(|b| program.value(&Inputs::design(b)), &at);
+    let (_, slope) = gradient(|b| expression.value(&Inputs::design(b)), &at);
     for (found, expected) in slope.iter().zip(by_hand(at[0], at[1])) {
         assert!((found - expected).abs() < 1e-13, "{found} and {expected}");
     }
-    let (_, again, curvature) = hessian(|b| program.value(&Inputs::design(b)), &at);
+    let (_, again, curvature) = hessian(|b| expression.value(&Inputs::design(b)), &at);
     assert!((again[0] - slope[0]).abs() < 1e-13);
     let h = 1e-6;
     let difference = (by_hand(at[0] + h, at[1])[0] - by_hand(at[0] - h, at[1])[0]) / (2.0 * h);
@@ -120,9 +120,9 @@ fn named_expressions_are_evaluated_once() {
         (format!("e{k}"), Tree::parse(&text, TextPlace::from(0)).unwrap())
     };
     names.expressions((0..=60).map(named).collect()).unwrap();
-    let program = names.compile(&Tree::parse("e60", TextPlace::from(0)).unwrap(), &Wants::DESIGN).unwrap();
-    assert_eq!(program.value(&Inputs::design(&[1.0, 0.0])), 2.0_f64.powi(60));
-    assert_eq!(program.value(&Inputs::design(&[Dual::from(1.0), Dual::from(0.0)])).re, 2.0_f64.powi(60));
+    let expression = names.compile(&Tree::parse("e60", TextPlace::from(0)).unwrap(), &Scope::DESIGN).unwrap();
+    assert_eq!(expression.value(&Inputs::design(&[1.0, 0.0])), 2.0_f64.powi(60));
+    assert_eq!(expression.value(&Inputs::design(&[Dual::from(1.0), Dual::from(0.0)])).re, 2.0_f64.powi(60));
 }
 
 #[test]
@@ -164,9 +164,9 @@ proptest! {
     #[test]
     fn derivatives_agree_with_differences(text in valid(), x in 0.5..2.0f64, y in 0.5..2.0f64) {
         // A constant part may be infinite, which is an error.
-        let Ok(program) = compile(&text) else { return Ok(()) };
-        let at = |x: f64, y: f64| program.value(&Inputs::design(&[x, y]));
-        let (value, slope) = gradient(|b| program.value(&Inputs::design(b)), &[x, y]);
+        let Ok(expression) = compile(&text) else { return Ok(()) };
+        let at = |x: f64, y: f64| expression.value(&Inputs::design(&[x, y]));
+        let (value, slope) = gradient(|b| expression.value(&Inputs::design(b)), &[x, y]);
         prop_assume!(value.is_finite() && slope.iter().all(|s| s.abs() < 1e3));
         let difference = |h: f64| (at(x + h, y) - at(x - h, y)) / (2.0 * h);
         let (coarse, fine) = (difference(2e-5), difference(1e-5));
@@ -180,7 +180,7 @@ proptest! {
     #[test]
     fn anything_typed_is_read_or_rejected_with_its_location(text in "[-+*/^(),.a-z0-9eE_ πé]{0,60}") {
         match compile(&text) {
-            Ok(program) => drop(program.value(&Inputs::at(&[1.0, 2.0], 0.0))),
+            Ok(expression) => drop(expression.value(&Inputs::at(&[1.0, 2.0], 0.0))),
             Err(error) => prop_assert!(error.span.end <= text.len(), "{error:?}"),
         }
     }

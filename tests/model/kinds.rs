@@ -1,4 +1,4 @@
-//! Every kind of part: it is built, measures what it says, and has exact derivatives.
+//! Every kind of part: construction, measures and exact derivatives.
 
 use linkwright::autodiff::Scalar;
 use linkwright::mechanics::elements::{ElementDescriptor, Role, StateFunction, kinds};
@@ -78,7 +78,7 @@ fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
 }
 
 fn problem(text: &str) -> Problem {
-    read("m.toml", text).unwrap_or_else(|fault| panic!("{text}\n{fault}")).problem().unwrap()
+    read("m.toml", text).unwrap_or_else(|report| panic!("{text}\n{report}")).problem().unwrap()
 }
 
 /// Derivatives of all responses with respect to all design variables against central differences; returns the responses at

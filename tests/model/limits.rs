@@ -84,14 +84,14 @@ fn beyond_limits() -> Vec<(&'static str, String)> {
 }
 
 #[test]
-fn what_is_too_large_is_rejected() {
+fn models_beyond_the_limits_are_rejected() {
     let mut all = String::new();
     for (what, text) in beyond_limits() {
         let begun = std::time::Instant::now();
         let Err(report) = read("model.toml", &text) else { panic!("{what}: the file was read") };
         assert!(begun.elapsed().as_secs() < 10, "{what} took {:?}", begun.elapsed());
         let report = report.to_string();
-        assert!(report.len() < 4000, "{what}: {} bytes are said", report.len());
+        assert!(report.len() < 4000, "{what}: a report of {} bytes", report.len());
         all += &format!("## {what}\n{report}\n\n");
     }
     insta::assert_snapshot!("limits", all);

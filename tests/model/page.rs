@@ -1,4 +1,4 @@
-//! A small HTML reader: checks that elements are closed in order, and lists the content of a page.
+//! A small HTML reader: checks that elements are closed in order, and outlines a page.
 
 /// A tag with its attributes as text.
 pub struct Tag {
@@ -21,7 +21,7 @@ pub fn tags(page: &str) -> Vec<Tag> {
         assert_eq!(inside.matches('"').count() % 2, 0, "quotes of <{inside}>");
         let (closes, inside) = inside.strip_prefix('/').map_or((false, inside), |inside| (true, inside));
         let name: String = inside.chars().take_while(|c| c.is_ascii_alphanumeric()).collect();
-        assert!(!name.is_empty(), "<{inside}> is no tag");
+        assert!(!name.is_empty(), "<{inside}> is not a tag");
         let attributes = inside[name.len()..].trim_end_matches('/').to_owned();
         let alone = inside.ends_with('/');
         rest = &rest[end + 1..];
@@ -54,8 +54,8 @@ pub fn check(page: &str) {
     assert!(open.is_empty(), "{open:?} are not closed");
 }
 
-/// Panics if the page loads anything: no element may load, and links must lead to the page or to files in its folder.
-pub fn asks_nobody(page: &str) {
+/// Panics if an element loads anything, or a link leads outside the page and its folder.
+pub fn assert_self_contained(page: &str) {
     for tag in tags(page) {
         let Tag { name, attributes, text, .. } = &tag;
         assert!(
@@ -103,7 +103,7 @@ pub fn outline(page: &str) -> String {
 }
 
 #[test]
-fn what_is_not_closed_is_found() {
+fn unclosed_elements_are_found() {
     check("<!DOCTYPE html><html><p a=\"b\">x<meta b=\"c\"><path d=\"M0 0\"/></p></html>");
     for broken in ["<p>", "<p></b></p>", "<p a=\"></p>", "< p>"] {
         assert!(std::panic::catch_unwind(|| check(&format!("<!DOCTYPE html>{broken}"))).is_err(), "{broken}");

@@ -1,22 +1,22 @@
 //! The report of a run: one page that is well formed, complete and loads nothing.
 
-use super::page::{asks_nobody, check, outline};
-use crate::shell::Place;
+use super::page::{assert_self_contained, check, outline};
+use crate::shell::TempFolder;
 
 /// Optimizes an example and writes its report.
-fn reported(name: &str, example: &str, code: i32) -> (Place, String) {
-    let place = Place::new(name);
+fn reported(name: &str, example: &str, code: i32) -> (TempFolder, String) {
+    let place = TempFolder::new(name);
     place.example(example);
     place.run(&["optimize", &format!("{example}.toml"), "--quiet", "--out", "run"], code);
     let page = report(&place);
     (place, page)
 }
 
-fn report(place: &Place) -> String {
+fn report(place: &TempFolder) -> String {
     assert!(place.run(&["report", "run", "--slice", "5", "--page-only"], 0).contains("Wrote run/report.html"));
     let page = place.read("run/report.html");
     check(&page);
-    asks_nobody(&page);
+    assert_self_contained(&page);
     page
 }
 
@@ -36,7 +36,7 @@ fn a_closed_form_without_time_has_no_mechanism_and_no_histories() {
 
 #[test]
 fn every_figure_is_a_file_and_the_mechanism_moves_in_one() {
-    let place = Place::new("report-figures");
+    let place = TempFolder::new("report-figures");
     place.example("impact-absorber");
     place.run(&["optimize", "impact-absorber.toml", "--quiet", "--report", "--out", "run"], 0);
     let mut names: Vec<String> = std::fs::read_dir(place.0.join("run/figures"))
@@ -64,7 +64,7 @@ fn every_figure_is_a_file_and_the_mechanism_moves_in_one() {
 
 #[test]
 fn hostile_names_are_shown_as_they_are() {
-    let place = Place::new("report-hostile");
+    let place = TempFolder::new("report-hostile");
     place.example("impact-absorber");
     let bad = "</title><script>alert(1)</script><img src=x onerror=alert(2)>";
     let model = place
@@ -90,7 +90,7 @@ fn hostile_names_are_shown_as_they_are() {
 
 #[test]
 fn a_run_that_was_stopped_gives_a_report_too() {
-    let place = Place::new("report-stopped");
+    let place = TempFolder::new("report-stopped");
     place.example("impact-absorber");
     let model = place.read("impact-absorber.toml") + "\n[method]\nmax_cycles = 3\n";
     std::fs::write(place.0.join("short.toml"), model).unwrap();
@@ -119,11 +119,11 @@ fn predictions_and_errors_agree() {
     let problem = linkwright::cases::impact_absorber::peak_acceleration().unwrap();
     let end = linkwright::sao::Method::default().solve(&problem, |_| ()).unwrap();
     for cycle in &end.history[1..] {
-        let promised = cycle.prediction.as_ref().unwrap();
-        let error = 100.0 * (promised.objective - cycle.objective).abs() / cycle.objective;
+        let predicted = cycle.prediction.as_ref().unwrap();
+        let error = 100.0 * (predicted.objective - cycle.objective).abs() / cycle.objective;
         assert!((error - cycle.objective_error_pct).abs() < 1e-9);
-        assert_eq!((promised.rows.len(), promised.analysed.len()), (cycle.retained.len(), cycle.retained.len()));
-        let pairs = promised.rows.iter().zip(&promised.analysed).filter(|(_, g)| **g >= 0.7);
+        assert_eq!((predicted.rows.len(), predicted.analysed.len()), (cycle.retained.len(), cycle.retained.len()));
+        let pairs = predicted.rows.iter().zip(&predicted.analysed).filter(|(_, g)| **g >= 0.7);
         let error = pairs.map(|(p, g)| 100.0 * (p - g).abs() / g.abs()).fold(0.0, f64::max);
         assert!((error - cycle.constraint_error_pct).abs() < 1e-6 || error <= cycle.constraint_error_pct, "{cycle:?}");
     }

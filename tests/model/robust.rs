@@ -1,7 +1,7 @@
 //! Runs that are killed, folders on full disks, folders that cannot be written.
 #![cfg(feature = "cli")]
 
-use crate::shell::{Place, text};
+use crate::shell::{TempFolder, text};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use std::time::Duration;
 const FILES: &[&str] =
     &["state.json", "history.jsonl", "cycles.csv", "summary.json", "responses.csv", "constraints.csv"];
 
-fn assert_same(place: &Place, one: &str, other: &str) {
+fn assert_same(place: &TempFolder, one: &str, other: &str) {
     for name in FILES {
         assert_eq!(place.read(&format!("{one}/{name}")), place.read(&format!("{other}/{name}")), "{name} of {one}");
     }
@@ -22,7 +22,7 @@ fn spread(k: u32) -> f64 {
 
 #[test]
 fn a_run_that_is_killed_at_any_moment_is_resumed_to_the_same_end() {
-    let place = Place::new("kill");
+    let place = TempFolder::new("kill");
     place.example("impact-absorber-formula");
     let file = "impact-absorber-formula.toml";
     place.run(&["optimize", file, "--quiet", "--out", "whole"], 0);
@@ -70,8 +70,8 @@ fn a_run_that_is_killed_at_any_moment_is_resumed_to_the_same_end() {
 }
 
 #[test]
-fn a_history_that_was_cut_in_the_middle_of_a_line_is_mended() {
-    let place = Place::new("torn");
+fn a_history_cut_in_the_middle_of_a_line_is_repaired() {
+    let place = TempFolder::new("torn");
     place.example("two-bar-truss");
     place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "whole"], 0);
     place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "torn"], 0);
@@ -87,7 +87,7 @@ fn a_history_that_was_cut_in_the_middle_of_a_line_is_mended() {
 #[cfg(target_os = "linux")]
 #[test]
 fn on_a_full_disk_earlier_cycles_are_kept_and_the_message_says_what_to_do() {
-    let place = Place::new("full");
+    let place = TempFolder::new("full");
     place.example("cantilever");
     place.run(&["optimize", "cantilever.toml", "--quiet", "--out", "whole"], 0);
     // Blocks of 512 or 1024 bytes, as the shell has it; the state grows with the history.
@@ -113,7 +113,7 @@ fn on_a_full_disk_earlier_cycles_are_kept_and_the_message_says_what_to_do() {
 
 #[test]
 fn a_folder_that_cannot_be_written_is_named() {
-    let place = Place::new("readonly");
+    let place = TempFolder::new("readonly");
     place.example("two-bar-truss");
     std::fs::write(place.0.join("file"), "").unwrap();
     let shown = place.run(&["optimize", "two-bar-truss.toml", "--out", "file/runs"], 1);
@@ -127,7 +127,7 @@ fn a_folder_that_cannot_be_written_is_named() {
 
 #[test]
 fn two_processes_do_not_run_in_one_folder() {
-    let place = Place::new("twice");
+    let place = TempFolder::new("twice");
     place.example("two-bar-truss");
     place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "one"], 0);
     let lock = std::fs::File::open(place.0.join("one/run.lock")).unwrap();

@@ -1,7 +1,7 @@
 //! Lists of runs, comparisons of runs and of methods.
 #![cfg(feature = "cli")]
 
-use crate::shell::{Place, linkwright, text};
+use crate::shell::{TempFolder, linkwright, text};
 use serde_json::Value;
 
 fn json(text: &str) -> Value {
@@ -10,7 +10,7 @@ fn json(text: &str) -> Value {
 
 #[test]
 fn runs_are_found_wherever_their_folders_are() {
-    let place = Place::new("runs");
+    let place = TempFolder::new("runs");
     assert!(place.run(&["runs"], 1).contains("there is no folder out"));
     place.example("two-bar-truss");
     for out in ["out/a", "out/studies/b", "out/c"] {
@@ -44,7 +44,7 @@ fn runs_are_found_wherever_their_folders_are() {
 
 #[test]
 fn results_go_where_the_environment_says() {
-    let place = Place::new("environment");
+    let place = TempFolder::new("environment");
     place.example("two-bar-truss");
     let run = |arguments: &[&str]| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_linkwright"));
@@ -58,7 +58,7 @@ fn results_go_where_the_environment_says() {
 
 #[test]
 fn two_runs_are_compared() {
-    let place = Place::new("compared");
+    let place = TempFolder::new("compared");
     place.example("two-bar-truss");
     let good = place.read("two-bar-truss.toml");
     std::fs::write(place.0.join("mma.toml"), good.replace("preset = \"gcmma\"", "preset = \"mma\"")).unwrap();
@@ -81,7 +81,7 @@ fn two_runs_are_compared() {
 
 #[test]
 fn methods_are_compared_on_a_model_file() {
-    let place = Place::new("methods");
+    let place = TempFolder::new("methods");
     place.example("two-bar-truss");
     let shown = place.run(&["compare", "two-bar-truss.toml", "--methods", "slp,mma,gcmma", "--out", "here"], 0);
     assert!(shown.contains("(the file's)") && shown.matches("Converged").count() >= 3, "{shown}");
@@ -96,7 +96,7 @@ fn methods_are_compared_on_a_model_file() {
 
 #[test]
 fn every_command_shows_examples_and_exit_codes_and_shells_complete_them() {
-    let place = Place::new("help");
+    let place = TempFolder::new("help");
     let listed = place.run(&["--help"], 0);
     let commands = listed.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
     let names: Vec<&str> = commands.lines().filter_map(|line| line.split_whitespace().next()).collect();
@@ -126,7 +126,7 @@ fn every_command_shows_examples_and_exit_codes_and_shells_complete_them() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_terminal_shows_the_time_that_is_left() {
-    let place = Place::new("terminal");
+    let place = TempFolder::new("terminal");
     place.example("slider-crank");
     let plain = place.run(&["optimize", "slider-crank.toml", "--out", "plain"], 0);
     assert!(!plain.contains('\u{1b}') && !plain.contains("elapsed"), "{plain}");

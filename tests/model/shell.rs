@@ -13,9 +13,9 @@ pub fn text(bytes: &[u8]) -> String {
 }
 
 /// An empty folder that is removed at the end.
-pub struct Place(pub PathBuf);
+pub struct TempFolder(pub PathBuf);
 
-impl Place {
+impl TempFolder {
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("linkwright-{name}-{}", std::process::id()));
         drop(std::fs::remove_dir_all(&path));
@@ -40,7 +40,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for TempFolder {
     fn drop(&mut self) {
         drop(std::fs::remove_dir_all(&self.0));
     }

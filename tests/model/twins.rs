@@ -131,7 +131,7 @@ fn driven_mechanisms_move_as_their_twins() {
     assert_histories("slider-crank-torque", &crank, &Crank::DESIGN, 1e-10, all);
     let times = TimeGrid::uniform(0.3, 0.5, 41).unwrap().points;
     let four_bar = KinematicResponses::new(RigidFourBar(FourBar::physical()), Assembly::default(), &times).unwrap();
-    // Moments at pins are zero, and no output of the file.
+    // Moments at pins are zero; the file has no outputs for them.
     let kept = |h: usize| h == 0 || (1..6).contains(&(h % 7));
     assert_histories("rigid-four-bar", &four_bar, &[0.0385, 0.0252, 0.02], 1e-9, kept);
 }

@@ -4,17 +4,17 @@ use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::papers::etman_1998::{Etman1998, table1};
 use linkwright::papers::{Paper, ReproducedTable, papers};
 use linkwright::problem::Problem;
-use linkwright::report::table::Comparison;
+use linkwright::report::table::TableComparison;
 use linkwright::sao::{Method, State};
 
-fn table(name: &str) -> (ReproducedTable, Comparison) {
+fn table(name: &str) -> (ReproducedTable, TableComparison) {
     let table = Etman1998.regenerate(name, &mut |_, _| ()).unwrap().remove(0);
     let comparison = table.comparison().unwrap();
     (table, comparison)
 }
 
 /// The cycles of which every printed value agrees.
-fn cycles_in_every_digit(comparison: &Comparison) -> Vec<usize> {
+fn cycles_in_every_digit(comparison: &TableComparison) -> Vec<usize> {
     let rows = comparison.text.lines().filter(|line| !line.contains('≠'));
     rows.filter_map(|line| line.split_whitespace().next()?.parse().ok()).collect()
 }
@@ -37,7 +37,7 @@ fn table_one_agrees_with_the_simulated_mechanism() {
     is_table_one((table, comparison));
 }
 
-fn is_table_one((table, comparison): (ReproducedTable, Comparison)) {
+fn is_table_one((table, comparison): (ReproducedTable, TableComparison)) {
     assert_eq!(work(&table), [5, 6, 5]);
     assert_eq!(comparison.compared, 36);
     assert!(cycles_in_every_digit(&comparison).starts_with(&[0, 1, 2, 3]), "{comparison}");

@@ -80,7 +80,7 @@ impl Lock {
         anyhow::bail!("another process runs in {}; wait for its end, or stop it", folder.display())
     }
 
-    /// Whether a process runs in the folder.
+    /// Returns `true` if a process runs in the folder.
     pub fn is_held(folder: &Path) -> bool {
         File::open(folder.join(LOCK)).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }

@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// The history file with the number of its lines of each kind.
-pub struct History {
+pub struct HistoryFile {
     path: PathBuf,
     cycles: usize,
     edits: usize,
@@ -40,7 +40,7 @@ struct EditLine<'e> {
     edit: &'e Edit,
 }
 
-impl History {
+impl HistoryFile {
     /// Opens the history of a folder and removes an incomplete last line.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join("history.jsonl");

@@ -27,7 +27,7 @@ use super::model::load;
 use super::output::create_folder;
 use super::tables;
 use anyhow::{Context, bail};
-use history::History;
+use history::HistoryFile;
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::sao::State;
@@ -38,7 +38,7 @@ pub struct RunDirectory {
     path: PathBuf,
     record: RunRecord,
     /// Lock and history, while this process runs in the folder.
-    claim: Option<(Lock, History)>,
+    claim: Option<(Lock, HistoryFile)>,
 }
 
 impl RunDirectory {
@@ -70,7 +70,7 @@ impl RunDirectory {
     /// Locks the folder against other processes, and removes an incomplete last line of the history.
     pub fn claim(&mut self) -> anyhow::Result<()> {
         let lock = Lock::acquire(&self.path)?;
-        self.claim = Some((lock, History::open(&self.path)?));
+        self.claim = Some((lock, HistoryFile::open(&self.path)?));
         Ok(())
     }
 

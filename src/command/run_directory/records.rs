@@ -16,11 +16,11 @@ const VERSION: u32 = 1;
 /// Versions of the files and of the program that wrote them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Versions {
-    /// Of the files of the folder.
+    /// Version of the files of the folder.
     pub version: u32,
-    /// Of linkwright.
+    /// Version of linkwright.
     pub program: String,
-    /// Of `state.json`.
+    /// Version of `state.json`.
     #[serde(default)]
     pub state: u32,
 }
@@ -50,7 +50,7 @@ pub struct RunRecord {
 /// An edit of the model between two parts of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Edit {
-    /// Number of trial steps with the model before the edit.
+    /// Number of trial steps before the edit.
     pub after_tries: usize,
     /// Lines of the edited model that the former one does not have.
     pub lines: Vec<String>,
@@ -68,7 +68,7 @@ pub struct Change {
 }
 
 impl RunRecord {
-    /// A run of `model`, with the text `text` of the file `file`, that begins now.
+    /// A run of `model` (with `text` from `file`) that begins now.
     pub fn new(model: &Model, text: &str, file: &Path) -> anyhow::Result<Self> {
         Ok(Self {
             versions: Versions {
@@ -104,7 +104,7 @@ pub fn fingerprint(model: &Model) -> String {
     format!("{:016x}", model.fingerprint())
 }
 
-/// The settings in which two models differ.
+/// Settings with different values in two models.
 pub fn changes(before: &str, after: &str) -> anyhow::Result<Vec<Change>> {
     let [old, new] = [settings("the model before", before)?, settings("the model after", after)?];
     let keys: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
@@ -117,12 +117,12 @@ pub fn changes(before: &str, after: &str) -> anyhow::Result<Vec<Change>> {
 /// The line of a cycle in `history.jsonl` and in the output of `--json`.
 pub fn cycle_line(cycle: &Cycle) -> anyhow::Result<String> {
     #[derive(Serialize)]
-    struct Line<'s> {
+    struct CycleLine<'s> {
         event: &'static str,
         #[serde(flatten)]
         cycle: &'s Cycle,
     }
-    Ok(serde_json::to_string(&Line { event: "cycle", cycle })?)
+    Ok(serde_json::to_string(&CycleLine { event: "cycle", cycle })?)
 }
 
 /// `summary.json`: progress of a run while its status is `Running`, then its result.
@@ -148,6 +148,9 @@ pub struct Summary {
     differentiation: Option<String>,
     pub subproblem_iterations: usize,
     pub objective: NamedValue,
+    /// Name of the design variable that bounds a peak and is minimized, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    peak_bound: Option<String>,
     pub violation_pct: f64,
     pub design: Vec<NamedValue>,
     pub constraints: Vec<Nearest>,
@@ -198,6 +201,7 @@ impl Summary {
             differentiation: model.method().differentiation(problem, state).map(str::to_owned),
             subproblem_iterations: state.counters.subproblem_iterations,
             objective,
+            peak_bound: problem.objective.peak().map(|peak| problem.variables[peak.variable].name.clone()),
             violation_pct: state.evaluation.max_violation_pct(),
             design: problem.variables.iter().zip(&state.design).map(named).collect(),
             constraints: worst.map(|row| nearest(problem, state, row)).collect(),
@@ -227,7 +231,7 @@ impl Summary {
         let row = |n: &NamedValue| format!("  {:<24} {:>16.9e} {}", n.name, n.value, n.unit).trim_end().to_owned();
         lines.push(row(&self.objective));
         // The variable that bounds a peak is the objective itself.
-        lines.extend(self.design.iter().filter(|b| b.name != self.objective.name).map(row));
+        lines.extend(self.design.iter().filter(|b| self.peak_bound.as_ref() != Some(&b.name)).map(row));
         lines.push(format!("  {:<24} {:>16.3e} %", "largest violation", self.violation_pct));
         lines.join("\n")
     }

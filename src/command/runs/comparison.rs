@@ -8,27 +8,27 @@ use std::path::Path;
 
 /// Settings and results of two runs.
 #[derive(Serialize)]
-pub struct Comparison {
+pub struct RunComparison {
     version: u32,
-    /// Whether both solve the same problem: their models differ at most in bounds, method and title.
+    /// `true` if both solve the same problem: their models differ at most in bounds, method and title.
     one_problem: bool,
     /// Settings in which the models differ.
     settings: Vec<Change>,
     /// Work, objective, violation, design variables and constraints.
-    quantities: Vec<Quantity>,
+    quantities: Vec<ComparedNumber>,
     runs: [RunEntry; 2],
 }
 
 /// A number with its values in both runs.
 #[derive(Serialize)]
-struct Quantity {
+struct ComparedNumber {
     name: String,
     unit: String,
     /// Values in the first and second run; `None` where a run lacks the number.
     values: [Option<f64>; 2],
 }
 
-impl Comparison {
+impl RunComparison {
     /// Compares the runs in two folders. Fails if one of them has no readable run.
     pub fn new(a: &Path, b: &Path) -> anyhow::Result<Self> {
         let runs = [RunEntry::read(a)?, RunEntry::read(b)?];
@@ -92,8 +92,8 @@ impl Comparison {
 }
 
 /// Work, objective, violation, design variables and constraints: those of the first run, then those that only the second has.
-fn quantities(results: [Option<&Summary>; 2]) -> Vec<Quantity> {
-    let of = |name: &str, unit: &str, value: fn(&Summary) -> f64| Quantity {
+fn quantities(results: [Option<&Summary>; 2]) -> Vec<ComparedNumber> {
+    let of = |name: &str, unit: &str, value: fn(&Summary) -> f64| ComparedNumber {
         name: name.to_owned(),
         unit: unit.to_owned(),
         values: results.map(|r| r.map(value)),
@@ -120,10 +120,10 @@ fn quantities(results: [Option<&Summary>; 2]) -> Vec<Quantity> {
     all
 }
 
-fn paired([a, b]: &[Vec<NamedValue>; 2]) -> Vec<Quantity> {
+fn paired([a, b]: &[Vec<NamedValue>; 2]) -> Vec<ComparedNumber> {
     let only_b = b.iter().filter(|n| !a.iter().any(|m| m.name == n.name));
     let find = |among: &[NamedValue], name: &str| among.iter().find(|n| n.name == name).map(|n| n.value);
-    let quantity = |n: &NamedValue| Quantity {
+    let quantity = |n: &NamedValue| ComparedNumber {
         name: n.name.clone(),
         unit: n.unit.clone(),
         values: [find(a, &n.name), find(b, &n.name)],

@@ -23,7 +23,7 @@ pub struct RunEntry {
     pub fingerprint: String,
     /// Progress or result; `None` before the first analysis.
     pub result: Option<Summary>,
-    /// Reason why the folder cannot be read.
+    /// Error of reading the folder.
     pub fault: Option<String>,
     /// Text of the model that was used last.
     #[serde(skip)]

@@ -9,7 +9,7 @@ mod entry;
 use super::output::{results, say};
 use super::run_directory::Summary;
 use clap::Args;
-use comparison::Comparison;
+use comparison::RunComparison;
 use entry::RunEntry;
 use linkwright::report::table::{Cell, Table};
 use std::path::{Path, PathBuf};
@@ -42,7 +42,11 @@ impl Runs {
     }
 
     fn list(&self, folder: &Path) -> anyhow::Result<()> {
-        anyhow::ensure!(folder.is_dir(), "there is no folder {}; name the one that runs are in", folder.display());
+        anyhow::ensure!(
+            folder.is_dir(),
+            "there is no folder {}; give the folder that contains the runs",
+            folder.display()
+        );
         let runs = entry::below(folder);
         if self.json {
             return runs.iter().try_for_each(|run| say(&serde_json::to_string(run)?));
@@ -56,7 +60,7 @@ impl Runs {
     }
 
     fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
-        let comparison = Comparison::new(a, b)?;
+        let comparison = RunComparison::new(a, b)?;
         if self.json {
             return say(&serde_json::to_string(&comparison)?);
         }

@@ -1,20 +1,20 @@
-//! Compilation of parsed expressions to programs.
+//! Compilation of parsed expressions to operations on a stack.
 
+use super::compiled::{CompiledExpression, Operation};
 use super::names::{Meaning, Order};
-use super::program::{Operation, Program};
 use super::tree::{Node, Operator, Tree};
-use super::{Function, Names};
+use super::{MathFunction, Names};
 use crate::model_file::{Diagnostic, limits};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Names that an expression may use, apart from constants.
-pub struct Wants<'a> {
+/// Names that an expression may use besides constants.
+pub struct Scope<'a> {
     /// The quantity that the expression defines, for messages: "a mass".
     pub place: &'a str,
-    /// Whether design variables may be used.
+    /// `true` if design variables may be used.
     pub design: bool,
-    /// Whether the time may be used.
+    /// `true` if the time may be used.
     pub time: bool,
     /// Indices of other names.
     pub others: &'a dyn Fn(&str) -> Option<usize>,
@@ -22,7 +22,7 @@ pub struct Wants<'a> {
     pub suggestions: &'a dyn Fn() -> Vec<String>,
 }
 
-impl Wants<'_> {
+impl Scope<'_> {
     /// Constants alone.
     pub const NUMBER: Self = Self { design: false, ..Self::DESIGN };
     /// Design variables.
@@ -33,16 +33,16 @@ impl Wants<'_> {
 }
 
 impl Names {
-    /// The program of an expression.
+    /// Compiles an expression.
     ///
     /// # Errors
     /// If a name is unknown or may not be used here, a constant part is not finite, or the operations are too many.
-    pub fn compile(&self, tree: &Tree, wants: &Wants) -> Result<Program, Diagnostic> {
+    pub fn compile(&self, tree: &Tree, scope: &Scope) -> Result<CompiledExpression, Diagnostic> {
         let mut order = Order::default();
         for k in self.used(tree) {
             self.visit(k, &mut vec![], &mut order)?;
         }
-        let mut code = Code { names: self, wants, known: HashMap::new(), operations: vec![], top: 0, height: 0 };
+        let mut code = Code { names: self, scope, known: HashMap::new(), operations: vec![], top: 0, height: 0 };
         for k in order.list {
             let value = match code.tree(&self.expressions[k]) {
                 // The error is in the expression that uses the name, not in the named one.
@@ -63,13 +63,13 @@ impl Names {
             let message = format!("all expressions together take more than {} operations", limits::ALL_OPERATIONS);
             return Err(Diagnostic::new(tree.span.clone(), message));
         }
-        Ok(Program { operations: code.operations, height: code.height })
+        Ok(CompiledExpression { operations: code.operations, height: code.height })
     }
 }
 
 const CANNOT: &str = "cannot be used here";
 
-/// A named expression that has been compiled.
+/// A compiled named expression.
 #[derive(Clone, Copy)]
 enum Definition {
     Constant(f64),
@@ -79,7 +79,7 @@ enum Definition {
 
 struct Code<'a> {
     names: &'a Names,
-    wants: &'a Wants<'a>,
+    scope: &'a Scope<'a>,
     known: HashMap<usize, Definition>,
     operations: Vec<Operation>,
     top: usize,
@@ -97,7 +97,7 @@ impl Code<'_> {
                 None => self.apply(Operation::Negate, &tree.span)?,
             },
             Node::Binary(..) => return self.chain(tree),
-            Node::Call(Function::Pow, both) => {
+            Node::Call(MathFunction::Pow, both) => {
                 let base = self.tree(&both[0])?;
                 self.binary(Operator::Power, base, &both[1], &tree.span)?
             }
@@ -121,10 +121,10 @@ impl Code<'_> {
     }
 
     fn name(&mut self, name: &str, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
-        let Wants { place, design, time, others, .. } = self.wants;
+        let Scope { place, design, time, others, .. } = self.scope;
         let cannot = |what: &str| {
             let message = format!("{what}`{name}` {CANNOT}");
-            Err(Diagnostic::new(span.clone(), message).help(format!("{place} may use {}", self.wants.words())))
+            Err(Diagnostic::new(span.clone(), message).help(format!("{place} may use {}", self.scope.words())))
         };
         if name == "time" {
             return if *time { self.push(Operation::Time, span) } else { cannot("") };
@@ -145,14 +145,14 @@ impl Code<'_> {
     }
 
     fn unknown(&self, name: &str, span: &Range<usize>) -> Diagnostic {
-        if Function::named(name).is_some() {
+        if MathFunction::named(name).is_some() {
             return Diagnostic::new(span.clone(), format!("the function `{name}` has no arguments"))
                 .label("expected `(`");
         }
-        let time = self.wants.time.then_some("time");
-        let design = |n: &&str| self.wants.design || !matches!(self.names.meanings.get(*n), Some(Meaning::Design(_)));
+        let time = self.scope.time.then_some("time");
+        let design = |n: &&str| self.scope.design || !matches!(self.names.meanings.get(*n), Some(Meaning::Design(_)));
         let known = self.names.order.iter().map(String::as_str).filter(design).chain(["pi"]).chain(time);
-        let more = (self.wants.suggestions)();
+        let more = (self.scope.suggestions)();
         Diagnostic::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)))
     }
 
@@ -187,18 +187,23 @@ impl Code<'_> {
             }
             (Operator::Power, Some(c), None) => {
                 self.apply(Operation::Scale(c.ln()), span)?;
-                Operation::Of(Function::Exp)
+                Operation::Of(MathFunction::Exp)
             }
             (Operator::Add, None, None) => Operation::Add,
             (Operator::Subtract, None, None) => Operation::Subtract,
             (Operator::Multiply, None, None) => Operation::Multiply,
             (Operator::Divide, None, None) => Operation::Divide,
-            (Operator::Power, None, None) => Operation::OfTwo(Function::Pow),
+            (Operator::Power, None, None) => Operation::OfTwo(MathFunction::Pow),
         };
         self.apply(operation, span)
     }
 
-    fn call(&mut self, function: Function, arguments: &[Tree], span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
+    fn call(
+        &mut self,
+        function: MathFunction,
+        arguments: &[Tree],
+        span: &Range<usize>,
+    ) -> Result<Option<f64>, Diagnostic> {
         let [first, rest @ ..] = arguments else { return Ok(None) };
         let x = self.tree(first)?;
         let Some(second) = rest.first() else {
@@ -248,7 +253,7 @@ impl Code<'_> {
     }
 }
 
-impl Wants<'_> {
+impl Scope<'_> {
     fn words(&self) -> &'static str {
         match (self.design, self.time) {
             (false, false) => "numbers and constants",

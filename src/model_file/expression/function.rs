@@ -2,10 +2,10 @@
 
 use autodiff::Scalar;
 
-/// A function by name.
+/// A function of one or two arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Function {
+pub enum MathFunction {
     Sin,
     Cos,
     Tan,
@@ -27,10 +27,10 @@ pub enum Function {
     Deg,
 }
 
-use Function::*;
+use MathFunction::*;
 
-/// All functions with name and meaning.
-pub const FUNCTIONS: &[(&str, Function, &str)] = &[
+/// Names, functions and meanings.
+pub const FUNCTIONS: &[(&str, MathFunction, &str)] = &[
     ("sin", Sin, "sine of an angle in rad"),
     ("cos", Cos, "cosine of an angle in rad"),
     ("tan", Tan, "tangent of an angle in rad"),
@@ -52,7 +52,7 @@ pub const FUNCTIONS: &[(&str, Function, &str)] = &[
     ("deg", Deg, "an angle in degrees: deg(90) is π/2"),
 ];
 
-impl Function {
+impl MathFunction {
     /// The function of that name.
     pub fn named(name: &str) -> Option<Self> {
         FUNCTIONS.iter().find(|(known, ..)| *known == name).map(|(_, function, _)| *function)
@@ -68,7 +68,7 @@ impl Function {
         if matches!(self, Atan2 | Min | Max | Pow | Hypot) { 2 } else { 1 }
     }
 
-    /// The function of one argument; that of two is [`Function::of_two`].
+    /// Evaluates a function of one argument.
     pub fn of<S: Scalar>(self, x: S) -> S {
         match self {
             Sin => x.sin(),
@@ -89,7 +89,7 @@ impl Function {
         }
     }
 
-    /// The function of two arguments.
+    /// Evaluates a function of two arguments.
     pub fn of_two<S: Scalar>(self, x: S, y: S) -> S {
         match self {
             Atan2 => x.atan2(y),
@@ -102,7 +102,7 @@ impl Function {
     }
 }
 
-/// The chosen operand with a kink: a scalar that tracks the polynomial degree must not take the function for a polynomial.
+/// The chosen operand, marked as not polynomial for scalars that track the polynomial degree.
 fn kinked<S: Scalar>(chosen: S, difference: S) -> S {
     chosen + difference.abs() * 0.0
 }

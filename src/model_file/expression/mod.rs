@@ -6,31 +6,31 @@
 //! | `function` | `sin`, `hypot`, `deg`, … |
 //! | `parse` | tokens and precedence: `^` is right-associative and binds tighter than a sign, `-2^2` is −4 |
 //! | `names` | definitions of names: design variables, constants, other expressions |
-//! | `program` | operations on a stack, over any scalar |
-//! | `compile` | from a tree to a program: constants are folded, named expressions are evaluated once |
+//! | `compiled` | a compiled expression: operations on a stack, over any scalar |
+//! | `compile` | from a tree to operations: constants are folded, named expressions are evaluated once |
 //!
 //! ```
-//! use linkwright::model_file::expression::{Inputs, Names, TextPlace, Tree, Wants};
+//! use linkwright::model_file::expression::{Inputs, Names, Scope, TextPlace, Tree};
 //! let mut names = Names::default();
 //! names.design("r");
 //! names.constant("h", 2.0);
 //! let tree = Tree::parse("pi*r^2*h", TextPlace::from(0))?;
-//! let volume = names.compile(&tree, &Wants::DESIGN)?;
+//! let volume = names.compile(&tree, &Scope::DESIGN)?;
 //! assert_eq!(volume.value(&Inputs::design(&[3.0])), std::f64::consts::PI * 9.0 * 2.0);
 //! # Ok::<(), linkwright::model_file::Diagnostic>(())
 //! ```
 
 mod compile;
+mod compiled;
 mod function;
 mod names;
 mod parse;
-mod program;
 mod tree;
 
-pub use compile::Wants;
-pub use function::Function;
+pub use compile::Scope;
+pub use compiled::{CompiledExpression, Inputs};
+pub use function::MathFunction;
 pub use names::Names;
 pub(crate) use names::check_name;
 pub use parse::TextPlace;
-pub use program::{Inputs, Program};
 pub use tree::{Node, Operator, Tree};

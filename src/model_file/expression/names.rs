@@ -24,21 +24,21 @@ pub struct Names {
     pub(super) order: Vec<String>,
     pub(super) expressions: Vec<Tree>,
     designs: usize,
-    /// Operations of all programs so far.
+    /// Operations of all expressions compiled so far.
     pub(super) compiled: Cell<usize>,
 }
 
-/// Named expressions, each after all expressions that it uses.
+/// Evaluation order of named expressions: each follows all that it uses.
 #[derive(Default)]
 pub(super) struct Order {
     pub list: Vec<usize>,
     seen: HashSet<usize>,
 }
 
-/// Names with a fixed meaning.
+/// Reserved names.
 const RESERVED: &[&str] = &["time", "pi", "ground", "kinetic_energy", "potential_energy"];
 
-/// Whether `text` can be a name: a letter or underscore, then letters, digits and underscores.
+/// Returns `true` if `text` can be a name: a letter or underscore, then letters, digits and underscores.
 fn is_name(text: &str) -> bool {
     let mut letters = text.chars();
     letters.next().is_some_and(|c| c.is_alphabetic() || c == '_') && letters.all(|c| c.is_alphanumeric() || c == '_')
@@ -87,7 +87,7 @@ impl Names {
     /// Checks that a name can be defined.
     ///
     /// # Errors
-    /// If it is no name, or is defined already.
+    /// If it is no valid name, is reserved, or is already defined.
     pub fn check(&self, name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
         check_name(name, span.clone())?;
         if !self.meanings.contains_key(name) {
@@ -143,7 +143,7 @@ impl Names {
     }
 }
 
-/// Checks that a text is a name without a fixed meaning.
+/// Checks that a text is a valid name and not reserved.
 pub(crate) fn check_name(name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
     if !is_name(name) {
         let help = "a name starts with a letter and continues with letters, digits and underscores";

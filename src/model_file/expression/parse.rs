@@ -3,12 +3,12 @@
 //! # Sources
 //! Pratt, *Proc. ACM Symp. Principles of Programming Languages* (1973) 41–51.
 
-use super::function::{FUNCTIONS, Function};
+use super::function::{FUNCTIONS, MathFunction};
 use super::tree::{Node, Operator, Tree};
 use crate::model_file::{Diagnostic, limits};
 use std::ops::Range;
 
-/// Binding power of a sign before an operand: below a power, above a product.
+/// Binding power of a sign before an operand: weaker than a power, stronger than a product.
 const SIGN: u8 = 5;
 
 impl Operator {
@@ -38,7 +38,7 @@ impl Tree {
     /// Parses an expression at `place` of a file.
     ///
     /// # Errors
-    /// If the text is no expression, too long or too deeply nested.
+    /// If the text is not an expression, too long or too deeply nested.
     pub fn parse(text: &str, place: TextPlace) -> Result<Self, Diagnostic> {
         if text.len() > limits::EXPRESSION {
             let message = format!("an expression of {} characters is too long", text.len());
@@ -122,7 +122,7 @@ impl<'t> Parser<'t> {
 
     /// The arguments of a function, and the call.
     fn call(&mut self, name: &str, token: &Token, depth: usize) -> Result<Tree, Diagnostic> {
-        let Some(function) = Function::named(name) else {
+        let Some(function) = MathFunction::named(name) else {
             return Err(Diagnostic::unknown(token.span.clone(), "function", name, FUNCTIONS.iter().map(|f| f.0)));
         };
         self.next();
@@ -156,7 +156,7 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
 pub enum TextPlace {
     /// The characters of the text, from this byte on.
     From(usize),
-    /// These bytes, which do not have the same characters.
+    /// Somewhere within these bytes, because the file has escapes instead of the characters.
     Within(Range<usize>),
 }
 
@@ -167,7 +167,7 @@ impl From<usize> for TextPlace {
 }
 
 impl TextPlace {
-    /// The bytes of the file that hold these bytes of the expression.
+    /// Converts bytes of the expression to bytes of the file.
     pub fn of(&self, span: Range<usize>) -> Range<usize> {
         match self {
             Self::From(start) => start + span.start..start + span.end,

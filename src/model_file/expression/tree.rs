@@ -1,6 +1,6 @@
 //! Parsed expressions.
 
-use super::function::Function;
+use super::function::MathFunction;
 use std::ops::Range;
 
 /// An operator between two operands.
@@ -30,7 +30,7 @@ pub enum Node {
     /// An operator between two operands.
     Binary(Operator, Box<[Tree; 2]>),
     /// A function of arguments, as many as it takes.
-    Call(Function, Vec<Tree>),
+    Call(MathFunction, Vec<Tree>),
 }
 
 /// A parsed expression with its location in the file.

@@ -1,6 +1,6 @@
-//! `[time]` and `[analysis]`: time points, and how the mechanism is analysed.
+//! `[time]` and `[analysis]`: time points and the analysis of the mechanism.
 
-use super::key::{Accepts, Key, Table, default, optional, required};
+use super::key::{Accepts, Key, TableKeys, default, optional, required};
 use super::mechanism::MechanismTemplate;
 use super::section::{Read, Section};
 use crate::Result;
@@ -27,7 +27,7 @@ const TIME: &[Key] = &[
 ];
 
 const KEYS: &[Key] = &[
-    required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "what is computed"),
+    required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "kind of analysis"),
     default(
         "derivatives",
         Accepts::Choice(&[
@@ -59,7 +59,12 @@ const DYNAMICS: &[Key] = &[
     ),
     optional("step", Accepts::Number, "fixed time step, s"),
     optional("tolerance", Accepts::Number, "tolerated local error, in place of a fixed step"),
-    default("spectral_radius", Accepts::Number, "0.9", "of generalized-alpha at infinite frequency, 0 to 1"),
+    default(
+        "spectral_radius",
+        Accepts::Number,
+        "0.9",
+        "spectral radius of generalized-alpha at infinite frequency, 0 to 1",
+    ),
     default("damping", Accepts::Number, "0.05", "numerical damping of hht, 0 to 1/3"),
     default(
         "initial_configuration",
@@ -82,17 +87,17 @@ const DYNAMICS: &[Key] = &[
 ];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[Table] = &[
-    Table { name: "time", kind: None, about: "the time points of all histories", keys: TIME },
-    Table { name: "analysis", kind: None, about: "how the mechanism is analysed", keys: KEYS },
-    Table { name: "analysis", kind: Some("dynamics"), about: "the motion over time", keys: DYNAMICS },
-    Table {
+pub const TABLES: &[TableKeys] = &[
+    TableKeys { name: "time", kind: None, about: "the time points of all histories", keys: TIME },
+    TableKeys { name: "analysis", kind: None, about: "analysis of the mechanism", keys: KEYS },
+    TableKeys { name: "analysis", kind: Some("dynamics"), about: "the motion over time", keys: DYNAMICS },
+    TableKeys {
         name: "analysis",
         kind: Some("kinematics"),
         about: "prescribed motion of all coordinates, with inverse dynamics",
         keys: &[],
     },
-    Table { name: "analysis", kind: Some("statics"), about: "a static equilibrium for each time point", keys: &[] },
+    TableKeys { name: "analysis", kind: Some("statics"), about: "a static equilibrium for each time point", keys: &[] },
 ];
 
 /// Reads the time points, if there are any.
@@ -131,9 +136,9 @@ fn uniform(section: &Section<'_>, names: &Names) -> Read<Vec<f64>> {
     Ok(grid.points)
 }
 
-/// How derivatives are computed.
+/// Method of the derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Derivatives {
+enum DerivativeMethod {
     /// The choice of the analysis.
     Automatic,
     /// A method of the analysis, with the step of its differences.
@@ -144,15 +149,15 @@ enum Derivatives {
     NoiseAware,
 }
 
-/// The analysis of a mechanism.
+/// Kind and derivatives of the analysis.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    kind: Kind,
-    derivatives: Derivatives,
+    kind: AnalysisKind,
+    derivatives: DerivativeMethod,
 }
 
 #[derive(Clone, Debug)]
-enum Kind {
+enum AnalysisKind {
     Dynamics(Integration),
     Kinematics,
     Statics,
@@ -171,37 +176,37 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usi
     };
     let section = Section::open(value, "[analysis]", &[KEYS, kind.1], file.source())?;
     let kind = match kind.0 {
-        0 => Kind::Dynamics(dynamics(&section, names, grid, coordinates)?),
-        1 => Kind::Kinematics,
-        _ => Kind::Statics,
+        0 => AnalysisKind::Dynamics(dynamics(&section, names, grid, coordinates)?),
+        1 => AnalysisKind::Kinematics,
+        _ => AnalysisKind::Statics,
     };
     let derivatives = derivatives(&section, names, &kind)?;
     Ok(Settings { kind, derivatives })
 }
 
-fn derivatives(section: &Section<'_>, names: &Names, kind: &Kind) -> Read<Derivatives> {
+fn derivatives(section: &Section<'_>, names: &Names, kind: &AnalysisKind) -> Read<DerivativeMethod> {
     let step = section.number("difference", names)?;
     if step.is_some_and(|step| step <= 0.0 || step >= 1.0) {
         return Err(section.error_at("difference", "`difference` must be between 0 and 1"));
     }
     let choices = [
-        ("automatic", Derivatives::Automatic),
-        ("direct", Derivatives::By("direct", None)),
-        ("adjoint", Derivatives::By("adjoint", None)),
-        ("semi-analytical", Derivatives::By("semi-analytical", step)),
-        ("forward", Derivatives::Forward(step.unwrap_or(1e-6))),
-        ("central", Derivatives::Central(step.unwrap_or(1e-6))),
-        ("richardson", Derivatives::Richardson(step.unwrap_or(1e-3))),
-        ("noise-aware", Derivatives::NoiseAware),
+        ("automatic", DerivativeMethod::Automatic),
+        ("direct", DerivativeMethod::By("direct", None)),
+        ("adjoint", DerivativeMethod::By("adjoint", None)),
+        ("semi-analytical", DerivativeMethod::By("semi-analytical", step)),
+        ("forward", DerivativeMethod::Forward(step.unwrap_or(1e-6))),
+        ("central", DerivativeMethod::Central(step.unwrap_or(1e-6))),
+        ("richardson", DerivativeMethod::Richardson(step.unwrap_or(1e-3))),
+        ("noise-aware", DerivativeMethod::NoiseAware),
     ];
     let chosen = section.choice("derivatives", &choices)?;
-    let is_exact = matches!(chosen, Derivatives::Automatic | Derivatives::By("direct" | "adjoint", _));
-    if step.is_some() && (is_exact || chosen == Derivatives::NoiseAware) {
+    let is_exact = matches!(chosen, DerivativeMethod::Automatic | DerivativeMethod::By("direct" | "adjoint", _));
+    if step.is_some() && (is_exact || chosen == DerivativeMethod::NoiseAware) {
         let message = "`difference` is the step of finite differences, and these derivatives use none";
         return Err(section.error_at("difference", message).help("leave it out, or choose other `derivatives`"));
     }
-    if matches!(chosen, Derivatives::By("semi-analytical", _))
-        && matches!(kind, Kind::Dynamics(Integration::Explicit(_)))
+    if matches!(chosen, DerivativeMethod::By("semi-analytical", _))
+        && matches!(kind, AnalysisKind::Dynamics(Integration::Explicit(_)))
     {
         let message = "explicit schemes have no semi-analytical derivatives";
         return Err(section
@@ -296,37 +301,39 @@ fn implicit(
 }
 
 impl Settings {
-    /// Whether the time points are times of a motion, not load cases of statics.
+    /// Returns `true` if the time points are times of a motion, not load cases of statics.
     #[cfg(feature = "report")]
     pub fn is_motion(&self) -> bool {
-        !matches!(self.kind, Kind::Statics)
+        !matches!(self.kind, AnalysisKind::Statics)
     }
 
     /// The outputs of a mechanism at design `b`.
     #[cfg(feature = "report")]
     pub fn analyze(&self, model: MechanismTemplate, times: &[f64], b: &[f64]) -> Result<Responses> {
         match &self.kind {
-            Kind::Kinematics => KinematicResponses::new(model, Assembly::default(), times)?.analyze(b),
-            Kind::Statics => StaticResponses::new(model, Statics::default(), times)?.analyze(b),
-            Kind::Dynamics(integration) => Transient::new(model, integration.clone(), times)?.analyze(b),
+            AnalysisKind::Kinematics => KinematicResponses::new(model, Assembly::default(), times)?.analyze(b),
+            AnalysisKind::Statics => StaticResponses::new(model, Statics::default(), times)?.analyze(b),
+            AnalysisKind::Dynamics(integration) => Transient::new(model, integration.clone(), times)?.analyze(b),
         }
     }
 
     /// The problem whose responses are the outputs of this mechanism.
     pub fn build(&self, parts: ProblemBuilder, model: MechanismTemplate, times: &[f64]) -> Result<Problem> {
         match &self.kind {
-            Kind::Kinematics => {
+            AnalysisKind::Kinematics => {
                 self.derivatives.build(parts, KinematicResponses::new(model, Assembly::default(), times)?)
             }
-            Kind::Statics => self.derivatives.build(parts, StaticResponses::new(model, Statics::default(), times)?),
-            Kind::Dynamics(integration) => {
+            AnalysisKind::Statics => {
+                self.derivatives.build(parts, StaticResponses::new(model, Statics::default(), times)?)
+            }
+            AnalysisKind::Dynamics(integration) => {
                 self.derivatives.build(parts, Transient::new(model, integration.clone(), times)?)
             }
         }
     }
 }
 
-impl Derivatives {
+impl DerivativeMethod {
     /// The problem of an analysis with these derivatives.
     fn build(self, parts: ProblemBuilder, analysis: impl Analysis + 'static) -> Result<Problem> {
         match self {

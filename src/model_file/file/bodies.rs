@@ -1,28 +1,30 @@
-//! `[[body]]`: what moves, and `[[point]]`: points fixed to it.
+//! `[[body]]`: bodies and nodes, and `[[point]]`: named points fixed to them.
 
 use super::element_kinds::parameter_keys;
-use super::key::{Accepts, EACH, Key, Table, default, optional, required};
-use super::parts::{BuildContext, Frame, POINT_KEYS, Parts, Symbol};
+use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
+use super::parts::{BuildContext, FrameRef, NamedPart, POINT_KEYS, Parts};
 use super::section::{Read, Section};
-use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::elements::{Element, ElementDescriptor, PointMass, RigidBody};
-use mechanics::mechanism::{Body as Handle, Pose};
+use mechanics::mechanism::{Body, Pose};
 use std::sync::LazyLock;
 
-const POSITION: Key = required("position", Accepts::Pair, "[x, y] at the start in m; a guess where joints decide");
-const VELOCITY: Key = optional("velocity", Accepts::Pair, "[vx, vy] at the start in m/s; a guess where joints decide");
-const ANGLE: Key = default("angle", Accepts::Expression, "0", "rotation at the start in rad");
-const SPIN: Key = default("spin", Accepts::Expression, "0", "angular velocity at the start in rad/s");
+const POSITION: Key =
+    required("position", Accepts::Pair, "initial position [x, y] in m; an estimate if joints determine it");
+const VELOCITY: Key =
+    optional("velocity", Accepts::Pair, "initial velocity [vx, vy] in m/s; an estimate if joints determine it");
+const ANGLE: Key = default("angle", Accepts::Expression, "0", "initial angle, rad");
+const SPIN: Key = default("spin", Accepts::Expression, "0", "initial angular velocity, rad/s");
 const SLIDER: &[Key] = &[
-    required("mass", Accepts::Expression, "kg, or kg·m² if the coordinate is an angle"),
-    default("position", Accepts::Expression, "0", "at the start, m or rad"),
-    default("velocity", Accepts::Expression, "0", "at the start, m/s or rad/s"),
+    required("mass", Accepts::Expression, "mass in kg, or moment of inertia in kg·m² if the coordinate is an angle"),
+    default("position", Accepts::Expression, "0", "initial position, m or rad"),
+    default("velocity", Accepts::Expression, "0", "initial velocity, m/s or rad/s"),
 ];
 const POINT: &[Key] = &[required("name", Accepts::Name, "name, unique in the file"), EACH];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum BodyKind {
     Rigid,
     Point,
     FixedNode,
@@ -31,8 +33,8 @@ pub enum Kind {
 }
 
 /// Kinds of bodies with their tables. The parameters of a body are those that its element declares.
-static KINDS: LazyLock<[(Kind, Table); 5]> = LazyLock::new(|| {
-    let table = |kind, about, keys| Table { name: "body", kind: Some(kind), about, keys };
+static KINDS: LazyLock<[(BodyKind, TableKeys); 5]> = LazyLock::new(|| {
+    let table = |kind, about, keys| TableKeys { name: "body", kind: Some(kind), about, keys };
     let of_element = |element: &'static ElementDescriptor, state: &[Key]| {
         let keys = parameter_keys(element).into_iter().chain(state.iter().copied()).collect::<Vec<_>>();
         table(element.kind, element.about, keys.leak())
@@ -41,55 +43,59 @@ static KINDS: LazyLock<[(Kind, Table); 5]> = LazyLock::new(|| {
     let rigid = Element::descriptor(&RigidBody).expect(declared);
     let point = Element::descriptor(&PointMass).expect(declared);
     [
-        (Kind::Rigid, of_element(rigid, &[POSITION, ANGLE, VELOCITY, SPIN])),
-        (Kind::Point, of_element(point, &[POSITION, VELOCITY])),
-        (Kind::FixedNode, table("fixed-node", "a point at rest that beam ends can share", &[POSITION])),
-        (Kind::MasslessNode, table("massless-node", "a massless node that elements give mass to", &[POSITION, ANGLE])),
-        (Kind::Slider, table("slider", "one coordinate with a mass", SLIDER)),
+        (BodyKind::Rigid, of_element(rigid, &[POSITION, ANGLE, VELOCITY, SPIN])),
+        (BodyKind::Point, of_element(point, &[POSITION, VELOCITY])),
+        (BodyKind::FixedNode, table("fixed-node", "a point at rest that beam ends can share", &[POSITION])),
+        (BodyKind::MasslessNode, table("massless-node", "a node without mass of its own", &[POSITION, ANGLE])),
+        (BodyKind::Slider, table("slider", "one coordinate with a mass", SLIDER)),
     ]
 });
 
 /// Keys of all kinds.
 static COMMON: LazyLock<[Key; 3]> = LazyLock::new(|| {
     let words: Vec<&str> = KINDS.iter().filter_map(|(_, table)| table.kind).collect();
-    let kind = default("kind", Accepts::Choice(words.leak()), "rigid", "what it is");
+    let kind = default("kind", Accepts::Choice(words.leak()), "rigid", "kind of body");
     [required("name", Accepts::Name, "name, unique in the file"), kind, EACH]
 });
 
 /// Declarations for documentation and schema.
-pub fn tables() -> Vec<Table> {
-    let body = Table { name: "body", kind: None, about: "what moves", keys: &*COMMON };
-    let point = |keys| Table { name: "point", kind: None, about: "a named point of a body", keys };
+pub fn tables() -> Vec<TableKeys> {
+    let body = TableKeys { name: "body", kind: None, about: "bodies and nodes", keys: &*COMMON };
+    let point = |keys| TableKeys { name: "point", kind: None, about: "a named point of a body", keys };
     std::iter::once(body)
         .chain(KINDS.iter().map(|(_, table)| *table))
         .chain([point(POINT), point(POINT_KEYS)])
         .collect()
 }
 
-/// A body with its numbers as programs of the design.
+/// A body whose numbers are expressions of the design variables.
 #[derive(Clone, Debug)]
-pub struct Body {
+pub struct BodySpec {
     name: String,
-    pub kind: Kind,
-    /// Mass, moment of inertia, as far as the kind has them.
-    inertia: [Program; 2],
+    pub kind: BodyKind,
+    /// Mass and moment of inertia; zero if the kind has none.
+    inertia: [CompiledExpression; 2],
     /// x, y, angle.
-    position: [Program; 3],
+    position: [CompiledExpression; 3],
     /// vx, vy, spin.
-    velocity: [Program; 3],
+    velocity: [CompiledExpression; 3],
 }
 
 /// Reads the bodies and enters their names.
-pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Body>> {
+pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<BodySpec>> {
     let (mut frames, mut sliders, mut bodies) = (0, 0, vec![]);
     file.read_each("body", |table, span| {
         let kinds = KINDS.iter().filter_map(|(kind, table)| Some((table.kind?, (*kind, table.keys))));
         let (kind, keys) = Section::kind(&table, "body", "rigid", kinds)?;
         let section = Section::of(table, span, "body", &[&*COMMON, keys], file.source())?;
-        let named = if kind == Kind::Slider { Symbol::Slider(sliders) } else { Symbol::Frame(Frame::Body(frames)) };
+        let named = if kind == BodyKind::Slider {
+            NamedPart::Slider(sliders)
+        } else {
+            NamedPart::Frame(FrameRef::Body(frames))
+        };
         parts.add(&section.need_word("name")?, named)?;
         bodies.push(body(kind, &section, names)?);
-        if kind == Kind::Slider {
+        if kind == BodyKind::Slider {
             sliders += 1
         } else {
             frames += 1
@@ -99,50 +105,50 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Bo
     Ok(bodies)
 }
 
-fn body(kind: Kind, section: &Section<'_>, names: &Names) -> Read<Body> {
-    let zero = || Program::constant(0.0);
-    let one = |key: &str, has: bool| if has { section.program(key, names, &Wants::DESIGN) } else { Ok(zero()) };
-    let has_angle = matches!(kind, Kind::Rigid | Kind::MasslessNode);
-    let moves = matches!(kind, Kind::Rigid | Kind::Point);
-    let (position, velocity) = if kind == Kind::Slider {
+fn body(kind: BodyKind, section: &Section<'_>, names: &Names) -> Read<BodySpec> {
+    let zero = || CompiledExpression::constant(0.0);
+    let one = |key: &str, has: bool| if has { section.expression(key, names, &Scope::DESIGN) } else { Ok(zero()) };
+    let has_angle = matches!(kind, BodyKind::Rigid | BodyKind::MasslessNode);
+    let moves = matches!(kind, BodyKind::Rigid | BodyKind::Point);
+    let (position, velocity) = if kind == BodyKind::Slider {
         ([one("position", true)?, zero(), zero()], [one("velocity", true)?, zero(), zero()])
     } else {
-        let [x, y] = section.pair("position", names, &Wants::DESIGN)?;
-        let [vx, vy] = if moves { section.pair("velocity", names, &Wants::DESIGN)? } else { [zero(), zero()] };
-        ([x, y, one("angle", has_angle)?], [vx, vy, one("spin", kind == Kind::Rigid)?])
+        let [x, y] = section.pair("position", names, &Scope::DESIGN)?;
+        let [vx, vy] = if moves { section.pair("velocity", names, &Scope::DESIGN)? } else { [zero(), zero()] };
+        ([x, y, one("angle", has_angle)?], [vx, vy, one("spin", kind == BodyKind::Rigid)?])
     };
-    let inertia = [one("mass", moves || kind == Kind::Slider)?, one("inertia", kind == Kind::Rigid)?];
-    Ok(Body { name: section.text("name")?, kind, inertia, position, velocity })
+    let inertia = [one("mass", moves || kind == BodyKind::Slider)?, one("inertia", kind == BodyKind::Rigid)?];
+    Ok(BodySpec { name: section.text("name")?, kind, inertia, position, velocity })
 }
 
-impl Body {
+impl BodySpec {
     /// Adds the body to a mechanism.
     pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
-        let value = |program: &Program| program.value(&Inputs::design(b));
+        let value = |expression: &CompiledExpression| expression.value(&Inputs::design(b));
         let [x, y, theta] = self.position.each_ref().map(value);
         let [mass, inertia] = self.inertia.each_ref().map(value);
         let velocity = self.velocity.each_ref().map(value);
         let (name, pose, m) = (self.name.as_str(), Pose { x, y, theta }, &mut context.mechanism);
         let body = match self.kind {
-            Kind::Slider => {
+            BodyKind::Slider => {
                 let slide = m.coordinate(name, x, velocity[0]);
                 m.inertia(name, slide, mass);
                 return context.sliders.push(slide);
             }
-            Kind::Rigid => m.body(name, mass, inertia, pose),
-            Kind::Point => m.point_mass(name, mass, x, y),
-            Kind::FixedNode => m.fixed_node(name, x, y),
-            Kind::MasslessNode => m.massless_node(name, pose),
+            BodyKind::Rigid => m.body(name, mass, inertia, pose),
+            BodyKind::Point => m.point_mass(name, mass, x, y),
+            BodyKind::FixedNode => m.fixed_node(name, x, y),
+            BodyKind::MasslessNode => m.massless_node(name, pose),
         };
         self.set_velocity(context, body, velocity);
         context.bodies.push(body);
     }
 
-    /// The coordinates that the body has for itself.
-    fn set_velocity<S: Scalar>(&self, context: &mut BuildContext<S>, body: Handle, velocity: [S; 3]) {
+    /// Sets the initial velocity of the body's own coordinates.
+    fn set_velocity<S: Scalar>(&self, context: &mut BuildContext<S>, body: Body, velocity: [S; 3]) {
         let own = match self.kind {
-            Kind::Rigid => 3,
-            Kind::Point => 2,
+            BodyKind::Rigid => 3,
+            BodyKind::Point => 2,
             _ => 0,
         };
         for (coordinate, velocity) in body.coordinates().into_iter().zip(velocity).take(own) {
@@ -158,9 +164,9 @@ pub fn read_points(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read
         let body = section.need_word("body")?;
         let point = super::parts::PointRef {
             frame: parts.frame(&body.text, &body.span)?,
-            at: section.pair("at", names, &Wants::DESIGN)?,
+            at: section.pair("at", names, &Scope::DESIGN)?,
         };
-        parts.add(&section.need_word("name")?, Symbol::Point(parts.points.len()))?;
+        parts.add(&section.need_word("name")?, NamedPart::Point(parts.points.len()))?;
         parts.points.push(point);
         Ok(())
     };

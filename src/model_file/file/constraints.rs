@@ -1,12 +1,14 @@
 //! `[[constraint]]`: limits of a value, at all time points, on an interval, or in continuous time.
 
-use super::key::{Accepts, EACH, Key, Table, default, optional, required};
-use super::outputs::intermediates;
+use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::model_file::limits;
-use crate::problem::{Constraint, DesignVariable, Quantity, Selection, TimeGrid};
+use crate::problem::{Constraint, Selection, TimeGrid};
 
+/// The key of [`neighbours`].
+pub const NEIGHBOURS: Key =
+    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are retained before and after each maximum");
 const KEYS: &[Key] = &[
     required("name", Accepts::Text, "name, unique in the file"),
     required("value", Accepts::Quantity, "the constrained quantity"),
@@ -21,29 +23,25 @@ const KEYS: &[Key] = &[
     optional("from", Accepts::Number, "first time at which the constraint must hold; by default the first time point"),
     optional("to", Accepts::Number, "last time at which the constraint must hold; by default the last time point"),
     default("continuous", Accepts::Flag, "false", "whether the constraint must hold between the time points, too"),
-    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are retained before and after each maximum"),
+    NEIGHBOURS,
     optional("directly_in", Accepts::Intermediate, "approximates the value itself, linearized in these variables"),
     EACH,
 ];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[Table] = &[Table { name: "constraint", kind: None, about: "limits of a quantity", keys: KEYS }];
+pub const TABLES: &[TableKeys] =
+    &[TableKeys { name: "constraint", kind: None, about: "limits of a quantity", keys: KEYS }];
 
 /// Reads the constraints.
-pub fn read(
-    file: &Section<'_>,
-    known: &QuantityContext<'_>,
-    grid: Option<&TimeGrid>,
-    variables: &[DesignVariable],
-) -> Read<Vec<Constraint>> {
+pub fn read(file: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constraint>> {
     let (mut all, mut rows): (Vec<Constraint>, usize) = (vec![], 0);
     file.read_each("constraint", |table, span| {
         let section = Section::of(table, span, "constraint", &[KEYS], file.source())?;
-        for constraint in one(&section, known, grid, variables)? {
+        for constraint in one(&section, known)? {
             if all.iter().any(|c| c.name == constraint.name) {
                 return Err(section.error_at("name", format!("the name `{}` is taken twice", constraint.name)));
             }
-            rows += if constraint.quantity.is_transient() { grid.map_or(1, TimeGrid::len) } else { 1 };
+            rows += if constraint.quantity.is_transient() { known.grid.map_or(1, TimeGrid::len) } else { 1 };
             if rows > limits::ROWS {
                 let message = format!("constraints and time points make more than {} values", limits::ROWS);
                 return Err(section.error_at("name", message));
@@ -55,17 +53,12 @@ pub fn read(
     Ok(all)
 }
 
-fn one(
-    section: &Section<'_>,
-    known: &QuantityContext<'_>,
-    grid: Option<&TimeGrid>,
-    variables: &[DesignVariable],
-) -> Read<Vec<Constraint>> {
+fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constraint>> {
     let name = section.text("name")?;
     let tree = section.tree("value")?.expect("the key is required");
     let value = known.compile(&tree, "value")?;
     let limit = |key| section.number(key, known.names);
-    let quantity = quantity(section, known, value.clone(), variables)?;
+    let quantity = known.linearized(section, value.clone().quantity())?;
     let sides = match (limit("at_least")?, limit("at_most")?, limit("equals")?) {
         (None, Some(most), None) => vec![Constraint::at_most(name, most, quantity)],
         (Some(least), None, None) => vec![Constraint::at_least(name, least, quantity)],
@@ -80,8 +73,7 @@ fn one(
         }
         _ => return Err(section.error_at("equals", "`equals` excludes other limits")),
     };
-    let (scale, window, selection) =
-        (scale(section, known)?, window(section, known, grid, &value)?, neighbours(section)?);
+    let (scale, window, selection) = (scale(section, known)?, window(section, known, &value)?, neighbours(section)?);
     let made = sides.into_iter().map(|mut constraint| {
         constraint.scale = scale.unwrap_or(constraint.scale);
         (constraint.window, constraint.selection) = (window, selection);
@@ -98,18 +90,13 @@ fn scale(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Option<f64>
 }
 
 /// The interval on which the constraint holds, if it is not the whole one.
-fn window(
-    section: &Section<'_>,
-    known: &QuantityContext<'_>,
-    grid: Option<&TimeGrid>,
-    value: &CompiledQuantity,
-) -> Read<Option<[f64; 2]>> {
+fn window(section: &Section<'_>, known: &QuantityContext<'_>, value: &CompiledQuantity) -> Read<Option<[f64; 2]>> {
     let (from, to) = (section.number("from", known.names)?, section.number("to", known.names)?);
     let key = if from.is_some() { "from" } else { "to" };
     if from.is_none() && to.is_none() {
         return Ok(None);
     }
-    let Some(grid) = grid.filter(|_| value.is_transient) else {
+    let Some(grid) = known.grid.filter(|_| value.is_transient) else {
         return Err(section.error_at(key, "an interval needs a value that changes with time"));
     };
     if section.has("equals") {
@@ -120,19 +107,6 @@ fn window(
         return Ok(Some(interval));
     }
     Err(section.error_at(key, format!("no time point is between {} and {}", interval[0], interval[1])))
-}
-
-fn quantity(
-    section: &Section<'_>,
-    known: &QuantityContext<'_>,
-    value: CompiledQuantity,
-    variables: &[DesignVariable],
-) -> Read<Quantity> {
-    let quantity = value.quantity();
-    if !section.has("directly_in") {
-        return Ok(quantity);
-    }
-    Ok(quantity.directly(intermediates(section, "directly_in", known.names, variables)?))
 }
 
 /// Time points that are retained around each maximum: a number of neighbours, or all.

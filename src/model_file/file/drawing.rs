@@ -1,12 +1,12 @@
 //! The mechanism of a file in motion, as drawings of its bodies, joints and springs.
 
 use super::Model;
-use super::bodies::Kind;
+use super::bodies::BodyKind;
 use super::elements::ElementSpec;
-use super::measures::Measure;
+use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
-use super::outputs::Output;
-use super::parts::{CoordinateRef, Frame, PointRef};
+use super::outputs::OutputSpec;
+use super::parts::{CoordinateRef, FrameRef, PointRef};
 use crate::Result;
 use crate::model_file::expression::Inputs;
 use crate::problem::TimeGrid;
@@ -28,12 +28,12 @@ impl Model {
     /// Times for a drawing of the motion, if there is a mechanism: at most 240 of the model's own, or 121 equally
     /// spaced ones if it has fewer than 40.
     pub fn drawing_times(&self) -> Option<Vec<f64>> {
-        let (plan, grid) = (self.plan.as_ref()?, self.grid.as_ref()?);
+        let (mechanism, grid) = (self.mechanism.as_ref()?, self.grid.as_ref()?);
         let points = &grid.points;
         if points.len() < 2 {
             return None;
         }
-        if points.len() < FEWEST && plan.1.is_motion() {
+        if points.len() < FEWEST && mechanism.1.is_motion() {
             let (first, span) = (points[0], grid.span());
             return Some((0..=120).map(|k| first + span * f64::from(k) / 120.0).collect());
         }
@@ -48,82 +48,85 @@ impl Model {
     /// # Errors
     /// Those of the analysis.
     pub fn drawings(&self, designs: &[&[f64]], times: &[f64]) -> Result<Option<Vec<Vec<Linkage>>>> {
-        let Some((plan, settings)) = &self.plan else { return Ok(None) };
-        let sketches: Vec<Sketch<'_>> = designs.iter().map(|design| Sketch::new(plan, design)).collect();
+        let Some((spec, settings)) = &self.mechanism else { return Ok(None) };
+        let mechanisms: Vec<DrawnMechanism<'_>> =
+            designs.iter().map(|design| DrawnMechanism::new(spec, design)).collect();
         let mut motions = vec![];
-        for sketch in &sketches {
-            let outputs = Arc::new(sketch.outputs());
-            let responses = settings.analyze(MechanismTemplate::new(plan, &outputs), times, sketch.design)?;
-            motions.push(sketch.instants(&responses.values, times.len()));
+        for mechanism in &mechanisms {
+            let outputs = Arc::new(mechanism.outputs());
+            let responses = settings.analyze(MechanismTemplate::new(spec, &outputs), times, mechanism.design)?;
+            motions.push(mechanism.states(&responses.values, times.len()));
         }
-        // Guides are the same in all pictures.
-        let track = Track::of(&motions);
-        Ok(Some(motions.iter().map(|motion| motion.iter().map(|instant| instant.draw(&track)).collect()).collect()))
+        // Guides are drawn at the same place in all frames.
+        let ranges = GuideRanges::of(&motions);
+        Ok(Some(motions.iter().map(|motion| motion.iter().map(|state| state.draw(&ranges)).collect()).collect()))
     }
 }
 
-/// A mechanism with the numbers of one design.
-struct Sketch<'p> {
-    plan: &'p MechanismSpec,
+/// A mechanism at one design.
+struct DrawnMechanism<'p> {
+    spec: &'p MechanismSpec,
     design: &'p [f64],
     /// All frames that move, in the order of the outputs.
-    frames: Vec<Frame>,
-    /// Kinds of the bodies that are frames.
-    kinds: Vec<Kind>,
+    frames: Vec<FrameRef>,
+    /// Kinds of the bodies other than sliders.
+    kinds: Vec<BodyKind>,
     sliders: usize,
 }
 
-/// Everything at one time.
+/// Poses of all frames and positions of all sliders at one time.
 struct DrawnState<'s> {
-    sketch: &'s Sketch<'s>,
+    mechanism: &'s DrawnMechanism<'s>,
     poses: Vec<[f64; 3]>,
     sliders: Vec<f64>,
 }
 
-impl<'p> Sketch<'p> {
-    fn new(plan: &'p MechanismSpec, design: &'p [f64]) -> Self {
-        let kinds: Vec<Kind> = plan.bodies.iter().map(|b| b.kind).filter(|k| *k != Kind::Slider).collect();
-        let nodes = |(beam, b): (usize, &super::beams::Beam)| (0..=b.elements).map(move |k| Frame::Node(beam, k));
-        let frames = (0..kinds.len()).map(Frame::Body).chain(plan.beams.iter().enumerate().flat_map(nodes)).collect();
-        Self { plan, design, frames, sliders: plan.bodies.len() - kinds.len(), kinds }
+impl<'p> DrawnMechanism<'p> {
+    fn new(spec: &'p MechanismSpec, design: &'p [f64]) -> Self {
+        let kinds: Vec<BodyKind> = spec.bodies.iter().map(|b| b.kind).filter(|k| *k != BodyKind::Slider).collect();
+        let nodes =
+            |(beam, b): (usize, &super::beams::BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
+        let frames =
+            (0..kinds.len()).map(FrameRef::Body).chain(spec.beams.iter().enumerate().flat_map(nodes)).collect();
+        Self { spec, design, frames, sliders: spec.bodies.len() - kinds.len(), kinds }
     }
 
     /// x, y and rotation of every frame, then the positions of one-coordinate bodies.
-    fn outputs(&self) -> Vec<Output> {
-        let of_frame = |frame: &Frame| ["x", "y", "theta"].map(|what| Measure::Frame(*frame, what));
-        let sliders = (0..self.sliders).map(|k| Measure::Slider(k, "position"));
+    fn outputs(&self) -> Vec<OutputSpec> {
+        let of_frame = |frame: &FrameRef| ["x", "y", "theta"].map(|what| MeasureRef::Frame(*frame, what));
+        let sliders = (0..self.sliders).map(|k| MeasureRef::Slider(k, "position"));
         let measures = self.frames.iter().flat_map(of_frame).chain(sliders);
-        measures.enumerate().map(|(k, measure)| Output::of_measure(format!("place {k}"), measure)).collect()
+        measures.enumerate().map(|(k, measure)| OutputSpec::of_measure(format!("place {k}"), measure)).collect()
     }
 
-    fn instants(&self, values: &[Vec<f64>], count: usize) -> Vec<DrawnState<'_>> {
+    fn states(&self, values: &[Vec<f64>], count: usize) -> Vec<DrawnState<'_>> {
         let n = self.frames.len();
-        let instant = |p: usize| DrawnState {
-            sketch: self,
+        let state = |p: usize| DrawnState {
+            mechanism: self,
             poses: (0..n).map(|k| [0, 1, 2].map(|i| values[3 * k + i][p])).collect(),
             sliders: values[3 * n..].iter().map(|v| v[p]).collect(),
         };
-        (0..count).map(instant).collect()
+        (0..count).map(state).collect()
     }
 
     fn local(&self, point: &PointRef) -> [f64; 2] {
-        point.at.each_ref().map(|program| program.value(&Inputs::design(self.design)))
+        point.at.each_ref().map(|expression| expression.value(&Inputs::design(self.design)))
     }
 
-    /// Joints that let a point slide along a line of another body: the two points and the angle of the line.
+    /// Sliding joints: the two points and the angle of the line on the first body.
     fn sliding(&self) -> impl Iterator<Item = (&PointRef, &PointRef, f64)> {
         let one = |part: &'p ElementSpec| {
             let (mut points, line) = (part.points(), part.numbers().next()?);
             Some((points.next()?, points.next()?, line.value(&Inputs::design(self.design))))
         };
-        self.plan.attached.iter().filter(|part| symbol(part) == Symbol::Guide).filter_map(one)
+        self.spec.elements.iter().filter(|part| symbol(part) == Symbol::Guide).filter_map(one)
     }
 
-    /// Points of a body that something is attached to, each once.
+    /// Attachment points of elements on a body and its named points, without repetitions.
     fn points_of(&self, body: usize) -> Vec<[f64; 2]> {
-        let attached = self.plan.attached.iter().flat_map(ElementSpec::points).chain(&self.plan.parts.points);
+        let attached = self.spec.elements.iter().flat_map(ElementSpec::points).chain(&self.spec.parts.points);
         let mut points: Vec<[f64; 2]> = vec![];
-        for point in attached.filter(|point| point.frame == Frame::Body(body)) {
+        for point in attached.filter(|point| point.frame == FrameRef::Body(body)) {
             let at = self.local(point);
             if points.iter().all(|p| (p[0] - at[0]).hypot(p[1] - at[1]) > 1e-9) {
                 points.push(at);
@@ -133,15 +136,15 @@ impl<'p> Sketch<'p> {
     }
 }
 
-/// How far sliding points and sliders go in all motions.
-struct Track {
+/// Ranges of sliding points and sliders over all motions.
+struct GuideRanges {
     guides: Vec<[f64; 2]>,
     sliders: [f64; 2],
     /// Lowest height of all bodies.
     floor: f64,
 }
 
-impl Track {
+impl GuideRanges {
     fn of(motions: &[Vec<DrawnState<'_>>]) -> Self {
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
         let widened = |[low, high]: [f64; 2], by: f64| {
@@ -149,34 +152,34 @@ impl Track {
             [low - margin, high + margin]
         };
         let grown = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
-        let count = motions.iter().flatten().next().map_or(0, |i| i.sketch.sliding().count());
+        let count = motions.iter().flatten().next().map_or(0, |i| i.mechanism.sliding().count());
         let mut guides = vec![NOTHING; count];
         let (mut sliders, mut floor) = (NOTHING, 0.0f64);
-        for instant in motions.iter().flatten() {
-            for (guide, place) in guides.iter_mut().zip(instant.along_guides()) {
+        for state in motions.iter().flatten() {
+            for (guide, place) in guides.iter_mut().zip(state.along_guides()) {
                 *guide = grown(*guide, place);
             }
-            sliders = instant.sliders.iter().fold(sliders, |range, v| grown(range, *v));
-            floor = instant.poses.iter().fold(floor, |low, pose| low.min(pose[1]));
+            sliders = state.sliders.iter().fold(sliders, |range, v| grown(range, *v));
+            floor = state.poses.iter().fold(floor, |low, pose| low.min(pose[1]));
         }
         Self { guides: guides.into_iter().map(|g| widened(g, 0.25)).collect(), sliders: widened(sliders, 0.2), floor }
     }
 }
 
 impl DrawnState<'_> {
-    fn pose(&self, frame: Frame) -> [f64; 3] {
-        let known = self.sketch.frames.iter().position(|f| *f == frame);
+    fn pose(&self, frame: FrameRef) -> [f64; 3] {
+        let known = self.mechanism.frames.iter().position(|f| *f == frame);
         known.map_or([0.0; 3], |k| self.poses[k])
     }
 
-    fn position(&self, frame: Frame, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn position(&self, frame: FrameRef, [x, y]: [f64; 2]) -> [f64; 2] {
         let [x0, y0, theta] = self.pose(frame);
         let (s, c) = theta.sin_cos();
         [x0 + c * x - s * y, y0 + s * x + c * y]
     }
 
     fn point(&self, point: &PointRef) -> [f64; 2] {
-        self.position(point.frame, self.sketch.local(point))
+        self.position(point.frame, self.mechanism.local(point))
     }
 
     /// Position of each sliding point along its line.
@@ -186,33 +189,34 @@ impl DrawnState<'_> {
             let (s, c) = (self.pose(a.frame)[2] + line).sin_cos();
             (x - x0) * c + (y - y0) * s
         };
-        self.sketch.sliding().map(one).collect()
+        self.mechanism.sliding().map(one).collect()
     }
 
-    fn draw(&self, track: &Track) -> Linkage {
+    fn draw(&self, ranges: &GuideRanges) -> Linkage {
         let mut linkage = Linkage::default();
-        (0..self.sketch.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
+        (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
         self.draw_beams(&mut linkage);
-        self.sketch.plan.attached.iter().for_each(|part| self.draw_attached(part, &mut linkage));
-        for ((a, b, line), [from, to]) in self.sketch.sliding().zip(&track.guides) {
+        self.mechanism.spec.elements.iter().for_each(|part| self.draw_element(part, &mut linkage));
+        for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {
             let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();
             linkage.guides.push([from, to].map(|along| [x + along * c, y + along * s]));
             linkage.sliders.push((self.point(b), angle));
         }
-        self.draw_slides(track, &mut linkage);
+        self.draw_slides(ranges, &mut linkage);
         linkage
     }
 
     fn draw_body(&self, body: usize, linkage: &mut Linkage) {
-        let kind = self.sketch.kinds[body];
-        let points = self.sketch.points_of(body);
+        let kind = self.mechanism.kinds[body];
+        let points = self.mechanism.points_of(body);
         let outline = hull(&points);
-        let at = |points: &[[f64; 2]]| points.iter().map(|p| self.position(Frame::Body(body), *p)).collect::<Vec<_>>();
-        let is_sliding = self.sketch.sliding().any(|(_, b, _)| b.frame == Frame::Body(body));
+        let at =
+            |points: &[[f64; 2]]| points.iter().map(|p| self.position(FrameRef::Body(body), *p)).collect::<Vec<_>>();
+        let is_sliding = self.mechanism.sliding().any(|(_, b, _)| b.frame == FrameRef::Body(body));
         match outline.len() {
-            _ if kind == Kind::FixedNode => {}
-            0 | 1 if kind == Kind::MasslessNode => {}
+            _ if kind == BodyKind::FixedNode => {}
+            0 | 1 if kind == BodyKind::MasslessNode => {}
             0 | 1 => {
                 if let Some(point) = outline.first().filter(|p| p[0].hypot(p[1]) > 1e-9) {
                     linkage.bars.push(at(&[*point, [0.0, 0.0]]));
@@ -227,8 +231,8 @@ impl DrawnState<'_> {
     }
 
     fn draw_beams(&self, linkage: &mut Linkage) {
-        for (k, beam) in self.sketch.plan.beams.iter().enumerate() {
-            let node = |node: usize| self.position(Frame::Node(k, node), [0.0; 2]);
+        for (k, beam) in self.mechanism.spec.beams.iter().enumerate() {
+            let node = |node: usize| self.position(FrameRef::Node(k, node), [0.0; 2]);
             linkage.bars.push((0..=beam.elements).map(node).collect());
             for (frame, end) in beam.ends.iter().zip([0, beam.elements]) {
                 if let Some(frame) = frame {
@@ -238,17 +242,17 @@ impl DrawnState<'_> {
         }
     }
 
-    /// A revolute joint, on the ground if one of its frames is at rest.
-    fn draw_pin(&self, at: [f64; 2], frames: [Frame; 2], linkage: &mut Linkage) {
-        let rests = |frame: Frame| match frame {
-            Frame::Ground => true,
-            Frame::Body(k) => self.sketch.kinds[k] == Kind::FixedNode,
-            Frame::Node(..) => false,
+    /// Draws a revolute joint, on the ground if one of its frames is at rest.
+    fn draw_pin(&self, at: [f64; 2], frames: [FrameRef; 2], linkage: &mut Linkage) {
+        let rests = |frame: FrameRef| match frame {
+            FrameRef::Ground => true,
+            FrameRef::Body(k) => self.mechanism.kinds[k] == BodyKind::FixedNode,
+            FrameRef::Node(..) => false,
         };
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
     }
 
-    fn draw_attached(&self, part: &ElementSpec, linkage: &mut Linkage) {
+    fn draw_element(&self, part: &ElementSpec, linkage: &mut Linkage) {
         let mut points = part.points();
         let (Some(a), Some(b)) = (points.next(), points.next()) else { return };
         let ends = [self.point(a), self.point(b)];
@@ -258,26 +262,25 @@ impl DrawnState<'_> {
             Symbol::Spring => linkage.springs.push(ends),
             Symbol::None | Symbol::Guide => return,
         }
-        let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| point.frame == Frame::Ground);
+        let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| point.frame == FrameRef::Ground);
         linkage.ground_joints.extend(grounded.map(|(_, end)| end));
     }
 
     /// Draws one-coordinate bodies below each other, each on its guide; a spring to the ground is fixed at its left end.
-    fn draw_slides(&self, track: &Track, linkage: &mut Linkage) {
-        let [low, high] = track.sliders;
-        let row =
-            |k: usize| track.floor - 0.35 * (high - low) * (k as f64 + f64::from(u8::from(!self.poses.is_empty())));
+    fn draw_slides(&self, ranges: &GuideRanges, linkage: &mut Linkage) {
+        let [low, high] = ranges.sliders;
+        let row = |k: usize| ranges.floor - 0.35 * (high - low) * (k + usize::from(!self.poses.is_empty())) as f64;
         let anchor = |k: usize| [low - 0.3 * (high - low), row(k)];
         for (k, place) in self.sliders.iter().enumerate() {
             linkage.guides.push([[low, row(k)], [high, row(k)]]);
             linkage.sliders.push(([*place, row(k)], 0.0));
         }
-        for part in self.sketch.plan.attached.iter().filter(|part| symbol(part) == Symbol::Spring) {
+        for part in self.mechanism.spec.elements.iter().filter(|part| symbol(part) == Symbol::Spring) {
             let mut coordinates = part.coordinates();
             let (Some(a), Some(b)) = (coordinates.next(), coordinates.next()) else { continue };
             match (a, b) {
-                (CoordinateRef::Slider(k), CoordinateRef::Of(Frame::Ground, _))
-                | (CoordinateRef::Of(Frame::Ground, _), CoordinateRef::Slider(k)) => {
+                (CoordinateRef::Slider(k), CoordinateRef::Of(FrameRef::Ground, _))
+                | (CoordinateRef::Of(FrameRef::Ground, _), CoordinateRef::Slider(k)) => {
                     linkage.springs.push([anchor(k), [self.sliders[k], row(k)]]);
                     linkage.ground_joints.push(anchor(k));
                 }

@@ -1,13 +1,13 @@
-//! Kinds of joints, drives and forces of model files, made from the declarations of the elements.
+//! Kinds of joints, drives and forces of model files, generated from the descriptors of the elements.
 
 use super::feedback::ObservedFormula;
-use super::key::{Accepts, EACH, Key, Need, Table, default, required};
+use super::key::{Accepts, EACH, Key, Need, TableKeys, default, required};
 use super::motion::MotionLaw;
 use mechanics::elements::{self, ElementDescriptor, ElementKind, Family, Input, Role};
 use std::sync::LazyLock;
 
-/// A kind of element with the types of functions that model files give it.
-pub type Kind = ElementKind<MotionLaw, ObservedFormula>;
+/// A kind of element whose functions of time and state come from model files.
+pub type FileElementKind = ElementKind<MotionLaw, ObservedFormula>;
 
 /// A section of the file, such as `[[joint]]`, with its kinds.
 pub struct KindSection {
@@ -17,33 +17,34 @@ pub struct KindSection {
     pub usual: &'static str,
     /// Keys of all kinds.
     pub common: &'static [Key],
-    pub kinds: Vec<(Kind, &'static [Key])>,
+    pub kinds: Vec<(FileElementKind, &'static [Key])>,
 }
 
 /// Sections of elements, in the order in which they are read.
 pub static SECTIONS: LazyLock<[KindSection; 3]> = LazyLock::new(|| {
     [
-        KindSection::new("joint", "joints between bodies", "revolute", "what it is"),
-        KindSection::new("driver", "prescribed motions", "coordinate", "what it prescribes"),
-        KindSection::new("force", "forces, contacts and additional inertia", "", "what it is"),
+        KindSection::new("joint", "joints between bodies", "revolute"),
+        KindSection::new("driver", "prescribed motions", "coordinate"),
+        KindSection::new("force", "forces, contacts and additional inertia", ""),
     ]
 });
 
 impl KindSection {
     /// The section with all elements that belong to it.
     ///
-    /// Its keys and their texts live as long as the program, as those of other sections do.
-    fn new(name: &'static str, about: &'static str, usual: &'static str, about_kind: &'static str) -> Self {
+    /// Its keys and texts are leaked: they live as long as the program, as constants do.
+    fn new(name: &'static str, about: &'static str, usual: &'static str) -> Self {
         let mut kinds = elements::kinds();
-        kinds.retain(|kind: &Kind| section_of(kind.descriptor) == name);
+        kinds.retain(|kind: &FileElementKind| section_of(kind.descriptor) == name);
         let words: Vec<&str> = kinds.iter().map(|kind| kind.descriptor.kind).collect();
         let accepts = Accepts::Choice(words.leak());
+        let about_kind = format!("kind of {name}").leak();
         let kind = match usual {
             "" => required("kind", accepts, about_kind),
             _ => default("kind", accepts, usual, about_kind),
         };
         let common = vec![required("name", Accepts::Name, "name, unique in the file"), kind, EACH].leak();
-        let with_keys = |kind: Kind| {
+        let with_keys = |kind: FileElementKind| {
             let keys: &[Key] = kind.descriptor.inputs.iter().map(key).collect::<Vec<_>>().leak();
             (kind, keys)
         };
@@ -64,7 +65,7 @@ fn section_of(descriptor: &ElementDescriptor) -> &'static str {
 
 /// Keys of the parameters of an element.
 ///
-/// Their texts live as long as the program.
+/// Their texts are leaked and live as long as the program.
 pub fn parameter_keys(descriptor: &ElementDescriptor) -> Vec<Key> {
     descriptor.inputs.iter().filter(|input| input.role == Role::Parameter).map(key).collect()
 }
@@ -86,20 +87,20 @@ fn key(input: &Input) -> Key {
 }
 
 /// Declarations for documentation and schema.
-pub fn tables() -> Vec<Table> {
+pub fn tables() -> Vec<TableKeys> {
     let of_section = |section: &'static KindSection| {
         let KindSection { name, about, common, .. } = *section;
-        let of_kind = move |(kind, keys): &(Kind, &'static [Key])| {
+        let of_kind = move |(kind, keys): &(FileElementKind, &'static [Key])| {
             let descriptor = kind.descriptor;
-            Table { name, kind: Some(descriptor.kind), about: descriptor.about, keys }
+            TableKeys { name, kind: Some(descriptor.kind), about: descriptor.about, keys }
         };
-        std::iter::once(Table { name, kind: None, about, keys: common }).chain(section.kinds.iter().map(of_kind))
+        std::iter::once(TableKeys { name, kind: None, about, keys: common }).chain(section.kinds.iter().map(of_kind))
     };
     SECTIONS.iter().flat_map(of_section).collect()
 }
 
-/// The declaration of the element that a table describes, if it describes one.
-pub fn element_of(table: &Table) -> Option<&'static ElementDescriptor> {
+/// The descriptor of the element of a table; `None` for other tables.
+pub fn element_of(table: &TableKeys) -> Option<&'static ElementDescriptor> {
     let section = SECTIONS.iter().find(|section| section.name == table.name)?;
     section.kinds.iter().map(|(kind, _)| kind.descriptor).find(|descriptor| Some(descriptor.kind) == table.kind)
 }

@@ -1,20 +1,20 @@
 //! `[[joint]]`, `[[driver]]` and `[[force]]`.
 
-use super::element_kinds::{Kind, SECTIONS};
+use super::element_kinds::{FileElementKind, SECTIONS};
 use super::feedback::{self, Feedback};
 use super::key::Key;
 use super::motion::{self, TimeFunction};
-use super::parts::{BuildContext, CoordinateRef, Parts, PointRef, Symbol};
+use super::parts::{BuildContext, CoordinateRef, NamedPart, Parts, PointRef};
 use super::section::{Read, Section};
-use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::elements::{InputValue, Role};
 
-/// A joint, drive or force with its numbers as programs of the design.
+/// A joint, drive or force whose numbers are expressions of the design variables.
 #[derive(Clone, Debug)]
 pub struct ElementSpec {
     name: String,
-    pub kind: &'static Kind,
+    pub kind: &'static FileElementKind,
     pub inputs: Vec<InputSpec>,
 }
 
@@ -23,7 +23,7 @@ pub struct ElementSpec {
 pub enum InputSpec {
     Point(PointRef),
     Coordinate(CoordinateRef),
-    Number(Program),
+    Number(CompiledExpression),
     Time(TimeFunction),
     State(Feedback),
 }
@@ -36,7 +36,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<El
             let kinds = section.kinds.iter().map(|(kind, keys)| (kind.descriptor.kind, (kind, *keys)));
             let (kind, keys) = Section::kind(&table, section.name, section.usual, kinds)?;
             let section = Section::of(table, span, section.name, &[section.common, keys], file.source())?;
-            let symbol = Symbol::Element(all.len(), kind.descriptor);
+            let symbol = NamedPart::Element(all.len(), kind.descriptor);
             all.push(element(kind, keys, &section, names, parts)?);
             parts.add(&section.need_word("name")?, symbol)
         })?;
@@ -45,7 +45,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<El
 }
 
 fn element(
-    kind: &'static Kind,
+    kind: &'static FileElementKind,
     keys: &[Key],
     section: &Section<'_>,
     names: &Names,
@@ -55,7 +55,9 @@ fn element(
         Ok(match role {
             Role::Marker | Role::Body | Role::Translations => InputSpec::Point(parts.point(section, key.name, names)?),
             Role::Coordinate => InputSpec::Coordinate(parts.coordinate(section, key.name)?),
-            Role::Parameter | Role::Gravity => InputSpec::Number(section.program(key.name, names, &Wants::DESIGN)?),
+            Role::Parameter | Role::Gravity => {
+                InputSpec::Number(section.expression(key.name, names, &Scope::DESIGN)?)
+            }
             Role::TimeFunction => InputSpec::Time(motion::read(section, key.name, names)?),
             Role::StateFunction => InputSpec::State(feedback::read(section, key.name, names, parts)?),
         })
@@ -67,11 +69,11 @@ fn element(
 impl ElementSpec {
     /// Adds the element to a mechanism.
     pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
-        let value = |program: &Program| program.value(&Inputs::design(b));
+        let value = |expression: &CompiledExpression| expression.value(&Inputs::design(b));
         let input = |input: &InputSpec| match input {
             InputSpec::Point(point) => InputValue::Marker(context.marker(point, b)),
             InputSpec::Coordinate(place) => InputValue::Coordinate(context.coordinate(*place)),
-            InputSpec::Number(program) => InputValue::Parameter(value(program)),
+            InputSpec::Number(expression) => InputValue::Parameter(value(expression)),
             InputSpec::Time(function) => {
                 InputValue::TimeFunction(function.law.clone(), function.parameters.iter().map(value).collect())
             }
@@ -105,10 +107,10 @@ impl ElementSpec {
         })
     }
 
-    /// Parameters that are numbers.
-    pub fn numbers(&self) -> impl Iterator<Item = &Program> {
+    /// Values of the parameters.
+    pub fn numbers(&self) -> impl Iterator<Item = &CompiledExpression> {
         self.inputs.iter().filter_map(|input| match input {
-            InputSpec::Number(program) => Some(program),
+            InputSpec::Number(expression) => Some(expression),
             _ => None,
         })
     }

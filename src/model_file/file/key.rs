@@ -39,11 +39,11 @@ pub enum Accepts {
     Table,
     /// Tables `[[name]]`, one for each part.
     Tables,
-    /// For each index a list of words, or a range of whole numbers.
+    /// Values of each index of copies: a list of words, or a range of whole numbers.
     Each,
 }
 
-/// Whether a key is required.
+/// Required, optional, or with a default value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
     /// The key is required.
@@ -54,27 +54,27 @@ pub enum Need {
     Optional,
 }
 
-/// A key with its type and meaning.
+/// Declaration of a key: name, type and description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
     /// Name of the key.
     pub name: &'static str,
     /// Type of the value.
     pub accepts: Accepts,
-    /// Whether it is required.
+    /// Required, optional, or with a default value.
     pub need: Need,
-    /// Meaning, with unit.
+    /// Description for the documentation, with the unit.
     pub about: &'static str,
 }
 
-/// A table of a file, or one kind of it, with its keys.
+/// Declaration of a table of a file, or of one kind of it, with its keys.
 #[derive(Clone, Copy, Debug)]
-pub struct Table {
+pub struct TableKeys {
     /// Name in brackets.
     pub name: &'static str,
     /// The value of `kind`, if the table has several kinds.
     pub kind: Option<&'static str>,
-    /// Meaning.
+    /// Description for the documentation.
     pub about: &'static str,
     /// Keys. Keys that all kinds share are in the table without a kind.
     pub keys: &'static [Key],

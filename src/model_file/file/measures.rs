@@ -1,14 +1,14 @@
-//! Quantities of a mechanism that outputs are made of.
+//! Measured quantities of a mechanism, from which outputs are computed.
 
-use super::parts::{BuildContext, Frame, Parts, PointRef, Symbol};
+use super::parts::{BuildContext, FrameRef, NamedPart, Parts, PointRef};
 use crate::Result;
-use crate::model_file::expression::{Inputs, Program};
+use crate::model_file::expression::{CompiledExpression, Inputs};
 use autodiff::Scalar;
 use mechanics::elements::{self, Added, CoordinateSensor, Element, MarkerSensor};
 use mechanics::mechanism::{ElementIndex, Term};
 use std::collections::HashMap;
 
-/// Measures of a beam at its nodes: the mean of the adjoining elements.
+/// Measures of a beam at its nodes: the mean of the adjacent elements.
 const OF_NODE: &[&str] = &["moment", "normal_force", "shear_force"];
 
 /// Measures of a point and of its body, in the axes of the plane.
@@ -25,41 +25,42 @@ fn names(measures: &[elements::Measure]) -> Vec<&'static str> {
     measures.iter().map(|measure| measure.name).collect()
 }
 
-/// A quantity of a mechanism.
+/// A measured quantity of a mechanism.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Measure {
-    /// Of an element: a joint, drive, force or contact.
+pub enum MeasureRef {
+    /// A measure of a joint, drive or force.
     Element(usize, &'static str),
-    /// Of the reference point of a body, or of a beam node.
-    Frame(Frame, &'static str),
-    /// Of a named point.
+    /// A measure of the reference point of a body, or of a beam node.
+    Frame(FrameRef, &'static str),
+    /// A measure of a named point.
     Point(usize, &'static str),
+    /// A measure of a body with one coordinate.
     Slider(usize, &'static str),
-    /// Of the inside of a beam at a node.
+    /// An internal force or moment of a beam at a node.
     Node(usize, usize, &'static str),
     KineticEnergy,
     PotentialEnergy,
 }
 
 /// The quantity of that name, such as `crank.theta` or `rod.first.moment`.
-pub fn find(text: &str, parts: &Parts) -> Option<Measure> {
+pub fn find(text: &str, parts: &Parts) -> Option<MeasureRef> {
     match text {
-        "kinetic_energy" => return Some(Measure::KineticEnergy),
-        "potential_energy" => return Some(Measure::PotentialEnergy),
+        "kinetic_energy" => return Some(MeasureRef::KineticEnergy),
+        "potential_energy" => return Some(MeasureRef::PotentialEnergy),
         _ => {}
     }
     let (owner, what) = text.rsplit_once('.')?;
     let among = |known: &[&'static str]| known.iter().find(|k| **k == what).copied();
     match parts.get(owner) {
-        Some(Symbol::Element(k, of)) => return among(&names(of.measures)).map(|what| Measure::Element(*k, what)),
-        Some(Symbol::Slider(k)) => return among(&of_slider()).map(|what| Measure::Slider(*k, what)),
-        Some(Symbol::Point(k)) => return among(&of_point()).map(|what| Measure::Point(*k, what)),
+        Some(NamedPart::Element(k, of)) => return among(&names(of.measures)).map(|what| MeasureRef::Element(*k, what)),
+        Some(NamedPart::Slider(k)) => return among(&of_slider()).map(|what| MeasureRef::Slider(*k, what)),
+        Some(NamedPart::Point(k)) => return among(&of_point()).map(|what| MeasureRef::Point(*k, what)),
         _ => {}
     }
     let frame = parts.find_frame(owner)?;
     match (frame, among(OF_NODE)) {
-        (Frame::Node(beam, node), Some(what)) => Some(Measure::Node(beam, node, what)),
-        _ => among(&of_point()).map(|what| Measure::Frame(frame, what)),
+        (FrameRef::Node(beam, node), Some(what)) => Some(MeasureRef::Node(beam, node, what)),
+        _ => among(&of_point()).map(|what| MeasureRef::Frame(frame, what)),
     }
 }
 
@@ -68,10 +69,10 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
     let of = |name: &String| -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
-            Some(Symbol::Element(_, of)) => all(&names(of.measures)),
-            Some(Symbol::Slider(_)) => all(&of_slider()),
-            Some(Symbol::Point(_) | Symbol::Frame(_)) => all(&of_point()),
-            Some(Symbol::Beam(..)) => {
+            Some(NamedPart::Element(_, of)) => all(&names(of.measures)),
+            Some(NamedPart::Slider(_)) => all(&of_slider()),
+            Some(NamedPart::Point(_) | NamedPart::Frame(_)) => all(&of_point()),
+            Some(NamedPart::Beam(..)) => {
                 let node = |end: &str| {
                     let known = OF_NODE.iter().copied().chain(of_point());
                     known.map(|what| format!("{name}.{end}.{what}")).collect::<Vec<_>>()
@@ -84,10 +85,10 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
     parts.order.iter().flat_map(of).chain(["kinetic_energy".into(), "potential_energy".into()]).collect()
 }
 
-/// What a sensor measures the motion of.
+/// Owner of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Owner {
-    Frame(Frame),
+    Frame(FrameRef),
     Point(usize),
     Slider(usize),
     Design(usize),
@@ -104,29 +105,29 @@ impl<'p> Sensors<'p> {
         Self { points, made: HashMap::new() }
     }
 
-    /// The terms whose sum the quantity is.
+    /// Terms of the quantity, to be summed.
     pub fn terms<S: Scalar>(
         &mut self,
-        measure: &Measure,
+        measure: &MeasureRef,
         context: &mut BuildContext<S>,
         b: &[S],
     ) -> Result<Vec<Term<S>>> {
         let owner = match measure {
-            Measure::KineticEnergy => return Ok(vec![context.mechanism.kinetic_energy()]),
-            Measure::PotentialEnergy => return Ok(vec![context.mechanism.potential_energy()]),
-            Measure::Element(k, what) => {
+            MeasureRef::KineticEnergy => return Ok(vec![context.mechanism.kinetic_energy()]),
+            MeasureRef::PotentialEnergy => return Ok(vec![context.mechanism.potential_energy()]),
+            MeasureRef::Element(k, what) => {
                 return Ok(vec![match context.elements[*k] {
                     Added::Element(element) => context.mechanism.measure(element, what)?,
                     Added::Motion(coordinate) => context.mechanism.driving_force(coordinate),
                     Added::Contact => unreachable!("a rigid contact measures nothing"),
                 }]);
             }
-            Measure::Node(beam, node, what) => return at_node(*beam, *node, what, context),
-            Measure::Frame(frame, _) => Owner::Frame(*frame),
-            Measure::Point(k, _) => Owner::Point(*k),
-            Measure::Slider(k, _) => Owner::Slider(*k),
+            MeasureRef::Node(beam, node, what) => return at_node(*beam, *node, what, context),
+            MeasureRef::Frame(frame, _) => Owner::Frame(*frame),
+            MeasureRef::Point(k, _) => Owner::Point(*k),
+            MeasureRef::Slider(k, _) => Owner::Slider(*k),
         };
-        let (Measure::Frame(_, what) | Measure::Point(_, what) | Measure::Slider(_, what)) = measure else {
+        let (MeasureRef::Frame(_, what) | MeasureRef::Point(_, what) | MeasureRef::Slider(_, what)) = measure else {
             unreachable!("the others have returned")
         };
         let part = self.sensor(owner, context, b);
@@ -157,8 +158,10 @@ impl<'p> Sensors<'p> {
                 context.mechanism.sensor("motion", marker)
             }
             Owner::Design(i) => {
-                let marker =
-                    context.mechanism.ground().at(Program::variable(i).value(&Inputs::design(b)), S::from(0.0));
+                let marker = context
+                    .mechanism
+                    .ground()
+                    .at(CompiledExpression::variable(i).value(&Inputs::design(b)), S::from(0.0));
                 context.mechanism.sensor("design", marker)
             }
         };
@@ -167,7 +170,7 @@ impl<'p> Sensors<'p> {
     }
 }
 
-/// The mean over the elements that adjoin a node.
+/// Mean of the adjacent elements at a beam node.
 fn at_node<S: Scalar>(beam: usize, node: usize, what: &str, context: &BuildContext<S>) -> Result<Vec<Term<S>>> {
     let parts = &context.beams[beam].1;
     let sides = [what.to_owned() + "_j", what.to_owned() + "_i"];

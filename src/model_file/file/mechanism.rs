@@ -1,32 +1,32 @@
 //! The mechanism of a file as a pure function of the design.
 
-use super::beams::{self, Beam};
-use super::bodies::{self, Body};
+use super::beams::{self, BeamSpec};
+use super::bodies::{self, BodySpec};
 use super::elements::{self, ElementSpec};
 use super::measures::Sensors;
-use super::outputs::Output;
+use super::outputs::OutputSpec;
 use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section};
 use crate::Result;
-use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use std::sync::Arc;
 
-/// Bodies, beams, joints, drives, forces and outputs.
+/// A mechanism with its outputs, as a function of the design.
 #[derive(Clone, Debug)]
 pub struct MechanismTemplate {
-    plan: Arc<MechanismSpec>,
-    outputs: Arc<Vec<Output>>,
+    spec: Arc<MechanismSpec>,
+    outputs: Arc<Vec<OutputSpec>>,
 }
 
 /// A mechanism without its outputs.
 #[derive(Debug)]
 pub struct MechanismSpec {
-    gravity: [Program; 2],
-    pub bodies: Vec<Body>,
-    pub beams: Vec<Beam>,
-    pub attached: Vec<ElementSpec>,
+    gravity: [CompiledExpression; 2],
+    pub bodies: Vec<BodySpec>,
+    pub beams: Vec<BeamSpec>,
+    pub elements: Vec<ElementSpec>,
     pub parts: Parts,
 }
 
@@ -36,10 +36,10 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let bodies = bodies::read(file, names, &mut parts)?;
     let beams = beams::read(file, names, &mut parts)?;
     bodies::read_points(file, names, &mut parts)?;
-    let attached = elements::read(file, names, &mut parts)?;
-    let gravity = file.pair("gravity", names, &Wants::DESIGN)?;
+    let elements = elements::read(file, names, &mut parts)?;
+    let gravity = file.pair("gravity", names, &Scope::DESIGN)?;
     if !(bodies.is_empty() && beams.is_empty()) {
-        return Ok(Some(MechanismSpec { gravity, bodies, beams, attached, parts }));
+        return Ok(Some(MechanismSpec { gravity, bodies, beams, elements, parts }));
     }
     match ["joint", "driver", "force", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
         Some(key) => Err(file.error_at(key, format!("`{key}` without any body or beam")).help("add a [[body]] first")),
@@ -48,7 +48,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
 }
 
 impl MechanismSpec {
-    /// Coordinates of bodies and beam nodes, at most.
+    /// Upper bound of the number of coordinates.
     pub fn coordinates(&self) -> usize {
         let nodes: usize = self.beams.iter().map(|beam| beam.elements + 1).sum();
         3 * (self.bodies.len() + nodes)
@@ -56,29 +56,29 @@ impl MechanismSpec {
 }
 
 impl MechanismTemplate {
-    pub fn new(plan: &Arc<MechanismSpec>, outputs: &Arc<Vec<Output>>) -> Self {
-        Self { plan: plan.clone(), outputs: outputs.clone() }
+    pub fn new(spec: &Arc<MechanismSpec>, outputs: &Arc<Vec<OutputSpec>>) -> Self {
+        Self { spec: spec.clone(), outputs: outputs.clone() }
     }
 }
 
 impl ParametricMechanism for MechanismTemplate {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
-        let plan = &self.plan;
-        let [gx, gy] = plan.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));
-        let mut world = BuildContext {
+        let spec = &self.spec;
+        let [gx, gy] = spec.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));
+        let mut context = BuildContext {
             mechanism: Mechanism::with_gravity(gx, gy),
             bodies: vec![],
             sliders: vec![],
             beams: vec![],
             elements: vec![],
         };
-        plan.bodies.iter().for_each(|body| body.build(&mut world, b));
-        plan.beams.iter().for_each(|beam| beam.build(&mut world, b));
-        plan.attached.iter().for_each(|part| part.build(&mut world, b));
-        let mut sensors = Sensors::new(&plan.parts.points);
+        spec.bodies.iter().for_each(|body| body.build(&mut context, b));
+        spec.beams.iter().for_each(|beam| beam.build(&mut context, b));
+        spec.elements.iter().for_each(|part| part.build(&mut context, b));
+        let mut sensors = Sensors::new(&spec.parts.points);
         for output in self.outputs.iter() {
-            output.build(&mut sensors, &mut world, b)?;
+            output.build(&mut sensors, &mut context, b)?;
         }
-        Ok(world.mechanism)
+        Ok(context.mechanism)
     }
 }

@@ -1,7 +1,7 @@
-//! `[method]`: how the problem is solved.
+//! `[method]`: the optimization method.
 
-use super::constraints::neighbours;
-use super::key::{Accepts, Key, Table, default, optional};
+use super::constraints::{NEIGHBOURS, neighbours};
+use super::key::{Accepts, Key, TableKeys, default, optional};
 use super::section::{Read, Section};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::Names;
@@ -14,17 +14,17 @@ const KEYS: &[Key] = &[
     default("preset", Accepts::Text, "slp", "a method by name; `linkwright compare --list` lists all"),
     optional("accuracy", Accepts::Number, "relative change of the objective, and violation, below which the run ends"),
     optional("residual", Accepts::Number, "residual of the optimality conditions below which the run may end"),
-    optional("max_cycles", Accepts::Count, "most cycles"),
+    optional("max_cycles", Accepts::Count, "largest number of cycles"),
     optional("smallest_factor", Accepts::Number, "move-limit factor below which the run has stalled"),
     optional(
         "cutoff",
         Accepts::NumberOr(&["none"]),
-        "normalized value up to which constraints are left out of the subproblem",
+        "normalized value up to which constraints are omitted from the subproblem",
     ),
-    optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are retained before and after each maximum"),
+    NEIGHBOURS,
     optional("moving_peaks", Accepts::Flag, "whether peaks in continuous time move in the approximate problem"),
     optional("move_limits", Accepts::Table, "move limits other than those of the preset"),
-    optional("acceptance", Accepts::Table, "rule of acceptance other than that of the preset"),
+    optional("acceptance", Accepts::Table, "acceptance rule other than that of the preset"),
 ];
 const LIMITS: &[Key] =
     &[default("kind", Accepts::Choice(&["relative", "fixed", "trust-region"]), "relative", "the strategy")];
@@ -45,40 +45,41 @@ const FIXED: &[Key] = &[default("width", Accepts::Number, "1", "half width, as a
 const ACCEPTANCE: &[Key] =
     &[default("kind", Accepts::Choice(&["errors", "feasible", "always", "filter"]), "errors", "the rule")];
 const ERRORS: &[Key] = &[optional("reject_above_pct", Accepts::Number, "error in % above which a cycle is rejected")];
-const FEASIBLE: &[Key] = &[optional("violation_pct", Accepts::Number, "violation in % up to which all is accepted")];
+const FEASIBLE: &[Key] =
+    &[optional("violation_pct", Accepts::Number, "violation in % up to which every design is accepted")];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[Table] = &[
-    Table { name: "method", kind: None, about: "how the problem is solved", keys: KEYS },
-    Table { name: "method.move_limits", kind: None, about: "the search subregion", keys: LIMITS },
-    Table {
+pub const TABLES: &[TableKeys] = &[
+    TableKeys { name: "method", kind: None, about: "optimization method", keys: KEYS },
+    TableKeys { name: "method.move_limits", kind: None, about: "the search subregion", keys: LIMITS },
+    TableKeys {
         name: "method.move_limits",
         kind: Some("relative"),
         about: "relative to the range of each variable (Etman et al. 1998)",
         keys: RELATIVE,
     },
-    Table { name: "method.move_limits", kind: Some("fixed"), about: "constant width", keys: FIXED },
-    Table {
+    TableKeys { name: "method.move_limits", kind: Some("fixed"), about: "constant width", keys: FIXED },
+    TableKeys {
         name: "method.move_limits",
         kind: Some("trust-region"),
         about: "wider after good steps, narrower after bad ones",
         keys: &[],
     },
-    Table { name: "method.acceptance", kind: None, about: "which designs are accepted", keys: ACCEPTANCE },
-    Table {
+    TableKeys { name: "method.acceptance", kind: None, about: "acceptance rule", keys: ACCEPTANCE },
+    TableKeys {
         name: "method.acceptance",
         kind: Some("errors"),
         about: "designs with small approximation errors (Etman et al. 1998)",
         keys: ERRORS,
     },
-    Table {
+    TableKeys {
         name: "method.acceptance",
         kind: Some("feasible"),
         about: "designs with a small violation",
         keys: FEASIBLE,
     },
-    Table { name: "method.acceptance", kind: Some("always"), about: "all designs", keys: &[] },
-    Table {
+    TableKeys { name: "method.acceptance", kind: Some("always"), about: "all designs", keys: &[] },
+    TableKeys {
         name: "method.acceptance",
         kind: Some("filter"),
         about: "designs that a filter of objective and violation accepts",

@@ -1,4 +1,4 @@
-//! Sections of a model file: their keys, and what they define.
+//! Sections of a model file: their keys, and their conversion to a mechanism, a problem and a method.
 //!
 //! | file | content |
 //! |---|---|
@@ -7,11 +7,11 @@
 //! | `naming` | design variables, constants, named expressions |
 //! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
 //! | `mechanism` | the mechanism as a pure function of the design |
-//! | `measures`, `outputs` | responses |
-//! | `analysis` | time points; how the mechanism is analysed |
-//! | `quantity`, `objective`, `constraints` | formulas of responses |
-//! | `method` | how the problem is solved |
-//! | `drawing` | pictures of the mechanism in motion |
+//! | `measures`, `outputs` | measured quantities, and outputs as formulas of them |
+//! | `analysis` | time points and analysis |
+//! | `quantity`, `objective`, `constraints` | objective and constraints as formulas of outputs |
+//! | `method` | the optimization method |
+//! | `drawing` | drawings of the mechanism in motion |
 
 mod analysis;
 mod beams;
@@ -37,13 +37,13 @@ mod section;
 mod value;
 
 pub(super) use element_kinds::element_of;
-pub use key::{Accepts, Key, Need, Table};
+pub use key::{Accepts, Key, Need, TableKeys};
 
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
 use super::{Diagnostic, DiagnosticReport, settings};
 use crate::Result;
-use crate::model_file::expression::{Inputs, Program};
+use crate::model_file::expression::{CompiledExpression, Inputs};
 use crate::problem::{
     ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, TimeGrid,
 };
@@ -51,8 +51,8 @@ use crate::sao::Method;
 use autodiff::Scalar;
 use key::{default, optional, required};
 use mechanism::{MechanismSpec, MechanismTemplate};
-use objective::Objective;
-use outputs::Output;
+use objective::ObjectiveSpec;
+use outputs::OutputSpec;
 use section::{FileSource, Read, Section};
 use std::sync::Arc;
 use toml::Spanned;
@@ -60,7 +60,7 @@ use toml::de::DeTable;
 
 pub(super) const KEYS: &[Key] = &[
     required("version", Accepts::Count, "version of the format: 2; files of version 1 are read, with a note"),
-    default("title", Accepts::Text, "", "a line for tables and figures"),
+    default("title", Accepts::Text, "", "title for tables and figures"),
     optional("design", Accepts::Tables, "design variables, as tables [design.NAME]"),
     optional("constants", Accepts::Table, "names for numbers: NAME = 1.0, or an expression of others"),
     optional("expressions", Accepts::Table, "names for expressions of design variables, constants and time"),
@@ -73,16 +73,16 @@ pub(super) const KEYS: &[Key] = &[
     optional("force", Accepts::Tables, "forces"),
     optional("time", Accepts::Table, "the time points of all histories"),
     optional("series", Accepts::Table, "series of numbers, one for each time point: NAME = [ … ]"),
-    optional("analysis", Accepts::Table, "how the mechanism is analysed"),
+    optional("analysis", Accepts::Table, "analysis of the mechanism"),
     optional("output", Accepts::Tables, "responses of the analysis"),
     optional("objective", Accepts::Table, "the function to minimize"),
     optional("constraint", Accepts::Tables, "constraints"),
-    optional("method", Accepts::Table, "how the problem is solved; by default `slp`"),
+    optional("method", Accepts::Table, "optimization method; by default `slp`"),
 ];
 
-/// All tables below the file, with their keys.
-pub(super) fn families() -> Vec<Table> {
-    let mut all = vec![Table { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN }];
+/// Declarations of all tables, without the top level of the file.
+pub(super) fn families() -> Vec<TableKeys> {
+    let mut all = vec![TableKeys { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN }];
     all.extend(bodies::tables());
     all.extend(beams::TABLES);
     all.extend(element_kinds::tables());
@@ -95,10 +95,10 @@ pub(super) fn families() -> Vec<Table> {
 pub struct Model {
     title: String,
     variables: Vec<DesignVariable>,
-    plan: Option<(Arc<MechanismSpec>, analysis::Settings)>,
+    mechanism: Option<(Arc<MechanismSpec>, analysis::Settings)>,
     grid: Option<TimeGrid>,
-    outputs: Arc<Vec<Output>>,
-    objective: Objective,
+    outputs: Arc<Vec<OutputSpec>>,
+    objective: ObjectiveSpec,
     constraints: Vec<Constraint>,
     method: Method,
     fingerprint: u64,
@@ -145,24 +145,36 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     // The content of a section with a wrong name would be missed below.
     source.log.check()?;
     let (mut names, variables) = naming::read(&section)?;
-    let plan = mechanism::read(&section, &names)?;
+    let mechanism = mechanism::read(&section, &names)?;
     let grid = analysis::read_time(&section, &names)?;
     let series = quantity::series(&section, &names, grid.as_ref())?;
-    let outputs = outputs::read(&section, &names, plan.as_ref().map(|plan| &plan.parts), &variables, grid.as_ref())?;
+    let outputs = outputs::read(
+        &section,
+        &names,
+        mechanism.as_ref().map(|mechanism| &mechanism.parts),
+        &variables,
+        grid.as_ref(),
+    )?;
     let bound = objective::read_bound(&section, &mut names)?;
     let all: Vec<DesignVariable> = variables.iter().chain(&bound).cloned().collect();
     naming::check_any(&all, &section)?;
     check_times(&section, &outputs, grid.as_ref())?;
     let outputs = extended(outputs, &variables, &bound);
-    let known = quantity::QuantityContext { names: &names, outputs: &outputs, series: &series };
-    let objective = source.log.keep(objective::read(&section, &known, grid.as_ref(), &all, bound));
-    let constraints = constraints::read(&section, &known, grid.as_ref(), &all)?;
+    let known = quantity::QuantityContext {
+        names: &names,
+        outputs: &outputs,
+        series: &series,
+        grid: grid.as_ref(),
+        variables: &all,
+    };
+    let objective = source.log.keep(objective::read(&section, &known, bound));
+    let constraints = constraints::read(&section, &known)?;
     let method = source.log.keep(method::read(&section, &names));
-    let plan = match (plan, &grid) {
+    let mechanism = match (mechanism, &grid) {
         (None, _) => None,
-        (Some(plan), Some(grid)) => {
-            let settings = analysis::read(&section, &names, grid, plan.coordinates())?;
-            Some((Arc::new(plan), settings))
+        (Some(mechanism), Some(grid)) => {
+            let settings = analysis::read(&section, &names, grid, mechanism.coordinates())?;
+            Some((Arc::new(mechanism), settings))
         }
         (Some(_), None) => return Err(section.error_at("time", "a mechanism needs time points").help("add [time]")),
     };
@@ -173,7 +185,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     Ok(Model {
         title,
         variables,
-        plan,
+        mechanism,
         grid,
         outputs: Arc::new(outputs),
         objective,
@@ -185,9 +197,9 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     })
 }
 
-/// The outputs with an intermediate variable for the bound of a peak, if the objective has one.
-fn extended(outputs: Vec<Output>, variables: &[DesignVariable], bound: &Option<DesignVariable>) -> Vec<Output> {
-    let longer = |mut output: Output| {
+/// Extends the intermediate variables of outputs by the bound of a peak, if the objective has one.
+fn extended(outputs: Vec<OutputSpec>, variables: &[DesignVariable], bound: &Option<DesignVariable>) -> Vec<OutputSpec> {
+    let longer = |mut output: OutputSpec| {
         if let (Intermediates::Each(each), Some(_)) = (&mut output.intermediates, bound) {
             each.resize(variables.len() + 1, Intermediate::Identity);
         }
@@ -196,7 +208,7 @@ fn extended(outputs: Vec<Output>, variables: &[DesignVariable], bound: &Option<D
     outputs.into_iter().map(longer).collect()
 }
 
-fn check_times(section: &Section<'_>, outputs: &[Output], grid: Option<&TimeGrid>) -> Read<()> {
+fn check_times(section: &Section<'_>, outputs: &[OutputSpec], grid: Option<&TimeGrid>) -> Read<()> {
     match outputs.iter().find(|o| o.is_transient && grid.is_none()) {
         None => Ok(()),
         Some(output) => {
@@ -228,7 +240,7 @@ impl Model {
         self.note.clone().map(|note| self.source.report(vec![note]))
     }
 
-    /// An error of this model's problem as a diagnostic of the part of the file that it names; `None` if it names no part.
+    /// Converts an error of the analysis to a diagnostic at the part of the file that it names; `None` if it names no part.
     pub fn locate(&self, error: &crate::Error) -> Option<DiagnosticReport> {
         self.source.locate(error)
     }
@@ -257,17 +269,17 @@ impl Model {
         for constraint in &self.constraints {
             parts.subject_to(constraint.clone());
         }
-        match (&self.plan, &self.grid) {
-            (Some((plan, settings)), Some(grid)) => {
-                settings.build(parts, MechanismTemplate::new(plan, &self.outputs), &grid.points)
+        match (&self.mechanism, &self.grid) {
+            (Some((mechanism, settings)), Some(grid)) => {
+                settings.build(parts, MechanismTemplate::new(mechanism, &self.outputs), &grid.points)
             }
-            _ => parts.build_analytic(Formulas(self.outputs.iter().map(|o| o.program.clone()).collect())),
+            _ => parts.build_analytic(Formulas(self.outputs.iter().map(|o| o.expression.clone()).collect())),
         }
     }
 }
 
-/// Responses as formulas of design and time.
-struct Formulas(Vec<Program>);
+/// Outputs without a mechanism: formulas of design and time.
+struct Formulas(Vec<CompiledExpression>);
 
 impl ClosedForm for Formulas {
     fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S {

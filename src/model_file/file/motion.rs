@@ -1,9 +1,9 @@
 //! Functions of time: prescribed positions, forces and torques.
 
-use super::key::{Accepts, Key, Table as Declared, default, required};
+use super::key::{Accepts, Key, TableKeys, default, required};
 use super::section::{Read, Section, tree, wrong_type};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::mechanism::scalars::MOST_MOTION_PARAMETERS;
 use mechanics::motion::{ConstantSpeed, Harmonic, Motion, Ramp, StartUp, Table};
@@ -13,26 +13,26 @@ const KIND: Key = required("kind", Accepts::Choice(KINDS), "kind of motion");
 const KINDS: &[&str] = &["constant-speed", "start-up", "harmonic", "ramp", "table"];
 const CONSTANT_SPEED: &[Key] = &[
     default("position", Accepts::Expression, "0", "position at time 0, m or rad"),
-    required("speed", Accepts::Expression, "m/s or rad/s"),
+    required("speed", Accepts::Expression, "speed, m/s or rad/s"),
 ];
 const START_UP: &[Key] = &[
     default("position", Accepts::Expression, "0", "position at time 0, m or rad"),
     required("speed", Accepts::Expression, "final speed, m/s or rad/s"),
     required("duration", Accepts::Expression, "duration of the rise, s"),
-    default("profile", Accepts::Choice(PROFILES), "half-cosine", "how the speed rises from zero"),
+    default("profile", Accepts::Choice(PROFILES), "half-cosine", "rise of the speed from zero"),
 ];
 const PROFILES: &[&str] = &["sudden", "linear", "cubic", "half-cosine", "cycloid", "polynomial"];
 const HARMONIC: &[Key] = &[
-    default("mean", Accepts::Expression, "0", "m or rad, N or N·m"),
-    required("amplitude", Accepts::Expression, "m or rad, N or N·m"),
+    default("mean", Accepts::Expression, "0", "mean value, m or rad, N or N·m"),
+    required("amplitude", Accepts::Expression, "amplitude, m or rad, N or N·m"),
     required("frequency", Accepts::Expression, "angular frequency, rad/s"),
-    default("phase", Accepts::Expression, "0", "rad"),
+    default("phase", Accepts::Expression, "0", "phase angle, rad"),
 ];
 const RAMP: &[Key] = &[
     required("from", Accepts::Expression, "value before the ramp"),
     required("to", Accepts::Expression, "value after the ramp"),
-    default("begin", Accepts::Expression, "0", "s"),
-    required("duration", Accepts::Expression, "s"),
+    default("begin", Accepts::Expression, "0", "start of the ramp, s"),
+    required("duration", Accepts::Expression, "duration of the ramp, s"),
     default("profile", Accepts::Choice(&["smooth", "linear"]), "smooth", "smooth: the 3-4-5 polynomial"),
 ];
 const TABLE: &[Key] = &[
@@ -42,30 +42,30 @@ const TABLE: &[Key] = &[
 ];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[Declared] = &[
-    Declared {
+pub const TABLES: &[TableKeys] = &[
+    TableKeys {
         name: "motion",
         kind: None,
         about: "a function of time as a table; an expression of `time` is possible, too",
         keys: &[KIND],
     },
-    Declared { name: "motion", kind: Some("constant-speed"), about: "position + speed·time", keys: CONSTANT_SPEED },
-    Declared { name: "motion", kind: Some("start-up"), about: "from rest to a constant speed", keys: START_UP },
-    Declared {
+    TableKeys { name: "motion", kind: Some("constant-speed"), about: "position + speed·time", keys: CONSTANT_SPEED },
+    TableKeys { name: "motion", kind: Some("start-up"), about: "from rest to a constant speed", keys: START_UP },
+    TableKeys {
         name: "motion",
         kind: Some("harmonic"),
         about: "mean + amplitude·sin(frequency·time + phase)",
         keys: HARMONIC,
     },
-    Declared { name: "motion", kind: Some("ramp"), about: "from one value to another", keys: RAMP },
-    Declared { name: "motion", kind: Some("table"), about: "a spline through given values", keys: TABLE },
+    TableKeys { name: "motion", kind: Some("ramp"), about: "from one value to another", keys: RAMP },
+    TableKeys { name: "motion", kind: Some("table"), about: "a spline through given values", keys: TABLE },
 ];
 
 /// The form of a function of time, without its parameters.
 #[derive(Clone, Debug)]
 pub enum MotionLaw {
     /// A formula of time whose design variables are the parameters.
-    Formula(Program),
+    Formula(CompiledExpression),
     ConstantSpeed,
     StartUp(StartUp),
     Harmonic,
@@ -76,7 +76,7 @@ pub enum MotionLaw {
 impl Motion for MotionLaw {
     fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
         match self {
-            Self::Formula(program) => program.value(&Inputs::at(p, t)),
+            Self::Formula(expression) => expression.value(&Inputs::at(p, t)),
             Self::ConstantSpeed => ConstantSpeed.position(p, t),
             Self::StartUp(profile) => profile.position(p, t),
             Self::Harmonic => Harmonic.position(p, t),
@@ -86,11 +86,11 @@ impl Motion for MotionLaw {
     }
 }
 
-/// A function of time with its parameters as programs of the design.
+/// A function of time whose parameters are expressions of the design variables.
 #[derive(Clone, Debug)]
 pub struct TimeFunction {
     pub law: MotionLaw,
-    pub parameters: Vec<Program>,
+    pub parameters: Vec<CompiledExpression>,
 }
 
 /// The function of time at `key` of a part.
@@ -106,20 +106,20 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
         return Err(wrong_type(value, &format!("`{key}`"), "an expression of time, or a motion"));
     }
     let tree = tree(value, key, section.source())?;
-    let program = names.compile(&tree, &Wants { place: &format!("`{key}`"), ..Wants::MOTION })?;
-    let used = program.uses();
+    let expression = names.compile(&tree, &Scope { place: &format!("`{key}`"), ..Scope::MOTION })?;
+    let used = expression.uses();
     if used.len() > MOST_MOTION_PARAMETERS {
         let message =
             format!("a motion may use {MOST_MOTION_PARAMETERS} design variables, this one uses {}", used.len());
         return Err(Diagnostic::new(tree.span, message));
     }
-    let parameters = used.iter().map(|&i| Program::variable(i)).collect();
-    Ok(TimeFunction { law: MotionLaw::Formula(program.with_design(&used)), parameters })
+    let parameters = used.iter().map(|&i| CompiledExpression::variable(i)).collect();
+    Ok(TimeFunction { law: MotionLaw::Formula(expression.with_design(&used)), parameters })
 }
 
 fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Read<TimeFunction> {
     let numbers = keys.iter().filter(|key| key.accepts == Accepts::Expression);
-    let parameters = numbers.map(|key| section.program(key.name, names, &Wants::DESIGN)).collect::<Read<_>>()?;
+    let parameters = numbers.map(|key| section.expression(key.name, names, &Scope::DESIGN)).collect::<Read<_>>()?;
     let law = match kind {
         "constant-speed" => MotionLaw::ConstantSpeed,
         "harmonic" => MotionLaw::Harmonic,

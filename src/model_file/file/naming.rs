@@ -2,7 +2,7 @@
 
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
-use crate::model_file::expression::{Names, Tree, Wants};
+use crate::model_file::expression::{Names, Scope, Tree};
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
 
@@ -93,7 +93,7 @@ fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {
     let trees = named(file, "expressions", names)?;
     names.expressions(trees.clone())?;
     for (name, tree) in &trees {
-        if file.source().log.keep(names.compile(tree, &Wants::MOTION)).is_none() {
+        if file.source().log.keep(names.compile(tree, &Scope::MOTION)).is_none() {
             // Any number: references to the expression raise no follow-up errors.
             names.define_constant(name, 1.0);
         }
@@ -101,7 +101,7 @@ fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {
     Ok(())
 }
 
-/// The entries of a table of expressions.
+/// Names and parsed expressions of a table.
 fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, Tree)>> {
     let Some(value) = file.get(key) else { return Ok(vec![]) };
     let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, &format!("`{key}`"), "a table")) };

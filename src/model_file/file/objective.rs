@@ -1,8 +1,7 @@
 //! `[objective]`: the function that is minimized.
 
-use super::key::{Accepts, Key, Table, default, optional};
+use super::key::{Accepts, Key, TableKeys, default, optional};
 use super::naming;
-use super::outputs::intermediates;
 use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::model_file::Diagnostic;
@@ -14,7 +13,7 @@ const KEYS: &[Key] = &[
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
     optional("minimize", Accepts::Quantity, "the quantity to minimize"),
     optional("maximize", Accepts::Quantity, "the quantity to maximize, in place of `minimize`"),
-    optional("over", Accepts::Choice(OVER), "how a history is reduced to a number"),
+    optional("over", Accepts::Choice(OVER), "reduction of a history to a number"),
     default("rule", Accepts::Choice(&["simpson", "trapezoid"]), "trapezoid", "quadrature of integral and mean"),
     optional("bound", Accepts::Table, "with over = \"peak\": the variable that bounds |value| and is minimized"),
     default(
@@ -31,10 +30,10 @@ const REDUCTIONS: &[(&str, Over)] =
 const BOUND: &[Key] = &[default("name", Accepts::Name, "peak", "name of the variable")];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[Table] = &[
-    Table { name: "objective", kind: None, about: "the function to minimize", keys: KEYS },
-    Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: BOUND },
-    Table { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: naming::DESIGN },
+pub const TABLES: &[TableKeys] = &[
+    TableKeys { name: "objective", kind: None, about: "the function to minimize", keys: KEYS },
+    TableKeys { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: BOUND },
+    TableKeys { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: naming::DESIGN },
 ];
 
 /// Reduction of a history to a number.
@@ -47,7 +46,7 @@ enum Over {
 }
 
 /// The objective.
-pub enum Objective {
+pub enum ObjectiveSpec {
     /// A number.
     Number { name: String, unit: String, quantity: Quantity, goal: Goal },
     /// The peak of a history, bounded by a variable.
@@ -66,13 +65,7 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<DesignVa
 }
 
 /// Reads `[objective]`.
-pub fn read(
-    file: &Section<'_>,
-    known: &QuantityContext<'_>,
-    grid: Option<&TimeGrid>,
-    variables: &[DesignVariable],
-    bound: Option<DesignVariable>,
-) -> Read<Objective> {
+pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<DesignVariable>) -> Read<ObjectiveSpec> {
     let Some(section) = file.inner("objective", &[KEYS])? else {
         let help = "add [objective] with minimize = \"…\"";
         return Err(Diagnostic::new(file.span.start..file.span.start, "there is no objective").help(help));
@@ -104,7 +97,7 @@ pub fn read(
         }
         (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
         (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
-        (over, None) => number(&section, known.names, value, goal, over, grid, variables),
+        (over, None) => number(&section, known, value, goal, over),
     }
 }
 
@@ -113,31 +106,27 @@ fn peak(
     known: &QuantityContext<'_>,
     value: CompiledQuantity,
     bound: DesignVariable,
-) -> Read<Objective> {
+) -> Read<ObjectiveSpec> {
     let scale = section.number("scale", known.names)?.unwrap_or(1.0);
     if scale <= 0.0 {
         return Err(section.error_at("scale", "`scale` must be positive"));
     }
-    Ok(Objective::Peak { bound, quantity: value.quantity(), scale })
+    Ok(ObjectiveSpec::Peak { bound, quantity: value.quantity(), scale })
 }
 
 fn number(
     section: &Section<'_>,
-    names: &Names,
+    known: &QuantityContext<'_>,
     value: CompiledQuantity,
     goal: Goal,
     over: Option<Over>,
-    grid: Option<&TimeGrid>,
-    variables: &[DesignVariable],
-) -> Read<Objective> {
-    let mut quantity = match (over, grid) {
+) -> Read<ObjectiveSpec> {
+    let quantity = match (over, known.grid) {
         (Some(over), Some(grid)) => Quantity::sum(0, weights(section, over, grid)?, value.function).of(&value.uses),
         _ => value.quantity(),
     };
-    if section.has("directly_in") {
-        quantity = quantity.directly(intermediates(section, "directly_in", names, variables)?);
-    }
-    Ok(Objective::Number { name: section.text("name")?, unit: section.text("unit")?, quantity, goal })
+    let quantity = known.linearized(section, quantity)?;
+    Ok(ObjectiveSpec::Number { name: section.text("name")?, unit: section.text("unit")?, quantity, goal })
 }
 
 /// Weights of a sum, an integral or a mean.
@@ -152,7 +141,7 @@ fn weights(section: &Section<'_>, over: Over, grid: &TimeGrid) -> Read<Vec<f64>>
     Ok(weights.into_iter().map(|w| w / whole).collect())
 }
 
-impl Objective {
+impl ObjectiveSpec {
     /// Adds the objective to a problem.
     pub fn build(&self, parts: &mut ProblemBuilder) {
         match self {

@@ -1,11 +1,11 @@
 //! `[[output]]`: responses of the analysis.
 
-use super::key::{Accepts, EACH, Key, Table, default, optional, required};
-use super::measures::{self, Measure, Sensors};
-use super::parts::{BuildContext, Parts};
+use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
+use super::measures::{self, MeasureRef, Sensors};
+use super::parts::{BuildContext, Parts, position_or_push};
 use super::section::{Read, Section, Value, Word, constant, find, ordered, tree};
 use crate::Result;
-use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use autodiff::Scalar;
@@ -23,16 +23,17 @@ const KEYS: &[Key] = &[
 ];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[Table] = &[Table { name: "output", kind: None, about: "a response of the analysis", keys: KEYS }];
+pub const TABLES: &[TableKeys] =
+    &[TableKeys { name: "output", kind: None, about: "a response of the analysis", keys: KEYS }];
 
 /// A response.
 #[derive(Clone, Debug)]
-pub struct Output {
+pub struct OutputSpec {
     pub name: String,
     pub unit: String,
-    pub program: Program,
-    measures: Vec<Measure>,
-    /// Whether the output has a value at each time point.
+    pub expression: CompiledExpression,
+    measures: Vec<MeasureRef>,
+    /// `true` if the output has a value at each time point.
     pub is_transient: bool,
     pub intermediates: Intermediates,
 }
@@ -44,8 +45,8 @@ pub fn read(
     parts: Option<&Parts>,
     variables: &[DesignVariable],
     grid: Option<&TimeGrid>,
-) -> Read<Vec<Output>> {
-    let mut outputs: Vec<Output> = vec![];
+) -> Read<Vec<OutputSpec>> {
+    let mut outputs: Vec<OutputSpec> = vec![];
     let points = grid.map_or(1, TimeGrid::len);
     let (factor, of) =
         if points >= variables.len() { (points, "time points") } else { (variables.len(), "design variables") };
@@ -76,24 +77,20 @@ fn output(
     names: &Names,
     parts: Option<&Parts>,
     variables: &[DesignVariable],
-) -> Read<Output> {
+) -> Read<OutputSpec> {
     let found = RefCell::new(vec![]);
     let others = |text: &str| {
         let measure = measures::find(text, parts?)?;
-        let mut found = found.borrow_mut();
-        Some(found.iter().position(|known| *known == measure).unwrap_or_else(|| {
-            found.push(measure);
-            found.len() - 1
-        }))
+        Some(position_or_push(&mut found.borrow_mut(), measure))
     };
     let suggestions = || parts.map(measures::suggestions).unwrap_or_default();
-    let wants = Wants { others: &others, suggestions: &suggestions, ..Wants::MOTION };
-    let program = section.program("value", names, &wants)?;
-    Ok(Output {
+    let scope = Scope { others: &others, suggestions: &suggestions, ..Scope::MOTION };
+    let expression = section.expression("value", names, &scope)?;
+    Ok(OutputSpec {
         name,
         unit: section.text("unit")?,
-        is_transient: parts.is_some() || program.uses_time(),
-        program,
+        is_transient: parts.is_some() || expression.uses_time(),
+        expression,
         measures: found.into_inner(),
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
@@ -125,7 +122,7 @@ pub fn intermediates(
         return Ok(Intermediates::all(variables.len(), choice(value)?));
     };
     let mut each = vec![Intermediate::Identity; variables.len()];
-    let mut programs: Vec<Program> = (0..variables.len()).map(Program::variable).collect();
+    let mut expressions: Vec<CompiledExpression> = (0..variables.len()).map(CompiledExpression::variable).collect();
     let mut is_map = false;
     for (word, value) in ordered(table) {
         let Some(k) = variables.iter().position(|v| v.name == word.text) else {
@@ -135,40 +132,40 @@ pub fn intermediates(
         match value.get_ref() {
             // Any other text is a formula of the whole design.
             DeValue::String(text) if !WORDS.iter().any(|(w, _)| w == text) => {
-                programs[k] = names.compile(&tree(value, key, section.source())?, &Wants::DESIGN)?;
+                expressions[k] = names.compile(&tree(value, key, section.source())?, &Scope::DESIGN)?;
                 is_map = true;
             }
             _ => each[k] = choice(value)?,
         }
     }
-    Ok(if is_map { Intermediates::map(FormulaMap { each, programs }) } else { Intermediates::Each(each) })
+    Ok(if is_map { Intermediates::map(FormulaMap { each, expressions }) } else { Intermediates::Each(each) })
 }
 
 /// Intermediate variables of which some are formulas of the whole design.
 struct FormulaMap {
     each: Vec<Intermediate>,
-    programs: Vec<Program>,
+    expressions: Vec<CompiledExpression>,
 }
 
 impl IntermediateMap for FormulaMap {
     fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S {
         // The variable that bounds a peak has no choice and is not transformed.
-        match (self.each.get(k), self.programs.get(k)) {
-            (Some(Intermediate::Identity), Some(program)) => program.value(&Inputs::design(design)),
+        match (self.each.get(k), self.expressions.get(k)) {
+            (Some(Intermediate::Identity), Some(expression)) => expression.value(&Inputs::design(design)),
             (Some(choice), _) => choice.of(design[k]),
             _ => design[k],
         }
     }
 }
 
-impl Output {
+impl OutputSpec {
     /// A history of one measure, for drawings.
     #[cfg(feature = "report")]
-    pub fn of_measure(name: String, measure: Measure) -> Self {
+    pub fn of_measure(name: String, measure: MeasureRef) -> Self {
         Self {
             name,
             unit: String::new(),
-            program: Program::other(0),
+            expression: CompiledExpression::other(0),
             measures: vec![measure],
             is_transient: true,
             intermediates: Intermediates::Identity,
@@ -184,15 +181,15 @@ impl Output {
             counts.push(of_one.len());
             terms.extend(of_one);
         }
-        if self.measures.len() == 1 && self.program.is_other(0) {
+        if self.measures.len() == 1 && self.expression.is_other(0) {
             context.mechanism.output(&self.name, &terms);
             return Ok(());
         }
-        let used = self.program.uses();
+        let used = self.expression.uses();
         for &i in &used {
             terms.push(sensors.design(i, context, b)?);
         }
-        let formula = MeasureFormula { program: self.program.clone().with_design(&used), counts };
+        let formula = MeasureFormula { expression: self.expression.clone().with_design(&used), counts };
         context.mechanism.output_formula(&self.name, formula, &terms);
         Ok(())
     }
@@ -200,7 +197,7 @@ impl Output {
 
 /// A formula of quantities, each a sum of `counts` terms, followed by design variables.
 struct MeasureFormula {
-    program: Program,
+    expression: CompiledExpression,
     counts: Vec<usize>,
 }
 
@@ -213,6 +210,6 @@ impl Formula for MeasureFormula {
             terms.iter().copied().sum()
         };
         let others: Vec<T> = self.counts.iter().map(sum).collect();
-        self.program.value(&Inputs { design: rest, time: t, others: &others })
+        self.expression.value(&Inputs { design: rest, time: t, others: &others })
     }
 }

@@ -3,7 +3,7 @@
 use super::key::{Accepts, Key, required};
 use super::section::{FileSource, Read, Section, Value, Word, pair, wrong_type};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Inputs, Names, Program, Wants};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::elements::{Added, ElementDescriptor};
 use mechanics::mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism};
@@ -11,44 +11,44 @@ use std::collections::HashMap;
 use std::ops::Range;
 use toml::de::DeValue;
 
-/// A frame that points are fixed to.
+/// A reference to a frame: the ground, a body or a beam node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Frame {
+pub enum FrameRef {
     Ground,
     Body(usize),
     /// Node of a beam, from zero.
     Node(usize, usize),
 }
 
-/// Meaning of a name in a mechanism.
+/// A named part of a mechanism.
 #[derive(Clone, Debug)]
-pub enum Symbol {
-    Frame(Frame),
+pub enum NamedPart {
+    Frame(FrameRef),
     /// A body with one coordinate.
     Slider(usize),
     /// A beam with its number of elements.
     Beam(usize, usize),
     Point(usize),
-    /// A joint, drive or force with its declaration.
+    /// A joint, drive or force with its descriptor.
     Element(usize, &'static ElementDescriptor),
 }
 
-/// A point of a frame.
+/// A reference to a point: a frame and coordinates in it.
 #[derive(Clone, Debug)]
 pub struct PointRef {
-    pub frame: Frame,
-    pub at: [Program; 2],
+    pub frame: FrameRef,
+    pub at: [CompiledExpression; 2],
 }
 
-/// A coordinate.
+/// A reference to a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoordinateRef {
-    Of(Frame, Axis),
+    Of(FrameRef, FrameCoordinate),
     Slider(usize),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
+pub enum FrameCoordinate {
     X,
     Y,
     Theta,
@@ -56,20 +56,20 @@ pub enum Axis {
 
 pub const POINT_KEYS: &[Key] = &[
     required("body", Accepts::Name, "name of a body or beam node, or \"ground\""),
-    required("at", Accepts::Pair, "place [x, y] on it in m, in its own axes"),
+    required("at", Accepts::Pair, "position [x, y] in m, in axes fixed to it"),
 ];
 
-/// The names of the mechanism, as far as it has been read.
+/// Names of the parts that have been read so far.
 #[derive(Clone, Debug, Default)]
 pub struct Parts {
-    named: HashMap<String, Symbol>,
+    named: HashMap<String, NamedPart>,
     pub order: Vec<String>,
     pub points: Vec<PointRef>,
 }
 
 impl Parts {
     /// Adds a name.
-    pub fn add(&mut self, word: &Word, named: Symbol) -> Read<()> {
+    pub fn add(&mut self, word: &Word, named: NamedPart) -> Read<()> {
         crate::model_file::expression::check_name(&word.text, word.span.clone())?;
         if self.named.contains_key(&word.text) {
             let message = format!("the name `{}` is taken twice", word.text);
@@ -82,38 +82,39 @@ impl Parts {
         Ok(())
     }
 
-    pub fn get(&self, name: &str) -> Option<&Symbol> {
+    pub fn get(&self, name: &str) -> Option<&NamedPart> {
         self.named.get(name)
     }
 
     /// The frame of that name: `ground`, a body, a beam node such as `rod.first`, `rod.last`, `rod.3`.
-    pub fn frame(&self, text: &str, span: &Range<usize>) -> Read<Frame> {
+    pub fn frame(&self, text: &str, span: &Range<usize>) -> Read<FrameRef> {
         self.find_frame(text).ok_or_else(|| {
-            let bodies = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Frame(_) | Symbol::Point(_)));
-            let beams = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Beam(..)));
+            let bodies =
+                self.order.iter().filter(|n| matches!(self.named[*n], NamedPart::Frame(_) | NamedPart::Point(_)));
+            let beams = self.order.iter().filter(|n| matches!(self.named[*n], NamedPart::Beam(..)));
             let nodes = beams.flat_map(|n| [format!("{n}.first"), format!("{n}.last")]);
             let known: Vec<String> = bodies.cloned().chain(nodes).chain(["ground".to_owned()]).collect();
             Diagnostic::unknown(span.clone(), "body", text, known.iter().map(String::as_str))
         })
     }
 
-    pub fn find_frame(&self, text: &str) -> Option<Frame> {
+    pub fn find_frame(&self, text: &str) -> Option<FrameRef> {
         if text == "ground" {
-            return Some(Frame::Ground);
+            return Some(FrameRef::Ground);
         }
         match self.named.get(text) {
-            Some(Symbol::Frame(frame)) => return Some(*frame),
+            Some(NamedPart::Frame(frame)) => return Some(*frame),
             Some(_) => return None,
             None => {}
         }
         let (name, node) = text.rsplit_once('.')?;
-        let Some(Symbol::Beam(beam, elements)) = self.named.get(name) else { return None };
+        let Some(NamedPart::Beam(beam, elements)) = self.named.get(name) else { return None };
         let node = match node {
             "first" => 0,
             "last" => *elements,
             number => number.parse::<usize>().ok()?.checked_sub(1).filter(|k| k <= elements)?,
         };
-        Some(Frame::Node(*beam, node))
+        Some(FrameRef::Node(*beam, node))
     }
 
     /// The point at `key` of a part.
@@ -125,10 +126,10 @@ impl Parts {
     fn point_of(&self, value: &Value<'_>, key: &str, names: &Names, source: FileSource<'_>) -> Read<PointRef> {
         match value.get_ref() {
             DeValue::String(name) => {
-                if let Some(Symbol::Point(k)) = self.named.get(&**name) {
+                if let Some(NamedPart::Point(k)) = self.named.get(&**name) {
                     return Ok(self.points[*k].clone());
                 }
-                let origin = [Program::constant(0.0), Program::constant(0.0)];
+                let origin = [CompiledExpression::constant(0.0), CompiledExpression::constant(0.0)];
                 Ok(PointRef { frame: self.frame(name, &value.span())?, at: origin })
             }
             DeValue::Table(_) => {
@@ -137,7 +138,7 @@ impl Parts {
                 let at = inner.get("at").expect("the key is required");
                 Ok(PointRef {
                     frame: self.frame(&body.text, &body.span)?,
-                    at: pair(at, "at", names, &Wants::DESIGN, source)?,
+                    at: pair(at, "at", names, &Scope::DESIGN, source)?,
                 })
             }
             _ => Err(wrong_type(value, &format!("`{key}`"), "a name, or a table { body = …, at = [x, y] }")),
@@ -148,9 +149,9 @@ impl Parts {
     pub fn coordinate(&self, section: &Section<'_>, key: &str) -> Read<CoordinateRef> {
         let word = section.need_word(key)?;
         self.find_coordinate(&word.text).ok_or_else(|| {
-            let frames = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Frame(_)));
+            let frames = self.order.iter().filter(|n| matches!(self.named[*n], NamedPart::Frame(_)));
             let axes = frames.flat_map(|n| ["x", "y", "theta"].map(|axis| format!("{n}.{axis}")));
-            let sliders = self.order.iter().filter(|n| matches!(self.named[*n], Symbol::Slider(_))).cloned();
+            let sliders = self.order.iter().filter(|n| matches!(self.named[*n], NamedPart::Slider(_))).cloned();
             let known: Vec<String> = sliders.chain(axes).chain(["ground.x".to_owned()]).collect();
             Diagnostic::unknown(word.span.clone(), "coordinate", &word.text, known.iter().map(String::as_str))
         })
@@ -158,18 +159,26 @@ impl Parts {
 
     /// The coordinate of that name.
     pub fn find_coordinate(&self, text: &str) -> Option<CoordinateRef> {
-        if let Some(Symbol::Slider(k)) = self.named.get(text) {
+        if let Some(NamedPart::Slider(k)) = self.named.get(text) {
             return Some(CoordinateRef::Slider(*k));
         }
         let (name, axis) = text.rsplit_once('.')?;
         let axis = match axis {
-            "x" => Axis::X,
-            "y" => Axis::Y,
-            "theta" => Axis::Theta,
+            "x" => FrameCoordinate::X,
+            "y" => FrameCoordinate::Y,
+            "theta" => FrameCoordinate::Theta,
             _ => return None,
         };
         Some(CoordinateRef::Of(self.find_frame(name)?, axis))
     }
+}
+
+/// Index of an item in a list; appends the item if it is new.
+pub fn position_or_push<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
+    list.iter().position(|known| *known == item).unwrap_or_else(|| {
+        list.push(item);
+        list.len() - 1
+    })
 }
 
 /// A mechanism under construction, with its parts.
@@ -182,11 +191,11 @@ pub struct BuildContext<S> {
 }
 
 impl<S: Scalar> BuildContext<S> {
-    pub fn frame(&self, frame: Frame) -> Body {
+    pub fn frame(&self, frame: FrameRef) -> Body {
         match frame {
-            Frame::Ground => self.mechanism.ground(),
-            Frame::Body(k) => self.bodies[k],
-            Frame::Node(beam, node) => self.beams[beam].0[node],
+            FrameRef::Ground => self.mechanism.ground(),
+            FrameRef::Body(k) => self.bodies[k],
+            FrameRef::Node(beam, node) => self.beams[beam].0[node],
         }
     }
 
@@ -201,9 +210,9 @@ impl<S: Scalar> BuildContext<S> {
             CoordinateRef::Of(frame, axis) => {
                 let [x, y, theta] = self.frame(frame).coordinates();
                 match axis {
-                    Axis::X => x,
-                    Axis::Y => y,
-                    Axis::Theta => theta,
+                    FrameCoordinate::X => x,
+                    FrameCoordinate::Y => y,
+                    FrameCoordinate::Theta => theta,
                 }
             }
         }

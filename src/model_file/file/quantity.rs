@@ -1,10 +1,10 @@
-//! Formulas of outputs, of which objective and constraints are made, and `[series]`.
+//! Objective and constraint quantities as formulas of outputs, and `[series]`.
 
-use super::outputs::Output;
+use super::outputs::{OutputSpec, intermediates};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Inputs, Names, Node, Program, Tree, Wants};
-use crate::problem::{Function, Point, Quantity, TimeGrid};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Node, Scope, Tree};
+use crate::problem::{DesignVariable, Function, Point, Quantity, TimeGrid};
 use autodiff::Scalar;
 use std::sync::Arc;
 
@@ -51,17 +51,20 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
     Ok(all)
 }
 
-/// Names that a formula of outputs may use.
+/// Parts of a file to which objective and constraints refer.
 pub struct QuantityContext<'a> {
     pub names: &'a Names,
-    pub outputs: &'a [Output],
+    pub outputs: &'a [OutputSpec],
     pub series: &'a [Series],
+    pub grid: Option<&'a TimeGrid>,
+    /// Design variables, with the bound of a peak if the objective has one.
+    pub variables: &'a [DesignVariable],
 }
 
 /// A formula of outputs, series, design variables and time.
 #[derive(Clone, Debug)]
 pub struct OutputFormula {
-    program: Program,
+    expression: CompiledExpression,
     series: Vec<Series>,
 }
 
@@ -70,9 +73,9 @@ pub struct OutputFormula {
 pub struct CompiledQuantity {
     pub function: OutputFormula,
     pub uses: Vec<usize>,
-    /// Whether the quantity has a value at each time point.
+    /// `true` if the quantity has a value at each time point.
     pub is_transient: bool,
-    /// Whether the formula is the name of an output.
+    /// `true` if the formula is the name of an output.
     is_output: bool,
 }
 
@@ -99,26 +102,34 @@ impl QuantityContext<'_> {
             outputs.chain(self.series.iter().map(|s| s.name.clone())).collect()
         };
         let place = format!("`{key}`");
-        let wants = Wants { place: &place, others: &others, suggestions: &suggestions, ..Wants::MOTION };
-        let program = self.names.compile(tree, &wants)?;
-        let used = program.others();
+        let scope = Scope { place: &place, others: &others, suggestions: &suggestions, ..Scope::MOTION };
+        let expression = self.names.compile(tree, &scope)?;
+        let used = expression.others();
         let split = used.partition_point(|&k| k < self.outputs.len());
         let (uses, rows) = (used[..split].to_vec(), &used[split..]);
         let series: Vec<Series> = rows.iter().map(|k| self.series[k - self.outputs.len()].clone()).collect();
         let is_transient =
-            program.uses_time() || !series.is_empty() || uses.iter().any(|&h| self.outputs[h].is_transient);
+            expression.uses_time() || !series.is_empty() || uses.iter().any(|&h| self.outputs[h].is_transient);
         let is_output = matches!(&tree.node, Node::Name(name) if output(name).is_some());
         Ok(CompiledQuantity {
-            function: OutputFormula { program: program.with_others(&used), series },
+            function: OutputFormula { expression: expression.with_others(&used), series },
             uses,
             is_transient,
             is_output,
         })
     }
+
+    /// The quantity, linearized directly in the variables of the key `directly_in` if the section has it.
+    pub fn linearized(&self, section: &Section<'_>, quantity: Quantity) -> Read<Quantity> {
+        if !section.has("directly_in") {
+            return Ok(quantity);
+        }
+        Ok(quantity.directly(intermediates(section, "directly_in", self.names, self.variables)?))
+    }
 }
 
 impl OutputFormula {
-    /// Whether the formula uses a series.
+    /// Returns `true` if the formula uses a series.
     pub fn uses_series(&self) -> bool {
         !self.series.is_empty()
     }
@@ -128,10 +139,10 @@ impl Function for OutputFormula {
     fn at<S: Scalar>(&self, point: &Point<S>) -> S {
         let (design, time, t) = (point.design, point.time, point.time.re());
         if self.series.is_empty() {
-            return self.program.value(&Inputs { design, time, others: point.response });
+            return self.expression.value(&Inputs { design, time, others: point.response });
         }
         let rows = self.series.iter().map(|series| S::from(series.at(t)));
         let others: Vec<S> = point.response.iter().copied().chain(rows).collect();
-        self.program.value(&Inputs { design, time, others: &others })
+        self.expression.value(&Inputs { design, time, others: &others })
     }
 }

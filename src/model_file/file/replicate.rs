@@ -7,7 +7,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The values of one index of `each`.
+/// An index of `each` with its values.
 struct Index {
     name: String,
     values: Vec<String>,

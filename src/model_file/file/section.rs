@@ -4,7 +4,7 @@ use super::key::{Key, Need};
 use super::replicate::replicate;
 pub use super::value::{FileSource, Read, Value, Word, constant, find, ordered, pair, tree, wrong_type};
 use super::value::{count, numbers, text};
-use crate::model_file::expression::{Names, Program, TextPlace, Tree, Wants};
+use crate::model_file::expression::{CompiledExpression, Names, Scope, TextPlace, Tree};
 use crate::model_file::{Diagnostic, limits};
 use std::ops::Range;
 use toml::Spanned;
@@ -16,7 +16,7 @@ pub struct Section<'a> {
     pub table: DeTable<'a>,
     /// Its location.
     pub span: Range<usize>,
-    /// Family and name, for messages: "joint `A`".
+    /// Kind of table and name, for messages: "joint `A`".
     pub title: String,
     keys: Vec<&'static Key>,
     source: FileSource<'a>,
@@ -26,7 +26,7 @@ impl<'a> Section<'a> {
     /// The table `value` whose keys are in `keys`.
     ///
     /// # Errors
-    /// If the value is no table, has an unknown key or lacks a required key.
+    /// If the value is not a table, has an unknown key or lacks a required key.
     pub fn open(value: &Value<'a>, title: &str, keys: &[&'static [Key]], source: FileSource<'a>) -> Read<Self> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(wrong_type(value, title, "a table"));
@@ -60,7 +60,7 @@ impl<'a> Section<'a> {
         Ok(section)
     }
 
-    /// Rejects unknown keys, and only then missing keys, because a missing key may be the misspelt one.
+    /// Rejects unknown keys first, then missing keys: a missing key may be one of the misspelt ones.
     fn check_keys(&self) -> Read<()> {
         let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
         let mut unknown = Ok(());
@@ -89,7 +89,7 @@ impl<'a> Section<'a> {
         self.get(key).is_some()
     }
 
-    /// The kind of a table, by its key `kind` or a default. The keys of the table need not be known.
+    /// Selects one of `kinds` by the key `kind` of a table, or by a default. Other keys are not checked.
     pub fn kind<T: Copy>(
         table: &DeTable<'_>,
         what: &str,
@@ -154,10 +154,10 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The program of a key that is required or has a default.
-    pub fn program(&self, key: &str, names: &Names, wants: &Wants) -> Read<Program> {
+    /// The compiled expression of a key that is required or has a default.
+    pub fn expression(&self, key: &str, names: &Names, scope: &Scope) -> Read<CompiledExpression> {
         match self.tree(key)? {
-            Some(tree) => names.compile(&tree, &Wants { place: &format!("`{key}`"), ..*wants }),
+            Some(tree) => names.compile(&tree, &Scope { place: &format!("`{key}`"), ..*scope }),
             None => Err(Diagnostic::new(self.source.first_line(&self.span), format!("{} lacks `{key}`", self.title))),
         }
     }
@@ -168,10 +168,12 @@ impl<'a> Section<'a> {
         constant(&tree, key, names).map(Some)
     }
 
-    /// Two programs.
-    pub fn pair(&self, key: &str, names: &Names, wants: &Wants) -> Read<[Program; 2]> {
-        let Some(value) = self.get(key) else { return Ok([Program::constant(0.0), Program::constant(0.0)]) };
-        pair(value, key, names, wants, self.source)
+    /// Two compiled expressions; zeros without the key.
+    pub fn pair(&self, key: &str, names: &Names, scope: &Scope) -> Read<[CompiledExpression; 2]> {
+        let Some(value) = self.get(key) else {
+            return Ok([CompiledExpression::constant(0.0), CompiledExpression::constant(0.0)]);
+        };
+        pair(value, key, names, scope, self.source)
     }
 
     /// A list of numbers.
@@ -179,7 +181,7 @@ impl<'a> Section<'a> {
         self.get(key).map(|value| numbers(value, key, names, self.source)).transpose()
     }
 
-    /// The choice that the word of a key names.
+    /// The choice with the name given by a key.
     pub fn choice<T: Copy>(&self, key: &str, choices: &[(&'static str, T)]) -> Read<T> {
         let word = self.need_word(key)?;
         find(&word, key, choices)
@@ -190,7 +192,7 @@ impl<'a> Section<'a> {
         self.get(key).map(|value| Self::open(value, &format!("[{key}]"), keys, self.source)).transpose()
     }
 
-    /// The tables `[[key]]` with copies by `each`, in the words of the current version.
+    /// The tables `[[key]]`, replicated by `each`, with renamed words replaced.
     pub fn tables(&self, key: &str) -> Read<Vec<(DeTable<'a>, Range<usize>)>> {
         let Some(value) = self.get(key) else { return Ok(vec![]) };
         let list = value.get_ref().as_array();

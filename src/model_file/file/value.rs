@@ -1,7 +1,7 @@
 //! Values of a model file with their locations: words, numbers, expressions, lists.
 
 use crate::model_file::diagnostics::DiagnosticLog;
-use crate::model_file::expression::{Names, Program, TextPlace, Tree, Wants};
+use crate::model_file::expression::{CompiledExpression, Names, Scope, TextPlace, Tree};
 use crate::model_file::version::Modernizer;
 use crate::model_file::{Diagnostic, limits};
 use std::borrow::Cow;
@@ -22,7 +22,7 @@ pub struct Word {
     pub span: Range<usize>,
 }
 
-/// The text of a file that is being read, with its errors and old words.
+/// The file being read: its text, the log of errors, and the replacement of old words.
 #[derive(Clone, Copy, Debug)]
 pub struct FileSource<'a> {
     pub text: &'a str,
@@ -37,7 +37,7 @@ impl FileSource<'_> {
         span.start..span.start + line
     }
 
-    /// Location of the characters of a quoted text.
+    /// Location of a quoted text without its quotes.
     fn text_place(self, value: &Value<'_>, text: &str) -> TextPlace {
         let span = value.span();
         let quoted = self.text.get(span.clone()).unwrap_or("");
@@ -57,7 +57,7 @@ pub fn ordered<'t, 'a>(table: &'t DeTable<'a>) -> Vec<(Word, &'t Value<'a>)> {
     entries
 }
 
-/// The choice of that name.
+/// Selects the choice named by `word`.
 pub fn find<T: Copy>(word: &Word, key: &str, choices: &[(&'static str, T)]) -> Read<T> {
     match choices.iter().find(|(known, _)| *known == word.text) {
         Some((_, value)) => Ok(*value),
@@ -70,7 +70,7 @@ pub fn text<'v>(value: &'v Value<'_>, key: &str) -> Read<&'v str> {
     value.get_ref().as_str().ok_or_else(|| wrong_type(value, &format!("`{key}`"), "text in quotes"))
 }
 
-/// A number, or an expression in quotes.
+/// Parses a number, or an expression in quotes.
 pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<Tree> {
     let number = match value.get_ref() {
         DeValue::String(text) => return Tree::parse(text, source.text_place(value, text)),
@@ -87,10 +87,10 @@ pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<Tree> 
     }
 }
 
-/// The number that an expression of constants is.
+/// Evaluates an expression of constants.
 pub fn constant(tree: &Tree, key: &str, names: &Names) -> Read<f64> {
-    let program = names.compile(tree, &Wants { place: &format!("`{key}`"), ..Wants::NUMBER })?;
-    Ok(program.as_constant().expect("an expression of constants is folded"))
+    let expression = names.compile(tree, &Scope { place: &format!("`{key}`"), ..Scope::NUMBER })?;
+    Ok(expression.as_constant().expect("an expression of constants is folded"))
 }
 
 /// A whole number from 0 to `most`.
@@ -116,15 +116,21 @@ pub fn numbers(value: &Value<'_>, key: &str, names: &Names, source: FileSource<'
 }
 
 /// A list of two expressions.
-pub fn pair(value: &Value<'_>, key: &str, names: &Names, wants: &Wants, source: FileSource<'_>) -> Read<[Program; 2]> {
+pub fn pair(
+    value: &Value<'_>,
+    key: &str,
+    names: &Names,
+    scope: &Scope,
+    source: FileSource<'_>,
+) -> Read<[CompiledExpression; 2]> {
     let two = "two values [x, y]";
     let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), two))?;
     if list.len() != 2 {
         return Err(Diagnostic::new(value.span(), format!("`{key}` takes {two}, got {}", list.len())));
     }
-    let one = |k: usize| -> Read<Program> {
+    let one = |k: usize| -> Read<CompiledExpression> {
         let tree = tree(&list[k], key, source)?;
-        names.compile(&tree, &Wants { place: &format!("`{key}`"), ..*wants })
+        names.compile(&tree, &Scope { place: &format!("`{key}`"), ..*scope })
     };
     Ok([one(0)?, one(1)?])
 }

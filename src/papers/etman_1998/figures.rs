@@ -6,11 +6,11 @@ use crate::cases::impact_absorber::{self, ACCELERATION, DISPLACEMENT, motion};
 use crate::cases::slider_crank::{self, coupler_point};
 use crate::papers::paper::{ReproducedRun, ReproducedTable};
 use crate::problem::{ClosedForm, TimeGrid};
-use crate::report::figure::{Figure, Grid, Quantity, literal};
+use crate::report::figure::{Figure, Grid, QuantityLabel};
 use crate::report::plots::{
-    Bound, Convergence, CouplerCurve, DesignSpaceSlice, Family, History, Iterate, Linkage, Measure, Objective, Side,
-    TimeBound, TimeHistory, TimePointConstraints, convergence, coupler_curve, design_space_slice, time_history,
-    time_point_constraints,
+    Bound, ConstraintFamily, Convergence, ConvergenceMeasure, CouplerCurve, DesignSpaceSlice, FeasibleSide, Iterate,
+    Linkage, ObjectiveContours, ResponseHistory, TimeBound, TimeHistory, TimePointConstraints, convergence,
+    coupler_curve, design_space_slice, time_history, time_point_constraints,
 };
 use crate::sao::Cycle;
 use error::Result;
@@ -51,8 +51,8 @@ pub(super) fn animations(table: &ReproducedTable) -> Result<Vec<(String, Vec<u8>
     }
 }
 
-fn variables() -> [Quantity; 2] {
-    [Quantity::new("*b*_1", "N m^{-1}"), Quantity::new("*b*_2", "N s m^{-1}")]
+fn variables() -> [QuantityLabel; 2] {
+    [QuantityLabel::new("*b*_1", "N m^{-1}"), QuantityLabel::new("*b*_2", "N s m^{-1}")]
 }
 
 /// Samples a function of stiffness and damping on the plane of the figures.
@@ -80,7 +80,7 @@ fn in_the_plane(run: &ReproducedRun, name: &str, grid: &Grid, levels: &[f64]) ->
     let excess = sampled(|k, c| largest(k, c, DISPLACEMENT) - 1.0)?;
     design_space_slice(&DesignSpaceSlice {
         variables: variables(),
-        objective: Objective { name, grid, levels },
+        objective: ObjectiveContours { name, grid, levels },
         bounds: &[Bound { name: "displacement bound", excess: &excess }],
         path: &path(run),
         optimum: Some([run.state.design[0], run.state.design[1]]),
@@ -113,8 +113,8 @@ fn figure4(run: &ReproducedRun) -> Result<Figure> {
         (0..=48).map(at).collect()
     };
     let families = [
-        Family { name: "displacement, *y*(*t*_p) = 1 m", excesses: &excesses(DISPLACEMENT, 1.0, 1.0)? },
-        Family {
+        ConstraintFamily { name: "displacement, *y*(*t*_p) = 1 m", excesses: &excesses(DISPLACEMENT, 1.0, 1.0)? },
+        ConstraintFamily {
             name: "acceleration, −*a*(*t*_p) = *b*_3",
             excesses: &excesses(ACCELERATION, run.state.design[2], -1.0)?,
         },
@@ -155,7 +155,7 @@ fn figure6(run: &ReproducedRun) -> Result<Figure> {
     let reached: Vec<[f64; 2]> =
         slider_crank::ROTATIONS_DEG.iter().map(|d| slider_crank_at(end, d.to_radians()).0).collect();
     coupler_curve(&CouplerCurve {
-        axes: [Quantity::new("*x*", "length"), Quantity::new("*y*", "length")],
+        axes: [QuantityLabel::new("*x*", "length"), QuantityLabel::new("*y*", "length")],
         curves: &[("first design", &curve(start)), ("final design", &curve(end))],
         desired: &slider_crank::DESIRED,
         reached: &reached,
@@ -172,16 +172,16 @@ fn convergence_of(run: &ReproducedRun) -> Result<Figure> {
     convergence(&Convergence {
         cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
         accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
-        objective: Quantity::new(literal(&run.problem.objective.name), literal(&run.problem.objective.unit)),
+        objective: QuantityLabel::literal(&run.problem.objective.name, &run.problem.objective.unit),
         objective_values: &objective,
         objective_logarithmic: spread > 20.0,
         measures: &[
-            Measure { name: "*E*_f", values: &column(|c| c.objective_error_pct) },
-            Measure { name: "*E*_g", values: &column(|c| c.constraint_error_pct) },
-            Measure { name: "*V*", values: &column(|c| c.violation_pct) },
-            Measure { name: "max Δ*b*", values: &column(|c| c.max_variable_change_pct) },
+            ConvergenceMeasure { name: "*E*_f", values: &column(|c| c.objective_error_pct) },
+            ConvergenceMeasure { name: "*E*_g", values: &column(|c| c.constraint_error_pct) },
+            ConvergenceMeasure { name: "*V*", values: &column(|c| c.violation_pct) },
+            ConvergenceMeasure { name: "max Δ*b*", values: &column(|c| c.max_variable_change_pct) },
         ],
-        measure: Quantity::new("errors, violation, step", "%"),
+        measure: QuantityLabel::new("errors, violation, step", "%"),
     })
 }
 
@@ -191,20 +191,16 @@ fn history_of(run: &ReproducedRun, response: usize, limits: &[f64]) -> Result<Fi
     let declared = &problem.responses[response];
     let grid = &problem.grids[declared.grid.unwrap_or(0)];
     let first = problem.analyze(&state.history[0].design)?;
-    let last = state.history.last().map_or((vec![], vec![]), |c| (c.retained.clone(), c.active.clone()));
-    let mine = |j: usize| problem.constraints[j].quantity.responses().contains(&response);
-    let mut kept: Vec<usize> = last.0.iter().filter(|r| mine(r.constraint)).map(|r| r.point).collect();
-    let mut active: Vec<usize> = last.1.iter().filter(|a| mine(a.row.constraint)).map(|a| a.row.point).collect();
-    kept.dedup();
-    active.dedup();
-    let bound = |&value: &f64| TimeBound { value, side: if value > 0.0 { Side::Below } else { Side::Above } };
+    let [kept, active] = run.marked_points(response);
+    let bound =
+        |&value: &f64| TimeBound { value, side: if value > 0.0 { FeasibleSide::Below } else { FeasibleSide::Above } };
     time_history(&TimeHistory {
-        time: Quantity::new(literal(&grid.name), literal(&grid.unit)),
-        response: Quantity::new(literal(&declared.name), literal(&declared.unit)),
+        time: QuantityLabel::literal(&grid.name, &grid.unit),
+        response: QuantityLabel::literal(&declared.name, &declared.unit),
         times: &grid.points,
         histories: &[
-            History { name: "first design", values: &first.values[response] },
-            History { name: "final design", values: &state.responses.values[response] },
+            ResponseHistory { name: "first design", values: &first.values[response] },
+            ResponseHistory { name: "final design", values: &state.responses.values[response] },
         ],
         bounds: &limits.iter().map(bound).collect::<Vec<_>>(),
         kept: &kept,

@@ -81,7 +81,9 @@ pub fn table6_from_cycle_4(observe: &mut Observer) -> Result<ReproducedTable> {
     state.factors.clone_from(&rows[5].factors);
     let state = method.resume(&problem, state, |s| observe("table6_from_cycle_4", s))?;
     let title = "Table VI. Flexible four-bar mechanism, continued from the printed cycle 4 with forward differences";
-    let notes = vec!["Row 4 is the printed design, un-rounded by its move limits; its E_g belongs to the step before."];
+    let notes = vec![
+        "Row 4 is the printed design, with the digits that its move limits determine; its E_g belongs to the step before.",
+    ];
     history("table6_from_cycle_4", title, rows[4].cycle, ReproducedRun { label: None, problem, state }, notes)
 }
 
@@ -130,13 +132,13 @@ pub struct RowCheck {
     pub printed: PrintedRow,
     /// V at its design, in percent.
     pub violation_pct: f64,
-    /// E_g at its design, of the approximations at the row from which it was found, in percent.
+    /// E_g at its design, of the approximations made at the row before it, in percent.
     pub error_pct: f64,
     /// The design in m that one cycle from that row gives, with the move limits of the paper.
     pub proposed: Vec<f64>,
 }
 
-/// Checks every printed row of Table VI on its own, so differences do not accumulate along the path.
+/// Checks every printed row of Table VI separately, so that differences do not accumulate along the path.
 ///
 /// `setup` has the mechanism and the derivatives.
 ///
@@ -145,7 +147,7 @@ pub struct RowCheck {
 pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
     let rows = printed_rows(TABLE6, &RelativeLimits::default())?;
     let (problem, method) = (setup.problem()?, method());
-    let mut start = Start::at(&problem, &method, &rows[0].design)?;
+    let mut start = CycleStart::at(&problem, &method, &rows[0].design)?;
     let mut base = 0;
     let mut checks = vec![];
     for (k, printed) in rows.into_iter().enumerate() {
@@ -157,20 +159,20 @@ pub fn check_rows(setup: &StressConstrained) -> Result<Vec<RowCheck>> {
         if printed.from != base {
             base = printed.from;
             let from: &RowCheck = &checks[base];
-            start = Start::at(&problem, &method, &from.printed.design)?;
+            start = CycleStart::at(&problem, &method, &from.printed.design)?;
         }
         checks.push(start.check(&problem, &method, printed)?);
     }
     Ok(checks)
 }
 
-/// The start of a cycle with its derivatives.
-struct Start {
+/// Analysed design at the start of a cycle, with its derivatives.
+struct CycleStart {
     analyzed: AnalyzedDesign,
     data: CycleData,
 }
 
-impl Start {
+impl CycleStart {
     fn at(problem: &Problem, method: &Method, design: &[f64]) -> Result<Self> {
         let analyzed = problem.analyze_design(design)?;
         let retained = method.screening.retain(problem, &analyzed.evaluation);
@@ -252,7 +254,7 @@ pub fn violation_rms(checks: &[RowCheck]) -> Result<f64> {
 pub fn row_by_row() -> Result<ReproducedTable> {
     let checks = check_rows(&as_printed())?;
     let notes = vec![
-        "The printed diameters are un-rounded by their move limits; each row is proposed from the printed row before it.",
+        "The diameters have the digits that their move limits determine; each row is proposed from the printed row before it.",
         "The printed stresses need the rotary inertia m l²/12 counted twice (the as-published preset), see the README.",
     ];
     let table = table6_rows(&checks)?;

@@ -2,11 +2,10 @@
 
 use crate::cases::four_bar::{FourBar, LINKS};
 use crate::papers::paper::ReproducedRun;
-use crate::problem::Problem;
 use crate::report::animation::{Animation, Scene};
-use crate::report::figure::{Figure, Grid, Quantity};
+use crate::report::figure::{Figure, Grid, QuantityLabel};
 use crate::report::plots::{
-    History, Linkage, Side, StressField, TimeBound, TimeHistory, mechanism, stress_field, time_history,
+    FeasibleSide, Linkage, ResponseHistory, StressField, TimeBound, TimeHistory, mechanism, stress_field, time_history,
 };
 use error::Result;
 use mechanics::analyses::sampling::interpolate;
@@ -25,7 +24,7 @@ pub fn four_bar_figures(name: &str, model: &FourBar, run: &ReproducedRun) -> Res
     let after = stresses(model, &run.state.design, &run.state.responses.values);
     let mut figures = vec![];
     for link in 0..3 {
-        let figure = stress_history(&run.problem, run, link, model.elements + 1, [&before, &after])?;
+        let figure = stress_history(run, link, model.elements + 1, [&before, &after])?;
         figures.push((format!("{name}_stress_{}", LINKS[link]), figure));
     }
     figures.push((format!("{name}_stress_field"), field(model, run, &after)?));
@@ -47,7 +46,7 @@ pub fn four_bar_animation(name: &str, model: &FourBar, run: &ReproducedRun) -> R
         scene(&format!("cycle {}, {:.1} kg", early.cycle, early.objective), &early.design)?,
         scene(&format!("optimum, {:.2} kg", run.state.evaluation.objective), &run.state.design)?,
     ];
-    let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+    let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
     let animation =
         Animation::new("Flexible four-bar, bending ten times enlarged", axes, times, scenes)?.lasting(8.0)?;
     let page = (format!("{name}_motion.html"), animation.page().into_bytes());
@@ -66,7 +65,6 @@ fn stresses(model: &FourBar, design: &[f64], moments: &[Vec<f64>]) -> Vec<Vec<f6
 
 /// Stress over time at the most loaded node of a link, with the time points retained and active in the last cycle.
 fn stress_history(
-    problem: &Problem,
     run: &ReproducedRun,
     link: usize,
     nodes: usize,
@@ -74,22 +72,20 @@ fn stress_history(
 ) -> Result<Figure> {
     let largest = |k: &usize| after[*k].iter().fold(0.0f64, |a, s| a.max(s.abs()));
     let node = (link * nodes..(link + 1) * nodes).max_by(|a, b| largest(a).total_cmp(&largest(b))).unwrap_or(0);
-    let mine = |j: usize| problem.constraints[j].quantity.responses() == [node];
-    let (mut kept, mut active): (Vec<usize>, Vec<usize>) = (vec![], vec![]);
-    if let Some(last) = run.state.history.last() {
-        kept.extend(last.retained.iter().filter(|r| mine(r.constraint)).map(|r| r.point));
-        active.extend(last.active.iter().filter(|a| mine(a.row.constraint)).map(|a| a.row.point));
-    }
+    let [kept, active] = run.marked_points(node);
     let limit = FourBar::ALLOWED_STRESS / MEGA;
     time_history(&TimeHistory {
-        time: Quantity::new("time *t*", "s"),
-        response: Quantity::new(format!("bending stress, {} node {}", LINKS[link], node % nodes + 1), "MPa"),
-        times: &problem.grids[0].points,
+        time: QuantityLabel::new("time *t*", "s"),
+        response: QuantityLabel::new(format!("bending stress, {} node {}", LINKS[link], node % nodes + 1), "MPa"),
+        times: &run.problem.grids[0].points,
         histories: &[
-            History { name: "first design", values: &before[node] },
-            History { name: "final design", values: &after[node] },
+            ResponseHistory { name: "first design", values: &before[node] },
+            ResponseHistory { name: "final design", values: &after[node] },
         ],
-        bounds: &[TimeBound { value: limit, side: Side::Below }, TimeBound { value: -limit, side: Side::Above }],
+        bounds: &[
+            TimeBound { value: limit, side: FeasibleSide::Below },
+            TimeBound { value: -limit, side: FeasibleSide::Above },
+        ],
         kept: &kept,
         active: &active,
     })
@@ -112,9 +108,9 @@ fn field(model: &FourBar, run: &ReproducedRun, stresses: &[Vec<f64>]) -> Result<
     };
     let marked: Vec<_> = run.state.history.last().map_or(vec![], |c| c.active.iter().map(mark).collect());
     stress_field(&StressField {
-        time: Quantity::new("time *t*", "s"),
-        position: Quantity::new("position *s*", "m"),
-        stress: Quantity::new("bending stress *σ*", "MPa"),
+        time: QuantityLabel::new("time *t*", "s"),
+        position: QuantityLabel::new("position *s*", "m"),
+        stress: QuantityLabel::new("bending stress *σ*", "MPa"),
         links: &links,
         allowable: Some(FourBar::ALLOWED_STRESS / MEGA),
         marked: &marked,
@@ -130,7 +126,7 @@ fn figure7(model: &FourBar) -> Result<Figure> {
     let middle = |link: &Vec<[f64; 2]>| link[link.len() / 2];
     drawing.notes = LINKS.iter().zip(&links).map(|(name, link)| ((*name).to_owned(), middle(link))).collect();
     drawing.notes.extend([("*O*".to_owned(), links[0][0]), ("*D*".to_owned(), links[2][0])]);
-    mechanism(&[Quantity::new("*x*", "m"), Quantity::new("*y*", "m")], &[("", &drawing)])
+    mechanism(&[QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")], &[("", &drawing)])
 }
 
 /// Numbers of the x and y coordinates of the nodes of each link, from end to end.

@@ -8,7 +8,7 @@ use error::{Error, Result};
 pub struct PrintedRow {
     /// Number of the cycle.
     pub cycle: usize,
-    /// Whether the design was accepted.
+    /// `true` if the design was accepted.
     pub accepted: bool,
     /// Diameters in m: in full where a move limit determines them, otherwise as printed.
     pub design: Vec<f64>,

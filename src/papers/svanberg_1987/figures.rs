@@ -2,7 +2,7 @@
 
 use super::tables::{CANTILEVER, EIGHT_BAR_TRUSS, TWO_BAR_TRUSS};
 use crate::papers::paper::ReproducedTable;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Stroke};
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, Stroke};
 use error::Result;
 
 /// The convergence of the runs of a table, by file stem; none for the table of optima.
@@ -23,7 +23,7 @@ pub(super) fn figures(table: &ReproducedTable) -> Result<Vec<(String, Figure)>> 
     }
     for (k, &column) in columns.iter().enumerate() {
         let points = printed_column(printed, column);
-        panel.add(Mark::points(points, Marker::Circle, Colour::of_series(k), 3.6).named("printed"));
+        panel.add(Mark::points(points, MarkerShape::Circle, Colour::of_series(k), 3.6).named("printed"));
     }
     let figure = Figure::new("Weight over the iterations, ours as lines, printed as circles", 120.0, 90.0);
     Ok(vec![(format!("{}_convergence", table.name), figure.with(panel))])

@@ -4,7 +4,7 @@ mod gif;
 mod page;
 mod scene;
 
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Panel, Quantity, Stroke, check, literal, short};
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Panel, QuantityLabel, Stroke, check, literal, short};
 use crate::report::plots::{Linkage, window};
 use crate::{Error, Result};
 
@@ -23,7 +23,7 @@ pub struct Scene {
 ///
 /// ```
 /// use linkwright::report::animation::{Animation, Scene};
-/// use linkwright::report::{figure::Quantity, plots::Linkage};
+/// use linkwright::report::{figure::QuantityLabel, plots::Linkage};
 ///
 /// let crank = |angle: f64| Linkage {
 ///     bars: vec![vec![[0.0, 0.0], [angle.cos(), angle.sin()]]],
@@ -33,7 +33,7 @@ pub struct Scene {
 /// let times: Vec<f64> = (0..20).map(|k| 0.05 * k as f64).collect();
 /// let frames = times.iter().map(|t| crank(std::f64::consts::TAU * t)).collect();
 /// let scene = Scene { title: "crank".to_owned(), frames, traces: vec![] };
-/// let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+/// let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
 /// let animation = Animation::new("A turning crank", axes, times, vec![scene])?.lasting(2.0)?;
 /// assert!(animation.page().starts_with("<!DOCTYPE html>"));
 /// assert_eq!(&animation.gif(96.0)?[..6], b"GIF89a");
@@ -42,11 +42,11 @@ pub struct Scene {
 #[derive(Clone, Debug)]
 pub struct Animation {
     description: String,
-    axes: [Quantity; 2],
+    axes: [QuantityLabel; 2],
     times: Vec<f64>,
     scenes: Vec<Scene>,
     seconds: f64,
-    time: Quantity,
+    time: QuantityLabel,
     compared: bool,
 }
 
@@ -57,7 +57,7 @@ impl Animation {
     /// If times do not increase, there is no scene, a scene has another number of frames than times, or a coordinate is not finite.
     pub fn new(
         description: impl Into<String>,
-        axes: [Quantity; 2],
+        axes: [QuantityLabel; 2],
         times: Vec<f64>,
         scenes: Vec<Scene>,
     ) -> Result<Self> {
@@ -69,7 +69,7 @@ impl Animation {
             scene.traces.iter().try_for_each(|trace| check::finite_points("trace of the animation", trace))?;
         }
         let seconds = (times[times.len() - 1] - times[0]).clamp(0.1, 3600.0);
-        let (time, description) = (Quantity::new("*t*", "s"), description.into());
+        let (time, description) = (QuantityLabel::new("*t*", "s"), description.into());
         Ok(Self { description, axes, times, scenes, seconds, time, compared: false })
     }
 
@@ -88,7 +88,7 @@ impl Animation {
     }
 
     /// Sets another parameter than the time in seconds, such as the number of a load case.
-    pub fn over(self, time: Quantity) -> Self {
+    pub fn over(self, time: QuantityLabel) -> Self {
         Self { time, ..self }
     }
 
@@ -155,7 +155,7 @@ pub(crate) mod tests {
             frames: times.iter().map(frame).collect(),
             traces: vec![vec![[1.0, 0.0], [0.0, 1.0]]],
         };
-        let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+        let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
         Animation::new("crank", axes, times.clone(), vec![scene("first </script> design"), scene("optimum")]).unwrap()
     }
 

@@ -1,6 +1,7 @@
 //! Axes: quantity, scale and limits.
 
 use super::ticks::Ticks;
+use super::{literal, range};
 
 /// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,17 +27,22 @@ impl Scale {
 
 /// Name and unit of a quantity, both in the markup of labels (`*b*_1`, `N/m^2`).
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Quantity {
+pub struct QuantityLabel {
     /// Its name.
     pub name: String,
     /// Its unit; may be empty.
     pub unit: String,
 }
 
-impl Quantity {
+impl QuantityLabel {
     /// A quantity with a unit; the unit may be empty.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { name: name.into(), unit: unit.into() }
+    }
+
+    /// A quantity whose name and unit are shown literally, without markup.
+    pub fn literal(name: &str, unit: &str) -> Self {
+        Self::new(literal(name), literal(unit))
     }
 
     /// `name [10^n unit]`.
@@ -55,25 +61,25 @@ impl Quantity {
 #[derive(Clone, Debug)]
 pub struct Axis {
     /// The quantity along the axis.
-    pub quantity: Quantity,
+    pub quantity: QuantityLabel,
     /// Its scale.
     pub scale: Scale,
     /// First and last value; `None` for those of the data with a margin.
     pub limits: Option<[f64; 2]>,
-    /// Whether it has numbers and a label.
+    /// `true` if it has numbers and a label.
     pub labelled: bool,
-    /// Whether ticks are at whole numbers only, as for cycles.
+    /// `true` if ticks are at whole numbers only, as for cycles.
     pub whole: bool,
 }
 
 impl Axis {
     /// A linear axis with limits from the data.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self::of(&Quantity::new(name, unit))
+        Self::of(&QuantityLabel::new(name, unit))
     }
 
     /// A linear axis with limits from the data.
-    pub fn of(quantity: &Quantity) -> Self {
+    pub fn of(quantity: &QuantityLabel) -> Self {
         Self { quantity: quantity.clone(), scale: Scale::Linear, limits: None, labelled: true, whole: false }
     }
 
@@ -92,7 +98,7 @@ impl Axis {
         Self { whole: true, ..self }
     }
 
-    /// Removes numbers and label, for a panel above another one with the same axis.
+    /// Removes numbers and label, for a panel that shares the axis of the panel below.
     pub fn unlabelled(self) -> Self {
         Self { labelled: false, ..self }
     }
@@ -103,7 +109,7 @@ impl Axis {
             return limits;
         }
         let shown = values.filter(|&v| self.scale.shows(v)).map(|v| self.scale.position(v));
-        let [low, high] = shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+        let [low, high] = range(shown);
         let (low, high) = if low > high { (0.0, 1.0) } else { (low, high) };
         let margin = match high - low {
             width if width > 1e-12 * low.abs().max(high.abs()) => margin * width,

@@ -4,7 +4,7 @@ use crate::{Error, Result};
 
 /// [`Error::NotFinite`] at `place`.
 pub(crate) fn not_finite(what: &str, value: f64, place: String) -> Error {
-    Error::NotFinite { what: what.to_owned(), value, place, remedy: "leave out what has no value before drawing" }
+    Error::NotFinite { what: what.to_owned(), value, place, remedy: "remove values that are not finite before drawing" }
 }
 
 /// Checks for at least one number, all finite.
@@ -32,7 +32,7 @@ pub(crate) fn increasing(what: &str, values: &[f64]) -> Result<()> {
     if values.len() >= 2 && values.windows(2).all(|pair| pair[1] > pair[0]) {
         return Ok(());
     }
-    Err(Error::definition(what, "it does not increase from end to end", "give two or more increasing numbers"))
+    Err(Error::definition(what, "its values do not increase", "give two or more increasing numbers"))
 }
 
 /// Checks for the expected number of finite values.

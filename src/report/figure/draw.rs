@@ -1,6 +1,6 @@
 //! Drawing of a panel: marks, frame, legend.
 
-use super::mark::{Anchor, Kind};
+use super::mark::{Anchor, MarkKind};
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{ColourMap, Grid, Legend, Mark, Panel, frame, label_placement, legend, markup, shapes, style};
@@ -31,41 +31,41 @@ pub(crate) fn panel(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
 
 fn draw_below_frame(svg: &mut Svg, mark: &Mark, view: &View) {
     match &mark.kind {
-        Kind::Curves { curves, stroke } => {
+        MarkKind::Curves { curves, stroke } => {
             let pieces: Vec<_> = curves.iter().flat_map(|curve| view.curve(curve)).collect();
             svg.polylines(&pieces, *stroke);
         }
-        Kind::Region { outline, colour, opacity } => {
+        MarkKind::Region { outline, colour, opacity } => {
             let points: Vec<_> = outline.iter().filter_map(|&p| view.position(p)).collect();
             svg.polygon(&points, *colour, *opacity, None);
         }
-        Kind::Hatching { curves, stroke, length } => {
+        MarkKind::Hatching { curves, stroke, length } => {
             for piece in curves.iter().flat_map(|curve| view.curve(curve)) {
                 svg.polylines(&shapes::hatches(&piece, *length, 0.9 * length), *stroke);
             }
         }
-        Kind::Field { grid, map, range } => field(svg, grid, *map, *range, view),
+        MarkKind::Field { grid, map, range } => field(svg, grid, *map, *range, view),
         _ => {}
     }
 }
 
 fn draw_above_frame(svg: &mut Svg, mark: &Mark, view: &View, obstacles: &mut Vec<[f64; 2]>) {
     match &mark.kind {
-        Kind::Points { at, marker, colour, size } => {
+        MarkKind::Points { at, marker, colour, size } => {
             for position in at.iter().filter_map(|&p| view.position(p)).filter(|&p| view.area.contains(p)) {
                 shapes::marker(svg, position, *marker, *colour, *size);
             }
         }
-        Kind::Text { at, text, anchor, offset, colour, size } => {
+        MarkKind::Text { at, text, anchor, offset, colour, size } => {
             if let Some([x, y]) = view.position(*at).filter(|&p| view.area.contains(p)) {
                 let style = Lettering { colour: *colour, rim: true, ..Lettering::new(*size, *anchor) };
                 svg.text([x + offset[0], y - offset[1] + 0.35 * size], text, style);
             }
         }
-        Kind::ContourLabel { curves, text, colour } => {
+        MarkKind::ContourLabel { curves, text, colour } => {
             label_placement::contour_label(svg, curves, text, *colour, view, obstacles)
         }
-        Kind::Symbol { at, symbol } => {
+        MarkKind::Symbol { at, symbol } => {
             if let Some(at) = view.position(*at) {
                 shapes::symbol(svg, at, *symbol);
             }
@@ -77,7 +77,7 @@ fn draw_above_frame(svg: &mut Svg, mark: &Mark, view: &View, obstacles: &mut Vec
 /// Draws the notes last, where they cover the fewest marks; omits a note that would cover another one.
 fn notes(svg: &mut Svg, panel: &Panel, view: &View, obstacles: &[[f64; 2]]) {
     let notes = panel.marks.iter().filter_map(|mark| match &mark.kind {
-        Kind::Note { at, text } => view.position(*at).filter(|&p| view.area.contains(p)).map(|p| (p, text)),
+        MarkKind::Note { at, text } => view.position(*at).filter(|&p| view.area.contains(p)).map(|p| (p, text)),
         _ => None,
     });
     let mut ink: Option<Vec<[f64; 2]>> = None;
@@ -95,11 +95,10 @@ fn notes(svg: &mut Svg, panel: &Panel, view: &View, obstacles: &[[f64; 2]]) {
     }
 }
 
-/// Draws a field as cells of about a point; neighbours of one shade are joined.
+/// Draws a field as cells of about one point; neighbouring cells of one shade are joined.
 fn field(svg: &mut Svg, grid: &Grid, map: ColourMap, range: [f64; 2], view: &View) {
     const SHADES: f64 = 48.0;
-    let ends = |axis: &[f64]| [axis[0], axis[axis.len() - 1]];
-    let ([x0, x1], [y0, y1]) = (ends(grid.x()), ends(grid.y()));
+    let [[x0, y0], [x1, y1]] = grid.corners();
     let (Some([left, bottom]), Some([right, top])) = (view.position([x0, y0]), view.position([x1, y1])) else { return };
     let columns = ((right - left) / 0.8).ceil().clamp(1.0, 600.0) as usize;
     let rows = ((bottom - top) / 1.4).ceil().clamp(1.0, 400.0) as usize;

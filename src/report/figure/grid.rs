@@ -74,8 +74,12 @@ impl Grid {
 
     /// Smallest and largest value that is not NaN.
     pub fn range(&self) -> [f64; 2] {
-        let finite = self.values.iter().filter(|v| !v.is_nan());
-        finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &v| [low.min(v), high.max(v)])
+        range(self.values.iter().copied())
+    }
+
+    /// Lower and upper corner of the grid.
+    pub(crate) fn corners(&self) -> [[f64; 2]; 2] {
+        [[self.x[0], self.y[0]], [self.x[self.x.len() - 1], self.y[self.y.len() - 1]]]
     }
 
     /// Bilinear interpolation; NaN outside and next to points without value.
@@ -86,8 +90,13 @@ impl Grid {
     }
 }
 
+/// Smallest and largest of all values, NaN omitted.
+pub(crate) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+}
+
 /// `count` equally spaced numbers from end to end.
-fn spaced([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+pub(crate) fn spaced([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     (0..count).map(|k| low + (high - low) * k as f64 / (count.max(2) - 1) as f64).collect()
 }
 

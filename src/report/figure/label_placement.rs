@@ -1,6 +1,6 @@
 //! Placement of notes and contour labels.
 
-use super::mark::{Anchor, Kind};
+use super::mark::{Anchor, MarkKind};
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{Colour, Panel, markup, style};
@@ -10,33 +10,33 @@ pub(crate) fn obstacles(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     let mut obstacles = Vec::new();
     for mark in &panel.marks {
         match &mark.kind {
-            Kind::Points { at, .. } => obstacles.extend(at.iter().filter_map(|&p| view.position(p))),
-            Kind::Hatching { curves, .. } => {
+            MarkKind::Points { at, .. } => obstacles.extend(at.iter().filter_map(|&p| view.position(p))),
+            MarkKind::Hatching { curves, .. } => {
                 let pieces = curves.iter().flat_map(|curve| view.curve(curve));
                 obstacles.extend(pieces.flat_map(|piece| along(&piece, 4.0)).map(|(at, _)| at));
             }
-            Kind::Text { at, .. } | Kind::Symbol { at, .. } => obstacles.extend(view.position(*at)),
+            MarkKind::Text { at, .. } | MarkKind::Symbol { at, .. } => obstacles.extend(view.position(*at)),
             _ => {}
         }
     }
     obstacles
 }
 
-/// Points along everything drawn, 1.5 points apart on paper; a marker or a text counts as 20 of them.
+/// Sample points on all marks: 1.5 points apart along curves, 20 for each marker and text.
 pub(crate) fn ink(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     const WEIGHT: usize = 20;
     let mut ink = Vec::new();
     for mark in &panel.marks {
         match &mark.kind {
-            Kind::Curves { curves, .. } | Kind::Hatching { curves, .. } => {
+            MarkKind::Curves { curves, .. } | MarkKind::Hatching { curves, .. } => {
                 for piece in curves.iter().flat_map(|curve| view.curve(curve)) {
                     ink.extend(along(&piece, 1.5).into_iter().map(|(at, _)| at));
                 }
             }
-            Kind::Points { at, .. } => {
+            MarkKind::Points { at, .. } => {
                 ink.extend(at.iter().filter_map(|&p| view.position(p)).flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
             }
-            Kind::Text { at, .. } | Kind::Symbol { at, .. } => {
+            MarkKind::Text { at, .. } | MarkKind::Symbol { at, .. } => {
                 ink.extend(view.position(*at).into_iter().flat_map(|p| std::iter::repeat_n(p, WEIGHT)));
             }
             _ => {}

@@ -1,6 +1,6 @@
 //! Legends: a sample and a name for every named mark.
 
-use super::mark::{Anchor, Kind, Stroke};
+use super::mark::{Anchor, MarkKind, Stroke};
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{Colour, Mark, Panel, label_placement, markup, shapes, style};
@@ -95,14 +95,14 @@ fn sample(svg: &mut Svg, mark: &Mark, left: f64, y: f64) {
     let right = left + style::LEGEND_SAMPLE;
     let middle = (left + right) / 2.0;
     match &mark.kind {
-        Kind::Curves { stroke, .. } => svg.polyline(&[[left, y], [right, y]], *stroke),
-        Kind::Hatching { stroke, .. } => {
+        MarkKind::Curves { stroke, .. } => svg.polyline(&[[left, y], [right, y]], *stroke),
+        MarkKind::Hatching { stroke, .. } => {
             let feet = (1..6).map(|k| left + 3.0 * f64::from(k));
             let strokes: Vec<_> = feet.map(|x| [[x, y], [x + 2.6, y - 2.6]]).collect();
             svg.polylines(&strokes, *stroke);
         }
-        Kind::Points { marker, colour, size, .. } => shapes::marker(svg, [middle, y], *marker, *colour, *size),
-        Kind::Region { colour, opacity, .. } => {
+        MarkKind::Points { marker, colour, size, .. } => shapes::marker(svg, [middle, y], *marker, *colour, *size),
+        MarkKind::Region { colour, opacity, .. } => {
             let (t, b) = (y - 2.8, y + 2.8);
             svg.polygon(&[[left, t], [right, t], [right, b], [left, b]], *colour, *opacity, None);
         }

@@ -14,7 +14,7 @@ pub(crate) struct Margins {
 }
 
 impl Margins {
-    /// Common margins of two panels of a column, whose frames are aligned.
+    /// Common left and right margins of two panels of a column, so that their frames are aligned.
     pub fn union(self, other: Self) -> Self {
         Self { left: self.left.max(other.left), right: self.right.max(other.right), ..self }
     }

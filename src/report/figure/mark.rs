@@ -40,8 +40,8 @@ impl Stroke {
 
 /// Marker of a data point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Marker {
-    /// A ring, white inside.
+pub enum MarkerShape {
+    /// A circle, white inside.
     Circle,
     /// A filled circle.
     Disc,
@@ -82,10 +82,10 @@ pub enum Anchor {
 }
 
 #[derive(Clone, Debug)]
-pub(crate) enum Kind {
+pub(crate) enum MarkKind {
     Curves { curves: Vec<Vec<[f64; 2]>>, stroke: Stroke },
     Region { outline: Vec<[f64; 2]>, colour: Colour, opacity: f64 },
-    Points { at: Vec<[f64; 2]>, marker: Marker, colour: Colour, size: f64 },
+    Points { at: Vec<[f64; 2]>, marker: MarkerShape, colour: Colour, size: f64 },
     Hatching { curves: Vec<Vec<[f64; 2]>>, stroke: Stroke, length: f64 },
     Text { at: [f64; 2], text: String, anchor: Anchor, offset: [f64; 2], colour: Colour, size: f64 },
     Note { at: [f64; 2], text: String },
@@ -97,12 +97,12 @@ pub(crate) enum Kind {
 /// A mark; later marks cover earlier ones.
 #[derive(Clone, Debug)]
 pub struct Mark {
-    pub(crate) kind: Kind,
+    pub(crate) kind: MarkKind,
     pub(crate) name: Option<String>,
 }
 
 impl Mark {
-    fn of(kind: Kind) -> Self {
+    fn of(kind: MarkKind) -> Self {
         Self { kind, name: None }
     }
 
@@ -119,7 +119,7 @@ impl Mark {
 
     /// Several polylines with one style.
     pub fn curves(curves: Vec<Vec<[f64; 2]>>, stroke: Stroke) -> Self {
-        Self::of(Kind::Curves { curves, stroke })
+        Self::of(MarkKind::Curves { curves, stroke })
     }
 
     /// A step function: each value holds until the next abscissa.
@@ -139,57 +139,54 @@ impl Mark {
 
     /// A filled polygon.
     pub fn region(outline: impl Into<Vec<[f64; 2]>>, colour: Colour, opacity: f64) -> Self {
-        Self::of(Kind::Region { outline: outline.into(), colour, opacity })
+        Self::of(MarkKind::Region { outline: outline.into(), colour, opacity })
     }
 
     /// Markers of the given width in points.
-    pub fn points(at: impl Into<Vec<[f64; 2]>>, marker: Marker, colour: Colour, size: f64) -> Self {
-        Self::of(Kind::Points { at: at.into(), marker, colour, size })
+    pub fn points(at: impl Into<Vec<[f64; 2]>>, marker: MarkerShape, colour: Colour, size: f64) -> Self {
+        Self::of(MarkKind::Points { at: at.into(), marker, colour, size })
     }
 
     /// Short strokes on the left of the curves, for the infeasible side of a bound.
     pub fn hatching(curves: Vec<Vec<[f64; 2]>>, stroke: Stroke, length: f64) -> Self {
-        Self::of(Kind::Hatching { curves, stroke, length })
+        Self::of(MarkKind::Hatching { curves, stroke, length })
     }
 
     /// A text with an offset from a point, in points to the right and up.
     pub fn text(at: [f64; 2], text: impl Into<String>, anchor: Anchor, offset: [f64; 2]) -> Self {
         let (colour, size) = (Colour::BLACK, super::style::TICK_SIZE);
-        Self::of(Kind::Text { at, text: text.into(), anchor, offset, colour, size })
+        Self::of(MarkKind::Text { at, text: text.into(), anchor, offset, colour, size })
     }
 
     /// A text near a point, placed where it covers the fewest marks; omitted if it would cover another note.
     pub fn note(at: [f64; 2], text: impl Into<String>) -> Self {
-        Self::of(Kind::Note { at, text: text.into() })
+        Self::of(MarkKind::Note { at, text: text.into() })
     }
 
     /// A label on one of the curves, far from other marks.
     pub fn contour_label(curves: Vec<Vec<[f64; 2]>>, text: impl Into<String>, colour: Colour) -> Self {
-        Self::of(Kind::ContourLabel { curves, text: text.into(), colour })
+        Self::of(MarkKind::ContourLabel { curves, text: text.into(), colour })
     }
 
     /// A coloured field; `range` has the values of the first and last colour.
     pub fn field(grid: Grid, map: ColourMap, range: [f64; 2]) -> Self {
-        Self::of(Kind::Field { grid, map, range })
+        Self::of(MarkKind::Field { grid, map, range })
     }
 
     /// A symbol of a mechanism.
     pub fn symbol(at: [f64; 2], symbol: MarkSymbol) -> Self {
-        Self::of(Kind::Symbol { at, symbol })
+        Self::of(MarkKind::Symbol { at, symbol })
     }
 
     /// The data points that the axes must show.
     pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
         match &self.kind {
-            Kind::Curves { curves, .. } | Kind::Hatching { curves, .. } => curves.concat(),
-            Kind::Region { outline, .. } => outline.clone(),
-            Kind::Points { at, .. } => at.clone(),
-            Kind::Text { at, .. } | Kind::Note { at, .. } | Kind::Symbol { at, .. } => vec![*at],
-            Kind::ContourLabel { .. } => Vec::new(),
-            Kind::Field { grid, .. } => {
-                let (x, y) = (grid.x(), grid.y());
-                vec![[x[0], y[0]], [x[x.len() - 1], y[y.len() - 1]]]
-            }
+            MarkKind::Curves { curves, .. } | MarkKind::Hatching { curves, .. } => curves.concat(),
+            MarkKind::Region { outline, .. } => outline.clone(),
+            MarkKind::Points { at, .. } => at.clone(),
+            MarkKind::Text { at, .. } | MarkKind::Note { at, .. } | MarkKind::Symbol { at, .. } => vec![*at],
+            MarkKind::ContourLabel { .. } => Vec::new(),
+            MarkKind::Field { grid, .. } => grid.corners().into(),
         }
     }
 }

@@ -30,19 +30,20 @@ pub(crate) mod markup;
 mod panel;
 mod raster;
 mod shapes;
-pub(crate) mod style;
+mod style;
 mod svg;
 mod ticks;
 mod view;
 
-pub use axis::{Axis, Quantity, Scale};
+pub use axis::{Axis, QuantityLabel, Scale};
 pub use colour::{Colour, ColourMap};
 pub use contour::{contour, round_levels};
 pub use grid::Grid;
-pub use mark::{Anchor, Dash, Mark, MarkSymbol, Marker, Stroke};
+pub use mark::{Anchor, Dash, Mark, MarkSymbol, MarkerShape, Stroke};
 pub use markup::literal;
 pub use panel::{ColourBar, Legend, Panel};
 
+pub(crate) use grid::{range, spaced};
 pub(crate) use raster::pixels;
 pub(crate) use ticks::short;
 
@@ -206,15 +207,19 @@ mod tests {
         panel.add(Mark::rectangle([[0.5, 0.5], [1.0, 1.0]], line.dash(Dash::Dashed)));
         panel.add(Mark::region([[0.5, 0.5], [1.0, 0.5], [1.0, 1.0]], Colour::SKY, 0.5).named("region"));
         panel.add(Mark::curve([[0.2, 0.2], [1.0, -1.0], [f64::NAN, 1.0], [1.5, 0.3]], line).named("broken curve"));
-        let markers = [Marker::Circle, Marker::Disc, Marker::Square, Marker::Block, Marker::Diamond];
-        for (k, marker) in markers.into_iter().chain([Marker::Down, Marker::Cross, Marker::Plus]).enumerate() {
+        let markers =
+            [MarkerShape::Circle, MarkerShape::Disc, MarkerShape::Square, MarkerShape::Block, MarkerShape::Diamond];
+        for (k, marker) in
+            markers.into_iter().chain([MarkerShape::Down, MarkerShape::Cross, MarkerShape::Plus]).enumerate()
+        {
             panel.add(Mark::points([[0.2 * (k + 1) as f64, 0.4]], marker, Colour::of_series(k), 4.0));
         }
         for symbol in [MarkSymbol::Joint, MarkSymbol::GroundJoint, MarkSymbol::Slider(0.3)] {
             panel.add(Mark::symbol([1.0, 1.0], symbol));
         }
         panel.add(Mark::note([1.0, 1.0], "a note")).add(Mark::text([0.3, 1.0], "a text", Anchor::End, [0.0, 4.0]));
-        let bar = ColourBar { quantity: Quantity::new("stress", "Pa"), map: ColourMap::Sequential, range: [0.0, 4.0] };
+        let bar =
+            ColourBar { quantity: QuantityLabel::new("stress", "Pa"), map: ColourMap::Sequential, range: [0.0, 4.0] };
         Figure::new("Everything *at* once", 85.0, 120.0)
             .with(panel.clone())
             .with(panel.legend(Legend::Below))

@@ -1,6 +1,6 @@
 //! Panels: a pair of axes with marks.
 
-use super::{Axis, ColourMap, Mark, Quantity};
+use super::{Axis, ColourMap, Mark, QuantityLabel};
 
 /// Position of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub enum Legend {
 #[derive(Clone, Debug)]
 pub struct ColourBar {
     /// Quantity that the colours show.
-    pub quantity: Quantity,
+    pub quantity: QuantityLabel,
     /// Colour map.
     pub map: ColourMap,
     /// The values at its ends.
@@ -35,9 +35,9 @@ pub struct Panel {
     pub title: String,
     /// Position of the legend.
     pub legend: Legend,
-    /// Whether both axes have the same scale.
+    /// `true` if both axes have the same scale.
     pub equal: bool,
-    /// Whether the frame with its ticks is drawn.
+    /// `true` if the frame with its ticks is drawn.
     pub framed: bool,
     /// Its share of the height of the figure, relative to the other rows.
     pub share: f64,

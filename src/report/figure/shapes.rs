@@ -1,7 +1,7 @@
 //! Markers, symbols of a mechanism, and hatching.
 
 use super::Colour;
-use super::mark::{MarkSymbol, Marker, Stroke};
+use super::mark::{MarkSymbol, MarkerShape, Stroke};
 use super::svg::Svg;
 
 /// Strokes at 45° on the left of a curve, `spacing` points apart along it.
@@ -24,23 +24,23 @@ pub(crate) fn hatches(curve: &[[f64; 2]], length: f64, spacing: f64) -> Vec<[[f6
 }
 
 /// Draws a marker of the given width.
-pub(crate) fn marker(svg: &mut Svg, [x, y]: [f64; 2], kind: Marker, colour: Colour, size: f64) {
+pub(crate) fn marker(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkerShape, colour: Colour, size: f64) {
     let r = size / 2.0;
     let line = Stroke::solid(colour, (0.16 * size).clamp(0.5, 1.0));
     let square = [[x - r, y - r], [x + r, y - r], [x + r, y + r], [x - r, y + r]];
     match kind {
-        Marker::Circle => svg.circle([x, y], r, Colour::WHITE, Some(line)),
-        Marker::Disc => svg.circle([x, y], r, colour, None),
-        Marker::Square => svg.polygon(&square, Colour::WHITE, 1.0, Some(line)),
-        Marker::Block => svg.polygon(&square, colour, 1.0, None),
-        Marker::Diamond => {
+        MarkerShape::Circle => svg.circle([x, y], r, Colour::WHITE, Some(line)),
+        MarkerShape::Disc => svg.circle([x, y], r, colour, None),
+        MarkerShape::Square => svg.polygon(&square, Colour::WHITE, 1.0, Some(line)),
+        MarkerShape::Block => svg.polygon(&square, colour, 1.0, None),
+        MarkerShape::Diamond => {
             svg.polygon(&[[x - r, y], [x, y - r], [x + r, y], [x, y + r]], Colour::WHITE, 1.0, Some(line));
         }
-        Marker::Down => {
+        MarkerShape::Down => {
             svg.polygon(&[[x - r, y - 0.6 * r], [x + r, y - 0.6 * r], [x, y + r]], Colour::WHITE, 1.0, Some(line));
         }
-        Marker::Cross => svg.polylines(&[[square[0], square[2]], [square[1], square[3]]], line),
-        Marker::Plus => svg.polylines(&[[[x - r, y], [x + r, y]], [[x, y - r], [x, y + r]]], line),
+        MarkerShape::Cross => svg.polylines(&[[square[0], square[2]], [square[1], square[3]]], line),
+        MarkerShape::Plus => svg.polylines(&[[[x - r, y], [x + r, y]], [[x, y - r], [x, y + r]]], line),
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::mark::{Anchor, Dash, Stroke};
 use super::{Colour, markup};
 
-/// Font of all text: that of the PNG files, or another narrow one.
+/// Fonts of all text: the font of the PNG files, then fallbacks.
 const FONT: &str = "'DejaVu Sans Condensed','DejaVu Sans',Helvetica,Arial,sans-serif";
 
 /// A rectangle in points.
@@ -51,7 +51,7 @@ pub(crate) struct Lettering {
     pub colour: Colour,
     /// Degrees, clockwise.
     pub turned: f64,
-    /// Whether a white outline keeps the text legible on lines.
+    /// `true` if a white outline keeps the text legible on lines.
     pub rim: bool,
 }
 
@@ -81,7 +81,7 @@ impl Svg {
         self.element(&head, "", [width, height], description)
     }
 
-    /// The element for an HTML page, which decides on the size; the id of the title is the prefix.
+    /// The element for an HTML page, which sets the size; the id of the title is the prefix.
     pub fn inline(self, size: [f64; 2], description: &str) -> String {
         let prefix = self.prefix.clone();
         self.element(&format!("aria-labelledby=\"{prefix}\""), &format!(" id=\"{prefix}\""), size, description)
@@ -97,7 +97,7 @@ impl Svg {
         )
     }
 
-    /// Clips what `draw` draws at the edge of the area.
+    /// Clips the output of `draw` at the edge of the area.
     pub fn clipped(&mut self, area: Area, draw: impl FnOnce(&mut Self)) {
         self.clips += 1;
         let id = format!("{}clip{}", self.prefix, self.clips);

@@ -109,7 +109,7 @@ fn common_exponent(largest: f64) -> i32 {
     ((largest.log10() / 3.0).floor() * 3.0) as i32
 }
 
-/// Multiples of `step` from `low` to `high`; none if there are too many, or if `f64` cannot tell them apart.
+/// Multiples of `step` from `low` to `high`; none if there are too many or rounding makes them equal.
 pub(crate) fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
     const MOST: f64 = 1000.0;
     if !(step > 0.0 && (high - low) / step < MOST && low.abs() / step < 1e15) {

@@ -1,7 +1,7 @@
 //! Transformation from data to paper.
 
 use super::Panel;
-use super::mark::Kind;
+use super::mark::MarkKind;
 use super::svg::Area;
 use super::ticks::Ticks;
 
@@ -19,7 +19,8 @@ impl View {
     /// The view of a panel whose frame is `area`.
     pub fn new(panel: &Panel, area: Area) -> Self {
         let extent: Vec<[f64; 2]> = panel.marks.iter().flat_map(|mark| mark.extent()).collect();
-        let margin = if panel.marks.iter().any(|mark| matches!(mark.kind, Kind::Symbol { .. })) { 0.1 } else { 0.04 };
+        let margin =
+            if panel.marks.iter().any(|mark| matches!(mark.kind, MarkKind::Symbol { .. })) { 0.1 } else { 0.04 };
         let mut x = panel.x.span(extent.iter().map(|p| p[0]), margin);
         let mut y = panel.y.span(extent.iter().map(|p| p[1]), margin);
         if panel.equal {
@@ -56,7 +57,7 @@ impl View {
     fn fraction(&self, axis: usize, value: f64) -> f64 {
         let limits = if axis == 0 { self.x } else { self.y };
         let [low, high] = limits.map(|v| self.scales[axis].position(v));
-        // The limits, 20 frames away, keep the numbers in the file short.
+        // Clamped 20 frames outside, which keeps the numbers in the file short.
         ((self.scales[axis].position(value) - low) / (high - low)).clamp(-20.0, 21.0)
     }
 }

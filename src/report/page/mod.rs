@@ -1,14 +1,14 @@
 //! Self-contained HTML pages of headings, tables, figures and animations; no network, light and dark, for screen and paper.
 //!
 //! ```
-//! use linkwright::report::page::{Page, Section, Severity};
+//! use linkwright::report::page::{Badge, Page, PageSection};
 //! use linkwright::report::table::Table;
 //!
 //! let mut table = Table::new("Two cycles", ["cycle", "objective"]);
 //! table.push([0usize.into(), 0.85.into()])?;
 //! let page = Page::new("absorber <1>")
-//!     .status("Converged", Severity::Good)
-//!     .with(Section::new("cycles", "Cycles").paragraph("All cycles of the run.").table(table));
+//!     .status("Converged", Badge::Good)
+//!     .with(PageSection::new("cycles", "Cycles").paragraph("All cycles of the run.").table(table));
 //! let html = page.html()?;
 //! assert!(html.starts_with("<!DOCTYPE html>") && html.contains("absorber &lt;1&gt;"));
 //! # Ok::<(), linkwright::Error>(())
@@ -22,9 +22,9 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// Severity of a badge.
+/// Colour of the badge after the title.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Severity {
+pub enum Badge {
     /// A success.
     Good,
     /// A warning.
@@ -33,7 +33,7 @@ pub enum Severity {
     Bad,
 }
 
-impl Severity {
+impl Badge {
     fn class(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -51,14 +51,14 @@ struct Card {
     remark: String,
 }
 
-/// A page. All text is escaped, except [`Section::html`].
+/// A page. All text is escaped, except [`PageSection::html`].
 #[derive(Clone, Debug)]
 pub struct Page {
     title: String,
-    status: Option<(String, Severity)>,
+    status: Option<(String, Badge)>,
     lead: String,
     cards: Vec<Card>,
-    sections: Vec<Section>,
+    sections: Vec<PageSection>,
     foot: String,
 }
 
@@ -70,8 +70,8 @@ impl Page {
     }
 
     /// Adds a badge after the title.
-    pub fn status(self, word: impl Into<String>, severity: Severity) -> Self {
-        Self { status: Some((word.into(), severity)), ..self }
+    pub fn status(self, word: impl Into<String>, badge: Badge) -> Self {
+        Self { status: Some((word.into(), badge)), ..self }
     }
 
     /// Adds a sentence below the title.
@@ -86,7 +86,7 @@ impl Page {
     }
 
     /// Appends a section.
-    pub fn with(mut self, section: Section) -> Self {
+    pub fn with(mut self, section: PageSection) -> Self {
         self.sections.push(section);
         self
     }
@@ -99,7 +99,7 @@ impl Page {
     /// All figures with their file names.
     pub fn figures(&self) -> impl Iterator<Item = (&str, &Figure)> {
         self.sections.iter().flat_map(|section| &section.blocks).filter_map(|block| match block {
-            Block::Figure { name, figure, .. } => Some((name.as_str(), &**figure)),
+            Content::Figure { name, figure, .. } => Some((name.as_str(), &**figure)),
             _ => None,
         })
     }
@@ -148,8 +148,8 @@ impl Page {
             header {
                 h1 {
                     (self.title)
-                    @if let Some((word, severity)) = &self.status {
-                        " " span class={ "pill " (severity.class()) } { (word) }
+                    @if let Some((word, badge)) = &self.status {
+                        " " span class={ "pill " (badge.class()) } { (word) }
                     }
                 }
                 @if !self.lead.is_empty() { p class="lead" { (self.lead) } }
@@ -171,7 +171,7 @@ impl Page {
 
 /// A part of a section.
 #[derive(Clone, Debug)]
-enum Block {
+enum Content {
     Paragraph(String),
     Table(Table),
     Figure { name: String, caption: String, figure: Box<Figure> },
@@ -182,61 +182,61 @@ enum Block {
 
 /// A part of a page with a heading.
 #[derive(Clone, Debug)]
-pub struct Section {
+pub struct PageSection {
     id: String,
     title: String,
-    blocks: Vec<Block>,
+    blocks: Vec<Content>,
 }
 
-impl Section {
+impl PageSection {
     /// An empty section; `id` is the fragment of links to it.
     pub fn new(id: impl Into<String>, title: impl Into<String>) -> Self {
         Self { id: id.into(), title: title.into(), blocks: vec![] }
     }
 
-    fn and(mut self, block: Block) -> Self {
+    fn and(mut self, block: Content) -> Self {
         self.blocks.push(block);
         self
     }
 
     /// Appends a paragraph.
     pub fn paragraph(self, text: impl Into<String>) -> Self {
-        self.and(Block::Paragraph(text.into()))
+        self.and(Content::Paragraph(text.into()))
     }
 
     /// Appends a table.
     pub fn table(self, table: Table) -> Self {
-        self.and(Block::Table(table))
+        self.and(Content::Table(table))
     }
 
     /// Appends a figure; `name` is that of its files.
     pub fn figure(self, name: impl Into<String>, caption: impl Into<String>, figure: Figure) -> Self {
-        self.and(Block::Figure { name: name.into(), caption: caption.into(), figure: Box::new(figure) })
+        self.and(Content::Figure { name: name.into(), caption: caption.into(), figure: Box::new(figure) })
     }
 
     /// Appends links to files in the folder of the page: addresses and descriptions.
     pub fn links(self, links: impl IntoIterator<Item = (String, String)>) -> Self {
-        self.and(Block::Links(links.into_iter().collect()))
+        self.and(Content::Links(links.into_iter().collect()))
     }
 
-    /// Appends a text that is folded at first.
+    /// Appends a text that is collapsed at first.
     pub fn listing(self, summary: impl Into<String>, text: impl Into<String>) -> Self {
-        self.and(Block::Listing { summary: summary.into(), text: text.into() })
+        self.and(Content::Listing { summary: summary.into(), text: text.into() })
     }
 
     /// Appends HTML without escaping it.
     pub fn html(self, html: impl Into<String>) -> Self {
-        self.and(Block::Html(html.into()))
+        self.and(Content::Html(html.into()))
     }
 
-    /// Whether the section has no content.
+    /// Returns `true` if the section has no content.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
     }
 
     /// The section as HTML; `figures` counts those of the page.
     fn render(&self, figures: &mut usize) -> Result<Markup> {
-        let is_figure = |block: &Block| matches!(block, Block::Figure { .. });
+        let is_figure = |block: &Content| matches!(block, Content::Figure { .. });
         let mut groups: Vec<(bool, Vec<Markup>)> = vec![];
         // Consecutive figures share a grid.
         for group in self.blocks.chunk_by(|a, b| is_figure(a) && is_figure(b)) {
@@ -258,7 +258,7 @@ impl Section {
     }
 }
 
-impl Block {
+impl Content {
     fn render(&self, figures: &mut usize) -> Result<Markup> {
         Ok(match self {
             Self::Paragraph(text) => html! { p { (text) } },

@@ -1,6 +1,6 @@
 //! Comparison of methods: distance from a known optimum over the work, and performance profiles.
 
-use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Panel, Quantity, Stroke, check};
+use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Panel, QuantityLabel, Stroke, check};
 use crate::{Error, Result};
 
 /// Smallest distance from the optimum that is drawn.
@@ -72,7 +72,8 @@ pub fn performance_profile(cost: &str, solvers: &[Solver]) -> Result<Figure> {
     let ratios = ratios(solvers);
     let largest = ratios.iter().flatten().copied().filter(|r| r.is_finite()).fold(1.0, f64::max);
     let end = (largest * 1.15).max(2.0);
-    let x = Axis::of(&Quantity::new(format!("{cost}, relative to the best *τ*"), "")).logarithmic().limits(1.0, end);
+    let x =
+        Axis::of(&QuantityLabel::new(format!("{cost}, relative to the best *τ*"), "")).logarithmic().limits(1.0, end);
     let mut panel =
         Panel::new(x, Axis::new("fraction of problems *ρ*(*τ*)", "").limits(0.0, 1.04)).legend(Legend::Below);
     for (k, (solver, ratios)) in solvers.iter().zip(&ratios).enumerate() {

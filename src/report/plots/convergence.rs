@@ -1,11 +1,11 @@
 //! Convergence of a run: the objective, and errors, violation and steps on a logarithmic scale.
 
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check};
 
 /// A measure of convergence over the trial steps of a run.
 #[derive(Clone, Debug)]
-pub struct Measure<'a> {
+pub struct ConvergenceMeasure<'a> {
     /// Its name for the legend.
     pub name: &'a str,
     /// Its value at each trial step. Zero and negative values are drawn below the logarithmic scale.
@@ -17,18 +17,18 @@ pub struct Measure<'a> {
 pub struct Convergence<'a> {
     /// Number of the cycle of each trial step.
     pub cycles: &'a [usize],
-    /// Whether each trial step was accepted.
+    /// For each trial step: `true` if it was accepted.
     pub accepted: &'a [bool],
     /// The objective, name and unit.
-    pub objective: Quantity,
+    pub objective: QuantityLabel,
     /// The objective at each trial step.
     pub objective_values: &'a [f64],
-    /// Whether the scale of the objective is logarithmic.
+    /// `true` if the scale of the objective is logarithmic.
     pub objective_logarithmic: bool,
     /// Errors, violation, steps: measures that should go to zero.
-    pub measures: &'a [Measure<'a>],
+    pub measures: &'a [ConvergenceMeasure<'a>],
     /// Name and unit of the common axis of the measures.
-    pub measure: Quantity,
+    pub measure: QuantityLabel,
 }
 
 /// Draws the objective above the measures, both over the cycles; crosses mark rejected trial steps.
@@ -68,7 +68,7 @@ fn check_data(data: &Convergence) -> Result<()> {
 }
 
 /// Limits of the positive values, extended by a row below them for each measure, and the positions of the rows.
-fn limits(measures: &[Measure]) -> ([f64; 2], Vec<f64>) {
+fn limits(measures: &[ConvergenceMeasure]) -> ([f64; 2], Vec<f64>) {
     let positive = measures.iter().flat_map(|m| m.values).filter(|&&v| v > 0.0);
     let [low, high] = positive.fold([f64::INFINITY, 0.0], |[l, h]: [f64; 2], &v| [l.min(v), h.max(v)]);
     let [low, high] = if high == 0.0 { [1.0, 10.0] } else { [low / 1.6, high * 3.0] };
@@ -78,7 +78,8 @@ fn limits(measures: &[Measure]) -> ([f64; 2], Vec<f64>) {
     ([below(measures.len() as f64 + 1.0), high], rows)
 }
 
-const MARKERS: [Marker; 5] = [Marker::Disc, Marker::Square, Marker::Diamond, Marker::Block, Marker::Circle];
+const MARKERS: [MarkerShape; 5] =
+    [MarkerShape::Disc, MarkerShape::Square, MarkerShape::Diamond, MarkerShape::Block, MarkerShape::Circle];
 
 fn add_series(panel: &mut Panel, data: &Convergence, values: &[f64], index: usize, name: Option<&str>) {
     let colour = Colour::of_series(index);
@@ -94,7 +95,7 @@ fn add_series(panel: &mut Panel, data: &Convergence, values: &[f64], index: usiz
     panel.add(curve).add(points);
     let rejected = steps(false);
     if !rejected.is_empty() {
-        let crosses = Mark::points(rejected, Marker::Cross, colour, 4.6);
+        let crosses = Mark::points(rejected, MarkerShape::Cross, colour, 4.6);
         panel.add(if name.is_some() && index == 0 { crosses.named("rejected step") } else { crosses });
     }
 }
@@ -106,7 +107,7 @@ fn add_floor(panel: &mut Panel, data: &Convergence, rows: &[f64]) {
         let below = data.cycles.iter().zip(measure.values).filter(|(_, v)| **v <= 0.0);
         let at: Vec<[f64; 2]> = below.map(|(&cycle, _)| [cycle as f64, row]).collect();
         if !at.is_empty() {
-            let mark = Mark::points(at, Marker::Down, Colour::of_series(k), 3.6);
+            let mark = Mark::points(at, MarkerShape::Down, Colour::of_series(k), 3.6);
             panel.add(if named { mark } else { mark.named("zero or less") });
             named = true;
         }
@@ -119,16 +120,18 @@ mod tests {
 
     #[test]
     fn rejected_steps_and_zeros_are_shown() {
-        let measures =
-            [Measure { name: "*E*_g", values: &[0.0, 0.5, 0.1] }, Measure { name: "*V*", values: &[-1.0, 0.4, 0.2] }];
+        let measures = [
+            ConvergenceMeasure { name: "*E*_g", values: &[0.0, 0.5, 0.1] },
+            ConvergenceMeasure { name: "*V*", values: &[-1.0, 0.4, 0.2] },
+        ];
         let data = Convergence {
             cycles: &[0, 1, 1],
             accepted: &[true, false, true],
-            objective: Quantity::new("*F*", "m/s^2"),
+            objective: QuantityLabel::new("*F*", "m/s^2"),
             objective_values: &[0.85, 0.62, 0.51],
             objective_logarithmic: true,
             measures: &measures,
-            measure: Quantity::new("error, violation", "%"),
+            measure: QuantityLabel::new("error, violation", "%"),
         };
         let svg = convergence(&data).unwrap().svg().unwrap();
         for text in ["rejected step", "zero or less", "cycle", "[%]"] {

@@ -1,14 +1,14 @@
 //! Coupler curve of a mechanism and the desired points.
 
 use super::Linkage;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check};
 use crate::{Error, Result};
 
 /// Data of the plot.
 #[derive(Clone, Debug)]
 pub struct CouplerCurve<'a> {
     /// Quantities along the axes.
-    pub axes: [Quantity; 2],
+    pub axes: [QuantityLabel; 2],
     /// Curves with names, such as those of the first and the last design.
     pub curves: &'a [(&'a str, &'a [[f64; 2]])],
     /// The points that the curve should pass.
@@ -38,10 +38,10 @@ pub fn coupler_curve(data: &CouplerCurve) -> Result<Figure> {
     let errors = data.desired.iter().zip(data.reached).map(|(d, r)| vec![*d, *r]).collect();
     panel.add(Mark::curves(errors, Stroke::solid(Colour::VERMILLION, 0.7)));
     if !data.reached.is_empty() {
-        panel.add(Mark::points(data.reached, Marker::Disc, Colour::BLUE, 3.0).named("at the prescribed times"));
+        panel.add(Mark::points(data.reached, MarkerShape::Disc, Colour::BLUE, 3.0).named("at the prescribed times"));
     }
     if !data.desired.is_empty() {
-        panel.add(Mark::points(data.desired, Marker::Cross, Colour::VERMILLION, 4.6).named("desired"));
+        panel.add(Mark::points(data.desired, MarkerShape::Cross, Colour::VERMILLION, 4.6).named("desired"));
     }
     panel.extend(data.desired.iter().enumerate().map(|(k, &at)| Mark::note(at, (k + 1).to_string())));
     Ok(Figure::new("Coupler curve against the desired points", 85.0, 80.0).with(panel))
@@ -72,7 +72,7 @@ mod tests {
             (0..=36).map(|k| f64::from(k * 10).to_radians()).map(|a| [a.cos(), a.sin()]).collect();
         let curves = [("coupler curve", circle.as_slice())];
         let data = CouplerCurve {
-            axes: [Quantity::new("*x*", "mm"), Quantity::new("*y*", "mm")],
+            axes: [QuantityLabel::new("*x*", "mm"), QuantityLabel::new("*y*", "mm")],
             curves: &curves,
             desired: &[[1.1, 0.0], [0.0, 1.1]],
             reached: &[[1.0, 0.0], [0.0, 1.0]],

@@ -2,13 +2,13 @@
 
 use crate::Result;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, check, contour, round_levels,
-    short,
+    Axis, Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, contour,
+    round_levels, short,
 };
 
 /// The objective on a grid of the slice.
 #[derive(Clone, Debug)]
-pub struct Objective<'a> {
+pub struct ObjectiveContours<'a> {
     /// Its name for the legend.
     pub name: &'a str,
     /// Its values.
@@ -33,7 +33,7 @@ pub struct Iterate {
     pub cycle: usize,
     /// The design.
     pub design: [f64; 2],
-    /// Whether it was accepted.
+    /// `true` if it was accepted.
     pub accepted: bool,
     /// Lower and upper corner of the move limits.
     pub move_limits: Option<[[f64; 2]; 2]>,
@@ -43,9 +43,9 @@ pub struct Iterate {
 #[derive(Clone, Debug)]
 pub struct DesignSpaceSlice<'a> {
     /// The variables along the axes.
-    pub variables: [Quantity; 2],
+    pub variables: [QuantityLabel; 2],
     /// The objective.
-    pub objective: Objective<'a>,
+    pub objective: ObjectiveContours<'a>,
     /// The constraints.
     pub bounds: &'a [Bound<'a>],
     /// The trial steps in order.
@@ -60,9 +60,7 @@ pub struct DesignSpaceSlice<'a> {
 /// [`Error::NotFinite`](crate::Error::NotFinite) for a path or an optimum that is not finite.
 pub fn design_space_slice(data: &DesignSpaceSlice) -> Result<Figure> {
     check_path(data)?;
-    let grid = data.objective.grid;
-    let ends = |axis: &[f64]| (axis[0], axis[axis.len() - 1]);
-    let ((x0, x1), (y0, y1)) = (ends(grid.x()), ends(grid.y()));
+    let [[x0, y0], [x1, y1]] = data.objective.grid.corners();
     let [x, y] = &data.variables;
     let mut panel = Panel::new(Axis::of(x).limits(x0, x1), Axis::of(y).limits(y0, y1)).legend(Legend::Below);
     add_contours(&mut panel, &data.objective);
@@ -71,8 +69,8 @@ pub fn design_space_slice(data: &DesignSpaceSlice) -> Result<Figure> {
     }
     add_path(&mut panel, data.path, [x1 - x0, y1 - y0]);
     if let Some(optimum) = data.optimum {
-        panel.add(Mark::points([optimum], Marker::Circle, Colour::BLACK, 6.0).named("optimum"));
-        panel.add(Mark::points([optimum], Marker::Disc, Colour::BLACK, 1.2));
+        panel.add(Mark::points([optimum], MarkerShape::Circle, Colour::BLACK, 6.0).named("optimum"));
+        panel.add(Mark::points([optimum], MarkerShape::Disc, Colour::BLACK, 1.2));
     }
     let description =
         format!("Design plane: contours of {}, bounds and the path of the optimization", data.objective.name);
@@ -89,7 +87,7 @@ fn check_path(data: &DesignSpaceSlice) -> Result<()> {
     data.optimum.map_or(Ok(()), |optimum| check::finite("optimum", &optimum))
 }
 
-fn add_contours(panel: &mut Panel, objective: &Objective) {
+fn add_contours(panel: &mut Panel, objective: &ObjectiveContours) {
     const LINE: Colour = Colour(105, 105, 105);
     let chosen;
     let levels = if objective.levels.is_empty() {
@@ -124,10 +122,10 @@ fn add_path(panel: &mut Panel, path: &[Iterate], span: [f64; 2]) {
     let (accepted, rejected) = (designs(true), designs(false));
     if !accepted.is_empty() {
         panel.add(Mark::curve(accepted.clone(), Stroke::solid(Colour::BLUE, 0.9)).named("cycles"));
-        panel.add(Mark::points(accepted, Marker::Disc, Colour::BLUE, 3.4).named("cycles"));
+        panel.add(Mark::points(accepted, MarkerShape::Disc, Colour::BLUE, 3.4).named("cycles"));
     }
     if !rejected.is_empty() {
-        panel.add(Mark::points(rejected, Marker::Cross, Colour::VERMILLION, 4.6).named("rejected steps"));
+        panel.add(Mark::points(rejected, MarkerShape::Cross, Colour::VERMILLION, 4.6).named("rejected steps"));
     }
     add_numbers(panel, path, span);
 }
@@ -155,8 +153,8 @@ mod tests {
 
     fn slice_of<'a>(grid: &'a Grid, bounds: &'a [Bound<'a>], path: &'a [Iterate]) -> DesignSpaceSlice<'a> {
         DesignSpaceSlice {
-            variables: [Quantity::new("*b*_1", "N/m"), Quantity::new("*b*_2", "N s/m")],
-            objective: Objective { name: "objective", grid, levels: &[0.1, 0.2] },
+            variables: [QuantityLabel::new("*b*_1", "N/m"), QuantityLabel::new("*b*_2", "N s/m")],
+            objective: ObjectiveContours { name: "objective", grid, levels: &[0.1, 0.2] },
             bounds,
             path,
             optimum: Some([1.0, 0.5]),

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Legend, Mark, MarkSymbol, Marker, Panel, Quantity, Stroke, check,
+    Axis, Colour, Dash, Figure, Legend, Mark, MarkSymbol, MarkerShape, Panel, QuantityLabel, Stroke, check, range,
 };
 
 /// A planar mechanism in one position; coordinates in the unit of the axes.
@@ -61,7 +61,7 @@ impl Linkage {
             panel.add(Mark::curve(bar.clone(), Stroke::solid(Colour(70, 70, 70), 2.0)));
         }
         if !self.masses.is_empty() {
-            panel.add(Mark::points(self.masses.clone(), Marker::Disc, Colour(70, 70, 70), 7.0));
+            panel.add(Mark::points(self.masses.clone(), MarkerShape::Disc, Colour(70, 70, 70), 7.0));
         }
         panel.extend(self.sliders.iter().map(|&(at, angle)| Mark::symbol(at, MarkSymbol::Slider(angle))));
         panel.extend(self.ground_joints.iter().map(|&at| Mark::symbol(at, MarkSymbol::GroundJoint)));
@@ -78,12 +78,8 @@ impl Linkage {
     /// Width of a spring, relative to the size of the mechanism.
     fn spring_width(&self) -> f64 {
         let points = self.extent();
-        let range = |k: usize| {
-            let [low, high] =
-                points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| [l.min(p[k]), h.max(p[k])]);
-            high - low
-        };
-        0.05 * range(0).max(range(1))
+        let [width, height] = [0, 1].map(|k| range(points.iter().map(|p| p[k]))).map(|[low, high]| high - low);
+        0.05 * width.max(height)
     }
 
     pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
@@ -110,7 +106,7 @@ fn zigzag([from, to]: [[f64; 2]; 2], width: f64) -> Vec<[f64; 2]> {
 ///
 /// # Errors
 /// If there is no mechanism, one has no bodies, or a coordinate is not finite.
-pub fn mechanism(axes: &[Quantity; 2], linkages: &[(&str, &Linkage)]) -> Result<Figure> {
+pub fn mechanism(axes: &[QuantityLabel; 2], linkages: &[(&str, &Linkage)]) -> Result<Figure> {
     check::not_empty("mechanisms", linkages.len())?;
     let mut figure = Figure::new("Mechanism", if linkages.len() == 1 { 85.0 } else { 120.0 }, 65.0);
     linkages.iter().try_for_each(|(_, linkage)| linkage.check())?;
@@ -129,7 +125,7 @@ pub fn mechanism(axes: &[Quantity; 2], linkages: &[(&str, &Linkage)]) -> Result<
 
 /// Limits of all values, with a margin for the symbols of joints.
 pub(crate) fn window(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+    let [low, high] = range(values);
     let margin = (0.1 * (high - low)).max(1e-3 * low.abs().max(high.abs())).max(1e-9);
     [low - margin, high + margin]
 }
@@ -140,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_crank_is_drawn_and_a_broken_one_is_refused() {
-        let axes = [Quantity::new("*x*", "m"), Quantity::new("*y*", "m")];
+        let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
         let crank = Linkage {
             bars: vec![vec![[0.0, 0.0], [0.1, 0.2]]],
             joints: vec![[0.1, 0.2]],

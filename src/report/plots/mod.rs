@@ -13,11 +13,12 @@ mod time_history;
 mod time_point_constraints;
 
 pub use benchmark::{Approach, Solver, approach, performance_profile};
-pub use convergence::{Convergence, Measure, convergence};
+pub use convergence::{Convergence, ConvergenceMeasure, convergence};
 pub use coupler_curve::{CouplerCurve, coupler_curve};
-pub use design_space_slice::{Bound, DesignSpaceSlice, Iterate, Objective, design_space_slice};
+pub use design_space_slice::{Bound, DesignSpaceSlice, Iterate, ObjectiveContours, design_space_slice};
 pub(crate) use linkage::window;
 pub use linkage::{Linkage, mechanism};
 pub use stress_field::{StressField, stress_field};
-pub use time_history::{History, Side, TimeBound, TimeHistory, time_history};
-pub use time_point_constraints::{Family, TimePointConstraints, time_point_constraints};
+pub(crate) use time_history::bound_marks;
+pub use time_history::{FeasibleSide, ResponseHistory, TimeBound, TimeHistory, time_history};
+pub use time_point_constraints::{ConstraintFamily, TimePointConstraints, time_point_constraints};

@@ -1,8 +1,8 @@
 //! Stress over position along the links and time, as a coloured field.
 
 use crate::report::figure::{
-    Axis, Colour, ColourBar, ColourMap, Dash, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, check,
-    contour,
+    Axis, Colour, ColourBar, ColourMap, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke,
+    check, contour, range,
 };
 use crate::{Error, Result};
 
@@ -10,11 +10,11 @@ use crate::{Error, Result};
 #[derive(Clone, Debug)]
 pub struct StressField<'a> {
     /// Quantity along the horizontal axis of the grids.
-    pub time: Quantity,
+    pub time: QuantityLabel,
     /// Quantity along the vertical axis.
-    pub position: Quantity,
+    pub position: QuantityLabel,
     /// Quantity that the colours show.
-    pub stress: Quantity,
+    pub stress: QuantityLabel,
     /// One field for each link, with its name.
     pub links: &'a [(&'a str, &'a Grid)],
     /// Allowable absolute stress, drawn as contours at plus and minus this value.
@@ -58,8 +58,7 @@ const LINK_HEIGHT: f64 = 28.0;
 const TIME_LABEL: f64 = 6.5;
 
 fn link_panel(data: &StressField, k: usize, name: &str, grid: &Grid, map: ColourMap, range: [f64; 2]) -> Panel {
-    let ends = |axis: &[f64]| (axis[0], axis[axis.len() - 1]);
-    let ((t0, t1), (x0, x1)) = (ends(grid.x()), ends(grid.y()));
+    let [[t0, x0], [t1, x1]] = grid.corners();
     let last = k + 1 == data.links.len();
     let time = Axis { labelled: last, ..Axis::of(&data.time).limits(t0, t1) };
     let share = if last { LINK_HEIGHT + TIME_LABEL } else { LINK_HEIGHT };
@@ -75,14 +74,13 @@ fn link_panel(data: &StressField, k: usize, name: &str, grid: &Grid, map: Colour
         panel.add(Mark::curves(contour(grid, level), Stroke::solid(Colour::BLACK, 0.8)));
     }
     let here: Vec<[f64; 2]> = data.marked.iter().filter(|mark| mark.0 == k).map(|mark| mark.1).collect();
-    panel.add(Mark::points(here, Marker::Circle, Colour::BLACK, 3.6));
+    panel.add(Mark::points(here, MarkerShape::Circle, Colour::BLACK, 3.6));
     panel
 }
 
-/// The same distance of both ends from white for signed values.
+/// Colour map and its range: symmetric about zero for signed stresses.
 fn colours(data: &StressField) -> (ColourMap, [f64; 2]) {
-    let ranges = data.links.iter().map(|link| link.1.range());
-    let [low, high] = ranges.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], [a, b]| [l.min(a), h.max(b)]);
+    let [low, high] = range(data.links.iter().flat_map(|link| link.1.range()));
     if low < 0.0 {
         let end = low.abs().max(high.abs());
         return (ColourMap::Diverging, [-end, end]);
@@ -98,9 +96,9 @@ mod tests {
     fn a_signed_field_has_a_symmetric_scale_and_bad_marks_are_refused() {
         let wave = Grid::sample([0.0, 1.0], [0.0, 1.0], [31, 11], |t, x| 3e7 * (6.0 * t).sin() * x).unwrap();
         let data = StressField {
-            time: Quantity::new("time *t*", "s"),
-            position: Quantity::new("position *s*", "m"),
-            stress: Quantity::new("bending stress *σ*", "Pa"),
+            time: QuantityLabel::new("time *t*", "s"),
+            position: QuantityLabel::new("position *s*", "m"),
+            stress: QuantityLabel::new("bending stress *σ*", "Pa"),
             links: &[("coupler", &wave)],
             allowable: Some(2e7),
             marked: &[(0, [0.26, 1.0])],

@@ -1,11 +1,13 @@
 //! A response over time: before and after, with bounds and with retained and active time points.
 
-use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, check};
+use crate::report::figure::{
+    Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, range,
+};
 use crate::{Error, Result};
 
 /// A history of the response.
 #[derive(Clone, Debug)]
-pub struct History<'a> {
+pub struct ResponseHistory<'a> {
     /// Its name for the legend.
     pub name: &'a str,
     /// The response at each time.
@@ -14,7 +16,7 @@ pub struct History<'a> {
 
 /// Feasible side of a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum FeasibleSide {
     /// At or below it.
     Below,
     /// At or above it.
@@ -27,20 +29,20 @@ pub struct TimeBound {
     /// Its value, in the unit of the response.
     pub value: f64,
     /// The feasible side; the other one is hatched.
-    pub side: Side,
+    pub side: FeasibleSide,
 }
 
 /// Data of the plot.
 #[derive(Clone, Debug)]
 pub struct TimeHistory<'a> {
     /// Quantity along the horizontal axis.
-    pub time: Quantity,
+    pub time: QuantityLabel,
     /// Quantity along the vertical axis.
-    pub response: Quantity,
+    pub response: QuantityLabel,
     /// The time points, increasing.
     pub times: &'a [f64],
     /// The histories, earlier designs first; points are marked on the last one.
-    pub histories: &'a [History<'a>],
+    pub histories: &'a [ResponseHistory<'a>],
     /// The bounds.
     pub bounds: &'a [TimeBound],
     /// Indices of the time points retained in the approximate problem.
@@ -68,10 +70,10 @@ pub fn time_history(data: &TimeHistory) -> Result<Figure> {
         indices.iter().map(|&p| [data.times[p], data.histories[last].values[p]]).collect()
     };
     if !data.kept.is_empty() {
-        panel.add(Mark::points(at(data.kept), Marker::Circle, Colour::BLUE, 3.4).named("retained points"));
+        panel.add(Mark::points(at(data.kept), MarkerShape::Circle, Colour::BLUE, 3.4).named("retained points"));
     }
     if !data.active.is_empty() {
-        panel.add(Mark::points(at(data.active), Marker::Disc, Colour::VERMILLION, 3.8).named("active points"));
+        panel.add(Mark::points(at(data.active), MarkerShape::Disc, Colour::VERMILLION, 3.8).named("active points"));
     }
     Ok(Figure::new(format!("{} over time", data.response.name), 85.0, 62.0).with(panel))
 }
@@ -79,7 +81,7 @@ pub fn time_history(data: &TimeHistory) -> Result<Figure> {
 /// Limits of histories and bounds, with a margin for the hatching.
 fn limits(data: &TimeHistory) -> [f64; 2] {
     let values = data.histories.iter().flat_map(|h| h.values).copied().chain(data.bounds.iter().map(|b| b.value));
-    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+    let [low, high] = range(values);
     let margin = (0.09 * (high - low)).max(1e-3 * high.abs().max(low.abs())).max(1e-12);
     [low - margin, high + margin]
 }
@@ -96,11 +98,16 @@ fn stroke(age: usize) -> Stroke {
 fn add_bound(panel: &mut Panel, bound: TimeBound, [start, end]: [f64; 2]) {
     // Hatching is on the left of the direction of the line: rightwards for an upper bound, leftwards for a lower one.
     let line = match bound.side {
-        Side::Below => vec![[start, bound.value], [end, bound.value]],
-        Side::Above => vec![[end, bound.value], [start, bound.value]],
+        FeasibleSide::Below => [[start, bound.value], [end, bound.value]],
+        FeasibleSide::Above => [[end, bound.value], [start, bound.value]],
     };
-    panel.add(Mark::hatching(vec![line.clone()], Stroke::solid(Colour::BLACK, 0.4), 3.6).named("bound"));
-    panel.add(Mark::curve(line, Stroke::solid(Colour::BLACK, 0.8)).named("bound"));
+    panel.extend(bound_marks(line).map(|mark| mark.named("bound")));
+}
+
+/// The line of a bound, hatched on its left.
+pub(crate) fn bound_marks(line: [[f64; 2]; 2]) -> [Mark; 2] {
+    let hatching = Mark::hatching(vec![line.into()], Stroke::solid(Colour::BLACK, 0.4), 3.6);
+    [hatching, Mark::curve(line, Stroke::solid(Colour::BLACK, 0.8))]
 }
 
 fn check_data(data: &TimeHistory) -> Result<()> {
@@ -124,13 +131,14 @@ mod tests {
     #[test]
     fn points_and_bounds_are_named() {
         let histories = [
-            History { name: "first design", values: &[0.0, 2.0, 1.0] },
-            History { name: "optimum", values: &[0.0, 1.0, 0.5] },
+            ResponseHistory { name: "first design", values: &[0.0, 2.0, 1.0] },
+            ResponseHistory { name: "optimum", values: &[0.0, 1.0, 0.5] },
         ];
-        let bounds = [TimeBound { value: 1.0, side: Side::Below }, TimeBound { value: -1.0, side: Side::Above }];
+        let bounds =
+            [TimeBound { value: 1.0, side: FeasibleSide::Below }, TimeBound { value: -1.0, side: FeasibleSide::Above }];
         let data = TimeHistory {
-            time: Quantity::new("time *t*", "s"),
-            response: Quantity::new("displacement *y*", "m"),
+            time: QuantityLabel::new("time *t*", "s"),
+            response: QuantityLabel::new("displacement *y*", "m"),
             times: &[0.0, 1.0, 2.0],
             histories: &histories,
             bounds: &bounds,
@@ -144,7 +152,7 @@ mod tests {
         assert!(time_history(&TimeHistory { kept: &[3], ..data.clone() }).is_err());
         assert!(time_history(&TimeHistory { times: &[0.0, 2.0, 1.0], ..data.clone() }).is_err());
         assert!(time_history(&TimeHistory { histories: &[], ..data.clone() }).is_err());
-        let short = [History { name: "short", values: &[0.0] }];
+        let short = [ResponseHistory { name: "short", values: &[0.0] }];
         assert!(time_history(&TimeHistory { histories: &short, ..data }).is_err());
     }
 }

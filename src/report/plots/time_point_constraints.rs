@@ -2,12 +2,12 @@
 
 use crate::Result;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, check, contour,
+    Axis, Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, contour,
 };
 
 /// The constraints of one response at many time points.
 #[derive(Clone, Debug)]
-pub struct Family<'a> {
+pub struct ConstraintFamily<'a> {
     /// Its name for the legend.
     pub name: &'a str,
     /// Response minus bound over the plane, one grid for each time point; the zero contour is drawn.
@@ -18,10 +18,10 @@ pub struct Family<'a> {
 #[derive(Clone, Debug)]
 pub struct TimePointConstraints<'a> {
     /// The variables along the axes.
-    pub variables: [Quantity; 2],
+    pub variables: [QuantityLabel; 2],
     /// The families; the first is drawn solid, the second dashed, then dotted and dash-dotted.
-    pub families: &'a [Family<'a>],
-    /// Whether the infeasible side of each curve is hatched.
+    pub families: &'a [ConstraintFamily<'a>],
+    /// `true` if the infeasible side of each curve is hatched.
     pub hatched: bool,
     /// The optimum, if it is known.
     pub optimum: Option<[f64; 2]>,
@@ -36,7 +36,7 @@ pub struct TimePointConstraints<'a> {
 pub fn time_point_constraints(data: &TimePointConstraints) -> Result<Figure> {
     let first = data.families.iter().find_map(|family| family.excesses.first());
     check::not_empty("time point constraints", usize::from(first.is_some()))?;
-    let window = data.window.or(first.map(corners)).unwrap_or_default();
+    let window = data.window.or(first.map(Grid::corners)).unwrap_or_default();
     check::finite_points("window", &window)?;
     let [low, high] = window;
     let [x, y] = &data.variables;
@@ -47,17 +47,12 @@ pub fn time_point_constraints(data: &TimePointConstraints) -> Result<Figure> {
     }
     if let Some(optimum) = data.optimum {
         check::finite("optimum", &optimum)?;
-        panel.add(Mark::points([optimum], Marker::Circle, Colour::BLACK, 6.0).named("optimum"));
+        panel.add(Mark::points([optimum], MarkerShape::Circle, Colour::BLACK, 6.0).named("optimum"));
     }
     Ok(Figure::new("Time point constraints in the design plane", 85.0, 88.0).with(panel))
 }
 
-fn corners(grid: &Grid) -> [[f64; 2]; 2] {
-    let (x, y) = (grid.x(), grid.y());
-    [[x[0], y[0]], [x[x.len() - 1], y[y.len() - 1]]]
-}
-
-fn add_family(panel: &mut Panel, family: &Family, index: usize, hatched: bool) {
+fn add_family(panel: &mut Panel, family: &ConstraintFamily, index: usize, hatched: bool) {
     let dash = [Dash::Solid, Dash::Dashed, Dash::Dotted, Dash::DashDot][index % 4];
     let colour = [Colour::BLACK, Colour::BLUE, Colour::VERMILLION, Colour::GREEN][index % 4];
     let curves: Vec<_> = family.excesses.iter().flat_map(|excess| contour(excess, 0.0)).collect();
@@ -75,9 +70,11 @@ mod tests {
     fn every_family_is_named_and_none_is_an_error() {
         let curve = |c: f64| Grid::sample([0.0, 1.0], [0.0, 1.0], [9, 9], move |x, y| x + y - c).unwrap();
         let (first, second) = ([curve(0.5), curve(0.7)], [curve(1.2)]);
-        let families =
-            [Family { name: "displacement", excesses: &first }, Family { name: "acceleration", excesses: &second }];
-        let variables = [Quantity::new("a", ""), Quantity::new("b", "")];
+        let families = [
+            ConstraintFamily { name: "displacement", excesses: &first },
+            ConstraintFamily { name: "acceleration", excesses: &second },
+        ];
+        let variables = [QuantityLabel::new("a", ""), QuantityLabel::new("b", "")];
         let data = TimePointConstraints { variables, families: &families, hatched: true, optimum: None, window: None };
         let svg = time_point_constraints(&data).unwrap().svg().unwrap();
         assert!(svg.contains("displacement") && svg.contains("acceleration") && svg.contains("stroke-dasharray"));

@@ -4,7 +4,7 @@
 
 use super::OptimizationReport;
 use crate::problem::{self, Evaluation, RowId};
-use crate::report::plots::{Side, TimeBound};
+use crate::report::plots::{FeasibleSide, TimeBound};
 
 /// A constrained quantity over time.
 pub(super) struct ConstrainedHistory {
@@ -20,7 +20,7 @@ pub(super) struct ConstrainedHistory {
     /// Retained and active time points of the last cycle.
     pub retained: Vec<usize>,
     pub active: Vec<usize>,
-    /// Largest ĝ at the last design.
+    /// Largest normalized value ĝ at the last design.
     pub largest: f64,
     /// Index of the response, if the quantity is one.
     pub response: Option<usize>,
@@ -28,7 +28,7 @@ pub(super) struct ConstrainedHistory {
 }
 
 impl OptimizationReport<'_> {
-    /// All constrained histories, in the order of the constraints; two sides of one quantity are one history.
+    /// Constrained histories in the order of the constraints; both sides of one quantity are one history.
     pub(super) fn constrained_histories(&self) -> Vec<ConstrainedHistory> {
         let transient =
             (0..self.problem.constraints.len()).filter(|&j| self.problem.constraints[j].quantity.is_transient());
@@ -94,8 +94,8 @@ impl OptimizationReport<'_> {
     fn bounds(&self, j: usize) -> Vec<TimeBound> {
         let constraint = &self.problem.constraints[j];
         let beta = constraint.bound.map_or(0.0, |k| self.state.design[k]);
-        let below = TimeBound { value: constraint.limit + beta, side: Side::Below };
-        let above = TimeBound { value: constraint.limit - beta, side: Side::Above };
+        let below = TimeBound { value: constraint.limit + beta, side: FeasibleSide::Below };
+        let above = TimeBound { value: constraint.limit - beta, side: FeasibleSide::Above };
         match constraint.side {
             problem::Side::AtMost => vec![below],
             problem::Side::AtLeast => vec![above],
@@ -124,8 +124,8 @@ mod tests {
             assert_eq!((w.response, &w.unit), (Some(h), &problem.responses[h].unit));
             assert!(w.last.iter().zip(&state.responses.values[h]).all(|(a, b)| close(*a, *b)), "{name}");
             assert!(w.first.iter().zip(&run.first.0.values[h]).all(|(a, b)| close(*a, *b)), "{name}");
-            assert!(close(w.bounds[0].value, limit) && w.bounds[0].side == Side::Below, "{:?}", w.bounds);
-            assert!(close(w.bounds[1].value, -limit) && w.bounds[1].side == Side::Above, "{:?}", w.bounds);
+            assert!(close(w.bounds[0].value, limit) && w.bounds[0].side == FeasibleSide::Below, "{:?}", w.bounds);
+            assert!(close(w.bounds[1].value, -limit) && w.bounds[1].side == FeasibleSide::Above, "{:?}", w.bounds);
             assert!(!w.active.is_empty() && w.active.iter().all(|p| close(w.last[*p].abs(), limit)), "{name}");
         }
     }

@@ -2,9 +2,11 @@
 
 use super::{OptimizationReport, stem};
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Quantity, Stroke, literal};
-use crate::report::page::Section;
-use crate::report::plots::{self, Convergence, Measure};
+use crate::report::figure::{
+    Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, literal, range,
+};
+use crate::report::page::PageSection;
+use crate::report::plots::{self, Convergence, ConvergenceMeasure};
 use crate::report::table::{Cell, Table};
 use crate::sao::Cycle;
 
@@ -27,9 +29,9 @@ pub fn step_cells(c: &Cycle) -> [Cell; 8] {
 const MOST: usize = 12;
 
 impl OptimizationReport<'_> {
-    pub(super) fn convergence(&self) -> Result<Section> {
+    pub(super) fn convergence(&self) -> Result<PageSection> {
         let history = &self.state.history;
-        let section = Section::new("convergence", "Convergence");
+        let section = PageSection::new("convergence", "Convergence");
         if history.len() < 2 {
             let text = "No cycle has been completed; only the first design has been analysed.";
             return Ok(section.paragraph(text));
@@ -64,21 +66,21 @@ impl OptimizationReport<'_> {
         let figure = plots::convergence(&Convergence {
             cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
             accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
-            objective: Quantity::new(literal(&self.problem.objective.name), literal(&self.problem.objective.unit)),
+            objective: QuantityLabel::literal(&self.problem.objective.name, &self.problem.objective.unit),
             objective_values: &objective,
             objective_logarithmic: self.spans_decades(),
             measures: &[
-                Measure { name: "*E*_f", values: &e_f },
-                Measure { name: "*E*_g", values: &e_g },
-                Measure { name: "*V*", values: &violation },
-                Measure { name: "step", values: &step },
+                ConvergenceMeasure { name: "*E*_f", values: &e_f },
+                ConvergenceMeasure { name: "*E*_g", values: &e_g },
+                ConvergenceMeasure { name: "*V*", values: &violation },
+                ConvergenceMeasure { name: "step", values: &step },
             ],
-            measure: Quantity::new("errors, violation, step", "%"),
+            measure: QuantityLabel::new("errors, violation, step", "%"),
         })?;
         Ok(figure.sized(100.0, 105.0))
     }
 
-    /// Whether the objective is positive and varies by more than a factor of 30.
+    /// Returns `true` if the objective is positive and varies by more than a factor of 30.
     pub(super) fn spans_decades(&self) -> bool {
         let values =
             self.state.history.iter().flat_map(|c| [Some(c.objective), c.prediction.as_ref().map(|p| p.objective)]);
@@ -95,7 +97,7 @@ impl OptimizationReport<'_> {
             let dash = [Dash::Solid, Dash::Dashed][k / 7 % 2];
             let stroke = Stroke::solid(Colour::of_series(k), 0.9).dash(dash);
             panel.add(Mark::curve(at.clone(), stroke).named(literal(&variable.name)));
-            panel.add(Mark::points(at, Marker::Disc, Colour::of_series(k), 2.6));
+            panel.add(Mark::points(at, MarkerShape::Disc, Colour::of_series(k), 2.6));
         }
         Figure::new("Move-limit factors over the cycles", 100.0, 80.0).with(panel)
     }
@@ -109,25 +111,24 @@ impl OptimizationReport<'_> {
         });
         let regions: Vec<Vec<[f64; 2]>> = regions.collect();
         let shown = regions.concat().into_iter().map(|p| p[1]).chain(history.iter().map(|c| c.design[k]));
-        let [low, high] = shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
-        let mut panel = Panel::new(self.cycle_axis(), Axis::new(literal(&variable.name), literal(&variable.unit)));
+        let [low, high] = range(shown);
+        let mut panel =
+            Panel::new(self.cycle_axis(), Axis::of(&QuantityLabel::literal(&variable.name, &variable.unit)));
         panel = panel.legend(Legend::Absent);
         panel.add(Mark::curves(regions, Stroke::solid(Colour::LIGHT_GREY, 3.0)));
         let last = history.last().map_or(1.0, |c| c.cycle as f64);
         for (bound, ends) in [(variable.upper, [-0.3, last + 0.3]), (variable.lower, [last + 0.3, -0.3])] {
             // A distant bound would compress the curves.
             if bound.is_finite() && bound >= low - 0.3 * (high - low) && bound <= high + 0.3 * (high - low) {
-                let line = vec![[ends[0], bound], [ends[1], bound]];
-                panel.add(Mark::hatching(vec![line.clone()], Stroke::solid(Colour::BLACK, 0.4), 3.6));
-                panel.add(Mark::curve(line, Stroke::solid(Colour::BLACK, 0.8)));
+                panel.extend(plots::bound_marks(ends.map(|end| [end, bound])));
             }
         }
         let of = |accepted: bool| -> Vec<[f64; 2]> {
             history.iter().filter(|c| c.accepted == accepted).map(|c| [c.cycle as f64, c.design[k]]).collect()
         };
         panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLUE, 1.0)));
-        panel.add(Mark::points(of(true), Marker::Disc, Colour::BLUE, 3.4));
-        panel.add(Mark::points(of(false), Marker::Cross, Colour::VERMILLION, 4.6));
+        panel.add(Mark::points(of(true), MarkerShape::Disc, Colour::BLUE, 3.4));
+        panel.add(Mark::points(of(false), MarkerShape::Cross, Colour::VERMILLION, 4.6));
         Figure::new(format!("{} over the cycles", literal(&variable.name)), 100.0, 54.0).with(panel)
     }
 

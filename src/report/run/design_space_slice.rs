@@ -1,11 +1,13 @@
-//! A slice of the design space through the last design, along two variables or the only free one, with the path of the designs.
+//! Slice of the design space through the last design, along two variables or the only free one, with the path of the designs.
 
 use super::OptimizationReport;
 use crate::Result;
 use crate::problem::{Evaluation, PeakBound, Problem};
-use crate::report::figure::{Axis, Colour, Figure, Grid, Legend, Mark, Marker, Panel, Quantity, Stroke, literal};
-use crate::report::page::Section;
-use crate::report::plots::{Bound, DesignSpaceSlice, Iterate, Objective, design_space_slice};
+use crate::report::figure::{
+    self, Axis, Colour, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, literal,
+};
+use crate::report::page::PageSection;
+use crate::report::plots::{Bound, DesignSpaceSlice, Iterate, ObjectiveContours, bound_marks, design_space_slice};
 use crate::sao::{Cycle, State};
 use rayon::prelude::*;
 
@@ -14,19 +16,19 @@ const MOST: usize = 3;
 
 /// Objective and constraints on a grid of two design variables, or along one, from analyses. The other variables have their
 /// values at the last design.
-pub struct Slice(Kind);
+pub struct Slice(SliceKind);
 
-enum Kind {
-    Plane(Plane),
-    Line(Line),
+enum SliceKind {
+    Plane(PlaneSlice),
+    Line(LineSlice),
 }
 
-struct Plane {
+struct PlaneSlice {
     variables: [usize; 2],
     count: usize,
     failed: usize,
     objective: Grid,
-    /// Whether the objective bounds a peak; the peak is shown instead.
+    /// `true` if the objective bounds a peak; the peak is shown instead.
     is_peak: bool,
     /// Names and violations of constraints that change sign in the window.
     bounds: Vec<(String, Grid)>,
@@ -46,7 +48,7 @@ pub(super) fn by_change(problem: &Problem, state: &State) -> Vec<usize> {
 
 fn range(state: &State, k: usize) -> [f64; 2] {
     let all = state.history.iter().map(|c| c.design[k]);
-    all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
+    figure::range(all)
 }
 
 impl Slice {
@@ -61,17 +63,17 @@ impl Slice {
         let mut order = by_change(problem, state).into_iter().filter(is_free).filter(|k| bound != Some(*k));
         match (order.next(), order.next()) {
             _ if count < 2 => Ok(None),
-            (Some(i), Some(j)) => Ok(Some(Self(Kind::Plane(Plane::sample(problem, state, [i, j], count)?)))),
-            (Some(k), None) => Ok(Some(Self(Kind::Line(Line::sample(problem, state, k, count * count))))),
+            (Some(i), Some(j)) => Ok(Some(Self(SliceKind::Plane(PlaneSlice::sample(problem, state, [i, j], count)?)))),
+            (Some(k), None) => Ok(Some(Self(SliceKind::Line(LineSlice::sample(problem, state, k, count * count))))),
             (None, _) => Ok(None),
         }
     }
 }
 
-impl Plane {
+impl PlaneSlice {
     fn sample(problem: &Problem, state: &State, [i, j]: [usize; 2], count: usize) -> Result<Self> {
         let peak = problem.objective.peak();
-        let [x, y] = [i, j].map(|k| axis(window(problem, state, k), count));
+        let [x, y] = [i, j].map(|k| figure::spaced(window(problem, state, k), count));
         let points: Vec<[f64; 2]> = y.iter().flat_map(|y| x.iter().map(|x| [*x, *y])).collect();
         let evaluated: Vec<Option<Evaluation>> =
             points.par_iter().map(|at| evaluate(problem, state, &[i, j], at)).collect();
@@ -98,17 +100,17 @@ impl Plane {
 }
 
 /// Objective and largest violation along a variable.
-struct Line {
+struct LineSlice {
     variable: usize,
     /// Variable, objective, and violation in percent, for each successful analysis.
     points: Vec<[f64; 3]>,
 }
 
-impl Line {
+impl LineSlice {
     /// Analyses `count` designs along the variable.
     fn sample(problem: &Problem, state: &State, variable: usize, count: usize) -> Self {
         let peak = problem.objective.peak();
-        let values = axis(window(problem, state, variable), count);
+        let values = figure::spaced(window(problem, state, variable), count);
         let one = |x: &f64| {
             let evaluation = evaluate(problem, state, &[variable], &[*x])?;
             let (value, violation) = match peak {
@@ -137,11 +139,6 @@ fn window(problem: &Problem, state: &State, k: usize) -> [f64; 2] {
     if from < to { [from, to] } else { [low - margin, high + margin] }
 }
 
-/// `count` equally spaced numbers.
-fn axis([from, to]: [f64; 2], count: usize) -> Vec<f64> {
-    (0..count).map(|k| from + (to - from) * k as f64 / (count - 1) as f64).collect()
-}
-
 /// Evaluation at the last design with other values of some variables; `None` if the analysis fails.
 fn evaluate(problem: &Problem, state: &State, variables: &[usize], values: &[f64]) -> Option<Evaluation> {
     let mut design = state.design.clone();
@@ -157,7 +154,7 @@ fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: 
     design[peak.variable] + problem.constraints[peak.constraints[0]].scale * (largest - 1.0)
 }
 
-/// The constraints nearest to their limits at the last design with their names, and the maximum of the others.
+/// Names and violations of the constraints nearest to their limits at the last design, and the maximum of the others.
 fn named(problem: &Problem, state: &State, mut crossing: Vec<(usize, Grid)>) -> Result<Vec<(String, Grid)>> {
     let nearest = state.evaluation.violations();
     crossing.sort_by(|a, b| nearest[b.0].total_cmp(&nearest[a.0]).then(a.0.cmp(&b.0)));
@@ -174,12 +171,12 @@ fn named(problem: &Problem, state: &State, mut crossing: Vec<(usize, Grid)>) -> 
 }
 
 impl OptimizationReport<'_> {
-    pub(super) fn design_space(&self, slice: Option<&Slice>) -> Result<Section> {
-        let section = Section::new("design-space", "Design space");
+    pub(super) fn design_space(&self, slice: Option<&Slice>) -> Result<PageSection> {
+        let section = PageSection::new("design-space", "Design space");
         let slice = match slice.map(|slice| &slice.0) {
             None => return Ok(section),
-            Some(Kind::Line(line)) => return Ok(self.line_section(section, line)),
-            Some(Kind::Plane(plane)) => plane,
+            Some(SliceKind::Line(line)) => return Ok(self.line_section(section, line)),
+            Some(SliceKind::Plane(plane)) => plane,
         };
         let [i, j] = slice.variables.map(|k| &self.problem.variables[k]);
         let what = if slice.is_peak { "the peak that the objective bounds" } else { "the objective" };
@@ -199,11 +196,11 @@ impl OptimizationReport<'_> {
         Ok(section.paragraph(text).figure("design-plane", caption, self.plane_figure(slice)?))
     }
 
-    fn plane_figure(&self, slice: &Plane) -> Result<Figure> {
+    fn plane_figure(&self, slice: &PlaneSlice) -> Result<Figure> {
         let [i, j] = slice.variables;
         let quantity = |k: usize| {
             let variable = &self.problem.variables[k];
-            Quantity::new(literal(&variable.name), literal(&variable.unit))
+            QuantityLabel::literal(&variable.name, &variable.unit)
         };
         let path: Vec<Iterate> = self
             .state
@@ -220,7 +217,7 @@ impl OptimizationReport<'_> {
         let name = literal(&self.problem.objective.name);
         let plane = DesignSpaceSlice {
             variables: [quantity(i), quantity(j)],
-            objective: Objective { name: &name, grid: &slice.objective, levels: &[] },
+            objective: ObjectiveContours { name: &name, grid: &slice.objective, levels: &[] },
             bounds: &bounds,
             path: &path,
             optimum: None,
@@ -228,7 +225,7 @@ impl OptimizationReport<'_> {
         Ok(design_space_slice(&plane)?.sized(110.0, 105.0))
     }
 
-    fn line_section(&self, section: Section, line: &Line) -> Section {
+    fn line_section(&self, section: PageSection, line: &LineSlice) -> PageSection {
         if line.points.len() < 2 {
             return section;
         }
@@ -242,9 +239,9 @@ impl OptimizationReport<'_> {
         section.paragraph(text).figure("design-line", "Dots are the designs of the cycles.", self.line_figure(line))
     }
 
-    fn line_figure(&self, line: &Line) -> Figure {
+    fn line_figure(&self, line: &LineSlice) -> Figure {
         let (problem, k) = (self.problem, line.variable);
-        let x = Axis::new(literal(&problem.variables[k].name), literal(&problem.variables[k].unit));
+        let x = Axis::of(&QuantityLabel::literal(&problem.variables[k].name, &problem.variables[k].unit));
         let ends = [line.points[0][0], line.points[line.points.len() - 1][0]];
         let x = x.limits(ends[0], ends[1]);
         let curve = |i: usize| {
@@ -253,16 +250,14 @@ impl OptimizationReport<'_> {
         let designs = |value: fn(&Cycle) -> f64| {
             let at: Vec<[f64; 2]> =
                 self.successful_steps().filter(|c| c.accepted).map(|c| [c.design[k], value(c)]).collect();
-            Mark::points(at, Marker::Disc, Colour::BLUE, 3.6)
+            Mark::points(at, MarkerShape::Disc, Colour::BLUE, 3.6)
         };
-        let objective = Axis::new(literal(&problem.objective.name), literal(&problem.objective.unit));
+        let objective = Axis::of(&QuantityLabel::literal(&problem.objective.name, &problem.objective.unit));
         let mut top = Panel::new(x.clone().unlabelled(), objective).legend(Legend::Absent);
         top.add(curve(1)).add(designs(|c| c.objective));
         let mut bottom = Panel::new(x, Axis::new("largest violation", "%")).legend(Legend::Absent);
-        let zero = vec![[ends[0], 0.0], [ends[1], 0.0]];
         bottom.add(curve(2)).add(designs(|c| c.violation_pct));
-        bottom.add(Mark::hatching(vec![zero.clone()], Stroke::solid(Colour::BLACK, 0.4), 3.6));
-        bottom.add(Mark::curve(zero, Stroke::solid(Colour::BLACK, 0.8)));
+        bottom.extend(bound_marks(ends.map(|end| [end, 0.0])));
         Figure::new("Objective and largest violation along the design variable", 100.0, 100.0).with(top).with(bottom)
     }
 }
@@ -287,7 +282,7 @@ mod tests {
             let expected = responses.values[acceleration].iter().fold(0.0f64, |a, v| a.max(v.abs()));
             assert!((found - expected).abs() < 1e-9, "{found} and {expected}");
         }
-        let Some(Slice(Kind::Plane(plane))) = Slice::sample(&problem, &state, 5).unwrap() else {
+        let Some(Slice(SliceKind::Plane(plane))) = Slice::sample(&problem, &state, 5).unwrap() else {
             panic!("two variables")
         };
         assert_eq!((plane.variables.len(), plane.failed, plane.bounds.len()), (2, 0, 1));

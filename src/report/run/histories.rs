@@ -3,16 +3,16 @@
 use super::constrained_histories::ConstrainedHistory;
 use super::{OptimizationReport, stem};
 use crate::Result;
-use crate::report::figure::{Figure, Quantity, literal};
-use crate::report::page::Section;
-use crate::report::plots::{History, TimeHistory, time_history};
+use crate::report::figure::{Figure, QuantityLabel};
+use crate::report::page::PageSection;
+use crate::report::plots::{ResponseHistory, TimeHistory, time_history};
 
 /// Largest numbers of plots: of constrained histories, and of other responses.
 const MOST: usize = 12;
 const OTHERS: usize = 6;
 
 impl OptimizationReport<'_> {
-    pub(super) fn histories(&self) -> Result<Section> {
+    pub(super) fn histories(&self) -> Result<PageSection> {
         let constrained = self.constrained_histories();
         let mut order: Vec<usize> = (0..constrained.len()).filter(|&k| constrained[k].points.len() > 1).collect();
         order.sort_by(|a, b| constrained[*b].largest.total_cmp(&constrained[*a].largest).then(a.cmp(b)));
@@ -28,7 +28,7 @@ impl OptimizationReport<'_> {
         let mut others: Vec<usize> = (0..self.problem.responses.len()).filter(is_other).collect();
         // Responses that enter no constraint first: no other plot shows them.
         others.sort_by_key(enters);
-        let mut section = Section::new("histories", "Histories over time");
+        let mut section = PageSection::new("histories", "Histories over time");
         if order.is_empty() && others.is_empty() {
             return Ok(section);
         }
@@ -64,7 +64,7 @@ impl OptimizationReport<'_> {
     fn constrained_plot(&self, w: &ConstrainedHistory) -> Result<Figure> {
         time_history(&TimeHistory {
             time: self.time(w.grid),
-            response: Quantity::new(literal(&w.name), literal(&w.unit)),
+            response: QuantityLabel::literal(&w.name, &w.unit),
             times: &self.problem.grids[w.grid].points[w.points.clone()],
             histories: &pair(&w.first, &w.last),
             bounds: &w.bounds,
@@ -79,7 +79,7 @@ impl OptimizationReport<'_> {
         let grid = response.grid.unwrap_or(0);
         time_history(&TimeHistory {
             time: self.time(grid),
-            response: Quantity::new(literal(&response.name), literal(&response.unit)),
+            response: QuantityLabel::literal(&response.name, &response.unit),
             times: &self.problem.grids[grid].points,
             histories: &pair(&self.first.0.values[h], &self.state.responses.values[h]),
             bounds: &[],
@@ -89,12 +89,12 @@ impl OptimizationReport<'_> {
         .map(|figure| figure.sized(100.0, 70.0))
     }
 
-    fn time(&self, grid: usize) -> Quantity {
+    fn time(&self, grid: usize) -> QuantityLabel {
         let grid = &self.problem.grids[grid];
-        Quantity::new(literal(&grid.name), literal(&grid.unit))
+        QuantityLabel::literal(&grid.name, &grid.unit)
     }
 }
 
-fn pair<'v>(first: &'v [f64], last: &'v [f64]) -> [History<'v>; 2] {
-    [History { name: "first design", values: first }, History { name: "last design", values: last }]
+fn pair<'v>(first: &'v [f64], last: &'v [f64]) -> [ResponseHistory<'v>; 2] {
+    [ResponseHistory { name: "first design", values: first }, ResponseHistory { name: "last design", values: last }]
 }

@@ -21,7 +21,7 @@ mod prediction_accuracy;
 pub use convergence::step_cells;
 pub use design_space_slice::Slice;
 
-use super::page::{Page, Section};
+use super::page::{Page, PageSection};
 use crate::Result;
 use crate::problem::{Evaluation, Problem, Responses};
 use crate::sao::{Cycle, State};
@@ -63,7 +63,7 @@ impl<'a> OptimizationReport<'a> {
     ///
     /// # Errors
     /// Those of the figures, if a number is not finite.
-    pub fn page(&self, slice: Option<&Slice>, more: Vec<Section>) -> Result<Page> {
+    pub fn page(&self, slice: Option<&Slice>, more: Vec<PageSection>) -> Result<Page> {
         let mut sections = vec![self.design()?];
         sections.extend(more);
         sections.extend([self.constraints()?, self.convergence()?, self.histories()?, self.prediction_accuracy()?]);

@@ -2,8 +2,8 @@
 
 use super::{OptimizationReport, number};
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Marker, Panel, Stroke};
-use crate::report::page::Section;
+use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, Stroke};
+use crate::report::page::PageSection;
 use crate::report::table::Table;
 use crate::sao::Cycle;
 
@@ -11,8 +11,8 @@ use crate::sao::Cycle;
 const MOST: usize = 40;
 
 impl OptimizationReport<'_> {
-    pub(super) fn optimality(&self) -> Result<Section> {
-        let mut section = Section::new("optimality", "Optimality conditions");
+    pub(super) fn optimality(&self) -> Result<PageSection> {
+        let mut section = PageSection::new("optimality", "Optimality conditions");
         let Some(last) = self.last() else { return Ok(section) };
         section = section.paragraph(
             "The residual of the problem is that of the first-order optimality conditions at the start of a cycle, relative to the \
@@ -47,8 +47,8 @@ impl OptimizationReport<'_> {
         }
         let mut panel = Panel::new(self.cycle_axis(), Axis::new("residual", "").logarithmic()).legend(Legend::Below);
         for (points, name, marker, colour) in [
-            (problem, "problem", Marker::Disc, Colour::VERMILLION),
-            (subproblem, "subproblem", Marker::Square, Colour::BLUE),
+            (problem, "problem", MarkerShape::Disc, Colour::VERMILLION),
+            (subproblem, "subproblem", MarkerShape::Square, Colour::BLUE),
         ] {
             if !points.is_empty() {
                 panel.add(Mark::curve(points.clone(), Stroke::solid(colour, 0.9)).named(name));

@@ -3,7 +3,7 @@
 use super::{OptimizationReport, change, number};
 use crate::Result;
 use crate::problem::{Constraint, DesignVariable, Evaluation, Side};
-use crate::report::page::{Page, Section, Severity};
+use crate::report::page::{Badge, Page, PageSection};
 use crate::report::table::{Cell, Table};
 use crate::sao::Status;
 
@@ -16,7 +16,7 @@ impl OptimizationReport<'_> {
     /// The head of the page: title, status and main results.
     pub(super) fn head(&self) -> Page {
         let (problem, state) = (self.problem, self.state);
-        let (word, severity, lead) = self.status();
+        let (word, badge, lead) = self.status();
         let (before, after) = (self.first.1.objective, state.evaluation.objective);
         let unit = |value: f64| format!("{} {}", number(value), problem.objective.unit).trim_end().to_owned();
         let changed = change(before, after).map_or_else(String::new, |c| format!(", {}", percent(c)));
@@ -30,7 +30,7 @@ impl OptimizationReport<'_> {
         let rejected = state.history.iter().filter(|c| !c.accepted).count();
         let iterations = format!("{} iterations of the subproblem solver", state.counters.subproblem_iterations);
         Page::new(self.title)
-            .status(word, severity)
+            .status(word, badge)
             .lead(lead)
             .card(&problem.objective.name, unit(after), format!("from {}{changed}", unit(before)))
             .card(label, value, if nearest.is_empty() { nearest } else { format!("nearest: {nearest}") })
@@ -42,30 +42,30 @@ impl OptimizationReport<'_> {
             )
     }
 
-    fn status(&self) -> (&'static str, Severity, String) {
+    fn status(&self) -> (&'static str, Badge, String) {
         let reason = |text: &str| {
             let mut letters = text.chars();
             letters.next().map_or_else(String::new, |c| format!("{}{}.", c.to_uppercase(), letters.as_str()))
         };
         let state = self.state;
         match state.status {
-            Status::Converged => ("converged", Severity::Good, reason(&state.reason)),
+            Status::Converged => ("converged", Badge::Good, reason(&state.reason)),
             Status::Running => {
                 let done = state.history.len() - 1;
                 let text = format!(
                     "The run was interrupted or is not finished: the page shows the {done} trial steps so far and the last \
                      accepted design."
                 );
-                ("unfinished", Severity::Fair, text)
+                ("unfinished", Badge::Fair, text)
             }
-            Status::CycleLimit => ("cycle limit", Severity::Fair, reason(&state.reason)),
-            Status::Stalled => ("stalled", Severity::Bad, reason(&state.reason)),
-            Status::Infeasible => ("infeasible", Severity::Bad, reason(&state.reason)),
+            Status::CycleLimit => ("cycle limit", Badge::Fair, reason(&state.reason)),
+            Status::Stalled => ("stalled", Badge::Bad, reason(&state.reason)),
+            Status::Infeasible => ("infeasible", Badge::Bad, reason(&state.reason)),
         }
     }
 
     /// Design variables at the first and at the last design.
-    pub(super) fn design(&self) -> Result<Section> {
+    pub(super) fn design(&self) -> Result<PageSection> {
         let columns = ["variable", "unit", "first", "last", "change in %", "lower bound", "upper bound", "remark"];
         let mut table = Table::new("Design variables", columns);
         let bound = |b: f64| if b.is_finite() { Cell::from(b) } else { Cell::Empty };
@@ -89,12 +89,12 @@ impl OptimizationReport<'_> {
             plural(n),
             plural(m)
         );
-        Ok(Section::new("design", "Design").paragraph(text).table(table))
+        Ok(PageSection::new("design", "Design").paragraph(text).table(table))
     }
 
     /// Objective and constraints at the first and at the last design.
-    pub(super) fn constraints(&self) -> Result<Section> {
-        let section = Section::new("constraints", "Objective and constraints");
+    pub(super) fn constraints(&self) -> Result<PageSection> {
+        let section = PageSection::new("constraints", "Objective and constraints");
         let mut objective = Table::new("Objective", ["objective", "unit", "first", "last", "change in %"]);
         let (before, after) = (self.first.1.objective, self.state.evaluation.objective);
         let name = self.problem.objective.name.as_str();

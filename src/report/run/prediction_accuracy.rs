@@ -2,14 +2,14 @@
 
 use super::OptimizationReport;
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Marker, Panel, Stroke, literal};
-use crate::report::page::Section;
+use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke};
+use crate::report::page::PageSection;
 use crate::report::table::{Cell, Table};
 use crate::sao::{Cycle, Prediction};
 
 impl OptimizationReport<'_> {
-    pub(super) fn prediction_accuracy(&self) -> Result<Section> {
-        let section = Section::new("approximation", "Predicted and computed responses");
+    pub(super) fn prediction_accuracy(&self) -> Result<PageSection> {
+        let section = PageSection::new("approximation", "Predicted and computed responses");
         let known: Vec<(&Cycle, &Prediction)> =
             self.state.history.iter().filter_map(|c| Some((c, c.prediction.as_ref()?))).collect();
         if known.is_empty() {
@@ -39,7 +39,7 @@ impl OptimizationReport<'_> {
 
     fn objectives(&self, known: &[(&Cycle, &Prediction)]) -> Figure {
         let problem = self.problem;
-        let objective = Axis::new(literal(&problem.objective.name), literal(&problem.objective.unit));
+        let objective = Axis::of(&QuantityLabel::literal(&problem.objective.name, &problem.objective.unit));
         let objective = if self.spans_decades() { objective.logarithmic() } else { objective };
         let mut panel = Panel::new(self.cycle_axis(), objective).legend(Legend::Below);
         let of = |accepted: bool| -> Vec<[f64; 2]> {
@@ -50,10 +50,10 @@ impl OptimizationReport<'_> {
         let predicted: Vec<[f64; 2]> = known.iter().map(|(c, p)| [c.cycle as f64, p.objective]).collect();
         panel.add(Mark::curves(gaps, Stroke::solid(Colour::VERMILLION, 1.1)));
         panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLACK, 0.9)).named("computed"));
-        panel.add(Mark::points(of(true), Marker::Disc, Colour::BLACK, 3.4).named("computed"));
-        panel.add(Mark::points(predicted, Marker::Circle, Colour::BLUE, 4.4).named("predicted"));
+        panel.add(Mark::points(of(true), MarkerShape::Disc, Colour::BLACK, 3.4).named("computed"));
+        panel.add(Mark::points(predicted, MarkerShape::Circle, Colour::BLUE, 4.4).named("predicted"));
         if !of(false).is_empty() {
-            panel.add(Mark::points(of(false), Marker::Cross, Colour::VERMILLION, 4.6).named("rejected step"));
+            panel.add(Mark::points(of(false), MarkerShape::Cross, Colour::VERMILLION, 4.6).named("rejected step"));
         }
         Figure::new("Predicted and computed objective", 100.0, 78.0).with(panel)
     }
@@ -112,8 +112,8 @@ fn rows_figure(known: &[(&Cycle, &Prediction)]) -> Figure {
     panel.add(Mark::curve(vec![[low, 1.0], [high, 1.0]], limit));
     panel.add(Mark::curve(vec![[low, low], [high, high]], Stroke::solid(Colour::BLACK, 0.7)));
     if !earlier.is_empty() {
-        panel.add(Mark::points(earlier, Marker::Disc, Colour::SKY, 2.6).named("earlier cycles"));
+        panel.add(Mark::points(earlier, MarkerShape::Disc, Colour::SKY, 2.6).named("earlier cycles"));
     }
-    panel.add(Mark::points(last, Marker::Disc, Colour::VERMILLION, 3.4).named("last cycle"));
+    panel.add(Mark::points(last, MarkerShape::Disc, Colour::VERMILLION, 3.4).named("last cycle"));
     Figure::new("Predicted and computed retained constraints", 100.0, 98.0).with(panel)
 }

@@ -26,7 +26,7 @@ impl Printed {
 
 /// Comparison of two tables.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comparison {
+pub struct TableComparison {
     /// Title, pairs of computed and printed columns, and a line of summary.
     pub text: String,
     /// Number of printed values with a computed counterpart.
@@ -38,7 +38,7 @@ pub struct Comparison {
 /// A computed row and its printed counterpart.
 type RowPair<'a> = (Option<&'a Vec<Cell>>, Option<&'a Vec<String>>);
 
-impl fmt::Display for Comparison {
+impl fmt::Display for TableComparison {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.write_str(&self.text)
     }
@@ -53,7 +53,7 @@ impl Table {
     ///
     /// # Errors
     /// [`Error::Definition`] if the names of the columns differ from the printed ones, or all columns are keys.
-    pub fn compare(&self, printed: &Printed, keys: usize) -> Result<Comparison> {
+    pub fn compare(&self, printed: &Printed, keys: usize) -> Result<TableComparison> {
         if self.columns != printed.columns || keys >= self.columns.len() {
             let why = format!("its columns are {:?}, the printed ones {:?}", self.columns, printed.columns);
             return Err(Error::definition(format!("table '{}'", self.title), why, "name the columns as printed"));
@@ -79,7 +79,7 @@ impl Table {
         let agree = compared - differing;
         let summary = format!("{agree} of {compared} printed values agree in every digit; ≠ marks the others.\n");
         let text = format!("{}\n{}{summary}", self.title, aligned(&names, &rows));
-        Ok(Comparison { text, compared, differing })
+        Ok(TableComparison { text, compared, differing })
     }
 
     /// Pairs of rows with equal keys, in the order of both tables: the longest common subsequence.

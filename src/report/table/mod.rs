@@ -6,7 +6,7 @@ mod html;
 #[cfg(feature = "parquet")]
 mod parquet;
 
-pub use comparison::{Comparison, Printed};
+pub use comparison::{Printed, TableComparison};
 
 use crate::{Error, Result};
 

@@ -1,9 +1,9 @@
 //! Compiled expressions: operations on a stack, over any scalar.
 
-use super::function::Function;
+use super::function::MathFunction;
 use autodiff::Scalar;
 
-/// Inputs of a program.
+/// Inputs of a compiled expression.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a, S> {
     /// Design variables.
@@ -26,7 +26,7 @@ impl<'a, S: Scalar> Inputs<'a, S> {
     }
 }
 
-/// An operation on the stack: takes its operands from the top and puts its result there.
+/// An operation on the stack: it replaces the operands at the top by its result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Operation {
     Constant(f64),
@@ -46,23 +46,23 @@ pub(super) enum Operation {
     DivideBy(f64),
     WholePower(i32),
     Power(f64),
-    Of(Function),
-    OfTwo(Function),
+    Of(MathFunction),
+    OfTwo(MathFunction),
 }
 
 use Operation::*;
 
 /// A compiled expression. Derivatives are those of the scalar with which it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Program {
+pub struct CompiledExpression {
     pub(super) operations: Vec<Operation>,
     pub(super) height: usize,
 }
 
-/// Stacks up to this height need no allocation.
+/// Largest height of a stack without heap allocation.
 const LOW: usize = 16;
 
-impl Program {
+impl CompiledExpression {
     /// A number.
     pub fn constant(value: f64) -> Self {
         Self { operations: vec![Constant(value)], height: 1 }
@@ -112,7 +112,7 @@ impl Program {
         stack[top - 1]
     }
 
-    /// The value of a constant program.
+    /// The number, if the expression is a constant.
     pub fn as_constant(&self) -> Option<f64> {
         match self.operations[..] {
             [Constant(value)] => Some(value),
@@ -120,22 +120,22 @@ impl Program {
         }
     }
 
-    /// Whether the program is other name number `i` and nothing else.
+    /// Returns `true` if the expression is just other name number `i`.
     pub fn is_other(&self, i: usize) -> bool {
         self.operations == [Other(i)]
     }
 
-    /// Whether the program uses the time.
+    /// Returns `true` if the expression uses the time.
     pub fn uses_time(&self) -> bool {
         self.operations.contains(&Time)
     }
 
-    /// Indices of the design variables that the program uses, increasing.
+    /// Indices of the design variables that the expression uses, increasing.
     pub fn uses(&self) -> Vec<usize> {
         self.indices(|operation| if let Design(i) = operation { Some(*i) } else { None })
     }
 
-    /// Indices of the other names that the program uses, increasing.
+    /// Indices of the other names that the expression uses, increasing.
     pub fn others(&self) -> Vec<usize> {
         self.indices(|operation| if let Other(i) = operation { Some(*i) } else { None })
     }
@@ -147,7 +147,7 @@ impl Program {
         found
     }
 
-    /// Renumbers other names: the program reads number `kept[k]` at index `k`.
+    /// Renumbers other names: the expression reads number `kept[k]` at index `k`.
     #[must_use]
     pub fn with_others(mut self, kept: &[usize]) -> Self {
         for operation in &mut self.operations {
@@ -158,7 +158,7 @@ impl Program {
         self
     }
 
-    /// Renumbers design variables: the program reads variable `kept[k]` at index `k`.
+    /// Renumbers design variables: the expression reads variable `kept[k]` at index `k`.
     #[must_use]
     pub fn with_design(mut self, kept: &[usize]) -> Self {
         for operation in &mut self.operations {
