@@ -1,12 +1,11 @@
 //! An optimization rejects a trial design that cannot be analysed, for every kind of failure.
 
+use crate::zoo::Brake;
 use linkwright::autodiff::Scalar;
 use linkwright::function;
 use linkwright::mechanics::analyses::dynamics::Dynamics;
-use linkwright::mechanics::elements::StateFunction;
 use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::mechanism::outputs::Formula;
-use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
+use linkwright::mechanics::mechanism::{Formula, Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::{ConstantSpeed, Motion};
 use linkwright::problem::{DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use linkwright::responses::mechanism::Transient;
@@ -37,15 +36,6 @@ impl Motion for Root {
 impl Formula for Root {
     fn value<T: Scalar>(&self, _t: T, x: &[T]) -> T {
         x[0] + (-x[0] + 0.5).sqrt() * 0.0
-    }
-}
-
-/// A brake whose force jumps at rest: no step has a solution, however short.
-struct Brake;
-
-impl StateFunction for Brake {
-    fn generalized_force<T: Scalar>(&self, p: &[T], _t: T, _q: &[T], v: &[T]) -> T {
-        if v[0].re() == 0.0 { p[0] * (1.0 / 3.0) } else { -p[0] * v[0].re().signum() }
     }
 }
 
@@ -117,18 +107,18 @@ impl ParametricMechanism for Flawed {
 }
 
 fn problem(flaw: Flaw) -> Problem {
-    let mut parts = ProblemBuilder::new("as far as it goes");
-    parts.variable(DesignVariable::new("b", "-", 0.3).within(0.1, 1.0));
+    let mut builder = ProblemBuilder::new("as far as it goes");
+    builder.variable(DesignVariable::new("b", "-", 0.3).within(0.1, 1.0));
     let times = vec![0.5, 1.0];
-    let time = parts.grid(TimeGrid::new("time", "s", times.clone()).unwrap());
-    let position = parts.transient("position", "m", time);
+    let time = builder.grid(TimeGrid::new("time", "s", times.clone()).unwrap());
+    let position = builder.transient("position", "m", time);
     let far = function!(|p| p.response[0] * -0.5 + 2.0);
-    parts.minimize("lack", "m", Quantity::sum(time, vec![1.0, 1.0], far).of(&[position]));
-    parts.build(Transient::new(Flawed(flaw), Dynamics::fixed(0.05), &times).unwrap()).unwrap()
+    builder.minimize("lack", "m", Quantity::sum(time, vec![1.0, 1.0], far).of(&[position]));
+    builder.build(Transient::new(Flawed(flaw), Dynamics::fixed(0.05), &times).unwrap()).unwrap()
 }
 
 #[test]
-fn every_failure_is_a_rejected_try_with_its_reason() {
+fn every_failure_is_a_rejected_trial_step_with_its_reason() {
     let cases = [
         (Flaw::Assembly, "(constraint", "cannot be assembled at t = 0.0"),
         (Flaw::Mass, "lump", "mass is -"),

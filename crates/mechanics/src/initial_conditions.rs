@@ -3,14 +3,13 @@
 //! Every analysis begins with [`assemble`]. Dynamics continues with [`make_velocities_consistent`] and
 //! [`AccelerationSolver`]; statics with [`find_equilibrium`].
 
-use crate::diagnostics;
 use crate::elements::element::ElementWorkspace;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
-use crate::{Error, Result};
+use crate::{Error, Result, diagnostics};
 
 /// Settings of the assembly of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,11 +113,11 @@ fn check_independence(
 /// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
 fn apply(system: &System, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
     let largest = system.largest_coordinate_row(step);
-    let part = if largest > 0.5 { 0.5 / largest } else { 1.0 };
+    let fraction = if largest > 0.5 { 0.5 / largest } else { 1.0 };
     for (unknown, change) in system.unknowns().iter().zip(step) {
         match *unknown {
-            Unknown::Coordinate(i) => state.q[i] -= part * change[0],
-            Unknown::Multiplier(m) => state.l[m] -= part * change[0],
+            Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],
+            Unknown::Multiplier(m) => state.l[m] -= fraction * change[0],
         }
     }
     largest
@@ -154,7 +153,7 @@ pub fn make_velocities_consistent(
     Ok(multipliers)
 }
 
-/// Solver for consistent accelerations; it allocates only once.
+/// Solver for consistent accelerations; it allocates only at its first use.
 #[derive(Clone, Debug, Default)]
 pub struct AccelerationSolver {
     rows: Vec<[f64; 1]>,
@@ -310,10 +309,10 @@ pub fn find_equilibrium(
         if !largest.is_finite() {
             break;
         }
-        let part = if largest > settings.longest { settings.longest / largest } else { 1.0 };
+        let fraction = if largest > settings.longest { settings.longest / largest } else { 1.0 };
         for (unknown, change) in system.unknowns().iter().zip(&rows) {
             match *unknown {
-                Unknown::Coordinate(i) => state.q[i] -= part * change[0],
+                Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],
                 Unknown::Multiplier(m) => state.l[m] -= change[0],
             }
         }

@@ -1,8 +1,7 @@
 //! Evaluation of an element in a given state, for tests.
 
-use crate::dual_numbers::Jet2;
 use crate::mechanism::element::{ConstraintDerivatives, Element, ElementState, Energy, Variable};
-use autodiff::DualVec;
+use autodiff::{DualVec, Jet2};
 
 /// Rows of the coordinates and of the multipliers.
 pub fn rows(element: &impl Element, x: &ElementState<'_, f64>) -> (Vec<f64>, Vec<f64>) {

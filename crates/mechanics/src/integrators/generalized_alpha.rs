@@ -1,6 +1,5 @@
 //! Generalized-α and HHT-α steps on the index-3 equations of motion.
 
-use crate::diagnostics;
 use crate::elements::element::ElementWorkspace;
 use crate::integrators::predictor::Predictor;
 use crate::mechanism::Mechanism;
@@ -8,7 +7,7 @@ use crate::mechanism::scalars::StateScalar;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
-use crate::{Error, Result};
+use crate::{Error, Result, diagnostics};
 use autodiff::Scalar;
 use std::ops::{Add, Mul};
 
@@ -209,10 +208,10 @@ impl<T: StateScalar> Step<T> {
 
 impl<T: StateScalar> State<T> {
     /// Sets the prescribed coordinates at the state's time; with [`Prescribed::Newmark`] their positions only.
-    pub(crate) fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, how: Prescribed) {
+    pub(crate) fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, prescribed: Prescribed) {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if let Some((motion, parameters)) = &coordinate.motion {
-                match how {
+                match prescribed {
                     Prescribed::Newmark => self.q[i] = T::position(motion.as_ref(), parameters, self.t),
                     Prescribed::Exact => {
                         [self.q[i], self.v[i], self.a[i]] = T::motion(motion.as_ref(), parameters, self.t);
@@ -230,17 +229,17 @@ struct Correction {
     largest: f64,
     /// Estimated ratio of the next correction to this one.
     rate: f64,
-    /// Whether the matrix of the previous iteration is reused.
+    /// True if the matrix of the previous iteration is reused.
     kept: bool,
 }
 
 /// Largest ratio of two successive corrections for which the next iteration reuses the matrix.
 const SLOW: f64 = 1e-2;
 
-/// Error that may remain after the last iteration, as a part of the tolerance: small enough for differences of two analyses.
+/// Largest error after the last iteration, as a fraction of the tolerance: small enough for differences of two analyses.
 const REMAINDER: f64 = 1e-6;
 
-/// Smallest assumed curvature in 1/m or 1/rad: a motion without curvature may meet a contact in the next step.
+/// Smallest assumed curvature in 1/m or 1/rad: a motion without curvature may enter a contact in the next step.
 const LEAST_CURVATURE: f64 = 10.0;
 
 /// Solver of the steps in `f64`; it keeps the factorization of the last one.
@@ -293,8 +292,8 @@ impl<'m> Integrator<'m> {
     /// Factorizes the matrix at the end of the step, for the derivatives of the converged step.
     pub fn linearize(&mut self, h: f64) -> Result<()> {
         let (position, velocity) = self.scheme.newmark_coefficients(h);
-        let how = Linearization::step(position, velocity);
-        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        let linearization = Linearization::step(position, velocity);
+        self.system.assemble(self.mechanism, &self.step.new, linearization, &mut self.rows);
         diagnostics::factorize(&mut self.system, self.mechanism, &self.step.new)
     }
 
@@ -346,12 +345,12 @@ impl<'m> Integrator<'m> {
     }
 
     /// The error of a step that does not converge.
-    fn failure(&mut self, how: Linearization) -> Error {
+    fn failure(&mut self, linearization: Linearization) -> Error {
         if let Some(error) = diagnostics::not_finite(self.mechanism, &self.step.new) {
             return error;
         }
         let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
-        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        self.system.assemble(self.mechanism, &self.step.new, linearization, &mut self.rows);
         let what = diagnostics::dominant_residual(&self.system, self.mechanism, &self.step.new, &self.rows);
         let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
         Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")

@@ -14,7 +14,7 @@ pub struct Factor {
     factorization: Factorization,
     /// Factorization with interchanges, for matrices that need them.
     pivoting: Option<Box<Pivoting>>,
-    /// Whether the last matrix was factorized with interchanges because of a small pivot.
+    /// True if the last matrix was factorized with interchanges because of a small pivot.
     pivoted: bool,
 }
 

@@ -233,7 +233,7 @@ pub(crate) fn start<'m>(
     settings: &Explicit,
     times: &[f64],
     recorded: bool,
-) -> Result<(OdeDriver<MechanismRhs<'m>>, Start)> {
+) -> Result<(OdeDriver<MechanismRhs<'m>>, ConsistentState)> {
     settings.check(times)?;
     impact::refuse(mechanism, "explicit steps")?;
     let mut system = System::at(mechanism, settings.start)?;
@@ -244,18 +244,19 @@ pub(crate) fn start<'m>(
     let y = MechanismRhs::vector(&state);
     let record = recorded.then(|| StepRecord::new(&mut system, &state));
     let rhs = MechanismRhs { record, ..MechanismRhs::new(mechanism, system, state.clone()) };
-    Ok((OdeDriver::new(rhs, settings, y, times)?, Start { state, projection }))
+    Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }))
 }
 
 /// Consistent initial state and the multipliers of its projections.
-pub struct Start {
+pub struct ConsistentState {
     /// Initial state.
     pub state: State<f64>,
     /// Multipliers of the projections.
     pub projection: Projection,
 }
 
-/// Computes the state at the time `t` (s), including accelerations and multipliers. Returns whether by dense output.
+/// Computes the state at the time `t` (s), including accelerations and multipliers. Returns whether dense
+/// output was used.
 pub(crate) fn sample(driver: &mut OdeDriver<MechanismRhs<'_>>, y: &mut [f64], t: f64) -> Result<bool> {
     let dense = driver.sample(t, y)?;
     let mut rates = std::mem::take(&mut driver.scratch);
