@@ -2,8 +2,7 @@
 
 use crate::zoo::Arm;
 use linkwright::cases::{Andrews, Chain, FourBar, SliderCrank};
-use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate, simulate_explicitly};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;

@@ -3,14 +3,12 @@
 use crate::zoo::{Arm, fixed};
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::analyses::dynamics::InitialConfiguration;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialConfiguration, simulate};
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
-use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::Harmonic;
 
 fn from_rest(h: f64) -> Dynamics {
