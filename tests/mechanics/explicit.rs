@@ -274,7 +274,7 @@ impl Ode for Explosion {
 }
 
 #[test]
-fn what_cannot_be_integrated_is_named_with_its_time() {
+fn failed_integrations_name_the_component_and_the_time() {
     let zero_mass = Chain::horizontal(2).build(&[1.0, 1.0, 0.0, 1.0]).unwrap();
     let error = simulate_explicitly(&zero_mass, &Explicit::eighth_order(1e-8), &[1.0]).unwrap_err().to_string();
     assert!(error.contains("link 1") && error.contains("mass is 0 kg"), "{error}");

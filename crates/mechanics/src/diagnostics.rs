@@ -22,7 +22,7 @@ pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Erro
         Some(Error::analysis(
             &instance.name,
             why,
-            "check the function that gives them, or keep the design away from there",
+            "check the function that computes them, or bound the design away from this point",
         ))
     })
 }

@@ -137,11 +137,10 @@ pub fn make_velocities_consistent(
         return Ok(Vec::new());
     }
     let mut rows = vec![[0.0]; system.size()];
-    let mut rates = vec![0.0; system.size()];
-    system.constraint_rates(mechanism, state, 1, &mut ElementWorkspace::default(), &mut rates);
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
     system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
-    rows.iter_mut().zip(&rates).for_each(|(row, rate)| row[0] = *rate);
+    rows.fill([0.0]);
+    system.constraint_rates(mechanism, state, 1, &mut ElementWorkspace::default(), rows.as_flattened_mut());
     system.factor().solve(&mut rows);
     let mut multipliers = vec![0.0; mechanism.multipliers];
     for (unknown, change) in system.unknowns().iter().zip(&rows) {
@@ -157,7 +156,6 @@ pub fn make_velocities_consistent(
 #[derive(Clone, Debug, Default)]
 pub struct AccelerationSolver {
     rows: Vec<[f64; 1]>,
-    rates: Vec<f64>,
     jets: ElementWorkspace<Jet2<f64>>,
 }
 
@@ -171,7 +169,6 @@ impl AccelerationSolver {
     /// [`Error::Analysis`] naming the coordinate or joint without a pivot.
     pub fn solve(&mut self, system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<()> {
         self.rows.resize(system.size(), [0.0]);
-        self.rates.resize(system.size(), 0.0);
         state.l.fill(0.0);
         for unknown in system.unknowns() {
             if let Unknown::Coordinate(i) = *unknown {
@@ -179,24 +176,14 @@ impl AccelerationSolver {
             }
         }
         system.assemble(mechanism, state, Linearization::accelerations(), &mut self.rows);
-        system.constraint_rates(mechanism, state, 2, &mut self.jets, &mut self.rates);
+        system.constraint_rates(mechanism, state, 2, &mut self.jets, self.rows.as_flattened_mut());
         system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
-        for ((row, rate), unknown) in self.rows.iter_mut().zip(&self.rates).zip(system.unknowns()) {
-            if matches!(unknown, Unknown::Multiplier(_)) {
-                row[0] = *rate;
-            }
-        }
         system.factor().solve(&mut self.rows);
         if self.rows.iter().any(|row| !row[0].is_finite()) {
             let singular = || explained(system, mechanism, state, no_accelerations(state.t));
             return Err(diagnostics::not_finite(mechanism, state).unwrap_or_else(singular));
         }
-        for (unknown, change) in system.unknowns().iter().zip(&self.rows) {
-            match *unknown {
-                Unknown::Coordinate(i) => state.a[i] = -change[0],
-                Unknown::Multiplier(m) => state.l[m] = -change[0],
-            }
-        }
+        system.set_accelerations(&self.rows, state);
         Ok(())
     }
 }

@@ -179,6 +179,16 @@ impl System {
         })
     }
 
+    /// Sets the free accelerations and the multipliers of `state` to the negative solution `rows`.
+    pub(crate) fn set_accelerations(&self, rows: &[[f64; 1]], state: &mut State<f64>) {
+        for (unknown, row) in self.unknowns.iter().zip(rows) {
+            match *unknown {
+                Unknown::Coordinate(i) => state.a[i] = -row[0],
+                Unknown::Multiplier(m) => state.l[m] = -row[0],
+            }
+        }
+    }
+
     /// Unknown whose row is not finite or has the largest residual; `None` without rows.
     pub(crate) fn dominant_unknown(&self, rows: &[[f64; 1]]) -> Option<Unknown> {
         let largest = || (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
