@@ -57,7 +57,7 @@ impl Flawed {
                     // The distance of the guide is longer than the rod of 1 m.
                     m.point_on_line("guide", ground.at(zero, b * 2.0), zero, slider.origin());
                 } else {
-                    // The drive gets there within one second.
+                    // The drive reaches this position within one second.
                     m.driver("drive", ground.x, slider.x, ConstantSpeed, &[S::from(turn.cos()), b * 2.0 - turn.cos()]);
                 }
             }

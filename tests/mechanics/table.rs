@@ -1,6 +1,6 @@
 //! The table of docs/sensitivities.md: every element and every kind of parameter against differences.
 //!
-//! `UPDATE_DOCS=1 cargo test --test mechanics table` writes it anew.
+//! `UPDATE_DOCS=1 cargo test --test mechanics table` rewrites it.
 
 use crate::zoo::{Arm, Cam, Drives, Forces, Joints, fixed};
 use linkwright::cases::SpinningBeam;
@@ -27,8 +27,8 @@ struct Row {
 /// Steps are relative to the variable's size, or to `floor` if that is more.
 ///
 /// Errors are relative to the largest derivative of the same output with respect to the same variable, or to a thousandth
-/// of its largest scaled derivative with respect to any if that is more. Of large and small steps the better one counts:
-/// the one suffers from curvature, the other from rounding.
+/// of its largest scaled derivative with respect to any if that is more. The smallest deviation of three
+/// steps is used: large steps suffer from curvature, small ones from rounding.
 fn deviations(b: &[f64], floor: f64, exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> Vec<f64> {
     let scale = |k: usize| b[k].abs().max(floor);
     let largest =
@@ -145,9 +145,9 @@ fn the_table_of_elements_in_the_docs_holds() {
     }
     let documented: Vec<Vec<&str>> =
         table.lines().skip(2).map(|line| line.split('|').map(str::trim).collect()).collect();
-    assert_eq!(documented.len(), rows.len(), "write the table anew");
+    assert_eq!(documented.len(), rows.len(), "run this test with UPDATE_DOCS=1 to rewrite the table");
     for (cells, Row { label, implicit, explicit }) in documented.iter().zip(&rows) {
-        assert_eq!((cells[1], cells[2]), (label.0, label.1), "write the table anew");
+        assert_eq!((cells[1], cells[2]), (label.0, label.1), "run this test with UPDATE_DOCS=1 to rewrite the table");
         for (cell, deviation) in [(cells[3], Some(*implicit)), (cells[4], *explicit)] {
             let Some(deviation) = deviation else { continue };
             let figure: f64 = cell.parse().unwrap();

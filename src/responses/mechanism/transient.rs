@@ -312,7 +312,7 @@ fn recorded_rows(
     DMatrix::from_fn(wanted.len(), variables, derivative)
 }
 
-/// The wanted time points, in order, and for each wanted response the place of its own among them.
+/// The wanted time points, in order, and for each wanted response the index of its own among them.
 fn points_of(wanted: &[ResponseAt]) -> (Vec<usize>, Vec<usize>) {
     let mut points: Vec<usize> = wanted.iter().map(|at| at.point).collect();
     points.sort_unstable();

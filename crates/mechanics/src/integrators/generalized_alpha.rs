@@ -230,7 +230,7 @@ struct Correction {
     /// Estimated ratio of the next correction to this one.
     rate: f64,
     /// True if the matrix of the previous iteration is reused.
-    kept: bool,
+    is_reused: bool,
 }
 
 /// Largest ratio of two successive corrections for which the next iteration reuses the matrix.
@@ -309,8 +309,8 @@ impl<'m> Integrator<'m> {
         self.step.integrate(self.mechanism, &self.scheme, self.prescribed, h);
         let mut previous: Option<Correction> = None;
         for _ in 0..self.newton.iterations {
-            let kept = previous.is_some_and(|previous| previous.rate <= SLOW);
-            if kept {
+            let is_reused = previous.is_some_and(|previous| previous.rate <= SLOW);
+            if is_reused {
                 let rows = self.rows.as_flattened_mut();
                 self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, rows);
             } else {
@@ -324,22 +324,22 @@ impl<'m> Integrator<'m> {
             }
             let rows = &self.rows;
             self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
-            let rate = self.rate(largest, kept, previous);
-            if rate * largest <= REMAINDER * self.newton.tolerance || (!kept && largest <= self.newton.tolerance) {
+            let rate = self.rate(largest, is_reused, previous);
+            if rate * largest <= REMAINDER * self.newton.tolerance || (!is_reused && largest <= self.newton.tolerance) {
                 return Ok(());
             }
-            previous = Some(Correction { largest, rate, kept });
+            previous = Some(Correction { largest, rate, is_reused });
         }
         Err(self.failure(Linearization::step(position, velocity)))
     }
 
     /// Estimated ratio of the next correction to this one of size `largest`.
-    fn rate(&mut self, largest: f64, kept: bool, previous: Option<Correction>) -> f64 {
-        if let Some(previous) = previous.filter(|previous| !previous.kept) {
+    fn rate(&mut self, largest: f64, is_reused: bool, previous: Option<Correction>) -> f64 {
+        if let Some(previous) = previous.filter(|previous| !previous.is_reused) {
             self.curvature = (largest / previous.largest.powi(2)).max(LEAST_CURVATURE);
         }
         match previous {
-            Some(previous) if kept => largest / previous.largest,
+            Some(previous) if is_reused => largest / previous.largest,
             _ => self.curvature * largest,
         }
     }

@@ -53,7 +53,7 @@ struct LinearizedElement {
 
 /// The elements of a mechanism whose residuals are differentiated with respect to their own few variables.
 ///
-/// An element's local derivatives serve all design variables. With few nonzero entries per row they are cheaper than one
+/// An element's local derivatives are used for all design variables. With few nonzero entries per row they are cheaper than one
 /// dual evaluation per chunk. Coordinates in which an element is linear are omitted: their derivatives are the same at
 /// every stage.
 pub(crate) struct Linearizer {

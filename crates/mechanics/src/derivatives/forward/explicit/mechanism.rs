@@ -22,8 +22,8 @@ use autodiff::WIDTH;
 ///
 /// $$ K \frac{dx}{db} = \frac{dr}{db} - \frac{dK}{db} x $$
 ///
-/// with the same factorization. The right-hand side comes from derivatives of every element with respect to its own few
-/// variables, which serve all design variables. The projections at the ends of steps are differentiated in the same way.
+/// with the same factorization. The right-hand side is computed from derivatives of every element with respect to its own
+/// few variables, which are used for all design variables. The projections at the ends of steps are differentiated in the same way.
 /// Initial positions and velocities may depend on the design. Steps are frozen: the derivatives are those of the discrete
 /// solution, with the same bits for any number of threads.
 ///

@@ -213,8 +213,8 @@ mod tests {
             assert!((end.start - 1.0).abs() < 1e-13 && end.end == 0.0);
             let weights = method.dense_weights(0.3);
             let inside = NystromWeights::dense(method, &weights);
-            let found = weights.change + 3.0 * inside.end + sum(&inside, |s| s.position);
-            assert!((found - 0.027).abs() < 1e-13, "{}: {found}", method.name);
+            let computed = weights.change + 3.0 * inside.end + sum(&inside, |s| s.position);
+            assert!((computed - 0.027).abs() < 1e-13, "{}: {computed}", method.name);
         }
     }
 }
