@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::elements::{BeamSection, Shear};
-use mechanics::mechanism::outputs::Formula;
+use mechanics::mechanism::Formula;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use mechanics::motion::StartUp;
 

@@ -16,17 +16,17 @@ use rayon::prelude::*;
 /// | [`richardson`](Self::richardson) | (4 D(h/2) − D(h)) / 3 | h⁴ | 4 n |
 /// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, the best one for curvature and noise | estimated | 22 n |
 ///
-/// All analyses of a sensitivity analysis run in parallel; the result has the same bits for any number of threads. A derivative of
-/// the whole analysis by dual or complex numbers is no difference: that is the direct method.
+/// All analyses of a sensitivity analysis run in parallel; the result has the same bits for any number of threads. For
+/// derivatives of the whole analysis in dual numbers use the direct method.
 #[derive(Clone, Debug)]
 pub struct Differences<A> {
     analysis: A,
-    step: Step,
-    formula: Formula,
+    step: DifferenceStep,
+    formula: DifferenceFormula,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Formula {
+enum DifferenceFormula {
     Forward,
     Central,
     Richardson,
@@ -34,12 +34,12 @@ enum Formula {
 }
 
 #[derive(Clone, Debug)]
-enum Step {
+enum DifferenceStep {
     Relative(f64),
     Absolute(Vec<f64>),
 }
 
-impl Step {
+impl DifferenceStep {
     fn of(&self, b: &[f64], i: usize) -> f64 {
         match self {
             Self::Relative(step) if b[i] == 0.0 => *step,
@@ -49,7 +49,7 @@ impl Step {
     }
 }
 
-impl Formula {
+impl DifferenceFormula {
     /// Name of the method, for tables and model files.
     fn name(self) -> &'static str {
         match self {
@@ -60,7 +60,7 @@ impl Formula {
         }
     }
 
-    /// Places of the analyses, in steps, and their weights in the difference times the step.
+    /// Offsets of the analyses, in steps, and their weights in the difference times the step.
     fn points(self) -> &'static [(f64, f64)] {
         match self {
             Self::Forward => &[(1.0, 1.0)],
@@ -78,7 +78,7 @@ impl<A: Analysis> Differences<A> {
     ///
     /// [`Error::Option`] unless ε is positive and finite.
     pub fn forward(analysis: A, relative_step: f64) -> Result<Self> {
-        Self::new(analysis, Step::Relative(relative_step), Formula::Forward)
+        Self::new(analysis, DifferenceStep::Relative(relative_step), DifferenceFormula::Forward)
     }
 
     /// Forward differences with the steps h, one for each design variable and in its unit.
@@ -87,7 +87,7 @@ impl<A: Analysis> Differences<A> {
     ///
     /// [`Error::Option`] unless every step is positive and finite.
     pub fn forward_by(analysis: A, steps: Vec<f64>) -> Result<Self> {
-        Self::new(analysis, Step::Absolute(steps), Formula::Forward)
+        Self::new(analysis, DifferenceStep::Absolute(steps), DifferenceFormula::Forward)
     }
 
     /// Central differences with the relative step ε.
@@ -96,7 +96,7 @@ impl<A: Analysis> Differences<A> {
     ///
     /// [`Error::Option`] unless ε is positive and finite.
     pub fn central(analysis: A, relative_step: f64) -> Result<Self> {
-        Self::new(analysis, Step::Relative(relative_step), Formula::Central)
+        Self::new(analysis, DifferenceStep::Relative(relative_step), DifferenceFormula::Central)
     }
 
     /// Central differences with the relative steps ε and ε/2, extrapolated to zero (Richardson).
@@ -105,7 +105,7 @@ impl<A: Analysis> Differences<A> {
     ///
     /// [`Error::Option`] unless ε is positive and finite.
     pub fn richardson(analysis: A, relative_step: f64) -> Result<Self> {
-        Self::new(analysis, Step::Relative(relative_step), Formula::Richardson)
+        Self::new(analysis, DifferenceStep::Relative(relative_step), DifferenceFormula::Richardson)
     }
 
     /// Central differences with steps that fall from 1 % of every variable, extrapolated in all ways that they allow.
@@ -116,13 +116,13 @@ impl<A: Analysis> Differences<A> {
     ///
     /// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
     pub fn noise_aware(analysis: A) -> Self {
-        Self { analysis, step: Step::Relative(1.0), formula: Formula::NoiseAware }
+        Self { analysis, step: DifferenceStep::Relative(1.0), formula: DifferenceFormula::NoiseAware }
     }
 
-    fn new(analysis: A, step: Step, formula: Formula) -> Result<Self> {
+    fn new(analysis: A, step: DifferenceStep, formula: DifferenceFormula) -> Result<Self> {
         let (what, steps) = match &step {
-            Step::Relative(step) => ("relative step of differences", std::slice::from_ref(step)),
-            Step::Absolute(steps) => ("step of differences", &steps[..]),
+            DifferenceStep::Relative(step) => ("relative step of differences", std::slice::from_ref(step)),
+            DifferenceStep::Absolute(steps) => ("step of differences", &steps[..]),
         };
         for &step in steps {
             Error::check_option(what, "positive and finite", step, step > 0.0 && step.is_finite())?;
@@ -131,49 +131,55 @@ impl<A: Analysis> Differences<A> {
     }
 
     /// Sensitivities with steps `factor` times as long.
-    fn by(&self, factor: f64, b: &[f64], here: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        if let Step::Absolute(steps) = &self.step {
+    fn with_factor(
+        &self,
+        factor: f64,
+        b: &[f64],
+        responses: &Responses,
+        wanted: &[ResponseAt],
+    ) -> Result<DMatrix<f64>> {
+        if let DifferenceStep::Absolute(steps) = &self.step {
             Error::check_length("steps of differences", b.len(), steps.len())?;
         }
-        if self.formula == Formula::NoiseAware {
-            return self.noise_aware_at(b, here, wanted);
+        if self.formula == DifferenceFormula::NoiseAware {
+            return self.noise_aware_at(b, responses, wanted);
         }
         let points = self.formula.points();
         let read = |task: usize| -> Result<(f64, Vec<f64>)> {
-            let (i, (place, _)) = (task / points.len(), points[task % points.len()]);
+            let (i, (offset, _)) = (task / points.len(), points[task % points.len()]);
             let mut moved = b.to_vec();
-            moved[i] += place * factor * self.step.of(b, i);
+            moved[i] += offset * factor * self.step.of(b, i);
             let responses = self.analysis.analyze(&moved)?;
             Ok((moved[i], wanted.iter().map(|&at| responses.at(at)).collect()))
         };
-        let found: Vec<_> = (0..points.len() * b.len()).into_par_iter().map(read).collect::<Result<_>>()?;
-        let slope = |row: usize, i: usize| {
-            let here = here.at(wanted[row]);
+        let samples: Vec<_> = (0..points.len() * b.len()).into_par_iter().map(read).collect::<Result<_>>()?;
+        let derivative = |row: usize, i: usize| {
+            let value = responses.at(wanted[row]);
             // The distance in floating point replaces the step.
-            let share = |(k, (place, weight)): (usize, &(f64, f64))| {
-                let (at, values) = &found[i * points.len() + k];
-                weight * (values[row] - here) * place / (at - b[i])
+            let share = |(k, (offset, weight)): (usize, &(f64, f64))| {
+                let (at, values) = &samples[i * points.len() + k];
+                weight * (values[row] - value) * offset / (at - b[i])
             };
             points.iter().enumerate().map(share).sum()
         };
-        Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), derivative))
     }
 
-    fn noise_aware_at(&self, b: &[f64], here: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+    fn noise_aware_at(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let scales: Vec<f64> = b.iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() }).collect();
         let samples = DifferenceSamples::along_all(&self.analysis, b, &scales);
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
         for (i, samples) in samples.iter().enumerate() {
             for (row, &at) in wanted.iter().enumerate() {
-                let slope = ridders(here.at(at), &samples.steps(at)).ok_or_else(|| {
-                    let why = "the designs beside this one cannot be analysed";
+                let derivative = ridders(responses.at(at), &samples.steps(at)).ok_or_else(|| {
+                    let why = "the neighbouring designs cannot be analysed";
                     Error::analysis(
                         format!("differences by design variable {i}"),
                         why,
                         "move the design away from there",
                     )
                 })?;
-                rows[(row, i)] = slope.value;
+                rows[(row, i)] = derivative.value;
             }
         }
         Ok(rows)
@@ -186,15 +192,17 @@ impl<A: Analysis> Analysis for Differences<A> {
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        self.by(1.0, b, responses, wanted)
+        self.with_factor(1.0, b, responses, wanted)
     }
 
     /// The differences, and the methods of the analysis itself.
     fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         let own = match self.formula {
-            Formula::NoiseAware => GradientMethod::of(self.formula.name(), self),
+            DifferenceFormula::NoiseAware => GradientMethod::of(self.formula.name(), self),
             _ => {
-                let by = |factor: f64, b: &[f64], r: &Responses, wanted: &[ResponseAt]| self.by(factor, b, r, wanted);
+                let by = |factor: f64, b: &[f64], r: &Responses, wanted: &[ResponseAt]| {
+                    self.with_factor(factor, b, r, wanted)
+                };
                 GradientMethod::approximate(self.formula.name(), 1.0, by)
             }
         };
@@ -224,21 +232,21 @@ mod tests {
         let grid = TimeGrid::uniform(1.0, 2.0, 2).unwrap();
         let analysis = || Analytic::new(Cubic, &[Some(&grid)]);
         let (b, wanted) = ([2.0, 0.0], [ResponseAt { response: 0, point: 1 }]);
-        let slope = |d: &dyn Analysis| {
+        let derivative = |d: &dyn Analysis| {
             let rows = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
             assert!((rows[(0, 1)] - 1.0).abs() < 1e-10);
             rows[(0, 0)]
         };
         // 2 (3b² + 3bh + h²) and 2 (3b² + h²), h = 0.02.
-        assert!((slope(&Differences::forward(analysis(), 0.01).unwrap()) - (24.0 + 0.24 + 0.0008)).abs() < 1e-10);
-        assert!((slope(&Differences::central(analysis(), 0.01).unwrap()) - (24.0 + 0.0008)).abs() < 1e-10);
+        assert!((derivative(&Differences::forward(analysis(), 0.01).unwrap()) - (24.0 + 0.24 + 0.0008)).abs() < 1e-10);
+        assert!((derivative(&Differences::central(analysis(), 0.01).unwrap()) - (24.0 + 0.0008)).abs() < 1e-10);
         assert!(
-            (slope(&Differences::forward_by(analysis(), vec![0.02, 0.3]).unwrap()) - (24.0 + 0.24 + 0.0008)).abs()
+            (derivative(&Differences::forward_by(analysis(), vec![0.02, 0.3]).unwrap()) - (24.0 + 0.24 + 0.0008)).abs()
                 < 1e-10
         );
         // A cubic has no fourth derivative.
-        assert!((slope(&Differences::richardson(analysis(), 0.01).unwrap()) - 24.0).abs() < 1e-9);
-        assert!((slope(&Differences::noise_aware(analysis())) - 24.0).abs() < 1e-9);
+        assert!((derivative(&Differences::richardson(analysis(), 0.01).unwrap()) - 24.0).abs() < 1e-9);
+        assert!((derivative(&Differences::noise_aware(analysis())) - 24.0).abs() < 1e-9);
         assert!(Differences::forward(analysis(), 0.0).is_err());
         assert!(Differences::forward_by(analysis(), vec![0.1, -0.1]).is_err());
         let short = Differences::forward_by(analysis(), vec![0.1]).unwrap();
@@ -260,8 +268,8 @@ mod tests {
     fn noise_makes_steps_long() {
         let (b, wanted) = ([1.2], [ResponseAt { response: 0, point: 0 }]);
         let off = |d: &dyn Analysis| {
-            let found = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
-            (found[(0, 0)] - 1.2f64.cos()).abs()
+            let computed = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
+            (computed[(0, 0)] - 1.2f64.cos()).abs()
         };
         assert!(off(&Differences::central(Noisy, 1e-6).unwrap()) > 1e-3);
         assert!(off(&Differences::noise_aware(Noisy)) < 1e-4);

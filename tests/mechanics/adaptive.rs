@@ -1,9 +1,8 @@
 //! Adaptive implicit steps: error against tolerance, adaptation, rejected steps.
 
+use crate::zoo::absorber_displacement;
 use linkwright::cases::{Absorber, Chain};
-use linkwright::mechanics::analyses::dynamics::StepSize;
-use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, StepSize, simulate, simulate_explicitly};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::integrators::explicit::Explicit;
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
@@ -63,19 +62,13 @@ fn steps_become_short_in_a_contact_and_long_after_it() {
     assert!(simulate(&m, &short, &[0.2]).unwrap().work.steps >= 200);
 }
 
-/// ÿ + c ẏ + k y = 0 with y(0) = 0, ẏ(0) = 1, generic over the scalar.
-fn closed<S: linkwright::autodiff::Scalar>(b: &[S], t: f64) -> S {
-    let w = (b[0] - b[1] * b[1] * 0.25).sqrt();
-    (b[1] * (-0.5 * t)).exp() * (w * t).sin() / w
-}
-
 #[test]
 fn derivatives_go_along_with_adaptive_steps_and_dense_output() {
     let (b, times) = ([0.3628, 0.4823], (1..=23).map(|k| 0.4713 * f64::from(k)).collect::<Vec<_>>());
     let run = differentiate(&Absorber, &b, &Dynamics::adaptive(1e-8), &times).unwrap();
     for (k, &t) in times.iter().enumerate() {
-        let (value, slopes) = linkwright::autodiff::gradient(|b| closed(b, t), &b);
+        let (value, gradient) = linkwright::autodiff::gradient(|b| absorber_displacement(b, t), &b);
         assert!((run.values[0][k] - value).abs() < 2e-5, "{t}");
-        assert!(run.gradients[0][k].iter().zip(slopes).all(|(a, b)| (a - b).abs() < 1e-4), "{t}");
+        assert!(run.gradients[0][k].iter().zip(gradient).all(|(a, b)| (a - b).abs() < 1e-4), "{t}");
     }
 }

@@ -1,6 +1,6 @@
 //! Adjoint derivatives compared with direct ones, of the same discrete motion.
 
-use crate::zoo::{Arm, Drives, Forces, Joints};
+use crate::zoo::{Arm, Drives, Forces, Joints, fixed};
 use linkwright::Result;
 use linkwright::cases::{Absorber, Andrews, Chain, FourBar, Governor, RigidFourBar, SliderCrank, SpinningBeam};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialAcceleration};
@@ -15,7 +15,7 @@ use linkwright::mechanics::derivatives::forward::instants::{differentiate_equili
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::{DOPRI5, Explicit, StepControl};
-use linkwright::mechanics::integrators::generalized_alpha::{Newton, Prescribed};
+use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 
@@ -48,7 +48,7 @@ fn deviation(forward: &SensitiveHistory, backward: impl FnOnce(&[Functional]) ->
 
 /// Output times at the start, between steps and at their ends.
 fn times(end: f64) -> Vec<f64> {
-    [0.0, 0.237, 0.5, 0.7312, 1.0].map(|part| part * end).to_vec()
+    [0.0, 0.237, 0.5, 0.7312, 1.0].map(|fraction| fraction * end).to_vec()
 }
 
 fn check<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
@@ -77,10 +77,6 @@ fn check_explicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], h: f
 fn report(name: &str, worst: f64) {
     println!("{name}: {worst:.1e}");
     assert!(worst < 1e-10, "{name}: {worst:.2e}");
-}
-
-fn fixed(h: f64) -> Dynamics {
-    Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
 }
 
 #[test]

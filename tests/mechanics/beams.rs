@@ -46,9 +46,9 @@ fn a_cantilever_under_an_end_moment_converges_with_the_square_of_the_element_len
             m.output(name, &[term]);
         }
         let path: Vec<f64> = (0..=4).map(|k| 0.25 * f64::from(k)).collect();
-        let found = equilibria(&m, &Statics::default(), &path).unwrap();
-        assert!((found[2][4] - angle).abs() < 1e-8, "the rotation is exact");
-        (found[0][4] - angle.sin() / angle).hypot(found[1][4] - (1.0 - angle.cos()) / angle)
+        let computed = equilibria(&m, &Statics::default(), &path).unwrap();
+        assert!((computed[2][4] - angle).abs() < 1e-8, "the rotation is exact");
+        (computed[0][4] - angle.sin() / angle).hypot(computed[1][4] - (1.0 - angle.cos()) / angle)
     };
     for n in [4, 8] {
         let order = (error(n) / error(2 * n)).log2();
@@ -62,25 +62,25 @@ fn stresses_in_the_outer_fibres_of_a_cantilever() {
     let (width, height, young, force) = (0.02, 0.01, 2e11, 10.0);
     let section = BeamSection::rectangular(width, height, young, 0.3, 7800.0);
     let mut m = Mechanism::<f64>::new();
-    let (nodes, parts) = m.beam("beam", [[0.0, 0.0], [1.0, 0.0]], [None, None], 8, &section, Shear::Flexible);
+    let (nodes, elements) = m.beam("beam", [[0.0, 0.0], [1.0, 0.0]], [None, None], 8, &section, Shear::Flexible);
     nodes[0].coordinates().into_iter().for_each(|c| m.fix(c));
     m.force("tip force", nodes[8].origin(), -std::f64::consts::FRAC_PI_2, ConstantSpeed, &[0.0, force]);
     m.force("pull", nodes[8].origin(), 0.0, ConstantSpeed, &[0.0, 10.0 * force]);
     for (name, side) in [("upper", 0.5), ("lower", -0.5)] {
-        let terms = m.fibre_stress(parts[0], 0, &section, young, side * height).unwrap();
+        let terms = m.fibre_stress(elements[0], 0, &section, young, side * height).unwrap();
         m.output(name, &terms);
     }
-    assert!(m.fibre_stress(parts[0], 2, &section, young, height).is_err());
-    for (part, measure) in [(parts[0], "moment_i"), (parts[0], "normal_force"), (parts[0], "shear_force")] {
-        let term = m.measure(part, measure).unwrap();
+    assert!(m.fibre_stress(elements[0], 2, &section, young, height).is_err());
+    for (element, measure) in [(elements[0], "moment_i"), (elements[0], "normal_force"), (elements[0], "shear_force")] {
+        let term = m.measure(element, measure).unwrap();
         m.output(measure, &[term]);
     }
     let load = 1e-3; // small, so that the beam stays straight
-    let found = equilibria(&m, &Statics { tolerance: 1e-14, ..Statics::default() }, &[load]).unwrap();
+    let computed = equilibria(&m, &Statics { tolerance: 1e-14, ..Statics::default() }, &[load]).unwrap();
     let bending = 6.0 * force * load / (width * height * height);
     let pull = 10.0 * force * load / (width * height);
     let expected = [pull + bending, pull - bending, -force * load, 10.0 * force * load, -force * load];
-    for (series, expected) in found.iter().zip(expected) {
+    for (series, expected) in computed.iter().zip(expected) {
         assert!((series[0] / expected - 1.0).abs() < 2e-4, "{} instead of {expected}", series[0]);
     }
 }

@@ -2,8 +2,7 @@
 
 use crate::zoo::Arm;
 use linkwright::cases::{Andrews, Chain, FourBar, SliderCrank};
-use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate, simulate_explicitly};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
@@ -17,7 +16,7 @@ use linkwright::mechanics::mechanism::ParametricMechanism;
 
 /// Largest deviation of a derivative from differences, relative to the largest derivative of the same output.
 ///
-/// The better of a large and a small step counts: one suffers from curvature, the other from rounding.
+/// The smaller deviation of two steps is used: the large step suffers from curvature, the small one from rounding.
 fn deviation(b: &[f64], exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> f64 {
     let variable =
         |k: usize| [2e-3, 2e-4].map(|h| deviation_of(b, k, h, exact, &run)).into_iter().fold(f64::MAX, f64::min);

@@ -1,12 +1,10 @@
 //! Conservation of energy and momentum, and drift of the constraints, for every integrator.
 
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate, simulate_explicitly};
 use linkwright::mechanics::integrators::explicit::Explicit;
 use linkwright::mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Newton};
-use linkwright::mechanics::mechanism::outputs::Formula;
-use linkwright::mechanics::mechanism::{Mechanism, Pose};
+use linkwright::mechanics::mechanism::{Formula, Mechanism, Pose};
 
 /// J ω + m (x v_y − y v_x) of one body: x, y, v_x, v_y, ω.
 struct AngularMomentum {
@@ -74,10 +72,10 @@ fn times() -> Vec<f64> {
 fn explicit_steps_keep_energy_momentum_and_joints() {
     let m = flyer();
     for settings in [Explicit::adaptive(1e-9), Explicit::eighth_order(1e-9)] {
-        let found = drift(&simulate_explicitly(&m, &settings, &times()).unwrap());
-        println!("{}: {found:?}", settings.method.name);
+        let computed = drift(&simulate_explicitly(&m, &settings, &times()).unwrap());
+        println!("{}: {computed:?}", settings.method.name);
         let bounds = [1e-6, 1e-6, 1e-6, 1e-8]; // between steps a pin is as closed as the tolerance
-        assert!(found.iter().zip(bounds).all(|(f, bound)| *f < bound), "{}: {found:?}", settings.method.name);
+        assert!(computed.iter().zip(bounds).all(|(f, bound)| *f < bound), "{}: {computed:?}", settings.method.name);
     }
 }
 

@@ -6,10 +6,8 @@ use linkwright::mechanics::analyses::sampling::energy;
 use linkwright::mechanics::elements::{ElementKind, Family, InputValue, Role, StateFunction, kinds};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::Harmonic;
-use linkwright::mechanics::system::Linearization;
-use linkwright::mechanics::system::System;
-use linkwright::mechanics::system::Unknown;
 use linkwright::mechanics::system::state::State;
+use linkwright::mechanics::system::{Linearization, System, Unknown};
 
 /// A force that depends on the velocity, for elements with a function of state.
 struct Damper;
@@ -129,8 +127,8 @@ fn conservative_forces_are_gradients_of_the_energy() {
                 energy(&mechanism, &moved)[1]
             };
             let h = 1e-5;
-            let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-            assert!((slope - row[0]).abs() < 1e-6 * largest.max(1.0), "coordinate {i}: {slope} {}", row[0]);
+            let derivative = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+            assert!((derivative - row[0]).abs() < 1e-6 * largest.max(1.0), "coordinate {i}: {derivative} {}", row[0]);
         }
     }
 }

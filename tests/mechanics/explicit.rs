@@ -2,13 +2,10 @@
 
 use linkwright::autodiff::Scalar;
 use linkwright::cases::Chain;
-use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
-use linkwright::mechanics::analyses::dynamics::simulate_with_steps;
-use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
-use linkwright::mechanics::derivatives::forward::explicit::differentiate_ode;
+use linkwright::mechanics::analyses::dynamics::{simulate_explicitly, simulate_with_steps};
+use linkwright::mechanics::derivatives::forward::explicit::{differentiate_explicitly, differentiate_ode};
 use linkwright::mechanics::elements::{Element, ElementState};
-use linkwright::mechanics::integrators::explicit::{Explicit, StepControl, Tolerance};
-use linkwright::mechanics::integrators::explicit::{Ode, integrate};
+use linkwright::mechanics::integrators::explicit::{Explicit, Ode, StepControl, Tolerance, integrate};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::{Error, Result};
 
@@ -47,9 +44,9 @@ fn oscillator_errors(settings: &Explicit, times: &[f64]) -> [f64; 2] {
     let run = differentiate_ode(&Oscillator, &DESIGN, settings, times).unwrap();
     let mut worst = [0.0f64; 2];
     for (i, &t) in times.iter().enumerate() {
-        let (value, slope) = linkwright::autodiff::gradient(|b| oscillation(b, t), &DESIGN);
+        let (value, gradient) = linkwright::autodiff::gradient(|b| oscillation(b, t), &DESIGN);
         worst[0] = worst[0].max((run.history.values[0][i] - value).abs());
-        for (ours, exact) in run.gradients[0][i].iter().zip(slope) {
+        for (ours, exact) in run.gradients[0][i].iter().zip(gradient) {
             worst[1] = worst[1].max((ours - exact).abs());
         }
     }
@@ -164,10 +161,10 @@ fn a_double_pendulum_is_that_of_minimal_coordinates_with_its_derivatives() {
         for k in 0..4 {
             let turn = |o: usize| -b[o] * angle(o, t).sin() * ode.gradients[o][t][k];
             let direct = if k < 2 { angle(k, t).cos() } else { 0.0 };
-            let slope = turn(0) + turn(1) + direct;
+            let derivative = turn(0) + turn(1) + direct;
             assert!(
-                (mechanism.gradients[0][t][k] - slope).abs() < 1e-9,
-                "{t} {k}: {} {slope}",
+                (mechanism.gradients[0][t][k] - derivative).abs() < 1e-9,
+                "{t} {k}: {} {derivative}",
                 mechanism.gradients[0][t][k]
             );
         }
@@ -213,12 +210,12 @@ fn frozen_deviation<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Exp
         let h = 2e-3 * b[k].abs();
         let runs = [h, -h, 0.5 * h, -0.5 * h, 0.25 * h, -0.25 * h].map(|h| values(k, h));
         for (o, series) in exact.gradients.iter().enumerate() {
-            let largest = series.iter().map(|slopes| slopes[k].abs()).fold(1e-2, f64::max);
-            for (t, slopes) in series.iter().enumerate() {
+            let largest = series.iter().map(|gradient| gradient[k].abs()).fold(1e-2, f64::max);
+            for (t, gradient) in series.iter().enumerate() {
                 let central = |j: usize, h: f64| (runs[j][o][t] - runs[j + 1][o][t]) / (2.0 * h);
                 let (d1, d2, d3) = (central(0, h), central(2, 0.5 * h), central(4, 0.25 * h));
                 let (e1, e2) = ((4.0 * d2 - d1) / 3.0, (4.0 * d3 - d2) / 3.0);
-                worst = worst.max((slopes[k] - (16.0 * e2 - e1) / 15.0).abs() / largest);
+                worst = worst.max((gradient[k] - (16.0 * e2 - e1) / 15.0).abs() / largest);
             }
         }
     }
@@ -256,7 +253,7 @@ fn same_bits_for_any_number_of_threads() {
 struct Trap;
 
 impl Element for Trap {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         dynamics[0] = -(x.p[0] - x.q[0]).sqrt();
     }
 }
@@ -277,7 +274,7 @@ impl Ode for Explosion {
 }
 
 #[test]
-fn what_cannot_be_integrated_is_named_with_its_time() {
+fn failed_integrations_name_the_component_and_the_time() {
     let zero_mass = Chain::horizontal(2).build(&[1.0, 1.0, 0.0, 1.0]).unwrap();
     let error = simulate_explicitly(&zero_mass, &Explicit::eighth_order(1e-8), &[1.0]).unwrap_err().to_string();
     assert!(error.contains("link 1") && error.contains("mass is 0 kg"), "{error}");

@@ -1,19 +1,16 @@
 //! Mechanisms that cannot be analysed are rejected with a name, a reason and a remedy.
 
+use crate::zoo::Brake;
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
 use linkwright::cases::{Chain, FourBar};
-use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate, simulate_explicitly};
 use linkwright::mechanics::analyses::kinematics::kinematics;
 use linkwright::mechanics::analyses::statics::{Statics, equilibria};
-use linkwright::mechanics::elements::StateFunction;
-use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::elements::{Element, ElementState};
+use linkwright::mechanics::elements::{BeamSection, Element, ElementState, Shear, StateFunction};
 use linkwright::mechanics::initial_conditions::{Assembly, redundant_constraints};
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::mechanism::outputs::Formula;
-use linkwright::mechanics::mechanism::{Coordinate, Marker, Mechanism, ParametricMechanism, Pose};
+use linkwright::mechanics::mechanism::{Coordinate, Formula, Marker, Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::{ConstantSpeed, Motion};
 use linkwright::mechanics::system::System;
 use linkwright::mechanics::system::state::State;
@@ -122,15 +119,6 @@ fn sections_of_no_or_negative_size_are_named() {
             let error = message(&m);
             assert!(error.contains("arm element 1: EA is"), "{error}");
         }
-    }
-}
-
-/// A brake whose force jumps at rest: no step has a solution, however short.
-struct Brake;
-
-impl StateFunction for Brake {
-    fn generalized_force<T: Scalar>(&self, p: &[T], _t: T, _q: &[T], v: &[T]) -> T {
-        if v[0].re() == 0.0 { p[0] * (1.0 / 3.0) } else { -p[0] * v[0].re().signum() }
     }
 }
 
@@ -293,7 +281,7 @@ fn an_impossible_driver_names_joint_and_time() {
 struct Broken;
 
 impl Element for Broken {
-    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _closure: &mut [T]) {
+    fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         dynamics[0] = (-x.q[0] - 1.0).sqrt();
     }
 }

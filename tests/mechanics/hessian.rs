@@ -1,6 +1,6 @@
 //! Second derivatives compared with differences of exact gradients, with each other, and with a closed form.
 
-use crate::zoo::{Arm, Drives, Forces, Joints};
+use crate::zoo::{Arm, Drives, Forces, Joints, fixed};
 use linkwright::autodiff::{Scalar, hessian};
 use linkwright::cases::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
 use linkwright::mechanics::analyses::dynamics::Dynamics;
@@ -8,12 +8,10 @@ use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
-use linkwright::mechanics::derivatives::second_order::{HessianHistory, HessianPart, differentiate_twice};
 use linkwright::mechanics::derivatives::second_order::{
-    differentiate_equilibria_twice, differentiate_kinematics_twice,
+    HessianHistory, HessianPart, differentiate_equilibria_twice, differentiate_kinematics_twice, differentiate_twice,
 };
 use linkwright::mechanics::initial_conditions::Assembly;
-use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 use linkwright::problem::{Analysis, ResponseAt};
 use linkwright::responses::mechanism::Transient;
@@ -28,7 +26,7 @@ fn deviation(b: &[f64], step: f64, hessians: &HessianHistory, gradients: impl Fn
         moved[j] += by * scale[j];
         gradients(&moved).gradients
     };
-    let around: Vec<_> = (0..n).map(|j| [1.0, -1.0, 0.5, -0.5].map(|part| at(j, part * step))).collect();
+    let around: Vec<_> = (0..n).map(|j| [1.0, -1.0, 0.5, -0.5].map(|fraction| at(j, fraction * step))).collect();
     let (mut worst, mut absolute) = (0.0f64, vec![(0.0f64, 0.0f64); hessians.names.len()]);
     for (output, (error, largest)) in absolute.iter_mut().enumerate() {
         for p in 0..points {
@@ -53,11 +51,7 @@ fn deviation(b: &[f64], step: f64, hessians: &HessianHistory, gradients: impl Fn
 }
 
 fn times(end: f64) -> Vec<f64> {
-    [0.0, 0.237, 0.7312, 1.0].map(|part| part * end).to_vec()
-}
-
-fn fixed(h: f64) -> Dynamics {
-    Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
+    [0.0, 0.237, 0.7312, 1.0].map(|fraction| fraction * end).to_vec()
 }
 
 fn check<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], settings: Dynamics, end: f64) {
@@ -157,7 +151,7 @@ fn responses_have_the_hessians_of_the_outputs() {
     let wanted = [(0, 2), (0, 0)].map(|(response, point)| ResponseAt { response, point });
     let hessians = analysis.curvatures(&b, &responses, &wanted).unwrap().unwrap();
     let history = differentiate_twice(&Absorber, &b, &fixed(0.01), &[0.5, 1.0, 2.0], HessianPart::Full).unwrap();
-    for (instant, hessian) in wanted.iter().zip(hessians) {
-        assert_eq!(hessian, history.hessian(instant.response, instant.point).unwrap());
+    for (at, hessian) in wanted.iter().zip(hessians) {
+        assert_eq!(hessian, history.hessian(at.response, at.point).unwrap());
     }
 }

@@ -1,19 +1,15 @@
 //! Impacts: closed forms, conservation, derivatives, rejected mechanisms.
 
+use crate::zoo::fixed;
 use linkwright::Result;
 use linkwright::autodiff::{Scalar, gradient, hessian};
-use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate, simulate_explicitly};
 use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
-use linkwright::mechanics::elements::Driver;
-use linkwright::mechanics::elements::Revolute;
-use linkwright::mechanics::elements::{Element, ElementState};
+use linkwright::mechanics::elements::{Driver, Element, ElementState, Revolute};
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::generalized_alpha::Newton;
-use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::{Fixed, Harmonic};
 
 /// A ball dropped from the height b₀ under the gravity b₁, with the coefficient of restitution b₂.
@@ -52,10 +48,6 @@ fn flight<S: Scalar>(b: &[S], t: f64, bounces: i32) -> [S; 2] {
 
 const BALL: [f64; 3] = [1.0, 9.81, 0.7];
 
-fn fixed(h: f64) -> Dynamics {
-    Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
-}
-
 #[test]
 fn a_bouncing_ball_and_its_derivatives_in_closed_form() {
     // Before the first impact, after one, two and three, never at the time of one.
@@ -65,13 +57,13 @@ fn a_bouncing_ball_and_its_derivatives_in_closed_form() {
         let second = differentiate_twice(&Ball, &BALL, &settings, &times, HessianPart::Full).unwrap();
         for (p, (&t, bounces)) in times.iter().zip(0..).enumerate() {
             for output in 0..2 {
-                let (value, slopes) = gradient(|b| flight(b, t, bounces)[output], &BALL);
+                let (value, derivatives) = gradient(|b| flight(b, t, bounces)[output], &BALL);
                 let curvature = hessian(|b| flight(b, t, bounces)[output], &BALL).2;
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs().max(1.0);
                 assert!(close(first.values[output][p], value), "{t}: {} {value}", first.values[output][p]);
                 for i in 0..3 {
                     let ours = first.gradients[output][p][i];
-                    assert!(close(ours, slopes[i]), "{t} {output} by {i}: {ours} {}", slopes[i]);
+                    assert!(close(ours, derivatives[i]), "{t} {output} by {i}: {ours} {}", derivatives[i]);
                     for j in 0..3 {
                         let ours = second.hessian(output, p).unwrap()[(i, j)];
                         assert!(close(ours, curvature[(i, j)]), "{t} {output} {i} {j}: {ours} {}", curvature[(i, j)]);
@@ -83,7 +75,7 @@ fn a_bouncing_ball_and_its_derivatives_in_closed_form() {
 }
 
 #[test]
-fn a_history_says_when_what_was_struck() {
+fn a_history_has_the_times_and_contacts_of_impacts() {
     let history = simulate(&Ball.build(&BALL).unwrap(), &fixed(0.01), &[1.4]).unwrap();
     let fall = (2.0f64 / 9.81).sqrt();
     assert_eq!(history.impacts.len(), 2);
@@ -141,15 +133,16 @@ fn derivatives_through_impacts_of_a_double_pendulum_are_those_of_differences() {
             moved[k] += by;
             differentiate(&DoublePendulum, &moved, &settings, &times).unwrap()
         };
-        let [far, fear, near, rear] = [step, -step, 0.5 * step, -0.5 * step].map(at);
+        let [ahead, behind, half_ahead, half_behind] = [step, -step, 0.5 * step, -0.5 * step].map(at);
         for output in 0..2 {
             for p in 0..times.len() {
                 let of = |x: [f64; 4]| (4.0 * (x[2] - x[3]) / step - (x[0] - x[1]) / (2.0 * step)) / 3.0;
-                let values = [&far, &fear, &near, &rear].map(|h| h.values[output][p]);
+                let values = [&ahead, &behind, &half_ahead, &half_behind].map(|h| h.values[output][p]);
                 let size: f64 = history.gradients[output][p].iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
                 worst[0] = worst[0].max((of(values) - history.gradients[output][p][k]).abs() * BARS[k].abs() / size);
-                let along = [&far, &fear, &near, &rear]
-                    .map(|h| h.gradients[output][p].iter().zip(&BARS).map(|(slope, b)| slope * b).sum::<f64>());
+                let along = [&ahead, &behind, &half_ahead, &half_behind].map(|h| {
+                    h.gradients[output][p].iter().zip(&BARS).map(|(derivative, b)| derivative * b).sum::<f64>()
+                });
                 let products = second.second_derivatives(output, p);
                 let size: f64 = products.iter().zip(&BARS).map(|(s, b)| (s * b).abs()).sum();
                 worst[1] = worst[1].max((of(along) - products[k]).abs() * BARS[k].abs() / size);
@@ -173,7 +166,7 @@ fn an_elastic_impact_keeps_the_energy() {
 }
 
 #[test]
-fn what_cannot_bounce_is_refused() {
+fn impossible_contacts_and_analyses_are_rejected() {
     let message = |b: &[f64], settings: Dynamics, end: f64| {
         Ball.build(b).and_then(|m| simulate(&m, &settings, &[end])).unwrap_err().to_string()
     };
@@ -234,7 +227,7 @@ impl ParametricMechanism for Pushed {
 }
 
 #[test]
-fn what_is_switched_by_time_or_place_in_closed_form() {
+fn forces_switched_by_time_or_position_in_closed_form() {
     // The switch at a time of the grid, and between two of them.
     for (by_time, at) in [(true, 0.5), (true, 0.503), (false, 1.0), (false, 1.017)] {
         let (b, t) = ([1.3, 2.0, -1.7, at], 0.9);
@@ -242,7 +235,7 @@ fn what_is_switched_by_time_or_place_in_closed_form() {
             let since = -if by_time { b[3] } else { b[3] / b[1] } + t;
             b[1] * t + b[2] / b[0] * since * since * 0.5
         }
-        let (value, slopes) = gradient(|b| place(b, t, by_time), &b);
+        let (value, derivatives) = gradient(|b| place(b, t, by_time), &b);
         let curvature = hessian(|b| place(b, t, by_time), &b).2;
         for settings in [fixed(0.01), Dynamics::adaptive(1e-4)] {
             let model = Pushed { by_time };
@@ -253,7 +246,7 @@ fn what_is_switched_by_time_or_place_in_closed_form() {
             assert!(close(first.values[0][0], value), "{by_time} {at}: {} {value}", first.values[0][0]);
             for i in 0..4 {
                 let ours = first.gradients[0][0][i];
-                assert!(close(ours, slopes[i]), "{by_time} {at} by {i}: {ours} {}", slopes[i]);
+                assert!(close(ours, derivatives[i]), "{by_time} {at} by {i}: {ours} {}", derivatives[i]);
                 for j in 0..4 {
                     let ours = second.hessian(0, 0).unwrap()[(i, j)];
                     assert!(close(ours, curvature[(i, j)]), "{by_time} {at} {i} {j}: {ours} {}", curvature[(i, j)]);

@@ -1,12 +1,11 @@
 //! An optimization rejects a trial design that cannot be analysed, for every kind of failure.
 
+use crate::zoo::Brake;
 use linkwright::autodiff::Scalar;
 use linkwright::function;
 use linkwright::mechanics::analyses::dynamics::Dynamics;
-use linkwright::mechanics::elements::StateFunction;
 use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::mechanism::outputs::Formula;
-use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
+use linkwright::mechanics::mechanism::{Formula, Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::{ConstantSpeed, Motion};
 use linkwright::problem::{DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use linkwright::responses::mechanism::Transient;
@@ -40,15 +39,6 @@ impl Formula for Root {
     }
 }
 
-/// A brake whose force jumps at rest: no step has a solution, however short.
-struct Brake;
-
-impl StateFunction for Brake {
-    fn generalized_force<T: Scalar>(&self, p: &[T], _t: T, _q: &[T], v: &[T]) -> T {
-        if v[0].re() == 0.0 { p[0] * (1.0 / 3.0) } else { -p[0] * v[0].re().signum() }
-    }
-}
-
 /// A marker at b, whose position is maximized, and a mechanism that fails.
 struct Flawed(Flaw);
 
@@ -67,7 +57,7 @@ impl Flawed {
                     // The distance of the guide is longer than the rod of 1 m.
                     m.point_on_line("guide", ground.at(zero, b * 2.0), zero, slider.origin());
                 } else {
-                    // The drive gets there within one second.
+                    // The drive reaches this position within one second.
                     m.driver("drive", ground.x, slider.x, ConstantSpeed, &[S::from(turn.cos()), b * 2.0 - turn.cos()]);
                 }
             }
@@ -117,18 +107,18 @@ impl ParametricMechanism for Flawed {
 }
 
 fn problem(flaw: Flaw) -> Problem {
-    let mut parts = ProblemBuilder::new("as far as it goes");
-    parts.variable(DesignVariable::new("b", "-", 0.3).within(0.1, 1.0));
+    let mut builder = ProblemBuilder::new("as far as it goes");
+    builder.variable(DesignVariable::new("b", "-", 0.3).within(0.1, 1.0));
     let times = vec![0.5, 1.0];
-    let time = parts.grid(TimeGrid::new("time", "s", times.clone()).unwrap());
-    let position = parts.transient("position", "m", time);
+    let time = builder.grid(TimeGrid::new("time", "s", times.clone()).unwrap());
+    let position = builder.transient("position", "m", time);
     let far = function!(|p| p.response[0] * -0.5 + 2.0);
-    parts.minimize("lack", "m", Quantity::sum(time, vec![1.0, 1.0], far).of(&[position]));
-    parts.build(Transient::new(Flawed(flaw), Dynamics::fixed(0.05), &times).unwrap()).unwrap()
+    builder.minimize("lack", "m", Quantity::sum(time, vec![1.0, 1.0], far).of(&[position]));
+    builder.build(Transient::new(Flawed(flaw), Dynamics::fixed(0.05), &times).unwrap()).unwrap()
 }
 
 #[test]
-fn every_failure_is_a_rejected_try_with_its_reason() {
+fn every_failure_is_a_rejected_trial_step_with_its_reason() {
     let cases = [
         (Flaw::Assembly, "(constraint", "cannot be assembled at t = 0.0"),
         (Flaw::Mass, "lump", "mass is -"),

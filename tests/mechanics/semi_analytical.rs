@@ -1,6 +1,6 @@
 //! Semi-analytical derivatives compared with direct ones: differenced residuals and dual numbers, of one discrete motion.
 
-use crate::zoo::{Arm, Drives, Forces, Joints};
+use crate::zoo::{Arm, Drives, Forces, Joints, fixed};
 use linkwright::autodiff::Scalar;
 use linkwright::cases::{Absorber, Andrews, Chain, FourBar, RigidFourBar, SliderCrank, SpinningBeam};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialAcceleration};
@@ -14,22 +14,22 @@ use linkwright::mechanics::derivatives::semi_analytical::{
 };
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::Explicit;
-use linkwright::mechanics::integrators::generalized_alpha::{Newton, Prescribed};
+use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
 use linkwright::responses::mechanism::Transient;
 
 /// Largest deviation of a derivative, all scaled by the size of the variables, relative to the largest derivative of the same
 /// output. Outputs that are nearly zero are compared with `floor` times the largest derivative of all.
-fn deviation(b: &[f64], floor: f64, exact: &SensitiveHistory, found: &SensitiveHistory) -> f64 {
+fn deviation(b: &[f64], floor: f64, exact: &SensitiveHistory, computed: &SensitiveHistory) -> f64 {
     let scaled =
         |gradient: &[f64]| gradient.iter().zip(b).map(|(s, b)| (s * b.abs().max(1e-3)).abs()).fold(0.0, f64::max);
     let of = |series: &Vec<Vec<f64>>| series.iter().map(|gradient| scaled(gradient)).fold(0.0, f64::max);
     let of_all = exact.gradients.iter().map(of).fold(0.0, f64::max);
     let mut worst = 0.0f64;
-    for (exact, found) in exact.gradients.iter().zip(&found.gradients) {
+    for (exact, computed) in exact.gradients.iter().zip(&computed.gradients) {
         let size = of(exact).max(floor * of_all);
-        for (exact, found) in exact.iter().zip(found) {
-            let off: Vec<f64> = exact.iter().zip(found).map(|(exact, found)| exact - found).collect();
+        for (exact, computed) in exact.iter().zip(computed) {
+            let off: Vec<f64> = exact.iter().zip(computed).map(|(exact, computed)| exact - computed).collect();
             worst = worst.max(scaled(&off) / size);
         }
     }
@@ -58,18 +58,14 @@ fn check_down_to<M: ParametricMechanism>(
     end: f64,
     allowed: f64,
 ) {
-    let times = [0.0, 0.237, 0.5, 0.7312, 1.0].map(|part| part * end);
+    let times = [0.0, 0.237, 0.5, 0.7312, 1.0].map(|fraction| fraction * end);
     let exact = differentiate(model, b, &settings, &times).unwrap();
     let worst = STEPS.map(|step| {
-        let found = differentiate_semi_analytically(model, b, &settings, &times, step).unwrap();
-        assert_eq!((&found.values, found.work), (&exact.values, exact.work));
-        deviation(b, floor, &exact, &found)
+        let computed = differentiate_semi_analytically(model, b, &settings, &times, step).unwrap();
+        assert_eq!((&computed.values, computed.work), (&exact.values, exact.work));
+        deviation(b, floor, &exact, &computed)
     });
     row(name, worst, allowed);
-}
-
-fn fixed(h: f64) -> Dynamics {
-    Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
 }
 
 #[test]
@@ -115,15 +111,15 @@ fn kinematics_and_statics() {
     let (model, b) = (SliderCrank::rigid(), SliderCrank::DESIGN);
     let exact = differentiate_kinematics(&model, &b, Assembly::default(), &times).unwrap();
     let worst = STEPS.map(|step| {
-        let found = difference_kinematics(&model, &b, Assembly::default(), &times, step).unwrap();
-        deviation(&b, 1e-4, &exact, &found)
+        let computed = difference_kinematics(&model, &b, Assembly::default(), &times, step).unwrap();
+        deviation(&b, 1e-4, &exact, &computed)
     });
     row("slider-crank, kinematics and inverse dynamics", worst, 1e-8);
     let (model, b, settings) = (Arm { elements: 4 }, Arm::DESIGN, Statics { tolerance: 1e-12, ..Statics::default() });
     let exact = differentiate_equilibria(&model, &b, &settings, &times[..3]).unwrap();
     let worst = STEPS.map(|step| {
-        let found = difference_equilibria(&model, &b, &settings, &times[..3], step).unwrap();
-        deviation(&b, 1e-4, &exact, &found)
+        let computed = difference_equilibria(&model, &b, &settings, &times[..3], step).unwrap();
+        deviation(&b, 1e-4, &exact, &computed)
     });
     row("clamped beam, statics", worst, 1e-6);
 }

@@ -1,23 +1,21 @@
 //! The table of docs/sensitivities.md: every element and every kind of parameter against differences.
 //!
-//! `WRITE_DOCS=1 cargo test --test mechanics table` writes it anew.
+//! `UPDATE_DOCS=1 cargo test --test mechanics table` rewrites it.
 
-use crate::zoo::{Arm, Drives, Forces, Joints};
+use crate::zoo::{Arm, Cam, Drives, Forces, Joints, fixed};
 use linkwright::cases::SpinningBeam;
-use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
-use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 use std::fmt::Write;
 
 /// Name of an element, its parameters in words, and which design variables of its mechanism these are.
 pub type Label = (&'static str, &'static str, &'static [usize]);
 
-/// Deviations of one row: implicit and explicit steps; none where explicit steps make no sense.
+/// Deviations of one row: implicit and explicit steps; none for stiff mechanisms.
 struct Row {
     label: Label,
     implicit: f64,
@@ -29,12 +27,12 @@ struct Row {
 /// Steps are relative to the variable's size, or to `floor` if that is more.
 ///
 /// Errors are relative to the largest derivative of the same output with respect to the same variable, or to a thousandth
-/// of its largest scaled derivative with respect to any if that is more. Of large and small steps the better one counts:
-/// the one suffers from curvature, the other from rounding.
+/// of its largest scaled derivative with respect to any if that is more. The smallest deviation of three
+/// steps is used: large steps suffer from curvature, small ones from rounding.
 fn deviations(b: &[f64], floor: f64, exact: &SensitiveHistory, run: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> Vec<f64> {
     let scale = |k: usize| b[k].abs().max(floor);
     let largest =
-        |o: usize, k: usize| exact.gradients[o].iter().fold(0.0f64, |a, slopes| a.max(slopes[k].abs() * scale(k)));
+        |o: usize, k: usize| exact.gradients[o].iter().fold(0.0f64, |a, gradient| a.max(gradient[k].abs() * scale(k)));
     let of_any: Vec<f64> =
         (0..exact.gradients.len()).map(|o| (0..b.len()).map(|k| largest(o, k)).fold(0.0, f64::max)).collect();
     let deviation = |k: usize, h: f64| {
@@ -47,10 +45,10 @@ fn deviations(b: &[f64], floor: f64, exact: &SensitiveHistory, run: impl Fn(&[f6
         let mut worst = 0.0f64;
         for (o, series) in exact.gradients.iter().enumerate() {
             let unit = largest(o, k).max(1e-3 * of_any[o]).max(f64::MIN_POSITIVE);
-            for (t, slopes) in series.iter().enumerate() {
+            for (t, gradient) in series.iter().enumerate() {
                 let [d1, d2, d3] = [0, 1, 2].map(|j: usize| (runs[j].1[o][t] - runs[j].2[o][t]) / (2.0 * runs[j].0));
                 let (e1, e2) = ((4.0 * d2 - d1) / 3.0, (4.0 * d3 - d2) / 3.0);
-                worst = worst.max((slopes[k] * scale(k) - (16.0 * e2 - e1) / 15.0).abs() / unit);
+                worst = worst.max((gradient[k] * scale(k) - (16.0 * e2 - e1) / 15.0).abs() / unit);
             }
         }
         worst
@@ -67,8 +65,7 @@ fn rows<M: ParametricMechanism>(
     is_stiff: bool,
 ) -> Vec<Row> {
     let times: Vec<f64> = (1..=6).map(|k| end * f64::from(k) / 6.0).collect();
-    let newton = Newton { tolerance: 1e-12, iterations: 30 };
-    let settings = Dynamics { newton, ..Dynamics::fixed(step) };
+    let settings = fixed(step);
     let exact = differentiate(model, b, &settings, &times).unwrap();
     let implicit =
         deviations(b, floor, &exact, |b| simulate(&model.build(b).unwrap(), &settings, &times).unwrap().values);
@@ -102,6 +99,7 @@ fn all_rows() -> Vec<Row> {
         rows(&Forces, &Forces::DESIGN, &Forces::LABELS, (0.6, 1e-2, 0.02), false),
         rows(&Joints { length_driver: false }, &Joints::DESIGN, &Joints::LABELS, (0.24, 0.1, 0.04), false),
         rows(&Joints { length_driver: true }, &Joints::DESIGN, &free, (0.24, 0.1, 0.04), false),
+        rows(&Cam, &Cam::DESIGN, &Cam::LABELS, (0.6, 1e-2, 0.02), false),
         rows(&Drives, &Drives::DESIGN, &Drives::LABELS, (0.6, 1e-2, 0.02), false),
         rows(&beam, &SpinningBeam::DESIGN, &section, (0.6, 1e-6, 0.02), true),
         rows(&Arm { elements: 4 }, &Arm::DESIGN, &arm, (0.3, 1e-6, 0.02), true),
@@ -111,8 +109,8 @@ fn all_rows() -> Vec<Row> {
     .collect()
 }
 
-/// What every row is held to. The figures themselves are the rounding of differences, which varies between machines.
-const PROMISED: f64 = 1e-7;
+/// Largest deviation of a row. The figures themselves are the rounding of differences, which varies between machines.
+const LARGEST: f64 = 1e-7;
 
 /// The power of ten above, with some room.
 fn bound(deviation: f64) -> f64 {
@@ -141,19 +139,19 @@ fn the_table_of_elements_in_the_docs_holds() {
     for Row { label, implicit, explicit } in &rows {
         println!("{} ({}): {implicit:.1e} {explicit:.1e}", label.0, label.1, explicit = explicit.unwrap_or(0.0));
     }
-    if std::env::var_os("WRITE_DOCS").is_some() {
+    if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(path, format!("{before}{BEGIN}{}{END}{after}", text(&rows))).unwrap();
         return;
     }
     let documented: Vec<Vec<&str>> =
         table.lines().skip(2).map(|line| line.split('|').map(str::trim).collect()).collect();
-    assert_eq!(documented.len(), rows.len(), "write the table anew");
+    assert_eq!(documented.len(), rows.len(), "run this test with UPDATE_DOCS=1 to rewrite the table");
     for (cells, Row { label, implicit, explicit }) in documented.iter().zip(&rows) {
-        assert_eq!((cells[1], cells[2]), (label.0, label.1), "write the table anew");
+        assert_eq!((cells[1], cells[2]), (label.0, label.1), "run this test with UPDATE_DOCS=1 to rewrite the table");
         for (cell, deviation) in [(cells[3], Some(*implicit)), (cells[4], *explicit)] {
             let Some(deviation) = deviation else { continue };
             let figure: f64 = cell.parse().unwrap();
-            assert!(deviation <= PROMISED && figure <= PROMISED, "{} ({}): {deviation:.1e}", label.0, label.1);
+            assert!(deviation <= LARGEST && figure <= LARGEST, "{} ({}): {deviation:.1e}", label.0, label.1);
         }
     }
 }

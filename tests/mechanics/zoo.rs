@@ -3,17 +3,33 @@
 use crate::table::Label;
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::elements::StateFunction;
-use linkwright::mechanics::elements::{BeamSection, Shear};
-use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Coordinate, Mechanism, ParametricMechanism};
-use linkwright::mechanics::motion::Motion;
-use linkwright::mechanics::motion::Ramp;
-use linkwright::mechanics::motion::StartUp;
-use linkwright::mechanics::motion::Table;
-use linkwright::mechanics::motion::{ConstantSpeed, Fixed, Harmonic};
+use linkwright::mechanics::analyses::dynamics::Dynamics;
+use linkwright::mechanics::elements::{BeamSection, Shear, StateFunction};
+use linkwright::mechanics::integrators::generalized_alpha::Newton;
+use linkwright::mechanics::mechanism::{Coordinate, Mechanism, ParametricMechanism, Pose};
+use linkwright::mechanics::motion::{ConstantSpeed, Fixed, Harmonic, Motion, Ramp, StartUp, Table};
 
-/// A pendulum hung with every force element.
+/// Fixed steps of `h` seconds whose equations are solved to rounding, for comparisons with differences.
+pub fn fixed(h: f64) -> Dynamics {
+    Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(h) }
+}
+
+/// Displacement of the impact absorber: ÿ + c ẏ + k y = 0 with y(0) = 0, ẏ(0) = 1 and b = (k, c).
+pub fn absorber_displacement<S: Scalar>(b: &[S], t: f64) -> S {
+    let w = (b[0] - b[1] * b[1] * 0.25).sqrt();
+    (b[1] * (-0.5 * t)).exp() * (w * t).sin() / w
+}
+
+/// A brake whose force jumps at rest: no step has a solution, however short.
+pub struct Brake;
+
+impl StateFunction for Brake {
+    fn generalized_force<T: Scalar>(&self, p: &[T], _t: T, _q: &[T], v: &[T]) -> T {
+        if v[0].re() == 0.0 { p[0] * (1.0 / 3.0) } else { -p[0] * v[0].re().signum() }
+    }
+}
+
+/// A pendulum with every force element.
 pub struct Forces;
 
 impl Forces {
@@ -165,7 +181,7 @@ impl ParametricMechanism for Joints {
             m.distance_constraint("rod", far, pin.origin(), b[18])
         };
         let sensor = m.sensor("bob", bob.at(c(0.1), c(0.1)));
-        for (part, name) in [
+        for (element, name) in [
             (sensor, "x"),
             (sensor, "vy"),
             (sensor, "ax"),
@@ -174,8 +190,42 @@ impl ParametricMechanism for Joints {
             (slot, "position"),
             (rod, "tension"),
         ] {
-            let term = m.measure(part, name)?;
+            let term = m.measure(element, name)?;
             m.output(format!("{} {name}", m.output_names().len()), &[term]);
+        }
+        Ok(m)
+    }
+}
+
+/// A rotating cam with a vertical follower on a spring.
+pub struct Cam;
+
+impl Cam {
+    pub const LABELS: [Label; 1] =
+        [("cam and follower", "base radius, lift, angle of the smallest radius", &[0, 1, 2])];
+    pub const DESIGN: [f64; 4] = [
+        0.3, 0.1, 0.4, // cam: base radius, lift, angle of the smallest radius
+        5.0, // initial angular velocity
+    ];
+}
+
+impl ParametricMechanism for Cam {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
+        let ground = m.ground();
+        let cam = m.body("cam", S::from(1.0), S::from(0.05), Pose { x: zero, y: zero, theta: zero });
+        m.revolute("axis", ground.origin(), cam.origin());
+        m.set_velocity(cam.theta, b[3]);
+        let height = b[0] + b[1] * 0.5 * (-b[2].sin() + 1.0);
+        let follower = m.point_mass("follower", S::from(0.3), zero, height);
+        m.fix(follower.x);
+        m.coordinate_spring("spring", ground.y, follower.y, [40.0, 1.0, 0.0, 0.0].map(S::from));
+        let profile = m.cam_follower("profile", cam.origin(), follower.origin(), [b[0], b[1], b[2]]);
+        let rotation = m.coordinate_sensor("rotation", ground.theta, cam.theta);
+        for (element, name) in [(profile, "force"), (profile, "lift"), (rotation, "position")] {
+            let term = m.measure(element, name)?;
+            m.output(name, &[term]);
         }
         Ok(m)
     }
@@ -195,7 +245,7 @@ impl ParametricMechanism for Arm {
         let zero = S::from(0.0);
         let mut m = Mechanism::with_gravity(zero, -b[7]);
         let section = BeamSection::rectangular(b[0], b[1], 7e10, 0.3, 2700.0);
-        let (nodes, parts) =
+        let (nodes, elements) =
             m.beam("arm", [[zero, zero], [b[2], zero]], [None, None], self.elements, &section, Shear::Flexible);
         m.fix(nodes[0].x);
         m.fix(nodes[0].y);
@@ -205,7 +255,7 @@ impl ParametricMechanism for Arm {
         m.fixed_joint("clamp", tip.origin(), mass.origin(), zero);
         m.load("drag", m.ground().theta, tip.theta, ConstantSpeed, &[zero, b[4] * -0.1]);
         let sensor = m.sensor("tip", tip.origin());
-        let root = m.measure(parts[0], "moment_i")?;
+        let root = m.measure(elements[0], "moment_i")?;
         m.output("root moment", &[root]);
         for name in ["x", "y", "vy"] {
             let term = m.measure(sensor, name)?;
@@ -291,8 +341,8 @@ impl ParametricMechanism for Drives {
         m.inertia("controlled mass", cart, b[0]);
         let control = m.feedback_force("control", cart, &[cart], Control, &b[18..21]);
         let sensor = m.coordinate_sensor("controlled motion", m.ground().x, cart);
-        for (part, name) in [(control, "generalized_force"), (sensor, "position"), (sensor, "velocity")] {
-            let term = m.measure(part, name)?;
+        for (element, name) in [(control, "generalized_force"), (sensor, "position"), (sensor, "velocity")] {
+            let term = m.measure(element, name)?;
             m.output(name, &[term]);
         }
         Ok(m)

@@ -60,6 +60,15 @@ pub type Dual = num_dual::DualSVec64<WIDTH>;
 /// A hyper-dual number with a [`BLOCK`] × [`BLOCK`] block of second derivatives.
 pub type HyperDual = num_dual::HyperDualSVec64<BLOCK, BLOCK>;
 
+/// A dual number for inner loops, with derivatives with respect to one chunk of [`WIDTH`] design variables.
+pub type Dual8 = DualVec<WIDTH>;
+
+/// A dual number for inner loops with four derivatives, for designs of at most four variables.
+pub type Dual4 = DualVec<4>;
+
+/// A hyper-dual number for inner loops, with first and second derivatives along four pairs of directions in the design space.
+pub type HyperDual4 = HyperDualVec<4>;
+
 /// A real number or a number that carries derivatives.
 ///
 /// Every `Copy` type that implements num-dual's [`DualNum`] over `f64` is a scalar. nalgebra's `RealField` is not

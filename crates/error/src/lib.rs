@@ -15,7 +15,7 @@
 /// A [`std::result::Result`] with linkwright's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Misuse or breakdown.
+/// Cause of a failed call: misuse of the library, or a computation that broke down.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -39,7 +39,7 @@ pub enum Error {
         /// The given value.
         got: f64,
     },
-    /// A number that must be finite is not.
+    /// A quantity is NaN or infinite.
     #[error("{what} is {value} at {place}; {remedy}")]
     NotFinite {
         /// Name of the quantity.
@@ -48,20 +48,20 @@ pub enum Error {
         value: f64,
         /// Time and design in words and numbers.
         place: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// The parts of a problem do not fit together.
+    /// A problem, mechanism or setting is inconsistent.
     #[error("{what}: {why}; {remedy}")]
     Definition {
-        /// The part, by name.
+        /// The inconsistent item, by name.
         what: String,
-        /// What does not fit.
+        /// The inconsistency.
         why: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
-    /// A name is not among the existing ones.
+    /// A name is unknown.
     #[error("{kind} `{asked}`: there is no {kind} of that name; try {}", quoted(.nearest))]
     Unknown {
         /// Kind of the named thing: problem, method, response, …
@@ -76,9 +76,9 @@ pub enum Error {
     Unsupported {
         /// The request, by name.
         what: String,
-        /// Why it is not offered.
+        /// The reason.
         why: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
     /// An analysis failed at this design. During an optimization the design is rejected.
@@ -86,9 +86,9 @@ pub enum Error {
     Analysis {
         /// The element, response or stage, by name.
         what: String,
-        /// What happened, with numbers.
+        /// The failure, with numbers.
         why: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
     /// A subproblem solver broke down.
@@ -100,7 +100,7 @@ pub enum Error {
         status: String,
         /// Iterations done.
         iterations: usize,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// A file is missing, unreadable or of the wrong content.
@@ -108,20 +108,20 @@ pub enum Error {
     File {
         /// The file, as given.
         file: String,
-        /// What is wrong.
+        /// The defect.
         why: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
 }
 
 impl Error {
-    /// An [`Error::Length`] unless the lengths agree.
+    /// Returns an [`Error::Length`] unless the lengths agree.
     pub fn check_length(what: &str, expected: usize, got: usize) -> Result<()> {
         if expected == got { Ok(()) } else { Err(Self::Length { what: what.to_owned(), expected, got }) }
     }
 
-    /// An [`Error::Option`] unless `good`.
+    /// Returns an [`Error::Option`] unless `good`.
     pub fn check_option(option: &str, must: &'static str, got: f64, good: bool) -> Result<()> {
         if good { Ok(()) } else { Err(Self::Option { option: option.to_owned(), must, got }) }
     }
@@ -159,7 +159,8 @@ pub fn nearest<'k>(asked: &str, known: impl IntoIterator<Item = &'k str>) -> Vec
     names
 }
 
-/// Edit distance of two names: letters added, removed, changed or swapped with their neighbour. Zero if `asked` is a part of `known`.
+/// Edit distance of two names: letters added, removed, changed or swapped with their neighbour.
+/// Zero if `asked` is a substring of `known`.
 fn distance(known: &str, asked: &str) -> usize {
     if !asked.is_empty() && known.contains(asked) { 0 } else { strsim::osa_distance(known, asked) }
 }

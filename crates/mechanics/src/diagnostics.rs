@@ -7,7 +7,7 @@ use crate::system::state::{State, evaluate, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 
-/// Finds what is not finite at `state`: the first prescribed motion, or else the first element; `None` if all are finite.
+/// Names the first prescribed motion, or else the first element, that is not finite at `state`; `None` if all are finite.
 ///
 /// The error has the name, the time, and the explanation that the element itself gives.
 pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Error> {
@@ -16,41 +16,45 @@ pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Erro
         return Some(error);
     }
     let mut workspace = ElementWorkspace::default();
-    mechanism.elements.iter().filter(|part| !part.element.is_sensor()).find_map(|part| {
-        let what = non_finite_part(part, state, &mut workspace)?;
+    mechanism.elements.iter().filter(|instance| !instance.element.is_sensor()).find_map(|instance| {
+        let what = describe_non_finite(instance, state, &mut workspace)?;
         let why = format!("{what} at t = {t:.6e} s");
-        Some(Error::analysis(&part.name, why, "check the function that gives them, or keep the design away from there"))
+        Some(Error::analysis(
+            &instance.name,
+            why,
+            "check the function that computes them, or bound the design away from this point",
+        ))
     })
 }
 
 /// Describes what is not finite in an element; `None` if everything is finite.
-fn non_finite_part(
-    part: &ElementInstance<f64>,
+fn describe_non_finite(
+    instance: &ElementInstance<f64>,
     state: &State<f64>,
     workspace: &mut ElementWorkspace<f64>,
 ) -> Option<String> {
-    evaluate(part, state, workspace);
+    evaluate(instance, state, workspace);
     let broken = |rows: &[f64]| rows.iter().any(|row| !row.is_finite());
     let what = match (broken(&workspace.dynamics), broken(&workspace.constraint)) {
         (_, true) => "its constraint is not finite",
         (true, _) => "its forces are not finite",
-        _ if broken(&columns(part, state, workspace)) => "the derivatives of its forces are not finite",
+        _ if broken(&columns(instance, state, workspace)) => "the derivatives of its forces are not finite",
         _ => return None,
     };
-    gather(part, state, workspace);
-    workspace.p.clone_from(&part.parameters);
-    let explanation = part.element.diagnose_state(&workspace.local(state.t));
+    gather(instance, state, workspace);
+    workspace.p.clone_from(&instance.parameters);
+    let explanation = instance.element.diagnose_state(&workspace.local(state.t));
     Some(explanation.map_or(what.to_owned(), |why| format!("{what}: {why}")))
 }
 
 /// Residual of an element and its derivatives with respect to all variables of the element.
-fn columns(part: &ElementInstance<f64>, state: &State<f64>, workspace: &mut ElementWorkspace<f64>) -> Vec<f64> {
-    gather(part, state, workspace);
-    workspace.p.clone_from(&part.parameters);
-    let active: Vec<usize> = (0..part.coordinates.len() + part.num_constraints).collect();
+fn columns(instance: &ElementInstance<f64>, state: &State<f64>, workspace: &mut ElementWorkspace<f64>) -> Vec<f64> {
+    gather(instance, state, workspace);
+    workspace.p.clone_from(&instance.parameters);
+    let active: Vec<usize> = (0..instance.coordinates.len() + instance.num_constraints).collect();
     let mut out = vec![0.0; active.len() * (active.len() + 1)];
     let weights = TangentWeights { position: 1.0, velocity: 1.0, acceleration: 1.0 };
-    part.element.columns(&workspace.local(state.t), weights, &active, &mut JacobianWorkspace::default(), &mut out);
+    instance.element.columns(&workspace.local(state.t), weights, &active, &mut JacobianWorkspace::default(), &mut out);
     out
 }
 
@@ -59,15 +63,15 @@ pub fn dominant_residual(system: &System, mechanism: &Mechanism<f64>, state: &St
     let name = system.dominant_residual(mechanism, rows);
     let Some(Unknown::Coordinate(i)) = system.dominant_unknown(rows) else { return name };
     let mut workspace = ElementWorkspace::default();
-    let mut share = |part: &ElementInstance<f64>| {
-        let row = part.coordinates.iter().position(|&c| c == i)?;
-        evaluate(part, state, &mut workspace);
+    let mut share = |instance: &ElementInstance<f64>| {
+        let row = instance.coordinates.iter().position(|&c| c == i)?;
+        evaluate(instance, state, &mut workspace);
         Some(workspace.dynamics[row].abs())
     };
-    let parts = mechanism.elements.iter().filter(|part| !part.element.is_sensor());
-    let shares = parts.filter_map(|part| Some((share(part)?, &part.name)));
+    let instances = mechanism.elements.iter().filter(|instance| !instance.element.is_sensor());
+    let shares = instances.filter_map(|instance| Some((share(instance)?, &instance.name)));
     let largest = shares.max_by(|a, b| a.0.total_cmp(&b.0));
-    largest.map_or(name.clone(), |(_, part)| format!("{name}, mostly by {part}"))
+    largest.map_or(name.clone(), |(_, element)| format!("{name}, mostly by {element}"))
 }
 
 /// Checks that the prescribed motions are finite.
@@ -85,7 +89,7 @@ fn check_motions(mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
 ///
 /// # Errors
 ///
-/// [`Error::Analysis`] naming the motion, the element or the output that is not.
+/// [`Error::Analysis`] naming the motion, the element or the output that is not finite.
 pub fn check(mechanism: &Mechanism<f64>, state: &State<f64>, outputs: &[f64]) -> Result<()> {
     check_motions(mechanism, state)?;
     let checked = check_finite(mechanism, outputs, state.t);

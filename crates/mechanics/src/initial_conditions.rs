@@ -3,14 +3,13 @@
 //! Every analysis begins with [`assemble`]. Dynamics continues with [`make_velocities_consistent`] and
 //! [`AccelerationSolver`]; statics with [`find_equilibrium`].
 
-use crate::diagnostics;
 use crate::elements::element::ElementWorkspace;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
-use crate::{Error, Result};
+use crate::{Error, Result, diagnostics};
 
 /// Settings of the assembly of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,11 +113,11 @@ fn check_independence(
 /// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
 fn apply(system: &System, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
     let largest = system.largest_coordinate_row(step);
-    let part = if largest > 0.5 { 0.5 / largest } else { 1.0 };
+    let fraction = if largest > 0.5 { 0.5 / largest } else { 1.0 };
     for (unknown, change) in system.unknowns().iter().zip(step) {
         match *unknown {
-            Unknown::Coordinate(i) => state.q[i] -= part * change[0],
-            Unknown::Multiplier(m) => state.l[m] -= part * change[0],
+            Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],
+            Unknown::Multiplier(m) => state.l[m] -= fraction * change[0],
         }
     }
     largest
@@ -138,11 +137,10 @@ pub fn make_velocities_consistent(
         return Ok(Vec::new());
     }
     let mut rows = vec![[0.0]; system.size()];
-    let mut rates = vec![0.0; system.size()];
-    system.constraint_rates(mechanism, state, 1, &mut ElementWorkspace::default(), &mut rates);
     system.assemble(mechanism, state, Linearization::projection(), &mut rows);
     system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
-    rows.iter_mut().zip(&rates).for_each(|(row, rate)| row[0] = *rate);
+    rows.fill([0.0]);
+    system.constraint_rates(mechanism, state, 1, &mut ElementWorkspace::default(), rows.as_flattened_mut());
     system.factor().solve(&mut rows);
     let mut multipliers = vec![0.0; mechanism.multipliers];
     for (unknown, change) in system.unknowns().iter().zip(&rows) {
@@ -154,11 +152,10 @@ pub fn make_velocities_consistent(
     Ok(multipliers)
 }
 
-/// Solver for consistent accelerations; it allocates only once.
+/// Solver for consistent accelerations; it allocates only at its first use.
 #[derive(Clone, Debug, Default)]
 pub struct AccelerationSolver {
     rows: Vec<[f64; 1]>,
-    rates: Vec<f64>,
     jets: ElementWorkspace<Jet2<f64>>,
 }
 
@@ -172,7 +169,6 @@ impl AccelerationSolver {
     /// [`Error::Analysis`] naming the coordinate or joint without a pivot.
     pub fn solve(&mut self, system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<()> {
         self.rows.resize(system.size(), [0.0]);
-        self.rates.resize(system.size(), 0.0);
         state.l.fill(0.0);
         for unknown in system.unknowns() {
             if let Unknown::Coordinate(i) = *unknown {
@@ -180,24 +176,14 @@ impl AccelerationSolver {
             }
         }
         system.assemble(mechanism, state, Linearization::accelerations(), &mut self.rows);
-        system.constraint_rates(mechanism, state, 2, &mut self.jets, &mut self.rates);
+        system.constraint_rates(mechanism, state, 2, &mut self.jets, self.rows.as_flattened_mut());
         system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
-        for ((row, rate), unknown) in self.rows.iter_mut().zip(&self.rates).zip(system.unknowns()) {
-            if matches!(unknown, Unknown::Multiplier(_)) {
-                row[0] = *rate;
-            }
-        }
         system.factor().solve(&mut self.rows);
         if self.rows.iter().any(|row| !row[0].is_finite()) {
             let singular = || explained(system, mechanism, state, no_accelerations(state.t));
             return Err(diagnostics::not_finite(mechanism, state).unwrap_or_else(singular));
         }
-        for (unknown, change) in system.unknowns().iter().zip(&self.rows) {
-            match *unknown {
-                Unknown::Coordinate(i) => state.a[i] = -change[0],
-                Unknown::Multiplier(m) => state.l[m] = -change[0],
-            }
-        }
+        system.set_accelerations(&self.rows, state);
         Ok(())
     }
 }
@@ -310,10 +296,10 @@ pub fn find_equilibrium(
         if !largest.is_finite() {
             break;
         }
-        let part = if largest > settings.longest { settings.longest / largest } else { 1.0 };
+        let fraction = if largest > settings.longest { settings.longest / largest } else { 1.0 };
         for (unknown, change) in system.unknowns().iter().zip(&rows) {
             match *unknown {
-                Unknown::Coordinate(i) => state.q[i] -= part * change[0],
+                Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],
                 Unknown::Multiplier(m) => state.l[m] -= change[0],
             }
         }

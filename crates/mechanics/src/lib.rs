@@ -40,7 +40,6 @@ pub mod analyses;
 pub mod checkpointing;
 pub mod derivatives;
 pub mod diagnostics;
-pub(crate) mod dual_numbers;
 pub mod elements;
 pub mod events;
 pub mod initial_conditions;
@@ -48,7 +47,6 @@ pub mod integrators;
 pub mod linalg;
 pub mod mechanism;
 pub mod motion;
-pub mod prelude;
 pub mod system;
 
 pub use analyses::dynamics::{History, simulate, simulate_explicitly};
@@ -60,6 +58,19 @@ pub use initial_conditions::{Assembly, Statics};
 pub use integrators::explicit::Explicit;
 pub use integrators::{Dynamics, GeneralizedAlpha, InitialAcceleration, InitialConfiguration, Newton, StepSize, Work};
 pub use mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism, ParametricMechanism, Pose};
+
+/// The names that most programs with mechanisms need: `use linkwright_mechanics::prelude::*;`.
+pub mod prelude {
+    pub use crate::derivatives::forward::dynamics::differentiate;
+    pub use crate::elements::{Element, ElementState};
+    pub use crate::motion::{ConstantSpeed, Motion};
+    pub use crate::{
+        Assembly, Body, Coordinate, Dynamics, ElementIndex, Error, Explicit, GeneralizedAlpha, History,
+        InitialAcceleration, InitialConfiguration, Marker, Mechanism, Modes, Newton, ParametricMechanism, Pose, Result,
+        Statics, StepSize, Work, equilibria, kinematics, modes, simulate, simulate_explicitly,
+    };
+    pub use autodiff::Scalar;
+}
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

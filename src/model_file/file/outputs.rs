@@ -9,8 +9,8 @@ use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use autodiff::Scalar;
+use mechanics::mechanism::Formula;
 use mechanics::mechanism::Term;
-use mechanics::mechanism::outputs::Formula;
 use std::cell::RefCell;
 use toml::de::DeValue;
 

@@ -4,8 +4,7 @@ use crate::Result;
 use crate::problem::{Analysis, ContinuousTime, ResponseAt, Responses, seed_block};
 use autodiff::{BLOCK, HyperDual, Scalar};
 use mechanics::derivatives::forward::explicit::differentiate_ode;
-use mechanics::integrators::explicit::Explicit;
-use mechanics::integrators::explicit::{Ode, integrate};
+use mechanics::integrators::explicit::{Explicit, Ode, integrate};
 use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
 use num_dual::Derivative;
 use std::sync::{Arc, OnceLock};
@@ -25,15 +24,15 @@ pub trait OdeModel: Send + Sync {
 /// The outputs of an [`OdeModel`] over one time grid, as responses of an optimization problem in continuous time.
 ///
 /// The state is integrated by explicit steps and differentiated along with them; between time points the integration continues
-/// from the last one. Derivatives of outputs by design and time are those of dual numbers on state and rates.
+/// from the last one. Outputs are differentiated with respect to design and time in dual numbers.
 pub struct OdeResponses<E> {
     model: E,
     settings: Explicit,
     times: Vec<f64>,
 }
 
-/// States and, once they are asked for, their derivatives at the time points.
-struct Trace {
+/// States at the time points and, after the first request, their derivatives.
+struct StoredStates {
     design: Vec<f64>,
     /// `states[p][component]`.
     states: Vec<Vec<f64>>,
@@ -41,7 +40,7 @@ struct Trace {
     gradients: OnceLock<Vec<Vec<Vec<f64>>>>,
 }
 
-/// The differential equation from any state, which may depend on the design.
+/// The differential equation with any initial state, which may depend on the design.
 struct Restarted<'e, E> {
     model: &'e E,
     /// None for the initial state of the model.
@@ -51,7 +50,7 @@ struct Restarted<'e, E> {
 /// A state from which the integration continues.
 struct InitialState<'e> {
     values: &'e [f64],
-    /// Its derivatives by the design, component by component; empty where they are not needed.
+    /// Its gradients with respect to the design, component by component; empty where they are not needed.
     gradients: Vec<&'e [f64]>,
     /// The design of these derivatives.
     design: &'e [f64],
@@ -61,8 +60,8 @@ impl<E: OdeModel> Ode for Restarted<'_, E> {
     fn start<S: Scalar>(&self, b: &[S]) -> Vec<S> {
         let Some(InitialState { values, gradients, design }) = &self.state else { return self.model.start(b) };
         let component = |(i, &y): (usize, &f64)| {
-            let slope = gradients.get(i).copied().unwrap_or(&[]);
-            let steps = b.iter().zip(*design).zip(slope).map(|((b, d), s)| (*b - *d) * *s);
+            let gradient = gradients.get(i).copied().unwrap_or(&[]);
+            let steps = b.iter().zip(*design).zip(gradient).map(|((b, d), s)| (*b - *d) * *s);
             steps.fold(S::from(y), |sum, step| sum + step)
         };
         values.iter().enumerate().map(component).collect()
@@ -84,27 +83,27 @@ impl<E: OdeModel> OdeResponses<E> {
         Ok(Self { model, settings, times: times.to_vec() })
     }
 
-    fn whole(&self) -> Restarted<'_, E> {
+    fn from_start(&self) -> Restarted<'_, E> {
         Restarted { model: &self.model, state: None }
     }
 
-    fn states(&self, b: &[f64]) -> Result<Trace> {
-        let history = integrate(&self.whole(), b, &self.settings, &self.times)?;
+    fn states(&self, b: &[f64]) -> Result<StoredStates> {
+        let history = integrate(&self.from_start(), b, &self.settings, &self.times)?;
         let state = |p: usize| history.values.iter().map(|series| series[p]).collect();
         let states = (0..self.times.len()).map(state).collect();
-        Ok(Trace { design: b.to_vec(), states, gradients: OnceLock::new() })
+        Ok(StoredStates { design: b.to_vec(), states, gradients: OnceLock::new() })
     }
 
     /// The stored states of the analysis of `b`, or new ones.
-    fn trace(&self, b: &[f64], responses: &Responses) -> Result<Arc<Trace>> {
-        let stored = responses.trace.clone().and_then(|trace| trace.downcast::<Trace>().ok());
+    fn trace(&self, b: &[f64], responses: &Responses) -> Result<Arc<StoredStates>> {
+        let stored = responses.trace.clone().and_then(|trace| trace.downcast::<StoredStates>().ok());
         stored.filter(|trace| trace.design == b).map_or_else(|| self.states(b).map(Arc::new), Ok)
     }
 
-    fn gradients<'t>(&self, b: &[f64], trace: &'t Trace) -> Result<&'t Vec<Vec<Vec<f64>>>> {
+    fn gradients<'t>(&self, b: &[f64], trace: &'t StoredStates) -> Result<&'t Vec<Vec<Vec<f64>>>> {
         if trace.gradients.get().is_none() {
-            let found = differentiate_ode(&self.whole(), b, &self.settings, &self.times)?.gradients;
-            return Ok(trace.gradients.get_or_init(|| found));
+            let gradients = differentiate_ode(&self.from_start(), b, &self.settings, &self.times)?.gradients;
+            return Ok(trace.gradients.get_or_init(|| gradients));
         }
         Ok(trace.gradients.get().expect("it is set above or before"))
     }
@@ -116,7 +115,7 @@ impl<E: OdeModel> OdeResponses<E> {
     }
 
     /// The state at any time from the first time point on.
-    fn state(&self, b: &[f64], trace: &Trace, t: f64) -> Result<Vec<f64>> {
+    fn state(&self, b: &[f64], trace: &StoredStates, t: f64) -> Result<Vec<f64>> {
         let (p, settings) = self.before(t);
         if t <= self.times[p] {
             return Ok(trace.states[p].clone());
@@ -128,8 +127,8 @@ impl<E: OdeModel> OdeResponses<E> {
         Ok(integrate(&from, b, &settings, &[t])?.values.iter().map(|series| series[0]).collect())
     }
 
-    /// The state's derivatives there: one row for each component.
-    fn state_slopes(&self, b: &[f64], trace: &Trace, t: f64) -> Result<Vec<Vec<f64>>> {
+    /// The gradients of the state at the time `t` (s): one for each component.
+    fn state_gradients(&self, b: &[f64], trace: &StoredStates, t: f64) -> Result<Vec<Vec<f64>>> {
         let (p, settings) = self.before(t);
         let gradients = self.gradients(b, trace)?;
         let here: Vec<&[f64]> = gradients.iter().map(|series| &series[p][..]).collect();
@@ -151,7 +150,7 @@ impl<E: OdeModel> OdeResponses<E> {
     }
 }
 
-/// A number with derivatives by up to [`BLOCK`] variables, by time, and mixed ones.
+/// A number with derivatives with respect to up to [`BLOCK`] variables and to time, and mixed ones.
 fn number(value: f64, first: &[f64], rate: f64, mixed: &[f64]) -> HyperDual {
     let entry = |v: &[f64], a: usize| v.get(a).copied().unwrap_or(0.0);
     let across = SVector::<f64, BLOCK>::from_fn(|a, _| entry(first, a));
@@ -160,11 +159,11 @@ fn number(value: f64, first: &[f64], rate: f64, mixed: &[f64]) -> HyperDual {
     HyperDual::new(value, Derivative::some(across), Derivative::some(along), Derivative::some(both))
 }
 
-fn firsts(value: &HyperDual) -> SVector<f64, BLOCK> {
+fn first_derivatives(value: &HyperDual) -> SVector<f64, BLOCK> {
     value.eps1.unwrap_generic(Const::<BLOCK>, U1)
 }
 
-fn mixed(value: &HyperDual) -> SVector<f64, BLOCK> {
+fn mixed_derivatives(value: &HyperDual) -> SVector<f64, BLOCK> {
     value.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>).column(0).into_owned()
 }
 
@@ -186,7 +185,7 @@ impl<E: OdeModel> Analysis for OdeResponses<E> {
             for start in (0..b.len()).step_by(BLOCK) {
                 let of = |(i, &y): (usize, &f64)| number(y, &gradients[i][at.point][start..], 0.0, &[]);
                 let y: Vec<HyperDual> = y.iter().enumerate().map(of).collect();
-                let first = firsts(&self.model.output(at.response, &seed_block(b, start), t, &y));
+                let first = first_derivatives(&self.model.output(at.response, &seed_block(b, start), t, &y));
                 (0..BLOCK.min(b.len() - start)).for_each(|a| rows[(row, start + a)] = first[a]);
             }
         }
@@ -206,29 +205,30 @@ impl<E: OdeModel> ContinuousTime for OdeResponses<E> {
         let constants: Vec<HyperDual> = b.iter().map(|&v| HyperDual::from_re(v)).collect();
         let moving: Vec<HyperDual> = y.iter().zip(&rates).map(|(&y, &r)| number(y, &[r], 0.0, &[])).collect();
         let second = self.rates_at(&constants, number(t, &[1.0], 0.0, &[]), &moving);
-        let state = y.iter().zip(&rates).zip(&second).map(|((&y, &r), s)| number(y, &[r], r, &[firsts(s)[0]]));
+        let state =
+            y.iter().zip(&rates).zip(&second).map(|((&y, &r), s)| number(y, &[r], r, &[first_derivatives(s)[0]]));
         let value = self.model.output(h, &constants, number(t, &[1.0], 1.0, &[]), &state.collect::<Vec<_>>());
-        Ok([value.re, firsts(&value)[0], mixed(&value)[0]])
+        Ok([value.re, first_derivatives(&value)[0], mixed_derivatives(&value)[0]])
     }
 
     fn rate_sensitivities(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]> {
         let trace = self.trace(b, responses)?;
-        let (y, gradients) = (self.state(b, &trace, t)?, self.state_slopes(b, &trace, t)?);
-        let mut found = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
+        let (y, gradients) = (self.state(b, &trace, t)?, self.state_gradients(b, &trace, t)?);
+        let mut sensitivities = [Vec::with_capacity(b.len()), Vec::with_capacity(b.len())];
         for start in (0..b.len()).step_by(BLOCK) {
             let design = seed_block(b, start);
             let still: Vec<HyperDual> =
                 y.iter().zip(&gradients).map(|(&y, s)| number(y, &s[start..], 0.0, &[])).collect();
             let rates = self.rates_at(&design, HyperDual::from_re(t), &still);
             let state = y.iter().zip(&gradients).zip(&rates);
-            let state = state.map(|((&y, s), r)| number(y, &s[start..], r.re, firsts(r).as_slice()));
+            let state = state.map(|((&y, s), r)| number(y, &s[start..], r.re, first_derivatives(r).as_slice()));
             let time = number(t, &[], 1.0, &[]);
             let value = self.model.output(h, &design, time, &state.collect::<Vec<_>>());
             let count = BLOCK.min(b.len() - start);
-            found[0].extend(firsts(&value).iter().take(count));
-            found[1].extend(mixed(&value).iter().take(count));
+            sensitivities[0].extend(first_derivatives(&value).iter().take(count));
+            sensitivities[1].extend(mixed_derivatives(&value).iter().take(count));
         }
-        Ok(found)
+        Ok(sensitivities)
     }
 }
 
@@ -262,9 +262,9 @@ mod tests {
         let responses = analysis.analyze(&b).unwrap();
         let value = |b: &[f64], h, t| analysis.rates(b, &analysis.analyze(b).unwrap(), h, t).unwrap();
         let (h, t, step) = (1, 1.3, 1e-4);
-        let [_, slope, second] = value(&b, h, t);
+        let [_, rate, second] = value(&b, h, t);
         let (up, down) = (value(&b, h, t + step), value(&b, h, t - step));
-        assert!((slope - (up[0] - down[0]) / (2.0 * step)).abs() < 1e-7);
+        assert!((rate - (up[0] - down[0]) / (2.0 * step)).abs() < 1e-7);
         assert!((second - (up[1] - down[1]) / (2.0 * step)).abs() < 1e-6);
         let [first, cross] = analysis.rate_sensitivities(&b, &responses, h, t).unwrap();
         for k in 0..3 {

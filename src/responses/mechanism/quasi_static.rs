@@ -5,16 +5,16 @@ use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use mechanics::analyses::dynamics::check_times;
 use mechanics::analyses::kinematics::kinematics;
 use mechanics::analyses::statics::{Statics, equilibria};
-use mechanics::derivatives::adjoint::Functional;
-use mechanics::derivatives::adjoint::{differentiate_equilibria_backwards, differentiate_kinematics_backwards};
+use mechanics::derivatives::adjoint::{
+    Functional, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
+};
 use mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use mechanics::derivatives::history::SensitiveHistory;
 use mechanics::derivatives::method::{Cost, Differentiation};
 use mechanics::derivatives::second_order::{
     HessianHistory, HessianPart, differentiate_equilibria_twice, differentiate_kinematics_twice,
 };
-use mechanics::derivatives::semi_analytical;
-use mechanics::derivatives::semi_analytical::{difference_equilibria, difference_kinematics};
+use mechanics::derivatives::semi_analytical::{self, difference_equilibria, difference_kinematics};
 use mechanics::initial_conditions::Assembly;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use nalgebra::DMatrix;
@@ -59,8 +59,7 @@ pub trait InstantAnalysis: Send + Sync {
     ) -> Result<SensitiveHistory>;
 
     /// Outputs with their Hessians.
-    fn second_derivatives<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64])
-    -> Result<HessianHistory>;
+    fn hessians<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory>;
 
     /// Derivatives of `responses` by the adjoint method.
     fn adjoint<M: ParametricMechanism>(
@@ -72,87 +71,67 @@ pub trait InstantAnalysis: Send + Sync {
     ) -> Result<DMatrix<f64>>;
 }
 
-impl InstantAnalysis for Statics {
-    const COST: Cost = Cost::EQUILIBRIUM;
+/// Implements [`InstantAnalysis`] for settings by functions of the mechanics, in the order of the trait. `[*]` passes the
+/// settings by value.
+macro_rules! impl_instant_analysis {
+    ($settings:ty, $cost:expr, [$($deref:tt)?], $values:ident, $direct:ident, $semi:ident, $twice:ident, $adjoint:ident) => {
+        impl InstantAnalysis for $settings {
+            const COST: Cost = $cost;
 
-    fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>> {
-        equilibria(mechanism, self, times)
-    }
+            fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>> {
+                $values(mechanism, $($deref)? self, times)
+            }
 
-    fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
-        differentiate_equilibria(model, b, self, times)
-    }
+            fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
+                $direct(model, b, $($deref)? self, times)
+            }
 
-    fn semi_analytical<M: ParametricMechanism>(
-        &self,
-        model: &M,
-        b: &[f64],
-        times: &[f64],
-        step: f64,
-    ) -> Result<SensitiveHistory> {
-        difference_equilibria(model, b, self, times, step)
-    }
+            fn semi_analytical<M: ParametricMechanism>(
+                &self,
+                model: &M,
+                b: &[f64],
+                times: &[f64],
+                step: f64,
+            ) -> Result<SensitiveHistory> {
+                $semi(model, b, $($deref)? self, times, step)
+            }
 
-    fn second_derivatives<M: ParametricMechanism>(
-        &self,
-        model: &M,
-        b: &[f64],
-        times: &[f64],
-    ) -> Result<HessianHistory> {
-        differentiate_equilibria_twice(model, b, self, times, HessianPart::Full)
-    }
+            fn hessians<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<HessianHistory> {
+                $twice(model, b, $($deref)? self, times, HessianPart::Full)
+            }
 
-    fn adjoint<M: ParametricMechanism>(
-        &self,
-        model: &M,
-        b: &[f64],
-        times: &[f64],
-        responses: &[Functional],
-    ) -> Result<DMatrix<f64>> {
-        differentiate_equilibria_backwards(model, b, self, times, responses)
-    }
+            fn adjoint<M: ParametricMechanism>(
+                &self,
+                model: &M,
+                b: &[f64],
+                times: &[f64],
+                responses: &[Functional],
+            ) -> Result<DMatrix<f64>> {
+                $adjoint(model, b, $($deref)? self, times, responses)
+            }
+        }
+    };
 }
-
-impl InstantAnalysis for Assembly {
-    const COST: Cost = Cost::KINEMATICS;
-
-    fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>> {
-        kinematics(mechanism, *self, times)
-    }
-
-    fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
-        differentiate_kinematics(model, b, *self, times)
-    }
-
-    fn semi_analytical<M: ParametricMechanism>(
-        &self,
-        model: &M,
-        b: &[f64],
-        times: &[f64],
-        step: f64,
-    ) -> Result<SensitiveHistory> {
-        difference_kinematics(model, b, *self, times, step)
-    }
-
-    fn second_derivatives<M: ParametricMechanism>(
-        &self,
-        model: &M,
-        b: &[f64],
-        times: &[f64],
-    ) -> Result<HessianHistory> {
-        differentiate_kinematics_twice(model, b, *self, times, HessianPart::Full)
-    }
-
-    fn adjoint<M: ParametricMechanism>(
-        &self,
-        model: &M,
-        b: &[f64],
-        times: &[f64],
-        responses: &[Functional],
-    ) -> Result<DMatrix<f64>> {
-        differentiate_kinematics_backwards(model, b, *self, times, responses)
-    }
-}
+impl_instant_analysis!(
+    Statics,
+    Cost::EQUILIBRIUM,
+    [],
+    equilibria,
+    differentiate_equilibria,
+    difference_equilibria,
+    differentiate_equilibria_twice,
+    differentiate_equilibria_backwards
+);
+impl_instant_analysis!(
+    Assembly,
+    Cost::KINEMATICS,
+    [*],
+    kinematics,
+    differentiate_kinematics,
+    difference_kinematics,
+    differentiate_kinematics_twice,
+    differentiate_kinematics_backwards
+);
 
 impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
     /// Responses from the outputs of `model` at `times` (s, increasing).
@@ -200,10 +179,10 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
         let by = |method, step| {
             move |b: &[f64], _: &Responses, wanted: &[ResponseAt]| self.sensitivities_by(method, step, b, wanted)
         };
+        let step = semi_analytical::STEP;
         let semi = |step: f64, b: &[f64], _: &Responses, wanted: &[ResponseAt]| {
             self.sensitivities_by(SemiAnalytical, step, b, wanted)
         };
-        let step = semi_analytical::STEP;
         vec![
             GradientMethod::exact("direct", by(Direct, step)),
             GradientMethod::exact("adjoint", by(Adjoint, step)),
@@ -212,13 +191,17 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
     }
 
     fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
-        let times = &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)];
-        let history = self.settings.second_derivatives(&self.model, b, times)?;
+        let history = self.settings.hessians(&self.model, b, self.times_of(wanted))?;
         Ok(wanted.iter().map(|at| history.hessian(at.response, at.point)).collect())
     }
 }
 
 impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
+    /// All times up to the last wanted one: each solution is the initial guess of the next, as in the analysis.
+    fn times_of(&self, wanted: &[ResponseAt]) -> &[f64] {
+        &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)]
+    }
+
     fn sensitivities_by(
         &self,
         method: Differentiation,
@@ -226,8 +209,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
         b: &[f64],
         wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
-        // All times up to the last wanted one: each solution is the initial guess of the next, as in the analysis.
-        let times = &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)];
+        let times = self.times_of(wanted);
         let history = match method {
             Differentiation::Adjoint => {
                 return by_points(wanted, |responses| self.settings.adjoint(&self.model, b, times, responses));

@@ -2,20 +2,19 @@
 
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
-use mechanics::analyses::dynamics::simulate_with_recording;
-use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded};
+use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded, simulate_with_recording};
 use mechanics::checkpointing::ExplicitRecording;
 use mechanics::checkpointing::recording::Recording;
-use mechanics::derivatives::adjoint::{Functional, differentiate_backwards_within, differentiate_recording_backwards};
 use mechanics::derivatives::adjoint::{
-    differentiate_explicit_recording_backwards, differentiate_explicitly_backwards_within,
+    Functional, differentiate_backwards_within, differentiate_explicit_recording_backwards,
+    differentiate_explicitly_backwards_within, differentiate_recording_backwards,
 };
 use mechanics::derivatives::forward::dynamics::{differentiate, differentiate_recorded};
 use mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use mechanics::derivatives::history::OutputGradients;
 use mechanics::derivatives::method::{Cost, Differentiation};
 use mechanics::derivatives::second_order::{HessianPart, differentiate_recorded_twice, differentiate_twice};
-use mechanics::derivatives::semi_analytical;
-use mechanics::derivatives::semi_analytical::differentiate_semi_analytically;
+use mechanics::derivatives::semi_analytical::{self, differentiate_semi_analytically};
 use mechanics::integrators::explicit::Explicit;
 use mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
@@ -57,7 +56,7 @@ pub struct Transient<M> {
 }
 
 /// The steps of an analysis.
-struct Trace {
+struct StoredSteps {
     design: Vec<f64>,
     steps: Steps,
 }
@@ -68,9 +67,9 @@ enum Steps {
 }
 
 impl Steps {
-    /// True if all of them are stored, and implicit.
-    fn are_whole(&self) -> bool {
-        matches!(self, Self::Implicit(recording) if recording.is_whole())
+    /// Returns whether the steps are implicit and all of them are stored.
+    fn are_complete(&self) -> bool {
+        matches!(self, Self::Implicit(recording) if recording.is_complete())
     }
 }
 
@@ -98,8 +97,8 @@ impl<M: ParametricMechanism> Transient<M> {
 
     /// Limits the memory for the steps of an analysis to `bytes` (by default a quarter of a gigabyte).
     ///
-    /// Of a longer motion checkpoints are stored, and sensitivities integrate it again: for the adjoint method block by
-    /// block.
+    /// If the steps do not fit, checkpoints are stored and sensitivities integrate the motion again, block by block for the
+    /// adjoint method.
     pub fn with_memory(self, bytes: usize) -> Self {
         Self { memory: bytes, ..self }
     }
@@ -111,8 +110,7 @@ impl<M: ParametricMechanism> Transient<M> {
     /// [`Error::Unsupported`] for semi-analytical derivatives of explicit steps.
     pub fn differentiating(self, differentiation: Differentiation) -> Result<Self> {
         if differentiation == Differentiation::SemiAnalytical && matches!(self.settings, Integration::Explicit(_)) {
-            let why = "explicit steps have no semi-analytical derivatives";
-            return Err(Error::unsupported("differentiation", why, "take another method, or implicit steps"));
+            return Err(no_semi_analytical_derivatives());
         }
         Ok(Self { differentiation, ..self })
     }
@@ -149,7 +147,7 @@ impl<M: ParametricMechanism> Transient<M> {
 }
 
 impl<M: ParametricMechanism> Transient<M> {
-    /// The method for these derivatives. Unless it was demanded, the adjoint method is not chosen where there are impacts.
+    /// The method for these derivatives. The automatic choice excludes the adjoint method for mechanisms with events.
     fn chosen(&self, b: &[f64], wanted: &[ResponseAt]) -> Result<Differentiation> {
         let chosen = self.differentiation_for(b.len(), wanted);
         let is_free = self.differentiation == Differentiation::Automatic && chosen == Differentiation::Adjoint;
@@ -186,10 +184,9 @@ impl<M: ParametricMechanism> Transient<M> {
     ) -> Result<DMatrix<f64>> {
         let model = &self.model;
         let history = match (&self.settings, steps(stored, b)) {
-            (Integration::Implicit(settings), Some(Steps::Implicit(recording))) if recording.is_whole() => {
-                let slopes = differentiate_recorded(model, b, settings, times, recording)?;
-                let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
-                return Ok(DMatrix::from_fn(wanted.len(), b.len(), slope));
+            (Integration::Implicit(settings), Some(Steps::Implicit(recording))) if recording.is_complete() => {
+                let gradients = differentiate_recorded(model, b, settings, times, recording)?;
+                return Ok(recorded_rows(&gradients, b.len(), wanted, places));
             }
             (Integration::Implicit(settings), _) => differentiate(model, b, settings, times)?,
             (Integration::Explicit(settings), _) => differentiate_explicitly(model, b, settings, times)?,
@@ -206,16 +203,14 @@ impl<M: ParametricMechanism> Transient<M> {
         places: &[usize],
     ) -> Result<DMatrix<f64>> {
         let (model, Integration::Implicit(settings)) = (&self.model, &self.settings) else {
-            let why = "explicit steps have no semi-analytical derivatives";
-            return Err(Error::unsupported("differentiation", why, "take another method, or implicit steps"));
+            return Err(no_semi_analytical_derivatives());
         };
-        let Some(Steps::Implicit(recording)) = steps(stored, b).filter(|steps| steps.are_whole()) else {
+        let Some(Steps::Implicit(recording)) = steps(stored, b).filter(|steps| steps.are_complete()) else {
             let history = differentiate_semi_analytically(model, b, settings, times, step)?;
             return Ok(super::gradient_rows(&history, b.len(), wanted, places));
         };
-        let slopes = semi_analytical::differentiate_recorded(model, b, settings, times, recording, step)?;
-        let slope = |row: usize, i: usize| slopes.at(places[row], wanted[row].response, i);
-        Ok(DMatrix::from_fn(wanted.len(), b.len(), slope))
+        let gradients = semi_analytical::differentiate_recorded(model, b, settings, times, recording, step)?;
+        Ok(recorded_rows(&gradients, b.len(), wanted, places))
     }
 
     /// Derivatives by the adjoint method from the stored steps, or from a new analysis.
@@ -243,7 +238,7 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let mechanism = self.model.build(b)?;
         let (history, steps) = match &self.settings {
-            // What happens between the steps is not recorded.
+            // A recording does not contain events.
             Integration::Implicit(settings) if mechanism.has_events() => {
                 return Ok(Responses::new(simulate(&mechanism, settings, &self.times)?.values));
             }
@@ -256,7 +251,7 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
                 (history, Steps::Explicit(steps))
             }
         };
-        let trace = Trace { design: b.to_vec(), steps };
+        let trace = StoredSteps { design: b.to_vec(), steps };
         Ok(Responses { values: history.values, trace: Some(Arc::new(trace)) })
     }
 
@@ -285,13 +280,13 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         all
     }
 
-    /// By implicit steps; `None` for explicit ones.
+    /// Hessians along implicit steps; `None` for explicit ones.
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let Integration::Implicit(settings) = &self.settings else { return Ok(None) };
         let (points, at) = points_of(wanted);
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         let history = match steps(responses, b) {
-            Some(Steps::Implicit(steps)) if steps.is_whole() => {
+            Some(Steps::Implicit(steps)) if steps.is_complete() => {
                 differentiate_recorded_twice(&self.model, b, settings, &times, HessianPart::Full, steps)?
             }
             _ => differentiate_twice(&self.model, b, settings, &times, HessianPart::Full)?,
@@ -300,7 +295,24 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
     }
 }
 
-/// The wanted time points, in order, and for each wanted response the place of its own among them.
+/// The error of semi-analytical derivatives of explicit steps.
+fn no_semi_analytical_derivatives() -> Error {
+    let why = "explicit steps have no semi-analytical derivatives";
+    Error::unsupported("differentiation", why, "take another method, or implicit steps")
+}
+
+/// Gradients of the wanted responses, one in each row; `places` are the indices of their times in `gradients`.
+fn recorded_rows(
+    gradients: &OutputGradients,
+    variables: usize,
+    wanted: &[ResponseAt],
+    places: &[usize],
+) -> DMatrix<f64> {
+    let derivative = |row: usize, i: usize| gradients.at(places[row], wanted[row].response, i);
+    DMatrix::from_fn(wanted.len(), variables, derivative)
+}
+
+/// The wanted time points, in order, and for each wanted response the index of its own among them.
 fn points_of(wanted: &[ResponseAt]) -> (Vec<usize>, Vec<usize>) {
     let mut points: Vec<usize> = wanted.iter().map(|at| at.point).collect();
     points.sort_unstable();
@@ -312,7 +324,7 @@ fn points_of(wanted: &[ResponseAt]) -> (Vec<usize>, Vec<usize>) {
 
 /// The stored steps of the analysis of `b`, if there are any.
 fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
-    let trace = responses.trace.as_ref()?.downcast_ref::<Trace>()?;
+    let trace = responses.trace.as_ref()?.downcast_ref::<StoredSteps>()?;
     (trace.design == b).then_some(&trace.steps)
 }
 

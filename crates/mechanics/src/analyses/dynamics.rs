@@ -26,7 +26,7 @@ pub struct History {
     pub values: Vec<Vec<f64>>,
     /// State at the last time.
     pub last: State<f64>,
-    /// Impacts and passages of switches, in order.
+    /// Impacts and zero crossings of switches, in order of time.
     pub impacts: Vec<Event>,
     /// Numbers of steps and iterations. Iterations of explicit steps are evaluations of the accelerations.
     pub work: Work,
@@ -51,7 +51,7 @@ pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) 
     record_outputs(mechanism, TimeStepper::new(mechanism, settings, times)?, times, None).map(finished)
 }
 
-/// [`simulate`], and a recording of the steps in at most `memory` bytes for derivatives.
+/// Simulates as [`simulate`] and records the steps in at most `memory` bytes for derivatives.
 ///
 /// If the steps do not fit into memory, the recording has checkpoints instead.
 ///
@@ -88,7 +88,7 @@ pub fn simulate_explicitly(mechanism: &Mechanism<f64>, settings: &Explicit, time
     Ok(simulate_with_steps(mechanism, settings, times)?.0)
 }
 
-/// [`simulate_explicitly`], and the lengths of the steps in s.
+/// Simulates as [`simulate_explicitly`] and returns the lengths of the steps in s.
 ///
 /// Given as [`StepControl::Given`](crate::integrators::explicit::StepControl::Given), these steps repeat the simulation.
 ///
@@ -105,7 +105,7 @@ pub fn simulate_with_steps(
     Ok((History { work: driver.work(), ..history }, driver.steps))
 }
 
-/// [`simulate_explicitly`], and a recording of the steps in at most `memory` bytes for derivatives.
+/// Simulates as [`simulate_explicitly`] and records the steps in at most `memory` bytes for derivatives.
 ///
 /// # Errors
 ///

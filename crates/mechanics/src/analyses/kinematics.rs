@@ -8,16 +8,17 @@ use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
 
-/// Largest error of a predicted position, as a part of its change, with which a substep is accepted.
+/// Largest error of a predicted position for which a substep is accepted, as a fraction of the change of the position.
 const GOOD_PREDICTION: f64 = 0.2;
 
-/// Smallest substep, as a part of the whole interval.
+/// Smallest substep, as a fraction of the whole interval.
 const SMALLEST: f64 = 1.0 / 256.0;
 
-/// Solver for the motion of a driven mechanism, without integration: each time point is solved by itself.
+/// Solver for the motion of a driven mechanism, without integration: each time point is solved separately.
 ///
 /// If all degrees of freedom are driven, this is kinematics. Multipliers and driving forces are then the inverse dynamics: the
-/// reactions of the joints and the forces of the drives. Free coordinates stay nearest to the time point before.
+/// reactions of the joints and the forces of the drives. Coordinates that are not driven move as little as the
+/// constraints allow.
 pub struct KinematicDriver<'m> {
     /// The mechanism.
     pub mechanism: &'m Mechanism<f64>,
@@ -75,7 +76,7 @@ impl<'m> KinematicDriver<'m> {
         Ok(())
     }
 
-    /// Advances to `t` in one substep. Returns whether the prediction was good.
+    /// Advances to `t` in one substep. Returns whether the prediction was accurate.
     fn substep(&mut self, t: f64) -> Result<bool> {
         let h = t - self.state.t;
         let (mut change, mut error) = (0.0f64, 0.0f64);

@@ -1,11 +1,10 @@
 //! States between steps, and named outputs of a state.
 
-use crate::Result;
-use crate::diagnostics;
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{MeasuredQuantity, Mechanism};
 use crate::system::state::{State, evaluate, gather};
+use crate::{Result, diagnostics};
 use autodiff::Scalar;
 use std::ops::Mul;
 
@@ -36,10 +35,10 @@ fn blend<T: StateScalar + Mul<W, Output = T>, W: Scalar>(
     by: &Weights<W>,
     at: &mut State<T>,
 ) {
-    let Weights { value, slope, linear } = *by;
+    let Weights { value, rate, linear } = *by;
     let cubic = |y0: &[T], d0: &[T], y1: &[T], d1: &[T], out: &mut [T]| {
         for (i, out) in out.iter_mut().enumerate() {
-            *out = y0[i] * value[0] + y1[i] * value[1] + d0[i] * slope[0] + d1[i] * slope[1];
+            *out = y0[i] * value[0] + y1[i] * value[1] + d0[i] * rate[0] + d1[i] * rate[1];
         }
     };
     cubic(&old.q, &old.v, &new.q, &new.v, &mut at.q);
@@ -75,15 +74,15 @@ pub(crate) struct Weights<T = f64> {
     /// Weights of the values in Hermite's cubic.
     pub value: [T; 2],
     /// Weights of the rates in Hermite's cubic in s.
-    pub slope: [T; 2],
+    pub rate: [T; 2],
     /// Weights of accelerations and multipliers.
     pub linear: [T; 2],
 }
 
 impl Weights {
-    /// Weights used by [`interpolate`]; at an end, that end alone has a weight.
+    /// Weights used by [`interpolate`]; at one of the ends the other has no weight.
     pub fn of(ends: [f64; 2], t: f64) -> Self {
-        let alone = |end: [f64; 2]| Self { value: end, slope: [0.0; 2], linear: end };
+        let alone = |end: [f64; 2]| Self { value: end, rate: [0.0; 2], linear: end };
         match Interval::of(ends, t) {
             Interval::Old => alone([1.0, 0.0]),
             Interval::New => alone([0.0, 1.0]),
@@ -98,8 +97,8 @@ impl<T: Scalar> Weights<T> {
         let (h, one) = (new - old, T::from(1.0));
         let x = (T::from(t) - old) / h;
         let b = x * x * (-(x * 2.0) + 3.0);
-        let slope = [x * (one - x) * (one - x) * h, x * x * (x - 1.0) * h];
-        Self { value: [one - b, b], slope, linear: [one - x, x] }
+        let rate = [x * (one - x) * (one - x) * h, x * x * (x - 1.0) * h];
+        Self { value: [one - b, b], rate, linear: [one - x, x] }
     }
 }
 
@@ -125,10 +124,10 @@ impl<T: StateScalar> Sampler<T> {
         let (mut elements, mut count, mut driving_forces, mut energy) = (Vec::new(), 0, Vec::new(), false);
         for term in mechanism.outputs.iter().flat_map(|output| &output.terms) {
             match term.source {
-                MeasuredQuantity::Measure { element: part, .. } if first_measure[part] == usize::MAX => {
-                    first_measure[part] = count;
-                    elements.push((part, count));
-                    count += mechanism.elements[part].element.measures().len();
+                MeasuredQuantity::Measure { element, .. } if first_measure[element] == usize::MAX => {
+                    first_measure[element] = count;
+                    elements.push((element, count));
+                    count += mechanism.elements[element].element.measures().len();
                 }
                 MeasuredQuantity::Measure { .. } => {}
                 MeasuredQuantity::DrivingForce { coordinate } => {
@@ -152,8 +151,8 @@ impl<T: StateScalar> Sampler<T> {
             self.terms.clear();
             for term in &output.terms {
                 let quantity = match term.source {
-                    MeasuredQuantity::Measure { element: part, measure } => {
-                        self.measured[self.first_measure[part] + measure]
+                    MeasuredQuantity::Measure { element, measure } => {
+                        self.measured[self.first_measure[element] + measure]
                     }
                     MeasuredQuantity::KineticEnergy => kinetic,
                     MeasuredQuantity::PotentialEnergy => potential,
@@ -175,16 +174,16 @@ impl<T: StateScalar> Sampler<T> {
     fn measure(&mut self, mechanism: &Mechanism<T>, state: &State<T>) {
         self.measured.fill(T::from(0.0));
         for &(index, first) in &self.elements {
-            let part = &mechanism.elements[index];
-            gather(part, state, &mut self.workspace);
-            let local = ElementState { p: &part.parameters, ..self.workspace.local(state.t) };
-            let count = part.element.measures().len();
-            T::measure(part.element.as_ref(), &local, &mut self.measured[first..first + count]);
+            let instance = &mechanism.elements[index];
+            gather(instance, state, &mut self.workspace);
+            let local = ElementState { p: &instance.parameters, ..self.workspace.local(state.t) };
+            let count = instance.element.measures().len();
+            T::measure(instance.element.as_ref(), &local, &mut self.measured[first..first + count]);
         }
     }
 }
 
-/// Series of checked outputs, recorded time by time.
+/// Recorder of checked outputs: one series per output, one value per recorded state.
 pub(crate) struct OutputRecorder {
     sampler: Sampler<f64>,
     outputs: Vec<f64>,
@@ -214,8 +213,8 @@ impl OutputRecorder {
 
 /// Elements that act on a coordinate, with their local rows of it.
 fn rows_of<T>(mechanism: &Mechanism<T>, coordinate: usize) -> Vec<(usize, usize)> {
-    let rows = mechanism.elements.iter().enumerate().filter(|(_, part)| !part.element.is_sensor());
-    let rows = rows.flat_map(|(k, part)| part.coordinates.iter().enumerate().map(move |(row, &c)| (k, row, c)));
+    let rows = mechanism.elements.iter().enumerate().filter(|(_, instance)| !instance.element.is_sensor());
+    let rows = rows.flat_map(|(k, instance)| instance.coordinates.iter().enumerate().map(move |(row, &c)| (k, row, c)));
     rows.filter(|&(_, _, c)| c == coordinate).map(|(k, row, _)| (k, row)).collect()
 }
 
@@ -226,8 +225,8 @@ fn generalized_force<T: StateScalar>(
     rows: &[(usize, usize)],
     workspace: &mut ElementWorkspace<T>,
 ) -> T {
-    let share = |&(part, row): &(usize, usize)| {
-        evaluate(&mechanism.elements[part], state, workspace);
+    let share = |&(element, row): &(usize, usize)| {
+        evaluate(&mechanism.elements[element], state, workspace);
         workspace.dynamics[row]
     };
     rows.iter().map(share).sum()
@@ -237,10 +236,10 @@ fn generalized_force<T: StateScalar>(
 pub fn energy<T: StateScalar>(mechanism: &Mechanism<T>, state: &State<T>) -> [T; 2] {
     let mut workspace = ElementWorkspace::default();
     let mut total = [T::from(0.0); 2];
-    for part in &mechanism.elements {
-        gather(part, state, &mut workspace);
-        let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
-        let energy = T::energy(part.element.as_ref(), &local);
+    for instance in &mechanism.elements {
+        gather(instance, state, &mut workspace);
+        let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+        let energy = T::energy(instance.element.as_ref(), &local);
         total[0] += energy.kinetic;
         total[1] += energy.potential;
     }

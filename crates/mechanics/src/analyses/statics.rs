@@ -12,7 +12,7 @@ pub use crate::initial_conditions::{Statics, find_equilibrium};
 
 /// Static equilibria at `times` (s): one series per output.
 ///
-/// Each equilibrium is found from the one before. With loads that are functions of time this follows a load path.
+/// Each equilibrium is computed from the previous one. With loads that are functions of time this follows a load path.
 ///
 /// # Errors
 ///

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::initial_conditions::Projection;
-use crate::integrators::explicit::mechanism::{MechanismRhs, Start};
+use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::generalized_alpha::Step;
@@ -24,7 +24,7 @@ pub struct Recording {
     /// The consistent initial state.
     pub(crate) start: State<f64>,
     /// Stored steps and checkpoints.
-    pub(crate) store: TrajectoryStore<Checkpoint>,
+    pub(crate) store: TrajectoryStore<ImplicitCheckpoint>,
 }
 
 impl Recording {
@@ -39,9 +39,9 @@ impl Recording {
         }
     }
 
-    /// Returns whether every step is stored: the memory sufficed.
-    pub fn is_whole(&self) -> bool {
-        self.store.is_whole()
+    /// Returns whether every step is stored, because all of them fitted into the memory.
+    pub fn is_complete(&self) -> bool {
+        self.store.is_complete()
     }
 
     /// Memory of the stored steps and checkpoints in bytes.
@@ -74,9 +74,10 @@ impl State<f64> {
     }
 }
 
-/// Checkpoint of a motion by implicit steps: the step, and all that determines the lengths and predictions of later steps.
+/// Checkpoint of a motion by implicit steps: the current step, and the data that determine the lengths and predictions of
+/// later steps.
 #[derive(Clone)]
-pub struct Checkpoint {
+pub struct ImplicitCheckpoint {
     step: Step<f64>,
     predictor: Predictor,
     curvature: f64,
@@ -87,7 +88,7 @@ pub struct Checkpoint {
 }
 
 impl Checkpointable for TimeStepper<'_> {
-    type Checkpoint = Checkpoint;
+    type Checkpoint = ImplicitCheckpoint;
 
     fn steps_taken(&self) -> usize {
         self.steps
@@ -97,9 +98,9 @@ impl Checkpointable for TimeStepper<'_> {
         self.advance().map(|_| ())
     }
 
-    fn checkpoint(&self) -> Checkpoint {
+    fn checkpoint(&self) -> ImplicitCheckpoint {
         let integrator = &self.integrator;
-        Checkpoint {
+        ImplicitCheckpoint {
             step: integrator.step.clone(),
             predictor: integrator.predictor.clone(),
             curvature: integrator.curvature,
@@ -112,10 +113,10 @@ impl Checkpointable for TimeStepper<'_> {
     fn checkpoint_bytes(&self) -> usize {
         let State { q, l, .. } = &self.integrator.step.new;
         let step = 2 * (4 * q.len() + l.len());
-        size_of::<Checkpoint>() + size_of::<f64>() * (step + self.integrator.predictor.numbers())
+        size_of::<ImplicitCheckpoint>() + size_of::<f64>() * (step + self.integrator.predictor.numbers())
     }
 
-    fn resume(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+    fn resume(&mut self, checkpoint: &ImplicitCheckpoint) -> Result<()> {
         let integrator = &mut self.integrator;
         integrator.step.clone_from(&checkpoint.step);
         integrator.predictor.clone_from(&checkpoint.predictor);
@@ -142,14 +143,14 @@ pub struct ExplicitRecording {
     /// The equations of motion, for the numbering of the unknowns.
     pub system: System,
     /// The consistent initial state.
-    pub start: Start,
+    pub start: ConsistentState,
     /// Ends of steps: time, state and rates.
     pub store: TrajectoryStore<ExplicitCheckpoint>,
 }
 
 impl ExplicitRecording {
     /// Recording of a motion that has not begun, in at most `limit` bytes.
-    pub fn of(driver: &OdeDriver<MechanismRhs<'_>>, start: Start, limit: usize) -> Self {
+    pub fn of(driver: &OdeDriver<MechanismRhs<'_>>, start: ConsistentState, limit: usize) -> Self {
         Self { system: driver.stepper.rhs.system.clone(), start, store: TrajectoryStore::of(driver, limit) }
     }
 }

@@ -28,7 +28,7 @@ pub(crate) struct ReversePlayback<'s, C: Checkpointable> {
 }
 
 impl<'s, C: Checkpointable> ReversePlayback<'s, C> {
-    /// Playback from the last step in `store`; `simulation` makes the same simulation before its first step.
+    /// Playback from the last step in `store`; `simulation` returns the same simulation before its first step.
     ///
     /// # Errors
     ///
@@ -44,11 +44,11 @@ impl<'s, C: Checkpointable> ReversePlayback<'s, C> {
             peak,
             repeated: 0,
         };
-        if store.is_whole() {
+        if store.is_complete() {
             return Ok(whole);
         }
         if budget.limit < budget.least || budget.checkpoints == 0 {
-            let why = format!("the adjoint needs check-points, and {} bytes do not hold them", budget.limit);
+            let why = format!("the adjoint method needs checkpoints, and {} bytes do not hold them", budget.limit);
             let remedy = format!("give at least {} bytes, or take the direct method", budget.least);
             return Err(Error::definition("memory for steps", why, remedy));
         }
@@ -122,7 +122,8 @@ fn advance(simulation: &mut impl Checkpointable, steps: usize) -> Result<()> {
     (0..steps).try_for_each(|_| simulation.step())
 }
 
-/// Number of blocks before the next checkpoint, of `blocks` > 1 with `checkpoints` > 1 including the one at their beginning.
+/// Number of blocks to integrate before the next checkpoint, for `blocks` > 1 and `checkpoints` > 1, of which one is at the
+/// beginning of the blocks.
 fn first_segment(blocks: usize, checkpoints: usize) -> usize {
     let reachable = |checkpoints: usize, times: usize| {
         (1..=times).fold(1usize, |product, k| (product.saturating_mul(checkpoints + k) / k).min(1 << 48))

@@ -35,11 +35,11 @@ pub trait Checkpointable {
 pub struct Budget {
     /// Memory limit in bytes.
     pub limit: usize,
-    /// Most checkpoints of either kind.
+    /// Largest number of checkpoints of either kind.
     pub checkpoints: usize,
-    /// Most consecutive steps.
+    /// Largest number of consecutive steps.
     pub window: usize,
-    /// Fewest bytes with which playback is possible: the larger of four checkpoints and four steps.
+    /// Smallest number of bytes for which playback is possible: the larger of four checkpoints and four steps.
     pub least: usize,
 }
 
@@ -51,7 +51,7 @@ impl Budget {
     }
 }
 
-/// Steps of a motion: all of them if they fit into memory, and evenly spread checkpoints.
+/// Steps of a motion: all of them if they fit into memory, and evenly spaced checkpoints.
 #[derive(Clone)]
 pub struct TrajectoryStore<C> {
     /// Division of the memory.
@@ -63,7 +63,7 @@ pub struct TrajectoryStore<C> {
     checkpoint_bytes: usize,
     width: usize,
     count: usize,
-    is_whole: bool,
+    is_complete: bool,
     values: Vec<f64>,
     /// Output times with the number of steps up to them.
     reached: Vec<(f64, usize)>,
@@ -80,7 +80,7 @@ impl<C: Clone> TrajectoryStore<C> {
             checkpoint_bytes: simulation.checkpoint_bytes(),
             width: simulation.width(),
             count: 0,
-            is_whole: true,
+            is_complete: true,
             values: Vec::new(),
             reached: Vec::new(),
         }
@@ -99,10 +99,10 @@ impl<C: Clone> TrajectoryStore<C> {
             }
         }
         let bytes = self.bytes() + size_of::<f64>() * self.width;
-        if self.is_whole && bytes > self.budget.limit {
-            (self.is_whole, self.values) = (false, Vec::new());
+        if self.is_complete && bytes > self.budget.limit {
+            (self.is_complete, self.values) = (false, Vec::new());
         }
-        if self.is_whole {
+        if self.is_complete {
             simulation.write(&mut self.values);
         }
     }
@@ -123,8 +123,8 @@ impl<C: Clone> TrajectoryStore<C> {
     }
 
     /// Returns whether every step is stored.
-    pub fn is_whole(&self) -> bool {
-        self.is_whole
+    pub fn is_complete(&self) -> bool {
+        self.is_complete
     }
 
     /// Memory of steps and checkpoints in bytes.

@@ -1,11 +1,8 @@
 //! Outputs over time with their derivatives.
 
-use crate::Result;
 use crate::analyses::dynamics::Work;
-use crate::analyses::sampling::Sampler;
-use crate::diagnostics;
+use crate::analyses::sampling::OutputRecorder;
 use crate::mechanism::Mechanism;
-use crate::system::state::State;
 
 /// Outputs over time with their gradients.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +17,20 @@ pub struct SensitiveHistory {
     pub gradients: Vec<Vec<Vec<f64>>>,
     /// Work of the analysis; the derivatives add one back-substitution per step and chunk of design variables.
     pub work: Work,
+}
+
+impl SensitiveHistory {
+    /// History of the outputs of `mechanism` at `times` (s), with `gradients` with respect to `variables` design variables.
+    pub(crate) fn new(
+        mechanism: &Mechanism<f64>,
+        times: &[f64],
+        recorder: OutputRecorder,
+        (gradients, variables): (&OutputGradients, usize),
+        work: Work,
+    ) -> Self {
+        let gradients = gradients.to_series(times.len(), variables);
+        Self { names: mechanism.output_names(), times: times.to_vec(), values: recorder.series, gradients, work }
+    }
 }
 
 /// Derivatives of all outputs at all times, in chunks of design variables.
@@ -61,44 +72,5 @@ impl OutputGradients {
     fn chunk(&self, chunk: usize, time: usize, output: usize) -> &[f64] {
         let first = (time * self.outputs + output) * self.width;
         &self.chunks[chunk][first..first + self.width]
-    }
-}
-
-/// Records the values of outputs time by time, in `f64`: the same bits as a plain analysis.
-pub(crate) struct OutputRecorder {
-    names: Vec<String>,
-    times: Vec<f64>,
-    values: Vec<Vec<f64>>,
-    sampler: Sampler<f64>,
-    outputs: Vec<f64>,
-}
-
-impl OutputRecorder {
-    /// For the outputs of `mechanism` at `times`.
-    pub fn new(mechanism: &Mechanism<f64>, times: &[f64]) -> Self {
-        Self {
-            names: mechanism.output_names(),
-            times: times.to_vec(),
-            values: vec![vec![0.0; times.len()]; mechanism.outputs.len()],
-            sampler: Sampler::new(mechanism),
-            outputs: Vec::new(),
-        }
-    }
-
-    /// Records the outputs of `state` at time number `time`.
-    ///
-    /// # Errors
-    /// [`crate::Error::Analysis`] if an output is not finite.
-    pub fn record(&mut self, time: usize, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
-        self.sampler.outputs(mechanism, state, &mut self.outputs);
-        diagnostics::check(mechanism, state, &self.outputs)?;
-        self.values.iter_mut().zip(&self.outputs).for_each(|(series, &value)| series[time] = value);
-        Ok(())
-    }
-
-    /// The history with these gradients with respect to `variables` design variables.
-    pub fn finish(self, gradients: &OutputGradients, variables: usize, work: Work) -> SensitiveHistory {
-        let gradients = gradients.to_series(self.times.len(), variables);
-        SensitiveHistory { names: self.names, times: self.times, values: self.values, gradients, work }
     }
 }

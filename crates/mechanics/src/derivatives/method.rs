@@ -44,7 +44,7 @@ impl Differentiation {
         self.choose(variables.div_ceil(8), responses.div_ceil(4), cost)
     }
 
-    /// The method for analyses that solve every time point by itself; `points` has the time point of each response.
+    /// The method for analyses that solve each time point separately; `points` has the time point of each response.
     pub fn at_points(self, variables: usize, points: impl IntoIterator<Item = usize>, cost: Cost) -> Self {
         let mut responses = BTreeMap::<usize, usize>::new();
         points.into_iter().for_each(|point| *responses.entry(point).or_default() += 1);

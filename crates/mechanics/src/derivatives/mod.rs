@@ -11,7 +11,7 @@
 //! | [`second_order`] | Hessians by the direct method in hyper-dual numbers |
 //! | [`modal`] | derivatives of natural frequencies |
 //! | [`history`] | outputs over time with their gradients |
-//! | `propagation` | the loop that carries derivatives along the steps of an analysis |
+//! | `propagation` | the loop that propagates derivatives along the steps of an analysis |
 //! | `seeding` | mechanisms in dual numbers, and the parameters that depend on the design |
 
 pub mod adjoint;

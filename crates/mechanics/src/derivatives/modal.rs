@@ -15,7 +15,7 @@ use autodiff::WIDTH;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// The state at rest about which vibrations are small.
+/// State at rest about which the equations are linearized.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum About {
     /// The assembled initial positions, without reactions: no prestress.
@@ -31,8 +31,8 @@ pub struct ModeSensitivities {
     pub squares: Vec<f64>,
     /// `gradients[mode]` is the gradient of ω² with respect to the design variables; dω/db is the gradient over 2 ω.
     ///
-    /// A repeated frequency has only one-sided derivatives along each variable. These are sorted for each variable by
-    /// itself: those of mode k are those of the k-th frequency while the variable grows. They do not add up for several
+    /// A repeated frequency has only one-sided derivatives along each variable. These are sorted for each variable
+    /// separately: those of mode k are those of the k-th frequency while the variable grows. They do not add up for several
     /// variables at once.
     pub gradients: Vec<Vec<f64>>,
 }
@@ -47,9 +47,9 @@ const REPEATED: f64 = 1e-7;
 /// $$ \frac{d\omega^2}{db} = \varphi^T\left(\frac{dK}{db} - \omega^2\frac{dM}{db}\right)\varphi
 ///    + 2\,\mu^T\frac{d\Phi_q}{db}\varphi $$
 ///
-/// where K, M and Φ_q depend on the design also through the state. One evaluation of every element gives all of it, with
-/// numbers that carry the direction φ and [`WIDTH`] design variables. For a repeated frequency the derivatives are the
-/// eigenvalues of the matrix of this expression for all pairs of its modes.
+/// where K, M and Φ_q depend on the design also through the state. One evaluation of every element gives all terms, in
+/// numbers with derivatives along φ and with respect to [`WIDTH`] design variables. For a repeated frequency the
+/// derivatives are the eigenvalues of the matrix of this expression for all pairs of its modes.
 ///
 /// # Errors
 /// As [`modes`], [`assemble`] and [`equilibria`](crate::analyses::statics::equilibria).
@@ -67,7 +67,7 @@ pub fn differentiate_modes<M: ParametricMechanism>(
     differentiate_seeded(&mechanism, &build_chunks(model, b, &mechanism)?, b.len(), about, t)
 }
 
-/// Not generic over the model: compiled once, in this crate.
+/// Differentiates the modes. Not generic over the model: compiled once, in this crate.
 fn differentiate_seeded(
     mechanism: &Mechanism<f64>,
     chunks: &[Mechanism<Dual8>],
@@ -162,22 +162,23 @@ fn mode_rows(
     let (zero, mut workspace) = (Dual8::constant(0.0), ElementWorkspace::<Jet2<Dual8>>::default());
     let mut rows = vec![zero; system.size()];
     let along = |x: Dual8, rate: f64| Jet2::new(x, Dual8::constant(rate), zero);
-    for (index, part) in mechanism.elements.iter().enumerate().filter(|(_, part)| !part.element.is_sensor()) {
+    for (index, instance) in mechanism.elements.iter().enumerate().filter(|(_, instance)| !instance.element.is_sensor())
+    {
         // A position that moves along φ and an acceleration that moves along −ω² φ: one pass gives K φ − ω² M φ.
         let fill = |to: &mut Vec<Jet2<Dual8>>, from: &[Dual8], factor: f64| {
             to.clear();
-            to.extend(part.coordinates.iter().map(|&i| along(from[i], factor * shape[i])));
+            to.extend(instance.coordinates.iter().map(|&i| along(from[i], factor * shape[i])));
         };
         fill(&mut workspace.q, &state.q, 1.0);
         fill(&mut workspace.v, &state.v, 0.0);
         fill(&mut workspace.a, &state.a, -square);
         workspace.p.clear();
-        workspace.p.extend(part.parameters.iter().map(|&p| along(p, 0.0)));
+        workspace.p.extend(instance.parameters.iter().map(|&p| along(p, 0.0)));
         workspace.l.clear();
-        let multipliers = part.first_multiplier..part.first_multiplier + part.num_constraints;
+        let multipliers = instance.first_multiplier..instance.first_multiplier + instance.num_constraints;
         workspace.l.extend(multipliers.map(|m| along(state.l[m], 0.0)));
-        Jet2::<Dual8>::residual(part.element.as_ref(), along(state.t, 0.0), &mut workspace);
-        let n = part.coordinates.len();
+        Jet2::<Dual8>::residual(instance.element.as_ref(), along(state.t, 0.0), &mut workspace);
+        let n = instance.coordinates.len();
         for (local, equation) in system.rows_of(index) {
             rows[equation] += if local < n { workspace.dynamics[local].v1 } else { workspace.constraint[local - n].v1 };
         }

@@ -1,7 +1,7 @@
 //! Propagation of derivatives along the steps of an analysis.
 //!
 //! A [`StepSource`] advances the analysis, or reads its recording, and linearizes its steps once for all design
-//! variables. A [`StepConsumer`] carries the derivatives for a few design variables along these steps. [`propagate`]
+//! variables. A [`StepConsumer`] propagates the derivatives for a few design variables along these steps. [`propagate`]
 //! connects them, with the same bits for any number of threads.
 
 use crate::Result;
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// Source of the converged steps of an analysis, in blocks.
 pub(crate) trait StepSource: Send {
-    /// Consecutive steps with what their derivatives need.
+    /// Consecutive steps with the data for their derivatives.
     type Block: Send + Sync;
 
     /// Storage for one block.
@@ -19,9 +19,9 @@ pub(crate) trait StepSource: Send {
     fn fill(&mut self, block: &mut Self::Block) -> Result<bool>;
 }
 
-/// Derivatives with respect to a few design variables that are carried along the steps of an analysis.
+/// Derivatives with respect to a few design variables that are propagated along the steps of an analysis.
 pub(crate) trait StepConsumer<B>: Send {
-    /// Carries the derivatives along the steps of `block`, and records those of the outputs that these reach.
+    /// Propagates the derivatives along the steps of `block`, and records those of the outputs that these reach.
     fn propagate(&mut self, block: &B) -> Result<()>;
 }
 
@@ -36,7 +36,7 @@ pub(crate) enum Schedule {
     Overlapped,
 }
 
-/// Carries the derivatives of all `consumers` to the end of the analysis.
+/// Propagates the derivatives of all `consumers` to the end of the analysis.
 ///
 /// # Errors
 /// The first error of the source or of a consumer.
@@ -75,7 +75,8 @@ pub(crate) fn propagate<S: StepSource, C: StepConsumer<S::Block>>(
     }
 }
 
-/// Hands `block` to all consumers. Of several errors the first one counts, whichever thread is faster.
+/// Propagates the derivatives of all consumers along `block`. Of several errors it returns that of the first consumer, not
+/// that of the fastest thread.
 fn consume<B: Sync, C: StepConsumer<B>>(consumers: &mut [C], block: &B) -> Result<()> {
     consumers.par_iter_mut().map(|consumer| consumer.propagate(block)).reduce(|| Ok(()), Result::and)
 }

@@ -8,12 +8,13 @@
 //! residual in [`HyperDual4`] numbers, and takes one more back-substitution per step.
 
 use crate::analyses::dynamics::Dynamics;
+use crate::analyses::sampling::OutputRecorder;
 use crate::analyses::statics::Statics;
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::dynamics::propagate_all;
 use crate::derivatives::forward::implicit_steps::ImplicitSteps;
 use crate::derivatives::forward::instants::{equilibrium_derivatives, kinematic_derivatives};
-use crate::derivatives::history::{OutputGradients, OutputRecorder};
+use crate::derivatives::history::OutputGradients;
 use crate::derivatives::seeding::build_seeded;
 use crate::initial_conditions::Assembly;
 use crate::mechanism::scalars::HyperDual4;
@@ -21,7 +22,7 @@ use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
 
-/// Pairs of directions that one number carries.
+/// Number of pairs of directions in one hyper-dual number.
 const PAIRS: usize = 4;
 
 /// The second derivatives to compute, with respect to n design variables.
@@ -37,12 +38,12 @@ pub enum HessianPart<'v> {
 
 /// A direction in the space of the design variables.
 #[derive(Clone, Copy)]
-enum Direction<'v> {
+enum DesignDirection<'v> {
     Unit(usize),
     Along(&'v [f64]),
 }
 
-impl Direction<'_> {
+impl DesignDirection<'_> {
     fn component(&self, variable: usize) -> f64 {
         match *self {
             Self::Unit(i) => f64::from(u8::from(i == variable)),
@@ -52,8 +53,8 @@ impl Direction<'_> {
 }
 
 impl<'v> HessianPart<'v> {
-    fn pairs(self, n: usize) -> Vec<[Direction<'v>; 2]> {
-        use Direction::{Along, Unit};
+    fn pairs(self, n: usize) -> Vec<[DesignDirection<'v>; 2]> {
+        use DesignDirection::{Along, Unit};
         match self {
             Self::Diagonal => (0..n).map(|i| [Unit(i), Unit(i)]).collect(),
             Self::Full => (0..n).flat_map(|i| (i..n).map(move |j| [Unit(i), Unit(j)])).collect(),
@@ -63,7 +64,7 @@ impl<'v> HessianPart<'v> {
 
     /// The design `b` once for each [`PAIRS`] pairs of directions, seeded with these.
     fn seed(self, b: &[f64]) -> Vec<Vec<HyperDual4>> {
-        let components = |pairs: &[[Direction<'_>; 2]], i: usize, side: usize| {
+        let components = |pairs: &[[DesignDirection<'_>; 2]], i: usize, side: usize| {
             std::array::from_fn(|k| pairs.get(k).map_or(0.0, |pair| pair[side].component(i)))
         };
         let variable = |pairs: &[_], (i, &x): (usize, &f64)| {
@@ -214,13 +215,13 @@ impl TwiceSeeded {
     }
 
     fn kinematics(&self, assembly: Assembly, times: &[f64]) -> Result<HessianHistory> {
-        let mut recorder = OutputRecorder::new(&self.mechanism, times);
+        let mut recorder = OutputRecorder::new(&self.mechanism, times.len());
         let derivatives = kinematic_derivatives(&self.mechanism, &self.variable, assembly, times, &mut recorder)?;
         Ok(self.history(times, derivatives))
     }
 
     fn equilibria(&self, settings: &Statics, times: &[f64]) -> Result<HessianHistory> {
-        let mut recorder = OutputRecorder::new(&self.mechanism, times);
+        let mut recorder = OutputRecorder::new(&self.mechanism, times.len());
         let derivatives = equilibrium_derivatives(&self.mechanism, &self.variable, settings, times, &mut recorder)?;
         Ok(self.history(times, derivatives))
     }

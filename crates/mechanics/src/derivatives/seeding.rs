@@ -6,7 +6,7 @@ use crate::system::state::State;
 use crate::{Error, Result};
 use autodiff::{DualVec, WIDTH};
 
-/// A mechanism in dual numbers, once per chunk of design variables, in numbers not much wider than the design.
+/// A mechanism in dual numbers, once per chunk of design variables, in the narrowest numbers for the design.
 pub(crate) enum SeededMechanisms {
     /// For designs of at most four variables.
     Narrow(Vec<Mechanism<Dual4>>),
@@ -15,7 +15,7 @@ pub(crate) enum SeededMechanisms {
 }
 
 impl SeededMechanisms {
-    /// Builds `model` at the design `b`, where it has to have the elements of `like`.
+    /// Builds `model` at the design `b`; it must have the elements of `like`.
     ///
     /// # Errors
     /// As [`build_seeded`].
@@ -42,7 +42,7 @@ where
     (0..b.len()).step_by(N).map(|first| build_seeded(model, &seed_chunk(b, first), like)).collect()
 }
 
-/// The numbers `x` with a derivative of one by itself for each of the `N` from `first` on.
+/// Dual numbers with the values `x`, seeded in the `N` variables from number `first` on.
 pub(crate) fn seed_chunk<const N: usize>(x: &[f64], first: usize) -> Vec<DualVec<N>> {
     let seed = |(i, &value): (usize, &f64)| match i.checked_sub(first) {
         Some(k) if k < N => DualVec::variable(value, k),
@@ -84,19 +84,20 @@ pub(crate) fn take_values<T: DerivativeScalar<L>, const L: usize>(state: &mut St
 
 /// The parameters of elements and motions that depend on the design.
 pub(crate) struct Activity {
-    /// Of each element, the local numbers of its active parameters.
+    /// For each element, the local numbers of its active parameters.
     pub parameters: Vec<Vec<usize>>,
-    /// For each coordinate, whether a motion prescribes it that depends on the design.
+    /// For each coordinate, true if its prescribed motion depends on the design.
     pub motions: Vec<bool>,
 }
 
 impl Activity {
-    /// Of `mechanism`, from its chunks of seeded design variables.
+    /// Activity of `mechanism`, from its chunks of seeded design variables.
     pub fn of(chunks: &[Mechanism<Dual8>], mechanism: &Mechanism<f64>) -> Self {
         let is_active = |x: &Dual8| x.eps.iter().any(|derivative| *derivative != 0.0);
-        let parameter = |part: usize, k: usize| chunks.iter().any(|c| is_active(&c.elements[part].parameters[k]));
-        let parameters =
-            |part: usize| (0..mechanism.elements[part].parameters.len()).filter(|&k| parameter(part, k)).collect();
+        let parameter = |element: usize, k: usize| chunks.iter().any(|c| is_active(&c.elements[element].parameters[k]));
+        let parameters = |element: usize| {
+            (0..mechanism.elements[element].parameters.len()).filter(|&k| parameter(element, k)).collect()
+        };
         let motion = |c: &Mechanism<Dual8>, i: usize| {
             c.coordinates[i].motion.as_ref().is_some_and(|(_, parameters)| parameters.iter().any(is_active))
         };
@@ -111,7 +112,8 @@ impl Activity {
         (0..self.motions.len()).filter(|&i| self.motions[i])
     }
 
-    /// Whether derivatives by a coordinate matter: it is an unknown, or the design enters through its motion.
+    /// Returns whether derivatives with respect to a coordinate are needed: it is an unknown, or its prescribed motion
+    /// depends on the design.
     pub fn is_differentiated(&self, mechanism: &Mechanism<f64>, coordinate: usize) -> bool {
         self.motions[coordinate] || mechanism.coordinates[coordinate].motion.is_none()
     }

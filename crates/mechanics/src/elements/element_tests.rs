@@ -1,8 +1,7 @@
 //! Evaluation of an element in a given state, for tests.
 
-use crate::dual_numbers::Jet2;
 use crate::mechanism::element::{ConstraintDerivatives, Element, ElementState, Energy, Variable};
-use autodiff::DualVec;
+use autodiff::{DualVec, Jet2};
 
 /// Rows of the coordinates and of the multipliers.
 pub fn rows(element: &impl Element, x: &ElementState<'_, f64>) -> (Vec<f64>, Vec<f64>) {
@@ -38,10 +37,10 @@ const REST: [f64; 8] = [0.0; 8];
 
 /// Asserts that numbers agree to rounding.
 #[track_caller]
-pub fn close(found: &[f64], expected: &[f64]) {
-    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
-    for (a, b) in found.iter().zip(expected) {
-        assert!((a - b).abs() <= 1e-12 * (1.0 + b.abs()), "{found:?} instead of {expected:?}");
+pub fn close(computed: &[f64], expected: &[f64]) {
+    assert_eq!(computed.len(), expected.len(), "{computed:?} {expected:?}");
+    for (a, b) in computed.iter().zip(expected) {
+        assert!((a - b).abs() <= 1e-12 * (1.0 + b.abs()), "{computed:?} instead of {expected:?}");
     }
 }
 

@@ -45,7 +45,7 @@ pub enum InputValue<S, F, L> {
     StateFunction(L, Vec<Coordinate>, Vec<S>),
 }
 
-/// What was added to a mechanism.
+/// Item that [`ElementKind::add_to`] has added to a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Added {
     /// An element.
@@ -90,7 +90,7 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
         Self::new(descriptor, Constructor::Prescribed)
     }
 
-    /// Whether it is a rigid contact, which only implicit schemes support.
+    /// Returns whether it is a rigid contact, which only implicit schemes support.
     pub fn is_rigid_contact(&self) -> bool {
         matches!(self.constructor, Constructor::RigidContact(_))
     }
@@ -100,7 +100,7 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
     /// * `values`: one value per input of the descriptor, in its order.
     ///
     /// # Panics
-    /// If a value does not suit its input.
+    /// If a value does not match its input.
     pub fn add_to<S: Scalar>(
         &self,
         mechanism: &mut Mechanism<S>,

@@ -46,13 +46,13 @@ impl<T: Scalar> Line<T> {
         Self { gap, gap_rate, length, rate, direction, lever_a, lever_b }
     }
 
-    /// Whether the points coincide.
+    /// Returns whether the points coincide.
     #[inline]
     pub fn is_point(&self) -> bool {
         self.length.re() == 0.0
     }
 
-    /// Adds a tension `f` (positive pulls the points together) as rows inertia − force.
+    /// Adds a tension `f`, positive if it pulls the points together, as rows inertia − force.
     #[inline]
     pub fn add_axial_force(&self, f: T, dynamics: &mut [T]) {
         self.apply([f * self.direction[0], f * self.direction[1]], dynamics);

@@ -1,6 +1,6 @@
 //! Rigid contacts and switches of a mechanism, and the record of an event.
 
-use crate::elements::contacts::rigid_stop;
+use crate::elements::contacts::rigid;
 use crate::elements::joints::point_on_line::PointOnLine;
 use crate::mechanism::element::{AnyElement, Element, ElementState};
 use crate::mechanism::{Coordinate, Marker, Mechanism};
@@ -8,7 +8,7 @@ use crate::{Error, Result};
 use autodiff::Scalar;
 use std::sync::Arc;
 
-/// An impact during a motion, or the passage of a switch.
+/// An impact, or a zero crossing of a switch, during a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     /// Name of the contact or switch.
@@ -41,22 +41,15 @@ impl<S: Scalar> Mechanism<S> {
         parameters: &[S],
         restitution: S,
     ) -> Result<()> {
-        let (name, num_constraints) = (name.into(), Element::num_constraints(&gap));
-        if num_constraints != 1 {
-            let why = format!("its gap has {num_constraints} constraints");
-            return Err(Error::definition(
-                name,
-                why,
-                "give an element of one constraint: a point on a line, a distance constraint",
-            ));
-        }
+        let name = name.into();
+        check_one_constraint(&name, "gap", &gap)?;
         self.add_event(name, Arc::new(gap), coordinates, parameters, Some(restitution));
         Ok(())
     }
 
     /// Adds a rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
     pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
-        self.add_event(name.into(), rigid_stop::gap(), &[a, b], &[clearance], Some(restitution));
+        self.add_event(name.into(), rigid::stop_gap(), &[a, b], &[clearance], Some(restitution));
     }
 
     /// Adds a rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays on its left
@@ -67,7 +60,7 @@ impl<S: Scalar> Mechanism<S> {
         self.add_event(name.into(), PointOnLine::object(), &coordinates, &parameters, Some(restitution));
     }
 
-    /// Adds a switch: a time step ends where the constraint of the element `of` passes zero, in either direction.
+    /// Adds a switch: a time step ends where the constraint of the element `of` crosses zero, in either direction.
     ///
     /// Add one for every force that jumps under this condition. The force is then integrated on both sides of the jump, and
     /// derivatives include the change of the time of the jump with the design. Without a switch they do not.
@@ -82,29 +75,32 @@ impl<S: Scalar> Mechanism<S> {
         coordinates: &[Coordinate],
         parameters: &[S],
     ) -> Result<()> {
-        let (name, num_constraints) = (name.into(), Element::num_constraints(&of));
-        if num_constraints != 1 {
-            let why = format!("its function has {num_constraints} constraints");
-            return Err(Error::definition(
-                name,
-                why,
-                "give an element of one constraint: a point on a line, a distance constraint",
-            ));
-        }
+        let name = name.into();
+        check_one_constraint(&name, "function", &of)?;
         self.add_event(name, Arc::new(of), coordinates, parameters, None);
         Ok(())
     }
 
     /// Adds a switch at the time `t` (s).
     pub fn switch_at(&mut self, name: &str, t: S) {
-        self.add_event(name.into(), clock(), &[], &[t], None);
+        self.add_event(name.into(), time_switch(), &[], &[t], None);
     }
 }
 
-/// Φ = t − t₀; parameter t₀ in s.
-struct Clock;
+/// Checks that `element`, the `role` of the contact or switch `name`, has one constraint.
+fn check_one_constraint(name: &str, role: &str, element: &impl Element) -> Result<()> {
+    let count = Element::num_constraints(element);
+    if count == 1 {
+        return Ok(());
+    }
+    let remedy = "give an element of one constraint: a point on a line, a distance constraint";
+    Err(Error::definition(name, format!("its {role} has {count} constraints"), remedy))
+}
 
-impl Element for Clock {
+/// Φ = t − t₀; parameter t₀ in s.
+struct TimeSwitch;
+
+impl Element for TimeSwitch {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, _dynamics: &mut [T], constraint: &mut [T]) {
         constraint[0] = x.t - x.p[0];
     }
@@ -114,8 +110,8 @@ impl Element for Clock {
     }
 }
 
-/// The time of a switch as an object.
+/// The element of a switch in time as a trait object.
 #[inline(never)]
-fn clock() -> Arc<dyn AnyElement> {
-    Arc::new(Clock)
+fn time_switch() -> Arc<dyn AnyElement> {
+    Arc::new(TimeSwitch)
 }

@@ -154,8 +154,8 @@ impl BorderedSystem {
         system.factor().solve(&mut response);
         let compliance: f64 = direction.iter().zip(&response).map(|(u, w)| u * w[0]).sum();
         if !(compliance > 0.0) {
-            let why = format!("the impact at t = {:.6e} s cannot move anything", before.t);
-            return Err(Error::analysis(&impact.gap.name, why, "let it act on a coordinate that is free"));
+            let why = format!("the impact at t = {:.6e} s acts on no free coordinate", before.t);
+            return Err(Error::analysis(&impact.gap.name, why, "let the contact act on a free coordinate"));
         }
         Ok(Self { direction, response, compliance })
     }
@@ -230,7 +230,7 @@ pub(crate) fn apply_impact(
 pub(crate) fn refuse<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
     mechanism.events.first().map_or(Ok(()), |impact| {
         let why = format!("{analysis} know no impacts");
-        let remedy = "simulate the motion by implicit steps, or leave the contact out";
+        let remedy = "simulate the motion by implicit steps, or remove the contact";
         Err(Error::unsupported(&impact.gap.name, why, remedy))
     })
 }

@@ -1,4 +1,4 @@
-//! Location of events in implicit steps: a step ends where a rigid contact closes or a switch passes zero.
+//! Location of events in implicit steps: a step ends where a rigid contact closes or a switch crosses zero.
 
 use crate::events::event::Event;
 use crate::events::impact::{apply_impact, apply_switch};

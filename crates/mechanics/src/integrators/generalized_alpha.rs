@@ -1,6 +1,5 @@
 //! Generalized-α and HHT-α steps on the index-3 equations of motion.
 
-use crate::diagnostics;
 use crate::elements::element::ElementWorkspace;
 use crate::integrators::predictor::Predictor;
 use crate::mechanism::Mechanism;
@@ -8,7 +7,7 @@ use crate::mechanism::scalars::StateScalar;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
-use crate::{Error, Result};
+use crate::{Error, Result, diagnostics};
 use autodiff::Scalar;
 use std::ops::{Add, Mul};
 
@@ -209,10 +208,10 @@ impl<T: StateScalar> Step<T> {
 
 impl<T: StateScalar> State<T> {
     /// Sets the prescribed coordinates at the state's time; with [`Prescribed::Newmark`] their positions only.
-    pub(crate) fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, how: Prescribed) {
+    pub(crate) fn prescribe_positions(&mut self, mechanism: &Mechanism<T>, prescribed: Prescribed) {
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if let Some((motion, parameters)) = &coordinate.motion {
-                match how {
+                match prescribed {
                     Prescribed::Newmark => self.q[i] = T::position(motion.as_ref(), parameters, self.t),
                     Prescribed::Exact => {
                         [self.q[i], self.v[i], self.a[i]] = T::motion(motion.as_ref(), parameters, self.t);
@@ -230,17 +229,17 @@ struct Correction {
     largest: f64,
     /// Estimated ratio of the next correction to this one.
     rate: f64,
-    /// Whether the matrix of the previous iteration is reused.
-    kept: bool,
+    /// True if the matrix of the previous iteration is reused.
+    is_reused: bool,
 }
 
 /// Largest ratio of two successive corrections for which the next iteration reuses the matrix.
 const SLOW: f64 = 1e-2;
 
-/// Error that may remain after the last iteration, as a part of the tolerance: small enough for differences of two analyses.
+/// Largest error after the last iteration, as a fraction of the tolerance: small enough for differences of two analyses.
 const REMAINDER: f64 = 1e-6;
 
-/// Smallest assumed curvature in 1/m or 1/rad: a motion without curvature may meet a contact in the next step.
+/// Smallest assumed curvature in 1/m or 1/rad: a motion without curvature may enter a contact in the next step.
 const LEAST_CURVATURE: f64 = 10.0;
 
 /// Solver of the steps in `f64`; it keeps the factorization of the last one.
@@ -293,8 +292,8 @@ impl<'m> Integrator<'m> {
     /// Factorizes the matrix at the end of the step, for the derivatives of the converged step.
     pub fn linearize(&mut self, h: f64) -> Result<()> {
         let (position, velocity) = self.scheme.newmark_coefficients(h);
-        let how = Linearization::step(position, velocity);
-        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        let linearization = Linearization::step(position, velocity);
+        self.system.assemble(self.mechanism, &self.step.new, linearization, &mut self.rows);
         diagnostics::factorize(&mut self.system, self.mechanism, &self.step.new)
     }
 
@@ -310,8 +309,8 @@ impl<'m> Integrator<'m> {
         self.step.integrate(self.mechanism, &self.scheme, self.prescribed, h);
         let mut previous: Option<Correction> = None;
         for _ in 0..self.newton.iterations {
-            let kept = previous.is_some_and(|previous| previous.rate <= SLOW);
-            if kept {
+            let is_reused = previous.is_some_and(|previous| previous.rate <= SLOW);
+            if is_reused {
                 let rows = self.rows.as_flattened_mut();
                 self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, rows);
             } else {
@@ -325,33 +324,33 @@ impl<'m> Integrator<'m> {
             }
             let rows = &self.rows;
             self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
-            let rate = self.rate(largest, kept, previous);
-            if rate * largest <= REMAINDER * self.newton.tolerance || (!kept && largest <= self.newton.tolerance) {
+            let rate = self.rate(largest, is_reused, previous);
+            if rate * largest <= REMAINDER * self.newton.tolerance || (!is_reused && largest <= self.newton.tolerance) {
                 return Ok(());
             }
-            previous = Some(Correction { largest, rate, kept });
+            previous = Some(Correction { largest, rate, is_reused });
         }
         Err(self.failure(Linearization::step(position, velocity)))
     }
 
     /// Estimated ratio of the next correction to this one of size `largest`.
-    fn rate(&mut self, largest: f64, kept: bool, previous: Option<Correction>) -> f64 {
-        if let Some(previous) = previous.filter(|previous| !previous.kept) {
+    fn rate(&mut self, largest: f64, is_reused: bool, previous: Option<Correction>) -> f64 {
+        if let Some(previous) = previous.filter(|previous| !previous.is_reused) {
             self.curvature = (largest / previous.largest.powi(2)).max(LEAST_CURVATURE);
         }
         match previous {
-            Some(previous) if kept => largest / previous.largest,
+            Some(previous) if is_reused => largest / previous.largest,
             _ => self.curvature * largest,
         }
     }
 
     /// The error of a step that does not converge.
-    fn failure(&mut self, how: Linearization) -> Error {
+    fn failure(&mut self, linearization: Linearization) -> Error {
         if let Some(error) = diagnostics::not_finite(self.mechanism, &self.step.new) {
             return error;
         }
         let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
-        self.system.assemble(self.mechanism, &self.step.new, how, &mut self.rows);
+        self.system.assemble(self.mechanism, &self.step.new, linearization, &mut self.rows);
         let what = diagnostics::dominant_residual(&self.system, self.mechanism, &self.step.new, &self.rows);
         let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
         Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")

@@ -46,7 +46,7 @@ pub enum StepSize {
 const SWITCH_OFFSET: f64 = 1e-6;
 
 impl StepSize {
-    /// Usual length of a step in s.
+    /// Nominal length of a step in s: the fixed length, or that of the first step.
     pub(crate) fn nominal(&self) -> f64 {
         match *self {
             Self::Fixed(h) => h,
@@ -167,7 +167,7 @@ pub fn is_before(start: f64, end: f64, t: f64) -> bool {
     t - end > 1e-9 * (t - start).abs().max(1e-300)
 }
 
-/// Limit of time steps of an integration, against runs without end.
+/// Largest number of time steps of an integration.
 pub(crate) const MOST_STEPS: usize = if cfg!(test) { 200_000 } else { 20_000_000 };
 
 /// The error of an integration that has taken [`MOST_STEPS`] steps up to the time `t` (s).

@@ -20,7 +20,7 @@ pub struct TimeStepper<'m> {
     /// Multipliers of the initial projections.
     pub projection: Projection,
     pub(crate) locator: EventLocator,
-    /// Whether the current step ends at a time of the grid of fixed steps.
+    /// True if the current step ends at a time of the grid of fixed steps.
     pub(crate) is_on_grid: bool,
     settings: Dynamics,
     end: f64,
@@ -175,7 +175,7 @@ impl<'m> TimeStepper<'m> {
         let worst = (0..step.new.a.len()).max_by(|i, j| change(i).total_cmp(&change(j)));
         let what = worst.map_or("the mechanism", |i| &self.integrator.mechanism.coordinates[i].name);
         let why = format!("the step becomes too small ({h:.1e} s) at t = {:.6e} s", step.old.t);
-        Error::analysis(what, why, "loosen the tolerance, or smooth what jumps there")
+        Error::analysis(what, why, "loosen the tolerance, or smooth the force or motion that jumps")
     }
 
     /// Local error of the positions in m or rad: h² |β − 1/6| times the change of the acceleration, for Newmark's method.

@@ -22,7 +22,7 @@ pub struct Banded {
     pivots: Vec<usize>,
 }
 
-/// Smallest diagonal entry used as pivot, as a part of the largest entry of its column.
+/// Smallest diagonal entry used as pivot, as a fraction of the largest entry of its column.
 const THRESHOLD: f64 = 0.1;
 
 impl Banded {

@@ -14,7 +14,7 @@ pub struct Factor {
     factorization: Factorization,
     /// Factorization with interchanges, for matrices that need them.
     pivoting: Option<Box<Pivoting>>,
-    /// Whether the last matrix was factorized with interchanges because of a small pivot.
+    /// True if the last matrix was factorized with interchanges because of a small pivot.
     pivoted: bool,
 }
 
@@ -243,8 +243,8 @@ mod tests {
         for diagonal in [3.0, 0.0] {
             let reference = solve(&mut banded, diagonal);
             for other in [&mut ordered, &mut sparse] {
-                let found = solve(other, diagonal);
-                for (x, y) in found.as_flattened().iter().zip(reference.as_flattened()) {
+                let computed = solve(other, diagonal);
+                for (x, y) in computed.as_flattened().iter().zip(reference.as_flattened()) {
                     assert!((x - y).abs() < 1e-10 * (1.0 + y.abs()));
                 }
             }

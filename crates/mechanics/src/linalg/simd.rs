@@ -61,9 +61,9 @@ pub(crate) fn subtract<const W: usize>(x: &mut [f64; W], factor: f64, y: &[f64; 
 mod tests {
     use super::*;
 
-    struct Line<'a>(&'a mut [f64]);
+    struct AffineMap<'a>(&'a mut [f64]);
 
-    impl Kernel for Line<'_> {
+    impl Kernel for AffineMap<'_> {
         #[inline(always)]
         fn run(self) {
             self.0.iter_mut().for_each(|x| *x = 0.1 + *x * 0.3);
@@ -74,8 +74,8 @@ mod tests {
     fn rounds_as_any_processor_does() {
         let mut values: Vec<f64> = (0..37).map(|i| (1.7 * i as f64).sin()).collect();
         let mut others = values.clone();
-        dispatch(Line(&mut values));
-        Line(&mut others).run();
+        dispatch(AffineMap(&mut values));
+        AffineMap(&mut others).run();
         assert_eq!(values, others);
     }
 }

@@ -17,7 +17,7 @@ pub struct Sparse {
     n: usize,
 }
 
-/// Most right-hand sides in one solve.
+/// Largest number of right-hand sides in one solve.
 const MOST_COLUMNS: usize = 16;
 
 impl Sparse {

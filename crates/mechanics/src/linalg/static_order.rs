@@ -48,7 +48,8 @@ struct PlannedRow {
     end: usize,
 }
 
-/// Smallest pivot as a part of the numbers that it is the sum of; smaller ones have lost too many digits.
+/// Smallest pivot, as a fraction of the sum of the absolute values of its terms; smaller ones have lost too many digits to
+/// cancellation.
 const CANCELLED: f64 = 1e-7;
 
 impl StaticOrderLu {

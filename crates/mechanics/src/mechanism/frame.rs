@@ -54,6 +54,12 @@ pub fn point_acceleration<T: Scalar>(x: &ElementState<'_, T>, first: usize, r: [
     [x.a[first] - turn * r[1] - spin * spin * r[0], x.a[first + 1] + turn * r[0] - spin * spin * r[1]]
 }
 
+/// Writes a force or torque `f` on the second of two coordinates and its reaction on the first, as rows inertia − force.
+#[inline(always)]
+pub fn write_force_pair<T: Scalar>(rows: &mut [T], f: T) {
+    (rows[0], rows[1]) = (f, -f);
+}
+
 /// Adds the force `f` at lever `r` to the three rows of a body from `first` on.
 #[inline(always)]
 pub fn add_force<T: Scalar>(rows: &mut [T], first: usize, r: [T; 2], f: [T; 2]) {

@@ -2,13 +2,11 @@
 
 pub mod element;
 pub mod frame;
-pub mod outputs;
 pub mod scalars;
 
 use crate::mechanism::element::{AnyElement, Element};
-use crate::mechanism::outputs::{AnyFormula, Formula};
 use crate::motion::{AnyMotion, Fixed, Motion};
-use autodiff::Scalar;
+use autodiff::{Dual4, Dual8, HyperDual4, Scalar};
 use std::sync::Arc;
 
 /// A mechanism as a pure function of the design variables.
@@ -123,6 +121,28 @@ pub(crate) struct OutputData<S> {
     pub terms: Vec<Term<S>>,
     pub formula: Option<Arc<dyn AnyFormula>>,
 }
+
+/// An output as a function of time and measured quantities, written once over the scalar type.
+pub trait Formula: Send + Sync + 'static {
+    /// Returns the output at time `t` (s) for the quantities `x`, in the order in which they were given.
+    fn value<T: Scalar>(&self, t: T, x: &[T]) -> T;
+}
+
+/// [`Formula`] evaluated with one number type.
+pub trait FormulaIn<T: Scalar>: Send + Sync {
+    /// See [`Formula::value`].
+    fn value(&self, t: T, x: &[T]) -> T;
+}
+
+impl<F: Formula, T: Scalar> FormulaIn<T> for F {
+    fn value(&self, t: T, x: &[T]) -> T {
+        Formula::value(self, t, x)
+    }
+}
+
+/// [`Formula`] as a trait object. Implemented for every formula.
+pub trait AnyFormula: FormulaIn<f64> + FormulaIn<Dual4> + FormulaIn<Dual8> + FormulaIn<HyperDual4> {}
+impl<F: Formula> AnyFormula for F {}
 
 /// Source of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

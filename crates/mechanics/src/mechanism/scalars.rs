@@ -1,16 +1,16 @@
-//! Evaluation of elements, motions and formulas as objects, in a closed set of number types.
+//! Evaluation of elements, motions and formulas as trait objects, in a closed set of number types.
 
 use crate::mechanism::element::{AnyElement, ElementState, ElementWorkspace, Energy, Observe};
-use crate::mechanism::outputs::{AnyFormula, FormulaIn};
-use crate::motion::{AnyMotion, Position};
+use crate::mechanism::{AnyFormula, FormulaIn};
+use crate::motion::{AnyMotion, MotionIn};
 use autodiff::Scalar;
 
-pub use crate::dual_numbers::{Dual4, Dual8, HyperDual4, Jet2};
+pub use autodiff::{Dual4, Dual8, HyperDual4, Jet2};
 
 /// Largest number of parameters of one prescribed motion. Tables keep their points in the motion itself.
 pub const MOST_MOTION_PARAMETERS: usize = 8;
 
-/// A number type in which elements and motions can be evaluated as objects.
+/// A number type in which elements and motions can be evaluated as trait objects.
 pub trait ElementScalar: Scalar {
     /// Evaluates an element's residual in the state of `workspace`.
     fn residual(element: &dyn AnyElement, t: Self, workspace: &mut ElementWorkspace<Self>);
@@ -30,7 +30,7 @@ macro_rules! impl_element_scalar {
                 workspace.residual_of(element as &dyn AnyElement, p, t);
             }
             fn position(motion: &dyn AnyMotion, p: &[Self], t: Self) -> Self {
-                Position::<$t>::position(motion, p, t)
+                MotionIn::<$t>::position(motion, p, t)
             }
         }
     )*};
@@ -43,7 +43,7 @@ pub trait StateScalar: ElementScalar {
     fn value(&self) -> f64 {
         self.re()
     }
-    /// Whether it carries no derivatives.
+    /// Returns whether all derivatives are zero.
     fn is_constant(&self) -> bool;
     /// Evaluates an element's measures.
     fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]);
@@ -96,7 +96,7 @@ impl_state_scalar!(
 pub trait DerivativeScalar<const L: usize>: StateScalar {
     /// Highest order of the derivatives.
     const ORDER: usize;
-    /// From its parts.
+    /// The number with this value and these derivatives.
     fn with(value: f64, derivatives: [f64; L]) -> Self;
     /// The derivatives.
     fn derivatives(&self) -> [f64; L];

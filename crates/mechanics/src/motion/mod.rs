@@ -8,8 +8,7 @@ pub use ramp::Ramp;
 pub use start_up::StartUp;
 pub use table::Table;
 
-use crate::dual_numbers::{Dual4, Dual8, HyperDual4, Jet2};
-use autodiff::Scalar;
+use autodiff::{Dual4, Dual8, HyperDual4, Jet2, Scalar};
 
 /// A position as a function of time, written once over the scalar type.
 ///
@@ -21,27 +20,27 @@ pub trait Motion: Send + Sync + 'static {
 }
 
 /// [`Motion`] evaluated with one number type.
-pub trait Position<T: Scalar>: Send + Sync {
+pub trait MotionIn<T: Scalar>: Send + Sync {
     /// See [`Motion::position`].
     fn position(&self, p: &[T], t: T) -> T;
 }
 
-impl<M: Motion, T: Scalar> Position<T> for M {
+impl<M: Motion, T: Scalar> MotionIn<T> for M {
     fn position(&self, p: &[T], t: T) -> T {
         Motion::position(self, p, t)
     }
 }
 
-/// [`Motion`] as an object. Implemented for every motion.
+/// [`Motion`] as a trait object. Implemented for every motion.
 pub trait AnyMotion:
-    Position<f64>
-    + Position<Dual4>
-    + Position<Dual8>
-    + Position<HyperDual4>
-    + Position<Jet2<f64>>
-    + Position<Jet2<Dual4>>
-    + Position<Jet2<Dual8>>
-    + Position<Jet2<HyperDual4>>
+    MotionIn<f64>
+    + MotionIn<Dual4>
+    + MotionIn<Dual8>
+    + MotionIn<HyperDual4>
+    + MotionIn<Jet2<f64>>
+    + MotionIn<Jet2<Dual4>>
+    + MotionIn<Jet2<Dual8>>
+    + MotionIn<Jet2<HyperDual4>>
 {
 }
 impl<M: Motion> AnyMotion for M {}

@@ -27,11 +27,11 @@ impl Motion for Ramp {
         if x.re() >= 1.0 {
             return p[1];
         }
-        let part = match self {
+        let fraction = match self {
             Self::Linear => x,
             Self::Smooth => x.powi(3) * (x * (x * 6.0 - 15.0) + 10.0),
         };
-        p[0] + (p[1] - p[0]) * part
+        p[0] + (p[1] - p[0]) * fraction
     }
 }
 

@@ -20,10 +20,10 @@ impl System {
         rows: &mut [T],
     ) {
         rows.fill(T::from(0.0));
-        for (part, map) in mechanism.elements.iter().zip(&self.maps) {
+        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
             if !map.active.is_empty() {
-                evaluate(part, state, workspace);
-                scatter(part, map, workspace, constraint, rows);
+                evaluate(instance, state, workspace);
+                scatter(instance, map, workspace, constraint, rows);
             }
         }
     }
@@ -38,10 +38,10 @@ impl System {
         rows: &mut [T],
     ) {
         rows.fill(T::from(0.0));
-        for (part, map) in mechanism.elements.iter().zip(&self.maps) {
-            if part.num_constraints > 0 {
-                evaluate(part, state, workspace);
-                scatter(part, map, workspace, 1.0, rows);
+        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
+            if instance.num_constraints > 0 {
+                evaluate(instance, state, workspace);
+                scatter(instance, map, workspace, 1.0, rows);
             }
         }
     }
@@ -59,21 +59,21 @@ impl System {
     {
         let (zero, one) = (T::from(0.0), T::from(1.0));
         let constant = |&x: &T| Jet2::new(x, zero, zero);
-        for part in mechanism.elements.iter().filter(|part| part.num_constraints > 0) {
+        for instance in mechanism.elements.iter().filter(|instance| instance.num_constraints > 0) {
             workspace.p.clear();
-            workspace.p.extend(part.parameters.iter().map(constant));
+            workspace.p.extend(instance.parameters.iter().map(constant));
             workspace.q.clear();
-            workspace.q.extend(part.coordinates.iter().map(|&i| Jet2::new(state.q[i], state.v[i], state.a[i])));
+            workspace.q.extend(instance.coordinates.iter().map(|&i| Jet2::new(state.q[i], state.v[i], state.a[i])));
             for zeros in [&mut workspace.v, &mut workspace.a] {
                 zeros.clear();
-                zeros.resize(part.coordinates.len(), constant(&zero));
+                zeros.resize(instance.coordinates.len(), constant(&zero));
             }
             workspace.l.clear();
-            workspace.l.resize(part.num_constraints, constant(&zero));
-            Jet2::<T>::residual(part.element.as_ref(), Jet2::new(state.t, one, zero), workspace);
+            workspace.l.resize(instance.num_constraints, constant(&zero));
+            Jet2::<T>::residual(instance.element.as_ref(), Jet2::new(state.t, one, zero), workspace);
             for (k, constraint) in workspace.constraint.iter().enumerate() {
                 let rate = if order == 1 { constraint.v1 } else { constraint.v2 };
-                rows[self.multiplier_equation[part.first_multiplier + k]] = rate;
+                rows[self.multiplier_equation[instance.first_multiplier + k]] = rate;
             }
         }
     }
@@ -81,13 +81,13 @@ impl System {
 
 /// Adds the residual of an element to the rows of its equations.
 fn scatter<T: StateScalar>(
-    part: &ElementInstance<T>,
+    instance: &ElementInstance<T>,
     map: &DofMap,
     workspace: &ElementWorkspace<T>,
     constraint: f64,
     rows: &mut [T],
 ) {
-    let n = part.coordinates.len();
+    let n = instance.coordinates.len();
     for (&r, &equation) in map.active.iter().zip(&map.equations) {
         rows[equation] += if r < n { workspace.dynamics[r] } else { workspace.constraint[r - n] * constraint };
     }
@@ -99,48 +99,49 @@ impl System {
         &mut self,
         mechanism: &Mechanism<f64>,
         state: &State<f64>,
-        how: Linearization,
+        linearization: Linearization,
         rows: &mut [[f64; 1]],
     ) {
         rows.fill([0.0]);
-        self.begin_matrix(how);
-        for (part, map) in mechanism.elements.iter().zip(&self.maps) {
-            let constraint = part.num_constraints > 0;
-            if map.active.is_empty() || (how.projection && !constraint) {
+        self.begin_matrix(linearization);
+        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
+            let constraint = instance.num_constraints > 0;
+            if map.active.is_empty() || (linearization.projection && !constraint) {
                 continue;
             }
-            gather(part, state, &mut self.workspace);
-            let (width, n) = (map.varying.len() + 1, part.coordinates.len());
-            let size = (n + part.num_constraints) * width;
+            gather(instance, state, &mut self.workspace);
+            let (width, n) = (map.varying.len() + 1, instance.coordinates.len());
+            let size = (n + instance.num_constraints) * width;
             if self.columns.len() < size {
                 self.columns.resize(size, 0.0);
             }
             let columns = &mut self.columns[..size];
-            let tangent_weights = if constraint { how.constraint_weights } else { how.dynamics_weights };
-            let local = ElementState { p: &part.parameters, ..self.workspace.local(state.t) };
-            part.element.columns(&local, tangent_weights, &map.varying, &mut self.jacobian_workspace, columns);
+            let tangent_weights =
+                if constraint { linearization.constraint_weights } else { linearization.dynamics_weights };
+            let local = ElementState { p: &instance.parameters, ..self.workspace.local(state.t) };
+            instance.element.columns(&local, tangent_weights, &map.varying, &mut self.jacobian_workspace, columns);
             for (&r, &equation) in map.active.iter().zip(&map.equations) {
-                rows[equation][0] += columns[r * width] * if r < n { 1.0 } else { how.constraint_scale };
+                rows[equation][0] += columns[r * width] * if r < n { 1.0 } else { linearization.constraint_scale };
             }
             let entries = self.factor.entries_mut();
             for &(from, slot) in &map.dynamics {
                 entries[slot] += columns[from];
             }
             for &(from, [slot, mirrored]) in &map.constraint {
-                entries[slot] += columns[from] * how.constraint_scale;
+                entries[slot] += columns[from] * linearization.constraint_scale;
                 entries[mirrored] += columns[from] / tangent_weights.position;
             }
         }
     }
 
     /// Sets the matrix to its constant entries.
-    fn begin_matrix(&mut self, how: Linearization) {
+    fn begin_matrix(&mut self, linearization: Linearization) {
         let entries = self.factor.entries_mut();
         entries.fill(0.0);
-        if how.projection {
+        if linearization.projection {
             self.free_diagonal.iter().for_each(|&slot| entries[slot] = 1.0);
         } else {
-            let tangent_weights = how.dynamics_weights;
+            let tangent_weights = linearization.dynamics_weights;
             for &(slot, [stiffness, damping, mass]) in &self.constants.dynamics {
                 entries[slot] += stiffness * tangent_weights.position
                     + damping * tangent_weights.velocity
@@ -148,7 +149,7 @@ impl System {
             }
         }
         for &([slot, mirrored], gradient) in &self.constants.constraint {
-            entries[slot] += gradient * how.constraint_scale * how.constraint_weights.position;
+            entries[slot] += gradient * linearization.constraint_scale * linearization.constraint_weights.position;
             entries[mirrored] += gradient;
         }
     }
@@ -158,22 +159,24 @@ impl System {
         let (mut jacobian_workspace, mut workspace, mut columns) =
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut gradients = vec![vec![0.0; mechanism.coordinates.len()]; mechanism.multipliers];
-        for (part, map) in mechanism.elements.iter().zip(&self.maps).filter(|(part, _)| part.num_constraints > 0) {
-            gather(part, state, &mut workspace);
-            let (width, n) = (map.active.len() + 1, part.coordinates.len());
-            columns.resize((n + part.num_constraints) * width, 0.0);
-            let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
-            part.element.columns(
+        for (instance, map) in
+            mechanism.elements.iter().zip(&self.maps).filter(|(instance, _)| instance.num_constraints > 0)
+        {
+            gather(instance, state, &mut workspace);
+            let (width, n) = (map.active.len() + 1, instance.coordinates.len());
+            columns.resize((n + instance.num_constraints) * width, 0.0);
+            let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+            instance.element.columns(
                 &local,
                 Linearization::statics().constraint_weights,
                 &map.active,
                 &mut jacobian_workspace,
                 &mut columns,
             );
-            for k in 0..part.num_constraints {
+            for k in 0..instance.num_constraints {
                 let row = &columns[(n + k) * width + 1..(n + k + 1) * width];
                 for (&local, &value) in map.active.iter().zip(row).filter(|(local, _)| **local < n) {
-                    gradients[part.first_multiplier + k][part.coordinates[local]] += value;
+                    gradients[instance.first_multiplier + k][instance.coordinates[local]] += value;
                 }
             }
         }
@@ -196,20 +199,29 @@ impl System {
     /// The matrix as a dense one, from derivatives with respect to every unknown of every element.
     ///
     /// Ignores the sparsity that elements declare. Slow; for checks.
-    pub fn dense_by_seeding(&self, mechanism: &Mechanism<f64>, state: &State<f64>, how: Linearization) -> DMatrix<f64> {
+    pub fn dense_by_seeding(
+        &self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        linearization: Linearization,
+    ) -> DMatrix<f64> {
         let (mut jacobian_workspace, mut workspace, mut columns) =
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut dense = DMatrix::zeros(self.size(), self.size());
-        for (part, map) in mechanism.elements.iter().zip(&self.maps) {
-            gather(part, state, &mut workspace);
-            let (width, n) = (map.active.len() + 1, part.coordinates.len());
-            columns.resize((n + part.num_constraints) * width, 0.0);
-            let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
-            let tangent_weights = if part.num_constraints > 0 { how.constraint_weights } else { how.dynamics_weights };
-            part.element.columns(&local, tangent_weights, &map.active, &mut jacobian_workspace, &mut columns);
+        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
+            gather(instance, state, &mut workspace);
+            let (width, n) = (map.active.len() + 1, instance.coordinates.len());
+            columns.resize((n + instance.num_constraints) * width, 0.0);
+            let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+            let tangent_weights = if instance.num_constraints > 0 {
+                linearization.constraint_weights
+            } else {
+                linearization.dynamics_weights
+            };
+            instance.element.columns(&local, tangent_weights, &map.active, &mut jacobian_workspace, &mut columns);
             for (&r, &i) in map.active.iter().zip(&map.equations) {
                 for (&j, value) in map.equations.iter().zip(&columns[r * width + 1..]) {
-                    dense[(i, j)] += value * if r < n { 1.0 } else { how.constraint_scale };
+                    dense[(i, j)] += value * if r < n { 1.0 } else { linearization.constraint_scale };
                 }
             }
         }

@@ -43,12 +43,12 @@ pub(crate) struct Constants {
 
 impl DofMap {
     /// Map of an element whose variables (coordinates, followed by multipliers) have the unknowns `unknown`, without slots.
-    pub fn new(part: &ElementInstance<f64>, unknown: &[Option<usize>]) -> Self {
-        let linear = part.element.linear();
+    pub fn new(instance: &ElementInstance<f64>, unknown: &[Option<usize>]) -> Self {
+        let linear = instance.element.linear();
         let active: Vec<usize> =
-            (0..unknown.len()).filter(|&k| !part.element.is_sensor() && unknown[k].is_some()).collect();
+            (0..unknown.len()).filter(|&k| !instance.element.is_sensor() && unknown[k].is_some()).collect();
         let equations = active.iter().filter_map(|&k| unknown[k]).collect();
-        let varies = |k: &usize| *k < part.coordinates.len() && !linear.contains(k);
+        let varies = |k: &usize| *k < instance.coordinates.len() && !linear.contains(k);
         let varying = active.iter().copied().filter(varies).collect();
         Self { active, equations, varying, dynamics: Vec::new(), constraint: Vec::new() }
     }
@@ -67,9 +67,9 @@ impl DofMap {
     ///
     /// Columns of multipliers are the transposed constraint rows. Coordinate rows of a constraint vary only if their coordinate
     /// does.
-    fn entries(&self, part: &ElementInstance<f64>) -> Vec<(usize, usize, usize)> {
-        let (n, width) = (part.coordinates.len(), self.varying.len() + 1);
-        let row = |&r: &usize| part.num_constraints == 0 || r >= n || self.varying.contains(&r);
+    fn entries(&self, instance: &ElementInstance<f64>) -> Vec<(usize, usize, usize)> {
+        let (n, width) = (instance.coordinates.len(), self.varying.len() + 1);
+        let row = |&r: &usize| instance.num_constraints == 0 || r >= n || self.varying.contains(&r);
         let columns = |r: usize| self.varying.iter().enumerate().map(move |(k, &c)| (r, c, r * width + 1 + k));
         self.active.iter().copied().filter(row).flat_map(columns).collect()
     }
@@ -77,10 +77,10 @@ impl DofMap {
     /// Pairs of equations that this element couples.
     pub fn couplings<'a>(
         &'a self,
-        part: &ElementInstance<f64>,
+        instance: &ElementInstance<f64>,
         constant: &'a [ConstantEntry],
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
-        let varying = self.entries(part).into_iter().map(|(r, c, _)| (r, c));
+        let varying = self.entries(instance).into_iter().map(|(r, c, _)| (r, c));
         let constant = constant.iter().map(|k| (k.row, k.coordinate));
         varying.chain(constant).filter_map(|(r, c)| Some((self.equation(r)?, self.equation(c)?)))
     }
@@ -88,13 +88,13 @@ impl DofMap {
     /// Looks up the slots of all entries and adds the constant ones to `constants`.
     pub fn find_slots(
         &mut self,
-        part: &ElementInstance<f64>,
+        instance: &ElementInstance<f64>,
         constant: &[ConstantEntry],
         factor: &Factor,
         constants: &mut Constants,
     ) {
-        let n = part.coordinates.len();
-        for (r, c, from) in self.entries(part) {
+        let n = instance.coordinates.len();
+        for (r, c, from) in self.entries(instance) {
             let (i, j) = (self.equation(r).expect("it is active"), self.equation(c).expect("it is active"));
             if r < n {
                 self.dynamics.push((from, factor.slot(i, j)));
@@ -117,25 +117,25 @@ impl DofMap {
 
 /// Nonzero derivatives of an element with respect to the coordinates in which it is linear.
 pub(crate) fn constant_entries(
-    part: &ElementInstance<f64>,
+    instance: &ElementInstance<f64>,
     state: &State<f64>,
     workspace: &mut ElementWorkspace<f64>,
     jacobian_workspace: &mut JacobianWorkspace,
 ) -> Vec<ConstantEntry> {
-    let (linear, n) = (part.element.linear(), part.coordinates.len());
-    if linear.is_empty() || part.element.is_sensor() {
+    let (linear, n) = (instance.element.linear(), instance.coordinates.len());
+    if linear.is_empty() || instance.element.is_sensor() {
         return Vec::new();
     }
-    gather(part, state, workspace);
-    let local = ElementState { p: &part.parameters, ..workspace.local(state.t) };
+    gather(instance, state, workspace);
+    let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
     let width = linear.len() + 1;
     let [stiffness, damping, mass] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|[p, v, a]| {
-        let mut columns = vec![0.0; (n + part.num_constraints) * width];
+        let mut columns = vec![0.0; (n + instance.num_constraints) * width];
         let tangent_weights = TangentWeights { position: p, velocity: v, acceleration: a };
-        part.element.columns(&local, tangent_weights, linear, jacobian_workspace, &mut columns);
+        instance.element.columns(&local, tangent_weights, linear, jacobian_workspace, &mut columns);
         columns
     });
-    let rows = if part.num_constraints > 0 { n..n + part.num_constraints } else { 0..n };
+    let rows = if instance.num_constraints > 0 { n..n + instance.num_constraints } else { 0..n };
     let all = rows.flat_map(|row| linear.iter().enumerate().map(move |(k, &c)| (row, c, row * width + 1 + k)));
     let entries =
         all.map(|(row, coordinate, k)| ConstantEntry { row, coordinate, values: [stiffness[k], damping[k], mass[k]] });
@@ -157,9 +157,9 @@ pub(crate) fn pattern(unknowns: usize, pairs: impl Iterator<Item = (usize, usize
 }
 
 /// Node of each variable of an element; nodes are all coordinates, followed by all multipliers.
-pub(crate) fn nodes_of(mechanism: &Mechanism<f64>, part: &ElementInstance<f64>) -> Vec<usize> {
+pub(crate) fn nodes_of(mechanism: &Mechanism<f64>, instance: &ElementInstance<f64>) -> Vec<usize> {
     let n = mechanism.coordinates.len();
-    debug_assert!(part.coordinates.iter().all(|&c| c < n));
-    let multipliers = part.first_multiplier..part.first_multiplier + part.num_constraints;
-    part.coordinates.iter().copied().chain(multipliers.map(|m| n + m)).collect()
+    debug_assert!(instance.coordinates.iter().all(|&c| c < n));
+    let multipliers = instance.first_multiplier..instance.first_multiplier + instance.num_constraints;
+    instance.coordinates.iter().copied().chain(multipliers.map(|m| n + m)).collect()
 }

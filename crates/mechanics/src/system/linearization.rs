@@ -11,7 +11,7 @@ pub struct Linearization {
     pub constraint_weights: TangentWeights,
     /// Factor on the constraint rows.
     pub constraint_scale: f64,
-    /// Whether the matrix has ones on the diagonal of the free coordinates instead of elements without constraints.
+    /// True if the matrix has ones on the diagonal of the free coordinates instead of elements without constraints.
     pub projection: bool,
 }
 

@@ -83,19 +83,21 @@ impl System {
     /// [`Error::Analysis`] naming the element whose parameters are invalid.
     pub fn at(mechanism: &Mechanism<f64>, t: f64) -> Result<Self> {
         check_parameters(mechanism, t)?;
-        let (n, parts) = (mechanism.coordinates.len(), &mechanism.elements);
+        let (n, elements) = (mechanism.coordinates.len(), &mechanism.elements);
         let (mut workspace, mut jacobian_workspace, built) =
             (ElementWorkspace::default(), JacobianWorkspace::default(), State::built(mechanism, t));
-        let coefficients: Vec<_> =
-            parts.iter().map(|part| constant_entries(part, &built, &mut workspace, &mut jacobian_workspace)).collect();
+        let coefficients: Vec<_> = elements
+            .iter()
+            .map(|instance| constant_entries(instance, &built, &mut workspace, &mut jacobian_workspace))
+            .collect();
 
         let (mut maps, unknowns) = numbered(mechanism, &coefficients);
         let pattern = couplings(mechanism, &maps, &coefficients, unknowns.len());
         let multipliers: Vec<_> = unknowns.iter().map(|u| matches!(u, Unknown::Multiplier(_))).collect();
         let factor = Factor::new(&pattern, &multipliers);
         let mut constants = Constants::default();
-        for ((map, part), constant) in maps.iter_mut().zip(parts).zip(&coefficients) {
-            map.find_slots(part, constant, &factor, &mut constants);
+        for ((map, instance), constant) in maps.iter_mut().zip(elements).zip(&coefficients) {
+            map.find_slots(instance, constant, &factor, &mut constants);
         }
         let mut equations = vec![None; n + mechanism.multipliers];
         unknowns.iter().enumerate().for_each(|(equation, unknown)| equations[unknown.node(n)] = Some(equation));
@@ -138,14 +140,14 @@ impl System {
     }
 
     /// Unknowns of an element: local number (coordinates, followed by multipliers) and equation.
-    pub(crate) fn rows_of(&self, part: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let map = &self.maps[part];
+    pub(crate) fn rows_of(&self, element: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let map = &self.maps[element];
         map.active.iter().copied().zip(map.equations.iter().copied())
     }
 
     /// Derivatives of an element that do not depend on the state.
-    pub(crate) fn coefficients(&self, part: usize) -> &[ConstantEntry] {
-        &self.coefficients[part]
+    pub(crate) fn coefficients(&self, element: usize) -> &[ConstantEntry] {
+        &self.coefficients[element]
     }
 
     /// The factorization, valid after [`System::factorize`].
@@ -177,6 +179,16 @@ impl System {
         })
     }
 
+    /// Sets the free accelerations and the multipliers of `state` to the negative solution `rows`.
+    pub(crate) fn set_accelerations(&self, rows: &[[f64; 1]], state: &mut State<f64>) {
+        for (unknown, row) in self.unknowns.iter().zip(rows) {
+            match *unknown {
+                Unknown::Coordinate(i) => state.a[i] = -row[0],
+                Unknown::Multiplier(m) => state.l[m] = -row[0],
+            }
+        }
+    }
+
     /// Unknown whose row is not finite or has the largest residual; `None` without rows.
     pub(crate) fn dominant_unknown(&self, rows: &[[f64; 1]]) -> Option<Unknown> {
         let largest = || (0..rows.len()).max_by(|&i, &j| rows[i][0].abs().total_cmp(&rows[j][0].abs()));
@@ -198,13 +210,13 @@ impl System {
 
 /// Maps of all elements, and the unknowns in an order with a narrow band.
 fn numbered(mechanism: &Mechanism<f64>, coefficients: &[Vec<ConstantEntry>]) -> (Vec<DofMap>, Vec<Unknown>) {
-    let (n, parts) = (mechanism.coordinates.len(), &mechanism.elements);
+    let (n, elements) = (mechanism.coordinates.len(), &mechanism.elements);
     let free = (0..n).filter(|&i| mechanism.coordinates[i].motion.is_none());
     let nodes: Vec<usize> = free.chain(n..n + mechanism.multipliers).collect();
     let mut unknown = vec![None; n + mechanism.multipliers];
     nodes.iter().enumerate().for_each(|(k, &node)| unknown[node] = Some(k));
-    let variables = |part| nodes_of(mechanism, part).iter().map(|&node| unknown[node]).collect::<Vec<_>>();
-    let mut maps: Vec<_> = parts.iter().map(|part| DofMap::new(part, &variables(part))).collect();
+    let variables = |instance| nodes_of(mechanism, instance).iter().map(|&node| unknown[node]).collect::<Vec<_>>();
+    let mut maps: Vec<_> = elements.iter().map(|instance| DofMap::new(instance, &variables(instance))).collect();
     let order = reverse_cuthill_mckee(&couplings(mechanism, &maps, coefficients, nodes.len()));
     let mut number = vec![0; order.len()];
     order.iter().enumerate().for_each(|(equation, &k)| number[k] = equation);
@@ -219,21 +231,21 @@ fn couplings(
     coefficients: &[Vec<ConstantEntry>],
     unknowns: usize,
 ) -> Vec<Vec<usize>> {
-    let elements = maps.iter().zip(&mechanism.elements).zip(coefficients);
-    pattern(unknowns, elements.flat_map(|((map, part), constant)| map.couplings(part, constant)))
+    let maps = maps.iter().zip(&mechanism.elements).zip(coefficients);
+    pattern(unknowns, maps.flat_map(|((map, instance), constant)| map.couplings(instance, constant)))
 }
 
 /// Checks parameters, coefficients of restitution and initial values.
 fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
     let when = format!("before the motion starts at t = {t:.6e} s");
-    for part in mechanism.elements.iter().chain(mechanism.events.iter().map(|impact| &impact.gap)) {
-        let flaw = part.element.validate_parameters(&part.parameters).or_else(|| {
-            let bad = part.parameters.iter().find(|p| !p.is_finite());
+    for instance in mechanism.elements.iter().chain(mechanism.events.iter().map(|impact| &impact.gap)) {
+        let flaw = instance.element.validate_parameters(&instance.parameters).or_else(|| {
+            let bad = instance.parameters.iter().find(|p| !p.is_finite());
             bad.map(|p| format!("a parameter is {p}"))
         });
         if let Some(why) = flaw {
             return Err(Error::analysis(
-                &part.name,
+                &instance.name,
                 format!("{why}, {when}"),
                 "change the design so that it can be built",
             ));
@@ -256,11 +268,11 @@ pub(crate) fn name_of<T>(mechanism: &Mechanism<T>, unknown: Unknown) -> String {
     match unknown {
         Unknown::Coordinate(i) => mechanism.coordinates[i].name.clone(),
         Unknown::Multiplier(m) => {
-            let holds = |part: &&ElementInstance<T>| {
-                (part.first_multiplier..part.first_multiplier + part.num_constraints).contains(&m)
+            let holds = |instance: &&ElementInstance<T>| {
+                (instance.first_multiplier..instance.first_multiplier + instance.num_constraints).contains(&m)
             };
-            let part = mechanism.elements.iter().find(holds).expect("every multiplier belongs to a joint");
-            format!("{} (constraint {})", part.name, m - part.first_multiplier + 1)
+            let instance = mechanism.elements.iter().find(holds).expect("every multiplier belongs to a joint");
+            format!("{} (constraint {})", instance.name, m - instance.first_multiplier + 1)
         }
     }
 }

@@ -54,21 +54,27 @@ impl<T: StateScalar> State<T> {
 }
 
 /// Copies the variables of an element from the state to `workspace`, without its parameters.
-pub(crate) fn gather<T: StateScalar>(part: &ElementInstance<T>, state: &State<T>, workspace: &mut ElementWorkspace<T>) {
+pub(crate) fn gather<T: StateScalar>(
+    instance: &ElementInstance<T>,
+    state: &State<T>,
+    workspace: &mut ElementWorkspace<T>,
+) {
     for (to, from) in [(&mut workspace.q, &state.q), (&mut workspace.v, &state.v), (&mut workspace.a, &state.a)] {
         to.clear();
-        to.extend(part.coordinates.iter().map(|&i| from[i]));
+        to.extend(instance.coordinates.iter().map(|&i| from[i]));
     }
     workspace.l.clear();
-    workspace.l.extend_from_slice(&state.l[part.first_multiplier..part.first_multiplier + part.num_constraints]);
+    workspace
+        .l
+        .extend_from_slice(&state.l[instance.first_multiplier..instance.first_multiplier + instance.num_constraints]);
 }
 
 /// Evaluates the residual of an element into `workspace`.
 pub(crate) fn evaluate<T: StateScalar>(
-    part: &ElementInstance<T>,
+    instance: &ElementInstance<T>,
     state: &State<T>,
     workspace: &mut ElementWorkspace<T>,
 ) {
-    gather(part, state, workspace);
-    T::residual_of(part.element.as_ref(), &part.parameters, state.t, workspace);
+    gather(instance, state, workspace);
+    T::residual_of(instance.element.as_ref(), &instance.parameters, state.t, workspace);
 }

@@ -7,7 +7,7 @@ use crate::mechanism::{CoordinateData, Mechanism};
 use autodiff::WIDTH;
 use nalgebra::DMatrix;
 
-/// Responses that one reverse pass carries.
+/// Number of responses in a batch.
 pub(crate) const BATCH: usize = 4;
 
 /// One number for each response of a batch.
@@ -35,21 +35,22 @@ pub(crate) struct AdjointState {
 }
 
 impl AdjointState {
-    /// Zeros.
+    /// Zero derivatives, of the size of `mechanism`.
     pub fn new(mechanism: &Mechanism<f64>) -> Self {
         let n = mechanism.coordinates.len();
         let zeros = |count| vec![[0.0; BATCH]; count];
         Self { q: zeros(n), v: zeros(n), a: zeros(n), l: zeros(mechanism.multipliers), w: zeros(n) }
     }
 
-    /// Sets everything to zero.
+    /// Sets all derivatives to zero.
     pub fn clear(&mut self) {
         [&mut self.q, &mut self.v, &mut self.a, &mut self.l, &mut self.w]
             .into_iter()
             .for_each(|x| x.fill([0.0; BATCH]));
     }
 
-    /// Adds the derivatives by auxiliary accelerations to those by accelerations: at the start both are the same.
+    /// Adds the derivatives with respect to auxiliary accelerations to those with respect to accelerations: at the start of a
+    /// motion the auxiliary accelerations are the accelerations.
     pub fn join_accelerations(&mut self) {
         self.a.iter_mut().zip(&mut self.w).for_each(|(a, w)| add(a, 1.0, &std::mem::take(w)));
     }
@@ -57,20 +58,20 @@ impl AdjointState {
     /// Propagates the adjoint of a state between two ends to the ends: the transpose of
     /// [`interpolate`](crate::analyses::sampling::interpolate).
     pub fn propagate_to_ends(&self, weights: Weights, ends: [&mut Self; 2]) {
-        let Weights { value, slope, linear } = weights;
+        let Weights { value, rate, linear } = weights;
         for (k, end) in ends.into_iter().enumerate() {
             for i in 0..self.q.len() {
                 add(&mut end.q[i], value[k], &self.q[i]);
-                add(&mut end.v[i], slope[k], &self.q[i]);
+                add(&mut end.v[i], rate[k], &self.q[i]);
                 add(&mut end.v[i], value[k], &self.v[i]);
-                add(&mut end.a[i], slope[k], &self.v[i]);
+                add(&mut end.a[i], rate[k], &self.v[i]);
                 add(&mut end.a[i], linear[k], &self.a[i]);
             }
             end.l.iter_mut().zip(&self.l).for_each(|(to, from)| add(to, linear[k], from));
         }
     }
 
-    /// With respect to the new acceleration of a free coordinate, which moves its position and velocity.
+    /// Derivative with respect to the new acceleration of a free coordinate, which determines its position and velocity.
     pub fn by_acceleration(&self, scheme: &GeneralizedAlpha, h: f64, i: usize) -> BatchValues {
         let (position, velocity) = scheme.newmark_coefficients(h);
         let mut adjoint = self.a[i];
@@ -136,19 +137,19 @@ pub(crate) struct DesignAdjoint {
 }
 
 impl DesignAdjoint {
-    /// Zeros.
+    /// Zero derivatives, of the size of `mechanism`.
     pub fn new(mechanism: &Mechanism<f64>) -> Self {
         let zeros = |count| vec![[0.0; BATCH]; count];
         let motion = |c: &CoordinateData<f64>| zeros(c.motion.as_ref().map_or(0, |(_, parameters)| parameters.len()));
         Self {
-            parameters: mechanism.elements.iter().map(|part| zeros(part.parameters.len())).collect(),
+            parameters: mechanism.elements.iter().map(|instance| zeros(instance.parameters.len())).collect(),
             motions: mechanism.coordinates.iter().map(motion).collect(),
             weights: mechanism.outputs.iter().map(|output| zeros(output.terms.len())).collect(),
         }
     }
 
-    /// Adds to the parameters of the motion of coordinate `i` at the time `t` (s), from the derivatives `adjoints` with
-    /// respect to its prescribed position, velocity and acceleration.
+    /// Adds the derivatives with respect to the parameters of the motion of coordinate `i`. `adjoints` are those with respect
+    /// to its prescribed position, velocity and acceleration at the time `t` (s).
     pub fn add_motion(
         &mut self,
         mechanism: &Mechanism<f64>,
@@ -182,7 +183,7 @@ impl DesignAdjoint {
         [row, first]: [usize; 2],
     ) {
         let parameters = chunk.elements.iter().zip(&self.parameters);
-        let parameters = parameters.flat_map(|(part, adjoints)| part.parameters.iter().zip(adjoints));
+        let parameters = parameters.flat_map(|(instance, adjoints)| instance.parameters.iter().zip(adjoints));
         let coordinates = || chunk.coordinates.iter().enumerate();
         let driven = coordinates().filter_map(|(i, c)| c.motion.as_ref().map(|(_, parameters)| (i, parameters)));
         let motions = driven.flat_map(|(i, parameters)| parameters.iter().zip(&self.motions[i]));

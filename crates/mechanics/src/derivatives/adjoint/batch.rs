@@ -11,7 +11,7 @@ use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 
-/// Derivatives of up to [`BATCH`] responses, which are carried backwards in time.
+/// Derivatives of up to [`BATCH`] responses, which are propagated backwards in time.
 #[derive(Clone)]
 pub(crate) struct AdjointBatch {
     /// With respect to the current state.
@@ -71,7 +71,8 @@ impl AdjointBatch {
         parameters.zip(by_parameter).for_each(|(&(k, i), from)| add(&mut self.design.parameters[k][i], 1.0, from));
     }
 
-    /// Moves the derivatives with respect to prescribed coordinates at time `t` (s) to the parameters of their motions.
+    /// Converts the derivatives with respect to prescribed coordinates at time `t` (s) into those with respect to the
+    /// parameters of their motions.
     pub fn take_motions(&mut self, mechanism: &Mechanism<f64>, activity: &Activity, t: f64) {
         for i in activity.moving_coordinates() {
             let AdjointState { q, v, a, .. } = &mut self.state;
@@ -80,14 +81,20 @@ impl AdjointBatch {
         }
     }
 
-    /// Adds derivatives with respect to a variable of element number `k`, which is `part`.
-    pub fn add(&mut self, k: usize, part: &ElementInstance<f64>, variable: ElementVariable, derivative: &BatchValues) {
+    /// Adds derivatives with respect to a variable of element number `k`, which is `instance`.
+    pub fn add(
+        &mut self,
+        k: usize,
+        instance: &ElementInstance<f64>,
+        variable: ElementVariable,
+        derivative: &BatchValues,
+    ) {
         let Self { state, design, .. } = self;
         let to = match variable {
-            ElementVariable::Position(i) => &mut state.q[part.coordinates[i]],
-            ElementVariable::Velocity(i) => &mut state.v[part.coordinates[i]],
-            ElementVariable::Acceleration(i) => &mut state.a[part.coordinates[i]],
-            ElementVariable::Multiplier(i) => &mut state.l[part.first_multiplier + i],
+            ElementVariable::Position(i) => &mut state.q[instance.coordinates[i]],
+            ElementVariable::Velocity(i) => &mut state.v[instance.coordinates[i]],
+            ElementVariable::Acceleration(i) => &mut state.a[instance.coordinates[i]],
+            ElementVariable::Multiplier(i) => &mut state.l[instance.first_multiplier + i],
             ElementVariable::Parameter(i) => &mut design.parameters[k][i],
         };
         add(to, 1.0, derivative);
@@ -132,9 +139,9 @@ pub(crate) struct SystemVjp {
 }
 
 impl SystemVjp {
-    /// With respect to free coordinates and active parameters.
+    /// Products with respect to free coordinates and active parameters.
     pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System, batches: usize) -> Self {
-        let size = |part: &ElementInstance<f64>| part.coordinates.len() + part.num_constraints;
+        let size = |instance: &ElementInstance<f64>| instance.coordinates.len() + instance.num_constraints;
         let most = mechanism.elements.iter().map(size).max().unwrap_or(0);
         Self {
             variables: variables(mechanism, activity),
@@ -144,13 +151,13 @@ impl SystemVjp {
         }
     }
 
-    /// For an equilibrium: without velocities, accelerations, and the positions of free coordinates.
+    /// Products at an equilibrium: without velocities, accelerations, and the positions of free coordinates.
     pub fn at_rest(mechanism: &Mechanism<f64>, activity: &Activity, system: &System, batches: usize) -> Self {
         let mut vjp = Self::new(mechanism, activity, system, batches);
         vjp.constants.retain(|constant| activity.motions[constant.coordinate]);
-        for (part, variables) in mechanism.elements.iter().zip(&mut vjp.variables) {
+        for (instance, variables) in mechanism.elements.iter().zip(&mut vjp.variables) {
             variables.retain(|variable| match *variable {
-                ElementVariable::Position(i) => activity.motions[part.coordinates[i]],
+                ElementVariable::Position(i) => activity.motions[instance.coordinates[i]],
                 ElementVariable::Parameter(_) => true,
                 _ => false,
             });
@@ -158,7 +165,8 @@ impl SystemVjp {
         vjp
     }
 
-    /// Adds ψᵀ ∂F/∂x for every variable x of every element to the `batches`; constraint rows count `constraint_scale` times.
+    /// Adds ψᵀ ∂F/∂x for every variable x of every element to the `batches`; constraint rows are multiplied by
+    /// `constraint_scale`.
     pub fn add(
         &mut self,
         mechanism: &Mechanism<f64>,
@@ -178,15 +186,15 @@ impl SystemVjp {
                 add(&mut state.a[*coordinate], scale * *mass, psi);
             }
         }
-        let parts = mechanism.elements.iter().zip(variables).enumerate();
-        for (k, (part, variables)) in parts.filter(|(_, (_, variables))| !variables.is_empty()) {
-            let (rows, n) = (part.coordinates.len() + part.num_constraints, part.coordinates.len());
+        let instances = mechanism.elements.iter().zip(variables).enumerate();
+        for (k, (instance, variables)) in instances.filter(|(_, (_, variables))| !variables.is_empty()) {
+            let (rows, n) = (instance.coordinates.len() + instance.num_constraints, instance.coordinates.len());
             for (batch, weights) in batches.iter().zip(weights.iter_mut()) {
                 batch.element_weights(system, k, n, constraint_scale, weights);
             }
             let sets = weights[..batches.len()].iter().map(|weights| &weights[..rows]);
-            element.evaluate(part, state, variables, ElementRows::Residual, sets, |set, variable, derivative| {
-                batches[set].add(k, part, variable, &derivative);
+            element.evaluate(instance, state, variables, ElementRows::Residual, sets, |set, variable, derivative| {
+                batches[set].add(k, instance, variable, &derivative);
             });
         }
     }
@@ -194,17 +202,18 @@ impl SystemVjp {
 
 /// The variables of each element with respect to which its rows are differentiated.
 fn variables(mechanism: &Mechanism<f64>, activity: &Activity) -> Vec<Vec<ElementVariable>> {
-    let of = |(k, part): (usize, &ElementInstance<f64>)| {
-        if part.element.is_sensor() {
+    let of = |(k, instance): (usize, &ElementInstance<f64>)| {
+        if instance.element.is_sensor() {
             return Vec::new();
         }
-        let (mut variables, linear) = (Vec::new(), part.element.linear());
-        let is_differentiated =
-            |&local: &usize| activity.is_differentiated(mechanism, part.coordinates[local]) && !linear.contains(&local);
-        let moving: Vec<usize> = (0..part.coordinates.len()).filter(is_differentiated).collect();
+        let (mut variables, linear) = (Vec::new(), instance.element.linear());
+        let is_differentiated = |&local: &usize| {
+            activity.is_differentiated(mechanism, instance.coordinates[local]) && !linear.contains(&local)
+        };
+        let moving: Vec<usize> = (0..instance.coordinates.len()).filter(is_differentiated).collect();
         // A constraint adds λ Φ_q(q), which depends neither on velocities nor on accelerations.
-        if part.num_constraints == 0 {
-            let driven = moving.iter().filter(|&&local| activity.motions[part.coordinates[local]]);
+        if instance.num_constraints == 0 {
+            let driven = moving.iter().filter(|&&local| activity.motions[instance.coordinates[local]]);
             variables.extend(driven.map(|&local| ElementVariable::Acceleration(local)));
             variables.extend(moving.iter().map(|&local| ElementVariable::Velocity(local)));
         }
@@ -217,16 +226,16 @@ fn variables(mechanism: &Mechanism<f64>, activity: &Activity) -> Vec<Vec<Element
 
 fn constants(mechanism: &Mechanism<f64>, activity: &Activity, system: &System) -> Vec<ConstantDerivatives> {
     let mut constants = Vec::new();
-    for (k, part) in mechanism.elements.iter().enumerate() {
+    for (k, instance) in mechanism.elements.iter().enumerate() {
         for entry in system.coefficients(k) {
-            let coordinate = part.coordinates[entry.coordinate];
+            let coordinate = instance.coordinates[entry.coordinate];
             let row = system.rows_of(k).find(|(row, _)| *row == entry.row);
             let is_differentiated = activity.is_differentiated(mechanism, coordinate);
             let Some((row, equation)) = row.filter(|_| is_differentiated) else { continue };
             let [stiffness, damping, mass] = entry.values;
             // A new acceleration is an unknown, unless it is prescribed.
             let mass = if activity.motions[coordinate] { mass } else { 0.0 };
-            let (is_constraint, values) = (row >= part.coordinates.len(), [stiffness, damping, mass]);
+            let (is_constraint, values) = (row >= instance.coordinates.len(), [stiffness, damping, mass]);
             if values != [0.0; 3] {
                 constants.push(ConstantDerivatives { equation, is_constraint, coordinate, values });
             }

@@ -1,6 +1,5 @@
 //! The discrete adjoint of a motion by implicit steps.
 
-use crate::Result;
 use crate::analyses::dynamics::{Dynamics, InitialAcceleration, is_before, simulate_recorded};
 use crate::analyses::sampling::{Weights, interpolate};
 use crate::checkpointing::recording::Recording;
@@ -11,7 +10,6 @@ use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
 use crate::derivatives::adjoint::problem::{
     AdjointProblem, Functional, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
-use crate::diagnostics;
 use crate::events::impact;
 use crate::integrators::generalized_alpha::Prescribed;
 use crate::integrators::time_stepper::TimeStepper;
@@ -19,6 +17,7 @@ use crate::mechanism::ParametricMechanism;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
+use crate::{Result, diagnostics};
 use nalgebra::DMatrix;
 
 /// Simulates `model` at the design `b` and differentiates `responses` of its outputs at `times` (s) with respect to `b`,
@@ -42,10 +41,11 @@ pub fn differentiate_backwards<M: ParametricMechanism>(
     differentiate_backwards_within(usize::MAX, model, b, settings, times, responses).map(|(rows, _)| rows)
 }
 
-/// [`differentiate_backwards`] with at most `memory` bytes for the states of steps, and the cost of its reverse pass.
+/// Differentiates as [`differentiate_backwards`] with at most `memory` bytes for the states of steps. Returns the cost of the
+/// reverse pass as well.
 ///
-/// If the steps do not fit into the memory, checkpoints are stored and steps are integrated again, with the same bits. A
-/// memory for the square root of all steps costs one more analysis.
+/// If the steps do not fit into the memory, checkpoints are stored and steps are integrated again, with the same bits. Memory
+/// for √n of n steps costs one more analysis.
 ///
 /// # Errors
 /// As [`differentiate_backwards`], and [`Error::Definition`](crate::Error::Definition) if the memory does not hold four
@@ -62,7 +62,8 @@ pub fn differentiate_backwards_within<M: ParametricMechanism>(
     differentiate_recording_backwards(model, b, settings, times, responses, &recording)
 }
 
-/// [`differentiate_backwards`] along the steps of a recording of `model` at `b`, and the cost of its reverse pass.
+/// Differentiates as [`differentiate_backwards`] along the steps of a recording of `model` at `b`. Returns the cost of the
+/// reverse pass as well.
 ///
 /// # Errors
 /// As [`differentiate_backwards_within`].
@@ -77,7 +78,7 @@ pub fn differentiate_recording_backwards<M: ParametricMechanism>(
     solve(&AdjointProblem::build(model, b, times, responses)?, settings, times, recording)
 }
 
-/// Not generic over the model: compiled once, in this crate.
+/// Computes gradients from a recording. Not generic over the model: compiled once, in this crate.
 fn solve(
     problem: &AdjointProblem<'_>,
     settings: &Dynamics,

@@ -39,17 +39,17 @@ impl ElementVjp {
     /// Calls `add` with Σ weight · ∂row/∂variable for each of the `variables` and each set of weights (one per row).
     pub fn evaluate<'w>(
         &mut self,
-        part: &ElementInstance<f64>,
+        instance: &ElementInstance<f64>,
         state: &State<f64>,
         variables: &[ElementVariable],
         rows: ElementRows,
         weights: impl Iterator<Item = &'w [BatchValues]> + Clone,
         mut add: impl FnMut(usize, ElementVariable, BatchValues),
     ) {
-        self.load(part, state);
+        self.load(instance, state);
         for chunk in variables.chunks(WIDTH) {
             self.seed(chunk, 1.0);
-            self.evaluate_rows(part, rows, state.t);
+            self.evaluate_rows(instance, rows, state.t);
             self.seed(chunk, 0.0);
             for (set, weights) in weights.clone().enumerate() {
                 let mut sums = [[0.0; BATCH]; WIDTH];
@@ -66,18 +66,18 @@ impl ElementVjp {
     /// The values of the rows.
     pub fn values(
         &mut self,
-        part: &ElementInstance<f64>,
+        instance: &ElementInstance<f64>,
         state: &State<f64>,
         rows: ElementRows,
     ) -> impl Iterator<Item = f64> + '_ {
-        self.load(part, state);
-        self.evaluate_rows(part, rows, state.t);
+        self.load(instance, state);
+        self.evaluate_rows(instance, rows, state.t);
         self.rows.iter().map(|row| row.re)
     }
 
-    fn load(&mut self, part: &ElementInstance<f64>, state: &State<f64>) {
-        let multipliers = &state.l[part.first_multiplier..part.first_multiplier + part.num_constraints];
-        for (to, from) in [(&mut self.workspace.p, &part.parameters[..]), (&mut self.workspace.l, multipliers)] {
+    fn load(&mut self, instance: &ElementInstance<f64>, state: &State<f64>) {
+        let multipliers = &state.l[instance.first_multiplier..instance.first_multiplier + instance.num_constraints];
+        for (to, from) in [(&mut self.workspace.p, &instance.parameters[..]), (&mut self.workspace.l, multipliers)] {
             to.clear();
             to.extend(from.iter().map(|&x| Dual8::constant(x)));
         }
@@ -85,7 +85,7 @@ impl ElementVjp {
             [(&mut self.workspace.q, &state.q), (&mut self.workspace.v, &state.v), (&mut self.workspace.a, &state.a)]
         {
             to.clear();
-            to.extend(part.coordinates.iter().map(|&i| Dual8::constant(from[i])));
+            to.extend(instance.coordinates.iter().map(|&i| Dual8::constant(from[i])));
         }
     }
 
@@ -102,8 +102,8 @@ impl ElementVjp {
         }
     }
 
-    fn evaluate_rows(&mut self, part: &ElementInstance<f64>, rows: ElementRows, t: f64) {
-        let (element, t) = (part.element.as_ref(), Dual8::constant(t));
+    fn evaluate_rows(&mut self, instance: &ElementInstance<f64>, rows: ElementRows, t: f64) {
+        let (element, t) = (instance.element.as_ref(), Dual8::constant(t));
         self.rows.clear();
         match rows {
             ElementRows::Residual => {
@@ -124,12 +124,12 @@ impl ElementVjp {
 }
 
 /// All variables of an element.
-pub(crate) fn all_variables(part: &ElementInstance<f64>) -> Vec<ElementVariable> {
-    let n = part.coordinates.len();
+pub(crate) fn all_variables(instance: &ElementInstance<f64>) -> Vec<ElementVariable> {
+    let n = instance.coordinates.len();
     let coordinates = [ElementVariable::Position, ElementVariable::Velocity, ElementVariable::Acceleration]
         .map(|variable| (0..n).map(variable));
-    let rest = (0..part.num_constraints)
+    let rest = (0..instance.num_constraints)
         .map(ElementVariable::Multiplier)
-        .chain((0..part.parameters.len()).map(ElementVariable::Parameter));
+        .chain((0..instance.parameters.len()).map(ElementVariable::Parameter));
     coordinates.into_iter().flatten().chain(rest).collect()
 }

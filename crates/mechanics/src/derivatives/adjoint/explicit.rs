@@ -45,8 +45,8 @@ pub fn differentiate_explicitly_backwards<M: ParametricMechanism>(
     differentiate_explicitly_backwards_within(usize::MAX, model, b, settings, times, responses).map(|(rows, _)| rows)
 }
 
-/// [`differentiate_explicitly_backwards`] with at most `memory` bytes for the states between steps, and the cost of its
-/// reverse pass.
+/// Differentiates as [`differentiate_explicitly_backwards`] with at most `memory` bytes for the states between steps. Returns
+/// the cost of the reverse pass as well.
 ///
 /// # Errors
 /// As [`differentiate_explicitly_backwards`], and [`Error::Definition`](crate::Error::Definition) if the memory does not
@@ -63,8 +63,8 @@ pub fn differentiate_explicitly_backwards_within<M: ParametricMechanism>(
     differentiate_explicit_recording_backwards(model, b, settings, times, responses, &recording)
 }
 
-/// [`differentiate_explicitly_backwards`] along the steps of a recording of `model` at `b`, and the cost of its reverse
-/// pass.
+/// Differentiates as [`differentiate_explicitly_backwards`] along the steps of a recording of `model` at `b`. Returns the
+/// cost of the reverse pass as well.
 ///
 /// # Errors
 /// As [`differentiate_explicitly_backwards_within`].
@@ -79,7 +79,7 @@ pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
     solve(&AdjointProblem::build(model, b, times, responses)?, settings, times, recording)
 }
 
-/// Not generic over the model: compiled once, in this crate.
+/// Computes gradients from a recording. Not generic over the model: compiled once, in this crate.
 fn solve(
     problem: &AdjointProblem<'_>,
     settings: &Explicit,
@@ -115,7 +115,7 @@ struct ReverseExplicitSteps<'m> {
     first: Vec<f64>,
     /// End of the step to load next in s: the beginning of the last one.
     next_end: Option<f64>,
-    /// Whether an output inside the step was evaluated.
+    /// True after the evaluation of an output inside the step.
     is_dense: bool,
     at: Vec<f64>,
 }
@@ -149,7 +149,7 @@ impl<'m> ReverseExplicitSteps<'m> {
         Ok(Self { adjoints, playback, recording, driver, stages, first, next_end, is_dense, at })
     }
 
-    /// From the rates at the start of the motion to the positions and velocities there.
+    /// Propagates from the rates at the start of the motion to the positions and velocities there.
     fn finish(&mut self) -> Result<()> {
         let OdeDriver { stepper, scratch, .. } = &mut self.driver;
         scratch.resize(stepper.old.len(), 0.0);
@@ -269,7 +269,7 @@ struct StageAdjoint {
 }
 
 impl StageAdjoint {
-    /// Zeros, at the end of the motion.
+    /// Zero derivatives, at the end of the motion.
     fn new(stages: &AdjointStages<'_>) -> Self {
         let mechanism = &stages.problem.mechanism;
         let zeros = vec![[0.0; BATCH]; 2 * mechanism.coordinates.len()];
@@ -320,7 +320,7 @@ impl StageAdjoint {
         self.rates.iter_mut().enumerate().filter(|(slot, _)| *slot != end).for_each(|(_, r)| r.fill([0.0; BATCH]));
     }
 
-    /// At the start of the motion: the state of the batch has the derivatives by positions and velocities there.
+    /// Propagates to the positions and velocities at the start of the motion, and stores their derivatives in the batch.
     fn finish(&mut self, stages: &mut AdjointStages<'_>) {
         self.differentiate_rates(stages, stages.method.end, 0);
         self.batch.add_state(1.0, &mut self.end);
@@ -330,7 +330,7 @@ impl StageAdjoint {
         self.batch.state.v.copy_from_slice(&self.end[n..]);
     }
 
-    /// From the rates of a stage to the beginning of the step and to the rates of earlier stages.
+    /// Propagates from the rates of a stage to the beginning of the step and to the rates of earlier stages.
     fn differentiate_stage(&mut self, stages: &mut AdjointStages<'_>, slot: usize) {
         self.differentiate_rates(stages, slot, slot);
         let Self { batch, begin, rates, .. } = self;
@@ -340,7 +340,7 @@ impl StageAdjoint {
         }
     }
 
-    /// From the end of the step, before the projection, to its beginning and to the rates of the stages.
+    /// Propagates from the end of the step, before the projection, to its beginning and to the rates of the stages.
     fn differentiate_end(&mut self, stages: &AdjointStages<'_>) {
         let Self { end, begin, rates, .. } = self;
         let add_end =
@@ -351,7 +351,7 @@ impl StageAdjoint {
         }
     }
 
-    /// From k̄ of slot `rates` to the state of the stage in `slot`, which is then the state of the batch.
+    /// Propagates from k̄ of slot `rates` to the state of the stage in `slot`, which is then the state of the batch.
     fn differentiate_rates(&mut self, stages: &mut AdjointStages<'_>, rates: usize, slot: usize) {
         let (state, rates) = (&mut self.batch.state, &self.rates[rates]);
         let n = state.q.len();
@@ -364,7 +364,7 @@ impl StageAdjoint {
         self.differentiate_accelerations(stages, slot);
     }
 
-    /// From accelerations and multipliers of a stage to its positions and velocities.
+    /// Propagates from accelerations and multipliers of a stage to its positions and velocities.
     fn differentiate_accelerations(&mut self, stages: &mut AdjointStages<'_>, slot: usize) {
         let AdjointStages { problem, linearized, linearizer, sources, unknowns, .. } = stages;
         let stage = &mut linearized.record_mut().stages[slot];
@@ -374,7 +374,7 @@ impl StageAdjoint {
         self.batch.take_motions(&problem.mechanism, &problem.activity, t);
     }
 
-    /// From the projected end of the step to the end before the projection.
+    /// Propagates from the projected end of the step to the end before the projection.
     fn differentiate_projection(&mut self, stages: &mut AdjointStages<'_>) {
         let AdjointStages { problem, linearized, linearizer, sources, unknowns, .. } = stages;
         if linearized.is_free {
@@ -400,7 +400,8 @@ impl StageAdjoint {
 }
 
 impl AdjointBatch {
-    /// Adds `factor` times the derivatives by positions and velocities to those by a state or by its rates.
+    /// Adds `factor` times the derivatives with respect to positions and velocities to `to`, those with respect to a state or
+    /// its rates.
     fn add_state(&self, factor: f64, to: &mut [BatchValues]) {
         self.state.q.iter().chain(&self.state.v).zip(to).for_each(|(from, to)| add(to, factor, from));
     }

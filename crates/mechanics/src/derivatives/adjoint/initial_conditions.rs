@@ -24,7 +24,8 @@ use crate::system::{System, Unknown};
 ///    M\ddot q + \Phi_q^T\lambda - f &= 0, & \ddot\Phi &= 0 \end{aligned} $$
 ///
 /// where q_b and v_b are those in which the mechanism was built. With the transposed matrices, ψ of the last problem comes
-/// first and adds to the derivatives by velocities and positions; ψ of the velocities adds to those by positions.
+/// first and contributes to the derivatives with respect to velocities and positions; ψ of the velocities contributes to
+/// those with respect to positions.
 pub(crate) struct InitialConditionAdjoint<'m> {
     mechanism: &'m Mechanism<f64>,
     activity: &'m Activity,
@@ -37,7 +38,7 @@ pub(crate) struct InitialConditionAdjoint<'m> {
 }
 
 impl<'m> InitialConditionAdjoint<'m> {
-    /// For `mechanism` with the equations `system`.
+    /// Adjoint of the initial conditions of `mechanism`, with the equations `system`.
     pub fn new(mechanism: &'m Mechanism<f64>, activity: &'m Activity, system: &System) -> Self {
         let linearizer = Linearizer::new(mechanism, activity, system);
         Self {
@@ -51,8 +52,8 @@ impl<'m> InitialConditionAdjoint<'m> {
         }
     }
 
-    /// From the positions and velocities of `values` to those in which free coordinates were built, and to the motions of
-    /// prescribed ones. Initial positions in equilibrium do not depend on those in which they were built.
+    /// Propagates from the positions and velocities of `values` to those in which free coordinates were built, and to the
+    /// motions of prescribed ones. Initial positions in equilibrium do not depend on those in which they were built.
     pub fn start(
         &mut self,
         system: &mut System,
@@ -78,7 +79,7 @@ impl<'m> InitialConditionAdjoint<'m> {
         Ok(())
     }
 
-    /// From accelerations and multipliers to positions and velocities.
+    /// Propagates from accelerations and multipliers to positions and velocities.
     pub fn accelerations(
         &mut self,
         system: &mut System,
@@ -94,7 +95,7 @@ impl<'m> InitialConditionAdjoint<'m> {
         Ok(())
     }
 
-    /// From projected positions or velocities to those before the projection.
+    /// Propagates from projected positions or velocities to those before the projection.
     fn project(
         &mut self,
         part: ProjectedPart,
@@ -127,7 +128,7 @@ impl<'m> InitialConditionAdjoint<'m> {
         Ok(())
     }
 
-    /// From positions in equilibrium to parameters and motions.
+    /// Propagates from positions in equilibrium to parameters and motions.
     fn equilibrium(
         &mut self,
         system: &mut System,

@@ -1,4 +1,4 @@
-//! The adjoint of analyses that solve every time point by itself: equilibria, and kinematics with inverse dynamics.
+//! The adjoint of analyses that solve each time point separately: equilibria, and kinematics with inverse dynamics.
 
 use crate::Result;
 use crate::analyses::dynamics::InitialConfiguration;
@@ -84,7 +84,7 @@ fn solve_equilibria(problem: &AdjointProblem<'_>, settings: &Statics) -> Result<
                 let adjoints = [&batch.state.q[i], &zeros, &zeros];
                 batch.design.add_motion(mechanism, i, state.t, Prescribed::Exact, adjoints);
             }
-            batch.state.clear(); // an equilibrium does not depend on the configuration from which it was sought
+            batch.state.clear(); // an equilibrium does not depend on its initial guess
         }
         Ok(())
     })?;
@@ -103,7 +103,8 @@ fn solve_kinematics(problem: &AdjointProblem<'_>, assembly: Assembly) -> Result<
             initial.accelerations(system, state, &mut batches)?;
             initial.start(system, state, projection, InitialConfiguration::Built, &mut batches)?;
         }
-        batches.into_iter().for_each(|batch| batch.state.clear()); // nor does the state of a driven mechanism
+        // The state of a driven mechanism does not depend on its initial guess.
+        batches.into_iter().for_each(|batch| batch.state.clear());
         Ok(())
     })?;
     Ok(problem.gradients(&batches))

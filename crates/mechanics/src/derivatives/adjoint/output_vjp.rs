@@ -38,44 +38,45 @@ impl AdjointBatch {
         weight: &BatchValues,
         vjp: &mut ElementVjp,
     ) {
-        for ElementShare { part: k, rows, row, count } in shares(mechanism, source) {
+        for ElementShare { element: k, rows, row, count } in shares(mechanism, source) {
             let mut weights = vec![[0.0; BATCH]; count];
             weights[row] = *weight;
-            let part = &mechanism.elements[k];
+            let instance = &mechanism.elements[k];
             let sets = std::iter::once(&weights[..]);
-            vjp.evaluate(part, state, &all_variables(part), rows, sets, |_, variable, derivative| {
-                self.add(k, part, variable, &derivative);
+            vjp.evaluate(instance, state, &all_variables(instance), rows, sets, |_, variable, derivative| {
+                self.add(k, instance, variable, &derivative);
             });
         }
     }
 }
 
-/// One row of an element, which contributes to a quantity.
+/// A row of an element that contributes to a quantity.
 struct ElementShare {
     /// Number of the element.
-    part: usize,
+    element: usize,
     rows: ElementRows,
     row: usize,
-    /// Number of these rows.
+    /// Number of rows of this kind.
     count: usize,
 }
 
-/// The rows of elements whose sum a quantity is.
+/// Rows of elements whose sum is a quantity.
 fn shares(mechanism: &Mechanism<f64>, source: MeasuredQuantity) -> Vec<ElementShare> {
-    let parts = || mechanism.elements.iter().enumerate();
-    let energy =
-        |row| parts().map(|(part, _)| ElementShare { part, rows: ElementRows::Energy, row, count: 2 }).collect();
+    let instances = || mechanism.elements.iter().enumerate();
+    let energy = |row| {
+        instances().map(|(element, _)| ElementShare { element, rows: ElementRows::Energy, row, count: 2 }).collect()
+    };
     match source {
-        MeasuredQuantity::Measure { element: part, measure } => {
-            let count = mechanism.elements[part].element.measures().len();
-            vec![ElementShare { part, rows: ElementRows::Measures, row: measure, count }]
+        MeasuredQuantity::Measure { element, measure } => {
+            let count = mechanism.elements[element].element.measures().len();
+            vec![ElementShare { element, rows: ElementRows::Measures, row: measure, count }]
         }
         MeasuredQuantity::DrivingForce { coordinate } => {
-            let acting = parts().filter(|(_, part)| !part.element.is_sensor());
-            let shares = acting.flat_map(|(k, part)| {
-                let count = part.coordinates.len() + part.num_constraints;
-                let rows = part.coordinates.iter().enumerate().filter(|(_, c)| **c == coordinate);
-                rows.map(move |(row, _)| ElementShare { part: k, rows: ElementRows::Residual, row, count })
+            let acting = instances().filter(|(_, instance)| !instance.element.is_sensor());
+            let shares = acting.flat_map(|(element, instance)| {
+                let count = instance.coordinates.len() + instance.num_constraints;
+                let rows = instance.coordinates.iter().enumerate().filter(|(_, c)| **c == coordinate);
+                rows.map(move |(row, _)| ElementShare { element, rows: ElementRows::Residual, row, count })
             });
             shares.collect()
         }
@@ -85,8 +86,8 @@ fn shares(mechanism: &Mechanism<f64>, source: MeasuredQuantity) -> Vec<ElementSh
 }
 
 fn quantity(mechanism: &Mechanism<f64>, state: &State<f64>, source: MeasuredQuantity, vjp: &mut ElementVjp) -> f64 {
-    let value = |ElementShare { part, rows, row, .. }| {
-        vjp.values(&mechanism.elements[part], state, rows).nth(row).expect("every row is evaluated")
+    let value = |ElementShare { element, rows, row, .. }| {
+        vjp.values(&mechanism.elements[element], state, rows).nth(row).expect("every row is evaluated")
     };
     shares(mechanism, source).into_iter().map(value).sum()
 }

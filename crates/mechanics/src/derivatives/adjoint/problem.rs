@@ -44,7 +44,7 @@ impl Functional {
     }
 }
 
-/// Cost of the reverse pass: peak memory, and steps that were integrated again because not all fitted into it.
+/// Cost of the reverse pass: peak memory, and steps that did not fit into memory and were recomputed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReplayStatistics {
     /// Largest number of bytes in use for steps and checkpoints.
@@ -86,7 +86,7 @@ pub(crate) struct AdjointProblem<'t> {
 }
 
 impl<'t> AdjointProblem<'t> {
-    /// For the `responses` of the outputs of `model` at the design `b` and `times`.
+    /// Problem for the `responses` of the outputs of `model` at the design `b` and `times`.
     ///
     /// # Errors
     /// [`Error::Definition`] if a response refers to a missing output or time point, or if the model builds other elements
@@ -134,7 +134,7 @@ pub(crate) trait ReverseSteps {
     /// Loads step number `k` (from 0).
     fn load_step(&mut self, k: usize) -> Result<()>;
 
-    /// Whether the output time `t` (s) lies in the loaded step `k`, not in one before.
+    /// Returns whether the output time `t` (s) is in the loaded step `k`, not in an earlier one.
     fn contains(&self, k: usize, t: f64) -> bool;
 
     /// Adds the derivatives of the `terms`, outputs at the time `t` (s) in the loaded step.

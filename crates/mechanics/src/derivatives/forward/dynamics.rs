@@ -27,7 +27,7 @@ use crate::{Error, Result};
 ///
 /// The right-hand side is one evaluation of the residual in dual numbers, for [`WIDTH`](autodiff::WIDTH) design
 /// variables at a time (four if there are no more). The matrix is factorized once per step, for all design variables.
-/// On two threads or more, the next steps are computed while the derivatives follow the last ones.
+/// On two threads or more, the next steps are computed while the derivatives of the previous ones are propagated.
 ///
 /// # Errors
 /// As [`simulate`](crate::analyses::dynamics::simulate), and [`Error::Definition`] if the model builds other elements
@@ -73,7 +73,7 @@ fn simulate_seeded(
     let mut steps = ImplicitSteps::simulated(mechanism, settings, times)?;
     let gradients = propagate_seeded(seeded, settings, times, &mut steps)?;
     let (recorder, work) = steps.finish().expect("the steps are simulated");
-    Ok(recorder.finish(&gradients, variables, work))
+    Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work))
 }
 
 fn propagate_seeded(
@@ -88,7 +88,7 @@ fn propagate_seeded(
     }
 }
 
-/// Carries the `L` derivatives of each of the `mechanisms` to the end of the motion.
+/// Propagates the `L` derivatives of each of the `mechanisms` to the end of the motion.
 pub(crate) fn propagate_all<T: DerivativeScalar<L>, const L: usize>(
     mechanisms: &[Mechanism<T>],
     settings: &Dynamics,
@@ -105,7 +105,7 @@ where
     Ok(OutputGradients::new(steps.mechanism.outputs.len(), L, chunks))
 }
 
-/// The state of a motion with `L` derivatives, which are carried along implicit steps.
+/// The state of a motion with `L` derivatives, which are propagated along implicit steps.
 struct ForwardSensitivity<'m, T, const L: usize> {
     plain: &'m Mechanism<f64>,
     mechanism: &'m Mechanism<T>,
@@ -132,7 +132,7 @@ impl<'m, T: DerivativeScalar<L>, const L: usize> ForwardSensitivity<'m, T, L>
 where
     Jet2<T>: ElementScalar,
 {
-    /// With the derivatives of the initial state.
+    /// Sensitivity at the start of the motion.
     fn new<'s: 'm>(
         mechanism: &'m Mechanism<T>,
         steps: &mut ImplicitSteps<'s>,
@@ -164,7 +164,7 @@ where
         Ok(sensitivity)
     }
 
-    /// Carries the derivatives from the beginning of a step to its end.
+    /// Propagates the derivatives from the beginning of a step to its end.
     fn advance(&mut self, step: &ConvergedStep) -> Result<()> {
         self.apply_event()?;
         if self.started {
@@ -181,7 +181,7 @@ where
         Ok(())
     }
 
-    /// A step whose length does not depend on the design.
+    /// Differentiates a step whose length does not depend on the design.
     fn differentiate_step(&mut self, ConvergedStep { h, end: values, factor, .. }: &ConvergedStep) {
         let Dynamics { scheme, prescribed, .. } = self.settings;
         set_values(&mut self.step.new.a, &values.a);
@@ -194,7 +194,7 @@ where
         }
     }
 
-    /// A step whose length `h` carries derivatives.
+    /// Differentiates a step whose length `h` carries derivatives.
     fn differentiate_step_of(&mut self, ConvergedStep { h: value, end: values, factor, .. }: &ConvergedStep, h: T) {
         let Dynamics { scheme, prescribed, .. } = self.settings;
         set_values(&mut self.step.new.a, &values.a);
@@ -217,7 +217,7 @@ where
         factor.solve_in(&mut self.changes, &mut self.solve_workspace);
     }
 
-    /// A step that ends when `contact` closes, at a time that depends on the design.
+    /// Differentiates a step that ends when `contact` closes, at a time that depends on the design.
     fn close_contact(&mut self, step: &ConvergedStep, contact: usize) -> Result<()> {
         let (impact, given) = (&self.mechanism.events[contact], T::from(step.h));
         let unit = T::with(0.0, std::array::from_fn(|k| f64::from(u8::from(k == 0))));
@@ -227,7 +227,7 @@ where
         });
         let speed = moved - fixed;
         if speed == 0.0 || !speed.is_finite() {
-            let why = format!("it is only touched at t = {:.6e} s: there is no derivative", step.end.t);
+            let why = format!("it is touched with zero speed at t = {:.6e} s: there is no derivative", step.end.t);
             return Err(Error::analysis(&impact.gap.name, why, "change the design a little"));
         }
         let mut h = given;
@@ -255,7 +255,7 @@ where
 
     /// Records the derivatives of the outputs at the times that the step has reached.
     fn record_outputs(&mut self) -> Result<()> {
-        while let Some((_, t)) = self.times.next_until(self.step.new.t.value()) {
+        while let Some(t) = self.times.next_until(self.step.new.t.value()) {
             interpolate(&self.step.old, &self.step.new, t, &mut self.at);
             self.sampler.outputs(self.mechanism, &self.at, &mut self.outputs);
             check_finite(self.mechanism, &self.outputs, t)?;

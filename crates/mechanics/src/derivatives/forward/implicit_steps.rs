@@ -1,12 +1,9 @@
 //! Converged implicit steps with their factorized matrices, simulated or read from a recording.
 
-use crate::Result;
 use crate::analyses::dynamics::{Dynamics, Work, is_before};
-use crate::analyses::sampling::interpolate;
+use crate::analyses::sampling::{OutputRecorder, interpolate};
 use crate::checkpointing::recording::Recording;
-use crate::derivatives::history::OutputRecorder;
 use crate::derivatives::propagation::StepSource;
-use crate::diagnostics;
 use crate::initial_conditions::Projection;
 use crate::integrators::generalized_alpha::GeneralizedAlpha;
 use crate::integrators::time_stepper::TimeStepper;
@@ -15,8 +12,9 @@ use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
+use crate::{Result, diagnostics};
 
-/// Most steps in a block: enough to make the hand-over between threads cheap.
+/// Largest number of steps in a block: enough for a small cost of synchronization between threads.
 const BLOCK_LENGTH: usize = 8;
 
 /// A converged step, linearized at its end.
@@ -30,7 +28,7 @@ pub(crate) struct ConvergedStep {
     pub factor: Factor,
     /// The contact that closes at the end.
     pub closed: Option<usize>,
-    /// Whether the end is at a given time, which does not depend on the design.
+    /// True if the end is at a given time, which does not depend on the design.
     pub is_on_grid: bool,
 }
 
@@ -55,22 +53,22 @@ pub(crate) struct OutputTimes<'m> {
 }
 
 impl<'m> OutputTimes<'m> {
-    /// For a motion that begins at `start` (s).
+    /// Output times of a motion that begins at `start` (s).
     pub fn new(start: f64, times: &'m [f64]) -> Self {
         Self { start, times, reached: 0 }
     }
 
-    /// The next time, with its number, if a step that ends at `end` reaches it.
-    pub fn next_until(&mut self, end: f64) -> Option<(usize, f64)> {
-        let (number, t) = (self.reached, *self.times.get(self.reached)?);
+    /// The next time, if a step that ends at `end` (s) reaches it.
+    pub fn next_until(&mut self, end: f64) -> Option<f64> {
+        let t = *self.times.get(self.reached)?;
         if is_before(self.start, end, t) {
             return None;
         }
         self.reached += 1;
-        Some((number, t))
+        Some(t)
     }
 
-    /// Whether no time is left.
+    /// Returns whether all times have been reached.
     pub fn is_done(&self) -> bool {
         self.reached == self.times.len()
     }
@@ -89,9 +87,9 @@ pub(crate) struct ImplicitSteps<'m> {
     origin: StepOrigin<'m>,
 }
 
-/// Where the steps come from.
+/// Source of the steps.
 enum StepOrigin<'m> {
-    Simulation(Box<Simulation<'m>>),
+    Simulation(Box<RecordedSimulation<'m>>),
     /// The steps from number `next` up to `end`.
     Recording {
         recording: &'m Recording,
@@ -109,9 +107,9 @@ impl<'m> ImplicitSteps<'m> {
         let stepper = TimeStepper::new(mechanism, settings, times)?;
         let start = stepper.integrator.step.new.clone();
         let (system, projection) = (stepper.integrator.system.clone(), stepper.projection.clone());
-        let (recorder, at) = (OutputRecorder::new(mechanism, times), start.clone());
+        let (recorder, at) = (OutputRecorder::new(mechanism, times.len()), start.clone());
         let times = OutputTimes::new(settings.start, times);
-        let mut simulation = Box::new(Simulation { stepper, recorder, times, at });
+        let mut simulation = Box::new(RecordedSimulation { stepper, recorder, times, at });
         simulation.record_outputs()?;
         let (rows, origin) = (vec![[0.0]; system.size()], StepOrigin::Simulation(simulation));
         Ok(Self { mechanism, system, start, projection, scheme: settings.scheme, rows, origin })
@@ -185,14 +183,14 @@ impl StepSource for ImplicitSteps<'_> {
 }
 
 /// A simulation whose outputs are recorded while it runs.
-struct Simulation<'m> {
+struct RecordedSimulation<'m> {
     stepper: TimeStepper<'m>,
     recorder: OutputRecorder,
     times: OutputTimes<'m>,
     at: State<f64>,
 }
 
-impl Simulation<'_> {
+impl RecordedSimulation<'_> {
     /// Takes a step, unless the last output time has been reached. Returns its length in s.
     fn advance(&mut self) -> Result<Option<f64>> {
         if self.times.is_done() {
@@ -205,9 +203,9 @@ impl Simulation<'_> {
 
     fn record_outputs(&mut self) -> Result<()> {
         let (mechanism, step) = (self.stepper.integrator.mechanism, &self.stepper.integrator.step);
-        while let Some((number, t)) = self.times.next_until(step.new.t) {
+        while let Some(t) = self.times.next_until(step.new.t) {
             interpolate(&step.old, &step.new, t, &mut self.at);
-            self.recorder.record(number, mechanism, &self.at)?;
+            self.recorder.record(mechanism, &self.at)?;
         }
         Ok(())
     }

@@ -1,13 +1,12 @@
-//! Derivatives of analyses that solve every time point by itself: kinematics with inverse dynamics, and statics.
+//! Derivatives of analyses that solve each time point separately: kinematics with inverse dynamics, and statics.
 
 use crate::analyses::dynamics::Work;
 use crate::analyses::kinematics::KinematicDriver;
-use crate::analyses::sampling::Sampler;
+use crate::analyses::sampling::{OutputRecorder, Sampler};
 use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::initial_conditions::{InitialDerivatives, equilibrium};
-use crate::derivatives::history::{OutputGradients, OutputRecorder, SensitiveHistory};
+use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::seeding::build_chunks;
-use crate::diagnostics;
 use crate::events::impact;
 use crate::initial_conditions::{Assembly, assemble};
 use crate::mechanism::scalars::{DerivativeScalar, Dual8, ElementScalar, Jet2};
@@ -15,7 +14,7 @@ use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
-use crate::{Error, Result};
+use crate::{Error, Result, diagnostics};
 
 /// Solves kinematics and inverse dynamics of `model` at `times` (s) and differentiates all outputs.
 ///
@@ -81,9 +80,10 @@ pub(crate) fn record_instants(
     times: &[f64],
     solve: impl FnOnce(&mut OutputRecorder) -> Result<OutputGradients>,
 ) -> Result<SensitiveHistory> {
-    let mut recorder = OutputRecorder::new(mechanism, times);
+    let mut recorder = OutputRecorder::new(mechanism, times.len());
     let gradients = solve(&mut recorder)?;
-    Ok(recorder.finish(&gradients, variables, Work { steps: times.len(), ..Work::default() }))
+    let work = Work { steps: times.len(), ..Work::default() };
+    Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work))
 }
 
 /// Calls `visit` at each of `times`, with its number and the mechanism driven to that time.
@@ -156,9 +156,9 @@ where
     Jet2<T>: ElementScalar,
 {
     let mut chunks = vec![Vec::new(); seeded.len()];
-    for_each_driven_state(mechanism, assembly, times, |k, driver| {
+    for_each_driven_state(mechanism, assembly, times, |_, driver| {
         let KinematicDriver { state: values, projection, system, .. } = driver;
-        recorder.record(k, mechanism, values)?;
+        recorder.record(mechanism, values)?;
         for (chunk, seeded) in chunks.iter_mut().zip(seeded) {
             let mut derivatives = InitialDerivatives::new(mechanism, seeded, system);
             let mut state = derivatives.consistent(values, projection)?;
@@ -179,8 +179,8 @@ pub(crate) fn equilibrium_derivatives<T: DerivativeScalar<L>, const L: usize>(
     recorder: &mut OutputRecorder,
 ) -> Result<OutputGradients> {
     let mut chunks = vec![Vec::new(); seeded.len()];
-    for_each_equilibrium(mechanism, settings, times, |k, system, values| {
-        recorder.record(k, mechanism, values)?;
+    for_each_equilibrium(mechanism, settings, times, |_, system, values| {
+        recorder.record(mechanism, values)?;
         factorize_equilibrium(system, mechanism, values)?;
         for (chunk, seeded) in chunks.iter_mut().zip(seeded) {
             extend_by_outputs(chunk, seeded, &equilibrium(seeded, values, system));

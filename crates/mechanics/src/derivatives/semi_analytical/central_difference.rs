@@ -30,7 +30,7 @@ pub(crate) struct CentralDifference {
 }
 
 impl CentralDifference {
-    /// For each of the design variables, with the relative step `step`; all mechanisms have the elements of `like`.
+    /// Differences for each design variable, with the relative step `step`; all mechanisms have the elements of `like`.
     ///
     /// # Errors
     /// As [`check_step`] and [`CentralDifference::new`].
@@ -44,7 +44,7 @@ impl CentralDifference {
         (0..b.len()).map(|k| Self::new(model, b, k, step, like)).collect()
     }
 
-    /// For the variable `k`, with δ the fraction `step` of its value, or `step` itself where the value is zero.
+    /// Differences for the variable `k`, with δ the fraction `step` of its value, or `step` itself where the value is zero.
     ///
     /// # Errors
     /// [`Error::Definition`] if the model builds other elements than `like` at one of the designs.
@@ -86,8 +86,8 @@ impl CentralDifference {
     /// Derivatives of the state in which the mechanism is built, prescribed coordinates at the time `t`.
     pub fn built(&self, t: f64) -> State<f64> {
         let [mut sensitivity, below] = [0, 1].map(|side| State::built(&self.mechanisms[side], t));
-        let parts = [&below.q, &below.v, &below.a, &below.l];
-        for (above, below) in parts_of(&mut sensitivity).into_iter().zip(parts) {
+        let below = [&below.q, &below.v, &below.a, &below.l];
+        for (above, below) in vectors_of(&mut sensitivity).into_iter().zip(below) {
             above.iter_mut().zip(below).for_each(|(above, below)| *above = (*above - below) / self.width);
         }
         sensitivity
@@ -107,7 +107,7 @@ impl CentralDifference {
     }
 }
 
-fn parts_of(state: &mut State<f64>) -> [&mut Vec<f64>; 4] {
+fn vectors_of(state: &mut State<f64>) -> [&mut Vec<f64>; 4] {
     [&mut state.q, &mut state.v, &mut state.a, &mut state.l]
 }
 
@@ -115,7 +115,7 @@ fn parts_of(state: &mut State<f64>) -> [&mut Vec<f64>; 4] {
 fn shift(moved: &mut State<f64>, values: &State<f64>, sensitivity: &State<f64>, by: f64) {
     moved.copy_from(values);
     let derivatives = [&sensitivity.q, &sensitivity.v, &sensitivity.a, &sensitivity.l];
-    for (moved, derivatives) in parts_of(moved).into_iter().zip(derivatives) {
+    for (moved, derivatives) in vectors_of(moved).into_iter().zip(derivatives) {
         moved.iter_mut().zip(derivatives).for_each(|(moved, derivative)| *moved += by * derivative);
     }
 }

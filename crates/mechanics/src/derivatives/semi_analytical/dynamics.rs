@@ -37,7 +37,7 @@ pub fn differentiate_semi_analytically<M: ParametricMechanism>(
     let mut steps = ImplicitSteps::simulated(&mechanism, settings, times)?;
     let gradients = propagate_differences(differences, settings, times, &mut steps)?;
     let (recorder, work) = steps.finish().expect("the steps are simulated");
-    Ok(recorder.finish(&gradients, b.len(), work))
+    Ok(SensitiveHistory::new(&mechanism, times, recorder, (&gradients, b.len()), work))
 }
 
 /// Differentiates semi-analytically along the steps of a recording of `model` at `b`, which reaches the last of `times`.
@@ -58,7 +58,7 @@ pub fn differentiate_recorded<M: ParametricMechanism>(
     propagate_differences(differences, settings, times, &mut steps)
 }
 
-/// Carries the derivatives with respect to all design variables to the end of the motion.
+/// Propagates the derivatives with respect to all design variables to the end of the motion.
 fn propagate_differences(
     mut differences: Vec<CentralDifference>,
     settings: &Dynamics,
@@ -76,7 +76,7 @@ fn propagate_differences(
     Ok(OutputGradients::new(plain.outputs.len(), 1, derivatives))
 }
 
-/// The derivatives of a motion with respect to one design variable, which are carried along implicit steps.
+/// The derivatives of a motion with respect to one design variable, which are propagated along implicit steps.
 struct DifferenceSensitivity<'m> {
     difference: CentralDifference,
     plain: &'m Mechanism<f64>,
@@ -100,7 +100,7 @@ struct DifferenceSensitivity<'m> {
 }
 
 impl<'m> DifferenceSensitivity<'m> {
-    /// With the initial state `start` of a motion, and its derivatives.
+    /// Sensitivity at the initial state `start` of a motion, with its derivatives.
     fn new(
         (difference, sensitivity): (CentralDifference, State<f64>),
         plain: &'m Mechanism<f64>,
@@ -131,7 +131,7 @@ impl<'m> DifferenceSensitivity<'m> {
         Ok(begin)
     }
 
-    /// Carries the derivatives from the beginning of a step to its end.
+    /// Propagates the derivatives from the beginning of a step to its end.
     fn advance(&mut self, ConvergedStep { h, end, factor, .. }: &ConvergedStep) {
         if self.started {
             self.sensitivity.accept();
@@ -161,7 +161,7 @@ impl<'m> DifferenceSensitivity<'m> {
 
     /// Records the derivatives of the outputs at the times that the step has reached.
     fn record_outputs(&mut self) -> Result<()> {
-        while let Some((_, t)) = self.times.next_until(self.new.t) {
+        while let Some(t) = self.times.next_until(self.new.t) {
             interpolate(&self.old, &self.new, t, &mut self.at);
             (self.sensitivity.old.t, self.sensitivity.new.t) = (self.old.t, self.new.t);
             interpolate(&self.sensitivity.old, &self.sensitivity.new, t, &mut self.sensitivity_at);

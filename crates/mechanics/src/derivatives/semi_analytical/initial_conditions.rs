@@ -125,7 +125,7 @@ impl InitialDifferences<'_> {
         sensitivities
     }
 
-    /// An equilibrium does not depend on the configuration from which it was sought.
+    /// Clears the derivatives of the initial guess, on which an equilibrium does not depend.
     fn clear_guess(&self, sensitivity: &mut State<f64>) {
         sensitivity.v.fill(0.0);
         sensitivity.a.fill(0.0);

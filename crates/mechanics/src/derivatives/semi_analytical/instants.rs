@@ -28,9 +28,9 @@ pub fn difference_kinematics<M: ParametricMechanism>(
     let mechanism = model.build(b)?;
     let mut all = OutputDifferences::new(&mechanism, CentralDifference::by_each_variable(model, b, step, &mechanism)?);
     record_instants(&mechanism, b.len(), times, |recorder| {
-        for_each_driven_state(&mechanism, assembly, times, |k, driver| {
+        for_each_driven_state(&mechanism, assembly, times, |_, driver| {
             let KinematicDriver { state: values, projection, system, .. } = driver;
-            recorder.record(k, &mechanism, values)?;
+            recorder.record(&mechanism, values)?;
             let mut initial = InitialDifferences { plain: &mechanism, system };
             let mut sensitivities = initial.consistent(&mut all.differences, values, projection)?;
             initial.accelerations(&mut all.differences, values, &mut sensitivities)?;
@@ -57,8 +57,8 @@ pub fn difference_equilibria<M: ParametricMechanism>(
     let mechanism = model.build(b)?;
     let mut all = OutputDifferences::new(&mechanism, CentralDifference::by_each_variable(model, b, step, &mechanism)?);
     record_instants(&mechanism, b.len(), times, |recorder| {
-        for_each_equilibrium(&mechanism, settings, times, |k, system, values| {
-            recorder.record(k, &mechanism, values)?;
+        for_each_equilibrium(&mechanism, settings, times, |_, system, values| {
+            recorder.record(&mechanism, values)?;
             let mut initial = InitialDifferences { plain: &mechanism, system };
             let sensitivities = initial.equilibrium(&mut all.differences, values);
             all.extend(values, &sensitivities);

@@ -11,7 +11,7 @@
 //!
 //! The step δ is the fraction ε of the design variable ([`STEP`] by default; ε itself where the variable is zero). The
 //! error of a difference is of the order δ² of the curvature plus 10⁻¹⁶/ε of rounding, relative to the largest term.
-//! Where large terms cancel, as in beams that turn far, fewer digits are left (docs/sensitivities.md has measured figures).
+//! Where large terms cancel, as in beams with large rotations, fewer digits remain (docs/sensitivities.md has measured figures).
 //!
 //! | module | contents |
 //! |---|---|

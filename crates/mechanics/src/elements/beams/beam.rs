@@ -1,10 +1,9 @@
 //! A geometrically exact planar beam element with two nodes.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::beams::section::{BeamSection, Shear};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::{Body, ElementIndex, Mechanism, Pose, Term};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A two-node Simo–Reissner beam element, straight when unloaded, with large displacements and rotations.
@@ -170,8 +169,8 @@ impl<S: Scalar> Mechanism<S> {
         let (length, theta) = ((dx * dx + dy * dy).sqrt(), dy.atan2(dx));
         let mut nodes = Vec::with_capacity(elements + 1);
         for k in 0..=elements {
-            let part = k as f64 / elements as f64;
-            let pose = Pose { x: from[0] + dx * part, y: from[1] + dy * part, theta };
+            let fraction = k as f64 / elements as f64;
+            let pose = Pose { x: from[0] + dx * fraction, y: from[1] + dy * fraction, theta };
             let shared = if k == 0 {
                 ends[0]
             } else if k == elements {
@@ -187,12 +186,12 @@ impl<S: Scalar> Mechanism<S> {
             });
         }
         let piece = length * (1.0 / elements as f64);
-        let parts = (0..elements)
+        let indices = (0..elements)
             .map(|k| {
                 self.beam_element(&format!("{name} element {}", k + 1), [nodes[k], nodes[k + 1]], piece, section, shear)
             })
             .collect();
-        (nodes, parts)
+        (nodes, indices)
     }
 
     /// The stress (N/m²) in the fibre at `distance` (m) to the left of the axis, at end i (0) or j (1) of an element:

@@ -1,9 +1,8 @@
 //! Inertia of one coordinate.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// Inertia of one coordinate: m a.

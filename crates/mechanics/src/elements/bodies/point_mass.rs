@@ -1,9 +1,8 @@
 //! A point mass.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Body, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A point mass: a body without rotation, m (a − g) = F.

@@ -1,9 +1,8 @@
 //! A rigid body in absolute coordinates.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Symbol};
 use crate::mechanism::{Body, Mechanism, Pose};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A rigid body with its reference point at the centre of mass, in absolute coordinates x, y, θ.

@@ -1,10 +1,10 @@
 //! A bump stop between two coordinates.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::contacts::hunt_crossley::contact_force;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
+use crate::mechanism::frame::write_force_pair;
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A bump stop: a contact force k δ^{3/2} (1 + 1.5 c δ̇), never negative, while q_B − q_A is below a limit by δ.
@@ -42,8 +42,7 @@ impl BumpStop {
 
 impl Element for BumpStop {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
-        let contact_force = Self::contact_force(x);
-        (dynamics[0], dynamics[1]) = (contact_force, -contact_force);
+        write_force_pair(dynamics, Self::contact_force(x));
     }
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {

@@ -2,8 +2,7 @@
 
 pub(crate) mod bump_stop;
 pub(crate) mod hunt_crossley;
-pub(crate) mod rigid_stop;
-pub(crate) mod rigid_wall;
+pub(crate) mod rigid;
 pub(crate) mod wall_contact;
 
 pub use bump_stop::BumpStop;
@@ -19,7 +18,7 @@ pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
     vec![
         ElementKind::plain(BumpStop::object()),
         ElementKind::plain(WallContact::object()),
-        ElementKind::rigid_contact(&rigid_stop::DESCRIPTOR, rigid_stop::gap()),
-        ElementKind::rigid_contact(&rigid_wall::DESCRIPTOR, PointOnLine::object()),
+        ElementKind::rigid_contact(&rigid::STOP, rigid::stop_gap()),
+        ElementKind::rigid_contact(&rigid::WALL, PointOnLine::object()),
     ]
 }

@@ -1,11 +1,10 @@
 //! Contact of a point with a straight wall.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::contacts::hunt_crossley::contact_force;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// Contact of a point of a body with a straight wall, without friction: k δ^{3/2} (1 + 1.5 c δ̇), never negative.

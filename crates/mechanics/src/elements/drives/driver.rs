@@ -1,4 +1,4 @@
-//! A drive between two coordinates.
+//! Drives of one coordinate, and between two coordinates.
 
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
@@ -29,6 +29,26 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     ],
     about: "the difference b − a as a function of time",
     symbol: Symbol::None,
+};
+
+/// Declaration of [`Mechanism::drive`](crate::mechanism::Mechanism::drive): a coordinate that is a function of time.
+pub static COORDINATE_DRIVE: ElementDescriptor = {
+    element_inputs!(CoordinateDriveInputs {
+        coordinate: coordinate("coordinate that it acts on"),
+        motion: time_function("m or rad", "position as a function of time"),
+    });
+    ElementDescriptor {
+        kind: "coordinate",
+        family: Family::Drive,
+        inputs: INPUTS,
+        measures: &[Measure::new(
+            "driving_force",
+            "N or N·m",
+            "driving force or torque, positive towards larger values",
+        )],
+        about: "a coordinate as a function of time",
+        symbol: Symbol::None,
+    }
 };
 
 impl<F: Motion> Element for Driver<F> {

@@ -2,7 +2,6 @@
 
 pub(crate) mod driver;
 pub(crate) mod length_driver;
-pub(crate) mod prescribed;
 
 pub use driver::Driver;
 pub use length_driver::LengthDriver;
@@ -15,7 +14,7 @@ use std::sync::Arc;
 /// Drives that model files can name.
 pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
     vec![
-        ElementKind::prescribed(&prescribed::DESCRIPTOR),
+        ElementKind::prescribed(&driver::COORDINATE_DRIVE),
         ElementKind::of_time(&driver::DESCRIPTOR, |motion| Arc::new(Driver(motion))),
         ElementKind::of_time(&length_driver::DESCRIPTOR, |motion| Arc::new(LengthDriver(motion))),
     ]

@@ -1,11 +1,10 @@
 //! A bushing: an elastic connection of two bodies.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::line::ends;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A bushing: linear springs and dampers between two points along the axes of body A, and between the rotations.

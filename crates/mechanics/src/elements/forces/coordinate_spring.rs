@@ -1,9 +1,9 @@
 //! A spring and damper between two coordinates.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
+use crate::mechanism::frame::write_force_pair;
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A spring and damper on the difference u = q_B − q_A − u₀ of two coordinates: k u + k₃ u³ + c u̇.
@@ -52,8 +52,7 @@ impl CoordinateSpring {
 
 impl Element for CoordinateSpring {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
-        let force = Self::force(x);
-        (dynamics[0], dynamics[1]) = (-force, force);
+        write_force_pair(dynamics, -Self::force(x));
     }
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {

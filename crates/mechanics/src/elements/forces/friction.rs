@@ -1,9 +1,9 @@
 //! Smooth friction between two coordinates.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
+use crate::mechanism::frame::write_force_pair;
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// Coulomb and viscous friction between two coordinates, smooth through zero: F_c tanh(v / v_s) + c v, with v = q̇_B − q̇_A.
@@ -41,8 +41,7 @@ impl Friction {
 
 impl Element for Friction {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
-        let force = Self::force(x);
-        (dynamics[0], dynamics[1]) = (-force, force);
+        write_force_pair(dynamics, -Self::force(x));
     }
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {

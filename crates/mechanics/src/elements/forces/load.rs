@@ -2,6 +2,7 @@
 
 use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
+use crate::mechanism::frame::write_force_pair;
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
@@ -39,8 +40,7 @@ impl<F: Motion> Load<F> {
 
 impl<F: Motion> Element for Load<F> {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
-        let force = self.force(x);
-        (dynamics[0], dynamics[1]) = (force, -force);
+        write_force_pair(dynamics, self.force(x));
     }
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {

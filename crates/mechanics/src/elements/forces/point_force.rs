@@ -79,7 +79,7 @@ mod tests {
     fn a_force_upwards_on_a_lever_of_a_turned_body() {
         // Lever (0, −0.5) of a body turned by 90° points along +x: 8 N upwards make 4 N·m.
         let p = [0.0, -0.5, std::f64::consts::FRAC_PI_2, 8.0];
-        let found = rows(&PointForce(Fixed), &at(&p, &[1.0, 1.0, std::f64::consts::FRAC_PI_2], &[])).0;
-        close(&found, &[0.0, -8.0, -4.0]);
+        let computed = rows(&PointForce(Fixed), &at(&p, &[1.0, 1.0, std::f64::consts::FRAC_PI_2], &[])).0;
+        close(&computed, &[0.0, -8.0, -4.0]);
     }
 }

@@ -1,10 +1,9 @@
 //! A spring and damper between two points.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::line::{Line, ends};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A spring and damper between two points: tension k (L − L₀) + k₃ (L − L₀)³ + c L̇.
@@ -130,9 +129,9 @@ mod tests {
     #[test]
     fn at_zero_length_derivatives_are_those_of_a_vector_spring() {
         // Moving B by (1, 2): k (1, 2) for an unloaded length of zero; nothing is NaN, not even in measures and energy.
-        let seeded = |value: f64, slope: f64| DualVec::<1> { re: value, eps: [slope] };
+        let seeded = |value: f64, derivative: f64| DualVec::<1> { re: value, eps: [derivative] };
         let p = parameters(0.0).map(|p| seeded(p, 0.0));
-        let q = [0.0, 0.0, 0.0, 1.0, 2.0, 0.0].map(|slope| seeded(0.0, slope));
+        let q = [0.0, 0.0, 0.0, 1.0, 2.0, 0.0].map(|derivative| seeded(0.0, derivative));
         let still = [seeded(0.0, 0.0); 6];
         let x = ElementState { t: seeded(0.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &[] };
         let mut dynamics = still;

@@ -1,11 +1,10 @@
 //! A cam with a follower.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::line::{Line, ends, without_direction};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::Frame;
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A cam and its follower: point B of one body stays on the profile of a cam, which is fixed to another body at point A.
@@ -60,18 +59,18 @@ impl CamFollower {
         let p = CamFollowerInputs(x.p);
         let (sin, cos) = (Frame::of(x, 0).theta + p.phase()).sin_cos();
         let [ux, uy] = line.direction;
-        let slope = p.lift() * (cos * -uy + sin * ux) / (line.length * 2.0);
-        (cos * ux + sin * uy, slope)
+        let tangential = p.lift() * (cos * -uy + sin * ux) / (line.length * 2.0);
+        (cos * ux + sin * uy, tangential)
     }
 }
 
 impl Element for CamFollower {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
         let (p, line) = (CamFollowerInputs(x.p), Line::of(x));
-        let (cos, slope) = Self::profile(x, &line);
+        let (cos, tangential) = Self::profile(x, &line);
         constraint[0] = line.length - p.base_radius() - p.lift() * 0.5 * (-cos + 1.0);
         let [ux, uy] = line.direction;
-        let [fx, fy] = [ux - slope * uy, uy + slope * ux].map(|n| n * x.l[0]);
+        let [fx, fy] = [ux - tangential * uy, uy + tangential * ux].map(|n| n * x.l[0]);
         line.apply([fx, fy], dynamics);
         // `apply` lets the force on the cam act at A; it acts at B.
         dynamics[2] -= line.gap[0] * fy - line.gap[1] * fx;
@@ -87,8 +86,8 @@ impl Element for CamFollower {
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line::of(x);
-        let slope = Self::profile(x, &line).1;
-        out[0] = -x.l[0] * (slope * slope + 1.0).sqrt();
+        let tangential = Self::profile(x, &line).1;
+        out[0] = -x.l[0] * (tangential * tangential + 1.0).sqrt();
         out[1] = line.length - CamFollowerInputs(x.p).base_radius();
     }
 
@@ -113,8 +112,8 @@ impl<S: Scalar> Mechanism<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dual_numbers::Jet2;
     use crate::elements::element_tests::{at, close, measured, rows};
+    use autodiff::Jet2;
 
     /// Base radius 0.3 m, lift 0.1 m, smallest radius at 0.4 rad on the cam.
     const P: [f64; 7] = [0.0, 0.0, 0.0, 0.0, 0.3, 0.1, 0.4];

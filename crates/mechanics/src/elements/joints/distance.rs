@@ -1,10 +1,9 @@
 //! A distance constraint between two points.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::line::{Line, ends, without_direction};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A distance constraint, a massless rod between two points: Φ = |r_B − r_A| − L.

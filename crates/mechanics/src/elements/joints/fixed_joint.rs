@@ -1,11 +1,10 @@
 //! A rigid connection of two bodies.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::joints::revolute::Revolute;
 use crate::elements::line::ends;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A fixed joint: a [`Revolute`] joint that also keeps the relative rotation of its bodies.

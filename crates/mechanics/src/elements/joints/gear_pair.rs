@@ -1,9 +1,8 @@
 //! A pair of gears.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A pair of gears: Φ = r_A (θ_A − θ_C) + r_B (θ_B − θ_C) − u₀, with the carrier C of both axes.

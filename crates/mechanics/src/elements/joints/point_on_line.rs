@@ -1,10 +1,9 @@
 //! A point of one body on a straight line of another: a pin in a slot.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A pin in a straight slot: point B of one body stays on a line through point A of another.

@@ -1,10 +1,9 @@
 //! A prismatic joint.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::joints::point_on_line::Offset;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A prismatic joint, a slider in a straight guide: a [`PointOnLine`](super::PointOnLine) joint that also keeps the relative

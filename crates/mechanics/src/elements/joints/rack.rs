@@ -1,9 +1,8 @@
 //! A rack and pinion.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Body, ElementIndex, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A rack and pinion: Φ = (x_R − x_P) cos φ + (y_R − y_P) sin φ − r θ_P − u₀, with the direction φ of the rack.

@@ -1,13 +1,12 @@
 //! A revolute joint.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::elements::line::ends;
 use crate::mechanism::element::{
     ConstraintDerivatives, Element, ElementDescriptor, ElementState, Family, Measure, Symbol, Variable,
 };
 use crate::mechanism::frame::{Frame, add_force};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A revolute joint: the points A and B of two bodies coincide.

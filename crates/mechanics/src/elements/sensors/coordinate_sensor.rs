@@ -1,9 +1,8 @@
 //! A sensor for the difference of two coordinates.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A sensor for position, velocity and acceleration of a coordinate relative to another.

@@ -1,10 +1,9 @@
 //! A sensor for the motion of a point of a body.
 
-use crate::as_object;
-use crate::element_inputs;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, point_acceleration, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
+use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
 /// A sensor for position, velocity and acceleration of a point of a body, and of the body's rotation.

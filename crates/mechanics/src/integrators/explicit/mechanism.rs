@@ -42,7 +42,6 @@ pub struct MechanismRhs<'m> {
     /// Record of the current step, for motions that are differentiated.
     pub record: Option<StepRecord>,
     rows: Vec<[f64; 1]>,
-    rates: Vec<f64>,
     jets: ElementWorkspace<Jet2<f64>>,
 }
 
@@ -87,8 +86,8 @@ impl StepRecord {
 impl<'m> MechanismRhs<'m> {
     /// Right-hand side, from the consistent initial state `state`.
     pub fn new(mechanism: &'m Mechanism<f64>, system: System, state: State<f64>) -> Self {
-        let (rows, rates) = (vec![[0.0]; system.size()], vec![0.0; system.size()]);
-        Self { mechanism, system, state, record: None, rows, rates, jets: ElementWorkspace::default() }
+        let rows = vec![[0.0]; system.size()];
+        Self { mechanism, system, state, record: None, rows, jets: ElementWorkspace::default() }
     }
 
     /// Positions and velocities of `state` as one vector.
@@ -110,23 +109,13 @@ impl<'m> MechanismRhs<'m> {
     /// Solves for accelerations and multipliers.
     fn solve_accelerations(&mut self) -> Result<()> {
         self.system.assemble(self.mechanism, &self.state, Linearization::accelerations(), &mut self.rows);
-        self.system.constraint_rates(self.mechanism, &self.state, 2, &mut self.jets, &mut self.rates);
-        for (row, rate, unknown) in with_rates(&mut self.rows, &self.rates, self.system.unknowns()) {
-            if matches!(unknown, Unknown::Multiplier(_)) {
-                row[0] = *rate;
-            }
-        }
+        self.system.constraint_rates(self.mechanism, &self.state, 2, &mut self.jets, self.rows.as_flattened_mut());
         if self.rows.iter().any(|row| !row[0].is_finite()) {
             return Err(self.non_finite_error());
         }
         self.system.factorize(self.mechanism, self.state.t)?;
         self.system.factor().solve(&mut self.rows);
-        for (unknown, change) in self.system.unknowns().iter().zip(&self.rows) {
-            match *unknown {
-                Unknown::Coordinate(i) => self.state.a[i] = -change[0],
-                Unknown::Multiplier(m) => self.state.l[m] = -change[0],
-            }
-        }
+        self.system.set_accelerations(&self.rows, &mut self.state);
         Ok(())
     }
 
@@ -141,22 +130,15 @@ impl<'m> MechanismRhs<'m> {
     /// Corrects positions (`order` 0) or velocities (`order` 1) with the factor of the projection.
     fn correct(&mut self, order: usize) {
         if order == 1 {
-            self.system.constraint_rates(self.mechanism, &self.state, 1, &mut self.jets, &mut self.rates);
-            for (row, rate, unknown) in with_rates(&mut self.rows, &self.rates, self.system.unknowns()) {
-                row[0] = if matches!(unknown, Unknown::Multiplier(_)) { *rate } else { 0.0 };
-            }
+            self.rows.fill([0.0]);
+            self.system.constraint_rates(self.mechanism, &self.state, 1, &mut self.jets, self.rows.as_flattened_mut());
         }
         self.system.factor().solve(&mut self.rows);
         if let Some(record) = &mut self.record {
             let projected = &mut record.projected;
             let to = if order == 0 { &mut projected.before } else { &mut projected.after };
             to.copy_from(&self.state);
-            for (unknown, change) in self.system.unknowns().iter().zip(&self.rows) {
-                match *unknown {
-                    Unknown::Coordinate(i) => to.a[i] = -change[0],
-                    Unknown::Multiplier(m) => to.l[m] = -change[0],
-                }
-            }
+            self.system.set_accelerations(&self.rows, to);
         }
         let values = if order == 0 { &mut self.state.q } else { &mut self.state.v };
         for (unknown, change) in self.system.unknowns().iter().zip(&self.rows) {
@@ -218,22 +200,13 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 }
 
-/// Iterates over rows with their rates and unknowns.
-fn with_rates<'a>(
-    rows: &'a mut [[f64; 1]],
-    rates: &'a [f64],
-    unknowns: &'a [Unknown],
-) -> impl Iterator<Item = (&'a mut [f64; 1], &'a f64, &'a Unknown)> {
-    rows.iter_mut().zip(rates).zip(unknowns).map(|((row, rate), unknown)| (row, rate, unknown))
-}
-
 /// Assembles the mechanism and prepares its integration, with a record of each step if `recorded`.
 pub(crate) fn start<'m>(
     mechanism: &'m Mechanism<f64>,
     settings: &Explicit,
     times: &[f64],
     recorded: bool,
-) -> Result<(OdeDriver<MechanismRhs<'m>>, Start)> {
+) -> Result<(OdeDriver<MechanismRhs<'m>>, ConsistentState)> {
     settings.check(times)?;
     impact::refuse(mechanism, "explicit steps")?;
     let mut system = System::at(mechanism, settings.start)?;
@@ -244,18 +217,19 @@ pub(crate) fn start<'m>(
     let y = MechanismRhs::vector(&state);
     let record = recorded.then(|| StepRecord::new(&mut system, &state));
     let rhs = MechanismRhs { record, ..MechanismRhs::new(mechanism, system, state.clone()) };
-    Ok((OdeDriver::new(rhs, settings, y, times)?, Start { state, projection }))
+    Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }))
 }
 
 /// Consistent initial state and the multipliers of its projections.
-pub struct Start {
+pub struct ConsistentState {
     /// Initial state.
     pub state: State<f64>,
     /// Multipliers of the projections.
     pub projection: Projection,
 }
 
-/// Computes the state at the time `t` (s), including accelerations and multipliers. Returns whether by dense output.
+/// Computes the state at the time `t` (s), including accelerations and multipliers. Returns whether dense
+/// output was used.
 pub(crate) fn sample(driver: &mut OdeDriver<MechanismRhs<'_>>, y: &mut [f64], t: f64) -> Result<bool> {
     let dense = driver.sample(t, y)?;
     let mut rates = std::mem::take(&mut driver.scratch);

@@ -101,7 +101,7 @@ impl<O: Ode> OdeRhs for OdeModelRhs<'_, O> {
         }
         k.iter().position(|rate| !rate.is_finite()).map_or(Ok(()), |i| {
             let why = format!("its rate is {} at t = {t:.6e} s", k[i]);
-            Err(Error::analysis(self.name(i), why, "check the function that gives the rates"))
+            Err(Error::analysis(self.name(i), why, "check the function that computes the rates"))
         })
     }
 

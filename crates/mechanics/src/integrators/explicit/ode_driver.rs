@@ -113,7 +113,8 @@ impl<F: OdeRhs> OdeDriver<F> {
         }
     }
 
-    /// Writes the state at the time `t` (s) in the current step to `y`. Returns whether by dense output.
+    /// Writes the state at the time `t` (s) in the current step to `y`. Returns whether dense output was
+    /// used.
     pub fn sample(&mut self, t: f64, y: &mut [f64]) -> Result<bool> {
         let tiny = 1e-12 * (t - self.start).abs();
         let stepper = &mut self.stepper;

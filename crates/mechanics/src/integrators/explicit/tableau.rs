@@ -1,7 +1,7 @@
 //! Coefficients of an explicit Runge–Kutta method.
 
 /// A row of weights: pairs of slot and nonzero weight.
-pub type Row = &'static [(usize, f64)];
+pub type TableauRow = &'static [(usize, f64)];
 
 /// Largest number of slots of a method. A slot stores one derivative of a step.
 pub const SLOTS: usize = 16;
@@ -32,15 +32,15 @@ pub struct Tableau {
     /// Nodes c.
     pub nodes: &'static [f64],
     /// Rows of the coefficients a.
-    pub stages: &'static [Row],
+    pub stages: &'static [TableauRow],
     /// Slot of the derivative at the end of the step.
     pub end: usize,
-    /// Whether the error estimate uses the derivative at the end.
+    /// True if the error estimate uses the derivative at the end.
     pub error_needs_end: bool,
     /// Error estimates: one, or two that are combined as in DOP853.
-    pub errors: &'static [Row],
+    pub errors: &'static [TableauRow],
     /// Rows of the coefficients d of dense output.
-    pub dense: &'static [Row],
+    pub dense: &'static [TableauRow],
 }
 
 /// Weights of a state inside a step.

@@ -58,7 +58,7 @@ pub struct ElementDescriptor {
     pub kind: &'static str,
     /// Family.
     pub family: Family,
-    /// What the element is attached to, and its parameters, in the order of its coordinates and parameters.
+    /// Attachments and parameters, in the order of the coordinates and parameters of the element.
     pub inputs: &'static [Input],
     /// Quantities that the element measures, in the order of [`Element::measure`](super::Element::measure).
     pub measures: &'static [Measure],
@@ -73,7 +73,7 @@ pub struct ElementDescriptor {
 pub struct Input {
     /// Name, a key in model files.
     pub name: &'static str,
-    /// What it is.
+    /// Role: point, body, coordinate, parameter or function.
     pub role: Role,
     /// Value if none is given; `None` for required inputs.
     pub default: Option<&'static str>,
@@ -85,7 +85,7 @@ pub struct Input {
     pub example: f64,
 }
 
-/// What an input is, and so which coordinates and parameters of the element belong to it.
+/// Role of an input, which determines the coordinates and parameters of the element that belong to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// A point of a body: the coordinates x, y, θ of the body, and two parameters, the point's body-fixed x and y in m.
@@ -186,7 +186,7 @@ impl Measure {
     }
 }
 
-/// Makes `object()` of an element without fields, the element as an object.
+/// Defines `object()` for an element without fields: the element as a trait object.
 ///
 /// The function is not generic: the element is compiled for all number types in this crate, and not again in every crate that
 /// adds it to a mechanism.

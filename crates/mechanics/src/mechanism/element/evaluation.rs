@@ -1,13 +1,12 @@
-//! Elements as objects, and their evaluation in every number type of an analysis.
+//! Elements as trait objects, and their evaluation in every number type of an analysis.
 
-use crate::dual_numbers::{Dual4, Dual8, HyperDual4, Jet2};
 use crate::mechanism::element::descriptor::{ElementDescriptor, Measure};
 use crate::mechanism::element::interface::{
     ConstraintDerivatives, Element, ElementState, Energy, TangentWeights, Variable,
 };
-use autodiff::{DualVec, Scalar};
+use autodiff::{Dual4, Dual8, DualVec, HyperDual4, Jet2, Scalar};
 
-/// [`Element`] as an object, for the closed set of numbers an analysis works with. Implemented for every element.
+/// [`Element`] as a trait object, for the closed set of number types of the analyses. Implemented for every element.
 pub trait AnyElement:
     Evaluate<f64>
     + Evaluate<Dual4>

@@ -1,4 +1,4 @@
-//! The trait of elements, and what it exchanges with an analysis.
+//! The trait of elements, and the data that it exchanges with an analysis.
 
 use crate::mechanism::element::descriptor::{ElementDescriptor, Family, Measure};
 use autodiff::Scalar;
@@ -129,7 +129,7 @@ pub trait Element: Send + Sync + 'static {
         None
     }
 
-    /// Whether the element only measures and adds nothing to the equations.
+    /// Returns whether the element only measures and adds nothing to the equations.
     fn is_sensor(&self) -> bool {
         self.descriptor().is_some_and(|descriptor| descriptor.family == Family::Sensor)
     }

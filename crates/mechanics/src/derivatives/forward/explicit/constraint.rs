@@ -6,7 +6,7 @@ use crate::mechanism::scalars::{Dual4, Dual8, ElementScalar, Jet2};
 use crate::system::state::State;
 use autodiff::{DualVec, WIDTH};
 
-/// The time derivative of Φ in the rows of the constraints.
+/// Quantity in the rows of the constraints: a time derivative of Φ, or a linearized correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ConstraintDerivative {
     /// Φ̈ with the accelerations of the state.
@@ -22,7 +22,7 @@ pub(crate) enum ConstraintDerivative {
 }
 
 impl ConstraintDerivative {
-    /// Whether positions move with the velocities of the state, and time advances.
+    /// Returns whether positions move with the velocities of the state, and time advances.
     pub fn follows_motion(self) -> bool {
         matches!(self, Self::Accelerations | Self::Velocities | Self::Rates)
     }
@@ -51,34 +51,35 @@ pub(crate) struct ConstraintTerms {
 }
 
 impl ConstraintTerms {
-    /// Differentiates `part` along the motion that `constraint` needs: in closed form, or else in jets of dual numbers.
+    /// Differentiates the constraint `instance` along the motion that `constraint` prescribes: in closed form if there is
+    /// one, or else in jets of dual numbers.
     ///
     /// A constraint is evaluated on seeded positions that move in time (jets). Velocities need no columns of their own:
     /// the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions.
     pub fn evaluate(
         &mut self,
-        part: &ElementInstance<f64>,
+        instance: &ElementInstance<f64>,
         variables: &[Variable],
         state: &State<f64>,
         constraint: ConstraintDerivative,
     ) {
-        self.rows = [part.coordinates.len(), part.num_constraints];
+        self.rows = [instance.coordinates.len(), instance.num_constraints];
         self.dynamics.clear();
-        self.dynamics.resize(variables.len() * part.coordinates.len(), 0.0);
+        self.dynamics.resize(variables.len() * instance.coordinates.len(), 0.0);
         self.constraint.clear();
-        self.constraint.resize(variables.len() * part.num_constraints, [0.0; 3]);
-        self.load(part, state, constraint);
-        let local = ElementState { p: &part.parameters, ..self.plain.local(state.t) };
+        self.constraint.resize(variables.len() * instance.num_constraints, [0.0; 3]);
+        self.load(instance, state, constraint);
+        let local = ElementState { p: &instance.parameters, ..self.plain.local(state.t) };
         let mut derivatives = ConstraintDerivatives { dynamics: &mut self.dynamics, constraint: &mut self.constraint };
-        if part.element.constraint_derivatives(&local, variables, &mut derivatives) {
+        if instance.element.constraint_derivatives(&local, variables, &mut derivatives) {
             return;
         }
         let time_rate = f64::from(u8::from(constraint.follows_motion()));
         if variables.len() <= 4 {
-            return self.evaluate_chunk(part, variables, 0, state.t, time_rate, |terms| &mut terms.short_jets);
+            return self.evaluate_chunk(instance, variables, 0, state.t, time_rate, |terms| &mut terms.short_jets);
         }
         for (k, chunk) in variables.chunks(WIDTH).enumerate() {
-            self.evaluate_chunk(part, chunk, k * WIDTH, state.t, time_rate, |terms| &mut terms.jets);
+            self.evaluate_chunk(instance, chunk, k * WIDTH, state.t, time_rate, |terms| &mut terms.jets);
         }
     }
 
@@ -95,24 +96,24 @@ impl ConstraintTerms {
     }
 
     /// Loads the motion and the multipliers.
-    fn load(&mut self, part: &ElementInstance<f64>, state: &State<f64>, constraint: ConstraintDerivative) {
+    fn load(&mut self, instance: &ElementInstance<f64>, state: &State<f64>, constraint: ConstraintDerivative) {
         let rates = if constraint.follows_motion() { &state.v } else { &state.a };
         let ElementWorkspace { q, v, a, l, .. } = &mut self.plain;
         for (to, from) in [(q, &state.q), (v, rates), (&mut *a, &state.a)] {
             to.clear();
-            to.extend(part.coordinates.iter().map(|&i| from[i]));
+            to.extend(instance.coordinates.iter().map(|&i| from[i]));
         }
         if constraint != ConstraintDerivative::Accelerations {
             a.fill(0.0);
         }
         l.clear();
-        l.extend_from_slice(&state.l[part.first_multiplier..part.first_multiplier + part.num_constraints]);
+        l.extend_from_slice(&state.l[instance.first_multiplier..instance.first_multiplier + instance.num_constraints]);
     }
 
     /// Evaluates the residual with `chunk` seeded, the variables from number `first` on.
     fn evaluate_chunk<const N: usize>(
         &mut self,
-        part: &ElementInstance<f64>,
+        instance: &ElementInstance<f64>,
         chunk: &[Variable],
         first: usize,
         t: f64,
@@ -125,7 +126,7 @@ impl ConstraintTerms {
         let number = DualVec::constant;
         let constant = |x: &f64| Jet2::new(number(*x), number(0.0), number(0.0));
         jets.p.clear();
-        jets.p.extend(part.parameters.iter().map(constant));
+        jets.p.extend(instance.parameters.iter().map(constant));
         let ElementWorkspace { q, v, a, l, .. } = &self.plain;
         jets.q.clear();
         jets.q.extend((0..q.len()).map(|i| Jet2::new(number(q[i]), number(v[i]), number(a[i]))));
@@ -141,7 +142,7 @@ impl ConstraintTerms {
             }
         }
         let t = Jet2::new(number(t), number(time_rate), number(0.0));
-        Jet2::<DualVec<N>>::residual(part.element.as_ref(), t, &mut jets);
+        Jet2::<DualVec<N>>::residual(instance.element.as_ref(), t, &mut jets);
         let [n, m] = self.rows;
         for k in 0..chunk.len() {
             let dynamics = &mut self.dynamics[(first + k) * n..(first + k + 1) * n];

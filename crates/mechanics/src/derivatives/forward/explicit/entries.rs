@@ -3,14 +3,14 @@
 use crate::linalg::simd::{Kernel, dispatch, subtract};
 
 /// Derivatives of one quantity with respect to `W` design variables.
-pub(crate) type Block<const W: usize> = [f64; W];
+pub(crate) type Gradient<const W: usize> = [f64; W];
 
 /// A derivative of one row of the equations with respect to one source.
 ///
 /// Sources are the arguments of the equations: positions of all n coordinates, velocities, accelerations and active
 /// parameters, numbered in this order.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Entry {
+pub(crate) struct Triplet {
     pub row: u32,
     pub source: u32,
     pub value: f64,
@@ -21,8 +21,8 @@ pub(crate) struct Entry {
 /// They are separate because most design variables change few parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Entries {
-    pub states: Vec<Entry>,
-    pub parameters: Vec<Entry>,
+    pub states: Vec<Triplet>,
+    pub parameters: Vec<Triplet>,
     first_parameter: usize,
 }
 
@@ -49,17 +49,17 @@ impl Entries {
     pub fn push(&mut self, row: usize, source: usize, value: f64) {
         if value != 0.0 {
             let list = if source < self.first_parameter { &mut self.states } else { &mut self.parameters };
-            list.push(Entry { row: row as u32, source: source as u32, value });
+            list.push(Triplet { row: row as u32, source: source as u32, value });
         }
     }
 
     /// rows −= entries · sources; parameters that are not `active` have no derivatives.
-    pub fn subtract<const W: usize>(&self, sources: &[Block<W>], active: &[bool], rows: &mut [Block<W>]) {
-        dispatch(Product { entries: self, sources, active, rows });
+    pub fn subtract<const W: usize>(&self, sources: &[Gradient<W>], active: &[bool], rows: &mut [Gradient<W>]) {
+        dispatch(EntriesProduct { entries: self, sources, active, rows });
     }
 
     /// sources += entriesᵀ · rows.
-    pub fn vjp<const W: usize>(&self, rows: &[Block<W>], sources: &mut [Block<W>]) {
+    pub fn vjp<const W: usize>(&self, rows: &[Gradient<W>], sources: &mut [Gradient<W>]) {
         for entry in self.states.iter().chain(&self.parameters) {
             subtract(&mut sources[entry.source as usize], -entry.value, &rows[entry.row as usize]);
         }
@@ -67,14 +67,14 @@ impl Entries {
 }
 
 /// rows −= entries · sources.
-struct Product<'a, const W: usize> {
+struct EntriesProduct<'a, const W: usize> {
     entries: &'a Entries,
-    sources: &'a [Block<W>],
+    sources: &'a [Gradient<W>],
     active: &'a [bool],
-    rows: &'a mut [Block<W>],
+    rows: &'a mut [Gradient<W>],
 }
 
-impl<const W: usize> Kernel for Product<'_, W> {
+impl<const W: usize> Kernel for EntriesProduct<'_, W> {
     #[inline(always)]
     fn run(self) {
         let Self { entries, sources, active, rows } = self;

@@ -11,7 +11,7 @@ use crate::system::state::State;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// What an integration has just done.
+/// Latest action of an integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum StepEvent {
     /// Evaluated the initial state.
@@ -27,7 +27,7 @@ pub(crate) struct ExplicitSteps<'t, F> {
     pub driver: OdeDriver<F>,
     times: &'t [f64],
     /// Number of output times that have been reached.
-    pub reached: usize,
+    reached: usize,
     is_started: bool,
     /// The state at the last output time.
     pub output_state: Vec<f64>,
@@ -39,7 +39,7 @@ impl<'t, F: OdeRhs> ExplicitSteps<'t, F> {
         Self { driver, times, reached: 0, is_started: false, output_state }
     }
 
-    /// Takes the next step, or evaluates the next output time by `sample`, which returns whether by dense output.
+    /// Takes the next step, or evaluates the next output time by `sample`, which returns whether it used dense output.
     pub fn advance(
         &mut self,
         sample: impl FnOnce(&mut OdeDriver<F>, &mut [f64], f64) -> Result<bool>,
@@ -67,7 +67,7 @@ pub(crate) struct LinearizedStages {
     pub entries: Vec<Entries>,
     /// Derivatives of both projections, see [`Linearizer::projections`].
     pub projections: [Entries; 3],
-    /// Whether there are no constraints to project onto.
+    /// True if there are no constraints to project onto.
     pub is_free: bool,
     /// Positions before the projection, with the correction of the velocities.
     corrections: State<f64>,

@@ -34,7 +34,7 @@ struct DifferentiatedVariable {
 
 /// A row of an element.
 #[derive(Clone, Copy, Debug)]
-struct Row {
+struct LinearizedRow {
     /// Its number in the element.
     local: usize,
     equation: usize,
@@ -43,18 +43,18 @@ struct Row {
     first: usize,
 }
 
-/// What is differentiated of one element.
+/// Rows of one element that are differentiated, and the variables.
 struct LinearizedElement {
     variables: Vec<DifferentiatedVariable>,
-    rows: Vec<Row>,
+    rows: Vec<LinearizedRow>,
     /// The variables in the form in which a constraint takes them; empty for other elements.
     constraint_variables: Vec<Variable>,
 }
 
 /// The elements of a mechanism whose residuals are differentiated with respect to their own few variables.
 ///
-/// An element's local derivatives serve all design variables. With few nonzero entries per row they are cheaper than one
-/// dual evaluation per chunk. Coordinates in which an element is linear are left out: their derivatives are the same at
+/// An element's local derivatives are used for all design variables. With few nonzero entries per row they are cheaper than one
+/// dual evaluation per chunk. Coordinates in which an element is linear are omitted: their derivatives are the same at
 /// every stage.
 pub(crate) struct Linearizer {
     elements: Vec<LinearizedElement>,
@@ -77,7 +77,7 @@ pub(crate) struct ElementWorkspaces {
 }
 
 impl Linearizer {
-    /// For the derivatives with respect to the state and the active parameters.
+    /// Linearizer with respect to the state and the active parameters.
     pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System) -> Self {
         let n = mechanism.coordinates.len();
         let moving: Vec<usize> = activity.moving_coordinates().collect();
@@ -85,11 +85,11 @@ impl Linearizer {
         let element = |k| LinearizedElement::new(mechanism, k, activity, system, &mut parameters);
         let elements: Vec<_> = (0..mechanism.elements.len()).map(element).collect();
         let mut constants = [(); 3].map(|()| Entries::new(3 * n));
-        for (k, (part, element)) in mechanism.elements.iter().zip(&elements).enumerate() {
+        for (k, (instance, element)) in mechanism.elements.iter().zip(&elements).enumerate() {
             let is_differentiated =
-                |entry: &&ConstantEntry| activity.is_differentiated(mechanism, part.coordinates[entry.coordinate]);
+                |entry: &&ConstantEntry| activity.is_differentiated(mechanism, instance.coordinates[entry.coordinate]);
             for entry in system.coefficients(k).iter().filter(is_differentiated) {
-                add_constants(part, entry, &element.rows, n, &moving, &mut constants);
+                add_constants(instance, entry, &element.rows, n, &moving, &mut constants);
             }
         }
         Self { elements, constants, parameters, moving, coordinates: n }
@@ -124,14 +124,14 @@ impl Linearizer {
     ) {
         out.copy_from(&self.constants[0]);
         let ElementWorkspaces { narrow, wide, constraint } = workspaces;
-        for (part, element) in mechanism.elements.iter().zip(&self.elements) {
-            if part.num_constraints > 0 {
-                self.constraint(part, element, state, ConstraintDerivative::Accelerations, constraint, out);
+        for (instance, element) in mechanism.elements.iter().zip(&self.elements) {
+            if instance.num_constraints > 0 {
+                self.constraint(instance, element, state, ConstraintDerivative::Accelerations, constraint, out);
             } else {
                 match element.variables.len() {
                     0 => {}
-                    1..=4 => element.dynamics(part, &element.variables, state, narrow, out),
-                    _ => element.variables.chunks(WIDTH).for_each(|c| element.dynamics(part, c, state, wide, out)),
+                    1..=4 => element.dynamics(instance, &element.variables, state, narrow, out),
+                    _ => element.variables.chunks(WIDTH).for_each(|c| element.dynamics(instance, c, state, wide, out)),
                 }
             }
         }
@@ -171,17 +171,17 @@ impl Linearizer {
             ConstraintDerivative::Velocities | ConstraintDerivative::Rates => out.copy_from(velocities),
             ConstraintDerivative::Accelerations | ConstraintDerivative::Corrections => out.clear(),
         }
-        for (part, element) in
-            mechanism.elements.iter().zip(&self.elements).filter(|(part, _)| part.num_constraints > 0)
+        for (instance, element) in
+            mechanism.elements.iter().zip(&self.elements).filter(|(instance, _)| instance.num_constraints > 0)
         {
-            self.constraint(part, element, state, derivative, &mut workspaces.constraint, out);
+            self.constraint(instance, element, state, derivative, &mut workspaces.constraint, out);
         }
     }
 
-    /// Adds the derivatives of the rows of the constraint `part`.
+    /// Adds the derivatives of the rows of the constraint `instance`.
     fn constraint(
         &self,
-        part: &ElementInstance<f64>,
+        instance: &ElementInstance<f64>,
         element: &LinearizedElement,
         state: &State<f64>,
         derivative: ConstraintDerivative,
@@ -191,9 +191,9 @@ impl Linearizer {
         if element.variables.is_empty() {
             return;
         }
-        terms.evaluate(part, &element.constraint_variables, state, derivative);
-        let (n, variables) = (part.coordinates.len(), &element.variables);
-        for &Row { local, equation, first } in &element.rows {
+        terms.evaluate(instance, &element.constraint_variables, state, derivative);
+        let (n, variables) = (instance.coordinates.len(), &element.variables);
+        for &LinearizedRow { local, equation, first } in &element.rows {
             if local >= n {
                 for (k, variable) in variables.iter().enumerate() {
                     self.push_constraint(variable, terms.constraint(local - n, k), equation, derivative, out);
@@ -236,7 +236,7 @@ impl Linearizer {
 }
 
 impl LinearizedElement {
-    /// For element number `k`; adds its active parameters to `parameters`.
+    /// Linearization of element number `k`; adds its active parameters to `parameters`.
     fn new(
         mechanism: &Mechanism<f64>,
         k: usize,
@@ -244,14 +244,14 @@ impl LinearizedElement {
         system: &System,
         parameters: &mut Vec<(usize, usize)>,
     ) -> Self {
-        let (part, n) = (&mechanism.elements[k], mechanism.coordinates.len());
-        let (mut variables, is_constraint) = (Vec::new(), part.num_constraints > 0);
+        let (instance, n) = (&mechanism.elements[k], mechanism.coordinates.len());
+        let (mut variables, is_constraint) = (Vec::new(), instance.num_constraints > 0);
         if system.rows_of(k).next().is_none() {
             return Self { variables, rows: Vec::new(), constraint_variables: Vec::new() };
         }
         let mut add = |kind, local, source| variables.push(DifferentiatedVariable { kind, local, source });
-        for (local, &i) in part.coordinates.iter().enumerate() {
-            if !activity.is_differentiated(mechanism, i) || part.element.linear().contains(&local) {
+        for (local, &i) in instance.coordinates.iter().enumerate() {
+            if !activity.is_differentiated(mechanism, i) || instance.element.linear().contains(&local) {
                 continue;
             }
             add(VariableKind::Position, local, i);
@@ -267,9 +267,12 @@ impl LinearizedElement {
             parameters.push((k, local));
         }
         let first_parameter = variables.iter().take_while(|v| v.kind != VariableKind::Parameter).count();
-        let is_linear = |local| is_constraint && part.element.linear().contains(&local);
-        let row =
-            |(local, equation)| Row { local, equation, first: if is_linear(local) { first_parameter } else { 0 } };
+        let is_linear = |local| is_constraint && instance.element.linear().contains(&local);
+        let row = |(local, equation)| LinearizedRow {
+            local,
+            equation,
+            first: if is_linear(local) { first_parameter } else { 0 },
+        };
         let variable = |v: &DifferentiatedVariable| match v.kind {
             VariableKind::Parameter => Variable::Parameter(v.local),
             _ => Variable::Coordinate(v.local),
@@ -281,7 +284,7 @@ impl LinearizedElement {
     /// Adds the derivatives of the rows of an element without constraints, for one chunk of its variables.
     fn dynamics<const N: usize>(
         &self,
-        part: &ElementInstance<f64>,
+        instance: &ElementInstance<f64>,
         chunk: &[DifferentiatedVariable],
         state: &State<f64>,
         workspace: &mut ElementWorkspace<DualVec<N>>,
@@ -290,10 +293,10 @@ impl LinearizedElement {
         DualVec<N>: ElementScalar,
     {
         workspace.p.clear();
-        workspace.p.extend(part.parameters.iter().map(|&p| DualVec::constant(p)));
+        workspace.p.extend(instance.parameters.iter().map(|&p| DualVec::constant(p)));
         for (to, from) in [(&mut workspace.q, &state.q), (&mut workspace.v, &state.v), (&mut workspace.a, &state.a)] {
             to.clear();
-            to.extend(part.coordinates.iter().map(|&i| DualVec::constant(from[i])));
+            to.extend(instance.coordinates.iter().map(|&i| DualVec::constant(from[i])));
         }
         for (k, variable) in chunk.iter().enumerate() {
             let values = match variable.kind {
@@ -304,7 +307,7 @@ impl LinearizedElement {
             };
             values[variable.local].eps[k] = 1.0;
         }
-        DualVec::<N>::residual(part.element.as_ref(), DualVec::constant(state.t), workspace);
+        DualVec::<N>::residual(instance.element.as_ref(), DualVec::constant(state.t), workspace);
         for row in &self.rows {
             let derivatives = workspace.dynamics[row.local].eps;
             chunk.iter().zip(derivatives).for_each(|(variable, x)| out.push(row.equation, variable.source, x));
@@ -314,20 +317,20 @@ impl LinearizedElement {
 
 /// Adds the entries of a derivative that is the same in every state.
 fn add_constants(
-    part: &ElementInstance<f64>,
+    instance: &ElementInstance<f64>,
     entry: &ConstantEntry,
-    rows: &[Row],
+    rows: &[LinearizedRow],
     n: usize,
     moving: &[usize],
     [accelerations, positions, velocities]: &mut [Entries; 3],
 ) {
-    let Some(&Row { equation: row, .. }) = rows.iter().find(|row| row.local == entry.row) else { return };
-    let (i, [stiffness, damping, mass]) = (part.coordinates[entry.coordinate], entry.values);
-    let inertia = if part.num_constraints > 0 { stiffness } else { mass };
+    let Some(&LinearizedRow { equation: row, .. }) = rows.iter().find(|row| row.local == entry.row) else { return };
+    let (i, [stiffness, damping, mass]) = (instance.coordinates[entry.coordinate], entry.values);
+    let inertia = if instance.num_constraints > 0 { stiffness } else { mass };
     if moving.contains(&i) {
         accelerations.push(row, 2 * n + i, inertia);
     }
-    if part.num_constraints > 0 {
+    if instance.num_constraints > 0 {
         positions.push(row, i, stiffness);
         velocities.push(row, n + i, stiffness);
     } else {

@@ -1,11 +1,12 @@
 //! Direct differentiation of a mechanism's motion by explicit steps.
 
 use crate::Result;
+use crate::analyses::sampling::OutputRecorder;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, LinearizedStages, StepEvent};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::sensitivity_block::{SensitivityBlock, SensitivityPlan};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
-use crate::derivatives::history::{OutputGradients, OutputRecorder, SensitiveHistory};
+use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::propagation::{Schedule, StepSource, propagate};
 use crate::derivatives::seeding::{Activity, build_chunks};
 use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
@@ -21,8 +22,8 @@ use autodiff::WIDTH;
 ///
 /// $$ K \frac{dx}{db} = \frac{dr}{db} - \frac{dK}{db} x $$
 ///
-/// with the same factorization. The right-hand side comes from derivatives of every element with respect to its own few
-/// variables, which serve all design variables. The projections at the ends of steps are differentiated in the same way.
+/// with the same factorization. The right-hand side is computed from derivatives of every element with respect to its own
+/// few variables, which are used for all design variables. The projections at the ends of steps are differentiated in the same way.
 /// Initial positions and velocities may depend on the design. Steps are frozen: the derivatives are those of the discrete
 /// solution, with the same bits for any number of threads.
 ///
@@ -40,10 +41,10 @@ pub fn differentiate_explicitly<M: ParametricMechanism>(
     differentiate_seeded(&mechanism, &chunks, b.len(), settings, times)
 }
 
-/// Unknowns times design variables from which on threads pay.
+/// Smallest product of unknowns and design variables for which threads are faster.
 const WORTH_THREADS: usize = 3200;
 
-/// Not generic over the model: compiled once, in this crate.
+/// Simulates and differentiates. Not generic over the model: compiled once, in this crate.
 fn differentiate_seeded(
     mechanism: &Mechanism<f64>,
     chunks: &[Mechanism<Dual8>],
@@ -54,10 +55,10 @@ fn differentiate_seeded(
     let propagate_blocks = if chunks.len() > 1 { propagate_blocks::<{ 2 * WIDTH }> } else { propagate_blocks::<WIDTH> };
     let (steps, gradients) = propagate_blocks(mechanism, chunks, settings, times)?;
     let work = steps.steps.driver.work();
-    Ok(steps.recorder.finish(&gradients, variables, work))
+    Ok(SensitiveHistory::new(mechanism, times, steps.recorder, (&gradients, variables), work))
 }
 
-/// Carries the derivatives with respect to all design variables to the last of `times`, in blocks of `W` variables.
+/// Propagates the derivatives with respect to all design variables to the last of `times`, in blocks of `W` variables.
 fn propagate_blocks<'m, const W: usize>(
     mechanism: &'m Mechanism<f64>,
     chunks: &[Mechanism<Dual8>],
@@ -79,7 +80,7 @@ fn propagate_blocks<'m, const W: usize>(
     let is_parallel = system.size() * chunks.len() * WIDTH >= WORTH_THREADS;
     let mut steps = MechanismSteps {
         mechanism,
-        recorder: OutputRecorder::new(mechanism, times),
+        recorder: OutputRecorder::new(mechanism, times.len()),
         steps: ExplicitSteps::new(driver, times),
         start: begin.state,
         linearizer,
@@ -99,7 +100,7 @@ struct MechanismSteps<'m> {
     start: State<f64>,
     linearizer: Linearizer,
     is_parallel: bool,
-    /// Whether the stages for dense output of the current step are linearized.
+    /// True after the stages for dense output of the current step are linearized.
     is_dense: bool,
 }
 
@@ -110,7 +111,7 @@ impl StepSource for MechanismSteps<'_> {
         LinearizedStages::new(&self.linearizer, &self.start)
     }
 
-    /// A block is one step, or the state at one output time.
+    /// Fills the block with one step, or with the state at one output time.
     fn fill(&mut self, stages: &mut LinearizedStages) -> Result<bool> {
         stages.return_record(&mut self.steps.driver.stepper.rhs.record);
         let Some(event) = self.steps.advance(sample)? else { return Ok(false) };
@@ -127,7 +128,7 @@ impl StepSource for MechanismSteps<'_> {
                 stages.linearize_projections(linearizer, mechanism);
             }
             StepEvent::Output { is_dense: needs_dense, .. } => {
-                recorder.record(steps.reached - 1, mechanism, &rhs.state)?;
+                recorder.record(mechanism, &rhs.state)?;
                 if needs_dense && !std::mem::replace(is_dense, true) {
                     linearize(method.end + 1..method.slots());
                 }

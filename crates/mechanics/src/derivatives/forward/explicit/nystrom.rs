@@ -1,6 +1,6 @@
 //! Derivatives of positions and velocities along an explicit step.
 
-use crate::derivatives::forward::explicit::entries::Block;
+use crate::derivatives::forward::explicit::entries::Gradient;
 use crate::integrators::explicit::tableau::{DenseWeights, SLOTS, Tableau};
 use crate::linalg::simd::{Kernel, dispatch};
 
@@ -37,12 +37,12 @@ pub(crate) struct SlotWeights {
 }
 
 impl NystromWeights {
-    /// For each slot of `method`, the weights of the state at which it is evaluated.
+    /// Weights of the state at which each slot of `method` is evaluated.
     pub fn table(method: &Tableau) -> Vec<Self> {
         method.stages.iter().map(|row| Self::new(method, row.iter().copied())).collect()
     }
 
-    /// For dense output, without the change between the ends.
+    /// Weights of dense output, without the change between the ends.
     pub fn dense(method: &Tableau, weights: &DenseWeights) -> Self {
         Self::new(method, weights.slots.into_iter().enumerate())
     }
@@ -85,26 +85,26 @@ pub(crate) struct StepDerivatives<const W: usize> {
     started: bool,
 }
 
-/// One acceleration slot by slot; one slot more than needed keeps those of many coordinates out of the same cache lines.
-type Slots<const W: usize> = [Block<W>; SLOTS + 1];
+/// One acceleration slot by slot; one unused slot avoids cache conflicts between coordinates.
+type Slots<const W: usize> = [Gradient<W>; SLOTS + 1];
 
 /// Derivatives at one end of a step.
 #[derive(Clone)]
 struct Ends<const W: usize> {
-    q: Vec<Block<W>>,
-    v: Vec<Block<W>>,
+    q: Vec<Gradient<W>>,
+    v: Vec<Gradient<W>>,
 }
 
 impl<const W: usize> StepDerivatives<W> {
-    /// At the time `t` (s), where all positions and then all velocities have the derivatives `start`.
-    pub fn new(t: f64, start: &[Block<W>]) -> Self {
+    /// Derivatives at the time `t` (s), where all positions and then all velocities have the derivatives `start`.
+    pub fn new(t: f64, start: &[Gradient<W>]) -> Self {
         let n = start.len() / 2;
         let end = Ends { q: start[..n].to_vec(), v: start[n..].to_vec() };
         let accelerations = vec![[[0.0; W]; SLOTS + 1]; n];
         Self { t: [t; 2], ends: [end.clone(), end], accelerations, started: false }
     }
 
-    /// Begins the step of `method` from `t[0]` to `t[1]` where the last one has ended.
+    /// Begins the step of `method` from `t[0]` to `t[1]` at the end of the previous one.
     pub fn advance(&mut self, method: &Tableau, t: [f64; 2]) {
         if self.started {
             self.ends.swap(0, 1);
@@ -114,7 +114,7 @@ impl<const W: usize> StepDerivatives<W> {
     }
 
     /// Stores the derivatives at the end of the step: all positions, then all velocities.
-    pub fn finish(&mut self, y: &[Block<W>]) {
+    pub fn finish(&mut self, y: &[Gradient<W>]) {
         let Ends { q, v } = &mut self.ends[1];
         let (positions, velocities) = y.split_at(q.len());
         q.copy_from_slice(positions);
@@ -122,7 +122,7 @@ impl<const W: usize> StepDerivatives<W> {
     }
 
     /// Writes the derivatives at the end of the step.
-    pub fn end(&self, y: &mut [Block<W>]) {
+    pub fn end(&self, y: &mut [Gradient<W>]) {
         let Ends { q, v } = &self.ends[1];
         let (positions, velocities) = y.split_at_mut(q.len());
         positions.copy_from_slice(q);
@@ -130,13 +130,13 @@ impl<const W: usize> StepDerivatives<W> {
     }
 
     /// Writes positions and velocities of the coordinates `which` with the weights of a slot.
-    pub fn combine(&self, weights: &NystromWeights, which: impl Iterator<Item = usize>, y: &mut [Block<W>]) {
+    pub fn combine(&self, weights: &NystromWeights, which: impl Iterator<Item = usize>, y: &mut [Gradient<W>]) {
         let h = self.t[1] - self.t[0];
         self.sum(weights, h, which, y);
     }
 
     /// Writes all positions and velocities at the time `t` inside the step.
-    pub fn interpolate(&self, method: &Tableau, t: f64, y: &mut [Block<W>]) {
+    pub fn interpolate(&self, method: &Tableau, t: f64, y: &mut [Gradient<W>]) {
         let (h, n) = (self.t[1] - self.t[0], self.accelerations.len());
         let dense = method.dense_weights((t - self.t[0]) / h);
         self.sum(&NystromWeights::dense(method, &dense), h, 0..n, y);
@@ -148,7 +148,7 @@ impl<const W: usize> StepDerivatives<W> {
         }
     }
 
-    fn sum(&self, weights: &NystromWeights, h: f64, which: impl Iterator<Item = usize>, y: &mut [Block<W>]) {
+    fn sum(&self, weights: &NystromWeights, h: f64, which: impl Iterator<Item = usize>, y: &mut [Gradient<W>]) {
         dispatch(Sum { step: self, weights, h, which, y });
     }
 }
@@ -159,7 +159,7 @@ struct Sum<'a, I, const W: usize> {
     weights: &'a NystromWeights,
     h: f64,
     which: I,
-    y: &'a mut [Block<W>],
+    y: &'a mut [Gradient<W>],
 }
 
 impl<I: Iterator<Item = usize>, const W: usize> Kernel for Sum<'_, I, W> {
@@ -187,7 +187,7 @@ impl<I: Iterator<Item = usize>, const W: usize> Kernel for Sum<'_, I, W> {
 
 /// x += factor · y.
 #[inline(always)]
-fn add<const W: usize>(x: &mut Block<W>, factor: f64, y: &Block<W>) {
+fn add<const W: usize>(x: &mut Gradient<W>, factor: f64, y: &Gradient<W>) {
     for (x, y) in x.iter_mut().zip(y) {
         *x += factor * y;
     }
@@ -213,8 +213,8 @@ mod tests {
             assert!((end.start - 1.0).abs() < 1e-13 && end.end == 0.0);
             let weights = method.dense_weights(0.3);
             let inside = NystromWeights::dense(method, &weights);
-            let found = weights.change + 3.0 * inside.end + sum(&inside, |s| s.position);
-            assert!((found - 0.027).abs() < 1e-13, "{}: {found}", method.name);
+            let computed = weights.change + 3.0 * inside.end + sum(&inside, |s| s.position);
+            assert!((computed - 0.027).abs() < 1e-13, "{}: {computed}", method.name);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Derivatives of the solution of a differential equation.
 
 use crate::Result;
-use crate::derivatives::forward::explicit::entries::Block;
+use crate::derivatives::forward::explicit::entries::Gradient;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, StepEvent};
 use crate::derivatives::history::OutputGradients;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
@@ -10,7 +10,8 @@ use crate::integrators::explicit::ode::{Ode, OdeHistory, OdeModelRhs};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::tableau::Tableau;
-use autodiff::{DualVec, WIDTH};
+use crate::mechanism::scalars::Dual8;
+use autodiff::WIDTH;
 
 /// A solution with its gradients.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,8 +51,6 @@ pub fn differentiate_ode<O: Ode>(ode: &O, b: &[f64], settings: &Explicit, times:
     Ok(OdeSensitivity { history: OdeHistory { times: times.to_vec(), values, steps: driver.steps, work }, gradients })
 }
 
-type Dual = DualVec<WIDTH>;
-
 /// The states at which the right-hand side was evaluated.
 #[derive(Default)]
 struct OdeStages {
@@ -74,7 +73,7 @@ impl<O: Ode> StepSource for OdeSteps<'_, O> {
         OdeStages::default()
     }
 
-    /// A block is one step, or the state at one output time.
+    /// Fills the block with one step, or with the state at one output time.
     fn fill(&mut self, stages: &mut OdeStages) -> Result<bool> {
         let Self { steps, values } = self;
         if stages.records.is_some() {
@@ -89,29 +88,29 @@ impl<O: Ode> StepSource for OdeSteps<'_, O> {
     }
 }
 
-/// The derivatives of a solution with respect to one chunk of design variables, carried along explicit steps.
+/// The derivatives of a solution with respect to one chunk of design variables, propagated along explicit steps.
 struct OdeForwardSensitivity<'o, O> {
     ode: &'o O,
     method: &'static Tableau,
-    b: Vec<Dual>,
+    b: Vec<Dual8>,
     /// Beginning and end of the step in s.
     t: [f64; 2],
-    old: Vec<Block<WIDTH>>,
-    new: Vec<Block<WIDTH>>,
-    slots: Vec<Vec<Block<WIDTH>>>,
-    stage: Vec<Block<WIDTH>>,
+    old: Vec<Gradient<WIDTH>>,
+    new: Vec<Gradient<WIDTH>>,
+    slots: Vec<Vec<Gradient<WIDTH>>>,
+    stage: Vec<Gradient<WIDTH>>,
     is_started: bool,
     is_dense: bool,
-    state: Vec<Dual>,
-    rates: Vec<Dual>,
+    state: Vec<Dual8>,
+    rates: Vec<Dual8>,
     /// Of the components, by time, component and design variable.
     derivatives: Vec<f64>,
 }
 
 impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
-    /// At the start, for the seeded design `b`.
-    fn new(ode: &'o O, b: Vec<Dual>, settings: &Explicit, times: usize) -> Self {
-        let start: Vec<Block<WIDTH>> = ode.start(&b).iter().map(|y| y.eps).collect();
+    /// Sensitivity at the start, for the seeded design `b`.
+    fn new(ode: &'o O, b: Vec<Dual8>, settings: &Explicit, times: usize) -> Self {
+        let start: Vec<Gradient<WIDTH>> = ode.start(&b).iter().map(|y| y.eps).collect();
         let (size, method) = (start.len(), settings.method);
         Self {
             ode,
@@ -124,13 +123,13 @@ impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
             old: start,
             is_started: false,
             is_dense: false,
-            state: vec![Dual::constant(0.0); size],
-            rates: vec![Dual::constant(0.0); size],
+            state: vec![Dual8::constant(0.0); size],
+            rates: vec![Dual8::constant(0.0); size],
             derivatives: Vec::with_capacity(times * size * WIDTH),
         }
     }
 
-    /// Carries the derivatives from the beginning of the step between `t[0]` and `t[1]` to its end.
+    /// Propagates the derivatives from the beginning of the step between `t[0]` and `t[1]` to its end.
     fn advance(&mut self, records: &[(f64, Vec<f64>)], t: [f64; 2]) {
         if self.is_started {
             std::mem::swap(&mut self.old, &mut self.new);
@@ -178,7 +177,7 @@ impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
     fn differentiate_rates(&mut self, records: &[(f64, Vec<f64>)], slot: usize) {
         let (t, values) = &records[slot];
         for ((dual, &re), &eps) in self.state.iter_mut().zip(values).zip(&self.stage) {
-            *dual = Dual { re, eps };
+            *dual = Dual8 { re, eps };
         }
         self.ode.rates(&self.b, *t, &self.state, &mut self.rates);
         self.slots[slot].iter_mut().zip(&self.rates).for_each(|(k, dual)| *k = dual.eps);

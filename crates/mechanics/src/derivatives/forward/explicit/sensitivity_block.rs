@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::analyses::sampling::Sampler;
-use crate::derivatives::forward::explicit::entries::Block;
+use crate::derivatives::forward::explicit::entries::Gradient;
 use crate::derivatives::forward::explicit::explicit_steps::{LinearizedStages, StepEvent};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::nystrom::{NystromWeights, StepDerivatives};
@@ -16,7 +16,7 @@ use crate::system::state::State;
 use crate::system::{System, Unknown};
 use autodiff::WIDTH;
 
-/// What the blocks of all design variables share.
+/// Data that the blocks of all design variables share.
 pub(crate) struct SensitivityPlan {
     method: &'static Tableau,
     weights: Vec<NystromWeights>,
@@ -39,7 +39,7 @@ impl SensitivityPlan {
     }
 }
 
-/// The derivatives of a motion with respect to `W` design variables, which are carried along explicit steps.
+/// The derivatives of a motion with respect to `W` design variables, which are propagated along explicit steps.
 ///
 /// Two chunks of [`WIDTH`] design variables may share a block: one back-substitution serves the columns of both.
 pub(crate) struct SensitivityBlock<'m, const W: usize> {
@@ -48,11 +48,11 @@ pub(crate) struct SensitivityBlock<'m, const W: usize> {
     outputs: Vec<DualOutputs<'m>>,
     step: StepDerivatives<W>,
     /// Derivatives of the sources: positions, velocities, accelerations of prescribed coordinates, parameters.
-    sources: Vec<Block<W>>,
-    /// For each parameter, whether it changes with these design variables.
+    sources: Vec<Gradient<W>>,
+    /// For each parameter, true if it depends on these design variables.
     active: Vec<bool>,
-    rows: Vec<Block<W>>,
-    velocity_rows: Vec<Block<W>>,
+    rows: Vec<Gradient<W>>,
+    velocity_rows: Vec<Gradient<W>>,
     workspace: SolveWorkspace,
     is_dense: bool,
     /// Of the outputs, by time, output and design variable.
@@ -60,7 +60,7 @@ pub(crate) struct SensitivityBlock<'m, const W: usize> {
 }
 
 impl<'m, const W: usize> SensitivityBlock<'m, W> {
-    /// With the initial state `values` of a motion, and its derivatives `start` in each of the `chunks`.
+    /// Block at the initial state `values` of a motion, and its derivatives `start` in each of the `chunks`.
     pub fn new(
         plan: &'m SensitivityPlan,
         chunks: &'m [Mechanism<Dual8>],
@@ -73,7 +73,8 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
         let n = values.q.len();
         let mut sources = vec![[0.0; W]; linearizer.sources()];
         for (c, (chunk, state)) in chunks.iter().zip(start).enumerate() {
-            let parameters = linearizer.parameters.iter().map(|&(part, local)| &chunk.elements[part].parameters[local]);
+            let parameters =
+                linearizer.parameters.iter().map(|&(element, local)| &chunk.elements[element].parameters[local]);
             let accelerations = state.a.iter().map(|_| &ZERO);
             let all = state.q.iter().chain(&state.v).chain(accelerations).chain(parameters);
             sources.iter_mut().zip(all).for_each(|(source, x)| columns(source, c).copy_from_slice(&x.eps));
@@ -95,7 +96,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
         }
     }
 
-    /// Carries the derivatives from the beginning of the step between `t[0]` and `t[1]` to its end.
+    /// Propagates the derivatives from the beginning of the step between `t[0]` and `t[1]` to its end.
     fn advance(&mut self, stages: &LinearizedStages, t: [f64; 2]) {
         let (plan, n) = (self.plan, self.coordinates());
         let (method, end) = (plan.method, plan.method.end);
@@ -208,7 +209,7 @@ impl<const W: usize> StepConsumer<LinearizedStages> for SensitivityBlock<'_, W> 
 }
 
 /// Adds the solution of a projection to positions or velocities.
-fn add_changes<const W: usize>(unknowns: &[Unknown], rows: &[Block<W>], y: &mut [Block<W>]) {
+fn add_changes<const W: usize>(unknowns: &[Unknown], rows: &[Gradient<W>], y: &mut [Gradient<W>]) {
     for (unknown, changes) in unknowns.iter().zip(rows) {
         if let Unknown::Coordinate(i) = *unknown {
             y[i].iter_mut().zip(changes).for_each(|(y, change)| *y += change);
@@ -219,7 +220,7 @@ fn add_changes<const W: usize>(unknowns: &[Unknown], rows: &[Block<W>], y: &mut 
 const ZERO: Dual8 = Dual8 { re: 0.0, eps: [0.0; WIDTH] };
 
 /// The columns of chunk number `c`.
-fn columns<const W: usize>(block: &mut Block<W>, c: usize) -> &mut [f64] {
+fn columns<const W: usize>(block: &mut Gradient<W>, c: usize) -> &mut [f64] {
     &mut block[c * WIDTH..(c + 1) * WIDTH]
 }
 
@@ -243,13 +244,13 @@ impl<'m> DualOutputs<'m> {
     fn evaluate<const W: usize>(
         &mut self,
         values: &State<f64>,
-        sources: &[Block<W>],
-        rows: &[Block<W>],
+        sources: &[Gradient<W>],
+        rows: &[Gradient<W>],
         unknowns: &[Unknown],
         c: usize,
     ) {
         let (n, state) = (values.q.len(), &mut self.state);
-        let dual = |re: f64, block: &Block<W>| {
+        let dual = |re: f64, block: &Gradient<W>| {
             let mut eps = [0.0; WIDTH];
             eps.copy_from_slice(&block[c * WIDTH..(c + 1) * WIDTH]);
             Dual8 { re, eps }

@@ -1,23 +1,19 @@
 //! Motions that start in static equilibrium.
 
-use crate::zoo::Arm;
+use crate::zoo::{Arm, fixed};
 use linkwright::Result;
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::analyses::dynamics::InitialConfiguration;
-use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
+use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialConfiguration, simulate};
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
-use linkwright::mechanics::integrators::generalized_alpha::Newton;
-use linkwright::mechanics::mechanism::Pose;
-use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism};
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
 use linkwright::mechanics::motion::Harmonic;
 
 fn from_rest(h: f64) -> Dynamics {
     let statics = Statics { tolerance: 1e-13, ..Statics::default() };
-    let newton = Newton { tolerance: 1e-12, iterations: 30 };
-    Dynamics { initial_configuration: InitialConfiguration::Equilibrium(statics), newton, ..Dynamics::fixed(h) }
+    Dynamics { initial_configuration: InitialConfiguration::Equilibrium(statics), ..fixed(h) }
 }
 
 /// A bar on a shaken pivot, supported by a spring: mass, inertia, half length, gravity, stiffness, damping, unloaded
@@ -73,18 +69,18 @@ fn derivatives_of_the_motion_from_an_equilibrium() {
             moved[k] += by;
             of(&moved)
         });
-        let slope = |x: [f64; 4]| (4.0 * (x[2] - x[3]) / step - (x[0] - x[1]) / (2.0 * step)) / 3.0;
+        let difference = |x: [f64; 4]| (4.0 * (x[2] - x[3]) / step - (x[0] - x[1]) / (2.0 * step)) / 3.0;
         for output in 0..2 {
             for p in 0..times.len() {
                 let size: f64 = exact.gradients[output][p].iter().zip(&BAR).map(|(s, b)| (s * b).abs()).sum();
-                let values = slope(around.each_ref().map(|h| h.values[output][p]));
+                let values = difference(around.each_ref().map(|h| h.values[output][p]));
                 worst[0] = worst[0].max((values - exact.gradients[output][p][k]).abs() * BAR[k] / size);
                 // Differences of accelerations have rounding errors proportional to 1/h².
                 let hessian = second.hessian(output, p).unwrap();
                 let size = hessian.row(k).iter().zip(&BAR).map(|(h, b)| (h * b * BAR[k]).abs()).sum::<f64>();
                 for i in 0..BAR.len() {
-                    let slopes = slope(around.each_ref().map(|h| h.gradients[output][p][i]));
-                    worst[1] = worst[1].max((slopes - hessian[(i, k)]).abs() * BAR[i] * BAR[k] / size.max(1e-3));
+                    let derivative = difference(around.each_ref().map(|h| h.gradients[output][p][i]));
+                    worst[1] = worst[1].max((derivative - hessian[(i, k)]).abs() * BAR[i] * BAR[k] / size.max(1e-3));
                 }
             }
         }
@@ -102,10 +98,10 @@ fn backward_and_forward_agree() {
         let backward = differentiate_backwards(model, b, &settings, &times, &all).unwrap();
         for output in 0..outputs {
             for p in 0..times.len() {
-                let slopes = &forward.gradients[output][p];
-                let size: f64 = slopes.iter().zip(b).map(|(s, b)| (s * b).abs()).sum();
+                let gradient = &forward.gradients[output][p];
+                let size: f64 = gradient.iter().zip(b).map(|(s, b)| (s * b).abs()).sum();
                 for k in 0..b.len() {
-                    let difference = (slopes[k] - backward[(output * times.len() + p, k)]) * b[k];
+                    let difference = (gradient[k] - backward[(output * times.len() + p, k)]) * b[k];
                     assert!(difference.abs() <= 1e-9 * size, "{output} {p} {k}: {difference:e} of {size:e}");
                 }
             }
