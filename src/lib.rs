@@ -50,26 +50,19 @@
 //! # Ok::<(), linkwright::Error>(())
 //! ```
 
-pub mod approximation;
-pub mod cases;
-pub mod gradient_check;
 #[cfg(feature = "model")]
 pub mod model_file;
 #[cfg(all(feature = "report", feature = "mechanics"))]
 pub mod papers;
-pub mod prelude;
-pub mod problem;
 #[cfg(feature = "report")]
 pub mod report;
-pub mod responses;
-pub mod sao;
-pub mod storage;
 
 pub use autodiff;
 pub use error;
 #[cfg(feature = "mechanics")]
 pub use mechanics;
 pub use nlp;
+pub use optimization::{approximation, cases, function, gradient_check, prelude, problem, responses, sao, storage};
 
 pub use error::{Error, Result};
 

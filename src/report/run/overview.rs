@@ -61,6 +61,7 @@ impl OptimizationReport<'_> {
             Status::CycleLimit => ("cycle limit", Badge::Fair, reason(&state.reason)),
             Status::Stalled => ("stalled", Badge::Bad, reason(&state.reason)),
             Status::Infeasible => ("infeasible", Badge::Bad, reason(&state.reason)),
+            _ => ("not converged", Badge::Bad, reason(&state.reason)),
         }
     }
 

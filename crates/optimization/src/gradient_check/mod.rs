@@ -33,9 +33,9 @@ impl Problem {
     /// # Examples
     ///
     /// ```
-    /// let problem = linkwright::cases::impact_absorber::peak_acceleration()?;
+    /// let problem = linkwright_optimization::cases::impact_absorber::peak_acceleration()?;
     /// problem.check_sensitivities(&problem.start(), 5)?.expect_right();
-    /// # Ok::<(), linkwright::Error>(())
+    /// # Ok::<(), linkwright_optimization::Error>(())
     /// ```
     pub fn check_sensitivities(&self, b: &[f64], points: usize) -> Result<GradientCheck> {
         self.check_responses(b, points, &(0..self.responses.len()).collect::<Vec<_>>())

@@ -5,7 +5,7 @@ use error::{Error, Result};
 /// A design variable b with bounds bˡ ≤ b ≤ bᵘ (equation 3) and a start value.
 ///
 /// ```
-/// use linkwright::problem::DesignVariable;
+/// use linkwright_optimization::problem::DesignVariable;
 /// let k = DesignVariable::new("stiffness", "N/m", 1.0).within(1e-6, 2.0);
 /// assert_eq!((k.start, k.lower, k.upper), (1.0, 1e-6, 2.0));
 /// ```

@@ -19,9 +19,9 @@ impl TimeGrid {
     /// `count` equally spaced points from `from` to `to`, both included, in seconds.
     ///
     /// ```
-    /// let grid = linkwright::problem::TimeGrid::uniform(0.0, 12.0, 101)?;
+    /// let grid = linkwright_optimization::problem::TimeGrid::uniform(0.0, 12.0, 101)?;
     /// assert_eq!(grid.points[1], 0.12);
-    /// # Ok::<(), linkwright::Error>(())
+    /// # Ok::<(), linkwright_optimization::Error>(())
     /// ```
     pub fn uniform(from: f64, to: f64, count: usize) -> Result<Self> {
         let last = count.saturating_sub(1).max(1) as f64;

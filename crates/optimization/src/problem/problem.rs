@@ -16,11 +16,11 @@ use std::collections::HashSet;
 /// # Examples
 ///
 /// ```
-/// let problem = linkwright::cases::impact_absorber::peak_acceleration()?;
+/// let problem = linkwright_optimization::cases::impact_absorber::peak_acceleration()?;
 /// let here = problem.analyze_design(&problem.start())?;
 /// let (row, _) = here.evaluation.worst().expect("the problem has constraints");
 /// assert_eq!(problem.row_in_words(row), "peak acceleration lower at time 1.08 s");
-/// # Ok::<(), linkwright::Error>(())
+/// # Ok::<(), linkwright_optimization::Error>(())
 /// ```
 pub struct Problem {
     /// Name, for tables and files.

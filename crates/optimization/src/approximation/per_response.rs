@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Names are those of responses, and of the objective and constraints that are approximated directly.
 ///
 /// ```
-/// use linkwright::approximation::{Linear, Mma, PerResponse, Reciprocal};
+/// use linkwright_optimization::approximation::{Linear, Mma, PerResponse, Reciprocal};
 /// let choice = PerResponse::all(Linear).but("tip displacement", Reciprocal).but("mass", Mma::default());
 /// # let _ = choice;
 /// ```

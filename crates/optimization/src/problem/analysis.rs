@@ -75,7 +75,7 @@ impl std::fmt::Debug for Responses {
 /// automatically, and [`Differences`](crate::responses::Differences) differentiates any analysis.
 ///
 /// ```
-/// use linkwright::{Result, problem::{Analysis, ResponseAt, Responses}};
+/// use linkwright_optimization::{Result, problem::{Analysis, ResponseAt, Responses}};
 /// use nalgebra::DMatrix;
 /// struct Square;
 /// impl Analysis for Square {
@@ -87,7 +87,7 @@ impl std::fmt::Debug for Responses {
 ///     }
 /// }
 /// assert_eq!(Square.analyze(&[3.0])?.at(ResponseAt { response: 0, point: 0 }), 9.0);
-/// # Ok::<(), linkwright::Error>(())
+/// # Ok::<(), linkwright_optimization::Error>(())
 /// ```
 pub trait Analysis: Send + Sync {
     /// All responses at design `b` (length n).

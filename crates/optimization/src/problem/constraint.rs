@@ -39,7 +39,7 @@ pub enum Selection {
 /// # Examples
 ///
 /// ```
-/// use linkwright::problem::{Constraint, Quantity, Side};
+/// use linkwright_optimization::problem::{Constraint, Quantity, Side};
 /// let [upper, lower] = Constraint::between("travel", [-0.5, 1.0], Quantity::response(0, 0));
 /// assert_eq!((upper.side, upper.limit), (Side::AtMost, 1.0));
 /// assert_eq!((lower.side, lower.limit, lower.pair.as_deref()), (Side::AtLeast, -0.5, Some("travel")));

@@ -32,11 +32,7 @@ impl<M: ClosedForm> Analytic<M> {
 }
 
 /// A matrix of `columns` columns with one row for each response; compiled once for all closed forms.
-fn in_parallel(
-    row: &(dyn Fn(&ResponseAt) -> Vec<f64> + Sync),
-    wanted: &[ResponseAt],
-    columns: usize,
-) -> DMatrix<f64> {
+fn in_parallel(row: &(dyn Fn(&ResponseAt) -> Vec<f64> + Sync), wanted: &[ResponseAt], columns: usize) -> DMatrix<f64> {
     let rows: Vec<Vec<f64>> = wanted.par_iter().with_min_len(64).map(row).collect();
     DMatrix::from_row_iterator(wanted.len(), columns, rows.into_iter().flatten())
 }

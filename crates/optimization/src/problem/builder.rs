@@ -11,7 +11,7 @@ use error::{Error, Result};
 /// # Examples
 ///
 /// ```
-/// use linkwright::{autodiff::Scalar, function, problem::*};
+/// use linkwright_optimization::{autodiff::Scalar, function, problem::*};
 /// struct Decay;
 /// impl ClosedForm for Decay {
 ///     fn response<S: Scalar>(&self, _: usize, b: &[S], t: S) -> S {
@@ -27,7 +27,7 @@ use error::{Error, Result};
 /// let problem = parts.build_analytic(Decay)?;
 /// let here = problem.evaluate(&[2.0], &problem.analysis.analyze(&[2.0])?)?;
 /// assert!((here.max_violation_pct() - 35.335).abs() < 1e-3);
-/// # Ok::<(), linkwright::Error>(())
+/// # Ok::<(), linkwright_optimization::Error>(())
 /// ```
 pub struct ProblemBuilder {
     name: String,

@@ -11,11 +11,11 @@ use nlp::{Automatic, SubproblemSolver};
 /// # Examples
 ///
 /// ```
-/// use linkwright::{cases::impact_absorber, prelude::*};
+/// use linkwright_optimization::{cases::impact_absorber, prelude::*};
 /// let method = Method::default().with_screening(Screening::above(0.5)).with_stop(Stop { max_cycles: 50, ..Stop::default() });
 /// let end = method.solve(&impact_absorber::comfort()?, |_| ())?;
 /// assert!(end.status.is_success());
-/// # Ok::<(), linkwright::Error>(())
+/// # Ok::<(), linkwright_optimization::Error>(())
 /// ```
 pub struct Method {
     /// Approximation of the responses.

@@ -38,7 +38,7 @@ pub trait Functional: Send + Sync + 'static {
 /// `function!([scale: f64 = 2.0] |p| p.response[0] * scale)`.
 ///
 /// ```
-/// use linkwright::{function, problem::{Function, Point}};
+/// use linkwright_optimization::{function, problem::{Function, Point}};
 /// let load = function!([g: f64 = 9.81] |p| p.design[0] * g + p.response[0]);
 /// let at = Point { response: &[1.0], design: &[2.0], time: 0.0 };
 /// assert_eq!(load.at(&at), 20.62);
