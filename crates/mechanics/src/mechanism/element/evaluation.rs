@@ -210,10 +210,11 @@ fn reset<T: Scalar>(values: &mut Vec<T>, count: usize) {
 }
 
 impl<const N: usize> ElementWorkspace<DualVec<N>> {
+    // The element is a trait object: copies of this function for every element take long to compile and are no faster.
     #[allow(clippy::too_many_arguments)]
-    fn columns<E: Element>(
+    fn columns(
         &mut self,
-        element: &E,
+        element: &dyn Evaluate<DualVec<N>>,
         x: &ElementState<'_, f64>,
         tangent_weights: TangentWeights,
         active: &[usize],
