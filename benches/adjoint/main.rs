@@ -18,7 +18,7 @@ use linkwright::cases::Chain;
 use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
 use linkwright::mechanics::derivatives::adjoint::{
-    Functional, differentiate_backwards, differentiate_backwards_within, differentiate_explicitly_backwards,
+    AdjointFunctional, differentiate_backwards, differentiate_backwards_within, differentiate_explicitly_backwards,
 };
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
@@ -52,7 +52,7 @@ fn gradients() {
         let model = Chain { energies: false, ..Chain::horizontal(links) };
         let b = model.equal_links();
         let mechanism = model.build(&b).unwrap();
-        let all: Vec<_> = (0..8).map(|k| Functional::at(k % 2, k / 2)).collect();
+        let all: Vec<_> = (0..8).map(|k| AdjointFunctional::at(k % 2, k / 2)).collect();
         let rounds = if links > 100 { 2 } else { 4 };
 
         let settings = Dynamics::fixed(2.5e-4);
@@ -83,7 +83,7 @@ fn memory() {
     let model = Chain { energies: false, ..Chain::horizontal(8) };
     let (b, settings, times) = (model.equal_links(), Dynamics::fixed(1e-4), [1.0]);
     let run = |memory: usize| {
-        differentiate_backwards_within(memory, &model, &b, &settings, &times, &[Functional::at(0, 0)]).unwrap().1
+        differentiate_backwards_within(memory, &model, &b, &settings, &times, &[AdjointFunctional::at(0, 0)]).unwrap().1
     };
     let whole = least(2, || run(usize::MAX));
     println!("| memory allowed, KiB | used, KiB | steps | recomputed | time, all steps stored = 1 |");

@@ -6,7 +6,7 @@ use linkwright::cases::{Absorber, Andrews, Chain, FourBar, Governor, RigidFourBa
 use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialAcceleration};
 use linkwright::mechanics::analyses::statics::Statics;
 use linkwright::mechanics::derivatives::adjoint::{
-    Functional, differentiate_backwards, differentiate_backwards_within, differentiate_equilibria_backwards,
+    AdjointFunctional, differentiate_backwards, differentiate_backwards_within, differentiate_equilibria_backwards,
     differentiate_explicitly_backwards, differentiate_explicitly_backwards_within, differentiate_kinematics_backwards,
 };
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
@@ -25,9 +25,14 @@ type Rows = Result<DMatrix<f64>>;
 /// Largest deviation of a derivative, all scaled by the size of the variables. It is relative to the largest derivative of
 /// the same output with respect to the same variable at any time, or to a hundredth of the largest with respect to any
 /// variable. Outputs that are nearly zero (the bending moment at a pin) are compared with `floor` times the largest of all.
-fn deviation(forward: &SensitiveHistory, backward: impl FnOnce(&[Functional]) -> Rows, b: &[f64], floor: f64) -> f64 {
+fn deviation(
+    forward: &SensitiveHistory,
+    backward: impl FnOnce(&[AdjointFunctional]) -> Rows,
+    b: &[f64],
+    floor: f64,
+) -> f64 {
     let points = forward.times.len();
-    let all = (0..forward.names.len()).flat_map(|output| (0..points).map(move |p| Functional::at(output, p)));
+    let all = (0..forward.names.len()).flat_map(|output| (0..points).map(move |p| AdjointFunctional::at(output, p)));
     let backward = backward(&all.collect::<Vec<_>>()).unwrap();
     let scale = |k: usize| b[k].abs().max(1e-3);
     let sizes = forward.gradients.iter().flatten().flat_map(|gradient| gradient.iter().enumerate());
@@ -69,7 +74,7 @@ fn check_explicit<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], h: f
     let fixed = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(h));
     for settings in [adaptive, fixed.clone(), Explicit { method: &DOPRI5, ..fixed }] {
         let forward = differentiate_explicitly(model, b, &settings, &times).unwrap();
-        let backward = |all: &[Functional]| differentiate_explicitly_backwards(model, b, &settings, &times, all);
+        let backward = |all: &[AdjointFunctional]| differentiate_explicitly_backwards(model, b, &settings, &times, all);
         report(&format!("{name}, {}", settings.method.name), deviation(&forward, backward, b, 1e-9));
     }
 }
@@ -136,7 +141,7 @@ fn equilibria_and_kinematics() {
     for elements in [2, 4] {
         let (arm, b) = (Arm { elements }, Arm::DESIGN);
         let forward = differentiate_equilibria(&arm, &b, &settings, &times).unwrap();
-        let backward = |all: &[Functional]| differentiate_equilibria_backwards(&arm, &b, &settings, &times, all);
+        let backward = |all: &[AdjointFunctional]| differentiate_equilibria_backwards(&arm, &b, &settings, &times, all);
         let worst = deviation(&forward, backward, &b, 1e-9);
         println!("statics of the clamped beam, {elements} elements: {worst:.1e}");
         assert!(worst < 1e-9, "{elements}: {worst:.2e}");
@@ -144,21 +149,22 @@ fn equilibria_and_kinematics() {
 
     let governor = Governor { angle: 1.0 };
     let forward = differentiate_equilibria(&governor, &Governor::DESIGN, &settings, &[0.0]).unwrap();
-    let backward =
-        |all: &[Functional]| differentiate_equilibria_backwards(&governor, &Governor::DESIGN, &settings, &[0.0], all);
+    let backward = |all: &[AdjointFunctional]| {
+        differentiate_equilibria_backwards(&governor, &Governor::DESIGN, &settings, &[0.0], all)
+    };
     report("statics of the governor", deviation(&forward, backward, &Governor::DESIGN, 1e-9));
 
     let (model, b) = (SliderCrank::rigid(), SliderCrank::DESIGN);
     let times: Vec<f64> = (0..20).map(|k| 0.02 * f64::from(k)).collect();
     let forward = differentiate_kinematics(&model, &b, Assembly::default(), &times).unwrap();
     let backward =
-        |all: &[Functional]| differentiate_kinematics_backwards(&model, &b, Assembly::default(), &times, all);
+        |all: &[AdjointFunctional]| differentiate_kinematics_backwards(&model, &b, Assembly::default(), &times, all);
     report("kinematics of the slider-crank", deviation(&forward, backward, &b, 1e-9));
 }
 
 /// With `memory` bytes for steps: the same bits as with all steps stored, within the memory, and not too many repeated steps.
 fn check_memory<M: ParametricMechanism>(model: &M, b: &[f64], settings: Dynamics, times: &[f64], memory: usize) {
-    let wanted = [Functional::at(0, times.len() - 1), Functional::integral(0, times)];
+    let wanted = [AdjointFunctional::at(0, times.len() - 1), AdjointFunctional::integral(0, times)];
     let all_steps = differentiate_backwards(model, b, &settings, times, &wanted).unwrap();
     let (rows, statistics) = differentiate_backwards_within(memory, model, b, &settings, times, &wanted).unwrap();
     assert_eq!(rows, all_steps);
@@ -179,7 +185,7 @@ fn checkpoints_instead_of_all_steps() {
     }
     let error = differentiate_backwards_within(1000, &chain, &b, &Dynamics::fixed(0.001), &times, &[]).unwrap_err();
     assert!(error.to_string().contains("1000 bytes"), "{error}");
-    let wanted = [Functional::at(0, 3), Functional::at(1, 4)];
+    let wanted = [AdjointFunctional::at(0, 3), AdjointFunctional::at(1, 4)];
     for settings in [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_step_control(StepControl::Fixed(0.002))]
     {
         let all_steps = differentiate_explicitly_backwards(&chain, &b, &settings, &times, &wanted).unwrap();
@@ -195,7 +201,7 @@ fn checkpoints_instead_of_all_steps() {
 fn integrals_are_sums_over_time() {
     let (model, b, times) = (Forces, Forces::DESIGN, [0.0, 0.1, 0.15, 0.3]);
     let forward = differentiate(&model, &b, &fixed(0.02), &times).unwrap();
-    let response = [Functional::integral(0, &times)];
+    let response = [AdjointFunctional::integral(0, &times)];
     let backward = differentiate_backwards(&model, &b, &fixed(0.02), &times, &response).unwrap();
     let weights = [0.05, 0.075, 0.1, 0.075];
     for k in 0..b.len() {
@@ -206,7 +212,7 @@ fn integrals_are_sums_over_time() {
 
 #[test]
 fn a_response_of_a_missing_output_is_rejected() {
-    let wrong = [Functional::at(0, 0), Functional::at(99, 0)];
+    let wrong = [AdjointFunctional::at(0, 0), AdjointFunctional::at(99, 0)];
     let error = differentiate_backwards(&Absorber, &[0.36, 0.48], &fixed(0.01), &[1.0], &wrong).unwrap_err();
     assert!(error.to_string().contains("response 1"), "{error}");
 }

@@ -4,7 +4,7 @@ use crate::zoo::fixed;
 use linkwright::Result;
 use linkwright::autodiff::{Scalar, gradient, hessian};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate, simulate_explicitly};
-use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
+use linkwright::mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
 use linkwright::mechanics::elements::{Driver, Element, ElementState, Revolute};
@@ -181,7 +181,8 @@ fn impossible_contacts_and_analyses_are_rejected() {
     let mechanism = Ball.build(&BALL).unwrap();
     let explicit = simulate_explicitly(&mechanism, &Explicit::adaptive(1e-6), &[1.0]).unwrap_err().to_string();
     assert!(explicit.contains("know no impacts"), "{explicit}");
-    let adjoint = differentiate_backwards(&Ball, &BALL, &fixed(0.01), &[1.0], &[Functional::at(0, 0)]).unwrap_err();
+    let adjoint =
+        differentiate_backwards(&Ball, &BALL, &fixed(0.01), &[1.0], &[AdjointFunctional::at(0, 0)]).unwrap_err();
     assert!(adjoint.to_string().contains("know no impacts"), "{adjoint}");
     let mut m = Mechanism::<f64>::new();
     let ground = m.ground().coordinates();

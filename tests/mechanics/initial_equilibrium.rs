@@ -5,7 +5,7 @@ use linkwright::Result;
 use linkwright::autodiff::Scalar;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, InitialConfiguration, simulate};
 use linkwright::mechanics::analyses::statics::Statics;
-use linkwright::mechanics::derivatives::adjoint::{Functional, differentiate_backwards};
+use linkwright::mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
 use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose};
@@ -94,7 +94,8 @@ fn backward_and_forward_agree() {
     fn check<M: ParametricMechanism>(model: &M, b: &[f64], outputs: usize, settings: Dynamics) {
         let times = [0.0, 0.1, 0.3];
         let forward = differentiate(model, b, &settings, &times).unwrap();
-        let all: Vec<_> = (0..outputs).flat_map(|o| (0..times.len()).map(move |p| Functional::at(o, p))).collect();
+        let all: Vec<_> =
+            (0..outputs).flat_map(|o| (0..times.len()).map(move |p| AdjointFunctional::at(o, p))).collect();
         let backward = differentiate_backwards(model, b, &settings, &times, &all).unwrap();
         for output in 0..outputs {
             for p in 0..times.len() {

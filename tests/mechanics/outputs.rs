@@ -12,7 +12,7 @@ use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::mechanism::{Formula, Mechanism, ParametricMechanism, Pose};
-use linkwright::mechanics::motion::{ConstantSpeed, Motion, Ramp, Table};
+use linkwright::mechanics::motion::{ConstantSpeed, Motion, Ramp, TabulatedMotion};
 
 fn close(computed: f64, expected: f64, tolerance: f64) {
     assert!((computed - expected).abs() <= tolerance * (1.0 + expected.abs()), "{computed} instead of {expected}");
@@ -199,7 +199,7 @@ impl Motion for Chirp {
 #[test]
 fn drives_of_every_kind_need_the_force_of_their_acceleration() {
     let knots: Vec<f64> = (0..=40).map(|k| 0.05 * f64::from(k)).collect();
-    let table = Table::new(&knots, &knots.iter().map(|t| t.sin()).collect::<Vec<_>>()).unwrap();
+    let table = TabulatedMotion::new(&knots, &knots.iter().map(|t| t.sin()).collect::<Vec<_>>()).unwrap();
     let t = 0.8;
     let force = |drive: &dyn Fn(&mut Mechanism<f64>, linkwright::mechanics::mechanism::Coordinate)| {
         let mut m = Mechanism::<f64>::new();

@@ -7,7 +7,7 @@ use linkwright::mechanics::analyses::dynamics::Dynamics;
 use linkwright::mechanics::elements::{BeamSection, Shear, StateFunction};
 use linkwright::mechanics::integrators::generalized_alpha::Newton;
 use linkwright::mechanics::mechanism::{Coordinate, Mechanism, ParametricMechanism, Pose};
-use linkwright::mechanics::motion::{ConstantSpeed, Fixed, Harmonic, Motion, Ramp, StartUp, Table};
+use linkwright::mechanics::motion::{ConstantSpeed, Fixed, Harmonic, Motion, Ramp, StartUp, TabulatedMotion};
 
 /// Fixed steps of `h` seconds whose equations are solved to rounding, for comparisons with differences.
 pub fn fixed(h: f64) -> Dynamics {
@@ -314,7 +314,7 @@ impl ParametricMechanism for Drives {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
         let zero = S::from(0.0);
         let knots: Vec<f64> = (0..=8).map(|k| 0.095 * f64::from(k)).collect();
-        let table = Table::new(&knots, &knots.iter().map(|t| (5.0 * t).sin()).collect::<Vec<_>>())?;
+        let table = TabulatedMotion::new(&knots, &knots.iter().map(|t| (5.0 * t).sin()).collect::<Vec<_>>())?;
         let mut m = Mechanism::new();
         let mut pulled = |drive: &dyn Fn(&mut Mechanism<S>, Coordinate)| -> Result<()> {
             let [lead, cart] = [m.coordinate("lead", zero, zero), m.coordinate("cart", zero, zero)];

@@ -138,7 +138,7 @@ fn uniform(section: &Section<'_>, names: &Names) -> Read<Vec<f64>> {
 
 /// Method of the derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum DerivativeMethod {
+enum DerivativeSetting {
     /// The choice of the analysis.
     Automatic,
     /// A method of the analysis, with the step of its differences.
@@ -153,7 +153,7 @@ enum DerivativeMethod {
 #[derive(Clone, Debug)]
 pub struct Settings {
     kind: AnalysisKind,
-    derivatives: DerivativeMethod,
+    derivatives: DerivativeSetting,
 }
 
 #[derive(Clone, Debug)]
@@ -184,28 +184,28 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usi
     Ok(Settings { kind, derivatives })
 }
 
-fn derivatives(section: &Section<'_>, names: &Names, kind: &AnalysisKind) -> Read<DerivativeMethod> {
+fn derivatives(section: &Section<'_>, names: &Names, kind: &AnalysisKind) -> Read<DerivativeSetting> {
     let step = section.number("difference", names)?;
     if step.is_some_and(|step| step <= 0.0 || step >= 1.0) {
         return Err(section.error_at("difference", "`difference` must be between 0 and 1"));
     }
     let choices = [
-        ("automatic", DerivativeMethod::Automatic),
-        ("direct", DerivativeMethod::By("direct", None)),
-        ("adjoint", DerivativeMethod::By("adjoint", None)),
-        ("semi-analytical", DerivativeMethod::By("semi-analytical", step)),
-        ("forward", DerivativeMethod::Forward(step.unwrap_or(1e-6))),
-        ("central", DerivativeMethod::Central(step.unwrap_or(1e-6))),
-        ("richardson", DerivativeMethod::Richardson(step.unwrap_or(1e-3))),
-        ("noise-aware", DerivativeMethod::NoiseAware),
+        ("automatic", DerivativeSetting::Automatic),
+        ("direct", DerivativeSetting::By("direct", None)),
+        ("adjoint", DerivativeSetting::By("adjoint", None)),
+        ("semi-analytical", DerivativeSetting::By("semi-analytical", step)),
+        ("forward", DerivativeSetting::Forward(step.unwrap_or(1e-6))),
+        ("central", DerivativeSetting::Central(step.unwrap_or(1e-6))),
+        ("richardson", DerivativeSetting::Richardson(step.unwrap_or(1e-3))),
+        ("noise-aware", DerivativeSetting::NoiseAware),
     ];
     let chosen = section.choice("derivatives", &choices)?;
-    let is_exact = matches!(chosen, DerivativeMethod::Automatic | DerivativeMethod::By("direct" | "adjoint", _));
-    if step.is_some() && (is_exact || chosen == DerivativeMethod::NoiseAware) {
+    let is_exact = matches!(chosen, DerivativeSetting::Automatic | DerivativeSetting::By("direct" | "adjoint", _));
+    if step.is_some() && (is_exact || chosen == DerivativeSetting::NoiseAware) {
         let message = "`difference` is the step of finite differences, and these derivatives use none";
         return Err(section.error_at("difference", message).help("leave it out, or choose other `derivatives`"));
     }
-    if matches!(chosen, DerivativeMethod::By("semi-analytical", _))
+    if matches!(chosen, DerivativeSetting::By("semi-analytical", _))
         && matches!(kind, AnalysisKind::Dynamics(Integration::Explicit(_)))
     {
         let message = "explicit schemes have no semi-analytical derivatives";
@@ -333,7 +333,7 @@ impl Settings {
     }
 }
 
-impl DerivativeMethod {
+impl DerivativeSetting {
     /// The problem of an analysis with these derivatives.
     fn build(self, parts: ProblemBuilder, analysis: impl Analysis + 'static) -> Result<Problem> {
         match self {

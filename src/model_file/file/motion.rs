@@ -6,7 +6,7 @@ use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::mechanism::scalars::MOST_MOTION_PARAMETERS;
-use mechanics::motion::{ConstantSpeed, Harmonic, Motion, Ramp, StartUp, Table};
+use mechanics::motion::{ConstantSpeed, Harmonic, Motion, Ramp, StartUp, TabulatedMotion};
 use toml::de::DeValue;
 
 const KIND: Key = required("kind", Accepts::Choice(KINDS), "kind of motion");
@@ -70,7 +70,7 @@ pub enum MotionLaw {
     StartUp(StartUp),
     Harmonic,
     Ramp(Ramp),
-    Table(Table),
+    Table(TabulatedMotion),
 }
 
 impl Motion for MotionLaw {
@@ -138,7 +138,7 @@ fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Re
         }
         _ => {
             let list = |key| Ok(section.numbers(key, names)?.unwrap_or_default());
-            let table = Table::new(&list("times")?, &list("values")?);
+            let table = TabulatedMotion::new(&list("times")?, &list("values")?);
             MotionLaw::Table(table.map_err(|e| section.error_at("times", e.to_string()))?)
         }
     };

@@ -6,7 +6,7 @@ pub(crate) mod table;
 
 pub use ramp::Ramp;
 pub use start_up::StartUp;
-pub use table::Table;
+pub use table::TabulatedMotion;
 
 use autodiff::{Dual4, Dual8, HyperDual4, Jet2, Scalar};
 

@@ -5,13 +5,13 @@ use autodiff::Scalar;
 
 /// A table, interpolated by the natural cubic spline and extrapolated linearly; p = \[scale\].
 #[derive(Clone, Debug)]
-pub struct Table {
+pub struct TabulatedMotion {
     times: Vec<f64>,
     values: Vec<f64>,
     curvatures: Vec<f64>,
 }
 
-impl Table {
+impl TabulatedMotion {
     /// A table of `values` at the increasing `times` (s).
     ///
     /// # Errors
@@ -47,7 +47,7 @@ fn natural_curvatures(x: &[f64], y: &[f64]) -> Vec<f64> {
     m
 }
 
-impl Motion for Table {
+impl Motion for TabulatedMotion {
     fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
         let (x, y, m) = (&self.times, &self.values, &self.curvatures);
         let last = x.len() - 1;
@@ -76,7 +76,7 @@ mod tests {
         // A sine from 0 to π has no curvature at its ends, as a natural spline.
         let times: Vec<f64> = (0..9).map(|k| std::f64::consts::PI / 8.0 * f64::from(k)).collect();
         let values: Vec<f64> = times.iter().map(|t| t.sin()).collect();
-        let table = Table::new(&times, &values).unwrap();
+        let table = TabulatedMotion::new(&times, &values).unwrap();
         for k in 1..8 {
             let (before, after) = (times[k] - 1e-9, times[k] + 1e-9);
             let (a, b) = (with_rates(&table, &[1.0], before), with_rates(&table, &[1.0], after));
@@ -84,6 +84,6 @@ mod tests {
         }
         let outside = with_rates(&table, &[2.0], 4.0);
         assert!(outside[2] == 0.0 && (outside[1] + 2.0).abs() < 0.01, "{outside:?}");
-        assert!(Table::new(&[0.0, 0.0], &[1.0, 2.0]).is_err());
+        assert!(TabulatedMotion::new(&[0.0, 0.0], &[1.0, 2.0]).is_err());
     }
 }

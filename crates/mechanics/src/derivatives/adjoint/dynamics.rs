@@ -8,7 +8,7 @@ use crate::derivatives::adjoint::adjoint_state::AdjointState;
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
 use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
 use crate::derivatives::adjoint::problem::{
-    AdjointProblem, Functional, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
+    AdjointFunctional, AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
 use crate::events::impact;
 use crate::integrators::generalized_alpha::Prescribed;
@@ -36,7 +36,7 @@ pub fn differentiate_backwards<M: ParametricMechanism>(
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
-    responses: &[Functional],
+    responses: &[AdjointFunctional],
 ) -> Result<DMatrix<f64>> {
     differentiate_backwards_within(usize::MAX, model, b, settings, times, responses).map(|(rows, _)| rows)
 }
@@ -56,7 +56,7 @@ pub fn differentiate_backwards_within<M: ParametricMechanism>(
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
-    responses: &[Functional],
+    responses: &[AdjointFunctional],
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     let (_, recording) = simulate_recorded(&model.build(b)?, settings, times, memory)?;
     differentiate_recording_backwards(model, b, settings, times, responses, &recording)
@@ -72,7 +72,7 @@ pub fn differentiate_recording_backwards<M: ParametricMechanism>(
     b: &[f64],
     settings: &Dynamics,
     times: &[f64],
-    responses: &[Functional],
+    responses: &[AdjointFunctional],
     recording: &Recording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     solve(&AdjointProblem::build(model, b, times, responses)?, settings, times, recording)

@@ -10,7 +10,7 @@ use crate::derivatives::adjoint::batch::AdjointBatch;
 use crate::derivatives::adjoint::element_vjp::ElementVjp;
 use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
 use crate::derivatives::adjoint::problem::{
-    AdjointProblem, Functional, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
+    AdjointFunctional, AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
 use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
@@ -40,7 +40,7 @@ pub fn differentiate_explicitly_backwards<M: ParametricMechanism>(
     b: &[f64],
     settings: &Explicit,
     times: &[f64],
-    responses: &[Functional],
+    responses: &[AdjointFunctional],
 ) -> Result<DMatrix<f64>> {
     differentiate_explicitly_backwards_within(usize::MAX, model, b, settings, times, responses).map(|(rows, _)| rows)
 }
@@ -57,7 +57,7 @@ pub fn differentiate_explicitly_backwards_within<M: ParametricMechanism>(
     b: &[f64],
     settings: &Explicit,
     times: &[f64],
-    responses: &[Functional],
+    responses: &[AdjointFunctional],
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     let (_, recording) = simulate_with_recording(&model.build(b)?, settings, times, memory)?;
     differentiate_explicit_recording_backwards(model, b, settings, times, responses, &recording)
@@ -73,7 +73,7 @@ pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
     b: &[f64],
     settings: &Explicit,
     times: &[f64],
-    responses: &[Functional],
+    responses: &[AdjointFunctional],
     recording: &ExplicitRecording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     solve(&AdjointProblem::build(model, b, times, responses)?, settings, times, recording)

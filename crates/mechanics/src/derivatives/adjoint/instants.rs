@@ -8,7 +8,7 @@ use crate::derivatives::adjoint::adjoint_state::BATCH;
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
 use crate::derivatives::adjoint::element_vjp::ElementVjp;
 use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
-use crate::derivatives::adjoint::problem::{AdjointProblem, Functional};
+use crate::derivatives::adjoint::problem::{AdjointFunctional, AdjointProblem};
 use crate::derivatives::forward::instants::{factorize_equilibrium, for_each_driven_state, for_each_equilibrium};
 use crate::initial_conditions::Assembly;
 use crate::integrators::generalized_alpha::Prescribed;
@@ -36,7 +36,7 @@ pub fn differentiate_equilibria_backwards<M: ParametricMechanism>(
     b: &[f64],
     settings: &Statics,
     times: &[f64],
-    responses: &[Functional],
+    responses: &[AdjointFunctional],
 ) -> Result<DMatrix<f64>> {
     solve_equilibria(&AdjointProblem::build(model, b, times, responses)?, settings)
 }
@@ -56,7 +56,7 @@ pub fn differentiate_kinematics_backwards<M: ParametricMechanism>(
     b: &[f64],
     assembly: Assembly,
     times: &[f64],
-    responses: &[Functional],
+    responses: &[AdjointFunctional],
 ) -> Result<DMatrix<f64>> {
     solve_kinematics(&AdjointProblem::build(model, b, times, responses)?, assembly)
 }

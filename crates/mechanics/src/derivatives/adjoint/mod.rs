@@ -42,6 +42,6 @@ pub use explicit::differentiate_explicitly_backwards;
 pub use explicit::differentiate_explicitly_backwards_within;
 pub use instants::differentiate_equilibria_backwards;
 pub use instants::differentiate_kinematics_backwards;
-pub use problem::Functional;
+pub use problem::AdjointFunctional;
 pub use problem::ReplayStatistics;
 pub use problem::Weighted;

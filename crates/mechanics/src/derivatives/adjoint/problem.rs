@@ -24,12 +24,12 @@ pub struct Weighted {
 
 /// A response of a motion: a weighted sum of outputs at time points.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Functional {
+pub struct AdjointFunctional {
     /// The terms.
     pub terms: Vec<Weighted>,
 }
 
-impl Functional {
+impl AdjointFunctional {
     /// An output at one time point.
     pub fn at(output: usize, point: usize) -> Self {
         Self { terms: vec![Weighted { output, point, weight: 1.0 }] }
@@ -95,7 +95,7 @@ impl<'t> AdjointProblem<'t> {
         model: &M,
         b: &[f64],
         times: &'t [f64],
-        responses: &[Functional],
+        responses: &[AdjointFunctional],
     ) -> Result<Self> {
         let mechanism = model.build(b)?;
         check(responses, mechanism.outputs.len(), times.len())?;
@@ -176,7 +176,7 @@ fn add_last_outputs(problem: &AdjointProblem<'_>, steps: &mut impl ReverseSteps,
 }
 
 /// The terms of the responses by time point.
-fn terms_by_time(responses: &[Functional], times: usize) -> Vec<Vec<OutputTerm>> {
+fn terms_by_time(responses: &[AdjointFunctional], times: usize) -> Vec<Vec<OutputTerm>> {
     let mut by_time = vec![Vec::new(); times];
     for (k, response) in responses.iter().enumerate() {
         for term in &response.terms {
@@ -188,7 +188,7 @@ fn terms_by_time(responses: &[Functional], times: usize) -> Vec<Vec<OutputTerm>>
     by_time
 }
 
-fn check(responses: &[Functional], outputs: usize, points: usize) -> Result<()> {
+fn check(responses: &[AdjointFunctional], outputs: usize, points: usize) -> Result<()> {
     let terms = responses.iter().enumerate().flat_map(|(k, response)| response.terms.iter().map(move |term| (k, term)));
     let mut wrong = terms.filter(|(_, term)| term.output >= outputs || term.point >= points);
     wrong.next().map_or(Ok(()), |(k, term)| {

@@ -6,7 +6,7 @@ use mechanics::analyses::dynamics::check_times;
 use mechanics::analyses::kinematics::kinematics;
 use mechanics::analyses::statics::{Statics, equilibria};
 use mechanics::derivatives::adjoint::{
-    Functional, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
+    AdjointFunctional, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
 };
 use mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use mechanics::derivatives::history::SensitiveHistory;
@@ -67,7 +67,7 @@ pub trait InstantAnalysis: Send + Sync {
         model: &M,
         b: &[f64],
         times: &[f64],
-        responses: &[Functional],
+        responses: &[AdjointFunctional],
     ) -> Result<DMatrix<f64>>;
 }
 
@@ -105,7 +105,7 @@ macro_rules! impl_instant_analysis {
                 model: &M,
                 b: &[f64],
                 times: &[f64],
-                responses: &[Functional],
+                responses: &[AdjointFunctional],
             ) -> Result<DMatrix<f64>> {
                 $adjoint(model, b, $($deref)? self, times, responses)
             }
@@ -224,11 +224,11 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
 /// Rows of the wanted responses from `adjoint`, which receives them ordered by time point: those of one share a factorization.
 fn by_points(
     wanted: &[ResponseAt],
-    adjoint: impl FnOnce(&[Functional]) -> Result<DMatrix<f64>>,
+    adjoint: impl FnOnce(&[AdjointFunctional]) -> Result<DMatrix<f64>>,
 ) -> Result<DMatrix<f64>> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by_key(|&k| wanted[k].point);
-    let responses: Vec<_> = order.iter().map(|&k| Functional::at(wanted[k].response, wanted[k].point)).collect();
+    let responses: Vec<_> = order.iter().map(|&k| AdjointFunctional::at(wanted[k].response, wanted[k].point)).collect();
     let rows = adjoint(&responses)?;
     let mut sorted = DMatrix::zeros(rows.nrows(), rows.ncols());
     order.iter().enumerate().for_each(|(from, &to)| sorted.set_row(to, &rows.row(from)));

@@ -6,7 +6,7 @@ use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded, simul
 use mechanics::checkpointing::ExplicitRecording;
 use mechanics::checkpointing::recording::Recording;
 use mechanics::derivatives::adjoint::{
-    Functional, differentiate_backwards_within, differentiate_explicit_recording_backwards,
+    AdjointFunctional, differentiate_backwards_within, differentiate_explicit_recording_backwards,
     differentiate_explicitly_backwards_within, differentiate_recording_backwards,
 };
 use mechanics::derivatives::forward::dynamics::{differentiate, differentiate_recorded};
@@ -165,7 +165,8 @@ impl<M: ParametricMechanism> Transient<M> {
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         match method {
             Differentiation::Adjoint => {
-                let all: Vec<_> = wanted.iter().zip(places).map(|(i, at)| Functional::at(i.response, at)).collect();
+                let all: Vec<_> =
+                    wanted.iter().zip(places).map(|(i, at)| AdjointFunctional::at(i.response, at)).collect();
                 self.backwards(b, &times, stored, &all)
             }
             Differentiation::SemiAnalytical => {
@@ -214,7 +215,13 @@ impl<M: ParametricMechanism> Transient<M> {
     }
 
     /// Derivatives by the adjoint method from the stored steps, or from a new analysis.
-    fn backwards(&self, b: &[f64], times: &[f64], stored: &Responses, wanted: &[Functional]) -> Result<DMatrix<f64>> {
+    fn backwards(
+        &self,
+        b: &[f64],
+        times: &[f64],
+        stored: &Responses,
+        wanted: &[AdjointFunctional],
+    ) -> Result<DMatrix<f64>> {
         let model = &self.model;
         let (rows, _) = match (&self.settings, steps(stored, b)) {
             (Integration::Implicit(settings), Some(Steps::Implicit(steps))) => {
