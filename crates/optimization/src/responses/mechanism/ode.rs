@@ -83,12 +83,12 @@ impl<E: OdeModel> OdeResponses<E> {
         Ok(Self { model, settings, times: times.to_vec() })
     }
 
-    fn from_start(&self) -> Restarted<'_, E> {
+    fn restarted(&self) -> Restarted<'_, E> {
         Restarted { model: &self.model, state: None }
     }
 
     fn states(&self, b: &[f64]) -> Result<StoredStates> {
-        let history = integrate(&self.from_start(), b, &self.settings, &self.times)?;
+        let history = integrate(&self.restarted(), b, &self.settings, &self.times)?;
         let state = |p: usize| history.values.iter().map(|series| series[p]).collect();
         let states = (0..self.times.len()).map(state).collect();
         Ok(StoredStates { design: b.to_vec(), states, gradients: OnceLock::new() })
@@ -102,7 +102,7 @@ impl<E: OdeModel> OdeResponses<E> {
 
     fn gradients<'t>(&self, b: &[f64], trace: &'t StoredStates) -> Result<&'t Vec<Vec<Vec<f64>>>> {
         if trace.gradients.get().is_none() {
-            let gradients = differentiate_ode(&self.from_start(), b, &self.settings, &self.times)?.gradients;
+            let gradients = differentiate_ode(&self.restarted(), b, &self.settings, &self.times)?.gradients;
             return Ok(trace.gradients.get_or_init(|| gradients));
         }
         Ok(trace.gradients.get().expect("it is set above or before"))
