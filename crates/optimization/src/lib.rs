@@ -37,7 +37,6 @@
 pub mod approximation;
 pub mod cases;
 pub mod gradient_check;
-pub mod prelude;
 pub mod problem;
 pub mod responses;
 pub mod sao;
@@ -49,6 +48,19 @@ pub use mechanics;
 pub use nlp;
 
 pub use error::{Error, Result};
+
+/// The names that most programs need.
+///
+/// Analyses of mechanisms are in [`responses`], approximations in [`approximation`], and problems of the literature in
+/// [`cases`].
+pub mod prelude {
+    pub use crate::function;
+    pub use crate::problem::{
+        Analysis, ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid,
+    };
+    pub use crate::sao::{Method, Screening, State, Status, Stop};
+    pub use autodiff::Scalar;
+}
 
 /// The README's listing is a test.
 #[cfg(doctest)]
