@@ -1,10 +1,11 @@
-//! Responses of the analysed system, and the analysis that computes them.
+//! Responses of the analysed system, and the analysis that computes and differentiates them.
 
-use super::{ContinuousTime, GradientMethod, Intermediates};
+use super::Intermediates;
 use error::Result;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Declaration of one response r_h: a number, or a history over a time grid.
@@ -123,6 +124,20 @@ pub trait Analysis: Send + Sync {
     }
 }
 
+/// Responses as smooth functions of time, which an [`Analysis`] may offer in addition to its time points.
+///
+/// For an analysis that does not implement it, polynomials of fourth degree through five time points are used.
+pub trait ContinuousTime: Send + Sync {
+    /// r, ṙ and r̈ of response `h` at time `t`.
+    fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]>;
+    /// ∂r/∂b and ∂ṙ/∂b of response `h` at time `t` (length n each).
+    fn rate_sensitivities(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]>;
+    /// ∂²r/∂b² of response `h` at time `t` (n × n), if the analysis offers it.
+    fn curvature(&self, _b: &[f64], _responses: &Responses, _h: usize, _t: f64) -> Result<Option<DMatrix<f64>>> {
+        Ok(None)
+    }
+}
+
 impl<A: Analysis + ?Sized> Analysis for &A {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         (**self).analyze(b)
@@ -146,5 +161,75 @@ impl<A: Analysis + ?Sized> Analysis for &A {
 
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         (**self).continuous()
+    }
+}
+
+/// ∂r/∂b from a step, a design, its responses and the wanted ones, as [`Analysis::sensitivities`].
+type Differentiate<'a> = Box<dyn Fn(f64, &[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a>;
+
+/// A method of differentiating an analysis.
+pub struct GradientMethod<'a> {
+    /// Name, for tables and model files.
+    pub name: &'static str,
+    /// Relative step of differences; `None` for an exact method.
+    pub step: Option<f64>,
+    differentiate: Differentiate<'a>,
+}
+
+impl<'a> GradientMethod<'a> {
+    /// A method that is exact up to rounding.
+    pub fn exact(
+        name: &'static str,
+        differentiate: impl Fn(&[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
+    ) -> Self {
+        let differentiate = move |_: f64, b: &[f64], r: &Responses, wanted: &[ResponseAt]| differentiate(b, r, wanted);
+        Self { name, step: None, differentiate: Box::new(differentiate) }
+    }
+
+    /// A finite-difference method with a relative step, `step` by default.
+    pub fn approximate(
+        name: &'static str,
+        step: f64,
+        differentiate: impl Fn(f64, &[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
+    ) -> Self {
+        Self { name, step: Some(step), differentiate: Box::new(differentiate) }
+    }
+
+    /// The sensitivities of an analysis itself.
+    pub fn of(name: &'static str, analysis: &'a dyn Analysis) -> Self {
+        Self::exact(name, move |b, responses, wanted| analysis.sensitivities(b, responses, wanted))
+    }
+
+    /// Replaces the step, if the method has one.
+    pub fn with_step(self, step: f64) -> Self {
+        Self { step: self.step.map(|_| step), ..self }
+    }
+
+    /// ∂r/∂b of the wanted responses at the design `b`, one row for each; `responses` are those of the analysis at `b`.
+    pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        (self.differentiate)(self.step.unwrap_or_default(), b, responses, wanted)
+    }
+
+    /// Estimated errors of these sensitivities: zero for an exact method.
+    ///
+    /// For a method with a step it is the largest change by a step four times as long, over all wanted time points of a
+    /// response and all design variables by their size. One change alone may be small by chance.
+    pub fn uncertainty(
+        &self,
+        found: &DMatrix<f64>,
+        b: &[f64],
+        responses: &Responses,
+        wanted: &[ResponseAt],
+    ) -> Result<DMatrix<f64>> {
+        let Some(step) = self.step else { return Ok(DMatrix::zeros(found.nrows(), found.ncols())) };
+        let change = (self.differentiate)(4.0 * step, b, responses, wanted)? - found;
+        let size = |i: usize| if b[i] == 0.0 { 1.0 } else { b[i].abs() };
+        let of_row = |row: usize| (0..b.len()).map(|i| change[(row, i)].abs() * size(i)).fold(0.0, f64::max);
+        let mut worst = BTreeMap::new();
+        for (row, at) in wanted.iter().enumerate() {
+            let worst = worst.entry(at.response).or_insert(0.0f64);
+            *worst = worst.max(of_row(row));
+        }
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), |row, i| worst[&wanted[row].response] / size(i)))
     }
 }

@@ -1,34 +1,11 @@
 //! Responses between time points, and the local maxima of constraints in continuous time.
 
-use super::{Problem, Quantity, ResponseAt, Responses, RowId};
+use super::{PeakTime, Problem, Quantity, ResponseAt, Responses, RowId};
 use autodiff::{BLOCK, Dual, HyperDual, WIDTH, partials, seed};
 use error::Result;
 use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
 use num_dual::Derivative;
 use serde::{Deserialize, Serialize};
-
-/// Responses as smooth functions of time, which an [`Analysis`](super::Analysis) may offer in addition to its time points.
-///
-/// For an analysis that does not implement it, polynomials of fourth degree through five time points are used.
-pub trait ContinuousTime: Send + Sync {
-    /// r, ṙ and r̈ of response `h` at time `t`.
-    fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]>;
-    /// ∂r/∂b and ∂ṙ/∂b of response `h` at time `t` (length n each).
-    fn rate_sensitivities(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[Vec<f64>; 2]>;
-    /// ∂²r/∂b² of response `h` at time `t` (n × n), if the analysis offers it.
-    fn curvature(&self, _b: &[f64], _responses: &Responses, _h: usize, _t: f64) -> Result<Option<DMatrix<f64>>> {
-        Ok(None)
-    }
-}
-
-/// A local maximum of a constraint in continuous time, in units of the normalized ĝ.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PeakTime {
-    /// The constraint, and the time point that is the maximum among its neighbours.
-    pub row: RowId,
-    /// The time of the maximum itself.
-    pub time: f64,
-}
 
 /// A local maximum with its derivatives: of ĝ over design and time, and of the responses over the design.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,13 +30,6 @@ pub struct Peak {
     pub cross: Vec<f64>,
     /// Largest shifts of the maximum to earlier and to later times: to the next minimum or the end of the interval.
     pub reach: [f64; 2],
-}
-
-/// Local maxima of a history, always with its first and last point. A plateau counts once.
-pub(crate) fn maxima(g: &[f64]) -> Vec<usize> {
-    let last = g.len() - 1;
-    let is_maximum = |p: usize| p == 0 || p == last || (g[p] > g[p - 1] && g[p] >= g[p + 1]);
-    (0..=last).filter(|&p| is_maximum(p)).collect()
 }
 
 /// The design, with first derivatives by the block of variables from `start`.
@@ -305,11 +275,5 @@ mod tests {
         assert!((sum(0) - f(0.7)).abs() < 1e-14);
         assert!((sum(1) - (4.0 * 0.7f64.powi(3) - 2.0)).abs() < 1e-13);
         assert!((sum(2) - 12.0 * 0.49).abs() < 1e-12);
-    }
-
-    #[test]
-    fn ends_count_and_plateaus_count_once() {
-        assert_eq!(maxima(&[0.8, 0.9, 0.2, 0.8, 0.75]), [0, 1, 3, 4]);
-        assert_eq!(maxima(&[0.0, 0.9, 0.9, 0.0]), [0, 1, 3]);
     }
 }

@@ -1,6 +1,6 @@
 //! Values of objective and constraints at one design.
 
-use super::{PeakTime, Responses};
+use super::Responses;
 use serde::{Deserialize, Serialize};
 
 /// Objective and constraints at one design.
@@ -40,6 +40,15 @@ pub struct RowId {
     pub constraint: usize,
     /// Index p of the time point, 0 for a time-independent constraint.
     pub point: usize,
+}
+
+/// A local maximum of a constraint in continuous time, in units of the normalized ĝ.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PeakTime {
+    /// The constraint, and the time point that is the maximum among its neighbours.
+    pub row: RowId,
+    /// The time of the maximum itself.
+    pub time: f64,
 }
 
 impl Evaluation {
@@ -92,4 +101,22 @@ impl Evaluation {
 /// The violation of a row ĝ − 1 ≤ 0, or ĝ − 1 = 0.
 pub(crate) fn violation(is_equality: bool, row: f64) -> f64 {
     if is_equality { row.abs() } else { row }
+}
+
+/// Local maxima of a history, always with its first and last point. A plateau counts once.
+pub(crate) fn maxima(g: &[f64]) -> Vec<usize> {
+    let last = g.len() - 1;
+    let is_maximum = |p: usize| p == 0 || p == last || (g[p] > g[p - 1] && g[p] >= g[p + 1]);
+    (0..=last).filter(|&p| is_maximum(p)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_count_and_plateaus_count_once() {
+        assert_eq!(maxima(&[0.8, 0.9, 0.2, 0.8, 0.75]), [0, 1, 3, 4]);
+        assert_eq!(maxima(&[0.0, 0.9, 0.9, 0.0]), [0, 1, 3]);
+    }
 }

@@ -1,11 +1,11 @@
 //! The optimization problem (1)–(3), and its evaluation in plain numbers.
 
-use super::continuous_time::{PeakTime, maxima};
 use super::quantity::{QuantityForm, SignedQuantity};
 use super::{
     Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, Quantity, Response,
     Responses, RowId, TimeGrid,
 };
+use super::{PeakTime, maxima};
 use error::{Error, Result};
 use std::collections::HashSet;
 

@@ -1,6 +1,6 @@
 //! The state of a run: one record that can be written to a file.
 
-use super::{Cycle, GlobalizationState, Status};
+use super::{Cycle, GlobalizationState};
 use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
@@ -9,6 +9,29 @@ use std::path::Path;
 
 /// Version of the state file; a file of another version is rejected.
 pub const STATE_VERSION: u32 = 2;
+
+/// The status of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Status {
+    /// The run is not at its end.
+    Running,
+    /// The objective has settled, no constraint is violated, and the optimality conditions hold.
+    Converged,
+    /// The largest number of cycles is reached.
+    CycleLimit,
+    /// The move limits have become too small without an acceptable design.
+    Stalled,
+    /// The design has settled where constraints are violated.
+    Infeasible,
+}
+
+impl Status {
+    /// True if the last design is a solution.
+    pub fn is_success(self) -> bool {
+        self == Self::Converged
+    }
+}
 
 /// Numbers of analyses and iterations, counted as in the paper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
