@@ -89,7 +89,7 @@ impl CheckedDerivative {
                 format!("two analyses of this design differ by {drift:.1e}: make the analysis a pure function of the design")
             }
             GradientStatus::Unclear if self.difference.is_none() => {
-                "designs next to this one cannot be analysed: move the design away from there".to_owned()
+                "the neighbouring designs cannot be analysed: move the design away from there".to_owned()
             }
             GradientStatus::Unclear => {
                 let error = self.difference.map_or(f64::NAN, |slope| slope.error);
