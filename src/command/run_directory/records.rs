@@ -246,3 +246,30 @@ fn nearest(problem: &Problem, state: &State, row: RowId) -> Nearest {
         time: grid.map(|g| problem.grids[g].points[row.point]),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines of the summary of a run that minimizes `weight`, with the design variables `weight` and `angle`.
+    fn lines(peak_bound: &str) -> Vec<String> {
+        let text = format!(
+            r#"{{ "event": "end", "version": 1, "program": "0.1.0", "title": "arm", "fingerprint": "0", "status": "Converged",
+            "reason": "done", "cycles": 1, "tries": 1, "analyses": 2, "sensitivity_analyses": 1, "subproblem_iterations": 3,
+            "objective": {{ "name": "weight", "unit": "kg", "value": 2.0 }}, {peak_bound} "violation_pct": -1.0,
+            "design": [{{ "name": "weight", "unit": "kg", "value": 2.0 }}, {{ "name": "angle", "unit": "rad", "value": 0.5 }}],
+            "constraints": [], "edits": [] }}"#
+        );
+        let summary: Summary = serde_json::from_str(&text).unwrap();
+        summary.text().lines().map(|line| line.split_whitespace().next().unwrap_or_default().to_owned()).collect()
+    }
+
+    #[test]
+    fn only_the_variable_that_bounds_a_peak_is_left_out_of_the_design() {
+        let shown = |peak_bound: &str| lines(peak_bound).into_iter().filter(|name| name == "weight").count();
+        assert_eq!(shown(r#""peak_bound": "weight","#), 1);
+        // A variable that is minimized itself is a part of the design, too.
+        assert_eq!(shown(""), 2);
+        assert!(lines("").contains(&"angle".to_owned()));
+    }
+}
