@@ -2,7 +2,7 @@
 //! `cargo run --example cutoffs`.
 //!
 //! Screening omits constraints below a fraction of their limit, the cut-off. The paper uses 70 %, and 50 % for the four-bar
-//! mechanism. A higher cut-off retains fewer constraints. If it is too high, an omitted constraint is violated within one step.
+//! mechanism. A higher cut-off retains fewer constraints. If it is too high, a step may violate an omitted constraint.
 
 use linkwright::Result;
 use linkwright::cases::impact_absorber;

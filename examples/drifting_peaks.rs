@@ -1,4 +1,4 @@
-//! Compares four treatments of constraints over time; moving peaks need one row each and leave no violation between time points:
+//! Compares four treatments of constraints over time; moving peaks need one row each and hardly violate limits between time points:
 //! `cargo run --release --example drifting_peaks`.
 //!
 //! The treatments are one time point for each maximum, several time points as in the paper, peaks between the time points at fixed
@@ -31,7 +31,7 @@ fn main() -> Result<()> {
     let columns =
         ["problem", "constraints", "end", "cycles", "analyses", "sign changes", "most rows", "F", "V at all times"];
     let mut table = Table::new("Linear approximations, stop at 1e-6, at most 60 cycles", columns);
-    // The four-bar's analysis gives values at time points only; polynomials through five of them interpolate.
+    // The four-bar's analysis returns values at time points only; polynomials through five points interpolate them.
     let problems: [(&str, Make); 5] = [
         ("absorber, peak", impact_absorber::peak_acceleration),
         ("absorber, comfort", impact_absorber::comfort),

@@ -1,10 +1,10 @@
-//! Compares five formulations of the constraint g(b, t) ≤ c for all t; time points near maxima need the least work:
+//! Compares five formulations of the constraint g(b, t) ≤ c for all t; time points near maxima need few rows and few cycles:
 //! `cargo run --example equivalent_constraints`.
 //!
 //! The formulations are the full grid (5), the integral equivalent (6), an envelope as an instance of (7), critical time points
 //! alone (8), and time points near maxima (Section 4 of Etman, van Campen & Schoofs, 1998). They are applied to the displacement
-//! limits of the impact absorber with comfort criterion. The gradient of the integral vanishes wherever no limit is
-//! exceeded, so its linearization has no effect there.
+//! limits of the impact absorber with the comfort criterion. The gradient of the integral is zero wherever no limit is
+//! exceeded, so its linearization does not constrain the step there.
 
 use linkwright::Result;
 use linkwright::cases::impact_absorber::{DISPLACEMENT, comfort, comfort_optimum};

@@ -1,5 +1,5 @@
 //! Shows the effect of each part of the method on the flexible four-bar mechanism, from one start and from 40, and that
-//! `robust_method` converges from nearly all of them: `cargo run --release --example four_bar_variants`.
+//! `robust_method` converges from nearly all 40: `cargo run --release --example four_bar_variants`.
 
 use linkwright::Result;
 use linkwright::cases::four_bar::{DerivativeMethod, Linearized, StressConstrained, method, robust_method};
@@ -15,7 +15,7 @@ type Make = dyn Fn() -> Method + Sync;
 const STARTS: RangeInclusive<u32> = 1..=40;
 const FRESH: RangeInclusive<u32> = 1001..=1040;
 
-/// A solver that keeps its start if no design within the move limits is feasible.
+/// A solver that returns its start if the approximate problem has no feasible design within the move limits.
 struct Inelastic(Automatic);
 
 impl SubproblemSolver for Inelastic {
@@ -43,7 +43,8 @@ fn run(name: &str, setup: &StressConstrained, method: &Method) -> Result<State> 
     Ok(end)
 }
 
-/// Runs 40 starts spread evenly within 5 % of the paper's start; number of converged runs and median of the cycles.
+/// Runs the method from 40 starts, spread evenly within 5 % of the paper's start. Returns the number of converged runs and the median
+/// of the cycles.
 fn study(name: &str, setup: &StressConstrained, method: &Make, starts: RangeInclusive<u32>) -> Result<(usize, usize)> {
     let start = |k: u32| [0.8191725, 0.6710436, 0.5497005].map(|a| 356.8 * (0.95 + 0.1 * (f64::from(k) * a).fract()));
     let solve = |k: u32| method().solve(&setup.clone().from_mm(start(k)).problem()?, |_| ());

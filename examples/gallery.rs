@@ -1,7 +1,8 @@
-//! Every kind of plot, from closed forms: `cargo run --example gallery [FOLDER]`.
+//! Most kinds of plots, from closed forms and printed numbers: `cargo run --example gallery -- [FOLDER]`.
 //!
-//! The impact absorber is that of Etman, van Campen and Schoofs, *Multibody System Dynamics* 2 (1998), Section 6.1:
-//! a unit mass with a spring and a damper, released at 1 m/s; its paths are the printed ones of Tables I and II.
+//! The impact absorber is that of Etman, van Campen & Schoofs, *Multibody System Dynamics* 2 (1998), Section 6.1:
+//! a mass of 1 kg on a spring and a damper with the initial velocity 1 m/s. The designs are the printed ones of Tables I and II. The
+//! stress field and the performance profile have invented numbers.
 
 use std::path::Path;
 
@@ -131,7 +132,7 @@ fn figure_6() -> Result<Figure> {
     })
 }
 
-/// One turn of the crank in three seconds, with the first design and the optimum side by side.
+/// One revolution of the crank in three seconds, with the first design and the optimum side by side.
 fn animation() -> Result<Animation> {
     let times: Vec<f64> = (0..90).map(|k| f64::from(k) / 30.0).collect();
     let scene = |title: &str, b: &[f64; 8]| Scene {
@@ -189,7 +190,7 @@ fn history() -> Result<Figure> {
     })
 }
 
-/// A travelling bending wave.
+/// An invented bending stress: a vibration at two frequencies.
 fn field() -> Result<Figure> {
     let wave = |scale: f64, length: f64| {
         Grid::sample([0.2, 0.4], [0.0, length], [201, 21], move |t, s| {
@@ -214,7 +215,7 @@ fn profile() -> Result<Figure> {
         "analyses",
         &[
             Solver { name: "slp", costs: &[6.0, 9.0, 12.0, 19.0, 14.0, 30.0] },
-            Solver { name: "drift-corrected peak", costs: &[6.0, 8.0, 12.0, 15.0, 12.0, 22.0] },
+            Solver { name: "moving peaks", costs: &[6.0, 8.0, 12.0, 15.0, 12.0, 22.0] },
             Solver { name: "conservative (GCMMA)", costs: &[9.0, 12.0, 31.0, fail, 12.0, 18.0] },
             Solver { name: "direct SQP", costs: &[9.0, 23.0, 44.0, fail, 20.0, 41.0] },
         ],

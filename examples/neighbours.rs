@@ -1,8 +1,8 @@
-//! Shows that two time points on each side of a maximum suffice, and that a single one makes the run oscillate:
+//! Shows that one or two neighbouring time points on each side of a maximum suffice, and that without them the run oscillates:
 //! `cargo run --example neighbours`.
 //!
 //! The paper retains two time points before and two after each local maximum. With none, the maximum alternates between
-//! neighbouring time points from cycle to cycle. More of them only make the subproblem larger.
+//! neighbouring time points from cycle to cycle. More than two only make the subproblem larger.
 
 use linkwright::Result;
 use linkwright::cases::impact_absorber;

@@ -3,7 +3,7 @@
 //! Etman, van Campen & Schoofs (1998), Section 6.1, repeat Table I with a single time point constraint for each local
 //! maximum. The run takes 18 cycles instead of five, a move limit is always active, and the design oscillates. The reason is that
 //! the maxima of the acceleration shift in time with the design. At the optimum two neighbouring time points have the same
-//! value, but only one of them is retained, so the other one grows in each cycle. Only shrinking move limits end this.
+//! value, but only one of them is retained, so the other one increases in each cycle. Only smaller move limits end the oscillation.
 
 use linkwright::Result;
 use linkwright::cases::impact_absorber;
@@ -36,10 +36,10 @@ fn main() -> Result<()> {
         let Cycle { violation_pct, active_limits, retained, .. } = cycle;
         println!("{:>5} {k:>9.5} {c:>9.5} {violation_pct:>8.4} {active_limits:>6} {:>13}", cycle.cycle, retained.len());
     }
-    println!("\n{:<26} {:>6} {:>10} {:>12}", "", "cycles", "reversals", "F [m/s²]");
+    println!("\n{:<26} {:>6} {:>12} {:>12}", "", "cycles", "sign changes", "F [m/s²]");
     for (name, state) in [("one time point (paper: 18)", &alone), ("two neighbours (paper: 5)", &neighbours)] {
         println!(
-            "{name:<26} {:>6} {:>10} {:>12.6}",
+            "{name:<26} {:>6} {:>12} {:>12.6}",
             state.cycles(),
             sign_changes(state, 0),
             state.evaluation.objective

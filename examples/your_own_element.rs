@@ -1,4 +1,4 @@
-//! An element from outside the crate: a spring that stiffens with time, and the exact derivatives that come with it.
+//! An element defined outside the crate: a spring that stiffens with time, with exact derivatives by automatic differentiation.
 //!
 //! `cargo run --example your_own_element`
 
@@ -47,7 +47,7 @@ impl Element for HardeningSpring {
     }
 }
 
-/// A cart of 2 kg on that spring, pulled out by 0.1 m.
+/// A cart of 2 kg on that spring, released from rest at 0.1 m; the design variables are k in N/m and r in 1/s.
 struct Cart;
 
 impl ParametricMechanism for Cart {

@@ -1,11 +1,11 @@
 //! A new problem from scratch: `cargo run --example your_own_problem`.
 //!
-//! Throw a ball over a house of height h and width w with the least speed. Where to stand, how fast, how steep? The ball
-//! flies y(x) = x tan θ − g x² / (2 v² cos² θ) and must be above the roof at each of 41 positions, so that the "time" of
-//! this problem is a position. At the height of the roof the ball needs v² = g w, at 45°, to span the width; hence
-//! v² = g (w + 2 h) on the ground, which with w = 2 h is 20 g here, at 60°, standing h (√3 − 1) from the wall.
+//! A ball is thrown over a house of height h and width w with the least speed. The design variables are the distance from the wall, the
+//! speed v and the angle θ. The ball flies y(x) = x tan θ − g x² / (2 v² cos² θ) and must be above the roof at 41 positions, so
+//! the "time" of this problem is a position. At the height of the roof the ball needs at least v² = g w, at 45°, to cross the width,
+//! hence v² = g (w + 2 h) at the ground. Here w = 2 h = 10 m: v² = 20 m · g, the angle is 60°, the distance h (√3 − 1).
 //!
-//! Height is far from linear in distance, speed and angle, but exactly linear in the coefficients of the parabola. With these
+//! The height is far from linear in distance, speed and angle, but exactly linear in the coefficients of the parabola. With these
 //! as intermediate variables the approximation is exact.
 
 use linkwright::Result;
@@ -17,7 +17,7 @@ const HEIGHT: f64 = 5.0;
 const WIDTH: f64 = 10.0;
 const GRAVITY: f64 = 9.81;
 
-/// y = c₀ + c₁ s + c₂ s² at distance s behind the front wall.
+/// Coefficients of y = c₀ + c₁ s + c₂ s² in m, at the distance s in m behind the front wall.
 struct Parabola;
 
 impl IntermediateMap for Parabola {

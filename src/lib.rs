@@ -14,8 +14,8 @@
 //!
 //! # Modules
 //!
-//! Modules depend only on those below them in the table. [`nlp`] and `mechanics` are crates of their own that do not depend on
-//! each other.
+//! Modules depend only on those below them in the table. [`cases`] to [`storage`] are modules of `linkwright-optimization`; the last
+//! four are crates. [`nlp`] and `mechanics` do not depend on each other.
 //!
 //! | module | contents | feature |
 //! |---|---|---|
@@ -29,6 +29,7 @@
 //! | [`responses`] | analyses: finite differences of any analysis, and mechanisms | `mechanics` for the latter |
 //! | [`gradient_check`] | derivatives by all methods of an analysis, compared with finite differences | |
 //! | [`problem`] | design variables, time grids, responses, objective, constraints, the trait of an analysis | |
+//! | [`storage`] | hashes, and files that are written completely or not at all | |
 //! | `mechanics` | planar mechanisms, their analyses, and exact derivatives of these | `mechanics` |
 //! | [`nlp`] | programs (linear, quadratic, conic, separable, general), solvers, and an independent KKT check | |
 //! | [`autodiff`] | numbers that carry derivatives or polynomial degrees | |
@@ -36,7 +37,7 @@
 //!
 //! # Examples
 //!
-//! Stiffness and damping of an impact absorber that minimize the peak acceleration, while the mass travels at most one
+//! Stiffness and damping of an impact absorber that minimize the peak acceleration of a mass that may travel at most one
 //! metre: six analyses and five sensitivity analyses, as in the paper's Table I.
 //!
 //! ```

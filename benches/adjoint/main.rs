@@ -78,7 +78,7 @@ fn print_gradients(steps: &str, links: usize, [unit, direct, one, eight]: [f64; 
     println!("| {steps} | {links} | {} | {:.2} | {direct:.2} | {one:.2} | {eight:.2} |", 2 * links, unit * 1e3);
 }
 
-/// Prints the cost of a limited memory for a chain of eight links over 20 000 implicit steps.
+/// Prints the cost of a limited memory for a chain of eight links over 10 000 implicit steps.
 fn memory() {
     let model = Chain { energies: false, ..Chain::horizontal(8) };
     let (b, settings, times) = (model.equal_links(), Dynamics::fixed(1e-4), [1.0]);

@@ -8,14 +8,14 @@ use error::{Error, Result};
 
 /// A paper whose tables and figures are regenerated and compared with the printed ones.
 ///
-/// A paper is a value without fields in a folder of its own, listed in [`papers`](super::papers). The command
-/// `linkwright reproduce NAME` prints its tables and writes tables, figures, animations and a summary of its runs.
+/// A paper is a unit struct in its own folder, listed in [`papers`](super::papers). The command `linkwright reproduce NAME` prints
+/// its tables and writes tables, figures, animations and a summary of the runs.
 pub trait Paper: Send + Sync {
-    /// Name on the command line: first author and year, as `etman-1998`.
+    /// Name on the command line: first author and year, such as `etman-1998`.
     fn name(&self) -> &'static str;
     /// Authors, journal, volume, year, pages and DOI.
     fn reference(&self) -> &'static str;
-    /// Reproduced content, in one line.
+    /// Methods and problems that are reproduced, in one line.
     fn description(&self) -> &'static str;
     /// The tables that can be regenerated, in order.
     fn tables(&self) -> &'static [PaperTable];
@@ -60,7 +60,7 @@ pub type Observer<'a> = dyn FnMut(&str, &State) + 'a;
 pub struct ReproducedTable {
     /// File stem: `table1`.
     pub name: &'static str,
-    /// Our table, with the columns of the printed one.
+    /// Computed table, with the columns of the printed one.
     pub table: Table,
     /// The printed table; `None` if the paper does not have this table in this form.
     pub printed: Option<Printed>,
@@ -103,7 +103,7 @@ impl ReproducedRun {
 }
 
 impl ReproducedTable {
-    /// Comparison of our table with the printed one; our table alone if there is no printed one.
+    /// Comparison of the computed table with the printed one; the computed table alone if there is no printed one.
     ///
     /// # Errors
     /// [`Error::Definition`] if the two tables have different columns.

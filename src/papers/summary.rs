@@ -51,7 +51,7 @@ pub struct RunSummary {
     pub design: Vec<VariableValue>,
     /// Active constraints at the final design, by name and time, with their multipliers.
     pub active: Vec<ActiveConstraint>,
-    /// Number of printed values of the table that have a counterpart of ours.
+    /// Number of printed values of the table that have a computed counterpart.
     pub compared: usize,
     /// Number of these whose printed digits differ.
     pub differing: usize,
@@ -75,7 +75,7 @@ pub struct VariableValue {
 pub struct ActiveConstraint {
     /// Constraint and time in words.
     pub constraint: String,
-    /// ∂F/∂ĝ.
+    /// Multiplier λ in the Lagrangian F + Σ λ (ĝ − 1), in the unit of the objective; non-negative for inequalities.
     pub multiplier: f64,
 }
 

@@ -11,11 +11,12 @@ const WORK: &str = "analyses + sensitivity analyses";
 
 /// Table with a row for each method: first those that reach a known optimum, with increasing work.
 ///
-/// Columns: status; work to the known optimum (analyses and sensitivity analyses up to the first design within 1e-5);
-/// accepted cycles and work to the end; objective, violation, KKT residual, and relative distance from the optimum at the end.
+/// Columns: conclusion; analyses and sensitivity analyses (gradients) up to the first design at the known optimum, within 1e-5 or
+/// the uncertainty of the optimum; accepted cycles, analyses and sensitivity analyses of the whole run; at its end the objective F, the
+/// largest violation V as a fraction, the KKT residual, and F/F* − 1.
 ///
 /// # Errors
-/// None: every row has a cell for each column.
+/// Never fails: every row has a cell for each column.
 pub fn table(entry: &CatalogueEntry, attempts: &[Attempt]) -> Result<Table> {
     let columns = [
         "method",
@@ -69,9 +70,11 @@ pub fn distances(attempts: &[Attempt]) -> Result<Figure> {
     approach(WORK, &lines)
 }
 
-/// Draws the performance profile over problems. The cost is the work to the known optimum, infinite without convergence to it.
+/// Draws the performance profile over problems. The cost is the work to the known optimum (analyses + sensitivity analyses), infinite
+/// without convergence to it.
 ///
-/// `problems` has the attempts of the same methods in the same order for each problem. Problems that no method solves are omitted.
+/// `problems` contains, for each problem, the attempts of the same methods in the same order. Problems that no method solves are
+/// omitted.
 ///
 /// # Errors
 /// If no method solves any problem, or the methods differ between problems.
@@ -89,7 +92,7 @@ pub fn profile(problems: &[Vec<Attempt>]) -> Result<Figure> {
     Ok(performance_profile(WORK, &solvers)?.sized(150.0, 140.0))
 }
 
-/// Counts of successes and failures of each method, and its median work relative to the best method.
+/// Table of each method's successes and failures, and of its median work relative to the least work on each problem.
 ///
 /// # Errors
 /// If the methods differ between problems.

@@ -26,7 +26,7 @@ trait Residual: Copy {
     fn rows<T: Scalar>(self, x: &[T; 18], rows: &mut [T; 8]);
 }
 
-/// Position and velocity of a point of a body, and its lever arm.
+/// Position and velocity of a point of a body, and its lever arm from the centre of mass.
 fn point<T: Scalar>([x, y, theta]: [T; 3], [vx, vy, spin]: [T; 3], [px, py]: [T; 2]) -> [[T; 2]; 3] {
     let (sin, cos) = theta.sin_cos();
     let lever = [cos * px - sin * py, sin * px + cos * py];
@@ -88,7 +88,7 @@ fn job<T: Scalar>(residual: impl Residual, variable: impl Fn(usize, f64) -> T) -
     }
 }
 
-/// Prints our time, and if there is one num-dual's time and its ratio to ours.
+/// Prints the time of the first job, and for every other job its time and the ratio to the first.
 fn compare<const N: usize>(what: &str, jobs: [&mut dyn FnMut(); N]) {
     let times = cpu::in_turns(5, jobs).map(|seconds| seconds / REPETITIONS as f64 * 1e9);
     print!("  {what:<50} {:8.1} ns", times[0]);

@@ -7,7 +7,8 @@
 /// * `chain(self, f: f64, df: f64, ddf: impl FnOnce() -> f64)`: the value `f` and derivatives `df` and `ddf` of a smooth
 ///   function at `self.re`;
 /// * `angle(self, x: Self)`: atan2(self, x);
-/// * `power(self, i32)` and `kinked(self, f64)`: integer powers, and ±self with the derivative's sign;
+/// * `power(self, n: i32)`: the integer power selfⁿ;
+/// * `kinked(self, sign: f64)`: |self| = sign · self, with the sign of the value;
 /// * `scaled(self, f64)`: multiplication by a constant.
 macro_rules! impl_scalar {
     ([$($gen:tt)*] $t:ty, order = $order:expr) => {

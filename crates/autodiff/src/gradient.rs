@@ -7,7 +7,7 @@ use crate::{BLOCK, Dual, HyperDual, WIDTH};
 use nalgebra::{Const, DMatrix, U1};
 use rayon::prelude::*;
 
-/// Dual numbers with the values `x`, seeded in the variables `first .. first + WIDTH`.
+/// Dual numbers with the values `x`; derivative k is that with respect to variable `first + k`, for k below [`WIDTH`].
 pub fn seed(x: &[f64], first: usize) -> Vec<Dual> {
     let dual = |(i, &v): (usize, &f64)| match i.checked_sub(first) {
         Some(k) if k < WIDTH => Dual::from_re(v).derivative(k),
@@ -16,7 +16,7 @@ pub fn seed(x: &[f64], first: usize) -> Vec<Dual> {
     x.iter().enumerate().map(dual).collect()
 }
 
-/// First derivatives of `value` with respect to the first `count` seeded variables, at most [`WIDTH`].
+/// First derivatives of `value` with respect to the first `count` variables of [`seed`], at most [`WIDTH`].
 pub fn partials(value: &Dual, count: usize) -> Vec<f64> {
     value.eps.unwrap_generic(Const::<WIDTH>, U1).as_slice()[..count.min(WIDTH)].to_vec()
 }

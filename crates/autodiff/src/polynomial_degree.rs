@@ -1,13 +1,13 @@
-//! A number that carries a polynomial degree, by which the structure of a problem is recognized.
+//! A number that carries a polynomial degree, for the recognition of linear and quadratic functions.
 
 use crate::chain_rule::impl_scalar;
 use std::fmt;
 
 /// A value together with the polynomial degree of the expression that made it.
 ///
-/// Constants have degree 0 and variables degree 1. A sum has the larger degree, a product the sum of the degrees. Every
-/// other function of an expression that is not constant is [`PolynomialDegree::NONLINEAR`]. Where a function branches on
-/// the value, the degree is that of the branch taken.
+/// Constants have degree 0 and variables degree 1. A sum has the larger degree, even if terms cancel; a product has the sum of the
+/// degrees. Every other function of an expression that is not constant is [`PolynomialDegree::NONLINEAR`]. Where a function
+/// branches on the value, the degree is that of the branch taken.
 ///
 /// # Examples
 ///
@@ -26,7 +26,7 @@ pub struct PolynomialDegree {
     pub degree: u8,
 }
 
-/// Polynomial degree of `f` in all variables together, on the branch taken at `x`.
+/// Polynomial degree of `f` in all variables together, on the branch taken at `x`; see [`PolynomialDegree`] for the rules.
 pub fn degree(f: impl Fn(&[PolynomialDegree]) -> PolynomialDegree, x: &[f64]) -> u8 {
     f(&x.iter().map(|&v| PolynomialDegree::variable(v)).collect::<Vec<_>>()).degree
 }

@@ -55,12 +55,12 @@ fn variables() -> [QuantityLabel; 2] {
     [QuantityLabel::new("*b*_1", "N m^{-1}"), QuantityLabel::new("*b*_2", "N s m^{-1}")]
 }
 
-/// Samples a function of stiffness and damping on the plane of the figures.
+/// Samples a function of stiffness and damping on 81 × 81 designs of the unit square.
 fn sampled(f: impl Fn(f64, f64) -> f64) -> Result<Grid> {
     Grid::sample([0.0, 1.0], [0.0, 1.0], [81, 81], f)
 }
 
-/// The largest |displacement| or |acceleration| on 401 time points.
+/// Largest magnitude of displacement (m) or acceleration (m/s²) over 401 time points from 0 to 12 s.
 fn largest(k: f64, c: f64, which: usize) -> f64 {
     (0..401).map(|p| motion(k, c, 0.03 * f64::from(p))[which].abs()).fold(0.0, f64::max)
 }
@@ -102,7 +102,7 @@ fn figure5(run: &ReproducedRun) -> Result<Figure> {
     in_the_plane(run, "comfort criterion [m^2 s^{-4}]", &sampled(square)?, &levels)
 }
 
-/// Displacement and acceleration constraints at every 0.25 s near the optimum, for the optimal b₃.
+/// Upper displacement and lower acceleration constraints every 0.25 s, near the optimum, for the optimal b₃.
 fn figure4(run: &ReproducedRun) -> Result<Figure> {
     let [low, high] = [[0.25, 0.4], [0.5, 0.6]];
     let excesses = |which: usize, limit: f64, sign: f64| -> Result<Vec<Grid>> {
@@ -128,7 +128,7 @@ fn figure4(run: &ReproducedRun) -> Result<Figure> {
     })
 }
 
-/// Coupler point and drawing of the slider-crank of a design at a crank rotation in radians.
+/// Coupler point and drawing of the slider-crank with the design `b` after the crank has rotated by `rotation` in rad.
 pub fn slider_crank_at(b: &[f64], rotation: f64) -> ([f64; 2], Linkage) {
     let pose: Vec<f64> = (0..3).map(|h| slider_crank::Coupler.response(h, b, rotation)).collect();
     let (ground, pin) = ([b[4], b[5]], [pose[0], pose[1]]);

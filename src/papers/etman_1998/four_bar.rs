@@ -22,7 +22,7 @@ const SOHONI_HAUG: [f64; 3] = [36.2, 28.1, 12.2];
 /// No relative step fits: the thick designs need at most 4e-4, the thin ones at least 7e-4.
 pub const PAPER_STEP: f64 = 2.3e-5;
 
-/// The problem of the paper's tables, with its forward differences.
+/// The problem of the paper's tables, with the paper's forward differences.
 pub fn as_printed() -> StressConstrained {
     StressConstrained { derivatives: DerivativeMethod::ForwardBy(PAPER_STEP), ..StressConstrained::as_published() }
 }
@@ -33,7 +33,7 @@ fn solve(name: &str, setup: &StressConstrained, observe: &mut Observer) -> Resul
     Ok(ReproducedRun { label: None, problem, state })
 }
 
-/// Table V: the start, the optima and a design from the literature; the runs of the optima I, II and III.
+/// Table V (the start, the optima and a design of the literature), and the runs that end at the optima I, II and III.
 pub fn table5(observe: &mut Observer) -> Result<(ReproducedTable, [ReproducedRun; 3])> {
     let published = StressConstrained::as_published();
     let mechanism = published.mechanism;
@@ -62,12 +62,12 @@ pub fn table5(observe: &mut Observer) -> Result<(ReproducedTable, [ReproducedRun
     Ok((ReproducedTable { name: "table5", table, printed: Some(printed), keys: 1, notes, runs: vec![] }, runs))
 }
 
-/// Table VI: the run from the paper's start with exact derivatives. It ends in optimum II, the paper's run in optimum I.
+/// Table VI: the run from the paper's start with exact derivatives. It ends at optimum II, the paper's run at optimum I.
 pub fn table6(observe: &mut Observer) -> Result<ReproducedTable> {
     let run = solve("table6", &StressConstrained::as_published(), observe)?;
     let title = "Table VI. Flexible four-bar mechanism, from 356.8 mm with exact derivatives";
     let notes = vec![
-        "The path is chaotic: 0.1 mm in cycle 3 decides on everything after cycle 5. table6_rows compares row by row.",
+        "The path is sensitive: 0.1 mm in cycle 3 changes all cycles after cycle 5. table6_rows compares row by row.",
     ];
     history("table6", title, 0, run, notes)
 }
@@ -125,22 +125,22 @@ fn word(accepted: bool) -> Cell {
     if accepted { "y" } else { "n" }.into()
 }
 
-/// Our values at one printed row of Table VI.
+/// Computed values at one printed row of Table VI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowCheck {
     /// The printed row.
     pub printed: PrintedRow,
-    /// V at its design, in percent.
+    /// V at the printed design, in percent.
     pub violation_pct: f64,
-    /// E_g at its design, of the approximations made at the row before it, in percent.
+    /// E_g in percent at the printed design, of the approximations made at the last accepted row before it.
     pub error_pct: f64,
-    /// The design in m that one cycle from that row gives, with the move limits of the paper.
+    /// Diameters in m proposed by one cycle from that row, with the paper's move-limit factors.
     pub proposed: Vec<f64>,
 }
 
 /// Checks every printed row of Table VI separately, so that differences do not accumulate along the path.
 ///
-/// `setup` has the mechanism and the derivatives.
+/// `setup` gives the mechanism and the method for derivatives.
 ///
 /// # Errors
 /// If an analysis or a subproblem fails.
@@ -214,7 +214,7 @@ pub fn table6_rows(checks: &[RowCheck]) -> Result<Table> {
         "next_b2_mm",
         "next_b3_mm",
     ];
-    let title = "Table VI, row by row: each printed design analysed, and proposed from the row before";
+    let title = "Table VI, row by row: each printed design analysed, and proposed from the last accepted row";
     let mut table = Table::new(title, columns).headed([
         "cycle",
         "ok",
@@ -235,7 +235,7 @@ pub fn table6_rows(checks: &[RowCheck]) -> Result<Table> {
     Ok(table)
 }
 
-/// Root mean square of V − printed V in percentage points, over the rows and the optima II and III.
+/// Root mean square of V − printed V in percentage points, over all rows but the last and the optima II and III.
 pub fn violation_rms(checks: &[RowCheck]) -> Result<f64> {
     let optimum = |young: f64, d: [f64; 3]| -> Result<f64> {
         let setup = StressConstrained { mechanism: FourBar { young, ..FourBar::as_published() }, ..as_printed() };
@@ -254,7 +254,7 @@ pub fn violation_rms(checks: &[RowCheck]) -> Result<f64> {
 pub fn row_by_row() -> Result<ReproducedTable> {
     let checks = check_rows(&as_printed())?;
     let notes = vec![
-        "The diameters have the digits that their move limits determine; each row is proposed from the printed row before it.",
+        "The diameters have the digits that their move limits determine; each row is proposed from the last accepted printed row.",
         "The printed stresses need the rotary inertia m l²/12 counted twice (the as-published preset), see the README.",
     ];
     let table = table6_rows(&checks)?;

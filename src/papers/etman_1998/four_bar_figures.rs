@@ -12,7 +12,7 @@ use mechanics::analyses::sampling::interpolate;
 use mechanics::integrators::time_stepper::TimeStepper as Motion;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 
-/// Magnification of the bending in animations.
+/// Magnification of the deflection in animations.
 const ENLARGED: f64 = 10.0;
 /// Pascals in a megapascal.
 const MEGA: f64 = 1e6;
@@ -32,9 +32,9 @@ pub fn four_bar_figures(name: &str, model: &FourBar, run: &ReproducedRun) -> Res
     Ok(figures)
 }
 
-/// The motion of an early and of the final design in the observed window, as a page and as a GIF, by file name.
+/// The motion with the designs of cycle 4 and of the end, in the time window of the constraints, as a page and as a GIF, by file name.
 ///
-/// The bending of the links is magnified ten times; 0.2 s take 8 s.
+/// The deflection of the links is magnified ten times, and the 0.2 s are shown in 8 s.
 pub fn four_bar_animation(name: &str, model: &FourBar, run: &ReproducedRun) -> Result<Vec<(String, Vec<u8>)>> {
     let times: Vec<f64> = run.problem.grids[0].points.iter().copied().step_by(2).collect();
     let scene = |title: &str, design: &[f64]| -> Result<Scene> {
@@ -48,7 +48,7 @@ pub fn four_bar_animation(name: &str, model: &FourBar, run: &ReproducedRun) -> R
     ];
     let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
     let animation =
-        Animation::new("Flexible four-bar, bending ten times enlarged", axes, times, scenes)?.lasting(8.0)?;
+        Animation::new("Flexible four-bar, deflection magnified ten times", axes, times, scenes)?.lasting(8.0)?;
     let page = (format!("{name}_motion.html"), animation.page().into_bytes());
     Ok(vec![page, (format!("{name}_motion.gif"), animation.gif(72.0)?)])
 }
@@ -117,7 +117,7 @@ fn field(model: &FourBar, run: &ReproducedRun, stresses: &[Vec<f64>]) -> Result<
     })
 }
 
-/// The mechanism as in the paper's Figure 7: undeformed, at the crank angle of the start.
+/// The mechanism as in the paper's Figure 7: undeformed, at the initial crank angle.
 fn figure7(model: &FourBar) -> Result<Figure> {
     let built = model.build(&[0.03; 3])?;
     let places: Vec<f64> = built.coordinates().map(|(_, position)| position).collect();
@@ -129,7 +129,7 @@ fn figure7(model: &FourBar) -> Result<Figure> {
     mechanism(&[QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")], &[("", &drawing)])
 }
 
-/// Numbers of the x and y coordinates of the nodes of each link, from end to end.
+/// Indices of the x and y coordinates of the nodes of each link, from end to end.
 fn nodes_of(model: &FourBar, built: &Mechanism<f64>) -> [Vec<[usize; 2]>; 3] {
     let number = |name: String| built.coordinates().position(|(own, _)| own == name).expect("the mechanism has it");
     let node = |name: &str| [number(format!("{name}.x")), number(format!("{name}.y"))];
@@ -158,7 +158,7 @@ fn shapes(model: &FourBar, design: &[f64], times: &[f64]) -> Result<Vec<[Vec<[f6
     Ok(shapes)
 }
 
-/// The drawing of three links with magnified deflection from their chords.
+/// The drawing of three links, with their deflection from the chord magnified by the factor `enlarged`.
 fn linkage(links: &[Vec<[f64; 2]>; 3], enlarged: f64) -> Linkage {
     let bars = links.iter().map(|link| {
         let (from, to) = (link[0], link[link.len() - 1]);

@@ -14,7 +14,7 @@ pub struct PrintedRow {
     pub design: Vec<f64>,
     /// Move-limit factors of its trial step.
     pub factors: Vec<f64>,
-    /// Index of the row from which it was found.
+    /// Index of the accepted row from which its cycle starts.
     pub from: usize,
     /// E_g in percent, as printed.
     pub error_pct: f64,
@@ -27,8 +27,8 @@ const NEAR: f64 = 6e-5;
 
 /// Rows of Table VI from its CSV text, with the factors that `limits` computes from the printed errors.
 ///
-/// The paper prints no factors, and diameters to 0.1 mm only. The first three steps are the full 40 %, and the factors
-/// follow from the printed errors. A diameter that went from move limit to move limit is therefore known to all digits.
+/// The paper prints no factors, and diameters to 0.1 mm only. The first factors are 40 %, and all later ones follow from the printed
+/// errors. A diameter that was at a move limit in every cycle is therefore known to all digits.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Length`] if the text is not the table.
@@ -60,7 +60,7 @@ pub fn printed_rows(csv: &str, limits: &RelativeLimits) -> Result<Vec<PrintedRow
     Ok(rows)
 }
 
-/// A printed step as input of the move limits, which do not use the objective.
+/// A printed step as input of the move-limit rule, which does not use the objective.
 fn trial<'a>(
     row: &'a PrintedRow,
     base: &'a PrintedRow,

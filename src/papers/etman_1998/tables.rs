@@ -73,7 +73,7 @@ pub(super) fn table2(observe: &mut Observer) -> Result<ReproducedTable> {
         keys: 2,
         notes: vec![
             "Cycle 2: the printed b2 = 0.6640 is a misprint; its move limit and F = 0.06949 belong to 0.6440.",
-            "Cycles 5 and 6: E_f is a small difference; 1.5e-5 in the b2 that ends cycle 4 (a flat minimum) makes it.",
+            "Cycles 5 and 6: E_f depends on b2 of cycle 4, a flat minimum; a relative change of 1.5e-5 explains the difference.",
             "Cycles 7 and 8: errors and violations below 1e-6 % are at the level of rounding.",
         ],
         runs: vec![ReproducedRun { label: None, problem, state }],
@@ -112,7 +112,7 @@ pub(super) fn table4(observe: &mut Observer) -> Result<ReproducedTable> {
         printed: Some(Printed::from_csv("table4.csv", include_str!("../../../papers/etman-1998/table4.csv"))?),
         keys: 2,
         notes: vec![
-            "The paper does not print its start. This stand-in has F = 3505 (paper 3486); digits cannot agree.",
+            "The paper does not print its start. This substitute has F = 3505 (paper 3486), so the digits cannot agree.",
         ],
         runs: vec![ReproducedRun { label: None, problem, state }],
     })

@@ -1,4 +1,4 @@
-//! Weight over the iterations, ours and printed.
+//! Weight over the iterations, computed and printed.
 
 use super::tables::{CANTILEVER, EIGHT_BAR_TRUSS, TWO_BAR_TRUSS};
 use crate::papers::paper::ReproducedTable;
@@ -25,7 +25,7 @@ pub(super) fn figures(table: &ReproducedTable) -> Result<Vec<(String, Figure)>> 
         let points = printed_column(printed, column);
         panel.add(Mark::points(points, MarkerShape::Circle, Colour::of_series(k), 3.6).named("printed"));
     }
-    let figure = Figure::new("Weight over the iterations, ours as lines, printed as circles", 120.0, 90.0);
+    let figure = Figure::new("Weight over the iterations, computed as lines, printed as circles", 120.0, 90.0);
     Ok(vec![(format!("{}_convergence", table.name), figure.with(panel))])
 }
 

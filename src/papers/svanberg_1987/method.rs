@@ -31,14 +31,14 @@ impl MoveLimits for HalfToDouble {
     fn update(&self, _: &mut [f64], _: &Trial, _: Verdict) {}
 }
 
-/// Replaces the explicit objective of a problem by one that is approximated as the constraints are.
+/// Replaces the explicit objective of a problem by one that is approximated like the constraints.
 #[must_use]
 pub fn with_approximated_objective(mut problem: Problem) -> Problem {
     problem.objective = problem.objective.directly(Intermediates::Identity);
     problem
 }
 
-/// Iterates with an approximation within move limits: all constraints are kept and every design is accepted.
+/// Method that retains all constraints and accepts every design, for at most `iterations` iterations.
 pub fn iterate_with(
     approximation: impl Approximation + 'static,
     move_limits: impl MoveLimits + 'static,

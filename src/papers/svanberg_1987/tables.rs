@@ -25,15 +25,15 @@ const CANTILEVER_PARAMETERS: [(&str, f64); 7] = [
     ("t = 3/4", 3.0 / 4.0),
 ];
 
-/// Parameters s of the asymptotes that move.
+/// Rates s of the moving asymptotes.
 const EIGHT_BAR_PARAMETERS: [(&str, f64); 3] = [("s = 3/4", 3.0 / 4.0), ("s = 1/2", 1.0 / 2.0), ("s = 1/4", 1.0 / 4.0)];
 
-/// Iterations of CONLIN and of linear programming on the two-bar truss, far more than printed: they oscillate without end.
+/// Iterations of CONLIN and SLP on the two-bar truss, far more than printed: the runs oscillate without end.
 const OSCILLATING: usize = 30;
-/// Limit of the iterations to an optimum.
+/// Largest number of iterations to an optimum.
 const TO_OPTIMUM: usize = 100;
 
-/// Distances of the asymptotes proportional to the variable.
+/// MMA with the asymptotes l = t x and u = x/t.
 fn proportional(t: f64) -> Mma {
     Mma { asymptotes: Asymptotes::Proportional(t), ..Mma::SVANBERG_1987 }
 }
@@ -47,7 +47,7 @@ fn two_bar_asymptotes() -> Mma {
     Mma { asymptotes: RULES, ..Mma::SVANBERG_1987 }
 }
 
-/// Distances in units of the area, divided by s on steady progress and multiplied by s on oscillation.
+/// MMA with asymptote distances relative to the area, divided by s on steady progress and multiplied by s on oscillation.
 fn relative(s: f64) -> Mma {
     let asymptotes = Asymptotes::Relative { initial: [1.0, 4.0], rate: s, least: [0.6, 1.5], most: [51.0, 49.0] };
     Mma { asymptotes, ..Mma::SVANBERG_1987 }
@@ -66,7 +66,7 @@ fn run(
     Ok(ReproducedRun { label: Some(label), problem, state })
 }
 
-/// A column of iterates: its name in files, its heading in text, the run and the quantity.
+/// A column of a table of iterates: name in files, heading in text, run, and quantity of a cycle.
 type Column<'a> = (&'a str, &'a str, &'a ReproducedRun, fn(&Cycle) -> f64);
 
 /// A table with a row for each of the first `rows` designs, number 0 being the start.
@@ -115,7 +115,7 @@ fn weights(
     Ok(ReproducedTable { name, table, printed, keys: 1, notes: vec![NOT_AVAILABLE], runs })
 }
 
-/// Iterates of the two-bar truss: asymptotes that move converge, CONLIN and linear programming oscillate.
+/// Iterates of the two-bar truss: MMA converges, CONLIN and SLP oscillate.
 pub(super) fn two_bar_truss(observe: &mut Observer) -> Result<ReproducedTable> {
     const NAME: &str = "two_bar_truss";
     let runs = vec![

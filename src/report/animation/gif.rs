@@ -11,9 +11,9 @@ use crate::{Error, Result};
 const SHORTEST_DELAY: f64 = 4.0;
 
 impl Animation {
-    /// The animated GIF, repeated endlessly, at a resolution in pixels per inch of paper: 96 for a screen.
+    /// The animated GIF, repeated endlessly, at a resolution in pixels per inch; 96 suits a screen.
     ///
-    /// Frames above 25 per second are omitted.
+    /// It has at most 25 frames per second; other frames are omitted.
     ///
     /// # Errors
     /// [`Error::Option`] for a resolution outside 10 to 2400, [`Error::Definition`] for more than 65 535 pixels along a side.

@@ -34,7 +34,7 @@ pub struct Scene {
 /// let frames = times.iter().map(|t| crank(std::f64::consts::TAU * t)).collect();
 /// let scene = Scene { title: "crank".to_owned(), frames, traces: vec![] };
 /// let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
-/// let animation = Animation::new("A turning crank", axes, times, vec![scene])?.lasting(2.0)?;
+/// let animation = Animation::new("A rotating crank", axes, times, vec![scene])?.lasting(2.0)?;
 /// assert!(animation.page().starts_with("<!DOCTYPE html>"));
 /// assert_eq!(&animation.gif(96.0)?[..6], b"GIF89a");
 /// # Ok::<(), linkwright::Error>(())
@@ -51,7 +51,7 @@ pub struct Animation {
 }
 
 impl Animation {
-    /// An animation of all scenes at the given times in seconds, played in real time.
+    /// An animation of all scenes at the given times in s, played in real time (0.1 s to 3600 s).
     ///
     /// # Errors
     /// If times do not increase, there is no scene, a scene has another number of frames than times, or a coordinate is not finite.
@@ -87,12 +87,12 @@ impl Animation {
         Ok(Self { seconds, ..self })
     }
 
-    /// Sets another parameter than the time in seconds, such as the number of a load case.
+    /// Replaces name and unit of the time, for another parameter such as a crank rotation.
     pub fn over(self, time: QuantityLabel) -> Self {
         Self { time, ..self }
     }
 
-    /// Adds the first scene faintly behind the others, with a check box to hide it.
+    /// Draws the first scene faintly behind the others in the HTML page, with a check box to hide it.
     pub fn compared(self) -> Self {
         Self { compared: true, ..self }
     }

@@ -12,10 +12,9 @@ const PAGE_STYLE: &str =
     ":root { color-scheme: light dark; }\nbody { margin: 1.5rem auto; max-width: 72rem; padding: 0 1rem; }";
 
 impl Animation {
-    /// A whole page without network access. It starts to play when it is opened and has a slider for the time and a
-    /// choice of speed.
+    /// A complete HTML page that needs no network. It plays when it is opened, with a slider for the time and a choice of speed.
     ///
-    /// An address that ends with `#t=0.3` shows that time and pauses.
+    /// If the address ends with `#t=0.3`, the page shows that time and pauses.
     pub fn page(&self) -> String {
         let page = html! {
             (DOCTYPE)

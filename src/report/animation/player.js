@@ -93,7 +93,7 @@
     before = now;
     window.requestAnimationFrame(step);
   }
-  // An address that ends with #t=0.3 shows that time.
+  // If the address ends with #t=0.3, that time is shown.
   function follow() {
     const wanted = /[#&]t=([-+.\deE]+)/.exec(window.location.hash);
     if (wanted && Number.isFinite(Number(wanted[1]))) stop(Number(wanted[1]));

@@ -11,7 +11,7 @@ const WIDTH: f64 = 480.0;
 /// Margin around the mechanism for the symbols of joints.
 const MARGIN: f64 = 26.0;
 
-/// Parts of a frame in drawing order; `player.js` has the same names.
+/// Parts of a frame in drawing order, with the names that `player.js` uses.
 const PARTS: [&str; 8] = ["guides", "plates", "bars", "springs", "masses", "sliders", "ground", "joints"];
 
 /// Transformation from coordinates of the mechanism to those of the view box, with one scale for both axes.

@@ -6,8 +6,7 @@ use super::Grid;
 
 /// The curves `value = level`, with larger values on their left. The last point of a closed curve equals the first.
 ///
-/// Values are interpolated linearly along the edges of the grid, so a curve is off by the order of the cell size
-/// squared. A saddle cell is resolved by the mean of its corners. Cells with NaN are omitted.
+/// Values are interpolated linearly along the edges of the grid, so the error of a curve is of second order in the cell size. A saddle cell is resolved by the mean of its corners. Cells with NaN are omitted.
 pub fn contour(grid: &Grid, level: f64) -> Vec<Vec<[f64; 2]>> {
     let mut next = BTreeMap::new();
     for j in 0..grid.y().len() - 1 {
@@ -18,7 +17,7 @@ pub fn contour(grid: &Grid, level: f64) -> Vec<Vec<[f64; 2]>> {
     join(next).iter().map(|edges| edges.iter().map(|&edge| crossing(grid, level, edge)).collect()).collect()
 }
 
-/// About `count` round levels inside the range of the grid.
+/// About `count` round levels within the range of values of the grid.
 pub fn round_levels(grid: &Grid, count: usize) -> Vec<f64> {
     let [low, high] = grid.range();
     if high <= low {

@@ -71,7 +71,7 @@ const BAR_WIDTH: f64 = 8.0;
 /// Distance between the frames and the colour bar.
 const BAR_DISTANCE: f64 = 8.0;
 
-/// Width of the colour bar with its numbers and its label, on the right of the frames.
+/// Width in points of the colour bar with its numbers and its label, on the right of the frames.
 pub(crate) fn colour_bar_width(bar: &ColourBar) -> f64 {
     BAR_DISTANCE
         + BAR_WIDTH

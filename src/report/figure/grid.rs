@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 
-/// Values on a rectangular grid: `values[j * x.len() + i]` at `(x[i], y[j])`. NaN marks a point without value.
+/// Values on a rectangular grid: `values[j * x.len() + i]` at `(x[i], y[j])`. NaN marks a point without a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     x: Vec<f64>,

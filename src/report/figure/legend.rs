@@ -59,7 +59,7 @@ pub(crate) fn below(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
     }
 }
 
-/// Draws the legend in the corner where it covers least.
+/// Draws the legend in the corner where it covers the fewest marks.
 pub(crate) fn inside(svg: &mut Svg, panel: &Panel, view: &View) {
     let entries = entries(panel);
     let widest = entries.iter().map(|(name, _)| entry_width(name)).fold(0.0, f64::max);

@@ -147,12 +147,12 @@ impl Mark {
         Self::of(MarkKind::Points { at: at.into(), marker, colour, size })
     }
 
-    /// Short strokes on the left of the curves, for the infeasible side of a bound.
+    /// Short strokes to the left of the direction of the curves, for the infeasible side of a bound; `length` in points.
     pub fn hatching(curves: Vec<Vec<[f64; 2]>>, stroke: Stroke, length: f64) -> Self {
         Self::of(MarkKind::Hatching { curves, stroke, length })
     }
 
-    /// A text with an offset from a point, in points to the right and up.
+    /// A text at a data point, shifted by `offset` points on paper to the right and up.
     pub fn text(at: [f64; 2], text: impl Into<String>, anchor: Anchor, offset: [f64; 2]) -> Self {
         let (colour, size) = (Colour::BLACK, super::style::TICK_SIZE);
         Self::of(MarkKind::Text { at, text: text.into(), anchor, offset, colour, size })
@@ -168,7 +168,7 @@ impl Mark {
         Self::of(MarkKind::ContourLabel { curves, text: text.into(), colour })
     }
 
-    /// A coloured field; `range` has the values of the first and last colour.
+    /// A coloured field; `range` gives the values of the first and the last colour.
     pub fn field(grid: Grid, map: ColourMap, range: [f64; 2]) -> Self {
         Self::of(MarkKind::Field { grid, map, range })
     }

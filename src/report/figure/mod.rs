@@ -75,7 +75,7 @@ impl Figure {
         self
     }
 
-    /// Sets the number of columns of panels.
+    /// Sets the number of columns in which the panels are arranged, row by row.
     pub fn in_columns(self, columns: usize) -> Self {
         Self { columns: columns.max(1), ..self }
     }

@@ -5,7 +5,7 @@ use super::{Axis, ColourMap, Mark, QuantityLabel};
 /// Position of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Legend {
-    /// In the corner where it covers least.
+    /// Inside the frame, in the corner where it covers the fewest marks.
     Inside,
     /// Under the panel, in as many columns as fit.
     Below,
@@ -35,7 +35,7 @@ pub struct Panel {
     pub title: String,
     /// Position of the legend.
     pub legend: Legend,
-    /// `true` if both axes have the same scale.
+    /// `true` if a unit has the same length on both axes, as for the drawing of a mechanism.
     pub equal: bool,
     /// `true` if the frame with its ticks is drawn.
     pub framed: bool,
@@ -81,7 +81,7 @@ impl Panel {
         Self { legend, ..self }
     }
 
-    /// Sets the same scale for both axes.
+    /// Sets the same length of a unit on both axes.
     pub fn equal(self) -> Self {
         Self { equal: true, ..self }
     }

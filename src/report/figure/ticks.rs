@@ -14,7 +14,7 @@ pub(crate) struct Ticks {
 }
 
 impl Ticks {
-    /// At most about `count` ticks at multiples of 1, 2 or 5 times a power of ten between `low` and `high`.
+    /// About `count` ticks at most, at multiples of 1, 2 or 5 times a power of ten between `low` and `high`.
     pub fn linear(low: f64, high: f64, count: usize) -> Self {
         let step = round_step((high - low) / count.max(1) as f64);
         let exponent = common_exponent(low.abs().max(high.abs()));
@@ -25,7 +25,7 @@ impl Ticks {
         Self { major, minor: multiples(step / parts, low, high), exponent }
     }
 
-    /// Powers of ten between `low` and `high` (both positive); with less than two of them also 2 and 5 times those.
+    /// Powers of ten between `low` and `high` (both positive); if there are fewer than two, also 2 and 5 times powers of ten.
     pub fn logarithmic(low: f64, high: f64, count: usize) -> Self {
         let slack = 1e-9;
         let power = |log: f64| log.clamp(-307.0, 308.0) as i32;

@@ -1,4 +1,4 @@
-//! Self-contained HTML pages of headings, tables, figures and animations; no network, light and dark, for screen and paper.
+//! Self-contained HTML pages with headings, tables, figures and animations, in light and dark colours, for screen and paper.
 //!
 //! ```
 //! use linkwright::report::page::{Badge, Page, PageSection};
@@ -69,12 +69,12 @@ impl Page {
         Self { title: title.into(), status, lead, cards: vec![], sections: vec![], foot }
     }
 
-    /// Adds a badge after the title.
+    /// Adds a badge with the status after the title.
     pub fn status(self, word: impl Into<String>, badge: Badge) -> Self {
         Self { status: Some((word.into(), badge)), ..self }
     }
 
-    /// Adds a sentence below the title.
+    /// Sets the sentence below the title.
     pub fn lead(self, text: impl Into<String>) -> Self {
         Self { lead: text.into(), ..self }
     }
@@ -91,7 +91,7 @@ impl Page {
         self
     }
 
-    /// Adds a line at the foot of the page.
+    /// Sets the line at the foot of the page.
     pub fn foot(self, text: impl Into<String>) -> Self {
         Self { foot: text.into(), ..self }
     }

@@ -11,7 +11,7 @@ const FLOOR: f64 = 1e-10;
 pub struct Approach<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// For each accepted design: work up to it, and its distance from the optimum.
+    /// For each accepted design: work up to it, and its relative distance from the optimum.
     pub designs: &'a [[f64; 2]],
 }
 
@@ -45,8 +45,8 @@ pub struct Solver<'a> {
 ///
 /// $$ \rho_s(\tau) = \frac1{n_p} \left|\left\{ p : c_{ps} \le \tau \min_{s'} c_{ps'} \right\}\right| $$
 ///
-/// The height at the left end is the fraction where the method is the best, the height at the right end the fraction that it
-/// solves. `cost` is the label of the axis.
+/// ρ_s at the left end (τ = 1) is the fraction of problems on which method s has the least cost; at the right end it is the fraction that
+/// the method solves. n_p is the number of problems, c_ps the cost of method s on problem p. `cost` is the label of the axis.
 ///
 /// # Errors
 /// [`Error::Definition`] without methods or problems, [`Error::Length`] for costs of different lengths, [`Error::Option`] for a

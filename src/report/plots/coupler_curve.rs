@@ -11,9 +11,9 @@ pub struct CouplerCurve<'a> {
     pub axes: [QuantityLabel; 2],
     /// Curves with names, such as those of the first and the last design.
     pub curves: &'a [(&'a str, &'a [[f64; 2]])],
-    /// The points that the curve should pass.
+    /// The points through which the curve should pass.
     pub desired: &'a [[f64; 2]],
-    /// Positions of the last curve at the prescribed times, one for each desired point, or none.
+    /// Points of the last curve at the prescribed times, one for each desired point; may be empty.
     pub reached: &'a [[f64; 2]],
     /// The mechanism in one position.
     pub linkage: Option<&'a Linkage>,

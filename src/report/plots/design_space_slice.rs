@@ -22,7 +22,7 @@ pub struct ObjectiveContours<'a> {
 pub struct Bound<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// Response minus bound; the infeasible side, where it is positive, is hatched.
+    /// Violation of the constraint, in any unit: the zero contour is drawn and hatched on the infeasible side, where it is positive.
     pub excess: &'a Grid,
 }
 

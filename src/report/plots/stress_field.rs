@@ -19,7 +19,7 @@ pub struct StressField<'a> {
     pub links: &'a [(&'a str, &'a Grid)],
     /// Allowable absolute stress, drawn as contours at plus and minus this value.
     pub allowable: Option<f64>,
-    /// The worst points: link, time, position.
+    /// Marked points, such as those with the largest stress: index of the link, and \[time, position\].
     pub marked: &'a [(usize, [f64; 2])],
 }
 

@@ -1,4 +1,4 @@
-//! A response over time: before and after, with bounds and with retained and active time points.
+//! A response over time for several designs, with bounds and with retained and active time points.
 
 use crate::report::figure::{
     Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, range,

@@ -1,4 +1,4 @@
-//! Time point constraints as curves over two design variables.
+//! Constraints at time points as curves over two design variables.
 
 use crate::Result;
 use crate::report::figure::{
@@ -10,7 +10,7 @@ use crate::report::figure::{
 pub struct ConstraintFamily<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// Response minus bound over the plane, one grid for each time point; the zero contour is drawn.
+    /// Violation over the two variables, positive where infeasible, one grid for each time point; the zero contour is drawn.
     pub excesses: &'a [Grid],
 }
 

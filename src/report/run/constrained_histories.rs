@@ -11,13 +11,13 @@ pub(super) struct ConstrainedHistory {
     pub name: String,
     pub unit: String,
     pub grid: usize,
-    /// Time points at which it is constrained.
+    /// Indices of the time points at which it is constrained.
     pub points: std::ops::Range<usize>,
     /// Values at these time points, for the first and the last design.
     pub first: Vec<f64>,
     pub last: Vec<f64>,
     pub bounds: Vec<TimeBound>,
-    /// Retained and active time points of the last cycle.
+    /// Retained and active time points of the last cycle, as indices into `first` and `last`.
     pub retained: Vec<usize>,
     pub active: Vec<usize>,
     /// Largest normalized value ĝ at the last design.

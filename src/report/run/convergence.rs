@@ -10,8 +10,8 @@ use crate::report::plots::{self, Convergence, ConvergenceMeasure};
 use crate::report::table::{Cell, Table};
 use crate::sao::Cycle;
 
-/// Cells of a trial step: objective, errors E_f and E_g, violation and step in percent, numbers of variables at a move limit, of
-/// retained and of active constraints.
+/// Cells of a trial step: objective; errors E_f and E_g, violation and step in percent; numbers of variables at a move limit, of
+/// retained constraints and of active constraints (each at one time point).
 pub fn step_cells(c: &Cycle) -> [Cell; 8] {
     [
         c.objective.into(),
@@ -40,7 +40,8 @@ impl OptimizationReport<'_> {
             .paragraph(
                 "A cycle solves an approximate problem inside move limits and analyses its solution. E_f and E_g are the errors \
                  of the approximate objective and constraints at the solution, V is the largest violation, step the largest change \
-                 of a design variable. A cross is a rejected step; the move limits shrink after it.",
+                 of a design variable. A cross is a rejected step; the cycle is then repeated with smaller move limits or a more \
+                 conservative approximation.",
             )
             .figure("convergence", "Objective, approximation errors, violation and step over the cycles.", self.measures()?)
             .figure("move-limits", "Move-limit factors: half widths of the subregion relative to the design.", self.factors());

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 /// Largest number of constraints with separate contours.
 const MOST: usize = 3;
 
-/// Objective and constraints on a grid of two design variables, or along one, from analyses. The other variables have their
-/// values at the last design.
+/// Objective and constraints on a grid of two design variables, or along one, from analyses. The other variables keep their values
+/// at the last design.
 pub struct Slice(SliceKind);
 
 enum SliceKind {
@@ -30,7 +30,7 @@ struct PlaneSlice {
     objective: Grid,
     /// `true` if the objective bounds a peak; the peak is shown instead.
     is_peak: bool,
-    /// Names and violations of constraints that change sign in the window.
+    /// Names of constraints that are violated in a part of the window, with their violations as fractions.
     bounds: Vec<(String, Grid)>,
 }
 
@@ -52,8 +52,9 @@ fn range(state: &State, k: usize) -> [f64; 2] {
 }
 
 impl Slice {
-    /// Analyses `count` × `count` designs on a grid of the two variables that change most, or as many along the only free one.
-    /// Returns `None` if `count` is less than 2 or no variable is free. Designs whose analysis fails are omitted.
+    /// Analyses `count` × `count` designs on a grid of the two variables that changed most, or as many along the only free one. The
+    /// variable that bounds a peak does not count. Returns `None` if `count` is less than 2 or no variable is free. Designs whose
+    /// analysis fails are omitted.
     ///
     /// # Errors
     /// [`Error::Definition`](crate::Error::Definition) if all analyses fail.
@@ -102,7 +103,7 @@ impl PlaneSlice {
 /// Objective and largest violation along a variable.
 struct LineSlice {
     variable: usize,
-    /// Variable, objective, and violation in percent, for each successful analysis.
+    /// Variable, objective (or peak), and largest violation in percent, for each successful analysis.
     points: Vec<[f64; 3]>,
 }
 
@@ -154,7 +155,7 @@ fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: 
     design[peak.variable] + problem.constraints[peak.constraints[0]].scale * (largest - 1.0)
 }
 
-/// Names and violations of the constraints nearest to their limits at the last design, and the maximum of the others.
+/// Names and violations of the [`MOST`] constraints nearest to their limits at the last design, and the largest violation of the others.
 fn named(problem: &Problem, state: &State, mut crossing: Vec<(usize, Grid)>) -> Result<Vec<(String, Grid)>> {
     let nearest = state.evaluation.violations();
     crossing.sort_by(|a, b| nearest[b.0].total_cmp(&nearest[a.0]).then(a.0.cmp(&b.0)));

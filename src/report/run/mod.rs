@@ -26,7 +26,7 @@ use crate::Result;
 use crate::problem::{Evaluation, Problem, Responses};
 use crate::sao::{Cycle, State};
 
-/// Report of a run at any stage.
+/// Report of an optimization, finished or not.
 ///
 /// ```
 /// use linkwright::{cases::impact_absorber, report::run::{OptimizationReport, Slice}, sao::Method};
@@ -59,7 +59,8 @@ impl<'a> OptimizationReport<'a> {
         Ok(Self { title, problem, state, first: (responses, evaluation) })
     }
 
-    /// The page. The sections `more`, such as an animation of the mechanism, follow the table of the design variables.
+    /// The page. `slice` gives the section of the design space; the sections `more`, such as an animation of the mechanism, follow the table
+    /// of the design variables.
     ///
     /// # Errors
     /// Those of the figures, if a number is not finite.

@@ -7,9 +7,9 @@ use crate::report::page::{Badge, Page, PageSection};
 use crate::report::table::{Cell, Table};
 use crate::sao::Status;
 
-/// Largest violation of a satisfied constraint in percent.
+/// Violation in percent up to which a constraint counts as satisfied.
 const SATISFIED: f64 = 1e-3;
-/// Largest distance of an active constraint from its limit in percent.
+/// Distance from the limit in percent up to which a constraint counts as active.
 const ACTIVE: f64 = 1.0;
 
 impl OptimizationReport<'_> {

@@ -96,7 +96,7 @@ impl OptimizationReport<'_> {
     }
 }
 
-/// Predicted over computed values of the retained constraints; those of the last cycle on top.
+/// Plot of predicted over computed values of the retained constraints; the points of the last cycle are drawn last.
 fn rows_figure(known: &[(&Cycle, &Prediction)]) -> Figure {
     let points = |p: &Prediction| -> Vec<[f64; 2]> { p.analysed.iter().zip(&p.rows).map(|(a, b)| [*a, *b]).collect() };
     let earlier: Vec<[f64; 2]> = known.iter().rev().skip(1).flat_map(|(_, p)| points(p)).collect();

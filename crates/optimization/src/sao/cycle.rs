@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct ActiveRow {
     /// Constraint and time point.
     pub row: RowId,
-    /// Its multiplier ∂F/∂ĝ, in the unit of the objective.
+    /// Its multiplier λ in the Lagrangian F + Σ λ (ĝ − 1), in the unit of the objective; non-negative for inequalities.
     pub multiplier: f64,
 }
 

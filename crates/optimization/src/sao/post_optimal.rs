@@ -34,7 +34,7 @@ pub enum Parameter {
 /// Fiacco, *Introduction to Sensitivity and Stability Analysis in Nonlinear Programming* (1983), section 3.2.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PostOptimal {
-    /// Active rows and their multipliers ∂F/∂ĝ, in the unit of the objective.
+    /// Active rows and their multipliers λ in the Lagrangian F + Σ λ (ĝ − 1), in the unit of the objective.
     pub rows: Vec<ActiveRow>,
     /// ∂L/∂b of all variables, length n: zero for free ones, dF*/db of those at a bound.
     pub slopes: Vec<f64>,

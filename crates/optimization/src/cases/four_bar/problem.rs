@@ -158,7 +158,7 @@ pub fn method() -> Method {
 /// [`method`] with another acceptance rule: accepts designs that stay feasible, independently of the approximation errors.
 ///
 /// From 40 starts within 5 % of the paper's start all runs converge, half of them in at most 11 cycles. With the paper's
-/// rule half of the runs take 20 or more cycles, and six of 40 fail.
+/// rule half of the runs take 19 or more cycles, and six of 40 fail.
 pub fn robust_method() -> Method {
     let move_limits = RelativeLimits { increase_violation_pct: 3.0, ..RelativeLimits::default() };
     Method { globalization: Box::new(StayFeasible::default()), move_limits: Box::new(move_limits), ..method() }
