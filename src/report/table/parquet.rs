@@ -20,7 +20,7 @@ impl Table {
         self.write_parquet().map_err(|e| Error::File {
             file: format!("table '{}'", self.title),
             why: format!("it cannot be written as Parquet: {e}"),
-            remedy: "take the CSV file".to_owned(),
+            remedy: "use the CSV file".to_owned(),
         })
     }
 

@@ -1,6 +1,6 @@
 //! Path generation with a slider-crank mechanism (Section 6.2 of the paper; Paradis & Willmert 1983).
 //!
-//! Eight design variables place and size the mechanism so that its coupler point P passes eight desired points at
+//! Eight design variables place and size the mechanism so that its coupler point P passes close to eight desired points at
 //! prescribed crank rotations. Lengths have the unit of the paper's drawing, angles are in radians.
 
 #[cfg(feature = "mechanics")]
