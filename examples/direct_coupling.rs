@@ -3,8 +3,8 @@
 //!
 //! In direct coupling every evaluation of the SQP solver is an analysis, and every gradient is a sensitivity analysis with all
 //! constraints at all time points. The paper reports 23 of both for the comfort criterion; Gabriele (1993) reports 803
-//! evaluations for the slider-crank. This SQP solver needs far fewer. With two or three variables it needs about as many analyses as
-//! sequential approximation; with the eight variables of the slider-crank it needs several times as many.
+//! evaluations for the slider-crank. This SQP solver needs far fewer. With two or three variables it needs about as many
+//! analyses as sequential approximation; with the eight variables of the slider-crank it needs several times as many.
 
 use linkwright::Result;
 use linkwright::cases::{impact_absorber, slider_crank};

@@ -1,5 +1,5 @@
-//! Compares four treatments of constraints over time; moving peaks need one row each and hardly violate limits between time points:
-//! `cargo run --release --example drifting_peaks`.
+//! Compares four treatments of constraints over time; moving peaks need one row each and hardly violate limits between time
+//! points: `cargo run --release --example drifting_peaks`.
 //!
 //! The treatments are one time point for each maximum, several time points as in the paper, peaks between the time points at fixed
 //! times, and peaks that move with the design. V is the violation of the final design at all times.

@@ -1,5 +1,5 @@
-//! Writes Tables V and VI of Etman, van Campen & Schoofs (1998) and their figures to a folder, and checks that the three runs converge
-//! and that the printed violations are reproduced: `cargo run --release --example four_bar_tables -- FOLDER`.
+//! Writes Tables V and VI of Etman, van Campen & Schoofs (1998) and their figures to a folder, and checks that the three runs
+//! converge and that the printed violations are reproduced: `cargo run --release --example four_bar_tables -- FOLDER`.
 
 use linkwright::cases::four_bar::StressConstrained;
 use linkwright::papers::ReproducedTable;

@@ -43,8 +43,8 @@ fn run(name: &str, setup: &StressConstrained, method: &Method) -> Result<State> 
     Ok(end)
 }
 
-/// Runs the method from 40 starts, spread evenly within 5 % of the paper's start. Returns the number of converged runs and the median
-/// of the cycles.
+/// Runs the method from 40 starts, spread evenly within 5 % of the paper's start. Returns the number of converged runs and the
+/// median of the cycles.
 fn study(name: &str, setup: &StressConstrained, method: &Make, starts: RangeInclusive<u32>) -> Result<(usize, usize)> {
     let start = |k: u32| [0.8191725, 0.6710436, 0.5497005].map(|a| 356.8 * (0.95 + 0.1 * (f64::from(k) * a).fract()));
     let solve = |k: u32| method().solve(&setup.clone().from_mm(start(k)).problem()?, |_| ());

@@ -1,8 +1,8 @@
 //! Most kinds of plots, from closed forms and printed numbers: `cargo run --example gallery -- [FOLDER]`.
 //!
-//! The impact absorber is that of Etman, van Campen & Schoofs, *Multibody System Dynamics* 2 (1998), Section 6.1:
-//! a mass of 1 kg on a spring and a damper with the initial velocity 1 m/s. The designs are the printed ones of Tables I and II. The
-//! stress field and the performance profile have invented numbers.
+//! The impact absorber is that of Etman, van Campen & Schoofs, *Multibody System Dynamics* 2 (1998), Section 6.1: 1 kg on a
+//! spring and a damper with the initial velocity 1 m/s. The designs are the printed ones of Tables I and II. The stress field
+//! and the performance profile have invented numbers.
 
 use std::path::Path;
 

@@ -1,9 +1,9 @@
 //! Shows that smaller initial move limits reduce the error of the first trial step and lead to the same optimum:
 //! `cargo run --example initial_move_limits`.
 //!
-//! With initial move limits of 40 % on the slider-crank, the paper's run rejects the first trial step and takes ten cycles. With 30 %
-//! the paper reports eight cycles and a much smaller error in the first cycle. The paper does not print its start. From the substitute
-//! used here, 30 % takes nine cycles.
+//! With initial move limits of 40 % on the slider-crank, the paper's run rejects the first trial step and takes ten cycles.
+//! With 30 % the paper reports eight cycles and a much smaller error in the first cycle. The paper does not print its start.
+//! From the substitute used here, 30 % takes nine cycles.
 
 use linkwright::Result;
 use linkwright::cases::slider_crank;

@@ -1,9 +1,10 @@
 //! Shows that linearizing intermediate responses takes fewer cycles than linearizing the objective itself:
 //! `cargo run --example intermediate_responses`.
 //!
-//! The comfort criterion is the mean of ÿ² over time, the path error of the slider-crank a sum of squared distances that depend on the
-//! pose of the coupler. With *intermediate responses* (13) only ÿ and the pose are linearized. The explicit functions of them are
-//! kept, so the approximate problem is quadratic or nonlinear. *Directly*, the objective is linearized: a program without curvature.
+//! The comfort criterion is the mean of ÿ² over time, the path error of the slider-crank a sum of squared distances that depend
+//! on the pose of the coupler. With *intermediate responses* (13) only ÿ and the pose are linearized. The explicit functions of
+//! them are kept, so the approximate problem is quadratic or nonlinear. *Directly*, the objective is linearized: a linear
+//! program.
 
 use linkwright::Result;
 use linkwright::cases::{Optimum, impact_absorber, slider_crank};

@@ -1,9 +1,9 @@
 //! Shows that one time point for each maximum is not enough: the design oscillates. `cargo run --example one_time_point`.
 //!
-//! Etman, van Campen & Schoofs (1998), Section 6.1, repeat Table I with a single time point constraint for each local
-//! maximum. The run takes 18 cycles instead of five, a move limit is always active, and the design oscillates. The reason is that
-//! the maxima of the acceleration shift in time with the design. At the optimum two neighbouring time points have the same
-//! value, but only one of them is retained, so the other one increases in each cycle. Only smaller move limits end the oscillation.
+//! Etman, van Campen & Schoofs (1998), Section 6.1, repeat Table I with a single time point constraint for each local maximum.
+//! The run takes 18 cycles instead of five, a move limit is always active, and the design oscillates. The reason is that the
+//! maxima of the acceleration shift in time with the design. At the optimum two neighbouring time points have the same value,
+//! but only one of them is retained, so the other one increases in each cycle. Only smaller move limits end the oscillation.
 
 use linkwright::Result;
 use linkwright::cases::impact_absorber;

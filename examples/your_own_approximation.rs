@@ -1,8 +1,8 @@
 //! A new approximation: `cargo run --example your_own_approximation`.
 //!
-//! A monomial r̃ = r₀ Π (bₖ/bₖ⁰)^αₖ with αₖ = (bₖ⁰/r₀) ∂r/∂bₖ is linear in logarithms, as the condensation of geometric programming.
-//! The [`FittedModel`] is generic over the number type, and the [`Approximation`] fits it.
-//! The test problem is Svanberg's cantilever of five segments (1987): minimum weight with a limit on the tip deflection Σ aₖ/bₖ³.
+//! A monomial r̃ = r₀ Π (bₖ/bₖ⁰)^αₖ with αₖ = (bₖ⁰/r₀) ∂r/∂bₖ is linear in logarithms, as the condensation of geometric
+//! programming. The [`FittedModel`] is generic over the number type, and the [`Approximation`] fits it. The test problem is
+//! Svanberg's cantilever of five segments (1987): minimum weight with a limit on the tip deflection Σ aₖ/bₖ³.
 
 use linkwright::approximation::{AnyModel, Approximation, Expansion, FittedModel, Linear};
 use linkwright::prelude::*;

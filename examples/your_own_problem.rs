@@ -1,9 +1,10 @@
 //! A new problem from scratch: `cargo run --example your_own_problem`.
 //!
-//! A ball is thrown over a house of height h and width w with the least speed. The design variables are the distance from the wall, the
-//! speed v and the angle θ. The ball flies y(x) = x tan θ − g x² / (2 v² cos² θ) and must be above the roof at 41 positions, so
-//! the "time" of this problem is a position. At the height of the roof the ball needs at least v² = g w, at 45°, to cross the width,
-//! hence v² = g (w + 2 h) at the ground. Here w = 2 h = 10 m: v² = 20 m · g, the angle is 60°, the distance h (√3 − 1).
+//! A ball is thrown over a house of height h and width w with the least speed. The design variables are the distance from the
+//! wall, the speed v and the angle θ. The ball flies y(x) = x tan θ − g x² / (2 v² cos² θ) and must be above the roof at 41
+//! positions, so the "time" of this problem is a position. At the height of the roof the ball needs at least v² = g w, at 45°,
+//! to cross the width, hence v² = g (w + 2 h) at the ground. Here w = 2 h = 10 m: v² = 20 m · g, the angle is 60°, the distance
+//! h (√3 − 1).
 //!
 //! The height is far from linear in distance, speed and angle, but exactly linear in the coefficients of the parabola. With these
 //! as intermediate variables the approximation is exact.

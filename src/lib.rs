@@ -14,8 +14,8 @@
 //!
 //! # Modules
 //!
-//! Modules depend only on those below them in the table. [`cases`] to [`storage`] are modules of `linkwright-optimization`; the last
-//! four are crates. [`nlp`] and `mechanics` do not depend on each other.
+//! Modules depend only on those below them in the table. [`cases`] to [`storage`] are modules of `linkwright-optimization`; the
+//! last four are crates. [`nlp`] and `mechanics` do not depend on each other.
 //!
 //! | module | contents | feature |
 //! |---|---|---|

@@ -11,9 +11,9 @@ const WORK: &str = "analyses + sensitivity analyses";
 
 /// Table with a row for each method: first those that reach a known optimum, with increasing work.
 ///
-/// Columns: conclusion; analyses and sensitivity analyses (gradients) up to the first design at the known optimum, within 1e-5 or
-/// the uncertainty of the optimum; accepted cycles, analyses and sensitivity analyses of the whole run; at its end the objective F, the
-/// largest violation V as a fraction, the KKT residual, and F/F* − 1.
+/// Columns: conclusion; analyses and sensitivity analyses (gradients) up to the first design at the known optimum, within 1e-5
+/// or the uncertainty of the optimum; accepted cycles, analyses and sensitivity analyses of the whole run; at its end the
+/// objective F, the largest violation V as a fraction, the KKT residual, and F/F* − 1.
 ///
 /// # Errors
 /// Never fails: every row has a cell for each column.
@@ -70,8 +70,8 @@ pub fn distances(attempts: &[Attempt]) -> Result<Figure> {
     approach(WORK, &lines)
 }
 
-/// Draws the performance profile over problems. The cost is the work to the known optimum (analyses + sensitivity analyses), infinite
-/// without convergence to it.
+/// Draws the performance profile over problems. The cost is the work to the known optimum (analyses + sensitivity analyses),
+/// infinite without convergence to it.
 ///
 /// `problems` contains, for each problem, the attempts of the same methods in the same order. Problems that no method solves are
 /// omitted.

@@ -6,8 +6,8 @@ use crate::problem::Problem;
 use error::Result;
 use std::fmt::Write;
 
-/// Table with a row for each derivative: value by each method, finite differences with their error estimate, largest disagreement, status
-/// (`finding`), disagreeing methods (`suspect`), explanation.
+/// Table with a row for each derivative: value by each method, finite differences with their error estimate, largest
+/// disagreement, status (`finding`), disagreeing methods (`suspect`), explanation.
 ///
 /// # Errors
 /// If the number of methods and that of the derivatives differ.
@@ -40,8 +40,8 @@ fn disagreeing_methods(checked: &GradientCheck, d: &CheckedDerivative) -> String
 
 /// Results as text for a terminal: derivatives grouped by response and time, with four digits; a star marks disagreeing methods.
 ///
-/// Without `all`, only those derivatives are shown that are neither right nor constant, and the least accurate of the right ones of each
-/// response.
+/// Without `all`, only those derivatives are shown that are neither right nor constant, and the least accurate of the right
+/// ones of each response.
 pub fn text(problem: &Problem, checked: &GradientCheck, all: bool) -> String {
     let shown: Vec<&CheckedDerivative> = checked.derivatives.iter().filter(|d| all || is_notable(checked, d)).collect();
     let found = ["differences", "±", "apart", "verdict"].map(String::from);

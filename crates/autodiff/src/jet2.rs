@@ -10,7 +10,8 @@ use crate::Scalar;
 /// A value with its first and second derivative with respect to one variable, usually time.
 ///
 /// It computes the same numbers as num-dual's `Dual2`. Sums, products, sines and cosines, the functions of joints, are always
-/// inlined and need one product less. All other functions are num-dual's. The component type `T` may carry derivatives, for example with respect to design variables.
+/// inlined and need one product less. All other functions are num-dual's. The component type `T` may carry derivatives, for
+/// example with respect to design variables.
 ///
 /// # Examples
 ///

@@ -1,7 +1,7 @@
 //! The error type of linkwright: one variant for each cause, with numbers and, where it is not obvious, a remedy.
 //!
-//! An [`Error`] is misuse of the library or a computation that broke down. The conclusion of an algorithm is a `Status`; a panic is a
-//! bug of the library.
+//! An [`Error`] is misuse of the library or a computation that broke down. The conclusion of an algorithm is a `Status`; a
+//! panic is a bug of the library.
 //!
 //! # Examples
 //!

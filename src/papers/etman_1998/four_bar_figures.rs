@@ -32,7 +32,8 @@ pub fn four_bar_figures(name: &str, model: &FourBar, run: &ReproducedRun) -> Res
     Ok(figures)
 }
 
-/// The motion with the designs of cycle 4 and of the end, in the time window of the constraints, as a page and as a GIF, by file name.
+/// The motion with the designs of cycle 4 and of the end, in the time window of the constraints, as a page and as a GIF, by
+/// file name.
 ///
 /// The deflection of the links is magnified ten times, and the 0.2 s are shown in 8 s.
 pub fn four_bar_animation(name: &str, model: &FourBar, run: &ReproducedRun) -> Result<Vec<(String, Vec<u8>)>> {

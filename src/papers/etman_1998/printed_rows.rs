@@ -27,8 +27,8 @@ const NEAR: f64 = 6e-5;
 
 /// Rows of Table VI from its CSV text, with the factors that `limits` computes from the printed errors.
 ///
-/// The paper prints no factors, and diameters to 0.1 mm only. The first factors are 40 %, and all later ones follow from the printed
-/// errors. A diameter that was at a move limit in every cycle is therefore known to all digits.
+/// The paper prints no factors, and diameters to 0.1 mm only. The first factors are 40 %, and all later ones follow from the
+/// printed errors. A diameter that was at a move limit in every cycle is therefore known to all digits.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Length`] if the text is not the table.

@@ -6,7 +6,8 @@ use super::Grid;
 
 /// The curves `value = level`, with larger values on their left. The last point of a closed curve equals the first.
 ///
-/// Values are interpolated linearly along the edges of the grid, so the error of a curve is of second order in the cell size. A saddle cell is resolved by the mean of its corners. Cells with NaN are omitted.
+/// Values are interpolated linearly along the edges of the grid, so the error of a curve is of second order in the cell size. A
+/// saddle cell is resolved by the mean of its corners. Cells with NaN are omitted.
 pub fn contour(grid: &Grid, level: f64) -> Vec<Vec<[f64; 2]>> {
     let mut next = BTreeMap::new();
     for j in 0..grid.y().len() - 1 {

@@ -45,8 +45,9 @@ pub struct Solver<'a> {
 ///
 /// $$ \rho_s(\tau) = \frac1{n_p} \left|\left\{ p : c_{ps} \le \tau \min_{s'} c_{ps'} \right\}\right| $$
 ///
-/// ρ_s at the left end (τ = 1) is the fraction of problems on which method s has the least cost; at the right end it is the fraction that
-/// the method solves. n_p is the number of problems, c_ps the cost of method s on problem p. `cost` is the label of the axis.
+/// ρ_s at the left end (τ = 1) is the fraction of problems on which method s has the least cost; at the right end it is the
+/// fraction that the method solves. n_p is the number of problems, c_ps the cost of method s on problem p. `cost` is the label
+/// of the axis.
 ///
 /// # Errors
 /// [`Error::Definition`] without methods or problems, [`Error::Length`] for costs of different lengths, [`Error::Option`] for a

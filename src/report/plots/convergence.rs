@@ -67,7 +67,8 @@ fn check_data(data: &Convergence) -> Result<()> {
     data.measures.iter().try_for_each(|measure| check::series(measure.name, data.cycles.len(), measure.values))
 }
 
-/// Limits of the axis of the measures, and the positions of the rows below the positive values where zero and negative ones are marked.
+/// Limits of the axis of the measures, and the positions of the rows below the positive values where zero and negative ones are
+/// marked.
 fn limits(measures: &[ConvergenceMeasure]) -> ([f64; 2], Vec<f64>) {
     let positive = measures.iter().flat_map(|m| m.values).filter(|&&v| v > 0.0);
     let [low, high] = positive.fold([f64::INFINITY, 0.0], |[l, h]: [f64; 2], &v| [l.min(v), h.max(v)]);

@@ -22,7 +22,8 @@ pub struct ObjectiveContours<'a> {
 pub struct Bound<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// Violation of the constraint, in any unit: the zero contour is drawn and hatched on the infeasible side, where it is positive.
+    /// Violation of the constraint, in any unit: the zero contour is drawn and hatched on the infeasible side, where it is
+    /// positive.
     pub excess: &'a Grid,
 }
 

@@ -52,9 +52,9 @@ fn range(state: &State, k: usize) -> [f64; 2] {
 }
 
 impl Slice {
-    /// Analyses `count` × `count` designs on a grid of the two variables that changed most, or as many along the only free one. The
-    /// variable that bounds a peak does not count. Returns `None` if `count` is less than 2 or no variable is free. Designs whose
-    /// analysis fails are omitted.
+    /// Analyses `count` × `count` designs on a grid of the two variables that changed most, or as many along the only free one.
+    /// The variable that bounds a peak does not count. Returns `None` if `count` is less than 2 or no variable is free. Designs
+    /// whose analysis fails are omitted.
     ///
     /// # Errors
     /// [`Error::Definition`](crate::Error::Definition) if all analyses fail.
@@ -155,7 +155,8 @@ fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: 
     design[peak.variable] + problem.constraints[peak.constraints[0]].scale * (largest - 1.0)
 }
 
-/// Names and violations of the [`MOST`] constraints nearest to their limits at the last design, and the largest violation of the others.
+/// Names and violations of the [`MOST`] constraints nearest to their limits at the last design, and the largest violation of
+/// the others.
 fn named(problem: &Problem, state: &State, mut crossing: Vec<(usize, Grid)>) -> Result<Vec<(String, Grid)>> {
     let nearest = state.evaluation.violations();
     crossing.sort_by(|a, b| nearest[b.0].total_cmp(&nearest[a.0]).then(a.0.cmp(&b.0)));

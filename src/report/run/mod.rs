@@ -59,8 +59,8 @@ impl<'a> OptimizationReport<'a> {
         Ok(Self { title, problem, state, first: (responses, evaluation) })
     }
 
-    /// The page. `slice` gives the section of the design space; the sections `more`, such as an animation of the mechanism, follow the table
-    /// of the design variables.
+    /// The page. `slice` gives the section of the design space; the sections `more`, such as an animation of the mechanism,
+    /// follow the table of the design variables.
     ///
     /// # Errors
     /// Those of the figures, if a number is not finite.

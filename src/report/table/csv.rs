@@ -30,8 +30,7 @@ fn exact(cell: &Cell) -> String {
 
 /// The records of a CSV file, all of one length; `file` is its name in errors.
 pub(super) fn records(file: &str, text: &str) -> Result<Vec<Vec<String>>> {
-    let bad =
-        |why: String| Error::File { file: file.to_owned(), why, remedy: "give plain CSV according to RFC 4180".to_owned() };
+    let bad = |why: String| Error::File { file: file.to_owned(), why, remedy: "give plain CSV (RFC 4180)".to_owned() };
     // The reader accepts a quoted field without an end.
     if text.matches('"').count() % 2 == 1 {
         return Err(bad("a quoted field does not end".to_owned()));

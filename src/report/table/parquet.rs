@@ -11,8 +11,8 @@ use parquet::schema::types::{Type, TypePtr};
 use std::sync::Arc;
 
 impl Table {
-    /// The table as a Parquet file with all bits of its numbers. Columns of integers become 64-bit integers, columns with other numbers
-    /// doubles, columns with a text strings; empty cells are null.
+    /// The table as a Parquet file with all bits of its numbers. A column that contains a text becomes strings, one of integers
+    /// 64-bit integers, any other one doubles; empty cells are null.
     ///
     /// # Errors
     /// [`Error::File`] if the writer rejects the table.
