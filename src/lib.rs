@@ -21,7 +21,7 @@
 //! |---|---|---|
 //! | [`prelude`] | the names that most programs need | |
 //! | `model_file` | mechanism, problem and method as a text file | `model` |
-//! | `papers` | tables and figures of papers, computed and compared with the printed ones | `report` and `mechanics` |
+//! | `papers` | tables of papers, computed and compared with the printed ones, and figures | `report` and `mechanics` |
 //! | `report` | plots, tables, pages and animations | `report` |
 //! | [`cases`] | problems of the literature with their optima and sources | |
 //! | [`sao`] | the sequence of cycles: methods, screening, move limits, globalization, stop test, state | |

@@ -67,7 +67,7 @@ enum Command {
     Sensitivities(analyze::Sensitivities),
     /// Print the JSON schema of model files, for editors.
     Schema(new::Schema),
-    /// Compute the tables and figures of a paper and compare them with the printed ones.
+    /// Compute the tables of a paper and compare them with the printed ones; draw its figures.
     Reproduce(reproduce::Reproduce),
     /// Compare all methods on a problem of the library, on all its problems, or on a model file.
     Compare(compare::Compare),

@@ -1,4 +1,4 @@
-//! Papers whose tables and figures are regenerated and compared with the printed ones.
+//! Papers whose tables are regenerated and compared with the printed ones, and whose figures are drawn.
 //!
 //! Each paper is a folder here with a [`Paper`], an entry in [`papers`], and a folder `papers/NAME` of the repository with its
 //! printed numbers and a README.

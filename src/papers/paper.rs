@@ -6,7 +6,7 @@ use crate::report::table::{Printed, Table, TableComparison};
 use crate::sao::State;
 use error::{Error, Result};
 
-/// A paper whose tables and figures are regenerated and compared with the printed ones.
+/// A paper whose tables are regenerated and compared with the printed ones, and whose figures are drawn.
 ///
 /// A paper is a unit struct in its own folder, listed in [`papers`](super::papers). The command `linkwright reproduce NAME` prints
 /// its tables and writes tables, figures, animations and a summary of the runs.
