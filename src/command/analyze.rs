@@ -35,8 +35,9 @@ pub struct Analyze {
   linkwright sensitivities absorber.toml
   linkwright sensitivities absorber.toml --at k=0.36 --out here
 
-Prints the gradients of the objective and of each constraint at its largest value; with --out, writes the derivatives of
-all responses at all time points to sensitivities.csv.")]
+Prints the gradients of the objective and of each constraint at its largest value. The sign is that of the form g <= c: a lower
+limit is negated, and the bound of a peak is subtracted. With --out, writes the derivatives of all responses at all time points
+to sensitivities.csv.")]
 pub struct Sensitivities {
     #[command(flatten)]
     given: DesignArguments,
