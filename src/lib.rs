@@ -65,7 +65,7 @@ pub use mechanics;
 pub use nlp;
 pub use optimization::{approximation, cases, function, gradient_check, prelude, problem, responses, sao, storage};
 
-pub use error::{Error, Result};
+pub use error::{Error, Readable, Result};
 
 /// The README's listing is a test.
 #[cfg(doctest)]

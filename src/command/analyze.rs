@@ -1,7 +1,9 @@
 //! `linkwright analyze FILE` and `linkwright sensitivities FILE`.
 
+use super::budget::Budget;
+use super::folder::OutputFolder;
 use super::model::{design, load, located};
-use super::output::{create_folder, say, write};
+use super::output::say;
 use super::tables;
 use clap::Args;
 use linkwright::problem::{self, Evaluation, Problem, ResponseAt, Responses};
@@ -41,6 +43,8 @@ to sensitivities.csv.")]
 pub struct Sensitivities {
     #[command(flatten)]
     given: DesignArguments,
+    #[command(flatten)]
+    budget: Budget,
 }
 
 /// A design and the results of its analysis.
@@ -52,9 +56,10 @@ struct AnalysedDesign {
 }
 
 impl DesignArguments {
-    fn analyse(&self) -> anyhow::Result<AnalysedDesign> {
+    fn analyse(&self, budget: Option<&Budget>) -> anyhow::Result<AnalysedDesign> {
         let (model, _) = load(&self.file)?;
         let problem = located(&model, model.problem())?;
+        budget.map_or(Ok(()), |budget| budget.check_table(&problem, model.method()))?;
         let design = design(&problem, &self.at)?;
         let responses = located(&model, problem.analyze(&design))?;
         let evaluation = located(&model, problem.evaluate(&design, &responses))?;
@@ -65,15 +70,13 @@ impl DesignArguments {
 
     fn write(&self, name: &str, csv: &str) -> anyhow::Result<()> {
         let Some(out) = &self.out else { return Ok(()) };
-        create_folder(out)?;
-        write(&out.join(name), csv.as_bytes())?;
-        say(&format!("Wrote {}", out.join(name).display()))
+        say(&format!("Wrote {}", OutputFolder::create(out)?.write(name, csv.as_bytes())?.display()))
     }
 }
 
 impl Analyze {
     pub fn run(&self) -> anyhow::Result<()> {
-        let AnalysedDesign { problem, responses, evaluation, .. } = self.given.analyse()?;
+        let AnalysedDesign { problem, responses, evaluation, .. } = self.given.analyse(None)?;
         for row in tables::worst(&problem, &evaluation) {
             let value = evaluation.constraints[row.constraint][row.point];
             let violation = 100.0 * evaluation.violation(row.constraint, value);
@@ -86,7 +89,7 @@ impl Analyze {
 
 impl Sensitivities {
     pub fn run(&self) -> anyhow::Result<()> {
-        let AnalysedDesign { problem, design, responses, evaluation } = self.given.analyse()?;
+        let AnalysedDesign { problem, design, responses, evaluation } = self.given.analyse(Some(&self.budget))?;
         let points_of =
             |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
         let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(points_of).collect();

@@ -1,7 +1,8 @@
 //! `linkwright check FILE` and `linkwright check PROBLEM`.
 
+use super::folder::OutputFolder;
 use super::model::{design, is_file, load, located};
-use super::output::{create_folder, say, write};
+use super::output::say;
 use clap::Args;
 use linkwright::Error;
 use linkwright::cases::find;
@@ -72,9 +73,7 @@ impl Check {
             say(&summary(&checked))?;
         }
         if let Some(out) = &self.out {
-            create_folder(out)?;
-            let file = out.join("derivatives.csv");
-            write(&file, table.csv().as_bytes())?;
+            let file = OutputFolder::create(out)?.write("derivatives.csv", table.csv().as_bytes())?;
             if !self.json {
                 say(&format!("The table is in {}", file.display()))?;
             }

@@ -1,7 +1,8 @@
 //! `linkwright compare PROBLEM` and `linkwright compare FILE`.
 
+use super::folder::OutputFolder;
 use super::model::{is_file, load};
-use super::output::{create_folder, results, say, write};
+use super::output::{results, say};
 use clap::Args;
 use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, find};
 use linkwright::model_file::Model;
@@ -62,16 +63,16 @@ impl Compare {
             Some(name) => vec![find(name)?],
             None => catalogue().iter().filter(|e| !e.expensive).collect(),
         };
-        create_folder(&out)?;
+        let mut folder = OutputFolder::create(&out)?;
         let mut all = vec![];
         for entry in entries {
-            all.push(self.one(entry, &methods, &out)?);
+            all.push(self.one(entry, &methods, &mut folder)?);
         }
         if self.all {
             let summary = summary(&all)?;
             self.show(&summary)?;
-            write(&out.join("summary.csv"), summary.csv().as_bytes())?;
-            profile(&all)?.save(&out, "profile")?;
+            folder.write("summary.csv", summary.csv().as_bytes())?;
+            folder.write_figure("profile", &profile(&all)?)?;
         }
         self.end("Tables and figures are", &out)
     }
@@ -82,9 +83,8 @@ impl Compare {
         let rows = file_runs(&model, methods)?;
         let table = file_table(&model, &rows)?;
         self.show(&table)?;
-        create_folder(out)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        write(&out.join(format!("{name}.csv")), table.csv().as_bytes())?;
+        OutputFolder::create(out)?.write(&format!("{name}.csv"), table.csv().as_bytes())?;
         self.notes(rows.iter().filter_map(|row| Some((row.method, row.rejected()?))))?;
         self.end("The table is", out)
     }
@@ -108,7 +108,7 @@ impl Compare {
         &self,
         entry: &'static CatalogueEntry,
         methods: &[&'static Preset],
-        out: &Path,
+        folder: &mut OutputFolder,
     ) -> anyhow::Result<Vec<Attempt>> {
         let attempts = compare(entry, methods)?;
         let table = table(entry, &attempts)?;
@@ -117,9 +117,9 @@ impl Compare {
             Conclusion::Refused(why) => Some((a.method, why.as_str())),
             _ => None,
         }))?;
-        write(&out.join(format!("{}.csv", entry.name)), table.csv().as_bytes())?;
+        folder.write(&format!("{}.csv", entry.name), table.csv().as_bytes())?;
         if attempts.iter().any(|a| !a.approach.is_empty()) {
-            distances(&attempts)?.save(out, entry.name)?;
+            folder.write_figure(entry.name, &distances(&attempts)?)?;
         }
         Ok(attempts)
     }

@@ -17,12 +17,9 @@ pub struct RemainingCycles {
 impl RemainingCycles {
     /// Estimates from the changes of the objective over the last accepted cycles, and the violations.
     pub fn new(state: &State, stop: &Stop) -> Self {
-        let accepted: Vec<[f64; 2]> = state
-            .history
-            .iter()
-            .filter(|c| c.accepted)
-            .map(|c| [c.objective, c.violation_pct.max(0.0) / 100.0])
-            .collect();
+        let last = state.history.iter().rev().filter(|c| c.accepted).take(LAST + 1);
+        let mut accepted: Vec<[f64; 2]> = last.map(|c| [c.objective, c.violation_pct.max(0.0) / 100.0]).collect();
+        accepted.reverse();
         let residuals: Vec<f64> = accepted.windows(2).map(|w| stop_residual(w[0][0], w[1])).collect();
         let limit = stop.max_cycles.saturating_sub(state.history.len() - 1);
         Self { estimate: cycles_to(&residuals, stop.accuracy).map(|n| n.min(limit)), limit }

@@ -4,27 +4,38 @@
 //! |---|---|
 //! | `new`, `check`, `analyze`, `optimize`, `report`, `runs`, `compare`, `reproduce` | one command each; `optimize` has `resume`, `analyze` has `sensitivities`, `new` has `schema` and `completion` |
 //! | `run_directory` | the files of a run, safe against a kill at any moment |
+//! | `folder` | folders into which commands write, with the list of their files |
+//! | `budget` | memory and time, estimated from the sizes of a problem |
 //! | `progress`, `eta` | the table of cycles during a run, and the estimated time to its end |
 //! | `tables` | cycles, histories and derivatives as tables |
-//! | `model`, `output` | reading of model files; standard output, files, dates and durations |
+//! | `model`, `output` | reading of model files; standard output and standard error, dates and durations |
 //!
 //! Exit codes: 0 done, 1 an error (such as an unknown problem, a mistake in a model file, a file that cannot be written; the
 //! message says what to do), 2 wrong arguments, 3 an optimization that ended without a solution.
 
 mod analyze;
+#[cfg(test)]
+#[path = "../../fuzz/src/any_folder.rs"]
+mod any_folder;
+mod budget;
 mod check;
 mod compare;
 mod eta;
+#[cfg(test)]
+mod faults;
+mod folder;
 mod model;
 mod new;
-mod optimize;
+pub(crate) mod optimize;
 mod output;
 mod progress;
-mod report;
+pub(crate) mod report;
 mod reproduce;
-mod run_directory;
-mod runs;
+pub(crate) mod run_directory;
+pub(crate) mod runs;
 mod tables;
+
+use output::{ClosedOutput, complain};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
@@ -94,7 +105,10 @@ fn command() -> clap::Command {
 pub fn main() -> ExitCode {
     let matches = command().get_matches();
     let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    start_threads();
     let done = |()| ExitCode::SUCCESS;
+    // The output of these commands is all that they do.
+    let only_prints = matches!(arguments.command, Command::Runs(_) | Command::Schema(_) | Command::Completion(_));
     let result = match arguments.command {
         Command::New(command) => command.run().map(done),
         Command::Completion(completion) => completion.run(&mut command()).map(done),
@@ -110,7 +124,27 @@ pub fn main() -> ExitCode {
         Command::Compare(command) => command.run().map(done),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        if only_prints && error.is::<ClosedOutput>() {
+            return ExitCode::SUCCESS;
+        }
+        complain(&format!("error: {error:#}"));
         ExitCode::FAILURE
     })
+}
+
+/// Threads for each processor that RAYON_NUM_THREADS can ask for.
+const THREADS: usize = 16;
+
+/// Starts the threads of parallel loops: as many as RAYON_NUM_THREADS says, or one for each processor. A system that cannot start
+/// them gets fewer; results do not depend on their number.
+fn start_threads() {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let wanted = std::env::var("RAYON_NUM_THREADS").ok().and_then(|count| count.trim().parse().ok());
+    let mut count = wanted.filter(|count| *count > 0).unwrap_or(processors).min(THREADS * processors);
+    while count > 1 && rayon::ThreadPoolBuilder::new().num_threads(count).build_global().is_err() {
+        count /= 2;
+    }
+    if count == 1 {
+        drop(rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global());
+    }
 }

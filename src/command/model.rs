@@ -1,16 +1,34 @@
 //! Model files and designs on the command line.
 
+use super::output::complain;
 use anyhow::{Context, bail};
 use linkwright::model_file::{Model, read};
 use linkwright::problem::Problem;
+use linkwright::storage::{Directory, read_file};
 use std::path::Path;
+
+/// Largest size of a model file in bytes. The reader rejects files of more than half of it with a diagnostic.
+const LIMIT: u64 = 2 << 20;
 
 /// Reads a model file and prints a note if its version is old. Returns the model and its text.
 pub fn load(path: &Path) -> anyhow::Result<(Model, String)> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the model {}", path.display()))?;
+    let unreadable = || format!("cannot read the model {}", path.display());
+    of_bytes(path, read_file(path, LIMIT).with_context(unreadable)?)
+}
+
+/// As [`load`], for a file of an open folder, without following a link.
+pub fn parsed(directory: &Directory, name: &str) -> anyhow::Result<(Model, String)> {
+    let path = directory.path().join(name);
+    let unreadable = || format!("cannot read the model {}", path.display());
+    let bytes = directory.read(name, LIMIT).with_context(unreadable)?;
+    of_bytes(&path, bytes.with_context(unreadable)?)
+}
+
+fn of_bytes(path: &Path, bytes: Vec<u8>) -> anyhow::Result<(Model, String)> {
+    let text = String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", path.display()))?;
     let model = read(&path.display().to_string(), &text)?;
     if let Some(note) = model.note() {
-        eprintln!("{note}");
+        complain(&note.to_string());
     }
     Ok((model, text))
 }

@@ -1,9 +1,11 @@
 //! `linkwright new NAME`, `linkwright schema` and `linkwright completion SHELL`: files for a new model, an editor and a shell.
 
-use super::output::{say, write};
-use anyhow::bail;
+use super::output::say;
+use anyhow::{Context, bail};
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
+use linkwright::storage::Directory;
+use std::io::ErrorKind;
 use std::path::Path;
 
 #[derive(Args)]
@@ -20,11 +22,17 @@ pub struct New {
 impl New {
     pub fn run(&self) -> anyhow::Result<()> {
         let file = format!("{}.toml", self.name.trim_end_matches(".toml"));
-        if Path::new(&file).exists() {
-            bail!("{file} exists; give another name");
+        let (path, cannot) = (Path::new(&file), || format!("cannot write {file}"));
+        let (Some(name), Some(title)) = (path.file_name().and_then(|n| n.to_str()), path.file_stem()) else {
+            bail!("{file} is not the name of a file; give another name");
+        };
+        let title = title.to_string_lossy().replace(['"', '\\'], "");
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let text = include_str!("template.toml").replace("TITLE", &title);
+        match Directory::open(folder).with_context(cannot)?.create_new(name, text.as_bytes()) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!("{file} exists; give another name"),
+            written => written.with_context(cannot)?,
         }
-        let title = Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().replace(['"', '\\'], "");
-        write(Path::new(&file), include_str!("template.toml").replace("TITLE", &title).as_bytes())?;
         say(&format!("Wrote {file}. Next: linkwright optimize {file}"))
     }
 }

@@ -1,28 +1,55 @@
-//! Standard output, files of results, dates and durations.
+//! Standard output and standard error, dates and durations.
 
 use anyhow::Context;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::PathBuf;
 use std::time::Duration;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
-/// Prints a line on standard output; ends the program quietly if the reader has closed the pipe.
+/// Prints a line on standard output; control characters are shown, not sent.
 pub fn say(text: &str) -> anyhow::Result<()> {
-    match writeln!(std::io::stdout(), "{text}") {
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+    say_raw(&visible(text))
+}
+
+/// Prints a line on standard output as it is, for control sequences of our own.
+pub fn say_raw(text: &str) -> anyhow::Result<()> {
+    match writeln!(io::stdout(), "{text}") {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Err(ClosedOutput.into()),
         result => result.context("cannot write to standard output"),
     }
 }
 
-/// Creates a folder and its parents.
-pub fn create_folder(path: &Path) -> anyhow::Result<()> {
-    std::fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))
+/// Prints a line on standard error; control characters are shown. That it cannot be written is no error.
+pub fn complain(text: &str) {
+    drop(writeln!(io::stderr(), "{}", visible(text)));
 }
 
-/// Writes a file.
-pub fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+/// The reader of standard output has closed it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClosedOutput;
+
+impl std::fmt::Display for ClosedOutput {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("standard output was closed before the end")
+    }
+}
+
+impl std::error::Error for ClosedOutput {}
+
+/// A text with visible control characters, as `\u001b`; also those that change the direction of writing.
+///
+/// Ends of lines stay. The form is that of JSON, so that JSON stays valid.
+pub fn visible(text: &str) -> String {
+    let is_sent = |c: char| {
+        (c.is_control() && c != '\n')
+            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_sent(c) { shown += &format!("\\u{:04x}", u32::from(c)) } else { shown.push(c) }
+    }
+    shown
 }
 
 /// The default folder of results: `out`, or the value of `LINKWRIGHT_OUT`.
@@ -64,5 +91,11 @@ mod tests {
         assert!(date.len() == 20 && date.starts_with("20") && date.ends_with('Z'), "{date}");
         let shown = [0.04, 9.96, 59.7, 3600.0].map(|s| brief(Duration::from_secs_f64(s)));
         assert_eq!(shown, ["0.0 s", "10 s", "1 min 00 s", "1 h 00 min"]);
+    }
+
+    #[test]
+    fn control_characters_are_visible_and_other_ones_stay() {
+        assert_eq!(visible("46 N·m\n²β✓"), "46 N·m\n²β✓");
+        assert_eq!(visible("\u{1b}[2J\r\t\u{7f}\u{9b}1m\u{202e}"), "\\u001b[2J\\u000d\\u0009\\u007f\\u009b1m\\u202e");
     }
 }

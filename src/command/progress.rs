@@ -1,7 +1,7 @@
 //! Terminal output during a run.
 
 use super::eta::RemainingCycles;
-use super::output::{brief, say};
+use super::output::{brief, say, say_raw, visible};
 use super::run_directory::{Summary, cycle_line};
 use linkwright::problem::Problem;
 use linkwright::sao::{Cycle, State, Status, Stop};
@@ -83,7 +83,10 @@ impl<'p> Progress<'p> {
 
     /// Prints a line of the table. Only a terminal gets times, so that other programs read the same text in every run.
     fn line(&self, text: &str) -> anyhow::Result<()> {
-        if self.is_terminal { say(&format!("{CLEAR}{WRAP_OFF}{text}{WRAP_ON}")) } else { say(text) }
+        if !self.is_terminal {
+            return say(text);
+        }
+        say_raw(&format!("{CLEAR}{WRAP_OFF}{}{WRAP_ON}", visible(text)))
     }
 
     /// Prints the line with the times below the table; the next row overwrites it.

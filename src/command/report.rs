@@ -1,24 +1,25 @@
 //! `linkwright report DIR`: a run as one page for a browser, and its figures as files.
 
-use super::output::{create_folder, say, write};
-use super::run_directory::{RunDirectory, files, fingerprint};
+use super::folder::{OutputFolder, has};
+use super::output::say;
+use super::run_directory::{PAGE, RunDirectory, fingerprint};
 use anyhow::Context;
 use clap::Args;
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::report::animation::{Animation, Scene};
-use linkwright::report::figure::QuantityLabel;
-use linkwright::report::figure::literal;
+use linkwright::report::figure::{Figure, QuantityLabel, literal};
 use linkwright::report::page::{Badge, Page, PageSection};
 use linkwright::report::run::{OptimizationReport, Slice};
 use linkwright::report::table::{Cell, Table};
 use linkwright::sao::State;
+use linkwright::storage::Directory;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// File name of the page.
-const PAGE: &str = "report.html";
+/// Folder of the figures.
+const FIGURES: &str = "figures";
 /// Numbers of points along each side of the design-space slice, and its largest estimated time.
 const SLICES: [usize; 4] = [21, 15, 11, 7];
 const SLICE_TIME: Duration = Duration::from_secs(5);
@@ -54,21 +55,51 @@ impl Report {
 /// Writes the page of a run and, with `with_figures`, the files of its figures. Returns the path of the page.
 pub fn write_report(path: &Path, slice: Option<u16>, with_figures: bool) -> anyhow::Result<PathBuf> {
     let (folder, model, text) = RunDirectory::open(path)?;
-    let problem = model.problem()?;
-    let (page, motion) = match folder.last(&problem)? {
-        Some(state) => of_run(&model, &problem, &state, slice)?,
-        None => (without_state(&model, &problem)?, None),
-    };
-    if with_figures {
-        write_figures(&path.join("figures"), &page, motion.as_ref())?;
+    report(folder, &model, &text, slice, with_figures)
+}
+
+/// As [`write_report`] for an open folder.
+pub fn report(
+    folder: RunDirectory,
+    model: &Model,
+    text: &str,
+    slice: Option<u16>,
+    with_figures: bool,
+) -> anyhow::Result<PathBuf> {
+    let drawn = DrawnReport::new(&folder, model, slice, with_figures)?;
+    drawn.store(folder, model, text)
+}
+
+/// A report in memory: the page, without the links to the files of the folder, and the files of its figures.
+#[derive(Clone)]
+pub struct DrawnReport {
+    page: Page,
+    figures: Vec<(String, Vec<u8>)>,
+}
+
+impl DrawnReport {
+    /// Draws the report of the last state of a run.
+    pub fn new(folder: &RunDirectory, model: &Model, slice: Option<u16>, with_figures: bool) -> anyhow::Result<Self> {
+        let problem = model.problem()?;
+        let (page, motion) = match folder.last(model, &problem)? {
+            Some(last) => of_run(model, &problem, &last.state, slice)?,
+            None => (without_state(model, &problem)?, None),
+        };
+        let figures = if with_figures { drawn_figures(&page, motion.as_ref())? } else { vec![] };
+        Ok(Self { page, figures })
     }
-    let page = page.with(listed(path, &model, &folder, &text)).foot(format!(
-        "Written by linkwright {}. The page is self-contained: it can be sent and stored as one file.",
-        env!("CARGO_PKG_VERSION")
-    ));
-    let place = path.join(PAGE);
-    files::replace(&place, page.html()?)?;
-    Ok(place)
+
+    /// Writes the files. The page is written even if a figure cannot be written. Returns the path of the page.
+    pub fn store(self, mut folder: RunDirectory, model: &Model, text: &str) -> anyhow::Result<PathBuf> {
+        let figures = if self.figures.is_empty() { Ok(()) } else { write_figures(folder.folder(), &self.figures) };
+        let page = self.page.with(listed(model, &mut folder, text)).foot(format!(
+            "Written by linkwright {}. The page is self-contained: it can be sent and stored as one file.",
+            env!("CARGO_PKG_VERSION")
+        ));
+        let place = folder.folder().write(PAGE, page.html()?.as_bytes())?;
+        figures.with_context(|| format!("the page {} is complete, but not its figures as files", place.display()))?;
+        Ok(place)
+    }
 }
 
 fn of_run(
@@ -153,10 +184,17 @@ const FILES: [(&str, &str); 9] = [
     ("figures/mechanism.gif", "animation of the mechanism"),
 ];
 
-fn listed(path: &Path, model: &Model, folder: &RunDirectory, text: &str) -> PageSection {
-    let present = FILES.into_iter().filter(|(name, _)| path.join(name).exists());
+fn listed(model: &Model, folder: &mut RunDirectory, text: &str) -> PageSection {
+    let directory = folder.folder().directory();
+    let is_present = |name: &str| match name.split_once('/') {
+        Some((outer, inner)) => {
+            has(directory, outer) && Directory::open(&directory.path().join(outer)).is_ok_and(|d| has(&d, inner))
+        }
+        None => has(directory, name),
+    };
+    let present: Vec<_> = FILES.into_iter().filter(|(name, _)| is_present(name)).collect();
     let mut section = PageSection::new("data", "Data and settings")
-        .links(present.map(|(name, what)| (name.to_owned(), what.to_owned())))
+        .links(present.into_iter().map(|(name, what)| (name.to_owned(), what.to_owned())))
         .paragraph(format!(
             "Begun with linkwright {}. Fingerprint of the problem: {}; runs with the same fingerprint differ at most in method, \
              bounds and title.",
@@ -171,16 +209,22 @@ fn listed(path: &Path, model: &Model, folder: &RunDirectory, text: &str) -> Page
     section.listing("The model file of this run", text)
 }
 
-/// Writes every figure as SVG and PNG, and the mechanism as a figure and as an animated GIF.
-fn write_figures(place: &Path, page: &Page, motion: Option<&Animation>) -> anyhow::Result<()> {
-    create_folder(place)?;
-    let figures: Vec<_> = page.figures().collect();
-    let save = |name: &str, figure: &linkwright::report::figure::Figure| -> anyhow::Result<()> {
-        write(&place.join(format!("{name}.svg")), figure.svg()?.as_bytes())?;
-        write(&place.join(format!("{name}.png")), &figure.png(PRINT)?)
+/// Every figure as SVG and PNG, and the mechanism as a figure and as an animated GIF: names and contents of the files.
+fn drawn_figures(page: &Page, motion: Option<&Animation>) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let drawn = |name: &str, figure: &Figure| -> anyhow::Result<[(String, Vec<u8>); 2]> {
+        Ok([(format!("{name}.svg"), figure.svg()?.into_bytes()), (format!("{name}.png"), figure.png(PRINT)?)])
     };
-    figures.par_iter().try_for_each(|(name, figure)| save(name, figure)).context("a figure of the report")?;
-    let Some(motion) = motion else { return Ok(()) };
-    save("mechanism", &motion.still(0)?)?;
-    write(&place.join("mechanism.gif"), &motion.gif(SCREEN)?)
+    let figures: Vec<_> = page.figures().collect();
+    let files: Vec<_> = figures.par_iter().map(|(name, figure)| drawn(name, figure)).collect::<Result<_, _>>()?;
+    let mut files: Vec<(String, Vec<u8>)> = files.into_iter().flatten().collect();
+    if let Some(motion) = motion {
+        files.extend(drawn("mechanism", &motion.still(0)?)?);
+        files.push(("mechanism.gif".to_owned(), motion.gif(SCREEN)?));
+    }
+    Ok(files)
+}
+
+fn write_figures(folder: &OutputFolder, files: &[(String, Vec<u8>)]) -> anyhow::Result<()> {
+    let mut place = folder.subfolder(FIGURES)?;
+    files.iter().try_for_each(|(name, bytes)| place.write(name, bytes).map(drop))
 }

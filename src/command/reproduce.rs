@@ -1,6 +1,7 @@
 //! `linkwright reproduce PAPER`.
 
-use super::output::{create_folder, results, say, write};
+use super::folder::OutputFolder;
+use super::output::{complain, results, say};
 use anyhow::bail;
 use clap::Args;
 use linkwright::papers::{ReproducedTable, ReproductionSummary, papers};
@@ -40,22 +41,22 @@ impl Reproduce {
             bail!("no table `{unknown}`; choose from {}", known.join(", "));
         }
         let out = self.out.clone().unwrap_or_else(|| results().join(name));
-        create_folder(&out)?;
+        let mut folder = OutputFolder::create(&out)?;
         let mut tables = vec![];
         for name in known.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
             for table in paper.regenerate(name, &mut progress)? {
                 print(&table)?;
-                write(&out.join(format!("{}.csv", table.name)), table.table.csv().as_bytes())?;
+                folder.write(&format!("{}.csv", table.name), table.table.csv().as_bytes())?;
                 tables.push(table);
             }
         }
-        write(&out.join("summary.json"), ReproductionSummary::new(*paper, &tables)?.to_json().as_bytes())?;
+        folder.write("summary.json", ReproductionSummary::new(*paper, &tables)?.to_json().as_bytes())?;
         for table in &tables {
             for (name, figure) in paper.figures(table)? {
-                figure.save(&out, &name)?;
+                folder.write_figure(&name, &figure)?;
             }
             for (name, bytes) in paper.animations(table)? {
-                write(&out.join(name), &bytes)?;
+                folder.write(&name, &bytes)?;
             }
         }
         say(&format!("Tables, summary and figures are in {}", out.display()))
@@ -96,11 +97,11 @@ fn print(table: &ReproducedTable) -> anyhow::Result<()> {
 fn progress(table: &str, state: &State) {
     let (Some(cycle), true) = (state.history.last(), std::io::stderr().is_terminal()) else { return };
     let mark = if cycle.accepted { "accepted" } else { "rejected" };
-    eprintln!(
+    complain(&format!(
         "{table}: cycle {:>2} {mark}  F = {:<12.6} V = {:>10.2e} %  {} retained constraints",
         cycle.cycle,
         cycle.objective,
         cycle.violation_pct,
         cycle.retained.len()
-    );
+    ));
 }

@@ -3,11 +3,11 @@
 use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses, RowId};
 use linkwright::report::run::step_cells;
 use linkwright::report::table::{Cell, Table};
-use linkwright::sao::State;
+use linkwright::sao::Cycle;
 use nalgebra::DMatrix;
 
-/// Table of all trial steps, accepted and rejected.
-pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
+/// Table of trial steps, accepted and rejected.
+pub fn cycles(problem: &Problem, history: &[Cycle]) -> linkwright::Result<Table> {
     let fixed = [
         "cycle",
         "accepted",
@@ -23,7 +23,7 @@ pub fn cycles(problem: &Problem, state: &State) -> linkwright::Result<Table> {
     ];
     let names = problem.variables.iter().map(|v| v.name.as_str());
     let mut table = Table::new("Cycles", fixed.into_iter().chain(names).map(str::to_owned));
-    for c in &state.history {
+    for c in history {
         let fixed = [c.cycle.into(), usize::from(c.accepted).into()].into_iter().chain(step_cells(c));
         let design = c.design.iter().map(|b| Cell::from(*b));
         table.push(fixed.chain([c.iterations.into()]).chain(design))?;

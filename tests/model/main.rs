@@ -9,9 +9,11 @@ mod diagnostics;
 mod documentation;
 mod edits;
 mod expressions;
+mod folders;
 mod kinds;
 mod limits;
 mod mistakes;
+mod notice;
 #[cfg(feature = "cli")]
 mod page;
 #[cfg(feature = "cli")]

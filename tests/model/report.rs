@@ -1,7 +1,7 @@
 //! The report of a run: one page that is well formed, complete and loads nothing.
 
 use super::page::{assert_self_contained, check, outline};
-use crate::shell::TempFolder;
+use crate::shell::{TempFolder, sealed};
 
 /// Optimizes an example and writes its report.
 fn reported(name: &str, example: &str, code: i32) -> (TempFolder, String) {
@@ -42,6 +42,7 @@ fn every_figure_is_a_file_and_the_mechanism_moves_in_one() {
     let mut names: Vec<String> = std::fs::read_dir(place.0.join("run/figures"))
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name != "files.json")
         .collect();
     names.sort();
     insta::assert_snapshot!(names.join("\n"));
@@ -97,9 +98,9 @@ fn a_run_that_was_stopped_gives_a_report_too() {
     place.run(&["optimize", "short.toml", "--quiet", "--out", "run"], 3);
     assert!(report(&place).contains(">cycle limit</span>"));
     // The folder after a kill: the state of an unfinished run, and no results.
-    let state = place.read("run/state.json").replace("\"status\": \"CycleLimit\"", "\"status\": \"Running\"");
+    let state = place.read("run/state.json").replace("\"status\":\"CycleLimit\"", "\"status\":\"Running\"");
     assert!(state.contains("Running"));
-    std::fs::write(place.0.join("run/state.json"), state).unwrap();
+    std::fs::write(place.0.join("run/state.json"), sealed(&state)).unwrap();
     for name in ["summary.json", "responses.csv", "constraints.csv"] {
         std::fs::remove_file(place.0.join("run").join(name)).unwrap();
     }
@@ -107,7 +108,9 @@ fn a_run_that_was_stopped_gives_a_report_too() {
     assert!(page.contains(">unfinished</span>") && page.contains("the 3 trial steps so far"));
     assert!(!page.contains("href=\"summary.json\"") && page.contains("href=\"cycles.csv\""));
     // Killed before the first design was analysed.
-    std::fs::remove_file(place.0.join("run/state.json")).unwrap();
+    for name in ["state.json", "state-previous.json", "history.jsonl"] {
+        std::fs::remove_file(place.0.join("run").join(name)).unwrap();
+    }
     let page = report(&place);
     assert!(page.contains("stopped before its first design") && page.contains("Design variables"));
     assert!(place.run(&["report", "nowhere"], 1).contains("no run"));

@@ -70,16 +70,23 @@ fn a_run_that_is_killed_at_any_moment_is_resumed_to_the_same_end() {
 }
 
 #[test]
-fn a_history_cut_in_the_middle_of_a_line_is_repaired() {
+fn an_incomplete_last_line_is_repaired_and_a_history_that_is_too_short_is_rejected() {
     let place = TempFolder::new("torn");
     place.example("two-bar-truss");
     place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "whole"], 0);
     place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", "torn"], 0);
     let whole = place.read("whole/history.jsonl");
-    for keep in [0, 10, whole.len() / 2, whole.len() - 1] {
+    let end = whole.rfind("{\"event\":\"end\"").unwrap();
+    for keep in [end, end + 10, whole.len() - 1] {
         std::fs::write(place.0.join("torn/history.jsonl"), &whole[..keep]).unwrap();
         place.run(&["resume", "torn", "--quiet"], 0);
         assert_eq!(place.read("torn/history.jsonl"), whole);
+    }
+    // The state refers to cycles that are not in the file.
+    for keep in [0, 10, whole.len() / 2, end - 1] {
+        std::fs::write(place.0.join("torn/history.jsonl"), &whole[..keep]).unwrap();
+        assert!(place.run(&["resume", "torn", "--quiet"], 1).contains("history.jsonl is not the history of the state"));
+        assert_eq!(place.read("torn/history.jsonl"), whole[..keep]);
     }
 }
 

@@ -12,6 +12,14 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// Seals a changed state again, as its author can.
+pub fn sealed(state: &str) -> String {
+    let digits = state.find("fnv1a64:").unwrap() + 8;
+    let zeros = format!("{}{}{}", &state[..digits], "0".repeat(16), &state[digits + 16..]);
+    let hash = linkwright::storage::fnv1a(&zeros);
+    format!("{}{hash:016x}{}", &state[..digits], &state[digits + 16..])
+}
+
 /// An empty folder that is removed at the end.
 pub struct TempFolder(pub PathBuf);
 

@@ -1,11 +1,12 @@
 //! Invalid input: each case returns an error with numbers and a remedy, and none panics.
 
+use linkwright::approximation::CycleData;
 use linkwright::autodiff::Scalar;
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::function;
 use linkwright::problem::{
-    Analysis, ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity,
-    ResponseAt, Responses, TimeGrid,
+    Analysis, AnalyzedDesign, ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem,
+    ProblemBuilder, Quantity, ResponseAt, Responses, RowId, TimeGrid,
 };
 use linkwright::sao::{ErrorBased, Method, RelativeLimits, STATE_VERSION, Screening, State, Status, Stop};
 use linkwright::{Error, Result};
@@ -289,6 +290,49 @@ fn a_state_whose_parts_do_not_have_the_shape_of_the_problem_is_refused() {
     refused(|s| _ = s.factors.pop(), &["factors of the state: expected length 8, got 7"]);
     refused(|s| _ = s.responses.values[1].pop(), &["response `y2`: expected length 8, got 7"]);
     refused(|s| _ = s.evaluation.constraints.pop(), &["constraints of the state: expected length 2, got 1"]);
+    refused(|s| s.factors[0] = -1.0, &["a move-limit factor is not positive"]);
+    refused(|s| s.counters.subproblem_iterations = usize::MAX, &["a counter is above"]);
+    refused(|s| s.evaluation.equalities.push(7), &["equality constraints [7] are not those of the problem"]);
+    refused(|s| s.globalization.conservatism.push(1.0), &["conservatism of the state: expected length 3, got 1"]);
+    refused(|s| s.last_step = Some(vec![]), &["last step of the state: expected length 8, got 0"]);
+    refused(|s| s.history.clear(), &["the history is empty"]);
+    refused(|s| s.history[0].cycle = 3, &["line 0 of the history is cycle 3, expected cycle 0"]);
+    refused(|s| _ = s.history[0].design.pop(), &["design of cycle 0: expected length 8, got 7"]);
+    let nowhere = |s: &mut State| s.history[0].retained.push(RowId { constraint: 9, point: 0 });
+    refused(nowhere, &["constraint 9 at time point 0 does not exist; there are 2 constraints"]);
+    refused(|s| s.design[0] += 1.0, &["the design is not that of the last accepted cycle"]);
+}
+
+/// After a rejected step the state has derivatives, which the next step uses.
+#[test]
+fn stored_derivatives_that_do_not_fit_are_refused() {
+    let problem = impact_absorber::comfort().unwrap();
+    let method = Method::default();
+    let mut state = method.start(&problem).unwrap();
+    let retained = method.screening.retain(&problem, &state.evaluation);
+    let at = AnalyzedDesign {
+        design: state.design.clone(),
+        responses: state.responses.clone(),
+        evaluation: state.evaluation.clone(),
+    };
+    state.data = Some(CycleData::first_order(&problem, &at, retained).unwrap());
+    State::from_json(&state.to_json(), &problem).unwrap();
+    let refused = |change: fn(&mut CycleData), words: &[&str]| {
+        let mut state = state.clone();
+        change(state.data.as_mut().unwrap());
+        assert_error(State::from_json(&state.to_json(), &problem), words);
+    };
+    refused(|d| d.sensitivities.rows = DMatrix::zeros(0, 2), &["rows of the sensitivities of the state"]);
+    refused(|d| _ = d.sensitivities.at.pop(), &["not those of the retained rows"]);
+    refused(|d| d.retained.reverse(), &["the retained rows are not sorted"]);
+    refused(|d| d.retained.push(RowId { constraint: 0, point: 100_000 }), &["at time point 100000 does not exist"]);
+    refused(|d| d.curvatures = Some(vec![]), &["second derivatives of the state"]);
+    // Sizes whose product overflows.
+    let text = state.to_json();
+    let rows = text.find("\"rows\"").unwrap();
+    let end = rows + text[rows..].find("]\n").unwrap();
+    let huge = format!("{}\"rows\": [[], 8589934592, 2147483648{}", &text[..rows], &text[end..]);
+    assert!(State::from_json(&huge, &problem).is_err());
 }
 
 #[test]

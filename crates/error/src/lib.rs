@@ -30,7 +30,7 @@ pub enum Error {
         got: usize,
     },
     /// A setting is outside its range.
-    #[error("{option} must be {must}, got {got}")]
+    #[error("{option} must be {must}, got {}", Readable(*.got))]
     Option {
         /// Name of the setting.
         option: String,
@@ -145,6 +145,22 @@ impl Error {
     /// An [`Error::Analysis`].
     pub fn analysis(what: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Analysis { what: what.into(), why: why.into(), remedy: remedy.into() }
+    }
+}
+
+/// A number as text for a message: with an exponent where zeros would be long.
+///
+/// ```
+/// use linkwright_error::Readable;
+/// assert_eq!([0.0, 0.25, -4e3, 1e308, 2e-9].map(|v| Readable(v).to_string()), ["0", "0.25", "-4000", "1e308", "2e-9"]);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Readable(pub f64);
+
+impl std::fmt::Display for Readable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let is_plain = self.0 == 0.0 || !self.0.is_finite() || (1e-5..1e16).contains(&self.0.abs());
+        if is_plain { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
     }
 }
 

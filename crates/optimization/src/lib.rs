@@ -15,7 +15,7 @@
 //! | [`responses`] | analyses: finite differences of any analysis, and mechanisms (feature `mechanics`) |
 //! | [`gradient_check`] | derivatives by all methods of an analysis, compared with finite differences |
 //! | [`problem`] | design variables, time grids, responses, objective, constraints, the trait of an analysis |
-//! | [`storage`] | a hash of texts, and files that are replaced as a whole |
+//! | [`storage`] | a hash of texts, and files of a folder |
 //!
 //! Modules depend only on those below them.
 //!

@@ -7,19 +7,44 @@
 //! | `edit` | an edit of the model before the run continued |
 //! | `end` | the summary |
 //!
-//! A line is written after the state that it describes. Lines that a kill prevented are appended when the run continues, so
-//! the file of an interrupted run ends up the same as that of an uninterrupted one.
+//! A line is flushed to disk before the state that refers to it. The state names the part of the file up to its last cycle: length
+//! and hash. When a run continues, lines of cycles after that part are removed; these cycles are computed again, with the same bits.
 
-use super::files;
+use super::explained;
 use super::records::{Edit, RunRecord, Summary, Versions, cycle_line};
-use linkwright::sao::State;
-use serde::Serialize;
+use anyhow::{Context, bail};
+use linkwright::sao::{Cycle, State};
+use linkwright::storage::{Appender, Directory, Fnv1a};
+use serde::{Deserialize, Serialize};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-/// The history file with the number of its lines of each kind.
-pub struct HistoryFile {
-    path: PathBuf,
-    cycles: usize,
+/// Name of the file.
+pub const HISTORY: &str = "history.jsonl";
+/// Largest length of a line in bytes.
+const LINE: usize = 1 << 30;
+
+/// The part of the history up to the last cycle of a state.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Prefix {
+    /// Number of its cycles.
+    pub cycles: usize,
+    /// Its length.
+    pub bytes: u64,
+    /// FNV-1a hash of its bytes, in hexadecimal.
+    pub hash: String,
+}
+
+/// A history that was read.
+#[derive(Default)]
+pub struct History {
+    /// Its cycles.
+    pub cycles: Vec<Cycle>,
+    /// The part up to the last of them.
+    pub prefix: Prefix,
+    /// Length and hash of the lines that are kept.
+    length: u64,
+    hash: Fnv1a,
     edits: usize,
     last: String,
 }
@@ -40,45 +65,150 @@ struct EditLine<'e> {
     edit: &'e Edit,
 }
 
-impl HistoryFile {
-    /// Opens the history of a folder and removes an incomplete last line.
-    pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        let path = folder.join("history.jsonl");
-        let text = files::complete_lines(&path)?;
-        let count =
-            |event: &str| text.lines().filter(|line| line.starts_with(&format!("{{\"event\":\"{event}\""))).count();
-        let last = text.lines().last().unwrap_or("").to_owned();
-        Ok(Self { path, cycles: count("cycle"), edits: count("edit"), last })
+impl History {
+    /// Reads the history of a folder: the part of a state with the lines after it that are no cycles, or all of it.
+    pub fn read(directory: &Directory, wanted: Option<&Prefix>) -> anyhow::Result<Self> {
+        let place = directory.path().join(HISTORY);
+        let mut read = Self::default();
+        let unreadable = || format!("cannot read {}", place.display());
+        if let Some(file) = directory.reader(HISTORY).with_context(unreadable)? {
+            let mut reader = BufReader::new(file);
+            while let Some(line) = complete_line(&mut reader, &place)? {
+                let is = |event: &str| line.starts_with(format!("{{\"event\":\"{event}\"").as_bytes());
+                if is("cycle") && wanted.is_some_and(|wanted| read.cycles.len() >= wanted.cycles) {
+                    break;
+                }
+                read.take(&line, is("cycle"), is("edit"), &place)?;
+            }
+        }
+        if let Some(wanted) = wanted.filter(|wanted| **wanted != read.prefix) {
+            bail!(
+                "{} is not the history of the state: it has {} cycles in {} bytes with hash {}, expected {} in {} bytes with {}",
+                place.display(),
+                read.prefix.cycles,
+                read.prefix.bytes,
+                read.prefix.hash,
+                wanted.cycles,
+                wanted.bytes,
+                wanted.hash
+            );
+        }
+        Ok(read)
     }
 
-    /// Appends the cycles and edits that are not in the file yet.
-    pub fn update(&mut self, run: &RunRecord, state: &State) -> anyhow::Result<()> {
+    /// Adds a line with its end.
+    fn take(&mut self, line: &[u8], is_cycle: bool, is_edit: bool, place: &Path) -> anyhow::Result<()> {
+        self.add(line);
+        self.edits += usize::from(is_edit);
+        self.last = String::from_utf8_lossy(&line[..line.len() - 1]).into_owned();
+        if is_cycle {
+            let cycle = serde_json::from_slice(line);
+            self.cycles.push(cycle.with_context(|| {
+                format!("{}: the line of cycle {} is not readable", place.display(), self.cycles.len())
+            })?);
+            self.end_prefix(self.cycles.len());
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, bytes: &[u8]) {
+        self.hash.add(bytes);
+        self.length += bytes.len() as u64;
+    }
+
+    fn end_prefix(&mut self, cycles: usize) {
+        self.prefix = Prefix { cycles, bytes: self.length, hash: format!("{:016x}", self.hash.value()) };
+    }
+}
+
+/// The next line with its end; `None` at the end of the file. An incomplete last line, which a kill may leave, is ignored.
+fn complete_line(reader: &mut impl BufRead, place: &Path) -> anyhow::Result<Option<Vec<u8>>> {
+    let mut line = vec![];
+    loop {
+        let part = reader.fill_buf().with_context(|| format!("cannot read {}", place.display()))?;
+        if part.is_empty() {
+            return Ok(None);
+        }
+        let end = part.iter().position(|byte| *byte == b'\n');
+        let part = &part[..end.map_or(part.len(), |end| end + 1)];
+        line.extend_from_slice(part);
+        let count = part.len();
+        // JSON has no control characters. A file with a hole is not read to its end.
+        let is_text = part[..count - usize::from(end.is_some())].iter().all(|byte| *byte >= b' ');
+        anyhow::ensure!(
+            is_text && line.len() <= LINE,
+            "{} is not a file with a line of JSON for each event",
+            place.display()
+        );
+        reader.consume(count);
+        if end.is_some() {
+            return Ok(Some(line));
+        }
+    }
+}
+
+/// The history file of a run of this process.
+pub struct HistoryFile {
+    place: PathBuf,
+    file: Appender,
+    read: History,
+}
+
+impl HistoryFile {
+    /// Opens the file of a history that was read; removes all bytes that are not a part of it.
+    pub fn open(directory: &Directory, mut read: History) -> anyhow::Result<Self> {
+        let place = directory.path().join(HISTORY);
+        let open = || {
+            let file = directory.appender(HISTORY)?;
+            if file.length()? > read.length {
+                file.cut(read.length)?;
+            }
+            Ok(file)
+        };
+        let file = explained(&place, open())?;
+        read.cycles = vec![];
+        Ok(Self { place, file, read })
+    }
+
+    /// Appends the cycles and edits that are not in the file yet, and flushes them. Returns the part up to the last cycle.
+    pub fn update(&mut self, run: &RunRecord, state: &State) -> anyhow::Result<&Prefix> {
         let mut lines = vec![];
-        if self.last.is_empty() {
+        if self.read.length == 0 {
             let RunRecord { versions, fingerprint, input, .. } = run;
-            lines.push(serde_json::to_string(&BeginLine { event: "begin", versions, fingerprint, input })?);
+            lines.push((serde_json::to_string(&BeginLine { event: "begin", versions, fingerprint, input })?, None));
         }
-        for cycle in state.history.iter().skip(self.cycles) {
-            lines.push(cycle_line(cycle)?);
+        for (k, cycle) in state.history.iter().enumerate().skip(self.read.prefix.cycles) {
+            lines.push((cycle_line(cycle)?, Some(k + 1)));
         }
-        for edit in run.edits.iter().skip(self.edits) {
-            lines.push(serde_json::to_string(&EditLine { event: "edit", edit })?);
+        for edit in run.edits.iter().skip(self.read.edits) {
+            lines.push((serde_json::to_string(&EditLine { event: "edit", edit })?, None));
         }
         self.append(lines)?;
-        (self.cycles, self.edits) = (state.history.len().max(self.cycles), run.edits.len());
-        Ok(())
+        self.read.edits = run.edits.len();
+        Ok(&self.read.prefix)
     }
 
     /// Appends the summary, unless it is the last line already.
     pub fn end(&mut self, summary: &Summary) -> anyhow::Result<()> {
         let line = serde_json::to_string(summary)?;
-        if line == self.last { Ok(()) } else { self.append(vec![line]) }
+        if line == self.read.last { Ok(()) } else { self.append(vec![(line, None)]) }
     }
 
-    fn append(&mut self, lines: Vec<String>) -> anyhow::Result<()> {
-        let Some(last) = lines.last() else { return Ok(()) };
-        files::append(&self.path, &(lines.join("\n") + "\n"))?;
-        self.last = last.clone();
-        Ok(())
+    /// Appends lines; the line of a cycle comes with the number of cycles up to it.
+    fn append(&mut self, lines: Vec<(String, Option<usize>)>) -> anyhow::Result<()> {
+        let Some((last, _)) = lines.last() else { return Ok(()) };
+        self.read.last = last.clone();
+        let mut bytes = vec![];
+        for (line, cycles) in lines {
+            let begin = bytes.len();
+            bytes.extend_from_slice(line.as_bytes());
+            bytes.push(b'\n');
+            self.read.add(&bytes[begin..]);
+            if let Some(cycles) = cycles {
+                self.read.end_prefix(cycles);
+            }
+        }
+        let written = self.file.append(&bytes).and_then(|()| self.file.flush());
+        explained(&self.place, written)
     }
 }

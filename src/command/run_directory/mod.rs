@@ -1,102 +1,241 @@
-//! The directory of a run.
+//! The directory of a run. `docs/results.md` has the files, the order in which they are written, and what a reader may rely on.
 //!
 //! | file | content |
 //! |---|---|
-//! | `model.toml` | a copy of the model file; `resume` reads this one, [method] and bounds may be edited |
-//! | `run.json` | versions, hashes, the model that was used last, edits |
-//! | `state.json` | everything that `resume` needs, replaced after every cycle |
-//! | `history.jsonl` | the events of the run, a line for each cycle, edit and end; lines are only ever appended |
-//! | `cycles.csv` | the history as a table, replaced after every cycle |
-//! | `summary.json` | progress and, at the end, the result; replaced after every cycle |
-//! | `responses.csv`, `constraints.csv` | histories of the last accepted design, at the end |
-//! | `*.parquet` | the three tables again, at the end, with the feature `parquet` |
-//! | `report.html`, `figures/` | written by `report` from the other files |
-//! | `run.lock` | locked while a process runs in the folder |
+//! | `state_file` | `state.json`: the state with its checksum |
+//! | `history` | `history.jsonl`: the events of the run |
+//! | `records` | `run.json` and `summary.json` |
+//! | `lock` | the claim of a folder |
 //!
-//! Files are replaced atomically. `state.json` and `history.jsonl` are flushed to disk before the next cycle begins; the others
-//! can be computed from them. A kill at any moment leaves the previous cycle.
+//! A kill at any moment leaves the previous cycle: lines of the history are flushed before the state that refers to them, and the
+//! state is replaced atomically.
 
-pub mod files;
 mod history;
+mod lock;
 mod records;
+mod state_file;
 
-pub use files::Lock;
-pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, Summary, changes, cycle_line, fingerprint};
+pub use lock::LOCK;
+pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary, changes, cycle_line, fingerprint};
 
-use super::model::load;
-use super::output::create_folder;
+use super::budget::Sizes;
+use super::folder::{MANIFEST, OutputFolder, RUN};
+use super::model::parsed;
+use super::output::complain;
 use super::tables;
 use anyhow::{Context, bail};
-use history::HistoryFile;
+use history::{HISTORY, History, HistoryFile, Prefix};
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::sao::State;
+use linkwright::storage::{Appender, Directory};
+use lock::Claim;
+use state_file::{PREVIOUS, STATE, StoredState};
+use std::io;
 use std::path::{Path, PathBuf};
+
+/// The copy of the model.
+pub const MODEL: &str = "model.toml";
+/// File name of the page.
+pub const PAGE: &str = "report.html";
+const CYCLES: &str = "cycles.csv";
+const RESPONSES: &str = "responses.csv";
+const CONSTRAINTS: &str = "constraints.csv";
+/// Files that a run writes. The state comes first, since a history without its state cannot be continued.
+const FILES: [&str; 13] = [
+    STATE,
+    PREVIOUS,
+    HISTORY,
+    CYCLES,
+    SUMMARY,
+    RESPONSES,
+    CONSTRAINTS,
+    "cycles.parquet",
+    "responses.parquet",
+    "constraints.parquet",
+    PAGE,
+    MODEL,
+    RUN,
+];
 
 /// The directory of a run.
 pub struct RunDirectory {
-    path: PathBuf,
+    folder: OutputFolder,
     record: RunRecord,
-    /// Lock and history, while this process runs in the folder.
-    claim: Option<(Lock, HistoryFile)>,
+    /// Lock and growing files, while this process runs in the folder.
+    active: Option<Active>,
+}
+
+struct Active {
+    _claim: Claim,
+    history: Option<HistoryFile>,
+    cycles: Option<CycleTable>,
+    /// Number of trial steps in the stored state.
+    stored: Option<usize>,
+    /// The stored state.
+    text: String,
+}
+
+/// `cycles.csv`, to which rows are appended.
+struct CycleTable {
+    file: Appender,
+    rows: usize,
+}
+
+/// The state of a run, with the history that was read for it.
+pub struct LastState {
+    pub state: State,
+    history: History,
+    is_old: bool,
 }
 
 impl RunDirectory {
-    /// Creates the folder of a new run. Rejects one that has a run in it.
-    pub fn create(path: &Path, model: &Model, text: &str, file: &Path) -> anyhow::Result<Self> {
-        let mut created = Self { path: path.to_owned(), record: RunRecord::new(model, text, file)?, claim: None };
-        if created.state_file().exists() {
-            let path = path.display();
-            bail!("{path} has a run in it; continue it with `linkwright resume {path}`, or give another folder");
-        }
-        create_folder(path)?;
-        created.claim()?;
-        files::replace(&path.join("model.toml"), text)?;
+    /// Begins a run in a folder. The claim comes first, then the look: a folder in which a process runs, one with a run, and one
+    /// with other people's files are rejected. With `force`, the files of an earlier run are removed, and other files stay.
+    pub fn create(directory: Directory, model: &Model, text: &str, file: &Path, force: bool) -> anyhow::Result<Self> {
+        let claim = Claim::of(&directory)?;
+        let folder = match look(&directory, force) {
+            Ok(folder) => folder,
+            Err(error) => {
+                claim.withdraw(&directory);
+                return Err(error);
+            }
+        };
+        let record = RunRecord::new(model, text, file)?;
+        let mut created = Self { folder, record, active: Some(Active::new(claim)) };
+        created.folder.own(&FILES)?;
+        created.replace(MODEL, text.as_bytes())?;
         created.write_record()?;
+        created.open_history(History::default())?;
         Ok(created)
     }
 
-    /// Opens the folder of an existing run, with its model and the text of the model.
+    /// Opens the folder of an existing run to read it, with its model and the text of the model.
     pub fn open(path: &Path) -> anyhow::Result<(Self, Model, String)> {
-        let record = RunRecord::read(path)?;
-        let file = path.join("model.toml");
-        let (model, text) = load(&file)?;
-        if fingerprint(&model) != record.fingerprint {
-            bail!("{} has another problem than the run; title, bounds and [method] may be edited", file.display());
-        }
-        Ok((Self { path: path.to_owned(), record, claim: None }, model, text))
+        let directory = Directory::open(path).with_context(|| format!("{} has no run in it", path.display()))?;
+        Self::read(directory)
     }
 
-    /// Locks the folder against other processes, and removes an incomplete last line of the history.
-    pub fn claim(&mut self) -> anyhow::Result<()> {
-        let lock = Lock::acquire(&self.path)?;
-        self.claim = Some((lock, HistoryFile::open(&self.path)?));
-        Ok(())
+    /// Locks the folder of an existing run against other processes, then opens it.
+    pub fn claim(directory: Directory) -> anyhow::Result<(Self, Model, String)> {
+        anyhow::ensure!(directory.entry(RUN)?.is_some(), "{} has no run in it", directory.path().display());
+        let claim = Claim::of(&directory)?;
+        remove_temporary(&directory)?;
+        let (mut opened, model, text) = Self::read(directory)?;
+        opened.active = Some(Active::new(claim));
+        Ok((opened, model, text))
+    }
+
+    /// Reads the run of an open folder.
+    pub fn read(directory: Directory) -> anyhow::Result<(Self, Model, String)> {
+        let record = RunRecord::read(&directory)?;
+        let mut folder = OutputFolder::of(directory)?;
+        if !folder.has_list() {
+            folder.accept_earlier(&FILES);
+        }
+        let (model, text) = parsed(folder.directory(), MODEL)?;
+        if fingerprint(&model) != record.fingerprint {
+            let file = folder.place(MODEL);
+            bail!("{} has another problem than the run; title, bounds and [method] may be edited", file.display());
+        }
+        Ok((Self { folder, record, active: None }, model, text))
+    }
+
+    /// The folder, to write a report into it.
+    pub fn folder(&mut self) -> &mut OutputFolder {
+        &mut self.folder
     }
 
     /// The last state of the run, or `None` if the start design has not been analysed. Records edits of the model.
-    pub fn resume(&mut self, problem: &Problem, text: &str) -> anyhow::Result<Option<State>> {
-        let state = self.last(problem)?;
-        if let Some(state) = &state {
-            problem.check_design(&state.design).context("the bounds exclude the last accepted design")?;
-            self.record_edit(state, text)?;
+    ///
+    /// With `previous` it is the state before the last one.
+    pub fn resume(
+        &mut self,
+        model: &Model,
+        problem: &Problem,
+        text: &str,
+        previous: bool,
+    ) -> anyhow::Result<Option<State>> {
+        let last = if previous {
+            let offered = self.stored(PREVIOUS, model, problem)?;
+            Some(offered.with_context(|| format!("there is no {}", self.folder.place(PREVIOUS).display()))?)
+        } else {
+            self.last(model, problem)?
+        };
+        let Some(LastState { state, history, is_old }) = last else {
+            // The start design is analysed again, and its line written again.
+            self.open_history(History::read(self.folder.directory(), Some(&Prefix::default()))?)?;
+            return Ok(None);
+        };
+        problem.check_design(&state.design).context("the bounds exclude the last accepted design")?;
+        self.record_edit(&state, text)?;
+        self.open_history(history)?;
+        if let Some(active) = self.active.as_mut().filter(|_| !previous && !is_old) {
+            active.stored = Some(state.history.len());
         }
-        Ok(state)
+        Ok(Some(state))
     }
 
     /// The last state of the run, or `None` if the start design has not been analysed. Bounds may have changed since.
-    pub fn last(&self, problem: &Problem) -> anyhow::Result<Option<State>> {
-        let name = self.state_file();
-        if !name.exists() {
-            return Ok(None);
+    pub fn last(&self, model: &Model, problem: &Problem) -> anyhow::Result<Option<LastState>> {
+        let previous = || self.stored(PREVIOUS, model, problem);
+        match self.stored(STATE, model, problem) {
+            Ok(Some(last)) => Ok(Some(last)),
+            // A kill between the two renamings of a save; a reader at that moment finds the state when it looks again.
+            Ok(None) => match previous()? {
+                Some(last) => Ok(Some(self.stored(STATE, model, problem)?.unwrap_or(last))),
+                None => self.no_state().map(|()| None),
+            },
+            Err(error) => {
+                let path = self.folder.directory().path().display();
+                let remedy = match previous() {
+                    Ok(Some(older)) => format!(
+                        "the state before it, after {} trial steps, is intact: `linkwright resume {path} --previous` continues from it",
+                        older.state.history.len() - 1
+                    ),
+                    _ => format!(
+                        "no older state is intact; restore the folder, or start anew with `linkwright optimize FILE --force --out {path}`"
+                    ),
+                };
+                bail!("{error:#}; {remedy}")
+            }
         }
-        let stored = std::fs::read_to_string(&name).with_context(|| format!("cannot read {}", name.display()))?;
-        let mut stored: serde_json::Value =
-            serde_json::from_str(&stored).with_context(|| format!("{} is not readable", name.display()))?;
-        // The fingerprint of the problem includes the bounds; `open` has compared that of the model, which does not.
-        stored["fingerprint"] = problem.fingerprint().into();
-        stored["problem"] = problem.name.clone().into();
-        Ok(Some(State::from_json(&stored.to_string(), problem)?))
+    }
+
+    /// Rejects a history without a state. That of the start design may have been killed before its state was written.
+    fn no_state(&self) -> anyhow::Result<()> {
+        let history = History::read(self.folder.directory(), None)?;
+        anyhow::ensure!(
+            history.cycles.len() <= 1,
+            "{} is missing, but {} has {} cycles; restore it, or start anew with `linkwright optimize FILE --force --out {}`",
+            self.folder.place(STATE).display(),
+            self.folder.place(HISTORY).display(),
+            history.cycles.len(),
+            self.folder.directory().path().display()
+        );
+        Ok(())
+    }
+
+    /// A state file with its part of the history, if both fit to the problem; `None` if the file does not exist.
+    fn stored(&self, name: &str, model: &Model, problem: &Problem) -> anyhow::Result<Option<LastState>> {
+        let place = self.folder.place(name);
+        let directory = self.folder.directory();
+        let limit = Sizes::of(problem, model.method()).state_limit();
+        let fits = |result: linkwright::Result<State>| result.with_context(|| format!("{}", place.display()));
+        match state_file::read(directory, name, &self.record.fingerprint, limit)? {
+            None => Ok(None),
+            Some(StoredState::Bound(state, prefix)) => {
+                let mut history = History::read(directory, Some(&prefix))?;
+                let state = fits(state.complete(Some(std::mem::take(&mut history.cycles)), problem))?;
+                Ok(Some(LastState { state, history, is_old: false }))
+            }
+            Some(StoredState::Old(state)) => {
+                let state = fits(state.complete(None, problem))?;
+                let history = History::read(directory, None)?;
+                check_old(&place, problem, &state, &history)?;
+                Ok(Some(LastState { state, history, is_old: true }))
+            }
+        }
     }
 
     fn record_edit(&mut self, state: &State, text: &str) -> anyhow::Result<()> {
@@ -116,39 +255,168 @@ impl RunDirectory {
         &self.record
     }
 
-    fn state_file(&self) -> PathBuf {
-        self.path.join("state.json")
+    /// Appends the cycles that are not in the files yet, and writes the state and the summary. Returns the summary.
+    pub fn save(&mut self, model: &Model, problem: &Problem, state: &mut State) -> anyhow::Result<Summary> {
+        self.save_state(state)?;
+        let summary = Summary::new(model, problem, state, &self.record.edits);
+        self.save_cycles(problem, state)?;
+        self.replace_unflushed(SUMMARY, serde_json::to_string_pretty(&summary)?.as_bytes())?;
+        Ok(summary)
     }
 
-    /// Writes the state, the history up to it, and the summary. Returns the summary.
-    pub fn save(&mut self, model: &Model, problem: &Problem, state: &State) -> anyhow::Result<Summary> {
-        files::replace(&self.state_file(), state.to_json())?;
-        if let Some((_, history)) = &mut self.claim {
-            history.update(&self.record, state)?;
+    /// History first, then the state that refers to it. The former state becomes the previous one.
+    fn save_state(&mut self, state: &mut State) -> anyhow::Result<()> {
+        let Some(active) = &mut self.active else { return Ok(()) };
+        let Some(history) = &mut active.history else { return Ok(()) };
+        let prefix = history.update(&self.record, state)?;
+        let text = state_file::sealed(state, &self.record.fingerprint, prefix)?;
+        if text == active.text {
+            return Ok(());
         }
-        let summary = Summary::new(model, problem, state, &self.record.edits);
-        files::replace_unflushed(&self.path.join("cycles.csv"), &tables::cycles(problem, state)?.csv())?;
-        files::replace_unflushed(&self.path.join("summary.json"), &serde_json::to_string_pretty(&summary)?)?;
-        Ok(summary)
+        if active.stored.is_some_and(|stored| stored != state.history.len()) {
+            let renamed = self.folder.directory().rename(STATE, PREVIOUS);
+            explained(&self.folder.place(PREVIOUS), renamed)?;
+        }
+        let written = self.folder.directory().replace(STATE, text.as_bytes(), true);
+        explained(&self.folder.place(STATE), written)?;
+        (active.stored, active.text) = (Some(state.history.len()), text);
+        Ok(())
+    }
+
+    /// Appends rows to the table of cycles. The first time, the table is written as a whole.
+    fn save_cycles(&mut self, problem: &Problem, state: &State) -> anyhow::Result<()> {
+        let place = self.folder.place(CYCLES);
+        let Some(active) = &mut self.active else { return Ok(()) };
+        match &mut active.cycles {
+            Some(table) => {
+                let rows = tables::cycles(problem, &state.history[table.rows..])?.csv_rows();
+                explained(&place, table.file.append(rows.as_bytes()))?;
+                table.rows = state.history.len();
+            }
+            none => {
+                let text = tables::cycles(problem, &state.history)?.csv();
+                explained(&place, self.folder.directory().replace(CYCLES, text.as_bytes(), false))?;
+                let file = explained(&place, self.folder.directory().appender(CYCLES))?;
+                *none = Some(CycleTable { file, rows: state.history.len() });
+            }
+        }
+        Ok(())
     }
 
     /// Writes the results of a run that has ended.
     pub fn finish(&mut self, problem: &Problem, state: &State, summary: &Summary) -> anyhow::Result<()> {
         let responses = tables::responses(problem, &state.responses)?;
         let constraints = tables::constraints(problem, &state.evaluation)?;
-        files::replace(&self.path.join("responses.csv"), responses.csv())?;
-        files::replace(&self.path.join("constraints.csv"), constraints.csv())?;
+        self.replace(RESPONSES, responses.csv().as_bytes())?;
+        self.replace(CONSTRAINTS, constraints.csv().as_bytes())?;
         #[cfg(feature = "parquet")]
-        for (name, table) in
-            [("cycles", tables::cycles(problem, state)?), ("responses", responses), ("constraints", constraints)]
-        {
-            files::replace(&self.path.join(format!("{name}.parquet")), table.parquet()?)?;
+        for (name, table) in [
+            ("cycles", tables::cycles(problem, &state.history)?),
+            ("responses", responses),
+            ("constraints", constraints),
+        ] {
+            self.replace(&format!("{name}.parquet"), &table.parquet()?)?;
         }
-        files::replace(&self.path.join("summary.json"), serde_json::to_string_pretty(summary)?)?;
-        self.claim.as_mut().map_or(Ok(()), |(_, history)| history.end(summary))
+        self.replace(SUMMARY, serde_json::to_string_pretty(summary)?.as_bytes())?;
+        let history = self.active.as_mut().and_then(|active| active.history.as_mut());
+        history.map_or(Ok(()), |history| history.end(summary))
+    }
+
+    fn open_history(&mut self, history: History) -> anyhow::Result<()> {
+        let file = HistoryFile::open(self.folder.directory(), history)?;
+        if let Some(active) = &mut self.active {
+            active.history = Some(file);
+        }
+        Ok(())
     }
 
     fn write_record(&self) -> anyhow::Result<()> {
-        files::replace(&self.path.join("run.json"), serde_json::to_string_pretty(&self.record)?)
+        self.replace(RUN, serde_json::to_string_pretty(&self.record)?.as_bytes())
     }
+
+    /// Replaces a file and flushes it to disk.
+    fn replace(&self, name: &str, content: &[u8]) -> anyhow::Result<()> {
+        explained(&self.folder.place(name), self.folder.directory().replace(name, content, true))
+    }
+
+    /// Replaces a file that can be computed again; the system flushes it to disk later.
+    fn replace_unflushed(&self, name: &str, content: &[u8]) -> anyhow::Result<()> {
+        explained(&self.folder.place(name), self.folder.directory().replace(name, content, false))
+    }
+}
+
+impl Active {
+    fn new(claim: Claim) -> Self {
+        Self { _claim: claim, history: None, cycles: None, stored: None, text: String::new() }
+    }
+}
+
+/// Removes temporary files that a kill left. Those of a page may belong to a report that is being written.
+fn remove_temporary(directory: &Directory) -> anyhow::Result<()> {
+    let names: Vec<&str> = FILES.into_iter().filter(|name| *name != PAGE).chain([MANIFEST]).collect();
+    explained(&directory.path().join(MANIFEST), directory.remove_temporary(&names))
+}
+
+/// Looks into a claimed folder in which a run is to begin. Removes the files of an earlier run if `force`.
+fn look(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
+    let shown = directory.path().display();
+    remove_temporary(directory)?;
+    let names = directory.names().with_context(|| format!("cannot read {shown}"))?;
+    let has_run = names.iter().any(|name| name == RUN);
+    let mut folder = OutputFolder::of(directory.clone())?;
+    if has_run && !force {
+        bail!(
+            "{shown} has a run in it; continue it with `linkwright resume {shown}`, give another folder, or start anew in this \
+             one with --force"
+        );
+    }
+    if has_run && !folder.has_list() {
+        RunRecord::read(directory)?;
+        folder.accept_earlier(&FILES);
+    }
+    let is_foreign = |name: &String| name != LOCK && !folder.owns(name);
+    if !force && names.iter().any(is_foreign) {
+        bail!(
+            "{shown} is not empty and has no run in it; give another folder, or write next to the files in it with --force"
+        );
+    }
+    folder.own(&FILES)?;
+    FILES
+        .iter()
+        .filter(|name| **name != RUN && **name != MODEL)
+        .try_for_each(|name| explained(&folder.place(name), directory.remove(name)))?;
+    Ok(folder)
+}
+
+/// Checks a state of an earlier version, which has no checksum: its responses are computed again, its history is compared.
+fn check_old(place: &Path, problem: &Problem, state: &State, history: &History) -> anyhow::Result<()> {
+    let shown = place.display();
+    let again = problem.analyze(&state.design).with_context(|| format!("{shown}: its design cannot be analysed"))?;
+    let near = |(one, other): (&Vec<f64>, &Vec<f64>)| {
+        let scale = one.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        one.iter().zip(other).all(|(a, b)| (a - b).abs() <= 1e-6 * scale)
+    };
+    if !again.values.iter().zip(&state.responses.values).all(near) {
+        bail!("{shown} is the state of another model: the responses of its design are not those of this model");
+    }
+    if !state.history.starts_with(&history.cycles) {
+        bail!("{shown} and the history next to it are of different runs");
+    }
+    complain(&format!(
+        "note: {shown} was written by an earlier version and has no checksum. Its shape and the responses of its design were \
+         checked; objectives and errors of earlier cycles, move limits and stored derivatives were not."
+    ));
+    Ok(())
+}
+
+/// Adds to an error the file and what to do.
+fn explained<T>(place: &Path, done: io::Result<T>) -> anyhow::Result<T> {
+    done.with_context(|| {
+        let folder: PathBuf = place.parent().unwrap_or(place).to_owned();
+        format!(
+            "cannot write {}; earlier cycles are kept: free disk space, or make the folder writable, then `linkwright resume {}`",
+            place.display(),
+            folder.display()
+        )
+    })
 }

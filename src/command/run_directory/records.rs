@@ -1,17 +1,24 @@
 //! Records of the JSON files: `run.json`, `summary.json` and the lines of `history.jsonl`.
 
+use super::state_file;
+use crate::command::folder::RUN;
 use crate::command::output::now;
 use crate::command::tables;
 use anyhow::{Context, bail};
 use linkwright::model_file::{Model, settings};
 use linkwright::problem::{DesignVariable, Problem, RowId};
-use linkwright::sao::{Cycle, STATE_VERSION, State, Status};
-use linkwright::storage::fnv1a;
+use linkwright::sao::{Cycle, State, Status};
+use linkwright::storage::{Directory, fnv1a};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Version of the files of a run directory.
 const VERSION: u32 = 1;
+/// Largest sizes in bytes of `run.json`, which has the model and its edits in it, and of `summary.json`.
+const RUN_LIMIT: u64 = 256 << 20;
+const SUMMARY_LIMIT: u64 = 256 << 20;
+/// Name of the summary.
+pub const SUMMARY: &str = "summary.json";
 
 /// Versions of the files and of the program that wrote them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -74,7 +81,7 @@ impl RunRecord {
             versions: Versions {
                 version: VERSION,
                 program: env!("CARGO_PKG_VERSION").to_owned(),
-                state: STATE_VERSION,
+                state: state_file::VERSION,
             },
             title: model.title().to_owned(),
             begun: now()?,
@@ -87,10 +94,11 @@ impl RunRecord {
     }
 
     /// Reads `run.json` of a folder.
-    pub fn read(folder: &Path) -> anyhow::Result<Self> {
-        let name = folder.join("run.json");
-        let text = std::fs::read_to_string(&name).with_context(|| format!("{} has no run in it", folder.display()))?;
-        let run: Self = serde_json::from_str(&text).with_context(|| format!("{} is not readable", name.display()))?;
+    pub fn read(folder: &Directory) -> anyhow::Result<Self> {
+        let (shown, name) = (folder.path().display(), folder.path().join(RUN));
+        let text = folder.read(RUN, RUN_LIMIT).with_context(|| format!("cannot read {}", name.display()))?;
+        let text = text.with_context(|| format!("{shown} has no run in it"))?;
+        let run: Self = serde_json::from_slice(&text).with_context(|| format!("{} is not readable", name.display()))?;
         if run.versions.version != VERSION {
             let got = run.versions.version;
             bail!("{} has version {got}, this program reads version {VERSION}", name.display());
@@ -195,7 +203,7 @@ impl Summary {
             status: state.status,
             reason: state.reason.clone(),
             cycles: state.cycles(),
-            tries: state.history.len() - 1,
+            tries: state.history.len().saturating_sub(1),
             analyses: state.counters.analyses,
             sensitivity_analyses: state.counters.sensitivity_analyses,
             differentiation: model.method().differentiation(problem, state).map(str::to_owned),
@@ -210,14 +218,11 @@ impl Summary {
     }
 
     /// Reads `summary.json` of a folder; `None` before the first analysis.
-    pub fn read(folder: &Path) -> anyhow::Result<Option<Self>> {
-        let path = folder.join("summary.json");
-        let text = match std::fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(e).with_context(|| format!("cannot read {}", path.display())),
-        };
-        serde_json::from_str(&text).map(Some).with_context(|| format!("{} is not readable", path.display()))
+    pub fn read(folder: &Directory) -> anyhow::Result<Option<Self>> {
+        let path = folder.path().join(SUMMARY);
+        let text = folder.read(SUMMARY, SUMMARY_LIMIT).with_context(|| format!("cannot read {}", path.display()))?;
+        let summary = text.map(|text| serde_json::from_slice(&text)).transpose();
+        summary.with_context(|| format!("{} is not readable", path.display()))
     }
 
     /// The summary as text for the terminal.

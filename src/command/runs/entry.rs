@@ -1,8 +1,11 @@
 //! The runs below a folder.
 
-use crate::command::run_directory::{Lock, RunRecord, Summary};
+use crate::command::folder::RUN;
+use crate::command::run_directory::{LOCK, RunRecord, Summary};
+use anyhow::Context;
 use linkwright::model_file::settings;
 use linkwright::sao::Status;
+use linkwright::storage::Directory;
 use serde::Serialize;
 use std::path::Path;
 
@@ -39,7 +42,7 @@ pub fn below(folder: &Path) -> Vec<RunEntry> {
     let (mut found, mut waiting, mut searched) = (vec![], vec![(folder.to_owned(), 0)], 0);
     while let Some((folder, depth)) = waiting.pop() {
         searched += 1;
-        if folder.join("run.json").is_file() {
+        if folder.join(RUN).symlink_metadata().is_ok_and(|entry| !entry.is_dir()) {
             found.push(RunEntry::of(&folder));
             continue;
         }
@@ -66,13 +69,14 @@ impl RunEntry {
 
     /// Reads the run in a folder.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
-        let run = RunRecord::read(folder)?;
-        let (result, fault) = match Summary::read(folder) {
+        let directory = Directory::open(folder).with_context(|| format!("{} has no run in it", folder.display()))?;
+        let run = RunRecord::read(&directory)?;
+        let (result, fault) = match Summary::read(&directory) {
             Ok(result) => (result, None),
             Err(error) => (None, Some(format!("{error:#}"))),
         };
         let status = match result.as_ref().map(|r| r.status) {
-            _ if Lock::is_held(folder) => "Running".to_owned(),
+            _ if directory.is_locked(LOCK) => "Running".to_owned(),
             _ if fault.is_some() => "Damaged".to_owned(),
             None | Some(Status::Running) => "Interrupted".to_owned(),
             Some(status) => format!("{status:?}"),

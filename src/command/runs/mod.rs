@@ -11,6 +11,7 @@ use super::run_directory::Summary;
 use clap::Args;
 use comparison::RunComparison;
 use entry::RunEntry;
+pub use entry::below;
 use linkwright::report::table::{Cell, Table};
 use std::path::{Path, PathBuf};
 
@@ -47,7 +48,7 @@ impl Runs {
             "there is no folder {}; give the folder that contains the runs",
             folder.display()
         );
-        let runs = entry::below(folder);
+        let runs = below(folder);
         if self.json {
             return runs.iter().try_for_each(|run| say(&serde_json::to_string(run)?));
         }

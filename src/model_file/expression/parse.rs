@@ -5,6 +5,7 @@
 
 use super::function::{FUNCTIONS, MathFunction};
 use super::tree::{Node, Operator, Tree};
+use crate::Readable;
 use crate::model_file::{Diagnostic, limits};
 use std::ops::Range;
 
@@ -143,7 +144,7 @@ impl<'t> Parser<'t> {
 
 fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
     let got = match &token.piece {
-        Piece::Number(value) => format!("the number {value}"),
+        Piece::Number(value) => format!("the number {}", Readable(*value)),
         Piece::Name(name) => format!("the name `{name}`"),
         Piece::Sign(sign) => format!("`{sign}`"),
         Piece::End => "the end of the expression".to_owned(),

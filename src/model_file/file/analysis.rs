@@ -3,6 +3,7 @@
 use super::key::{Accepts, Key, TableKeys, default, optional, required};
 use super::mechanism::MechanismTemplate;
 use super::section::{Read, Section};
+use crate::Readable;
 use crate::Result;
 use crate::model_file::expression::Names;
 use crate::model_file::limits;
@@ -127,6 +128,7 @@ fn uniform(section: &Section<'_>, names: &Names) -> Read<Vec<f64>> {
         return Err(section.error_at("to", message).help("for instance to = 12.0 and points = 101"));
     };
     if !(from < to) {
+        let [from, to] = [from, to].map(Readable);
         return Err(section.error_at("to", format!("the last time point {to} must be after the first one, {from}")));
     }
     if count < 2 {
@@ -220,7 +222,8 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
     let number = |key| section.number(key, names);
     let start = number("start")?.unwrap_or(0.0);
     if grid.points[0] < start {
-        let message = format!("the motion starts at {start}, after the first time point {}", grid.points[0]);
+        let [start, first] = [start, grid.points[0]].map(Readable);
+        let message = format!("the motion starts at {start}, after the first time point {first}");
         return Err(section.error_at("start", message));
     }
     let (step, tolerance) = (number("step")?, number("tolerance")?);

@@ -2,6 +2,7 @@
 
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
+use crate::Readable;
 use crate::model_file::expression::{Names, Scope, Tree};
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
@@ -65,10 +66,12 @@ pub fn variable(name: &str, section: &Section<'_>, names: &Names) -> Read<Design
     let (lower, upper) = (bound("lower", f64::NEG_INFINITY)?, bound("upper", f64::INFINITY)?);
     let start = section.number("start", names)?.unwrap_or(f64::NAN);
     if lower > upper {
+        let [lower, upper] = [lower, upper].map(Readable);
         let message = format!("the lower bound {lower} of `{name}` is above the upper bound {upper}");
         return Err(section.error_at("lower", message).help("raise the upper bound or lower the lower bound"));
     }
     if !(lower..=upper).contains(&start) {
+        let [start, lower, upper] = [start, lower, upper].map(Readable);
         let message = format!("the start {start} of `{name}` is outside its bounds {lower} to {upper}");
         return Err(section.error_at("start", message).help("move the start inside or widen the bounds"));
     }

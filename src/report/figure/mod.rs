@@ -149,7 +149,7 @@ impl Figure {
     pub fn save(&self, folder: &std::path::Path, name: &str) -> Result<()> {
         let write = |extension: &str, bytes: &[u8]| {
             let file = folder.join(format!("{name}.{extension}"));
-            std::fs::write(&file, bytes).map_err(|e| Error::File {
+            crate::storage::replace_file(&file, bytes, false).map_err(|e| Error::File {
                 file: file.display().to_string(),
                 why: e.to_string(),
                 remedy: "give a folder that exists and can be written".to_owned(),

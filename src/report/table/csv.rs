@@ -7,14 +7,22 @@ use csv::{ReaderBuilder, Writer};
 impl Table {
     /// The table as CSV: names, then rows. Numbers have the fewest digits that read back as the same `f64`.
     pub fn csv(&self) -> String {
-        let mut writer = Writer::from_writer(vec![]);
-        let rows = self.rows.iter().map(|row| row.iter().map(exact).collect());
-        for record in std::iter::once(self.columns.clone()).chain(rows) {
-            writer.write_record(record).expect("a vector takes all bytes, and rows have equal lengths");
-        }
-        let bytes = writer.into_inner().expect("a vector takes all bytes");
-        String::from_utf8(bytes).expect("the fields are UTF-8")
+        records_as_text(std::iter::once(self.columns.clone())) + &self.csv_rows()
     }
+
+    /// The rows of the table as CSV, without the names: to append them to a file.
+    pub fn csv_rows(&self) -> String {
+        records_as_text(self.rows.iter().map(|row| row.iter().map(exact).collect()))
+    }
+}
+
+fn records_as_text(records: impl Iterator<Item = Vec<String>>) -> String {
+    let mut writer = Writer::from_writer(vec![]);
+    for record in records {
+        writer.write_record(record).expect("a vector takes all bytes, and rows have equal lengths");
+    }
+    let bytes = writer.into_inner().expect("a vector takes all bytes");
+    String::from_utf8(bytes).expect("the fields are UTF-8")
 }
 
 fn exact(cell: &Cell) -> String {

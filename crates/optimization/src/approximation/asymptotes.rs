@@ -1,7 +1,7 @@
 //! Rules for moving asymptotes.
 
 use super::SubproblemBox;
-use error::{Error, Result};
+use error::{Error, Readable, Result};
 
 /// A rule for the asymptotes l < b < u.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,7 +118,7 @@ impl Asymptotes {
             }
             Self::Each(rules) => rules[k.min(rules.len() - 1)].of(k, subproblem_box),
             Self::Proportional(_) | Self::Relative { .. } if !(x > 0.0) => {
-                let why = format!("variable {k} is {x}, which is not positive");
+                let why = format!("variable {k} is {}, which is not positive", Readable(x));
                 Err(Error::definition("proportional asymptotes", why, "use moving asymptotes, or bound it above zero"))
             }
             Self::Proportional(s) => Ok((s * x, x / s)),

@@ -16,6 +16,7 @@ pub struct CycleData {
     /// Sensitivities of the responses that they and the objective need.
     pub sensitivities: Sensitivities,
     /// Second derivatives of the same responses, if the approximation uses them.
+    #[serde(default, deserialize_with = "crate::storage::matrix::maybe")]
     pub curvatures: Option<Vec<DMatrix<f64>>>,
     /// Retained local maxima of constraints in continuous time.
     pub peaks: Vec<Peak>,

@@ -17,9 +17,10 @@ pub struct Peak {
     /// Responses of the constraint at t*.
     pub responses: Vec<f64>,
     /// Their gradients at t*: one row for each, n columns.
+    #[serde(deserialize_with = "crate::storage::matrix::one")]
     pub gradients: DMatrix<f64>,
     /// Their second derivatives at t* (n × n each); empty if not requested, or not offered by the analysis.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::storage::matrix::several")]
     pub curvatures: Vec<DMatrix<f64>>,
     /// ∂ĝ/∂t at t*: zero inside the interval, of either sign at its ends.
     pub slope: f64,

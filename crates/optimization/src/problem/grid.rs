@@ -1,6 +1,6 @@
 //! Time grids and the quadrature over them.
 
-use error::{Error, Result};
+use error::{Error, Readable, Result};
 
 /// The time points t₁ < … < t_nt at which transient responses are evaluated (equation 5).
 ///
@@ -47,7 +47,7 @@ impl TimeGrid {
             return Err(Error::definition(what(), "it has no time point", "give at least one point"));
         }
         if let Some(p) = (0..points.len()).find(|&p| !points[p].is_finite() || (p > 0 && points[p] <= points[p - 1])) {
-            let why = format!("point {p} is {} {unit}, which does not increase", points[p]);
+            let why = format!("point {p} is {} {unit}, which does not increase", Readable(points[p]));
             return Err(Error::definition(what(), why, "give finite, strictly increasing points"));
         }
         Ok(())

@@ -6,7 +6,7 @@ use super::{
     Responses, RowId, TimeGrid,
 };
 use super::{PeakTime, maxima};
-use error::{Error, Result};
+use error::{Error, Readable, Result};
 use std::collections::HashSet;
 
 /// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.
@@ -210,15 +210,18 @@ impl Problem {
     /// The time of point `p` in words, with the unit of its grid.
     pub fn time_in_words(&self, grid: Option<usize>, p: usize) -> String {
         match grid {
-            Some(g) => format!("{} {} {}", self.grids[g].name, rounded(self.grids[g].points[p]), self.grids[g].unit),
+            Some(g) => {
+                format!("{} {} {}", self.grids[g].name, Readable(rounded(self.grids[g].points[p])), self.grids[g].unit)
+            }
             None => "no particular time".to_owned(),
         }
     }
 
     /// The design in words: `k = 1 N/m, c = 0.3 N·s/m`.
     pub fn design_in_words(&self, b: &[f64]) -> String {
-        let one =
-            |(v, b): (&DesignVariable, &f64)| format!("{} = {} {}", v.name, rounded(*b), v.unit).trim_end().to_owned();
+        let one = |(v, b): (&DesignVariable, &f64)| {
+            format!("{} = {} {}", v.name, Readable(rounded(*b)), v.unit).trim_end().to_owned()
+        };
         self.variables.iter().zip(b).map(one).collect::<Vec<_>>().join(", ")
     }
 

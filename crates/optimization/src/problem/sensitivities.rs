@@ -17,6 +17,7 @@ pub struct Sensitivities {
     #[serde(rename = "instants")]
     pub at: Vec<ResponseAt>,
     /// One row for each of them, n columns; in the unit of the response over that of the variable.
+    #[serde(deserialize_with = "crate::storage::matrix::one")]
     pub rows: DMatrix<f64>,
 }
 

@@ -1,6 +1,6 @@
 //! Design variables and their bounds.
 
-use error::{Error, Result};
+use error::{Error, Readable, Result};
 
 /// A design variable b with bounds bˡ ≤ b ≤ bᵘ (equation 3) and a start value.
 ///
@@ -40,7 +40,11 @@ impl DesignVariable {
         let Self { name, lower, upper, .. } = self;
         let what = format!("design variable `{name}`");
         if !(lower <= upper) || *lower == f64::INFINITY || *upper == f64::NEG_INFINITY {
-            let why = format!("the lower bound {lower} and the upper bound {upper} contain no value");
+            let why = format!(
+                "the lower bound {} and the upper bound {} contain no value",
+                Readable(*lower),
+                Readable(*upper)
+            );
             return Err(Error::definition(what, why, "give a lower bound that is at most the upper bound"));
         }
         self.check_start(self.start)
@@ -52,6 +56,7 @@ impl DesignVariable {
         if start.is_finite() && (*lower..=*upper).contains(&start) {
             return Ok(());
         }
+        let [start, lower, upper] = [start, *lower, *upper].map(Readable);
         let why = format!("the start {start} is not a number within the bounds [{lower}, {upper}]");
         Err(Error::definition(format!("design variable `{name}`"), why, "move the start inside or widen the bounds"))
     }

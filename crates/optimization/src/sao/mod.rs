@@ -16,6 +16,7 @@ mod presets;
 mod region;
 mod screening;
 mod state;
+mod state_shape;
 mod stop;
 mod trial;
 mod trust_region;

@@ -1,6 +1,6 @@
 //! The state of a run: one record that can be written to a file.
 
-use super::{Cycle, GlobalizationState};
+use super::{Cycle, GlobalizationState, state_shape};
 use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
@@ -98,13 +98,36 @@ impl State {
         struct Version {
             version: u32,
         }
-        let broken =
-            |e: serde_json::Error| fault(format!("it is not a state file: {e}"), "give a file that a run wrote");
         let Version { version } = serde_json::from_str(text).map_err(broken)?;
         check_version(version)?;
         let state: Self = serde_json::from_str(text).map_err(broken)?;
         state.check(problem)?;
         Ok(state)
+    }
+
+    /// Calls `f` with the state without its history, for a history that is stored elsewhere.
+    pub fn without_history<T>(&mut self, f: impl FnOnce(&Self) -> T) -> T {
+        let history = std::mem::take(&mut self.history);
+        let result = f(self);
+        self.history = history;
+        result
+    }
+
+    /// Completes a state that was stored [without its history](Self::without_history), and checks it. With `None` the state has
+    /// its history.
+    ///
+    /// The caller has checked that the problem is that of the state; only its bounds may differ.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] for another version; [`Error::Length`] or [`Error::Definition`] if a length or an index does not agree with
+    /// the problem.
+    pub fn complete(mut self, history: Option<Vec<Cycle>>, problem: &Problem) -> Result<Self> {
+        check_version(self.version)?;
+        self.history = history.unwrap_or(self.history);
+        (self.fingerprint, self.problem) = (problem.fingerprint(), problem.name.clone());
+        state_shape::check(&self, problem)?;
+        Ok(self)
     }
 
     /// Rejects a state of another version or problem, and one whose parts do not have the problem's shape.
@@ -114,10 +137,7 @@ impl State {
             let why = format!("it belongs to another problem (`{}`, here `{}`)", self.problem, problem.name);
             return Err(fault(why, "continue it with the problem, bounds and limits that it was written with"));
         }
-        Error::check_length("design of the state", problem.n(), self.design.len())?;
-        Error::check_length("move-limit factors of the state", problem.n(), self.factors.len())?;
-        problem.check_shape(&self.responses)?;
-        Error::check_length("constraints of the state", problem.constraints.len(), self.evaluation.constraints.len())
+        state_shape::check(self, problem)
     }
 
     /// Writes the state to a file atomically: a temporary file is written and then renamed.
@@ -137,8 +157,10 @@ impl State {
     ///
     /// As [`State::from_json`], and if the file cannot be read; the message names the file.
     pub fn load(path: &Path, problem: &Problem) -> Result<Self> {
-        let unreadable = |e| file_fault(path, &format!("it cannot be read: {e}"), "give a file that a run wrote");
-        let text = std::fs::read_to_string(path).map_err(unreadable)?;
+        let unreadable =
+            |e: std::io::Error| file_fault(path, &format!("it cannot be read: {e}"), "give a file that a run wrote");
+        let bytes = crate::storage::read_file(path, u64::MAX - 1).map_err(unreadable)?;
+        let text = String::from_utf8(bytes).map_err(|e| unreadable(std::io::Error::other(e)))?;
         Self::from_json(&text, problem).map_err(|e| match e {
             Error::File { why, remedy, .. } => file_fault(path, &why, &remedy),
             other => other,
@@ -170,7 +192,7 @@ impl State {
 
     /// Number of accepted cycles.
     pub fn cycles(&self) -> usize {
-        self.history.iter().filter(|c| c.accepted).count() - 1
+        self.history.last().map_or(0, |last| if last.accepted { last.cycle } else { last.cycle.saturating_sub(1) })
     }
 }
 
@@ -184,6 +206,10 @@ fn check_version(version: u32) -> Result<()> {
     }
     let why = format!("it has version {version}, this program reads version {STATE_VERSION}");
     Err(fault(why, "continue it with the release that wrote it, or start anew"))
+}
+
+fn broken(error: serde_json::Error) -> Error {
+    fault(format!("it is not a state file: {error}"), "give a file that a run wrote")
 }
 
 fn fault(why: String, remedy: &str) -> Error {

@@ -1,0 +1,11 @@
+//! A file `state.json` of any bytes, with checksums that fit: the folder is read, or rejected with a reason.
+#![no_main]
+
+use linkwright_fuzz::any_folder::AnyFolder;
+use std::sync::LazyLock;
+
+static FOLDER: LazyLock<AnyFolder> = LazyLock::new(|| AnyFolder::new("state"));
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    FOLDER.state(bytes);
+});

@@ -1,0 +1,134 @@
+//! Folders into which commands write, with the list of the files that they wrote.
+//!
+//! `files.json` lists the files that linkwright wrote into a folder. Only these are replaced; other files of the same name belong
+//! to somebody else.
+
+use anyhow::{Context, bail};
+use linkwright::report::figure::Figure;
+use linkwright::storage::{Directory, Entry};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// The list of files.
+pub const MANIFEST: &str = "files.json";
+/// The file by which a folder is the folder of a run.
+pub const RUN: &str = "run.json";
+/// Largest size of the list in bytes.
+const LIMIT: u64 = 16 << 20;
+
+/// A folder, and the names of the files that linkwright wrote into it.
+pub struct OutputFolder {
+    directory: Directory,
+    own: BTreeSet<String>,
+    /// True for a folder of an earlier version, which has no list.
+    is_earlier: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Manifest {
+    version: u32,
+    files: BTreeSet<String>,
+}
+
+impl OutputFolder {
+    /// Opens the folder for the tables and figures of a command, and creates it if it is missing. Rejects the folder of a run.
+    pub fn create(path: &Path) -> anyhow::Result<Self> {
+        let folder = Self::of(create(path)?)?;
+        let shown = path.display();
+        anyhow::ensure!(folder.directory.entry(RUN)?.is_none(), "{shown} has a run in it; give another folder");
+        Ok(folder)
+    }
+
+    /// An open folder with its list.
+    pub fn of(directory: Directory) -> anyhow::Result<Self> {
+        let place = directory.path().join(MANIFEST);
+        let text = directory.read(MANIFEST, LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
+        let manifest = text.map(|text| serde_json::from_slice::<Manifest>(&text)).transpose();
+        let manifest =
+            manifest.with_context(|| format!("{} is not a list of files; give another folder", place.display()))?;
+        Ok(Self { directory, own: manifest.map(|manifest| manifest.files).unwrap_or_default(), is_earlier: false })
+    }
+
+    /// The folder itself.
+    pub fn directory(&self) -> &Directory {
+        &self.directory
+    }
+
+    /// The path of a file.
+    pub fn place(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    /// True if linkwright wrote a file.
+    pub fn owns(&self, name: &str) -> bool {
+        name == MANIFEST || self.own.contains(name)
+    }
+
+    /// True if the folder has a list of files.
+    pub fn has_list(&self) -> bool {
+        !self.own.is_empty()
+    }
+
+    /// Adds files to the list. Rejects a file that exists and is not in the list.
+    pub fn own(&mut self, names: &[&str]) -> anyhow::Result<()> {
+        for name in names.iter().filter(|name| !self.own.contains(**name)) {
+            if !self.is_earlier && self.directory.entry(name)?.is_some() {
+                bail!(
+                    "{} exists, and linkwright did not write it; move it, or give another folder",
+                    self.place(name).display()
+                );
+            }
+        }
+        if names.iter().all(|name| self.own.contains(*name)) {
+            return Ok(());
+        }
+        self.own.extend(names.iter().map(|name| (*name).to_owned()));
+        let text = serde_json::to_string_pretty(&Manifest { version: 1, files: self.own.clone() })?;
+        let written = self.directory.replace(MANIFEST, text.as_bytes(), true);
+        written.with_context(|| format!("cannot write {}", self.place(MANIFEST).display()))
+    }
+
+    /// Accepts the folder of a run of an earlier version, which has no list: its files are those of every run.
+    pub fn accept_earlier(&mut self, files: &[&str]) {
+        self.own = files.iter().map(|name| (*name).to_owned()).collect();
+        self.is_earlier = true;
+    }
+
+    /// A folder in this one, with a list of its own.
+    pub fn subfolder(&self, name: &str) -> anyhow::Result<Self> {
+        let inner = self.directory.subfolder(name);
+        let inner = Self::of(inner.with_context(|| format!("cannot make the folder {}", self.place(name).display()))?)?;
+        Ok(Self { is_earlier: self.is_earlier && !inner.has_list(), ..inner })
+    }
+
+    /// Writes a file as a whole; returns its path.
+    pub fn write(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<PathBuf> {
+        self.own(&[name])?;
+        let place = self.place(name);
+        self.directory.replace(name, bytes, false).with_context(|| format!("cannot write {}", place.display()))?;
+        Ok(place)
+    }
+
+    /// Writes a figure as `name.svg` and, for print, as `name.png`.
+    pub fn write_figure(&mut self, name: &str, figure: &Figure) -> anyhow::Result<()> {
+        self.write(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
+        self.write(&format!("{name}.png"), &figure.png(300.0)?).map(drop)
+    }
+}
+
+/// Opens a folder; creates it and its parents if they are missing.
+pub fn create(path: &Path) -> anyhow::Result<Directory> {
+    Directory::create(path).with_context(|| format!("cannot make the folder {}", path.display()))
+}
+
+/// The folder of a name in the default folder of results. A link of that name is not followed.
+pub fn in_results(results: &Path, name: &str) -> anyhow::Result<Directory> {
+    let place = results.join(name);
+    create(results)?.subfolder(name).with_context(|| format!("cannot make the folder {}", place.display()))
+}
+
+/// True if an entry of a folder is a regular file or a folder.
+pub fn has(directory: &Directory, name: &str) -> bool {
+    matches!(directory.entry(name), Ok(Some(Entry::File | Entry::Folder)))
+}
