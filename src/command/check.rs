@@ -24,7 +24,8 @@ use std::path::{Path, PathBuf};
 Every derivative at one design is computed by every method that the analysis offers (direct, adjoint, semi-analytical) and by
 extrapolated finite differences of whole analyses with an error estimate (column ±). The column `apart` is the largest
 disagreement. Verdicts:
-  right           all methods agree with the finite differences
+  right           all methods agree with the finite differences, but for those marked ~, which are too inaccurate here
+                  by their own estimate
   constant        the response does not depend on the variable, and all methods give zero
   WRONG           a method contradicts the finite differences or the other methods; it is marked with a star
   kink            the response has a kink here and no derivative

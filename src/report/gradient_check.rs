@@ -105,7 +105,11 @@ fn response_at(problem: &Problem, d: &CheckedDerivative) -> String {
 
 fn cells(problem: &Problem, d: &CheckedDerivative) -> Vec<String> {
     let mut cells = vec![problem.variables[d.variable].name.clone()];
-    let star = |k: usize| if d.disagreeing.contains(&k) { "*" } else { "" };
+    let star = |k: usize| match (d.disagreeing.contains(&k), d.inaccurate.contains(&k)) {
+        (true, _) => "*",
+        (_, true) => "~",
+        _ => "",
+    };
     cells.extend(d.computed.iter().enumerate().map(|(k, &claimed)| four_digits(claimed) + star(k)));
     let [value, error] = d.difference.map_or(Default::default(), |s| [four_digits(s.value), one_digit(s.error)]);
     cells.extend([value, error, one_digit(d.disagreement()), d.status.text().to_owned()]);

@@ -1,5 +1,6 @@
 //! Mechanics compared with closed forms, published solutions, identities and finite differences.
 
+mod accelerating_drives;
 mod adaptive;
 mod adjoint;
 mod allocations;

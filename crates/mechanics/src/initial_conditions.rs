@@ -3,12 +3,18 @@
 //! Every analysis begins with [`assemble`]. Dynamics continues with [`make_velocities_consistent`] and
 //! [`AccelerationSolver`]; statics with [`find_equilibrium`].
 
+pub use crate::constraint_rank::redundant_constraints;
+pub use crate::equilibrium::{Statics, find_equilibrium};
+
+pub(crate) use crate::equilibrium::equilibrium_reactions;
+
+use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
-use crate::system::{System, Unknown, name_of};
+use crate::system::{System, Unknown};
 use crate::{Error, Result, diagnostics};
 
 /// Settings of the assembly of a mechanism.
@@ -40,10 +46,73 @@ pub struct Projection {
 /// Minimizes ½ |q − q_guess|² subject to Φ(q, t) = 0 by Newton's method on the optimality conditions. To stay on the branch
 /// of the guess, steps are shortened so that no coordinate changes by more than 0.5 m or rad.
 ///
+/// If some constraints follow from the others in all positions, as in a platform on three parallel cranks, `system` computes
+/// the multipliers of least norm from now on.
+///
 /// # Errors
 ///
-/// [`Error::Analysis`] naming the joint that cannot be closed, or joints that depend on each other.
+/// [`Error::Analysis`] naming the joint that cannot be closed, or joints that depend on each other in this position only.
 pub fn assemble(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    settings: Assembly,
+) -> Result<Projection> {
+    let guess = state.clone();
+    let error = match close_joints(system, mechanism, state, settings) {
+        Err(error) if !system.allows_redundancy() && guess.q.iter().all(|q| q.is_finite()) => error,
+        done => return done,
+    };
+    state.copy_from(&guess);
+    system.allow_redundancy(true);
+    match close_joints(system, mechanism, state, settings) {
+        Ok(projection) if has_redundant_constraints(system, mechanism, state, settings) => Ok(projection),
+        _ => {
+            system.allow_redundancy(false);
+            state.copy_from(&guess);
+            Err(error)
+        }
+    }
+}
+
+/// Returns whether constraints depend on each other in the assembled `state` and in positions next to it.
+///
+/// At a dead centre they depend on each other in one position only.
+fn has_redundant_constraints(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    settings: Assembly,
+) -> bool {
+    let here = ConstraintRank::of(system, mechanism, state);
+    if here.redundant.is_empty() {
+        return false;
+    }
+    // Any direction will do; its components have no simple ratios.
+    let mut direction: Vec<f64> = (0..state.q.len())
+        .map(|i| if system.equation_of(i).is_some() { (1.0 + 2.3 * i as f64).sin() } else { 0.0 })
+        .collect();
+    here.project(&mut direction);
+    let largest = direction.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+    let scale = if largest > 1e-6 { NEARBY / largest } else { 0.0 };
+    [0.1, 0.01, 0.0].into_iter().any(|later| {
+        let mut moved = state.clone();
+        moved.t += later;
+        moved.q.iter_mut().zip(&direction).for_each(|(q, d)| *q += scale * d);
+        moved.prescribe(mechanism);
+        let is_closed = close_joints(system, mechanism, &mut moved, settings).is_ok();
+        is_closed && ConstraintRank::of(system, mechanism, &moved).rank() == here.rank()
+    })
+}
+
+/// Distance of the position (m or rad) in which the rank of the constraints is compared.
+const NEARBY: f64 = 0.02;
+
+/// Largest error of a constraint in m or rad after the assembly with redundant constraints.
+const CLOSED: f64 = 1e-9;
+
+/// Closes the joints by Newton's method, see [`assemble`].
+fn close_joints(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
@@ -70,6 +139,9 @@ pub fn assemble(
         let largest = apply(system, &rows, state);
         // The next correction of Newton's method is about the square of this one.
         if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance {
+            if system.allows_redundancy() && largest_gap(system, mechanism, state, &mut rows) > CLOSED {
+                break;
+            }
             check_independence(system, mechanism, state, &mut rows)?;
             let position = std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]);
             return Ok(Projection { position, velocity: Vec::new() });
@@ -78,13 +150,19 @@ pub fn assemble(
     if let Some(error) = diagnostics::not_finite(mechanism, state) {
         return Err(error);
     }
-    system.assemble(mechanism, state, Linearization::projection(), &mut rows);
-    for (row, unknown) in rows.iter_mut().zip(system.unknowns()) {
-        row[0] = if matches!(unknown, Unknown::Multiplier(_)) { row[0] } else { 0.0 };
-    }
+    largest_gap(system, mechanism, state, &mut rows);
     let what = system.dominant_residual(mechanism, &rows);
     let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
+}
+
+/// Writes Φ to the rows of the constraints, and zero to the others. Returns the largest absolute value.
+fn largest_gap(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [[f64; 1]]) -> f64 {
+    system.assemble(mechanism, state, Linearization::projection(), rows);
+    for (row, unknown) in rows.iter_mut().zip(system.unknowns()) {
+        row[0] = if matches!(unknown, Unknown::Multiplier(_)) { row[0] } else { 0.0 };
+    }
+    rows.iter().fold(0.0, |a, row| a.max(row[0].abs()))
 }
 
 /// Size of a solution of the projection above which constraints depend on each other: a redundant constraint has a pivot
@@ -101,6 +179,9 @@ fn check_independence(
     state: &State<f64>,
     rows: &mut [[f64; 1]],
 ) -> Result<()> {
+    if system.allows_redundancy() {
+        return Ok(());
+    }
     rows.iter_mut().enumerate().for_each(|(i, row)| row[0] = (1.0 + 2.3 * i as f64).sin());
     system.factor().solve(rows);
     if rows.iter().all(|row| row[0].abs() < INDEPENDENT) {
@@ -224,133 +305,4 @@ fn dependent(redundant: &[String], t: f64) -> Error {
     let remedy = "remove these constraints, or free the directions that other joints hold already; \
                   a dead centre makes constraints dependent for an instant";
     Error::analysis(redundant.join(", "), why, remedy)
-}
-
-/// Names of the constraints whose gradients depend on those of the constraints before them.
-///
-/// Applies Gram–Schmidt to the rows of Φ_q with respect to the free coordinates, in the order of the joints.
-pub fn redundant_constraints(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    let mut redundant = Vec::new();
-    for (m, mut row) in system.constraint_jacobian(mechanism, state).into_iter().enumerate() {
-        let norm = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let whole = norm(&row);
-        for _ in 0..2 {
-            for other in &basis {
-                let share: f64 = row.iter().zip(other).map(|(a, b)| a * b).sum();
-                row.iter_mut().zip(other).for_each(|(a, b)| *a -= share * b);
-            }
-        }
-        let rest = norm(&row);
-        if rest <= 1e-9 * whole.max(1e-300) {
-            redundant.push(name_of(mechanism, Unknown::Multiplier(m)));
-        } else {
-            basis.push(row.iter().map(|x| x / rest).collect());
-        }
-    }
-    redundant
-}
-
-/// Settings of Newton's iteration for a static equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Statics {
-    /// Largest correction (m or rad) of the last iteration.
-    pub tolerance: f64,
-    /// Largest number of Newton iterations at one time.
-    pub iterations: usize,
-    /// Largest change of a position (m or rad) in one iteration.
-    pub longest: f64,
-}
-
-impl Default for Statics {
-    fn default() -> Self {
-        Self { tolerance: 1e-10, iterations: 100, longest: 0.5 }
-    }
-}
-
-/// Moves `state` to the static equilibrium at its time: the equations of motion with v = q̈ = 0, and Φ = 0.
-///
-/// The factor of the last iteration stays in `system`.
-///
-/// # Errors
-///
-/// [`Error::Analysis`] naming the unknown with the largest residual and the element with the largest share in it.
-pub fn find_equilibrium(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    state: &mut State<f64>,
-    settings: &Statics,
-) -> Result<()> {
-    let mut rows = vec![[0.0]; system.size()];
-    state.prescribe(mechanism);
-    state.v.fill(0.0);
-    state.a.fill(0.0);
-    if mechanism.multipliers > 0 && state.l.iter().all(|l| *l == 0.0) {
-        guess_reactions(system, mechanism, state, &mut rows)?;
-    }
-    for _ in 0..settings.iterations {
-        system.assemble(mechanism, state, Linearization::statics(), &mut rows);
-        diagnostics::factorize(system, mechanism, state)?;
-        system.factor().solve(&mut rows);
-        let largest = system.largest_coordinate_row(&rows);
-        if !largest.is_finite() {
-            break;
-        }
-        let fraction = if largest > settings.longest { settings.longest / largest } else { 1.0 };
-        for (unknown, change) in system.unknowns().iter().zip(&rows) {
-            match *unknown {
-                Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],
-                Unknown::Multiplier(m) => state.l[m] -= change[0],
-            }
-        }
-        if largest <= settings.tolerance {
-            return Ok(());
-        }
-    }
-    system.assemble(mechanism, state, Linearization::statics(), &mut rows);
-    if let Some(error) = diagnostics::not_finite(mechanism, state) {
-        return Err(error);
-    }
-    let what = diagnostics::dominant_residual(system, mechanism, state, &rows);
-    let why = format!("no static equilibrium found at t = {:.6e} s", state.t);
-    Err(Error::analysis(what, why, "apply the load in more steps, or add stiffness to free motions"))
-}
-
-/// Sets the reactions that minimize the residual forces at the given positions.
-///
-/// A pendulum has no stiffness except that of its reactions: without this guess its equations are singular.
-fn guess_reactions(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    state: &mut State<f64>,
-    rows: &mut [[f64; 1]],
-) -> Result<()> {
-    let mut forces = vec![[0.0]; rows.len()];
-    system.assemble(mechanism, state, Linearization::statics(), &mut forces);
-    system.assemble(mechanism, state, Linearization::projection(), rows);
-    diagnostics::factorize(system, mechanism, state)?;
-    for ((row, force), unknown) in rows.iter_mut().zip(&forces).zip(system.unknowns()) {
-        *row = if matches!(unknown, Unknown::Coordinate(_)) { *force } else { [0.0] };
-    }
-    system.factor().solve(rows);
-    for (unknown, row) in system.unknowns().iter().zip(rows.iter()) {
-        if let Unknown::Multiplier(m) = *unknown {
-            state.l[m] = -row[0];
-        }
-    }
-    Ok(())
-}
-
-/// Moves `state` to the static equilibrium at its time and keeps its velocities. Returns the reactions, one per multiplier.
-pub(crate) fn equilibrium_reactions(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    state: &mut State<f64>,
-    statics: &Statics,
-) -> Result<Vec<f64>> {
-    let velocities = state.v.clone();
-    find_equilibrium(system, mechanism, state, statics)?;
-    state.v = velocities;
-    state.prescribe(mechanism);
-    Ok(std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]))
 }

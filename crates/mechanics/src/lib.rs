@@ -15,7 +15,9 @@
 //! | [`elements`] | bodies, joints, drives, forces, contacts, beams and sensors |
 //! | [`system`] | equations of motion: numbering of unknowns, residual, matrix |
 //! | [`diagnostics`] | names the element or coordinate behind a singular, non-finite or diverging system |
-//! | [`initial_conditions`] | assembly, static equilibrium, consistent velocities and accelerations |
+//! | [`constraint_rank`] | redundant constraints, indeterminate reactions, coordinates that no drive moves |
+//! | [`equilibrium`] | static equilibrium by Newton's iteration and by load paths |
+//! | [`initial_conditions`] | assembly, consistent velocities and accelerations |
 //! | [`events`] | impacts of rigid contacts and switches of forces |
 //! | [`integrators`] | generalized-α and HHT on the index-3 equations, explicit Runge–Kutta methods of orders 5 and 8 |
 //! | [`checkpointing`] | recorded steps within a memory limit, played back in reverse |
@@ -38,9 +40,11 @@
 
 pub mod analyses;
 pub mod checkpointing;
+pub mod constraint_rank;
 pub mod derivatives;
 pub mod diagnostics;
 pub mod elements;
+pub mod equilibrium;
 pub mod events;
 pub mod initial_conditions;
 pub mod integrators;

@@ -4,11 +4,11 @@ use super::element_kinds::{FileElementKind, SECTIONS};
 use super::feedback::{self, Feedback};
 use super::key::Key;
 use super::motion::{self, TimeFunction};
-use super::parts::{BuildContext, CoordinateRef, NamedPart, Parts, PointRef};
+use super::parts::{BuildContext, CoordinateRef, FrameRef, NamedPart, Parts, PointRef};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
-use mechanics::elements::{InputValue, Role};
+use mechanics::elements::{Family, InputValue, Role};
 
 /// A joint, drive or force whose numbers are expressions of the design variables.
 #[derive(Clone, Debug)]
@@ -30,18 +30,60 @@ pub enum InputSpec {
 
 /// Reads joints, drives and forces in this order and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<ElementSpec>> {
-    let mut all = vec![];
+    let (mut all, mut drives) = (vec![], DrivenCoordinates::default());
     for section in SECTIONS.iter() {
         file.read_each(section.name, |table, span| {
             let kinds = section.kinds.iter().map(|(kind, keys)| (kind.descriptor.kind, (kind, *keys)));
             let (kind, keys) = Section::kind(&table, section.name, section.usual, kinds)?;
             let section = Section::of(table, span, section.name, &[section.common, keys], file.source())?;
             let symbol = NamedPart::Element(all.len(), kind.descriptor);
-            all.push(element(kind, keys, &section, names, parts)?);
+            let element = element(kind, keys, &section, names, parts)?;
+            drives.check(&element, &section)?;
+            all.push(element);
             parts.add(&section.need_word("name")?, symbol)
         })?;
     }
     Ok(all)
+}
+
+/// Coordinates, or differences of coordinates, whose motion is prescribed, with the names of their drivers.
+#[derive(Default)]
+struct DrivenCoordinates(Vec<(Vec<CoordinateRef>, String)>);
+
+impl DrivenCoordinates {
+    /// Adds a driver of coordinates; other elements are ignored.
+    ///
+    /// # Errors
+    /// If another driver prescribes the same motion, or if it drives the ground alone.
+    fn check(&mut self, element: &ElementSpec, section: &Section<'_>) -> Read<()> {
+        let is_drive = element.kind.descriptor.family == Family::Drive;
+        let place = |input: &InputSpec| match input {
+            InputSpec::Coordinate(place) => Some(*place),
+            _ => None,
+        };
+        let all: Vec<CoordinateRef> = element.inputs.iter().filter_map(place).collect();
+        if !is_drive || all.is_empty() {
+            return Ok(());
+        }
+        let key = element.kind.descriptor.inputs.iter().rfind(|input| input.role == Role::Coordinate);
+        let key = key.map_or("name", |input| input.name);
+        // The ground is at rest: a motion against it is that of the other coordinate.
+        let is_moving = |place: &CoordinateRef| !matches!(place, CoordinateRef::Of(FrameRef::Ground, _));
+        let moving: Vec<CoordinateRef> = all.into_iter().filter(is_moving).collect();
+        if moving.is_empty() {
+            return Err(section.error_at(key, "the ground cannot be driven").help("drive a coordinate of a body"));
+        }
+        let is_same = |other: &Vec<CoordinateRef>| {
+            other.len() == moving.len() && moving.iter().all(|place| other.contains(place))
+        };
+        if let Some((_, first)) = self.0.iter().find(|(other, _)| is_same(other)) {
+            let message =
+                format!("the motion of this coordinate is prescribed twice, by `{first}` and `{}`", element.name);
+            return Err(section.error_at(key, message).help("remove one of the two drivers"));
+        }
+        self.0.push((moving, element.name.clone()));
+        Ok(())
+    }
 }
 
 fn element(

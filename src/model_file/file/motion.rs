@@ -84,6 +84,14 @@ impl Motion for MotionLaw {
             Self::Table(table) => table.position(p, t),
         }
     }
+
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        match self {
+            Self::StartUp(profile) => Motion::validate_parameters(profile, p),
+            Self::Ramp(ramp) => Motion::validate_parameters(ramp, p),
+            Self::Formula(_) | Self::ConstantSpeed | Self::Harmonic | Self::Table(_) => None,
+        }
+    }
 }
 
 /// A function of time whose parameters are expressions of the design variables.
@@ -119,7 +127,8 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
 
 fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Read<TimeFunction> {
     let numbers = keys.iter().filter(|key| key.accepts == Accepts::Expression);
-    let parameters = numbers.map(|key| section.expression(key.name, names, &Scope::DESIGN)).collect::<Read<_>>()?;
+    let parameters =
+        numbers.map(|key| section.expression(key.name, names, &Scope::DESIGN)).collect::<Read<Vec<_>>>()?;
     let law = match kind {
         "constant-speed" => MotionLaw::ConstantSpeed,
         "harmonic" => MotionLaw::Harmonic,
@@ -142,5 +151,12 @@ fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Re
             MotionLaw::Table(table.map_err(|e| section.error_at("times", e.to_string()))?)
         }
     };
+    if parameters.iter().all(|expression: &CompiledExpression| expression.uses().is_empty()) {
+        let values: Vec<f64> = parameters.iter().map(|expression| expression.value(&Inputs::design(&[]))).collect();
+        if let Some(why) = Motion::validate_parameters(&law, &values) {
+            let key = if section.has("duration") { "duration" } else { "kind" };
+            return Err(section.error_at(key, why).help("give a positive duration"));
+        }
+    }
     Ok(TimeFunction { law, parameters })
 }

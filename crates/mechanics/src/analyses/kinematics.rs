@@ -1,12 +1,13 @@
 //! Kinematics and inverse dynamics of driven mechanisms.
 
-use crate::Result;
 use crate::analyses::sampling::OutputRecorder;
+use crate::constraint_rank::undetermined_coordinates;
 use crate::events::impact;
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
+use crate::{Error, Result};
 
 /// Largest error of a predicted position for which a substep is accepted, as a fraction of the change of the position.
 const GOOD_PREDICTION: f64 = 0.2;
@@ -17,8 +18,7 @@ const SMALLEST: f64 = 1.0 / 256.0;
 /// Solver for the motion of a driven mechanism, without integration: each time point is solved separately.
 ///
 /// If all degrees of freedom are driven, this is kinematics. Multipliers and driving forces are then the inverse dynamics: the
-/// reactions of the joints and the forces of the drives. Coordinates that are not driven move as little as the
-/// constraints allow.
+/// reactions of the joints and the forces of the drives.
 pub struct KinematicDriver<'m> {
     /// The mechanism.
     pub mechanism: &'m Mechanism<f64>,
@@ -37,15 +37,34 @@ impl<'m> KinematicDriver<'m> {
     ///
     /// # Errors
     ///
-    /// [`Error::Unsupported`](crate::Error::Unsupported) for a mechanism with impacts or switches;
-    /// [`Error::Analysis`](crate::Error::Analysis) if it cannot be assembled.
+    /// [`Error::Unsupported`] for a mechanism with impacts or switches; [`Error::Analysis`] if it cannot be assembled, or if
+    /// drives and joints do not determine all coordinates.
     pub fn new(mechanism: &'m Mechanism<f64>, assembly: Assembly, t: f64) -> Result<Self> {
         impact::refuse(mechanism, "kinematics")?;
         let (system, state) = (System::at(mechanism, t)?, State::built(mechanism, t));
         let (projection, solver) = (Projection::default(), AccelerationSolver::default());
         let mut driver = Self { mechanism, system, state, projection, assembly, solver };
-        driver.solve_position()?;
+        let solved = driver.solve_position();
+        driver.check_determined()?;
+        solved?;
         Ok(driver)
+    }
+
+    /// Checks that drives and joints determine every coordinate.
+    fn check_determined(&self) -> Result<()> {
+        let Self { mechanism, system, state, .. } = self;
+        let free = system.size() - mechanism.multipliers;
+        if free <= mechanism.multipliers && !system.allows_redundancy() {
+            return Ok(());
+        }
+        let left = undetermined_coordinates(system, mechanism, state);
+        if left.is_empty() {
+            return Ok(());
+        }
+        let degrees = if left.len() == 1 { "a degree of freedom is" } else { "degrees of freedom are" };
+        let why = format!("{degrees} not driven: kinematics does not determine the motion");
+        let remedy = "add a driver for each of these coordinates, or simulate the motion by dynamics";
+        Err(Error::analysis(left.join(", "), why, remedy))
     }
 
     /// Advances to the time `t` (s) on the same branch, predicting positions from velocities and accelerations.

@@ -163,6 +163,8 @@ pub struct ExplicitCheckpoint {
     next: f64,
     taken: usize,
     failed_steps: usize,
+    /// Signs of the switching functions.
+    sides: Vec<bool>,
 }
 
 impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
@@ -179,7 +181,8 @@ impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
     fn checkpoint(&self) -> ExplicitCheckpoint {
         let mut end = Vec::with_capacity(self.width());
         self.write(&mut end);
-        ExplicitCheckpoint { end, next: self.next, taken: self.steps.len(), failed_steps: self.failed_steps }
+        let (next, taken, failed_steps) = (self.next, self.steps.len(), self.failed_steps);
+        ExplicitCheckpoint { end, next, taken, failed_steps, sides: self.switches.sides.clone() }
     }
 
     fn checkpoint_bytes(&self) -> usize {
@@ -190,6 +193,7 @@ impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
         self.stepper.put(&checkpoint.end, checkpoint.taken > 0);
         self.steps.resize(checkpoint.taken, 0.0);
         (self.next, self.failed_steps) = (checkpoint.next, checkpoint.failed_steps);
+        self.switches.sides.clone_from(&checkpoint.sides);
         Ok(())
     }
 

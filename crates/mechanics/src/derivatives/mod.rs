@@ -11,12 +11,14 @@
 //! | [`second_order`] | Hessians by the direct method in hyper-dual numbers |
 //! | [`modal`] | derivatives of natural frequencies |
 //! | [`history`] | outputs over time with their gradients |
+//! | `indeterminate` | outputs without derivatives, because constraints are redundant |
 //! | `propagation` | the loop that propagates derivatives along the steps of an analysis |
 //! | `seeding` | mechanisms in dual numbers, and the parameters that depend on the design |
 
 pub mod adjoint;
 pub mod forward;
 pub mod history;
+pub(crate) mod indeterminate;
 pub mod method;
 pub mod modal;
 pub(crate) mod propagation;

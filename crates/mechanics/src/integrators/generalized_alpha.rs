@@ -306,6 +306,9 @@ impl<'m> Integrator<'m> {
         let (position, velocity) = self.scheme.newmark_coefficients(h);
         self.step.new.t = self.step.old.t + h;
         self.predictor.predict(&mut self.step.new);
+        if self.system.allows_redundancy() {
+            self.step.new.l.fill(0.0); // so that the multipliers have the least norm
+        }
         self.step.integrate(self.mechanism, &self.scheme, self.prescribed, h);
         let mut previous: Option<Correction> = None;
         for _ in 0..self.newton.iterations {

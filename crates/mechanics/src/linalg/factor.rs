@@ -1,6 +1,7 @@
 //! A matrix that chooses its LU factorization by pattern and pivots.
 
 use crate::linalg::banded::Banded;
+use crate::linalg::redundancy::Redundancy;
 use crate::linalg::sparse::Sparse;
 use crate::linalg::static_order::StaticOrderLu;
 use faer::dyn_stack::MemBuffer;
@@ -8,7 +9,7 @@ use faer::dyn_stack::MemBuffer;
 /// A matrix of fixed pattern with the cheapest factorization that is safe for its entries.
 ///
 /// Factorizes without row interchanges unless a pivot is too small. A matrix with a small pivot is factorized with row
-/// interchanges (partial pivoting).
+/// interchanges (partial pivoting). After [`Factor::allow_redundancy`] constraints may depend on each other.
 #[derive(Clone)]
 pub struct Factor {
     factorization: Factorization,
@@ -16,6 +17,8 @@ pub struct Factor {
     pivoting: Option<Box<Pivoting>>,
     /// True if the last matrix was factorized with interchanges because of a small pivot.
     pivoted: bool,
+    /// Entries of a matrix with redundant constraints.
+    redundancy: Option<Redundancy>,
 }
 
 #[derive(Clone)]
@@ -58,7 +61,23 @@ impl Factor {
         let ordered = StaticOrderLu::new(rows, multipliers, MAX_WORK * rows.len());
         let factorization =
             ordered.map_or_else(|| Factorization::Pivoting(Pivoting::new(rows)), Factorization::StaticOrderLu);
-        Self { factorization, pivoting: None, pivoted: false }
+        Self { factorization, pivoting: None, pivoted: false, redundancy: None }
+    }
+
+    /// From now on computes least-norm multipliers of constraints that may be redundant. `rows` and `multipliers` are those
+    /// of [`Factor::new`].
+    pub fn allow_redundancy(&mut self, rows: &[Vec<usize>], multipliers: &[bool]) {
+        self.redundancy = Some(Redundancy::new(rows, multipliers, |i, j| self.slot(i, j)));
+    }
+
+    /// Forbids redundant constraints: a singular matrix is an error.
+    pub fn forbid_redundancy(&mut self) {
+        self.redundancy = None;
+    }
+
+    /// Returns whether constraints may be redundant.
+    pub fn allows_redundancy(&self) -> bool {
+        self.redundancy.is_some()
     }
 
     /// Position of the entry (`i`, `j`) of the pattern in [`Factor::entries_mut`].
@@ -83,6 +102,10 @@ impl Factor {
     ///
     /// [`Singular`] if a pivot is zero or not finite.
     pub fn factorize(&mut self) -> Result<(), Singular> {
+        if let Some(mut redundancy) = self.redundancy.take() {
+            redundancy.shift(self.entries_mut());
+            self.redundancy = Some(redundancy);
+        }
         let done = match &mut self.factorization {
             Factorization::StaticOrderLu(m) => {
                 self.pivoted = m.factorize().is_err();
@@ -103,6 +126,16 @@ impl Factor {
 
     /// Solves A X = B in place for `W` right-hand sides; row i of B is `b[i]`.
     pub fn solve<const W: usize>(&mut self, b: &mut [[f64; W]]) {
+        match self.redundancy.take() {
+            Some(redundancy) => {
+                redundancy.correct(b, false, |b| self.solve_factorized(b));
+                self.redundancy = Some(redundancy);
+            }
+            None => self.solve_factorized(b),
+        }
+    }
+
+    fn solve_factorized<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         match (&mut self.factorization, &mut self.pivoting) {
             (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve(b),
             (Factorization::StaticOrderLu(m), _) => m.solve(b),
@@ -120,6 +153,13 @@ impl Factor {
 
     /// [`Factor::solve`] for concurrent callers, each with its own `workspace`.
     pub fn solve_in<const W: usize>(&self, b: &mut [[f64; W]], workspace: &mut SolveWorkspace) {
+        match &self.redundancy {
+            Some(redundancy) => redundancy.correct(b, false, |b| self.solve_factorized_in(b, workspace)),
+            None => self.solve_factorized_in(b, workspace),
+        }
+    }
+
+    fn solve_factorized_in<const W: usize>(&self, b: &mut [[f64; W]], workspace: &mut SolveWorkspace) {
         let pivoting = match (&self.factorization, &self.pivoting) {
             (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => &**m,
             (Factorization::StaticOrderLu(m), _) => return m.solve(b),
@@ -133,6 +173,16 @@ impl Factor {
 
     /// Solves Aᵀ X = B in place for `W` right-hand sides.
     pub fn solve_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
+        match self.redundancy.take() {
+            Some(redundancy) => {
+                redundancy.correct(b, true, |b| self.solve_factorized_transposed(b));
+                self.redundancy = Some(redundancy);
+            }
+            None => self.solve_factorized_transposed(b),
+        }
+    }
+
+    fn solve_factorized_transposed<const W: usize>(&mut self, b: &mut [[f64; W]]) {
         match (&mut self.factorization, &mut self.pivoting) {
             (Factorization::StaticOrderLu(_), Some(m)) if self.pivoted => m.solve_transposed(b),
             (Factorization::StaticOrderLu(m), _) => m.solve_transposed(b),
@@ -216,8 +266,12 @@ mod tests {
         let mut rows: Vec<Vec<usize>> = (0..n).map(|i| vec![i, n - 1]).collect();
         rows[n - 1] = (0..n).collect();
         rows.iter_mut().for_each(|r| r.dedup());
-        let pivoting =
-            |matrix| Factor { factorization: Factorization::Pivoting(matrix), pivoting: None, pivoted: false };
+        let pivoting = |matrix| Factor {
+            factorization: Factorization::Pivoting(matrix),
+            pivoting: None,
+            pivoted: false,
+            redundancy: None,
+        };
         let mut ordered = Factor::new(&rows, &vec![false; n]);
         let mut sparse = pivoting(Pivoting::new(&rows));
         let mut banded = pivoting(Pivoting::Banded(Banded::new(&rows)));

@@ -12,6 +12,7 @@
 pub(crate) mod banded;
 pub(crate) mod factor;
 pub(crate) mod ordering;
+pub(crate) mod redundancy;
 pub(crate) mod simd;
 pub(crate) mod sparse;
 pub(crate) mod static_order;

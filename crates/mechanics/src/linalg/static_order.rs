@@ -8,8 +8,8 @@ use std::sync::Arc;
 ///
 /// Unknowns are eliminated in the minimum-fill order, and multipliers after the unknowns that they are coupled with. A
 /// saddle-point matrix of a positive definite M and independent Φ_q then needs no interchanges. The positions that an
-/// elimination reads and writes are looked up once, and factorizing is one pass over a list. A pivot that is zero, or a small
-/// difference of large numbers, is rejected: the caller then factorizes with interchanges.
+/// elimination reads and writes are looked up once, and factorizing is one pass over a list. A pivot that is zero, very small, or
+/// a small difference of large numbers, is rejected: the caller then factorizes with interchanges.
 ///
 /// # Sources
 ///
@@ -51,6 +51,9 @@ struct PlannedRow {
 /// Smallest pivot, as a fraction of the sum of the absolute values of its terms; smaller ones have lost too many digits to
 /// cancellation.
 const CANCELLED: f64 = 1e-7;
+
+/// Smallest pivot, as a fraction of the largest entry to its right: a sum of elements' stiffnesses may be zero but for rounding.
+const SMALL: f64 = 1e-8;
 
 impl StaticOrderLu {
     /// A zero matrix with the symmetric pattern `rows[i]` of columns (increasing, the diagonal among them), where the
@@ -111,7 +114,8 @@ impl StaticOrderLu {
                 }
             }
             let pivot = factors[row.diagonal];
-            if !(pivot.abs() > CANCELLED * size && size.is_finite()) {
+            let largest = factors[row.diagonal + 1..row.end].iter().fold(0.0f64, |a, x| a.max(x.abs()));
+            if !(pivot.abs() > CANCELLED * size && pivot.abs() > SMALL * largest && size.is_finite()) {
                 return Err(row.unknown);
             }
             inverses[step] = 1.0 / pivot;
@@ -272,6 +276,8 @@ mod tests {
         matrix.entries_mut().copy_from_slice(&[1.0, 1.0, 1.0, 1.0 + 1e-9]);
         assert_eq!(matrix.factorize(), Err(1));
         matrix.entries_mut().copy_from_slice(&[0.0, 1.0, 1.0, 0.0]);
+        assert_eq!(matrix.factorize(), Err(0));
+        matrix.entries_mut().copy_from_slice(&[1e-15, 1.0, 1.0, 1.0]);
         assert_eq!(matrix.factorize(), Err(0));
         matrix.entries_mut().copy_from_slice(&[2.0, 1.0, 1.0, 1.0]);
         assert_eq!(matrix.factorize(), Ok(()));

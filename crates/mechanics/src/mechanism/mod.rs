@@ -82,6 +82,8 @@ pub(crate) struct CoordinateData<S> {
     pub position: S,
     pub velocity: S,
     pub motion: Option<(Arc<dyn AnyMotion>, Vec<S>)>,
+    /// True if a second motion was prescribed: an error of every analysis.
+    pub is_driven_twice: bool,
 }
 
 pub(crate) struct ElementInstance<S> {
@@ -217,7 +219,13 @@ impl<S: Scalar> Mechanism<S> {
 
     /// Adds a coordinate with its initial position and velocity; if joints determine them, these are initial guesses.
     pub fn coordinate(&mut self, name: impl Into<String>, position: S, velocity: S) -> Coordinate {
-        self.coordinates.push(CoordinateData { name: name.into(), position, velocity, motion: None });
+        self.coordinates.push(CoordinateData {
+            name: name.into(),
+            position,
+            velocity,
+            motion: None,
+            is_driven_twice: false,
+        });
         Coordinate(self.coordinates.len() - 1)
     }
 
@@ -260,9 +268,11 @@ impl<S: Scalar> Mechanism<S> {
     }
 
     /// Prescribes a coordinate as a function of time. The driving force or torque is then an output
-    /// ([`driving_force`](Self::driving_force)).
+    /// ([`driving_force`](Self::driving_force)). A coordinate has at most one motion; a fixed one has one.
     pub fn drive(&mut self, coordinate: Coordinate, motion: impl Motion, parameters: &[S]) {
-        self.coordinates[coordinate.0].motion = Some((Arc::new(motion), parameters.to_vec()));
+        let data = &mut self.coordinates[coordinate.0];
+        data.is_driven_twice |= data.motion.is_some();
+        data.motion = Some((Arc::new(motion), parameters.to_vec()));
     }
 
     /// Holds a coordinate at its initial position.

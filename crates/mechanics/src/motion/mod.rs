@@ -17,6 +17,11 @@ use autodiff::{Dual4, Dual8, HyperDual4, Jet2, Scalar};
 pub trait Motion: Send + Sync + 'static {
     /// Returns the position (m or rad) at time `t` (s) for the parameters `p`.
     fn position<T: Scalar>(&self, p: &[T], t: T) -> T;
+
+    /// Describes an inadmissible parameter, if there is one: a negative duration.
+    fn validate_parameters(&self, _p: &[f64]) -> Option<String> {
+        None
+    }
 }
 
 /// [`Motion`] evaluated with one number type.
@@ -42,8 +47,15 @@ pub trait AnyMotion:
     + MotionIn<Jet2<Dual8>>
     + MotionIn<Jet2<HyperDual4>>
 {
+    /// See [`Motion::validate_parameters`].
+    fn validate_parameters(&self, p: &[f64]) -> Option<String>;
 }
-impl<M: Motion> AnyMotion for M {}
+
+impl<M: Motion> AnyMotion for M {
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        Motion::validate_parameters(self, p)
+    }
+}
 
 /// At rest: p = \[position\].
 #[derive(Clone, Copy, Debug)]

@@ -33,6 +33,10 @@ impl Motion for Ramp {
         };
         p[0] + (p[1] - p[0]) * fraction
     }
+
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        (!(p[3] > 0.0)).then(|| format!("the duration of its ramp is {} s", p[3]))
+    }
 }
 
 #[cfg(test)]

@@ -52,6 +52,10 @@ impl Motion for StartUp {
             start + speed * (t - duration * 0.5)
         }
     }
+
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        (!(p[2] >= 0.0)).then(|| format!("the duration of its start-up is {} s", p[2]))
+    }
 }
 
 #[cfg(test)]

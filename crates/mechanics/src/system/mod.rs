@@ -155,6 +155,21 @@ impl System {
         &mut self.factor
     }
 
+    /// Sets whether constraints may be redundant: multipliers are then those of least norm.
+    pub fn allow_redundancy(&mut self, is_allowed: bool) {
+        if is_allowed {
+            let multipliers: Vec<_> = self.unknowns.iter().map(|u| matches!(u, Unknown::Multiplier(_))).collect();
+            self.factor.allow_redundancy(&self.pattern, &multipliers);
+        } else {
+            self.factor.forbid_redundancy();
+        }
+    }
+
+    /// Returns whether constraints may be redundant.
+    pub fn allows_redundancy(&self) -> bool {
+        self.factor.allows_redundancy()
+    }
+
     /// Exchanges the factorization with another one of the same pattern.
     pub(crate) fn swap_factor(&mut self, other: &mut Factor) {
         std::mem::swap(&mut self.factor, other);
@@ -255,6 +270,17 @@ fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
     if let Some((impact, e)) = contacts.into_iter().find(|(_, e)| !(0.0..=1.0).contains(e)) {
         let why = format!("its coefficient of restitution is {e}, {when}");
         return Err(Error::analysis(&impact.gap.name, why, "keep it from 0 to 1"));
+    }
+    for coordinate in &mechanism.coordinates {
+        if coordinate.is_driven_twice {
+            let why = "its motion is prescribed twice";
+            return Err(Error::analysis(&coordinate.name, why, "remove one of its drivers"));
+        }
+        let motion = coordinate.motion.as_ref();
+        if let Some(why) = motion.and_then(|(motion, parameters)| motion.validate_parameters(parameters)) {
+            let remedy = "change the design so that the motion is possible";
+            return Err(Error::analysis(&coordinate.name, format!("{why}, {when}"), remedy));
+        }
     }
     let bad = mechanism.coordinates.iter().find(|c| !(c.position.is_finite() && c.velocity.is_finite()));
     bad.map_or(Ok(()), |c| {

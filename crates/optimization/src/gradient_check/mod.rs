@@ -122,6 +122,7 @@ pub fn check(
                 is_constant: !steps.is_empty() && steps.iter().all(|s| s.ahead == s.behind && s.ahead == value),
                 status: GradientStatus::Right,
                 disagreeing: vec![],
+                inaccurate: vec![],
             });
         }
         decide(&mut checked[first..], scales);

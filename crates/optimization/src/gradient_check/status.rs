@@ -57,6 +57,8 @@ pub struct CheckedDerivative {
     pub status: GradientStatus,
     /// Numbers of the methods that disagree with the differences, or with the other methods.
     pub disagreeing: Vec<usize>,
+    /// Numbers of the methods that are too inaccurate here, by their own estimate, for the status to hold for them.
+    pub inaccurate: Vec<usize>,
 }
 
 impl CheckedDerivative {
@@ -78,6 +80,12 @@ impl CheckedDerivative {
             names.join(" and ")
         };
         match self.status {
+            GradientStatus::Right if !self.inaccurate.is_empty() => {
+                let (others, inaccurate) =
+                    (named(&|k| !self.inaccurate.contains(&k)), named(&|k| self.inaccurate.contains(&k)));
+                let error = self.inaccurate.iter().map(|&k| self.uncertainty[k]).fold(0.0, f64::max);
+                format!("{others} agree with the differences; {inaccurate} is only good to ± {error:.0e} here")
+            }
             GradientStatus::Right => "all methods agree with the differences".to_owned(),
             GradientStatus::Constant => "the response does not depend on the variable".to_owned(),
             GradientStatus::Kink => {
@@ -161,8 +169,9 @@ const MARGIN: f64 = 10.0;
 /// Deviation that is ignored, relative to the largest scaled derivative of the response: rounding of terms that cancel.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Relative deviation that is always allowed.
-const ALLOWED: f64 = 1e-7;
+/// Relative deviation that is always allowed. The steps of an adaptive analysis are frozen for derivatives, and differences
+/// see other steps: both differ by the discretization error.
+const ALLOWED: f64 = 5e-6;
 
 /// Largest error estimate that counts for the analysis' own method, the first, relative to the largest scaled derivative of
 /// the response. The other methods serve for comparison: their whole error estimate counts.
@@ -195,6 +204,11 @@ pub(super) fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
             !((d.computed[k] - value).abs() <= allowed)
         };
         d.disagreeing = (0..d.computed.len()).filter(|&k| off(k)).collect();
+        let is_inaccurate = |k: &usize| {
+            let deviation = (d.computed[*k] - value).abs();
+            deviation > CLEAR * size && deviation > MARGIN * error + floor && !d.disagreeing.contains(k)
+        };
+        d.inaccurate = (0..d.computed.len()).filter(is_inaccurate).collect();
         if d.disagreeing.is_empty() && d.difference.is_some_and(|slope| slope.error > CONTRADICTION * size) {
             d.disagreeing = contradictions(d, CONTRADICTION * size + floor);
         }
@@ -225,5 +239,48 @@ fn contradictions(d: &CheckedDerivative, allowed: f64) -> Vec<usize> {
     match (0..d.computed.len()).find(is_reliable) {
         Some(reference) => exact.into_iter().filter(|&k| apart(reference, k)).collect(),
         None => exact,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn checked(computed: Vec<f64>, uncertainty: Vec<f64>, value: f64, error: f64) -> CheckedDerivative {
+        CheckedDerivative {
+            at: ResponseAt { response: 0, point: 0 },
+            variable: 0,
+            computed,
+            uncertainty,
+            difference: Some(DifferenceEstimate { value, error, noise: 0.0 }),
+            slope_discontinuity: None,
+            drift: 0.0,
+            is_constant: false,
+            status: GradientStatus::Right,
+            disagreeing: vec![],
+            inaccurate: vec![],
+        }
+    }
+
+    /// The moment at a pin: the semi-analytical derivative has the other sign, and an error estimate of its own size.
+    #[test]
+    fn a_method_that_differs_in_sign_is_not_called_right() {
+        let mut derivatives = [checked(vec![-9.7e-2, 6.3e-2], vec![0.0, 0.2], -9.7e-2, 1e-6)];
+        decide(&mut derivatives, &[1.0]);
+        assert_eq!((derivatives[0].status, &derivatives[0].inaccurate[..]), (GradientStatus::Right, &[1][..]));
+        let methods = ["direct".to_owned(), "semi-analytical".to_owned()];
+        let words = derivatives[0].explanation(&methods);
+        assert!(words.contains("semi-analytical is only good to ± 2e-1"), "{words}");
+    }
+
+    /// The steps of an adaptive analysis differ between designs: both derivatives have its discretization error.
+    #[test]
+    fn methods_that_agree_to_the_discretization_error_are_right() {
+        for (deviation, status) in [(2.5e-6, GradientStatus::Right), (1e-4, GradientStatus::Wrong)] {
+            let computed = vec![0.3187 * (1.0 + deviation); 2];
+            let mut derivatives = [checked(computed, vec![0.0; 2], 0.3187, 3e-10)];
+            decide(&mut derivatives, &[1.0]);
+            assert_eq!(derivatives[0].status, status, "{deviation}");
+        }
     }
 }

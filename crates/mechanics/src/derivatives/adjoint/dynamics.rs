@@ -10,6 +10,7 @@ use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
 use crate::derivatives::adjoint::problem::{
     AdjointFunctional, AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
+use crate::derivatives::indeterminate::check_outputs;
 use crate::events::impact;
 use crate::integrators::generalized_alpha::Prescribed;
 use crate::integrators::time_stepper::TimeStepper;
@@ -86,6 +87,7 @@ fn solve(
     recording: &Recording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     impact::refuse(&problem.mechanism, "adjoint derivatives")?;
+    check_outputs(&recording.system, &problem.mechanism, &recording.start)?;
     let mut steps = ReverseImplicitSteps::new(problem, recording, settings, times)?;
     propagate_backwards(problem, &mut steps)?;
     let statistics = ReplayStatistics::of(recording.steps(), &steps.playback);

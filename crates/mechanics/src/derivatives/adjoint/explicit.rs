@@ -14,6 +14,7 @@ use crate::derivatives::adjoint::problem::{
 };
 use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
+use crate::derivatives::indeterminate::check_outputs;
 use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
@@ -86,6 +87,7 @@ fn solve(
     times: &[f64],
     recording: &ExplicitRecording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
+    check_outputs(&recording.system, &problem.mechanism, &recording.start.state)?;
     let mut steps = ReverseExplicitSteps::new(problem, settings, times, recording)?;
     propagate_backwards(problem, &mut steps)?;
     steps.finish()?;

@@ -7,6 +7,7 @@ use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, 
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::forward::saltation::{apply_impact, apply_switch};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
+use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
 use crate::derivatives::seeding::{SeededMechanisms, set_values, take_values};
 use crate::diagnostics::check_finite;
@@ -98,6 +99,7 @@ pub(crate) fn propagate_all<T: DerivativeScalar<L>, const L: usize>(
 where
     Jet2<T>: ElementScalar,
 {
+    check_outputs(&steps.system, steps.mechanism, &steps.start)?;
     let start = |mechanism| ForwardSensitivity::new(mechanism, steps, settings, times);
     let mut sensitivities = mechanisms.iter().map(start).collect::<Result<Vec<_>>>()?;
     propagate(steps, &mut sensitivities, Schedule::Overlapped)?;

@@ -6,6 +6,7 @@ use crate::analyses::sampling::{OutputRecorder, Sampler};
 use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::initial_conditions::{InitialDerivatives, equilibrium};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
+use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::seeding::build_chunks;
 use crate::events::impact;
 use crate::initial_conditions::{Assembly, assemble};
@@ -99,10 +100,12 @@ pub(crate) fn for_each_driven_state(
     let Some(&first) = times.first() else { return Ok(()) };
     let mut driver = KinematicDriver::new(mechanism, assembly, first)?;
     let freedom = driver.system.size() as isize - 2 * mechanism.multipliers as isize;
+    let freedom = if driver.system.allows_redundancy() { 0 } else { freedom }; // the driver has counted its rank
     if freedom != 0 {
         let why = format!("{freedom} degrees of freedom are not driven");
         return Err(Error::unsupported("kinematics", why, "drive them, or simulate the motion"));
     }
+    check_outputs(&driver.system, mechanism, &driver.state)?;
     for (k, &t) in times.iter().enumerate() {
         if t != driver.state.t {
             driver.advance_to(t)?;
@@ -126,6 +129,7 @@ pub(crate) fn for_each_equilibrium(
     let Some(&first) = times.first() else { return Ok(()) };
     let (mut system, mut state) = (System::at(mechanism, first)?, State::built(mechanism, first));
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
+    check_outputs(&system, mechanism, &state)?;
     for (k, &t) in times.iter().enumerate() {
         state.t = t;
         find_equilibrium(&mut system, mechanism, &mut state, settings)?;

@@ -1,15 +1,14 @@
 //! Semi-analytical differentiation of a motion by implicit steps.
 
-use crate::Result;
 use crate::analyses::dynamics::Dynamics;
 use crate::analyses::sampling::{Sampler, interpolate};
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
+use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
-use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact;
 use crate::integrators::generalized_alpha::Step;
@@ -17,6 +16,7 @@ use crate::linalg::factor::SolveWorkspace;
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
 use crate::system::state::State;
+use crate::{Error, Result};
 
 /// Simulates `model` at the design `b` and differentiates its outputs at `times` (s) semi-analytically, with the relative
 /// step `step` of the differences (see [`STEP`](crate::derivatives::semi_analytical::STEP)).
@@ -67,6 +67,7 @@ fn propagate_differences(
 ) -> Result<OutputGradients> {
     let (plain, start) = (steps.mechanism, steps.start.clone());
     impact::refuse(plain, "semi-analytical derivatives")?;
+    check_outputs(&steps.system, plain, &start)?;
     let mut initial = InitialDifferences { plain, system: &mut steps.system };
     let states = initial.start(&mut differences, &start, &steps.projection, settings)?;
     let begin = |pair| DifferenceSensitivity::new(pair, plain, &steps.system, &start, settings, times);
@@ -171,7 +172,11 @@ impl<'m> DifferenceSensitivity<'m> {
                     sampler.outputs(mechanism, state, outputs);
                 });
             self.derivatives.extend(derivatives);
-            check_finite(self.plain, &self.derivatives[from..], t)?;
+            if let Some(k) = self.derivatives[from..].iter().position(|derivative| !derivative.is_finite()) {
+                let why = format!("its semi-analytical derivative is not finite at t = {t:.6e} s");
+                let remedy = "take a shorter step of the differences, or the direct or adjoint method";
+                return Err(Error::analysis(&self.plain.outputs[k].name, why, remedy));
+            }
         }
         Ok(())
     }

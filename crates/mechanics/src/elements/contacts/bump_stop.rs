@@ -1,6 +1,6 @@
 //! A bump stop between two coordinates.
 
-use crate::elements::contacts::hunt_crossley::contact_force;
+use crate::elements::contacts::hunt_crossley::{self, contact_force};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::write_force_pair;
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
@@ -36,7 +36,13 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 impl BumpStop {
     fn contact_force<T: Scalar>(x: &ElementState<'_, T>) -> T {
         let p = BumpStopInputs(x.p);
-        contact_force(p.stiffness(), p.damping(), p.limit() - (x.q[1] - x.q[0]), x.v[0] - x.v[1])
+        let (depth, rate) = Self::depth(x);
+        contact_force(p.stiffness(), p.damping(), depth, rate)
+    }
+
+    /// Depth of the contact and its rate.
+    fn depth<T: Scalar>(x: &ElementState<'_, T>) -> (T, T) {
+        (BumpStopInputs(x.p).limit() - (x.q[1] - x.q[0]), x.v[0] - x.v[1])
     }
 }
 
@@ -47,6 +53,16 @@ impl Element for BumpStop {
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {
         Some(&DESCRIPTOR)
+    }
+
+    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
+        let (depth, rate) = Self::depth(x);
+        hunt_crossley::switching_functions(BumpStopInputs(x.p).damping(), depth, rate, out);
+    }
+
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        let p = BumpStopInputs(p);
+        hunt_crossley::validate(p.stiffness(), p.damping())
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

@@ -19,6 +19,20 @@ pub fn contact_force<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T) -> 
     if contact_force.re() > 0.0 { contact_force } else { T::zero() }
 }
 
+/// Describes a negative stiffness or damping.
+pub fn validate(stiffness: f64, damping: f64) -> Option<String> {
+    let values = [("stiffness", stiffness, "N/m^1.5"), ("damping", damping, "s/m")];
+    let negative = values.into_iter().find(|(_, value, _)| !(*value >= 0.0))?;
+    Some(format!("its {} is {} {}", negative.0, negative.1, negative.2))
+}
+
+/// Writes the functions whose zeros are the states in which the force is not smooth: the depth, and the factor
+/// 1 + 1.5 c δ̇ that a force which would become negative has at zero.
+pub fn switching_functions(damping: f64, depth: f64, rate: f64, out: &mut Vec<f64>) {
+    out.push(depth);
+    out.push(if depth > 0.0 { 1.0 + 1.5 * damping * rate } else { 1.0 });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

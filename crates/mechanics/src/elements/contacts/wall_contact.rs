@@ -1,6 +1,6 @@
 //! Contact of a point with a straight wall.
 
-use crate::elements::contacts::hunt_crossley::contact_force;
+use crate::elements::contacts::hunt_crossley::{self, contact_force};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
@@ -36,6 +36,12 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 
 impl WallContact {
     fn contact_force<T: Scalar>(x: &ElementState<'_, T>) -> (T, [T; 2], [T; 2]) {
+        let (p, (depth, rate, lever, normal)) = (WallContactInputs(x.p), Self::depth(x));
+        (contact_force(p.stiffness(), p.damping(), depth, rate), lever, normal)
+    }
+
+    /// Depth of the contact, its rate, the lever of the point, and the outward normal.
+    fn depth<T: Scalar>(x: &ElementState<'_, T>) -> (T, T, [T; 2], [T; 2]) {
         let (p, frame) = (WallContactInputs(x.p), Frame::of(x, 0));
         let [at_x, at_y] = p.at();
         let lever = frame.turned(at_x, at_y);
@@ -43,7 +49,7 @@ impl WallContact {
         let (sin, cos) = p.normal().sin_cos();
         let depth = (p.wall_x() - point[0]) * cos + (p.wall_y() - point[1]) * sin;
         let rate = -(velocity[0] * cos + velocity[1] * sin);
-        (contact_force(p.stiffness(), p.damping(), depth, rate), lever, [cos, sin])
+        (depth, rate, lever, [cos, sin])
     }
 }
 
@@ -55,6 +61,16 @@ impl Element for WallContact {
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {
         Some(&DESCRIPTOR)
+    }
+
+    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
+        let (depth, rate, ..) = Self::depth(x);
+        hunt_crossley::switching_functions(WallContactInputs(x.p).damping(), depth, rate, out);
+    }
+
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        let p = WallContactInputs(p);
+        hunt_crossley::validate(p.stiffness(), p.damping())
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {

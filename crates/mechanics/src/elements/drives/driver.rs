@@ -69,6 +69,10 @@ impl<F: Motion> Element for Driver<F> {
         &[0, 1]
     }
 
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        self.0.validate_parameters(DriverInputs(p).motion())
+    }
+
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         (out[0], out[1]) = (-x.l[0], -x.l[0] * (x.v[1] - x.v[0]));
     }

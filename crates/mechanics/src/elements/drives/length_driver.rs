@@ -49,6 +49,10 @@ impl<F: Motion> Element for LengthDriver<F> {
         1
     }
 
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        self.0.validate_parameters(LengthDriverInputs(p).motion())
+    }
+
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         (out[0], out[1]) = (x.l[0], Line::of(x).length);
     }

@@ -50,6 +50,10 @@ impl<F: Motion> Element for Actuator<F> {
         Some(&DESCRIPTOR)
     }
 
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        self.0.validate_parameters(ActuatorInputs(p).tension())
+    }
+
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line::of(x);
         (out[0], out[1], out[2]) = (self.tension(x), line.length, line.rate);

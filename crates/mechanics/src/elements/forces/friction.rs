@@ -53,7 +53,10 @@ impl Element for Friction {
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
-        let speed = FrictionInputs(p).speed();
+        let (speed, force) = (FrictionInputs(p).speed(), FrictionInputs(p).coulomb_force());
+        if !(force >= 0.0) {
+            return Some(format!("its Coulomb force is {force}"));
+        }
         (!(speed > 0.0)).then(|| format!("its transition velocity is {speed}"))
     }
 }

@@ -51,6 +51,10 @@ impl<F: Motion> Element for Load<F> {
         &[0, 1]
     }
 
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        self.0.validate_parameters(LoadInputs(p).generalized_force())
+    }
+
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = self.force(x);
         out[1] = out[0] * (x.v[1] - x.v[0]);

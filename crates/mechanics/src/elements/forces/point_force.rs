@@ -49,6 +49,10 @@ impl<F: Motion> Element for PointForce<F> {
         Some(&DESCRIPTOR)
     }
 
+    fn validate_parameters(&self, p: &[f64]) -> Option<String> {
+        self.0.validate_parameters(PointForceInputs(p).force())
+    }
+
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = self.force(x);
     }

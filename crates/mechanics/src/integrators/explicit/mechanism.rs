@@ -1,7 +1,7 @@
 //! A constrained mechanism as a system of first-order equations.
 
 use crate::diagnostics::not_finite;
-use crate::elements::element::ElementWorkspace;
+use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::events::impact;
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
 use crate::integrators::explicit::ode_driver::OdeDriver;
@@ -12,7 +12,7 @@ use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Jet2;
 use crate::system::linearization::Linearization;
-use crate::system::state::State;
+use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 
@@ -43,6 +43,9 @@ pub struct MechanismRhs<'m> {
     pub record: Option<StepRecord>,
     rows: Vec<[f64; 1]>,
     jets: ElementWorkspace<Jet2<f64>>,
+    /// Elements with switching functions.
+    switching: Vec<usize>,
+    workspace: ElementWorkspace<f64>,
 }
 
 /// States and factorizations of one step, for its derivatives.
@@ -87,7 +90,25 @@ impl<'m> MechanismRhs<'m> {
     /// Right-hand side, from the consistent initial state `state`.
     pub fn new(mechanism: &'m Mechanism<f64>, system: System, state: State<f64>) -> Self {
         let rows = vec![[0.0]; system.size()];
-        Self { mechanism, system, state, record: None, rows, jets: ElementWorkspace::default() }
+        let (jets, workspace) = (ElementWorkspace::default(), ElementWorkspace::default());
+        let mut rhs = Self { mechanism, system, state, record: None, rows, jets, switching: Vec::new(), workspace };
+        let mut values = Vec::new();
+        rhs.switching = (0..mechanism.elements.len())
+            .filter(|&k| {
+                values.clear();
+                rhs.add_switching_functions(k, &mut values);
+                !values.is_empty()
+            })
+            .collect();
+        rhs
+    }
+
+    /// Appends the switching functions of element number `k` at the current state.
+    fn add_switching_functions(&mut self, k: usize, out: &mut Vec<f64>) {
+        let instance = &self.mechanism.elements[k];
+        gather(instance, &self.state, &mut self.workspace);
+        let local = ElementState { p: &instance.parameters, ..self.workspace.local(self.state.t) };
+        instance.element.switching_functions(&local, out);
     }
 
     /// Positions and velocities of `state` as one vector.
@@ -138,6 +159,7 @@ impl<'m> MechanismRhs<'m> {
             let projected = &mut record.projected;
             let to = if order == 0 { &mut projected.before } else { &mut projected.after };
             to.copy_from(&self.state);
+            to.a.fill(0.0); // a prescribed coordinate is not corrected, although it may accelerate
             self.system.set_accelerations(&self.rows, to);
         }
         let values = if order == 0 { &mut self.state.q } else { &mut self.state.v };
@@ -191,6 +213,17 @@ impl OdeRhs for MechanismRhs<'_> {
             std::mem::swap(&mut record.projected.factor, self.system.factor());
         }
         Ok(())
+    }
+
+    fn switching_functions(&mut self, t: f64, y: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        if self.switching.is_empty() {
+            return;
+        }
+        self.set_state(t, y);
+        for k in 0..self.switching.len() {
+            self.add_switching_functions(self.switching[k], out);
+        }
     }
 
     fn name(&self, component: usize) -> String {

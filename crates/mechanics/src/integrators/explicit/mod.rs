@@ -6,6 +6,7 @@
 //! | `dop853` | coefficients of the method of order 8 |
 //! | `settings` | method, step control, tolerances |
 //! | `stepper` | one step, its error, dense output |
+//! | `switching` | adaptive steps that end where contacts close or open |
 //! | `ode_driver` | step control |
 //! | `ode` | systems of ordinary differential equations |
 //! | `mechanism` | constrained mechanisms as such a system: accelerations and projections |
@@ -19,6 +20,7 @@ pub mod ode;
 pub mod ode_driver;
 pub mod settings;
 pub mod stepper;
+pub(crate) mod switching;
 pub mod tableau;
 
 pub use dop853::DOP853;

@@ -2,6 +2,7 @@
 
 use crate::integrators::explicit::settings::{Explicit, StepControl};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
+use crate::integrators::explicit::switching::SwitchLocator;
 use crate::integrators::settings::{MOST_STEPS, Work, too_many_steps};
 use crate::{Error, Result};
 
@@ -20,6 +21,7 @@ pub struct OdeDriver<F> {
     step_control: StepControl,
     end: f64,
     pub(crate) next: f64,
+    pub(crate) switches: SwitchLocator,
 }
 
 /// Number of step lengths for which memory is allocated at the start, so that steps do not allocate.
@@ -44,9 +46,10 @@ impl<F: OdeRhs> OdeDriver<F> {
             }
             StepControl::Adaptive { longest, .. } => *longest,
         };
+        let switches = SwitchLocator::new(&mut stepper.rhs, settings.start, &stepper.old);
         let steps = Vec::with_capacity(EXPECTED_STEPS);
         let (start, step_control, scratch) = (settings.start, settings.step_control.clone(), Vec::new());
-        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next })
+        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next, switches })
     }
 
     /// Returns whether the current step ends before `t` (s).
@@ -100,7 +103,7 @@ impl<F: OdeRhs> OdeDriver<F> {
             if error <= 1.0 {
                 let taken = self.stepper.length();
                 self.next = (taken * growth).min(*longest);
-                return Ok(());
+                return self.switches.end_step(&mut self.stepper);
             }
             (rejected, h) = (true, self.stepper.length() * if growth.is_nan() { 0.2 } else { growth.min(0.9) });
             self.failed_steps += 1;

@@ -17,6 +17,13 @@ pub trait OdeRhs {
         Ok(())
     }
 
+    /// Writes the values of functions at whose zeros the rates are not smooth, always the same number of them.
+    ///
+    /// Adaptive steps end there.
+    fn switching_functions(&mut self, _t: f64, _y: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+    }
+
     /// Name of a component, for messages.
     fn name(&self, component: usize) -> String;
 }
@@ -128,6 +135,17 @@ impl<F: OdeRhs> Stepper<F> {
         }
         for (slot, weight) in self.slots.iter().zip(weights.slots).filter(|(_, weight)| *weight != 0.0) {
             y.iter_mut().zip(slot).for_each(|(y, k)| *y += h * weight * k);
+        }
+    }
+
+    /// Writes the state at the fraction `x` of the step by Hermite's cubic, without further evaluations.
+    pub(crate) fn interpolate_coarsely(&self, x: f64, y: &mut [f64]) {
+        let (h, x1) = (self.length(), 1.0 - x);
+        let [first, last] = [&self.slots[0], &self.slots[self.method.end]];
+        let [v0, v1] = [x1 * x1 * (1.0 + 2.0 * x), x * x * (1.0 + 2.0 * x1)];
+        let [r0, r1] = [h * x * x1 * x1, -h * x * x * x1];
+        for (i, y) in y.iter_mut().enumerate() {
+            *y = v0 * self.old[i] + v1 * self.new[i] + r0 * first[i] + r1 * last[i];
         }
     }
 

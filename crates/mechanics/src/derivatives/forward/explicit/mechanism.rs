@@ -7,6 +7,7 @@ use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::sensitivity_block::{SensitivityBlock, SensitivityPlan};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
+use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepSource, propagate};
 use crate::derivatives::seeding::{Activity, build_chunks};
 use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
@@ -67,6 +68,7 @@ fn propagate_blocks<'m, const W: usize>(
 ) -> Result<(MechanismSteps<'m>, OutputGradients)> {
     let (mut driver, begin) = start(mechanism, settings, times, true)?;
     let (method, system) = (driver.stepper.method, &mut driver.stepper.rhs.system);
+    check_outputs(system, mechanism, &begin.state)?;
     let linearizer = Linearizer::new(mechanism, &Activity::of(chunks, mechanism), system);
     let plan = SensitivityPlan::new(method, &linearizer, system);
     let initial =

@@ -1,0 +1,109 @@
+//! Rank of the constraints: redundant constraints, indeterminate reactions, coordinates that no drive moves.
+
+use crate::mechanism::Mechanism;
+use crate::system::state::State;
+use crate::system::{System, Unknown, name_of};
+use nalgebra::DMatrix;
+
+/// Part of a gradient below which it depends on the gradients before it.
+const DEPENDENT: f64 = 1e-9;
+
+/// Rank of the gradients Φ_q with respect to the free coordinates in one state, by Gram–Schmidt in the order of the joints.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ConstraintRank {
+    /// Multipliers whose gradients depend on those before them.
+    pub redundant: Vec<usize>,
+    /// Orthonormal basis of the gradients, by coordinate.
+    basis: Vec<Vec<f64>>,
+}
+
+impl ConstraintRank {
+    /// The rank in the given state.
+    pub fn of(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Self {
+        let mut rank = Self { redundant: Vec::new(), basis: Vec::new() };
+        for (m, mut row) in system.constraint_jacobian(mechanism, state).into_iter().enumerate() {
+            let whole = norm(&row);
+            rank.project(&mut row);
+            let rest = norm(&row);
+            if rest <= DEPENDENT * whole.max(1e-300) {
+                rank.redundant.push(m);
+            } else {
+                rank.basis.push(row.iter().map(|x| x / rest).collect());
+            }
+        }
+        rank
+    }
+
+    /// Number of independent constraints.
+    pub fn rank(&self) -> usize {
+        self.basis.len()
+    }
+
+    /// Subtracts from `direction` its components along the gradients; the rest satisfies Φ_q d = 0.
+    pub fn project(&self, direction: &mut [f64]) {
+        for _ in 0..2 {
+            for other in &self.basis {
+                let share: f64 = direction.iter().zip(other).map(|(a, b)| a * b).sum();
+                direction.iter_mut().zip(other).for_each(|(a, b)| *a -= share * b);
+            }
+        }
+    }
+}
+
+fn norm(row: &[f64]) -> f64 {
+    row.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Names of the constraints whose gradients depend on those of the constraints before them.
+pub fn redundant_constraints(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+    let name = |m: &usize| name_of(mechanism, Unknown::Multiplier(*m));
+    ConstraintRank::of(system, mechanism, state).redundant.iter().map(name).collect()
+}
+
+/// Orthonormal basis of the multipliers without effect, Φ_qᵀ n = 0: one vector per redundant constraint.
+pub fn self_stresses(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<Vec<f64>> {
+    let jacobian = system.constraint_jacobian(mechanism, state);
+    let gram = DMatrix::from_fn(jacobian.len(), jacobian.len(), |i, j| {
+        jacobian[i].iter().zip(&jacobian[j]).map(|(a, b)| a * b).sum::<f64>()
+    });
+    if gram.is_empty() {
+        return Vec::new();
+    }
+    let largest = gram.amax().max(f64::MIN_POSITIVE);
+    let eigen = gram.symmetric_eigen();
+    let null = (0..jacobian.len()).filter(|&k| eigen.eigenvalues[k].abs() <= 1e-14 * largest);
+    null.map(|k| eigen.eigenvectors.column(k).iter().copied().collect()).collect()
+}
+
+/// Names of the constraints whose reactions redundant constraints leave indeterminate.
+///
+/// An analysis returns the reactions of least norm. The motion does not depend on them.
+pub fn indeterminate_reactions(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+    let free = self_stresses(system, mechanism, state);
+    let is_free = |m: &usize| free.iter().any(|stress| stress[*m].abs() > 1e-6);
+    (0..mechanism.multipliers).filter(is_free).map(|m| name_of(mechanism, Unknown::Multiplier(m))).collect()
+}
+
+/// Names of free coordinates that the constraints leave undetermined: one for each degree of freedom.
+///
+/// Eliminates the coordinates with the largest gradients first; those that are left can move while all drives stand still.
+pub fn undetermined_coordinates(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+    let mut rows = system.constraint_jacobian(mechanism, state);
+    let mut left: Vec<usize> = (0..mechanism.coordinates.len()).filter(|&i| system.equation_of(i).is_some()).collect();
+    let largest = rows.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
+    loop {
+        let entries = rows.iter().enumerate().flat_map(|(r, row)| left.iter().map(move |&i| (row[i].abs(), r, i)));
+        // Of equal entries the one of the last coordinate is eliminated: the rotation of the first body is left.
+        let Some((size, r, i)) = entries.reduce(|a, b| if b.0 >= a.0 * (1.0 - 1e-9) { b } else { a }) else { break };
+        if size <= DEPENDENT * largest {
+            break;
+        }
+        let pivot = rows.swap_remove(r);
+        for row in &mut rows {
+            let factor = row[i] / pivot[i];
+            row.iter_mut().zip(&pivot).for_each(|(x, p)| *x -= factor * p);
+        }
+        left.retain(|&other| other != i);
+    }
+    left.iter().map(|&i| mechanism.coordinates[i].name.clone()).collect()
+}

@@ -1,0 +1,333 @@
+//! Static equilibria: Newton's iteration, and the load path where it fails.
+
+use crate::mechanism::Mechanism;
+use crate::system::linearization::Linearization;
+use crate::system::state::State;
+use crate::system::{System, Unknown};
+use crate::{Error, Result, diagnostics};
+
+/// Settings of Newton's iteration for a static equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Statics {
+    /// Largest correction (m or rad) of the last iteration.
+    pub tolerance: f64,
+    /// Largest number of Newton iterations at one time.
+    pub iterations: usize,
+    /// Largest change of a position (m or rad) in one iteration.
+    pub longest: f64,
+}
+
+impl Default for Statics {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, iterations: 100, longest: 0.5 }
+    }
+}
+
+/// Moves `state` to the static equilibrium at its time: the equations of motion with v = q̈ = 0, and Φ = 0.
+///
+/// Newton's iteration begins at the given positions. If it does not converge, the residual forces of the given positions
+/// are removed gradually: the path of equilibria from these positions to the load is followed by its arc length. It passes
+/// limit points, at which the load has a largest or smallest value.
+///
+/// The factor of the last iteration stays in `system`.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming the unknown with the largest residual and the element with the largest share in it.
+///
+/// # Sources
+///
+/// Riks, *Int. J. Solids Struct.* 15 (1979) 529–551; Crisfield, *Non-linear Finite Element Analysis of Solids and
+/// Structures*, vol. 1 (1991), Chapter 9.
+pub fn find_equilibrium(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    settings: &Statics,
+) -> Result<()> {
+    let mut rows = vec![[0.0]; system.size()];
+    state.prescribe(mechanism);
+    state.v.fill(0.0);
+    state.a.fill(0.0);
+    if mechanism.multipliers > 0 && state.l.iter().all(|l| *l == 0.0) {
+        guess_reactions(system, mechanism, state, &mut rows)?;
+    }
+    let start = state.clone();
+    let outcome = newton(system, mechanism, state, settings, &mut rows);
+    if outcome != Ok(true) {
+        let failed = state.clone();
+        state.copy_from(&start);
+        let path = LoadPath::new(system, mechanism, settings, &start).follow(state);
+        if !matches!(path, Ok(None)) {
+            outcome?;
+            state.copy_from(&failed);
+            return Err(no_equilibrium(system, mechanism, state, &mut rows, path.ok().flatten()));
+        }
+    }
+    if system.allows_redundancy() {
+        state.l.fill(0.0);
+        guess_reactions(system, mechanism, state, &mut rows)?;
+        system.assemble(mechanism, state, Linearization::statics(), &mut rows);
+        diagnostics::factorize(system, mechanism, state)?;
+    }
+    Ok(())
+}
+
+/// Newton's iteration with the full load. Returns whether it has converged.
+fn newton(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    settings: &Statics,
+    rows: &mut [[f64; 1]],
+) -> Result<bool> {
+    for _ in 0..settings.iterations {
+        system.assemble(mechanism, state, Linearization::statics(), rows);
+        diagnostics::factorize(system, mechanism, state)?;
+        system.factor().solve(rows);
+        let largest = system.largest_coordinate_row(rows);
+        if !largest.is_finite() {
+            return Ok(false);
+        }
+        let fraction = if largest > settings.longest { settings.longest / largest } else { 1.0 };
+        for (unknown, change) in system.unknowns().iter().zip(rows.iter()) {
+            match *unknown {
+                Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],
+                Unknown::Multiplier(m) => state.l[m] -= change[0],
+            }
+        }
+        if largest <= settings.tolerance {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// The error of a load without equilibrium; `turn` is the largest fraction of the load that was reached.
+fn no_equilibrium(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    rows: &mut [[f64; 1]],
+    turn: Option<f64>,
+) -> Error {
+    system.assemble(mechanism, state, Linearization::statics(), rows);
+    if let Some(error) = diagnostics::not_finite(mechanism, state) {
+        return error;
+    }
+    let what = diagnostics::dominant_residual(system, mechanism, state, rows);
+    let limit = turn.filter(|turn| *turn > 0.0 && *turn < 1.0);
+    let limit = limit.map_or(String::new(), |turn| {
+        format!(": from the given positions, equilibria exist up to {:.3} % of the load (limit point)", 100.0 * turn)
+    });
+    let why = format!("no static equilibrium found at t = {:.6e} s{limit}", state.t);
+    Error::analysis(what, why, "apply the load in more steps, or add stiffness to free motions")
+}
+
+/// The path of equilibria of r(x) = (1 − s) r(x₀) from the start x₀ with s = 0 to the load with s = 1.
+struct LoadPath<'s, 'm> {
+    system: &'s mut System,
+    mechanism: &'m Mechanism<f64>,
+    settings: &'s Statics,
+    /// r(x₀), by equation.
+    start: Vec<f64>,
+    /// For each equation, true for a coordinate.
+    coordinates: Vec<bool>,
+    rows: Vec<[f64; 1]>,
+}
+
+/// A direction in the space of unknowns and load fraction.
+#[derive(Clone)]
+struct Direction {
+    unknowns: Vec<f64>,
+    load: f64,
+}
+
+/// First and largest step along the path, in m or rad (root mean square over the coordinates) and load fraction.
+const FIRST_STEP: f64 = 0.02;
+const LONGEST_STEP: f64 = 0.2;
+
+/// Smallest step along the path.
+const SMALLEST_STEP: f64 = 1e-9;
+
+/// Largest number of steps along the path, and of corrections in a step.
+const MOST_PATH_STEPS: usize = 3000;
+const MOST_CORRECTIONS: usize = 12;
+
+/// Largest correction (m or rad) of the last iteration on the way.
+const ON_THE_WAY: f64 = 1e-7;
+
+impl<'s, 'm> LoadPath<'s, 'm> {
+    fn new(system: &'s mut System, mechanism: &'m Mechanism<f64>, settings: &'s Statics, start: &State<f64>) -> Self {
+        let mut rows = vec![[0.0]; system.size()];
+        system.assemble(mechanism, start, Linearization::statics(), &mut rows);
+        let coordinates = system.unknowns().iter().map(|u| matches!(u, Unknown::Coordinate(_))).collect();
+        let start = rows.as_flattened().to_vec();
+        Self { system, mechanism, settings, start, coordinates, rows }
+    }
+
+    /// Follows the path. Returns `None` at the load, or else the largest load fraction that was reached.
+    fn follow(mut self, state: &mut State<f64>) -> Result<Option<f64>> {
+        let (mut load, mut reached, mut step) = (0.0, 0.0f64, FIRST_STEP);
+        let mut before: Option<Direction> = None;
+        for _ in 0..MOST_PATH_STEPS {
+            self.factorize(state)?;
+            let tangent = self.tangent(before.as_ref());
+            loop {
+                let (mut trial, is_last) = (state.clone(), load + step * tangent.load >= 1.0);
+                let length = if is_last { (1.0 - load) / tangent.load } else { step };
+                self.add(&tangent.unknowns, length, &mut trial);
+                let target = if is_last { 1.0 } else { load + length * tangent.load };
+                match self.correct(&mut trial, target, (!is_last).then_some(&tangent), length) {
+                    Ok((_, _)) if is_last => {
+                        state.copy_from(&trial);
+                        let Self { system, mechanism, settings, rows, .. } = &mut self;
+                        return Ok(if newton(system, mechanism, state, settings, rows)? { None } else { Some(1.0) });
+                    }
+                    Ok((at, count)) => {
+                        state.copy_from(&trial);
+                        load = at;
+                        reached = reached.max(load);
+                        step = (step
+                            * if count <= 4 {
+                                1.7
+                            } else if count <= 7 {
+                                1.0
+                            } else {
+                                0.6
+                            })
+                        .min(LONGEST_STEP);
+                        break;
+                    }
+                    Err(_) if step < SMALLEST_STEP => return Ok(Some(reached)),
+                    Err(_) => step *= 0.4,
+                }
+            }
+            if load < -1.0 {
+                break;
+            }
+            before = Some(tangent);
+        }
+        Ok(Some(reached))
+    }
+
+    /// Factorizes the stiffness matrix at `state`; the residual is then in the rows.
+    fn factorize(&mut self, state: &State<f64>) -> Result<()> {
+        self.system.assemble(self.mechanism, state, Linearization::statics(), &mut self.rows);
+        diagnostics::factorize(self.system, self.mechanism, state)
+    }
+
+    /// Change of the unknowns with the load fraction: −K⁻¹ r(x₀).
+    fn rate(&mut self) -> Vec<f64> {
+        let mut rate: Vec<[f64; 1]> = self.start.iter().map(|r| [-r]).collect();
+        self.system.factor().solve(&mut rate);
+        rate.into_flattened()
+    }
+
+    /// The unit tangent of the path, which continues the direction `before`.
+    fn tangent(&mut self, before: Option<&Direction>) -> Direction {
+        let rate = self.rate();
+        let length = (self.product(&rate, &rate) + 1.0).sqrt();
+        let turn = before.map_or(1.0, |before| self.product(&before.unknowns, &rate) + before.load);
+        let scale = turn.signum() / length;
+        Direction { unknowns: rate.iter().map(|x| x * scale).collect(), load: scale }
+    }
+
+    /// Mean product of the coordinates of two directions.
+    fn product(&self, a: &[f64], b: &[f64]) -> f64 {
+        let mut sum = (0.0, 0);
+        for ((a, b), _) in a.iter().zip(b).zip(&self.coordinates).filter(|(_, is)| **is) {
+            sum = (sum.0 + a * b, sum.1 + 1);
+        }
+        sum.0 / f64::from(sum.1.max(1))
+    }
+
+    /// Adds `factor` times a direction to the unknowns.
+    fn add(&self, direction: &[f64], factor: f64, state: &mut State<f64>) {
+        for (unknown, x) in self.system.unknowns().iter().zip(direction) {
+            match *unknown {
+                Unknown::Coordinate(i) => state.q[i] += factor * x,
+                Unknown::Multiplier(m) => state.l[m] += factor * x,
+            }
+        }
+    }
+
+    /// Corrects `state` in the plane normal to `tangent`, or at the load fraction `load` if there is none.
+    ///
+    /// Returns the load fraction and the number of corrections.
+    fn correct(
+        &mut self,
+        state: &mut State<f64>,
+        load: f64,
+        tangent: Option<&Direction>,
+        length: f64,
+    ) -> Result<(f64, usize)> {
+        let (mut at, mut previous) = (load, f64::INFINITY);
+        for count in 1..=MOST_CORRECTIONS {
+            self.factorize(state)?;
+            self.rows.iter_mut().zip(&self.start).for_each(|(row, start)| row[0] -= (1.0 - at) * start);
+            let mut residual = std::mem::take(&mut self.rows);
+            self.system.factor().solve(&mut residual);
+            let mut change: Vec<f64> = residual.iter().map(|row| -row[0]).collect();
+            self.rows = residual;
+            if let Some(tangent) = tangent {
+                // The correction stays in the plane: no component along the tangent.
+                let rate = self.rate();
+                let along = self.product(&tangent.unknowns, &rate) + tangent.load;
+                let shift = -self.product(&tangent.unknowns, &change) / along;
+                change.iter_mut().zip(&rate).for_each(|(x, r)| *x += shift * r);
+                at += shift;
+            }
+            self.add(&change, 1.0, state);
+            let moved = change.iter().zip(&self.coordinates).filter(|(_, is)| **is).map(|(x, _)| x.abs());
+            let largest = moved.fold(0.0, |a, x| if x > a || x.is_nan() { x } else { a });
+            if largest <= ON_THE_WAY {
+                return Ok((at, count));
+            }
+            if !(largest < 20.0 * length.max(1e-6)) || (count > 3 && largest > 2.0 * previous) {
+                break;
+            }
+            previous = largest;
+        }
+        Err(Error::analysis("load path", "does not converge", "take a shorter step"))
+    }
+}
+
+/// Sets the reactions that minimize the residual forces at the given positions.
+///
+/// A pendulum has no stiffness except that of its reactions: without this guess its equations are singular.
+fn guess_reactions(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    rows: &mut [[f64; 1]],
+) -> Result<()> {
+    let mut forces = vec![[0.0]; rows.len()];
+    system.assemble(mechanism, state, Linearization::statics(), &mut forces);
+    system.assemble(mechanism, state, Linearization::projection(), rows);
+    diagnostics::factorize(system, mechanism, state)?;
+    for ((row, force), unknown) in rows.iter_mut().zip(&forces).zip(system.unknowns()) {
+        *row = if matches!(unknown, Unknown::Coordinate(_)) { *force } else { [0.0] };
+    }
+    system.factor().solve(rows);
+    for (unknown, row) in system.unknowns().iter().zip(rows.iter()) {
+        if let Unknown::Multiplier(m) = *unknown {
+            state.l[m] = -row[0];
+        }
+    }
+    Ok(())
+}
+
+/// Moves `state` to the static equilibrium at its time and keeps its velocities. Returns the reactions, one per multiplier.
+pub(crate) fn equilibrium_reactions(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    statics: &Statics,
+) -> Result<Vec<f64>> {
+    let velocities = state.v.clone();
+    find_equilibrium(system, mechanism, state, statics)?;
+    state.v = velocities;
+    state.prescribe(mechanism);
+    Ok(std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]))
+}

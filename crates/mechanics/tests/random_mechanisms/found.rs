@@ -1,0 +1,1 @@
+//! Mechanisms that the generator found, with the defects that they showed.

@@ -1,0 +1,848 @@
+//! Random mechanisms whose positions assemble: open and closed chains of all joints, drives, forces and beams.
+
+use autodiff::Scalar;
+use linkwright_mechanics::constraint_rank::redundant_constraints;
+use linkwright_mechanics::elements::{BeamSection, Shear};
+use linkwright_mechanics::mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism, ParametricMechanism, Pose};
+use linkwright_mechanics::motion::{Harmonic, Motion, StartUp};
+use linkwright_mechanics::system::System;
+use linkwright_mechanics::system::state::State;
+use linkwright_mechanics::{Error, Result};
+
+/// A generator of pseudo-random numbers (splitmix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn between(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.next() % count as u64) as usize
+    }
+
+    pub fn chance(&mut self, share: f64) -> bool {
+        self.between(0.0, 1.0) < share
+    }
+}
+
+/// What a mechanism is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// Joints, springs, dampers, loads and drives.
+    Rigid,
+    /// Without drives and dissipation.
+    Conservative,
+    /// Conservative, without gravity and not connected to the ground.
+    Floating,
+    /// With compliant contacts.
+    Contact,
+    /// With beams.
+    Flexible,
+    /// With constraints that depend on each other.
+    Redundant,
+    /// All degrees of freedom driven, for kinematics.
+    Driven,
+    /// In stable equilibrium with springs, for statics.
+    Static,
+}
+
+pub const CLASSES: [Class; 8] = [
+    Class::Rigid,
+    Class::Conservative,
+    Class::Floating,
+    Class::Contact,
+    Class::Flexible,
+    Class::Redundant,
+    Class::Driven,
+    Class::Static,
+];
+
+/// q₀ + v t + ½ a t²: p = \[q₀, v, a\].
+struct Accelerated;
+
+impl Motion for Accelerated {
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
+        p[0] + (p[1] + p[2] * t * 0.5) * t
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Profile {
+    Harmonic,
+    Accelerated,
+    StartUp,
+}
+
+/// A body, by number; `None` is the ground.
+type Frame = Option<usize>;
+
+/// Parts of a mechanism. `at` is the index of the first of their numbers.
+#[derive(Clone, Debug)]
+enum Part {
+    Body {
+        at: usize,
+    },
+    /// A node whose x is driven.
+    Cart {
+        at: usize,
+        profile: Profile,
+    },
+    Revolute {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Prismatic {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Slot {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Rod {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Fixed {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Gears {
+        wheels: [usize; 2],
+        carrier: Frame,
+        at: usize,
+    },
+    Rack {
+        rack: usize,
+        pinion: usize,
+        at: usize,
+    },
+    Cam {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Drive {
+        body: usize,
+        profile: Profile,
+        at: usize,
+    },
+    RelativeDrive {
+        frames: [Frame; 2],
+        profile: Profile,
+        at: usize,
+    },
+    LengthDrive {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Spring {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Torsion {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Bushing {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Friction {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Load {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Force {
+        body: usize,
+        at: usize,
+    },
+    Actuator {
+        frames: [Frame; 2],
+        at: usize,
+    },
+    Stop {
+        body: usize,
+        at: usize,
+    },
+    Wall {
+        body: usize,
+        at: usize,
+    },
+    Beam {
+        body: usize,
+        elements: usize,
+        at: usize,
+    },
+    /// A crank of the common length with number `length` between the ground and the first body.
+    Crank {
+        length: usize,
+        at: usize,
+    },
+}
+
+/// A random mechanism. Design variables are some of its numbers.
+#[derive(Clone, Debug)]
+pub struct RandomMechanism {
+    pub class: Class,
+    parts: Vec<Part>,
+    numbers: Vec<f64>,
+    /// Indices of the numbers that are design variables.
+    variables: Vec<usize>,
+    /// World poses of the bodies.
+    poses: Vec<[f64; 3]>,
+}
+
+impl RandomMechanism {
+    /// The mechanism of this class and seed; `None` if no attempt leads to one with independent constraints that moves.
+    pub fn new(class: Class, seed: u64) -> Option<Self> {
+        let mut random = Random(seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ class as u64);
+        (0..20).find_map(|_| Self::attempt(class, &mut random))
+    }
+
+    /// Values of the design variables.
+    pub fn design(&self) -> Vec<f64> {
+        self.variables.iter().map(|&i| self.numbers[i]).collect()
+    }
+
+    /// True if explicit steps suit it.
+    pub fn is_for_explicit_steps(&self) -> bool {
+        self.class != Class::Flexible
+    }
+
+    fn attempt(class: Class, random: &mut Random) -> Option<Self> {
+        let mut mechanism = Self { class, parts: vec![], numbers: vec![], variables: vec![], poses: vec![] };
+        let g = if matches!(class, Class::Floating) { 0.0 } else { -9.81 };
+        mechanism.add_numbers(&[0.0, g]);
+        match class {
+            Class::Redundant => mechanism.redundant(random),
+            Class::Driven => mechanism.driven(random),
+            _ => mechanism.chains(random),
+        }
+        if class == Class::Flexible {
+            let body = random.below(mechanism.poses.len());
+            let at = mechanism.add_numbers(&[0.1, 0.05, random.between(0.3, 0.6), 0.01, 0.004]);
+            mechanism.parts.push(Part::Beam { body, elements: 2 + random.below(2), at });
+        }
+        mechanism.variables = mechanism.choose_variables(random);
+        let plain = mechanism.build(&mechanism.design()).ok()?;
+        let system = System::new(&plain).ok()?;
+        let state = State::built(&plain, 0.0);
+        let redundant = redundant_constraints(&system, &plain, &state).len();
+        let fits = if class == Class::Redundant { redundant > 0 } else { redundant == 0 };
+        (fits && !mechanism.variables.is_empty()).then_some(mechanism)
+    }
+
+    fn add_numbers(&mut self, values: &[f64]) -> usize {
+        self.numbers.extend_from_slice(values);
+        self.numbers.len() - values.len()
+    }
+
+    /// Three or four numbers that are not zero.
+    fn choose_variables(&self, random: &mut Random) -> Vec<usize> {
+        let candidates: Vec<usize> = (0..self.numbers.len()).filter(|&i| self.numbers[i].abs() > 1e-3).collect();
+        let mut chosen: Vec<usize> = (0..4).map(|_| candidates[random.below(candidates.len())]).collect();
+        if self.class == Class::Redundant {
+            // Other numbers would contradict the redundant constraints.
+            chosen.retain(|i| self.is_harmless(*i));
+        }
+        chosen.sort_unstable();
+        chosen.dedup();
+        chosen
+    }
+
+    /// Returns whether a number of a redundant mechanism keeps the constraints consistent.
+    fn is_harmless(&self, number: usize) -> bool {
+        let owner = self.parts.iter().rev().find_map(|part| match part {
+            Part::Body { at } if *at <= number => Some((*at, true)),
+            Part::Spring { at, .. } | Part::Torsion { at, .. } if *at <= number => Some((*at, true)),
+            Part::Crank { length, at } if *at <= number || *length == number => Some((*at, *length == number)),
+            Part::Gears { at, .. } | Part::Revolute { at, .. } if *at <= number => Some((*at, false)),
+            _ => None,
+        });
+        let is_crank_length = self.parts.iter().any(|p| matches!(p, Part::Crank { length, .. } if *length == number));
+        match owner {
+            _ if is_crank_length => true,
+            // Mass, inertia and velocity of a body; not its position.
+            Some((at, true)) => {
+                let is_body = self.parts.iter().any(|p| matches!(p, Part::Body { at: a } if *a == at));
+                !is_body || !(2..5).contains(&(number - at))
+            }
+            _ => false,
+        }
+    }
+
+    fn pose(&self, frame: Frame) -> [f64; 3] {
+        frame.map_or([0.0; 3], |k| self.poses[k])
+    }
+
+    /// Body-fixed coordinates of a point of the plane.
+    fn local(&self, frame: Frame, [px, py]: [f64; 2]) -> [f64; 2] {
+        let [x, y, theta] = self.pose(frame);
+        let (sin, cos) = theta.sin_cos();
+        let (dx, dy) = (px - x, py - y);
+        [cos * dx + sin * dy, cos * dy - sin * dx]
+    }
+
+    /// Numbers of two points of frames that are the given points of the plane.
+    fn markers(&self, frames: [Frame; 2], points: [[f64; 2]; 2]) -> Vec<f64> {
+        (0..2).flat_map(|k| self.local(frames[k], points[k])).collect()
+    }
+
+    fn add_body(&mut self, random: &mut Random, pose: [f64; 3]) -> usize {
+        let velocity = [0, 1, 2].map(|_| random.between(-1.0, 1.0));
+        let (mass, inertia) = (random.between(0.5, 2.0), random.between(0.03, 0.3));
+        let at = self.add_numbers(&[mass, inertia, pose[0], pose[1], pose[2], velocity[0], velocity[1], velocity[2]]);
+        self.parts.push(Part::Body { at });
+        self.poses.push(pose);
+        self.poses.len() - 1
+    }
+
+    fn random_pose(random: &mut Random) -> [f64; 3] {
+        [random.between(-0.8, 0.8), random.between(-0.8, 0.8), random.between(-2.5, 2.5)]
+    }
+
+    /// Numbers of a motion that begins at `start`.
+    fn motion(&mut self, random: &mut Random, start: f64, size: f64) -> (Profile, Vec<f64>) {
+        match random.below(3) {
+            0 => {
+                let (amplitude, omega, phase) =
+                    (size * random.between(0.2, 0.6), random.between(2.0, 7.0), random.between(0.2, 1.4));
+                (Profile::Harmonic, vec![start - amplitude * f64::sin(phase), amplitude, omega, phase])
+            }
+            1 => (Profile::Accelerated, vec![start, size * random.between(-1.0, 1.0), size * random.between(1.0, 5.0)]),
+            _ => (Profile::StartUp, vec![start, size * random.between(1.0, 4.0), random.between(0.3, 0.9)]),
+        }
+    }
+
+    /// Chains and loops of joints with forces.
+    fn chains(&mut self, random: &mut Random) {
+        let has_drives = matches!(self.class, Class::Rigid | Class::Contact | Class::Flexible);
+        let is_floating = self.class == Class::Floating;
+        if has_drives && random.chance(0.4) {
+            let (profile, numbers) = self.motion(random, 0.2, 0.2);
+            let at = self.add_numbers(&[0.2, random.between(-0.4, 0.4)]);
+            self.add_numbers(&numbers);
+            self.parts.push(Part::Cart { at, profile });
+            self.poses.push([0.2, self.numbers[at + 1], 0.0]);
+        }
+        let first = self.poses.len();
+        for _ in 0..1 + random.below(3) {
+            let pose = Self::random_pose(random);
+            let body = self.add_body(random, pose);
+            let others: Vec<Frame> = (0..body).map(Some).collect();
+            let parent = match others.len() {
+                0 if is_floating => continue,
+                0 => None,
+                _ if !is_floating && random.chance(0.3) => None,
+                count => others[random.below(count)],
+            };
+            self.join(random, [parent, Some(body)]);
+            if matches!(self.class, Class::Static) || random.chance(0.3) {
+                self.torsion(random, [parent, Some(body)]);
+            }
+        }
+        let bodies: Vec<usize> = (first..self.poses.len()).collect();
+        let any = |random: &mut Random| bodies[random.below(bodies.len())];
+        if random.chance(0.5) && (!is_floating || bodies.len() > 1) {
+            let (a, b) = (any(random), any(random));
+            let other = if a != b {
+                Some(b)
+            } else if is_floating {
+                return;
+            } else {
+                None
+            };
+            self.close(random, [other, Some(a)]);
+        }
+        if has_drives && random.chance(0.6) {
+            let body = any(random);
+            self.drive(random, body);
+        }
+        for _ in 0..1 + random.below(3) {
+            let (a, b) = (any(random), any(random));
+            let other = if a == b && !is_floating { None } else { Some(b) };
+            if other != Some(a) {
+                self.force(random, [other, Some(a)]);
+            }
+        }
+        if self.class == Class::Contact {
+            let body = any(random);
+            self.contact(random, body);
+        }
+    }
+
+    /// Connects two bodies, which may be anywhere.
+    fn join(&mut self, random: &mut Random, frames: [Frame; 2]) {
+        let point = |random: &mut Random| [random.between(-0.8, 0.8), random.between(-0.8, 0.8)];
+        let (p, q) = (point(random), point(random));
+        let [theta_a, theta_b] = frames.map(|frame| self.pose(frame)[2]);
+        match random.below(20) {
+            0..=9 => {
+                let at = self.markers(frames, [p, p]);
+                let at = self.add_numbers(&at);
+                self.parts.push(Part::Revolute { frames, at });
+            }
+            10..=12 => {
+                let mut numbers = self.markers(frames, [p, q]);
+                let line = (q[1] - p[1]).atan2(q[0] - p[0]) - theta_a;
+                numbers.insert(2, line);
+                numbers.push(theta_b - theta_a);
+                let at = self.add_numbers(&numbers);
+                self.parts.push(Part::Prismatic { frames, at });
+            }
+            13..=14 => self.slot(frames, p, q),
+            15..=16 => self.rod(frames, p, q),
+            17 => {
+                let mut numbers = self.markers(frames, [p, p]);
+                numbers.push(theta_b - theta_a);
+                let at = self.add_numbers(&numbers);
+                self.parts.push(Part::Fixed { frames, at });
+            }
+            _ => self.bushing(random, frames),
+        }
+    }
+
+    fn slot(&mut self, frames: [Frame; 2], p: [f64; 2], q: [f64; 2]) {
+        let mut numbers = self.markers(frames, [p, q]);
+        numbers.insert(2, (q[1] - p[1]).atan2(q[0] - p[0]) - self.pose(frames[0])[2]);
+        let at = self.add_numbers(&numbers);
+        self.parts.push(Part::Slot { frames, at });
+    }
+
+    fn rod(&mut self, frames: [Frame; 2], p: [f64; 2], q: [f64; 2]) {
+        let mut numbers = self.markers(frames, [p, q]);
+        numbers.push((q[0] - p[0]).hypot(q[1] - p[1]));
+        let at = self.add_numbers(&numbers);
+        self.parts.push(Part::Rod { frames, at });
+    }
+
+    fn bushing(&mut self, random: &mut Random, frames: [Frame; 2]) {
+        let p = [random.between(-0.5, 0.5), random.between(-0.5, 0.5)];
+        let mut numbers = self.markers(frames, [p, p]);
+        numbers.extend([0, 1, 2].map(|k| random.between(20.0, 200.0) * if k == 2 { 0.1 } else { 1.0 }));
+        let damping = if self.is_conservative() { 0.0 } else { 1.0 };
+        numbers.extend([0, 1, 2].map(|_| damping * random.between(0.1, 1.0)));
+        let at = self.add_numbers(&numbers);
+        self.parts.push(Part::Bushing { frames, at });
+    }
+
+    fn is_conservative(&self) -> bool {
+        matches!(self.class, Class::Conservative | Class::Floating)
+    }
+
+    /// Adds one constraint that closes a loop.
+    fn close(&mut self, random: &mut Random, frames: [Frame; 2]) {
+        let point = |random: &mut Random| [random.between(-0.8, 0.8), random.between(-0.8, 0.8)];
+        let (p, q) = (point(random), point(random));
+        let is_floating = self.class == Class::Floating;
+        match (random.below(6), frames) {
+            (0, _) => self.slot(frames, p, q),
+            (1, [Some(a), Some(b)]) => {
+                let radii = [random.between(0.1, 0.3), random.between(0.1, 0.3)];
+                let offset = radii[0] * self.poses[a][2] + radii[1] * self.poses[b][2];
+                let at = self.add_numbers(&[radii[0], radii[1], offset]);
+                if is_floating {
+                    return self.rod(frames, p, q);
+                }
+                self.parts.push(Part::Gears { wheels: [a, b], carrier: None, at });
+            }
+            (2, [Some(a), Some(b)]) if !is_floating => {
+                let (radius, direction) = (random.between(0.1, 0.3), random.between(-1.0, 1.0));
+                let (u, v) = (self.poses[a], self.poses[b]);
+                let (sin, cos) = f64::sin_cos(direction);
+                let offset = (u[0] - v[0]) * cos + (u[1] - v[1]) * sin - radius * v[2];
+                let at = self.add_numbers(&[radius, direction, offset]);
+                self.parts.push(Part::Rack { rack: a, pinion: b, at });
+            }
+            (3, _) => {
+                // The cam is the first frame; the follower is at the distance that the profile has there.
+                let mut numbers = self.markers(frames, [p, q]);
+                let distance = (q[0] - p[0]).hypot(q[1] - p[1]);
+                if distance > 0.2 {
+                    let psi = (q[1] - p[1]).atan2(q[0] - p[0]) - self.pose(frames[0])[2];
+                    let (lift, phase) = (0.1, random.between(-1.0, 1.0));
+                    let base = distance - lift * 0.5 * (1.0 - (psi - phase).cos());
+                    numbers.extend([base, lift, phase]);
+                    let at = self.add_numbers(&numbers);
+                    self.parts.push(Part::Cam { frames, at });
+                }
+            }
+            (4, _) if matches!(self.class, Class::Rigid | Class::Contact) => {
+                let mut numbers = self.markers(frames, [p, q]);
+                let distance = (q[0] - p[0]).hypot(q[1] - p[1]);
+                let (amplitude, phase) = (0.1 * distance, random.between(0.2, 1.2));
+                numbers.extend([distance - amplitude * f64::sin(phase), amplitude, random.between(2.0, 6.0), phase]);
+                let at = self.add_numbers(&numbers);
+                self.parts.push(Part::LengthDrive { frames, at });
+            }
+            _ => self.rod(frames, p, q),
+        }
+    }
+
+    /// Drives the rotation of a body, absolute or relative to another one.
+    fn drive(&mut self, random: &mut Random, body: usize) {
+        if body > 0 && random.chance(0.4) {
+            let other = random.below(body);
+            let (profile, numbers) = self.motion(random, self.poses[body][2] - self.poses[other][2], 1.0);
+            let at = self.add_numbers(&numbers);
+            self.parts.push(Part::RelativeDrive { frames: [Some(other), Some(body)], profile, at });
+        } else {
+            let (profile, numbers) = self.motion(random, self.poses[body][2], 1.0);
+            let at = self.add_numbers(&numbers);
+            self.parts.push(Part::Drive { body, profile, at });
+        }
+    }
+
+    fn torsion(&mut self, random: &mut Random, frames: [Frame; 2]) {
+        let [theta_a, theta_b] = frames.map(|frame| self.pose(frame)[2]);
+        let damping = if self.is_conservative() { 0.0 } else { random.between(0.05, 0.5) };
+        let scale = if self.class == Class::Static { 10.0 } else { 1.0 };
+        let rest = theta_b - theta_a + random.between(-0.3, 0.3);
+        let at = self.add_numbers(&[scale * random.between(2.0, 10.0), damping, rest, random.between(0.1, 1.0)]);
+        self.parts.push(Part::Torsion { frames, at });
+    }
+
+    fn force(&mut self, random: &mut Random, frames: [Frame; 2]) {
+        let point = |random: &mut Random| [random.between(-0.8, 0.8), random.between(-0.8, 0.8)];
+        let (p, q) = (point(random), point(random));
+        let distance = (q[0] - p[0]).hypot(q[1] - p[1]);
+        if distance < 0.2 {
+            return self.torsion(random, frames);
+        }
+        let conservative = self.is_conservative();
+        let kind = if conservative || self.class == Class::Static { random.below(2) } else { random.below(7) };
+        let body = frames[1].expect("the second frame is a body");
+        match kind {
+            0 => {
+                let mut numbers = self.markers(frames, [p, q]);
+                let damping = if conservative { 0.0 } else { random.between(0.1, 2.0) };
+                numbers.extend([random.between(5.0, 80.0), damping, distance * random.between(0.5, 1.1)]);
+                numbers.push(random.between(0.5, 5.0));
+                let at = self.add_numbers(&numbers);
+                self.parts.push(Part::Spring { frames, at });
+            }
+            1 => self.torsion(random, frames),
+            2 => {
+                let at =
+                    self.add_numbers(&[random.between(0.2, 1.0), random.between(0.3, 1.0), random.between(0.1, 0.5)]);
+                self.parts.push(Part::Friction { frames, at });
+            }
+            3 => {
+                let at = self.add_numbers(&[0.5, random.between(0.5, 2.0), random.between(2.0, 9.0), 0.3]);
+                self.parts.push(Part::Load { frames, at });
+            }
+            4 => {
+                let [x, y] = self.local(Some(body), p);
+                let at = self.add_numbers(&[x, y, random.between(-2.0, 2.0), 0.5, 2.0, random.between(2.0, 9.0), 0.3]);
+                self.parts.push(Part::Force { body, at });
+            }
+            5 => {
+                let mut numbers = self.markers(frames, [p, q]);
+                numbers.extend([0.7, random.between(1.0, 4.0), random.between(2.0, 9.0), 0.4]);
+                let at = self.add_numbers(&numbers);
+                self.parts.push(Part::Actuator { frames, at });
+            }
+            _ => self.bushing(random, frames),
+        }
+    }
+
+    fn contact(&mut self, random: &mut Random, body: usize) {
+        let [x, y, theta] = self.poses[body];
+        if random.chance(0.5) {
+            // Closed at the start by a little, or about to close.
+            let at = self.add_numbers(&[
+                random.between(200.0, 2000.0),
+                random.between(0.05, 0.3),
+                theta + random.between(-0.05, 0.02),
+            ]);
+            self.parts.push(Part::Stop { body, at });
+        } else {
+            let height = y + random.between(-0.08, 0.01);
+            let at = self.add_numbers(&[
+                0.01,
+                0.02,
+                x,
+                height,
+                std::f64::consts::FRAC_PI_2 + random.between(-0.2, 0.2),
+                random.between(200.0, 3000.0),
+                random.between(0.05, 0.3),
+            ]);
+            self.parts.push(Part::Wall { body, at });
+        }
+    }
+
+    /// A platform on parallel cranks, or planets between two wheels.
+    fn redundant(&mut self, random: &mut Random) {
+        if random.chance(0.5) {
+            let (length, angle) = (random.between(0.2, 0.5), random.between(0.4, 1.2));
+            let pose = [length * angle.cos() + 0.4, length * angle.sin() + 0.1, 0.0];
+            self.add_body(random, pose);
+            let common = self.add_numbers(&[length]);
+            for _ in 0..3 + random.below(2) {
+                let foot = [random.between(-0.3, 1.0), random.between(-0.2, 0.2)];
+                let centre = [foot[0] + 0.5 * length * angle.cos(), foot[1] + 0.5 * length * angle.sin(), angle];
+                self.add_body(random, centre);
+                let head = [foot[0] + length * angle.cos() - pose[0], foot[1] + length * angle.sin() - pose[1]];
+                let at = self.add_numbers(&[foot[0], foot[1], head[0], head[1]]);
+                self.parts.push(Part::Crank { length: common, at });
+            }
+            self.force(random, [None, Some(0)]);
+        } else {
+            // Sun, ring and carrier turn about the origin, planets about points of the carrier.
+            let [sun, ring, carrier] = [0, 1, 2].map(|_| {
+                let turn = random.between(-1.0, 1.0);
+                let body = self.add_body(random, [0.0, 0.0, turn]);
+                let at = self.add_numbers(&[0.0, 0.0, 0.0, 0.0]);
+                self.parts.push(Part::Revolute { frames: [None, Some(body)], at });
+                body
+            });
+            let [sun_radius, planet_radius] = [random.between(0.1, 0.3), random.between(0.05, 0.15)];
+            let distance = sun_radius + planet_radius;
+            for k in 0..3 {
+                let place = self.poses[carrier][2] + f64::from(k) * 2.1;
+                let at_carrier = [distance * place.cos(), distance * place.sin()];
+                // The rotation of the planet follows from that of the sun; the ring's is consistent with the first planet.
+                let turn = |radius: f64, theta: f64, carrier: f64| carrier - radius / planet_radius * (theta - carrier);
+                let theta = turn(sun_radius, self.poses[sun][2], self.poses[carrier][2]);
+                let planet = self.add_body(random, [at_carrier[0], at_carrier[1], theta]);
+                let numbers = self.markers([Some(carrier), Some(planet)], [at_carrier, at_carrier]);
+                let at = self.add_numbers(&numbers);
+                self.parts.push(Part::Revolute { frames: [Some(carrier), Some(planet)], at });
+                for (wheel, radius) in [(sun, sun_radius), (ring, -(sun_radius + 2.0 * planet_radius))] {
+                    let relative = |body: usize| self.poses[body][2] - self.poses[carrier][2];
+                    let offset = radius * relative(wheel) + planet_radius * relative(planet);
+                    let at = self.add_numbers(&[radius, planet_radius, offset]);
+                    self.parts.push(Part::Gears { wheels: [wheel, planet], carrier: Some(carrier), at });
+                }
+            }
+            self.torsion(random, [None, Some(sun)]);
+            self.torsion(random, [None, Some(carrier)]);
+        }
+    }
+
+    /// A chain whose joints are all driven, and a crank that is driven and pulls a loop.
+    fn driven(&mut self, random: &mut Random) {
+        let mut parent = None;
+        for _ in 0..1 + random.below(3) {
+            let pose = Self::random_pose(random);
+            let body = self.add_body(random, pose);
+            let p = [random.between(-0.8, 0.8), random.between(-0.8, 0.8)];
+            let numbers = self.markers([parent, Some(body)], [p, p]);
+            let at = self.add_numbers(&numbers);
+            self.parts.push(Part::Revolute { frames: [parent, Some(body)], at });
+            let from = self.pose(parent)[2];
+            let (profile, numbers) = self.motion(random, self.poses[body][2] - from, 1.0);
+            let at = self.add_numbers(&numbers);
+            self.parts.push(match parent {
+                None if random.chance(0.5) => Part::Drive { body, profile, at },
+                _ => Part::RelativeDrive { frames: [parent, Some(body)], profile, at },
+            });
+            if random.chance(0.5) {
+                self.force(random, [parent, Some(body)]);
+            }
+            parent = Some(body);
+        }
+        if random.chance(0.6) {
+            // A coupler and a slider in a fixed guide.
+            let pose = Self::random_pose(random);
+            let coupler = self.add_body(random, pose);
+            let [p, q] = [0, 1].map(|_| [random.between(-0.8, 0.8), random.between(-0.8, 0.8)]);
+            let numbers = self.markers([parent, Some(coupler)], [p, p]);
+            let at = self.add_numbers(&numbers);
+            self.parts.push(Part::Revolute { frames: [parent, Some(coupler)], at });
+            let far = [q[0] + random.between(0.2, 0.5), q[1] + random.between(-0.3, 0.3)];
+            self.slot([None, Some(coupler)], far, q);
+        }
+    }
+}
+
+impl ParametricMechanism for RandomMechanism {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let mut values: Vec<S> = self.numbers.iter().map(|&x| S::from(x)).collect();
+        self.variables.iter().zip(b).for_each(|(&i, &x)| values[i] = x);
+        let n = |at: usize, count: usize| -> &[S] { &values[at..at + count] };
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(values[0], values[1]);
+        let mut bodies: Vec<Body> = Vec::new();
+        let mut joints: Vec<(ElementIndex, &str)> = Vec::new();
+        let ground = m.ground();
+        for (k, part) in self.parts.iter().enumerate() {
+            let name = format!("part {k}");
+            let of = |bodies: &[Body], frame: Frame| frame.map_or(ground, |k| bodies[k]);
+            let ends = |bodies: &[Body], frames: [Frame; 2], at: usize| -> [Marker<S>; 2] {
+                let [a, b] = frames.map(|frame| of(bodies, frame));
+                [a.at(values[at], values[at + 1]), b.at(values[at + 2], values[at + 3])]
+            };
+            let turns = |bodies: &[Body], frames: [Frame; 2]| -> [Coordinate; 2] {
+                frames.map(|frame| of(bodies, frame).theta)
+            };
+            match *part {
+                Part::Body { at } => {
+                    let p = n(at, 8);
+                    let body = m.body(&name, p[0], p[1], Pose { x: p[2], y: p[3], theta: p[4] });
+                    for (coordinate, velocity) in body.coordinates().into_iter().zip(&p[5..8]) {
+                        m.set_velocity(coordinate, *velocity);
+                    }
+                    bodies.push(body);
+                }
+                Part::Cart { at, profile } => {
+                    let body = m.massless_node(&name, Pose { x: values[at], y: values[at + 1], theta: zero });
+                    prescribe(&mut m, body.x, profile, &values[at + 2..]);
+                    m.fix(body.y);
+                    m.fix(body.theta);
+                    bodies.push(body);
+                }
+                Part::Revolute { frames, at } => {
+                    let [a, b] = ends(&bodies, frames, at);
+                    joints.push((m.revolute(&name, a, b), "force_x"));
+                }
+                Part::Prismatic { frames, at } => {
+                    let (p, [a, b]) = (n(at, 6), frames.map(|frame| of(&bodies, frame)));
+                    m.prismatic(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4]), p[5]);
+                }
+                Part::Slot { frames, at } => {
+                    let (p, [a, b]) = (n(at, 5), frames.map(|frame| of(&bodies, frame)));
+                    joints.push((m.point_on_line(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4])), "force"));
+                }
+                Part::Rod { frames, at } => {
+                    let [a, b] = ends(&bodies, frames, at);
+                    joints.push((m.distance_constraint(&name, a, b, values[at + 4]), "tension"));
+                }
+                Part::Fixed { frames, at } => {
+                    let [a, b] = ends(&bodies, frames, at);
+                    m.fixed_joint(&name, a, b, values[at + 4]);
+                }
+                Part::Gears { wheels, carrier, at } => {
+                    let p = n(at, 3);
+                    let wheels = wheels.map(|k| bodies[k].theta);
+                    m.gear_pair(&name, wheels, of(&bodies, carrier).theta, [p[0], p[1], p[2]]);
+                }
+                Part::Rack { rack, pinion, at } => {
+                    let p = n(at, 3);
+                    m.rack(&name, bodies[rack], bodies[pinion], [p[0], p[1], p[2]]);
+                }
+                Part::Cam { frames, at } => {
+                    let ([a, b], p) = (ends(&bodies, frames, at), n(at + 4, 3));
+                    joints.push((m.cam_follower(&name, a, b, [p[0], p[1], p[2]]), "force"));
+                }
+                Part::Drive { body, profile, at } => {
+                    let coordinate = bodies[body].theta;
+                    prescribe(&mut m, coordinate, profile, &values[at..]);
+                }
+                Part::RelativeDrive { frames, profile, at } => {
+                    let [a, b] = turns(&bodies, frames);
+                    let index = match profile {
+                        Profile::Harmonic => m.driver(&name, a, b, Harmonic, n(at, 4)),
+                        Profile::Accelerated => m.driver(&name, a, b, Accelerated, n(at, 3)),
+                        Profile::StartUp => m.driver(&name, a, b, StartUp::Polynomial, n(at, 3)),
+                    };
+                    joints.push((index, "driving_force"));
+                }
+                Part::LengthDrive { frames, at } => {
+                    let [a, b] = ends(&bodies, frames, at);
+                    m.drive_length(&name, a, b, Harmonic, n(at + 4, 4));
+                }
+                Part::Spring { frames, at } => {
+                    let ([a, b], p) = (ends(&bodies, frames, at), n(at + 4, 4));
+                    m.nonlinear_spring(&name, a, b, [p[0], p[1], p[2], p[3]]);
+                }
+                Part::Torsion { frames, at } => {
+                    let ([a, b], p) = (turns(&bodies, frames), n(at, 4));
+                    m.coordinate_spring(&name, a, b, [p[0], p[1], p[2], p[3]]);
+                }
+                Part::Bushing { frames, at } => {
+                    let ([a, b], p) = (ends(&bodies, frames, at), n(at + 4, 6));
+                    m.bushing(&name, a, b, [p[0], p[1], p[2]], [p[3], p[4], p[5]]);
+                }
+                Part::Friction { frames, at } => {
+                    let ([a, b], p) = (turns(&bodies, frames), n(at, 3));
+                    m.friction(&name, a, b, [p[0], p[1], p[2]]);
+                }
+                Part::Load { frames, at } => {
+                    let [a, b] = turns(&bodies, frames);
+                    m.load(&name, a, b, Harmonic, n(at, 4));
+                }
+                Part::Force { body, at } => {
+                    let p = n(at, 7);
+                    m.force(&name, bodies[body].at(p[0], p[1]), p[2], Harmonic, &p[3..]);
+                }
+                Part::Actuator { frames, at } => {
+                    let [a, b] = ends(&bodies, frames, at);
+                    m.actuator(&name, a, b, Harmonic, n(at + 4, 4));
+                }
+                Part::Stop { body, at } => {
+                    let p = n(at, 3);
+                    m.bump_stop(&name, ground.theta, bodies[body].theta, [p[0], p[1], p[2]]);
+                }
+                Part::Wall { body, at } => {
+                    let p = n(at, 7);
+                    m.wall_contact(&name, bodies[body].at(p[0], p[1]), [p[2], p[3]], p[4], [p[5], p[6]]);
+                }
+                Part::Beam { body, elements, at } => {
+                    let p = n(at, 5);
+                    let section = BeamSection::rectangular(p[3], p[4], 2e9, 0.3, 1500.0);
+                    // The beam is built where its body is: a gap would strain it.
+                    let owners = self.parts.iter().filter_map(|part| match part {
+                        Part::Body { at } => Some((true, *at)),
+                        Part::Cart { at, .. } => Some((false, *at)),
+                        _ => None,
+                    });
+                    let (x, y, theta) = match owners.collect::<Vec<_>>()[body] {
+                        (true, at) => (values[at + 2], values[at + 3], values[at + 4]),
+                        (false, at) => (values[at], values[at + 1], zero),
+                    };
+                    let (sin, cos) = theta.sin_cos();
+                    let root = [x + p[0] * cos - p[1] * sin, y + p[0] * sin + p[1] * cos];
+                    let tip = [root[0] + p[2] * cos, root[1] + p[2] * sin];
+                    let (nodes, _) = m.beam(&name, [root, tip], [None, None], elements, &section, Shear::Flexible);
+                    m.fixed_joint(&format!("{name} clamp"), bodies[body].at(p[0], p[1]), nodes[0].origin(), zero);
+                    bodies.push(nodes[elements]);
+                }
+                Part::Crank { length, at } => {
+                    let (p, l, body) = (n(at, 4), values[length], bodies[bodies.len() - 1]);
+                    m.revolute(&format!("{name} foot"), ground.at(p[0], p[1]), body.at(l * -0.5, zero));
+                    m.revolute(&format!("{name} head"), body.at(l * 0.5, zero), bodies[0].at(p[2], p[3]));
+                }
+            }
+        }
+        for (k, body) in bodies.iter().rev().take(2).enumerate() {
+            let sensor = m.sensor(&format!("sensor {k}"), body.at(S::from(0.1), S::from(0.05)));
+            for name in ["x", "y", "vy", "theta", "ax"] {
+                let term = m.measure(sensor, name)?;
+                m.output(format!("{name}{k}"), &[term]);
+            }
+        }
+        if self.class != Class::Redundant {
+            for (k, (joint, name)) in joints.into_iter().take(1).enumerate() {
+                let term = m.measure(joint, name)?;
+                m.output(format!("reaction{k}"), &[term]);
+            }
+        }
+        let (kinetic, potential) = (m.kinetic_energy(), m.potential_energy());
+        m.output("energy", &[kinetic, potential]);
+        if self.parts.is_empty() {
+            return Err(Error::definition("random mechanism", "it has no parts", "take another seed"));
+        }
+        Ok(m)
+    }
+}
+
+fn prescribe<S: Scalar>(m: &mut Mechanism<S>, coordinate: Coordinate, profile: Profile, p: &[S]) {
+    match profile {
+        Profile::Harmonic => m.drive(coordinate, Harmonic, &p[..4]),
+        Profile::Accelerated => m.drive(coordinate, Accelerated, &p[..3]),
+        Profile::StartUp => m.drive(coordinate, StartUp::Polynomial, &p[..3]),
+    }
+}

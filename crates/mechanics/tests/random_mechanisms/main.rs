@@ -1,0 +1,67 @@
+//! Random mechanisms: every scheme, every method of differentiation, first and second order, against differences; energy,
+//! momentum, and the same motion by different schemes.
+//!
+//! `cargo test -p linkwright-mechanics --test random_mechanisms` checks a few hundred. More of them:
+//!
+//! ```text
+//! MECHANISMS=10000 SEED=0 cargo test --release -p linkwright-mechanics --test random_mechanisms -- --ignored --nocapture
+//! ```
+
+mod differences;
+mod found;
+mod generator;
+mod properties;
+
+use generator::{CLASSES, Class, RandomMechanism};
+use properties::{Findings, check};
+use rayon::prelude::*;
+
+/// Checks mechanisms number `from` to `to`, in parallel, and prints what was found.
+fn check_all(from: u64, to: u64) -> Findings {
+    let one = |k: u64| {
+        let class = CLASSES[(k % CLASSES.len() as u64) as usize];
+        let mut findings = Findings::default();
+        match RandomMechanism::new(class, k) {
+            Some(mechanism) => {
+                if to - from == 1 {
+                    println!("{mechanism:#?}");
+                }
+                check(&mechanism, k, &mut findings);
+            }
+            None => findings.not_made += 1,
+        }
+        findings
+    };
+    let all = (from..to).into_par_iter().map(one).reduce(Findings::default, Findings::and);
+    println!("{all}");
+    all
+}
+
+#[test]
+fn a_few_hundred_random_mechanisms() {
+    let all = check_all(0, 200);
+    assert!(all.wrong.is_empty(), "{}", all.wrong.join("\n"));
+    assert!(all.informative() > 0.9 && all.made() > 0.7, "{all}");
+}
+
+/// The number and the first seed come from the environment: `MECHANISMS` and `SEED`.
+#[test]
+#[ignore = "takes long; the number of mechanisms is given by MECHANISMS"]
+fn many_random_mechanisms() {
+    let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
+    let seed = number("SEED", 0);
+    let all = check_all(seed, seed + number("MECHANISMS", 10_000));
+    assert!(all.wrong.is_empty(), "{} findings:\n{}", all.wrong.len(), all.wrong.join("\n"));
+}
+
+/// Every class makes mechanisms, and the same seed makes the same one.
+#[test]
+fn every_class_can_be_generated() {
+    for class in CLASSES {
+        let made: Vec<_> = (0..40).filter_map(|seed| RandomMechanism::new(class, seed)).collect();
+        assert!(made.len() > 20, "{class:?}: {}", made.len());
+        let again = RandomMechanism::new(class, 7).map(|m| m.design());
+        assert_eq!(again, RandomMechanism::new(class, 7).map(|m| m.design()));
+    }
+    assert_eq!(CLASSES[0], Class::Rigid);
+}

@@ -1,0 +1,442 @@
+//! Properties of a mechanism: derivatives, conservation laws, agreement of schemes.
+
+use crate::differences::{Difference, differences};
+use crate::generator::{Class, RandomMechanism};
+use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
+use linkwright_mechanics::analyses::kinematics::kinematics;
+use linkwright_mechanics::analyses::statics::equilibria;
+use linkwright_mechanics::derivatives::adjoint::{
+    AdjointFunctional, differentiate_backwards, differentiate_equilibria_backwards, differentiate_explicitly_backwards,
+    differentiate_kinematics_backwards,
+};
+use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright_mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
+use linkwright_mechanics::derivatives::history::SensitiveHistory;
+use linkwright_mechanics::derivatives::second_order::{
+    HessianHistory, HessianPart, differentiate_equilibria_twice, differentiate_kinematics_twice, differentiate_twice,
+};
+use linkwright_mechanics::derivatives::semi_analytical::{
+    STEP, difference_equilibria, difference_kinematics, differentiate_semi_analytically,
+};
+use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright_mechanics::mechanism::ParametricMechanism;
+use linkwright_mechanics::{Assembly, Dynamics, GeneralizedAlpha, Mechanism, Newton, Result, Statics};
+use nalgebra::DMatrix;
+use std::fmt;
+
+/// What checks of many mechanisms have found.
+#[derive(Default)]
+pub struct Findings {
+    pub wrong: Vec<String>,
+    /// Mechanisms that could not be generated, and those that no analysis could simulate.
+    pub not_made: usize,
+    pub not_analysed: usize,
+    pub mechanisms: usize,
+    /// Derivatives compared, and those whose differences are too inaccurate for a comparison.
+    pub compared: usize,
+    pub unclear: usize,
+    /// Comparisons of motions, energies and momenta.
+    pub laws: usize,
+}
+
+impl Findings {
+    pub fn and(mut self, mut other: Self) -> Self {
+        self.wrong.append(&mut other.wrong);
+        self.not_made += other.not_made;
+        self.not_analysed += other.not_analysed;
+        self.mechanisms += other.mechanisms;
+        self.compared += other.compared;
+        self.unclear += other.unclear;
+        self.laws += other.laws;
+        self
+    }
+
+    /// The result, unless it is an error, which is a finding.
+    pub fn keep<T>(&mut self, label: &str, result: Result<T>) -> Option<T> {
+        result.map_err(|error| self.wrong.push(format!("{label}: {error}"))).ok()
+    }
+
+    /// Share of the derivatives that could be compared.
+    pub fn informative(&self) -> f64 {
+        1.0 - self.unclear as f64 / (self.compared + self.unclear).max(1) as f64
+    }
+
+    /// Share of the seeds that led to a mechanism that moves.
+    pub fn made(&self) -> f64 {
+        (self.mechanisms - self.not_analysed) as f64 / (self.mechanisms + self.not_made).max(1) as f64
+    }
+}
+
+impl fmt::Display for Findings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} mechanisms ({} not made, {} cannot be analysed): {} derivatives compared, {} unclear, {} laws, {} wrong",
+            self.mechanisms,
+            self.not_made,
+            self.not_analysed,
+            self.compared,
+            self.unclear,
+            self.laws,
+            self.wrong.len()
+        )
+    }
+}
+
+/// Derivatives of a row of numbers with respect to the design, [number][variable].
+type Rows = Vec<Vec<f64>>;
+
+/// A comparison of derivatives: the mechanism, its label and its findings.
+struct Comparison<'a> {
+    label: String,
+    b: &'a [f64],
+    findings: &'a mut Findings,
+}
+
+impl Comparison<'_> {
+    /// Compares the derivatives by some methods, each with its relative tolerance, with differences of `values`.
+    ///
+    /// All numbers of one output belong together: `group(i)` is the output of number i. A deviation is relative to the
+    /// largest derivative of the same output with respect to any variable, both by the size of the variable.
+    fn compare(
+        &mut self,
+        methods: &[(&str, f64, Rows)],
+        group: impl Fn(usize) -> usize,
+        values: impl Fn(&[f64]) -> Option<Vec<f64>>,
+    ) {
+        let size = |k: usize| self.b[k].abs().max(1e-2);
+        let along = |k: usize| {
+            let at = |h: f64| {
+                let mut moved = self.b.to_vec();
+                moved[k] += h;
+                values(&moved)
+            };
+            differences(2e-2 * size(k), at)
+        };
+        let all: Vec<Option<Vec<Difference>>> = (0..self.b.len()).map(along).collect();
+        let Some(count) = all.iter().flatten().map(Vec::len).next() else {
+            self.findings.unclear += 1;
+            return;
+        };
+        let groups = (0..count).map(&group).max().map_or(0, |last| last + 1);
+        let here = values(self.b).unwrap_or_default();
+        let mut largest = vec![FLOOR; groups];
+        here.iter().enumerate().for_each(|(i, x)| largest[group(i)] = largest[group(i)].max(FLOOR * x.abs()));
+        for (k, row) in all.iter().enumerate() {
+            for (i, difference) in row.iter().flatten().enumerate() {
+                largest[group(i)] = largest[group(i)].max((difference.value * size(k)).abs());
+            }
+        }
+        let of_all = largest.iter().fold(0.0f64, |a, x| a.max(*x));
+        largest.iter_mut().for_each(|largest| *largest = largest.max(LOST * of_all));
+        for (k, row) in all.iter().enumerate() {
+            for (i, difference) in row.iter().flatten().enumerate() {
+                let unit = largest[group(i)] / size(k);
+                if !(difference.error < 1e-4 * unit) {
+                    self.findings.unclear += 1;
+                    continue;
+                }
+                self.findings.compared += 1;
+                for (name, tolerance, rows) in methods {
+                    let off = (rows[i][k] - difference.value).abs();
+                    if !(off <= 20.0 * difference.error + tolerance * unit) {
+                        self.findings.wrong.push(format!(
+                            "{}: {name} derivative of number {i} (output {}) by variable {k} is {:.9e}, differences {:.9e} ± {:.1e}, unit {unit:.2e}",
+                            self.label, group(i), rows[i][k], difference.value, difference.error
+                        ));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Gradients by output and time, as rows.
+fn rows_of(history: &SensitiveHistory) -> Rows {
+    history.gradients.iter().flatten().cloned().collect()
+}
+
+fn rows_of_matrix(matrix: &DMatrix<f64>) -> Rows {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+fn functionals(outputs: usize, times: usize) -> Vec<AdjointFunctional> {
+    (0..outputs).flat_map(|output| (0..times).map(move |p| AdjointFunctional::at(output, p))).collect()
+}
+
+const TIMES: [f64; 2] = [0.09, 0.16];
+const EXACT: f64 = 1e-6;
+/// Smallest unit of a derivative: by the size of its variable, a fraction of the value (or of 1 m, rad, N, J).
+const FLOOR: f64 = 0.1;
+
+/// Fraction of the largest derivative of all outputs that is lost to rounding in stiff mechanisms.
+const LOST: f64 = 1e-6;
+
+const SEMI: f64 = 2e-3;
+
+/// The differences of the residual are inaccurate in beams with large rotations, see docs/sensitivities.md.
+const SEMI_OF_BEAMS: f64 = 0.2;
+
+/// Stages of fixed steps enter a contact, whose stiffness has a vertical tangent there: differences are inaccurate.
+const KINKED: f64 = 2e-2;
+
+fn implicit(h: f64, scheme: GeneralizedAlpha) -> Dynamics {
+    Dynamics { scheme, newton: Newton { tolerance: 1e-13, iterations: 30 }, ..Dynamics::fixed(h) }
+}
+
+/// Checks a mechanism of seed `seed` by everything that applies to its class.
+pub fn check(model: &RandomMechanism, seed: u64, findings: &mut Findings) {
+    findings.mechanisms += 1;
+    let b = model.design();
+    let Ok(plain) = model.build(&b) else { return };
+    let label = format!("{:?} {seed}", model.class);
+    if !moves(&plain) {
+        findings.not_analysed += 1;
+        return;
+    }
+    match model.class {
+        Class::Driven => check_kinematics(model, &b, &label, findings),
+        Class::Static => check_statics(model, &b, &label, findings),
+        _ => {}
+    }
+    if model.is_for_explicit_steps() {
+        check_explicit(model, &b, &label, findings);
+    }
+    check_implicit(model, &b, &label, findings);
+    check_laws(model, &plain, &label, findings);
+}
+
+/// Returns whether the motion can be simulated and stays bounded.
+fn moves(plain: &Mechanism<f64>) -> bool {
+    let settings = implicit(0.01, GeneralizedAlpha::chung_hulbert(0.8).unwrap());
+    let bounded = |values: &[Vec<f64>]| values.iter().flatten().all(|x| x.abs() < 1e3);
+    simulate(plain, &settings, &TIMES).is_ok_and(|history| bounded(&history.values) && history.work.failed_steps == 0)
+}
+
+fn check_explicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
+    for method in [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)] {
+        let settings = method.with_step_control(StepControl::Fixed(0.02));
+        let Ok(direct) = differentiate_explicitly(model, b, &settings, &TIMES) else {
+            findings.not_analysed += 1;
+            return;
+        };
+        let all = functionals(direct.names.len(), TIMES.len());
+        let Some(adjoint) =
+            findings.keep(label.as_ref(), differentiate_explicitly_backwards(model, b, &settings, &TIMES, &all))
+        else {
+            return;
+        };
+        let tolerance = if model.class == Class::Contact { KINKED } else { EXACT };
+        let methods = [("direct", tolerance, rows_of(&direct)), ("adjoint", tolerance, rows_of_matrix(&adjoint))];
+        let label = format!("{label}, {}", settings.method.name);
+        Comparison { label, b, findings }.compare(
+            &methods,
+            |i| i / TIMES.len(),
+            |b| Some(simulate_explicitly(&model.build(b).ok()?, &settings, &TIMES).ok()?.values.concat()),
+        );
+    }
+}
+
+fn check_implicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
+    let schemes = [
+        ("generalized-α", GeneralizedAlpha::chung_hulbert(0.8).unwrap()),
+        ("HHT", GeneralizedAlpha::hht(0.1).unwrap()),
+    ];
+    for (name, scheme) in schemes {
+        let settings = implicit(0.02, scheme);
+        let Ok(direct) = differentiate(model, b, &settings, &TIMES) else {
+            findings.not_analysed += 1;
+            return;
+        };
+        let all = functionals(direct.names.len(), TIMES.len());
+        let Some(adjoint) = findings.keep(label.as_ref(), differentiate_backwards(model, b, &settings, &TIMES, &all))
+        else {
+            return;
+        };
+        let mut methods = vec![("direct", EXACT, rows_of(&direct)), ("adjoint", EXACT, rows_of_matrix(&adjoint))];
+        // Where the differences of stiff residuals diverge, an error says so.
+        if let Ok(semi) = differentiate_semi_analytically(model, b, &settings, &TIMES, STEP) {
+            let tolerance = if model.class == Class::Flexible { SEMI_OF_BEAMS } else { SEMI };
+            methods.push(("semi-analytical", tolerance, rows_of(&semi)));
+        } else {
+            findings.unclear += 1;
+        }
+        let label = format!("{label}, {name}");
+        Comparison { label: label.clone(), b, findings }.compare(
+            &methods,
+            |i| i / TIMES.len(),
+            |b| {
+                let history = simulate(&model.build(b).ok()?, &settings, &TIMES).ok()?;
+                (history.work.failed_steps == 0).then(|| history.values.concat())
+            },
+        );
+        let v = direction(b);
+        let Some(twice) =
+            findings.keep(label.as_ref(), differentiate_twice(model, b, &settings, &TIMES, HessianPart::Times(&v)))
+        else {
+            return;
+        };
+        check_second(label, b, &v, &twice, findings, |b| differentiate(model, b, &settings, &TIMES).ok());
+    }
+}
+
+/// A direction in the space of the design variables, by their sizes.
+fn direction(b: &[f64]) -> Vec<f64> {
+    b.iter().enumerate().map(|(k, x)| x.abs().max(1e-2) * (1.0 - 0.3 * k as f64)).collect()
+}
+
+/// Compares Hessians times `v` with differences of gradients along `v`.
+fn check_second(
+    label: String,
+    b: &[f64],
+    v: &[f64],
+    twice: &HessianHistory,
+    findings: &mut Findings,
+    gradients: impl Fn(&[f64]) -> Option<SensitiveHistory>,
+) {
+    let along = |h: f64| {
+        let moved: Vec<f64> = b.iter().zip(v).map(|(b, v)| b + h * v).collect();
+        Some(rows_of(&gradients(&moved)?).concat())
+    };
+    let Some(all) = differences(1e-2, along) else {
+        findings.unclear += 1;
+        return;
+    };
+    let (n, points) = (b.len(), twice.times.len());
+    let scaled = all.iter().enumerate().map(|(i, entry)| (entry.value * b[i % n].abs().max(1e-2)).abs());
+    let tolerance = if label.starts_with("Flexible") { 1e-4 } else { 1e-5 };
+    let floor = FLOOR.max(LOST * scaled.fold(0.0, f64::max));
+    for output in 0..twice.names.len() {
+        let entries = (0..points).flat_map(|p| (0..n).map(move |k| (p, k)));
+        let at = |p: usize, k: usize| (output * points + p) * n + k;
+        let size = |k: usize| b[k].abs().max(1e-2);
+        let largest = entries.clone().map(|(p, k)| (all[at(p, k)].value * size(k)).abs()).fold(floor, f64::max);
+        for (p, k) in entries {
+            let (difference, unit) = (all[at(p, k)], largest / size(k));
+            if !(difference.error < 1e-4 * unit) {
+                findings.unclear += 1;
+                continue;
+            }
+            findings.compared += 1;
+            let exact = twice.second_derivatives(output, p)[k];
+            if !((exact - difference.value).abs() <= 20.0 * difference.error + tolerance * unit) {
+                findings.wrong.push(format!(
+                    "{label}: second derivative of output {output} at point {p} by variable {k} is {exact:.9e}, differences {:.9e} ± {:.1e}, unit {unit:.2e}",
+                    difference.value, difference.error
+                ));
+            }
+        }
+    }
+}
+
+fn check_kinematics(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
+    let assembly = Assembly::default();
+    let Ok(direct) = differentiate_kinematics(model, b, assembly, &TIMES) else {
+        findings.not_analysed += 1;
+        return;
+    };
+    let all = functionals(direct.names.len(), TIMES.len());
+    let Some(adjoint) =
+        findings.keep(label.as_ref(), differentiate_kinematics_backwards(model, b, assembly, &TIMES, &by_time(&all)))
+    else {
+        return;
+    };
+    let Some(semi) = findings.keep(label.as_ref(), difference_kinematics(model, b, assembly, &TIMES, STEP)) else {
+        return;
+    };
+    let adjoint = in_order(&rows_of_matrix(&adjoint), direct.names.len());
+    let methods =
+        [("direct", EXACT, rows_of(&direct)), ("adjoint", EXACT, adjoint), ("semi-analytical", SEMI, rows_of(&semi))];
+    let label = format!("{label}, kinematics");
+    Comparison { label: label.clone(), b, findings }.compare(
+        &methods,
+        |i| i / TIMES.len(),
+        |b| Some(kinematics(&model.build(b).ok()?, assembly, &TIMES).ok()?.concat()),
+    );
+    let v = direction(b);
+    let Some(twice) = findings
+        .keep(label.as_ref(), differentiate_kinematics_twice(model, b, assembly, &TIMES, HessianPart::Times(&v)))
+    else {
+        return;
+    };
+    check_second(label, b, &v, &twice, findings, |b| differentiate_kinematics(model, b, assembly, &TIMES).ok());
+}
+
+fn check_statics(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
+    let (settings, times) = (Statics { tolerance: 1e-12, ..Statics::default() }, [0.0, 0.1]);
+    let Ok(direct) = differentiate_equilibria(model, b, &settings, &times) else {
+        findings.not_analysed += 1;
+        return;
+    };
+    let all = functionals(direct.names.len(), times.len());
+    let Some(adjoint) =
+        findings.keep(label.as_ref(), differentiate_equilibria_backwards(model, b, &settings, &times, &by_time(&all)))
+    else {
+        return;
+    };
+    let Some(semi) = findings.keep(label.as_ref(), difference_equilibria(model, b, &settings, &times, STEP)) else {
+        return;
+    };
+    let adjoint = in_order(&rows_of_matrix(&adjoint), direct.names.len());
+    let methods =
+        [("direct", EXACT, rows_of(&direct)), ("adjoint", EXACT, adjoint), ("semi-analytical", SEMI, rows_of(&semi))];
+    let label = format!("{label}, statics");
+    Comparison { label: label.clone(), b, findings }.compare(
+        &methods,
+        |i| i / times.len(),
+        |b| Some(equilibria(&model.build(b).ok()?, &settings, &times).ok()?.concat()),
+    );
+    let v = direction(b);
+    let Some(twice) = findings
+        .keep(label.as_ref(), differentiate_equilibria_twice(model, b, &settings, &times, HessianPart::Times(&v)))
+    else {
+        return;
+    };
+    check_second(label, b, &v, &twice, findings, |b| differentiate_equilibria(model, b, &settings, &times).ok());
+}
+
+/// The functionals ordered by time point.
+fn by_time(all: &[AdjointFunctional]) -> Vec<AdjointFunctional> {
+    let mut sorted = all.to_vec();
+    sorted.sort_by_key(|functional| functional.terms[0].point);
+    sorted
+}
+
+/// Rows ordered by time point and output, ordered by output and time point.
+fn in_order(rows: &Rows, outputs: usize) -> Rows {
+    (0..outputs).flat_map(|o| (0..TIMES.len()).map(move |p| p * outputs + o)).map(|i| rows[i].clone()).collect()
+}
+
+/// Checks that schemes agree, and that energy is conserved where it must be.
+fn check_laws(model: &RandomMechanism, plain: &Mechanism<f64>, label: &str, findings: &mut Findings) {
+    if !model.is_for_explicit_steps() || model.class == Class::Contact {
+        return;
+    }
+    let exact = simulate_explicitly(plain, &Explicit::eighth_order(1e-11), &TIMES);
+    let Ok(exact) = exact else { return };
+    let run = |h: f64| -> Result<Vec<Vec<f64>>> {
+        Ok(simulate(plain, &implicit(h, GeneralizedAlpha::chung_hulbert(0.8)?), &TIMES)?.values)
+    };
+    let (Ok(coarse), Ok(fine)) = (run(2e-3), run(1e-3)) else { return };
+    let positions: Vec<usize> = (0..exact.names.len())
+        .filter(|&o| exact.names[o].starts_with('x') || exact.names[o].starts_with("theta"))
+        .collect();
+    let error = |values: &[Vec<f64>]| {
+        let all = positions.iter().flat_map(|&o| values[o].iter().zip(&exact.values[o]));
+        all.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    findings.laws += 1;
+    let (coarse, fine) = (error(&coarse), error(&fine));
+    if !(fine <= 0.45 * coarse + 1e-7 && fine < 1e-2) {
+        findings.wrong.push(format!("{label}: implicit steps differ from explicit ones by {coarse:.2e}, {fine:.2e}"));
+    }
+    if matches!(model.class, Class::Conservative | Class::Floating) {
+        findings.laws += 1;
+        let energy = exact.names.iter().position(|name| name == "energy").unwrap();
+        let (first, last) = (exact.values[energy][0], exact.values[energy][TIMES.len() - 1]);
+        if !((last - first).abs() < 1e-7 * (1.0 + first.abs())) {
+            findings.wrong.push(format!("{label}: the energy changes from {first:.9e} to {last:.9e} J"));
+        }
+    }
+}
