@@ -30,6 +30,9 @@ enum Fault {
 /// Operations with the names of their files, in order.
 type Log = Arc<Mutex<Vec<(Operation, String)>>>;
 
+/// Files of a folder by name.
+type Files = BTreeMap<String, Vec<u8>>;
+
 /// A watch that lets operations fail, and what it sees.
 fn watch(fault: Fault) -> (Watch, Log) {
     let log = Log::default();
@@ -62,7 +65,7 @@ impl Place {
         Directory::open(&self.0).unwrap().watched(Arc::clone(watch))
     }
 
-    fn files(&self, folder: &str) -> BTreeMap<String, Vec<u8>> {
+    fn files(&self, folder: &str) -> Files {
         let entries = std::fs::read_dir(self.0.join(folder)).into_iter().flatten().flatten();
         let files = entries.filter(|entry| entry.file_type().unwrap().is_file());
         files.map(|entry| (entry.file_name().into_string().unwrap(), std::fs::read(entry.path()).unwrap())).collect()
@@ -92,7 +95,7 @@ fn run(directory: Directory, cycles: usize) -> anyhow::Result<()> {
 }
 
 /// The run without faults, with its operations.
-fn undisturbed(prepare: impl Fn(&Place), cycles: usize) -> (BTreeMap<String, Vec<u8>>, Vec<(Operation, String)>) {
+fn undisturbed(prepare: impl Fn(&Place), cycles: usize) -> (Files, Vec<(Operation, String)>) {
     let place = Place::new("undisturbed");
     prepare(&place);
     let (watch, log) = watch(Fault::None);
@@ -201,9 +204,8 @@ fn every_operation_of_a_report_fails_once() {
             let found = place.files("figures");
             assert!(figures.iter().all(|(name, bytes)| found.get(name) == Some(bytes)), "{:?}", log[number]);
             // A report that is killed may leave a hidden temporary file: it may belong to another report that is being written.
-            let names = |files: &BTreeMap<String, Vec<u8>>| {
-                files.keys().filter(|name| !name.ends_with(".part")).cloned().collect::<Vec<_>>()
-            };
+            let names =
+                |files: &Files| files.keys().filter(|name| !name.ends_with(".part")).cloned().collect::<Vec<_>>();
             assert_eq!(names(&place.files(".")), names(&page));
         }
     }

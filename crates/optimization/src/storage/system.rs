@@ -106,9 +106,9 @@ pub fn number_of_names(file: &File) -> io::Result<u64> {
 
 /// True if `name` is still a name of the open file.
 pub fn is_name_of(folder: &Handle, name: &str, file: &File) -> io::Result<bool> {
-    let open = file.metadata()?;
+    let open = rustix::fs::fstat(file)?;
     match rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW) {
-        Ok(found) => Ok((found.st_dev as u64, found.st_ino as u64) == (open.dev(), open.ino())),
+        Ok(found) => Ok((found.st_dev, found.st_ino) == (open.st_dev, open.st_ino)),
         Err(rustix::io::Errno::NOENT) => Ok(false),
         Err(error) => Err(error.into()),
     }
