@@ -16,4 +16,5 @@ mod properties;
 mod reproducibility;
 mod separable;
 mod status;
+mod suite;
 mod svanberg_1987;

@@ -3,14 +3,15 @@
 //! | request | answer |
 //! |---|---|
 //! | `{"list": true}` | `{"problems": [{"name", "suite"}, …]}` |
-//! | `{"problem": NAME}` | `{"start", "lower", "upper", "equality"}`; infinite bounds are `null` |
+//! | `{"problem": NAME, "transformation": TEXT}` | `{"start", "lower", "upper", "equality"}`; infinite bounds are `null` |
 //! | `{"x": […]}` | `{"f", "df", "c", "dc"}` of the last problem: rows c ≤ 0, or c = 0 where `equality` is true |
 //!
 //! A request that fails is answered with `{"error": …}`. `benches/peers/optimizers.py` uses this program, so that each problem is
 //! written once and all optimizers have the same derivatives.
 
 use linkwright_optimization::Result;
-use linkwright_optimization::cases::{find, suite};
+use linkwright_optimization::cases::suite::{self, Transformation};
+use linkwright_optimization::cases::{CatalogueEntry, find};
 use linkwright_optimization::nlp::Program;
 use linkwright_optimization::problem::{DirectCoupling, Problem};
 use serde_json::{Value, json};
@@ -30,14 +31,13 @@ fn main() -> std::io::Result<()> {
 fn answer(current: &mut Option<Problem>, line: &str) -> std::result::Result<Value, String> {
     let request: Value = serde_json::from_str(line).map_err(|e| e.to_string())?;
     if request["list"] == true {
-        let entry = |e: &_| {
-            let e: &linkwright_optimization::cases::CatalogueEntry = e;
-            json!({ "name": e.name, "suite": format!("{:?}", e.suite), "expensive": e.expensive })
-        };
+        let entry = |e: &'static CatalogueEntry| json!({ "name": e.name, "suite": format!("{:?}", e.suite), "expensive": e.expensive });
         return Ok(json!({ "problems": suite::problems().map(entry).collect::<Vec<_>>() }));
     }
     if let Some(name) = request["problem"].as_str() {
-        let problem = find(name).and_then(|entry| (entry.build)()).map_err(|e| e.to_string())?;
+        let problem = Transformation::parse(request["transformation"].as_str().unwrap_or("standard"))
+            .and_then(|transformation| transformation.build(find(name)?))
+            .map_err(|e| e.to_string())?;
         let answer = statement(&problem);
         *current = Some(problem);
         return Ok(answer);

@@ -24,7 +24,7 @@ problems! {
         start [2.0, 1.0];
         minimize |[x1, x2]| -1.0;
         subject to [equal(sq(x1) + sq(x2) - 25.0), equal(x1 * x2 - 9.0)];
-        solution Optima(&[at(-1.0, &[4.601_594_733, 1.955_843_61])]);
+        solution Optima(&[at(-1.0, &[4.601_594_918, 1.955_843_607])]);
     hs9 "Periodic objective along a line"
         start [0.0, 0.0];
         minimize |[x1, x2]| (x1 * (PI / 12.0)).sin() * (x2 * (PI / 16.0)).cos();
@@ -131,7 +131,9 @@ problems! {
             equal(sq(x1) * x4 + (x4 - x5).sin() - 2.0 * SQRT_2),
             equal(x2 + x3.powi(4) * sq(x4) - 8.0 - SQRT_2),
         ];
-        solution Optima(&[at(0.241_505_13, &[1.166_172, 1.182_111, 1.380_257, 1.506_036, 0.610_920_3])]);
+        solution Optima(&[
+            at(0.241_505_128_790_18, &[1.166_172_19, 1.182_111_389, 1.380_257_043, 1.506_036_274, 0.610_920_196]),
+        ]);
     hs78 "Product of five variables on three surfaces"
         start [-2.0, 1.5, 2.0, -1.0, -1.0];
         minimize |[x1, x2, x3, x4, x5]| x1 * x2 * x3 * x4 * x5;
@@ -140,7 +142,14 @@ problems! {
             equal(x2 * x3 - x4 * x5 * 5.0),
             equal(x1.powi(3) + x2.powi(3) + 1.0),
         ];
-        solution Optima(&[at(-2.919_700_41, &[-1.717_142, 1.595_708, 1.827_248, -0.763_642_9, -0.763_643_5])]);
+        solution Optima(&[
+            at(
+                -2.919_700_408_963_68,
+                &[
+                    -1.717_143_57, 1.595_709_69, 1.827_245_753, -0.763_643_078_2, -0.763_643_078_1,
+                ],
+            ),
+        ]);
     hs79 "Quartic on three surfaces"
         start [2.0; 5];
         minimize |[x1, x2, x3, x4, x5]| sq(x1 - 1.0) + sq(x1 - x2) + sq(x2 - x3) + (x3 - x4).powi(4)
@@ -150,5 +159,7 @@ problems! {
             equal(x2 - sq(x3) + x4 + 2.0 - 2.0 * SQRT_2),
             equal(x1 * x5 - 2.0),
         ];
-        solution Optima(&[at(0.078_776_820_9, &[1.191_127, 1.362_603, 1.472_818, 1.635_017, 1.679_081])]);
+        solution Optima(&[
+            at(0.078_776_820_871_06, &[1.191_127_456, 1.362_603_165, 1.472_817_931, 1.635_016_618, 1.679_081_436]),
+        ]);
 }

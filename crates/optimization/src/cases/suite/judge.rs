@@ -156,10 +156,11 @@ impl<'a> Place<'a> {
         let coupling = DirectCoupling::new(problem);
         let start = problem.start();
         let optimum = entry.optima().first().and_then(|o| o.design);
-        let factor = |j: usize| problem.variables[j].start.abs().max(f64::MIN_POSITIVE);
         let optimum_length = |j: usize| optimum.map_or(0.0, |o| o[j].abs() * transformation.variables);
         let reach: Vec<f64> = (0..design.len()).map(|j| design[j].abs().max((design[j] - start[j]).abs())).collect();
-        let lengths = (0..design.len()).map(|j| reach[j].max(optimum_length(j)).max(factor(j))).collect();
+        let length = |j: usize| reach[j].max(optimum_length(j)).max(start[j].abs());
+        let positive = |length: f64| if length > 0.0 { length } else { transformation.variables };
+        let lengths = (0..design.len()).map(|j| positive(length(j))).collect();
         let here = coupling.gradients(design)?;
         let mut terms = row_terms(&here, &reach);
         if let Ok(first) = coupling.gradients(&start) {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `hs_bounds`, `hs_inequalities`, `hs_equalities`, `hs_mixed`, `hs_larger` | problems of Hock & Schittkowski |
 //! | `adversarial` | problems that mislead optimizers |
+//! | `semi_infinite` | constraints on a parameter, Chebyshev fits |
 //! | `statement` | statement of a problem, and the macro in which the lists are written |
 //! | `transformation` | other units of objective, variables and constraints; other starts |
 //! | `runs`, `judge` | runs of methods on the problems; the verdict about a run |
@@ -21,6 +22,7 @@ mod hs_larger;
 mod hs_mixed;
 mod judge;
 mod runs;
+mod semi_infinite;
 mod statement;
 mod transformation;
 
@@ -45,8 +47,15 @@ pub enum Suite {
     Time,
 }
 
+impl Suite {
+    /// The problems of the suite; of the catalogue those with a cheap analysis.
+    pub fn problems(self) -> Vec<&'static CatalogueEntry> {
+        problems().filter(|entry| entry.suite == self && !entry.expensive).collect()
+    }
+}
+
 /// The lists, in the order in which they are shown.
-const LISTS: [&[CatalogueEntry]; 7] = [
+const LISTS: [&[CatalogueEntry]; 8] = [
     hs_bounds::PROBLEMS,
     hs_inequalities::PROBLEMS,
     hs_equalities::PROBLEMS,
@@ -54,6 +63,7 @@ const LISTS: [&[CatalogueEntry]; 7] = [
     hs_larger::PROBLEMS,
     adversarial::PROBLEMS,
     adversarial::EXPLICIT,
+    semi_infinite::PROBLEMS,
 ];
 
 /// The problems of all suites, those of the catalogue with an expensive analysis included.

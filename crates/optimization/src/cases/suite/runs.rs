@@ -1,7 +1,7 @@
 //! Runs of methods on the problems of the suites.
 
-use super::Transformation;
 use super::judge::{Claim, Judgement, judge};
+use super::{Suite, Transformation};
 use crate::cases::CatalogueEntry;
 use crate::cases::benchmark::{AnalysisCounts, benchmark_method};
 use crate::sao::{Preset, Status};
@@ -13,13 +13,13 @@ use rayon::prelude::*;
 pub struct SuiteRun {
     /// Name of the problem.
     pub problem: &'static str,
+    /// Group of the problem.
+    pub suite: Suite,
     /// Transformation of the problem.
     pub transformation: Transformation,
     /// Name of the method.
     pub method: String,
-    /// Status at the end, or the reason why the method does not apply to the problem.
-    pub end: std::result::Result<Claim, String>,
-    /// Status in words.
+    /// Status at the end in words, or the reason why the method does not apply to the problem.
     pub status: String,
     /// Numbers of analyses of the whole run.
     pub work: AnalysisCounts,
@@ -56,32 +56,56 @@ pub fn run(
 
 fn one(entry: &'static CatalogueEntry, transformation: &Transformation, preset: &'static Preset) -> Result<SuiteRun> {
     let problem = transformation.build(entry)?;
-    let mut run = SuiteRun {
-        problem: entry.name,
-        transformation: *transformation,
-        method: preset.name.to_owned(),
-        end: Ok(Claim::Nothing),
-        status: String::new(),
-        work: AnalysisCounts { analyses: 0, sensitivity_analyses: 0 },
-        judgement: None,
-    };
     match benchmark_method(preset).solve(&problem, |_| ()) {
         Ok(state) => {
-            let claim = Claim::from(state.status);
-            run.end = Ok(claim);
-            run.status = in_words(state.status);
-            run.work = AnalysisCounts {
+            let work = AnalysisCounts {
                 analyses: state.counters.analyses,
                 sensitivity_analyses: state.counters.sensitivity_analyses,
             };
-            run.judgement = Some(judge(entry, transformation, &problem, claim, &state.design)?);
+            let judgement = judge(entry, transformation, &problem, state.status.into(), &state.design)?;
+            let status = in_words(state.status);
+            Ok(SuiteRun {
+                status,
+                work,
+                judgement: Some(judgement),
+                ..SuiteRun::refused(entry, transformation, preset.name, "")
+            })
         }
-        Err(error) => {
-            run.status = "refused".to_owned();
-            run.end = Err(error.to_string());
+        Err(error) => Ok(SuiteRun::refused(entry, transformation, preset.name, &error.to_string())),
+    }
+}
+
+impl SuiteRun {
+    /// A run that did not start, and the reason.
+    fn refused(entry: &CatalogueEntry, transformation: &Transformation, method: &str, why: &str) -> Self {
+        Self {
+            problem: entry.name,
+            suite: entry.suite,
+            transformation: *transformation,
+            method: method.to_owned(),
+            status: format!("refused: {why}"),
+            work: AnalysisCounts { analyses: 0, sensitivity_analyses: 0 },
+            judgement: None,
         }
     }
-    Ok(run)
+
+    /// Judges the end of another program's run, such as those of `benches/peers`.
+    ///
+    /// # Errors
+    /// If the problem cannot be built, or the design has another length or cannot be evaluated.
+    pub fn of_peer(
+        entry: &CatalogueEntry,
+        transformation: &Transformation,
+        peer: &str,
+        claim: Claim,
+        work: AnalysisCounts,
+        design: &[f64],
+    ) -> Result<Self> {
+        let problem = transformation.build(entry)?;
+        let judgement = Some(judge(entry, transformation, &problem, claim, design)?);
+        let status = format!("{claim:?}").to_lowercase();
+        Ok(Self { status, work, judgement, ..Self::refused(entry, transformation, peer, "") })
+    }
 }
 
 fn in_words(status: Status) -> String {

@@ -79,6 +79,19 @@ impl std::fmt::Display for Transformation {
     }
 }
 
+/// Other units of objective, variables and constraints.
+const SCALINGS: &[&str] = &[
+    "objective=1e-12",
+    "objective=1e-6",
+    "objective=1e6",
+    "objective=1e12",
+    "offset=1e4",
+    "variables=1e-3",
+    "variables=1e3",
+    "constraints=1e-3",
+    "constraints=1e3",
+];
+
 impl Transformation {
     /// Reads `objective=`, `offset=`, `variables=`, `constraints=`, `start=`, `random=` (half width) and `seed=` with numbers,
     /// separated by commas, or `standard`.
@@ -120,6 +133,26 @@ impl Transformation {
             )?;
         }
         Ok(read)
+    }
+
+    /// Reads a transformation, or the name of a set of them: `scalings` (units of objective, variables and constraints), `starts` (0,
+    /// 0.001, and five random ones each within ±30 % and ±60 %), or `all` (both, and the standard one).
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_set(text: &str) -> Result<Vec<Self>> {
+        let each = |texts: &[&str]| texts.iter().map(|text| Self::parse(text)).collect::<Result<Vec<_>>>();
+        match text {
+            "scalings" => each(SCALINGS),
+            "starts" => {
+                let random = |half_width| (1..=5).map(move |seed| Start::Random { half_width, seed });
+                let constant = [0.0, 1e-3].map(Start::Constant);
+                let starts = constant.into_iter().chain(random(0.3)).chain(random(0.6));
+                Ok(starts.map(|start| Self { start, ..Self::default() }).collect())
+            }
+            "all" => Ok([vec![Self::default()], Self::parse_set("scalings")?, Self::parse_set("starts")?].concat()),
+            one => Ok(vec![Self::parse(one)?]),
+        }
     }
 
     /// Builds the problem of an entry, transformed.
