@@ -2,6 +2,7 @@
 
 mod cli;
 mod derivatives;
+mod documented;
 mod gradient_check;
 mod histories;
 mod invalid;

@@ -3,7 +3,7 @@
 use super::statement::{at, problems, sq, sum};
 use super::{HOCK_SCHITTKOWSKI, Suite};
 use crate::cases::Solution::Optima;
-use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, SQRT_2};
 
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
@@ -54,7 +54,7 @@ problems! {
         start [0.8, 0.8, 0.8, 0.8];
         minimize |[x1, x2, x3, x4]| -x1 * x2 * x3 * x4;
         subject to [equal(x1.powi(3) + sq(x2) - 1.0), equal(sq(x1) * x4 - x3), equal(sq(x4) - x2)];
-        solution Optima(&[at(-0.25, &[0.793_700_526, 0.707_106_781_2, 0.529_731_547_2, 0.840_896_415_3])]);
+        solution Optima(&[at(-0.25, &[0.793_700_526, FRAC_1_SQRT_2, 0.529_731_547_2, 0.840_896_415_3])]);
     hs42 "Distance from a point to a circle"
         start [1.0, 1.0, 1.0, 1.0];
         minimize |[x1, x2, x3, x4]| sq(x1 - 1.0) + sq(x2 - 2.0) + sq(x3 - 3.0) + sq(x4 - 4.0);

@@ -4,7 +4,7 @@ use super::hs_bounds::rosenbrock;
 use super::statement::{FREE, POSITIVE, at, problems, sq};
 use super::{HOCK_SCHITTKOWSKI, Suite};
 use crate::cases::Solution::Optima;
-use std::f64::consts::SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, LN_10, SQRT_2};
 
 const INF: f64 = f64::INFINITY;
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
@@ -44,7 +44,7 @@ problems! {
         within [(-0.5, 0.5), (f64::NEG_INFINITY, 1.0)];
         minimize |[x1, x2]| rosenbrock(x1, x2);
         subject to [at_least(x1 + sq(x2)), at_least(sq(x1) + x2)];
-        solution Optima(&[at(0.25, &[0.5, 0.25]), at(23.144_660_940_748, &[-0.5, 0.707_106_781_2])]);
+        solution Optima(&[at(0.25, &[0.5, 0.25]), at(23.144_660_940_748, &[-0.5, FRAC_1_SQRT_2])]);
     hs17 "Rosenbrock's function, degenerate vertex"
         start [-2.0, 1.0];
         within [(-0.5, 0.5), (f64::NEG_INFINITY, 1.0)];
@@ -129,7 +129,7 @@ problems! {
         within [(0.0, 100.0), (0.0, 100.0), (0.0, 10.0)];
         minimize |[x1, x2, x3]| -x1;
         subject to [at_least(x2 - x1.exp()), at_least(x3 - x2.exp())];
-        solution Optima(&[at(-0.834_032_445_247_956, &[0.834_032_445_247_956, 2.302_585_092_994_046, 10.0])]);
+        solution Optima(&[at(-0.834_032_445_247_956, &[0.834_032_445_247_956, LN_10, 10.0])]);
     hs35 "Beale's quadratic program"
         start [0.5, 0.5, 0.5];
         within [POSITIVE];

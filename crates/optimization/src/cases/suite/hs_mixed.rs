@@ -9,6 +9,12 @@ use std::f64::consts::SQRT_2;
 const INF: f64 = f64::INFINITY;
 const SQRT_7: f64 = 2.645_751_311_064_590_7;
 
+/// HS 73: protein that is reached with probability 95 %.
+fn protein<S: Scalar>(x: &[S]) -> S {
+    let variance = sq(x[0]) * 0.28 + sq(x[1]) * 0.19 + sq(x[2]) * 20.5 + sq(x[3]) * 0.62;
+    dot(&[12.0, 11.9, 41.8, 52.1], x) - variance.sqrt() * 1.645
+}
+
 /// HS 74 and 75: cost of two generators.
 fn generation<S: Scalar>(x1: S, x2: S) -> S {
     x1 * 3.0 + x1.powi(3) * 1e-6 + x2 * 2.0 + x2.powi(3) * (2e-6 / 3.0)
@@ -128,8 +134,7 @@ problems! {
         minimize |ref x| dot(&[24.55, 26.75, 39.0, 40.5], x);
         subject to [
             at_least(dot(&[2.3, 5.6, 11.1, 1.3], x) - 5.0),
-            at_least(dot(&[12.0, 11.9, 41.8, 52.1], x) - 21.0
-                - (sq(x[0]) * 0.28 + sq(x[1]) * 0.19 + sq(x[2]) * 20.5 + sq(x[3]) * 0.62).sqrt() * 1.645),
+            at_least(protein(x) - 21.0),
             equal(sum(x.iter().copied()) - 1.0),
         ];
         solution Optima(&[at(29.894_378, &[0.635_521_6, 0.0, 0.312_701_9, 0.051_776_55])]);
@@ -144,7 +149,7 @@ problems! {
             equal(branch(x3) + branch(x3 - x4) + 894.8 - x2),
             equal(branch(x4) + branch(x4 - x3) + 1294.8),
         ];
-        solution Optima(&[at(5126.498_109_595_271, &[679.945_320_2, 1026.067_132, 0.118_876_364_3, -0.396_233_553_3])]);
+        solution Optima(&[at(5_126.498_109_595_271, &[679.945_320_2, 1_026.067_132, 0.118_876_364_3, -0.396_233_553_3])]);
     hs75 "Electric network, angles within 0.48"
         start [0.0; 4];
         within [(0.0, 1200.0), (0.0, 1200.0), (-0.48, 0.48), (-0.48, 0.48)];
@@ -157,7 +162,7 @@ problems! {
             equal(branch(x4) + branch(x4 - x3) + 1294.8),
         ];
         solution Optima(&[
-            at(5174.412_695_377_740, &[776.159_026_6, 925.195_138_5, 0.051_108_928_54, -0.428_891_071_5]),
+            at(5_174.412_695_377_74, &[776.159_026_6, 925.195_138_5, 0.051_108_928_54, -0.428_891_071_5]),
         ]);
     hs80 "Exponential of a product"
         start [-2.0, 2.0, 2.0, -1.0, -1.0];

@@ -267,8 +267,8 @@ impl<'a> InBox<'a> {
     fn starts(&self, design: &[f64]) -> [Vec<f64>; 3] {
         let towards =
             |corner: &dyn Fn(usize) -> f64| (0..design.len()).map(|j| 0.9 * design[j] + 0.1 * corner(j)).collect();
-        let alternating = |j: usize| if j % 2 == 0 { self.lower[j] } else { self.upper[j] };
-        let opposite = |j: usize| if j % 2 == 0 { self.upper[j] } else { self.lower[j] };
+        let alternating = |j: usize| if j.is_multiple_of(2) { self.lower[j] } else { self.upper[j] };
+        let opposite = |j: usize| if j.is_multiple_of(2) { self.upper[j] } else { self.lower[j] };
         [design.to_vec(), towards(&alternating), towards(&opposite)]
     }
 }

@@ -13,7 +13,7 @@ use super::statement::{FREE, problems, sq, sum};
 use crate::cases::Optimum;
 use crate::cases::Solution::Optima;
 use autodiff::Scalar;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 const COOPE_WATSON: &str = "Coope & Watson, Math. Program. 32 (1985) 337-356";
 
@@ -83,7 +83,7 @@ problems! {
     enclosing_ellipse as "enclosing-ellipse" "Least ellipse around a closed curve"
         start [3.0, 3.0];
         within [(0.1, INF)];
-        for all t in [0.0, 6.283_185_307_179_586];
+        for all t in [0.0, TAU];
         minimize |[x1, x2], t| x1 * x2;
         subject to [at_most({
             let radius = (t * 3.0).cos() * 0.3 + 1.0;
