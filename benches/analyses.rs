@@ -39,7 +39,7 @@ fn random_starts() -> Result<()> {
         "\nSlider-crank, 16 random feasible starts with free angles; SLSQP 72+47 (16 of 16), Gauss-Newton SQP 18+11 (13)"
     );
     let starts = slider_crank::random_starts(1998, 16);
-    let optima = find("slider-crank")?.optima;
+    let optima = find("slider-crank")?.optima();
     for preset in presets() {
         let mut found = vec![];
         for start in &starts {

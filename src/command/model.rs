@@ -43,7 +43,7 @@ pub fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: linkwright::R
 
 /// Returns `true` if an argument is a model file rather than the name of a problem of the library.
 pub fn is_file(what: &str) -> bool {
-    let is_known = linkwright::cases::catalogue().iter().any(|entry| entry.name == what);
+    let is_known = linkwright::cases::suite::problems().any(|entry| entry.name == what);
     let path = Path::new(what);
     !is_known && (path.exists() || path.extension().is_some())
 }

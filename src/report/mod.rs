@@ -1,7 +1,7 @@
 //! Tables, CSV files, figures, animations and HTML pages.
 //!
-//! [`figure`], [`plots`], [`animation`], [`table`] and [`page`] take plain numbers with names and units. [`benchmark`],
-//! [`gradient_check`] and [`run`] report a comparison of methods, a gradient check and an optimization.
+//! [`figure`], [`plots`], [`animation`], [`table`] and [`page`] take plain numbers with names and units. [`benchmark`], [`suite`],
+//! [`gradient_check`] and [`run`] report comparisons of methods, a gradient check and an optimization.
 
 pub mod animation;
 pub mod benchmark;
@@ -10,4 +10,5 @@ pub mod gradient_check;
 pub mod page;
 pub mod plots;
 pub mod run;
+pub mod suite;
 pub mod table;

@@ -2,6 +2,7 @@
 
 mod cli;
 mod derivatives;
+mod documented;
 mod gradient_check;
 mod histories;
 mod invalid;
@@ -16,4 +17,5 @@ mod properties;
 mod reproducibility;
 mod separable;
 mod status;
+mod suite;
 mod svanberg_1987;

@@ -4,7 +4,9 @@
 //! whose objective is within 1e-5 of it and whose violation is at most 1e-6. For other runs it is the conclusion: `other`
 //! optimum, cycle `limit`, `stalled`, `refused`. No cell may be FALSE: convergence to a design that is not an optimum.
 
+use crate::documented::{assert_table, code_block, least_work};
 use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, impact_absorber};
+use linkwright::report::benchmark::summary;
 use linkwright::sao::{FixedLimits, Method, PostOptimal, Preset, Status, presets};
 use std::fmt::Write;
 
@@ -58,8 +60,11 @@ fn every_method_on_every_problem() {
         assert_ne!(a.conclusion, Conclusion::False, "{} on {}: {a:?}", a.method, a.problem);
     }
     insta::assert_snapshot!(format!("{text}\n"));
-    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/choosing.md")).unwrap();
-    assert!(page.contains(&text), "docs/choosing.md has another table:\n{text}");
+    assert_table("matrix", &code_block(&text));
+    let cheap = entries.iter().zip(&columns).filter(|(entry, _)| !entry.expensive);
+    let cheap: Vec<Vec<Attempt>> = cheap.map(|(_, column)| column.clone()).collect();
+    assert_table("summary", &code_block(&summary(&cheap).unwrap().text()));
+    assert_table("least-work", &least_work(&columns));
 }
 
 #[test]

@@ -75,7 +75,7 @@ fn the_slider_crank_from_sixteen_random_feasible_starts_with_free_angles() {
 #[test]
 fn a_filter_takes_the_slider_crank_from_all_sixteen_starts_in_few_analyses() {
     let method = || (preset("slp-filter").unwrap().method)();
-    let optima = find("slider-crank").unwrap().optima;
+    let optima = find("slider-crank").unwrap().optima();
     let mut works: Vec<_> = slider_crank::random_starts(1998, 16)
         .into_iter()
         .map(|start| {

@@ -97,12 +97,16 @@ pub struct Attempt {
 /// If the problem cannot be built. A method that does not apply to it gives [`Conclusion::Refused`].
 pub fn attempt(entry: &'static CatalogueEntry, preset: &'static Preset) -> Result<Attempt> {
     let problem = (entry.build)()?;
-    let stop = Stop { accuracy: VIOLATION, residual: RESIDUAL, max_cycles: CYCLES, ..Stop::default() };
-    let method = Method { stop, ..(preset.method)() };
-    match method.solve(&problem, |_| ()) {
-        Ok(state) => Ok(conclude(entry.optima, [entry.name, preset.name], &problem, &state)),
+    match benchmark_method(preset).solve(&problem, |_| ()) {
+        Ok(state) => Ok(conclude(entry.optima(), [entry.name, preset.name], &problem, &state)),
         Err(error) => Ok(refused([entry.name, preset.name], error.to_string())),
     }
+}
+
+/// The method with the stop test of all comparisons.
+pub(super) fn benchmark_method(preset: &Preset) -> Method {
+    let stop = Stop { accuracy: VIOLATION, residual: RESIDUAL, max_cycles: CYCLES, ..Stop::default() };
+    Method { stop, ..(preset.method)() }
 }
 
 /// Runs any method on any problem; `names` are those of problem and method.

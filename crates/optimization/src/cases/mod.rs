@@ -23,6 +23,7 @@ pub mod segmented_cantilever;
 pub mod slider_crank;
 #[cfg(feature = "mechanics")]
 pub mod spinning_beam;
+pub mod suite;
 pub mod ten_bar_truss;
 mod truss;
 pub mod two_bar_truss;
@@ -31,8 +32,9 @@ pub mod two_spheres;
 pub mod vehicle_suspension;
 
 pub use benchmark::{AnalysisCounts, Attempt, Conclusion, attempt, attempt_with, compare};
-pub use catalogue::{CatalogueEntry, catalogue, find};
+pub use catalogue::{CatalogueEntry, Solution, catalogue, find};
 pub use optimum::{Optimum, Provenance};
+pub use suite::Suite;
 pub use truss::Truss;
 
 #[cfg(feature = "mechanics")]

@@ -44,6 +44,7 @@ pub use problem::Problem;
 pub use problem_scalar::ProblemScalar;
 #[doc(hidden)]
 pub use problem_scalar::{AnyFunction, AnyFunctional, AnyMap};
+pub(crate) use quantity::QuantityForm;
 pub use quantity::{Quantity, SignedQuantity};
 pub use sensitivities::Sensitivities;
 pub use variable::DesignVariable;

@@ -1,9 +1,13 @@
-//! `linkwright compare PROBLEM` and `linkwright compare FILE`.
+//! `linkwright compare PROBLEM`, `linkwright compare FILE` and `linkwright compare --suite SUITE`.
 
+mod suite;
+
+use self::suite::{Comparison, SuiteName};
 use super::folder::OutputFolder;
 use super::model::{is_file, load};
 use super::output::{results, say};
 use clap::Args;
+use linkwright::cases::suite::Suite;
 use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, find};
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
@@ -20,6 +24,8 @@ use std::path::{Path, PathBuf};
   linkwright compare slider-crank --methods slp,gcmma,hessian --out out
   linkwright compare --all
   linkwright compare lift.toml --methods slp,mma,gcmma
+  linkwright compare --suite hs --methods sqp-filter,bfgs
+  linkwright compare --suite all --transform objective=1e6 --transform variables=1e-3
 
 For a model file, its own method is run, too, and all methods use its stop test.
 The column `end` for a problem with known optima:
@@ -27,16 +33,33 @@ The column `end` for a problem with known optima:
   other optimum   converged to another point that satisfies the optimality conditions
   cycle limit, stalled, infeasible
                   not converged, and reported as such
-  FALSE           reported as converged, but the optimality conditions do not hold")]
+  FALSE           reported as converged, but the optimality conditions do not hold
+The column `verdict` of a suite:
+  optimum         converged to the best known optimum: objective within 1e-5, violation within 1e-5 of the terms of the row
+  local optimum   converged to another point, which a local search does not improve
+  correct end     the problem has no solution: infeasible and reported so, or unbounded and not reported as converged
+  honest end      nothing claimed, or infeasible at a local minimum of the violation
+  FALSE           another claim; the command then ends with an error
+A transformation is KEY=NUMBER,...: factors `objective`, `variables`, `constraints`; `offset` of the objective; `start` of all
+variables; `random` half width of the start and its `seed`. `scalings`, `starts` and `all` are sets of them.")]
 pub struct Compare {
     /// Name of a problem, see --list, or a model file
-    #[arg(value_name = "PROBLEM|FILE", required_unless_present_any = ["all", "list"], conflicts_with_all = ["all", "list"])]
+    #[arg(value_name = "PROBLEM|FILE", required_unless_present_any = ["all", "list", "suite"], conflicts_with_all = ["all", "list", "suite"])]
     problem: Option<String>,
     /// Run all problems with a cheap analysis, and draw a performance profile
-    #[arg(long, conflicts_with = "list")]
+    #[arg(long, conflicts_with_all = ["list", "suite"])]
     all: bool,
+    /// Run all problems of a suite and judge every run
+    #[arg(long, value_name = "SUITE", conflicts_with = "list")]
+    suite: Option<SuiteName>,
+    /// Transformation of the problems of a suite; can be given several times [default: standard]
+    #[arg(long, value_name = "TRANSFORMATION", requires = "suite")]
+    transform: Vec<String>,
+    /// Runs of other optimizers for the summary and the profiles, as `benches/peers/optimizers.py` writes them
+    #[arg(long, value_name = "FILE", requires = "suite")]
+    peers: Option<PathBuf>,
     /// Names of methods, separated by commas [default: all]
-    #[arg(long, value_name = "METHODS", value_delimiter = ',')]
+    #[arg(long, visible_alias = "method", value_name = "METHODS", value_delimiter = ',')]
     methods: Vec<String>,
     /// Folder for tables and figures [default: out/compare]
     #[arg(long, value_name = "DIR")]
@@ -56,6 +79,10 @@ impl Compare {
         }
         let methods = self.methods()?;
         let out = self.out.clone().unwrap_or_else(|| results().join("compare"));
+        if let Some(suite) = self.suite {
+            let (transformations, peers) = (&self.transform[..], self.peers.as_deref());
+            return Comparison { suite, transformations, methods: &methods, peers, json: self.json }.run(&out);
+        }
         if let Some(path) = self.problem.as_deref().filter(|name| is_file(name)) {
             return self.file(Path::new(path), &methods, &out);
         }
@@ -137,6 +164,10 @@ fn list() -> anyhow::Result<()> {
     for entry in catalogue() {
         let cost = if entry.expensive { " [expensive]" } else { "" };
         say(&format!("  {:<36} {}{cost}\n{:39}{}", entry.name, entry.title, "", entry.source))?;
+    }
+    for (suite, name) in [(Suite::HockSchittkowski, "hs"), (Suite::Adversarial, "adversarial"), (Suite::Time, "time")] {
+        say(&format!("\nProblems of the suite {name}"))?;
+        suite.problems().iter().try_for_each(|entry| say(&format!("  {:<36} {}", entry.name, entry.title)))?;
     }
     say("\nMethods")?;
     presets().iter().try_for_each(|p| say(&format!("  {:<22} {}", p.name, p.title)))

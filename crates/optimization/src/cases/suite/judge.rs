@@ -1,0 +1,353 @@
+//! The judge of a run: compares its end with the known solution, independently of the method.
+
+use super::Transformation;
+use crate::cases::{CatalogueEntry, Optimum, Solution};
+use crate::problem::{DirectCoupling, Problem};
+use crate::sao::Status;
+use error::Result;
+use nalgebra::DMatrix;
+use nlp::{Gradients, Program, Sqp, SubproblemSolver, Values};
+
+/// Relative error of the objective, and violation relative to the terms of the row, up to which a run is at an optimum.
+pub const TOLERANCE: f64 = 1e-5;
+/// Half widths of the local searches, in lengths of the variables.
+const WIDTHS: [f64; 2] = [0.01, 0.1];
+/// Fraction by which a local search must reduce the violation to refute a claim of infeasibility.
+const LESS_VIOLATION: f64 = 0.01;
+
+/// The statement of a program about the design at its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Claim {
+    /// It is an optimum.
+    Converged,
+    /// No design in its neighbourhood is feasible.
+    Infeasible,
+    /// None: a limit was reached, or no progress was made.
+    Nothing,
+}
+
+impl From<Status> for Claim {
+    fn from(status: Status) -> Self {
+        match status {
+            Status::Converged => Self::Converged,
+            Status::Infeasible => Self::Infeasible,
+            _ => Self::Nothing,
+        }
+    }
+}
+
+/// Conclusion about a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// Claimed to be an optimum, and is the best known one.
+    Optimum,
+    /// Claimed to be an optimum, and is another one that a local search does not improve.
+    LocalOptimum,
+    /// The problem has no solution. The run claims infeasibility where there is no feasible design, or claims nothing where the
+    /// objective has no lower limit.
+    CorrectEnd,
+    /// Claimed nothing, or infeasibility at a local minimum of the violation.
+    HonestEnd,
+    /// The claim is false.
+    False,
+}
+
+impl Verdict {
+    /// True if the run has solved its problem.
+    pub fn is_solved(self) -> bool {
+        matches!(self, Self::Optimum | Self::LocalOptimum | Self::CorrectEnd)
+    }
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Optimum => "optimum",
+            Self::LocalOptimum => "local optimum",
+            Self::CorrectEnd => "correct end",
+            Self::HonestEnd => "honest end",
+            Self::False => "FALSE",
+        })
+    }
+}
+
+/// A verdict with the numbers on which it is based.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// The conclusion.
+    pub verdict: Verdict,
+    /// Objective at the end, in the units of the published problem.
+    pub objective: f64,
+    /// Largest violation at the end, relative to the terms of its row.
+    pub violation: f64,
+    /// (F − F*) / max(|F*|, min(1, |F(start) − F*|)) for the nearest known optimum, with F(start) at the published start.
+    pub excess: Option<f64>,
+}
+
+/// Judges the claim of a run about its last design.
+///
+/// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|), the larger one of start and end. A design is at an optimum if its objective is
+/// within 1e-5 of it and no row is violated by more than 1e-5 of its terms. A local optimum is a design of which sequential quadratic
+/// programming in boxes of 1 % and 10 % of the lengths of the variables finds no improvement by 1e-5. Infeasibility is
+/// false if such a search finds less violation.
+///
+/// # Errors
+/// If the problem cannot be evaluated at its start or at the design.
+pub fn judge(
+    entry: &CatalogueEntry,
+    transformation: &Transformation,
+    problem: &Problem,
+    claim: Claim,
+    design: &[f64],
+) -> Result<Judgement> {
+    let place = Place::new(entry, transformation, problem, design)?;
+    let known = place.nearest();
+    let is_feasible = place.violation <= TOLERANCE;
+    let verdict = match (claim, entry.solution) {
+        (Claim::Nothing, Solution::Unbounded) => Verdict::CorrectEnd,
+        (Claim::Nothing, _) => Verdict::HonestEnd,
+        (Claim::Converged, Solution::Infeasible | Solution::Unbounded) => Verdict::False,
+        (Claim::Infeasible, _) if is_feasible || place.violation_can_decrease()? => Verdict::False,
+        (Claim::Infeasible, Solution::Infeasible) => Verdict::CorrectEnd,
+        (Claim::Infeasible, _) => Verdict::HonestEnd,
+        (Claim::Converged, _) if !is_feasible => Verdict::False,
+        (Claim::Converged, _) => match known {
+            Some(k) if k.excess.abs() <= TOLERANCE.max(k.optimum.uncertainty) && k.is_best => Verdict::Optimum,
+            Some(k) if k.excess.abs() <= TOLERANCE.max(k.optimum.uncertainty) => Verdict::LocalOptimum,
+            _ if place.objective_can_decrease()? => Verdict::False,
+            _ => Verdict::LocalOptimum,
+        },
+    };
+    Ok(Judgement { verdict, objective: place.objective, violation: place.violation, excess: known.map(|k| k.excess) })
+}
+
+/// A known optimum and the distance of the objective from it.
+#[derive(Clone, Copy)]
+struct Known {
+    optimum: &'static Optimum,
+    excess: f64,
+    is_best: bool,
+}
+
+/// The last design of a run with what is needed to judge it.
+struct Place<'a> {
+    optima: &'static [Optimum],
+    transformation: &'a Transformation,
+    coupling: DirectCoupling<'a>,
+    design: &'a [f64],
+    /// Objective in the units of the published problem, and its start value.
+    objective: f64,
+    start_objective: f64,
+    violation: f64,
+    terms: Vec<f64>,
+    /// Lengths of the variables.
+    lengths: Vec<f64>,
+}
+
+impl<'a> Place<'a> {
+    fn new(
+        entry: &CatalogueEntry,
+        transformation: &'a Transformation,
+        problem: &'a Problem,
+        design: &'a [f64],
+    ) -> Result<Self> {
+        let published = (entry.build)()?;
+        let at_start = published.analyze_design(&published.start()).map(|d| d.evaluation.objective);
+        let coupling = DirectCoupling::new(problem);
+        let start = problem.start();
+        let optimum = entry.optima().first().and_then(|o| o.design);
+        let optimum_length = |j: usize| optimum.map_or(0.0, |o| o[j].abs() * transformation.variables);
+        let reach: Vec<f64> = (0..design.len()).map(|j| design[j].abs().max((design[j] - start[j]).abs())).collect();
+        let length = |j: usize| reach[j].max(optimum_length(j)).max(start[j].abs());
+        let positive = |length: f64| if length > 0.0 { length } else { transformation.variables };
+        let lengths = (0..design.len()).map(|j| positive(length(j))).collect();
+        let here = coupling.gradients(design)?;
+        let mut terms = row_terms(&here, &reach);
+        if let Ok(first) = coupling.gradients(&start) {
+            terms.iter_mut().zip(row_terms(&first, &reach)).for_each(|(a, b)| *a = a.max(b));
+        }
+        terms.iter_mut().for_each(|t| *t = if *t > 0.0 { *t } else { 1.0 });
+        let objective = transformation.published_objective(here.values.objective);
+        let mut place = Self {
+            optima: entry.optima(),
+            transformation,
+            coupling,
+            design,
+            objective,
+            start_objective: at_start.unwrap_or(objective),
+            violation: 0.0,
+            terms,
+            lengths,
+        };
+        place.violation = place.violation_of(&here.values.rows);
+        Ok(place)
+    }
+
+    fn violation_of(&self, rows: &[f64]) -> f64 {
+        let of = |i: usize| violated(self.coupling.is_equality(i), rows[i]) / self.terms[i];
+        (0..rows.len()).map(of).fold(0.0, f64::max)
+    }
+
+    fn nearest(&self) -> Option<Known> {
+        let known = |(k, optimum): (usize, &'static Optimum)| {
+            let apart = self.objective - optimum.objective;
+            let from_start = (self.start_objective - optimum.objective).abs().min(1.0);
+            let unit = optimum.objective.abs().max(from_start).max(f64::MIN_POSITIVE);
+            Known { optimum, excess: apart / unit, is_best: k == 0 }
+        };
+        let all = self.optima.iter().enumerate().map(known);
+        all.min_by(|a, b| a.excess.abs().total_cmp(&b.excess.abs()))
+    }
+
+    /// True if a local search finds a feasible design with a smaller objective.
+    fn objective_can_decrease(&self) -> Result<bool> {
+        let apart = self.optima.first().map(|o| (self.objective - o.objective).max(0.0));
+        let scale = self.optima.first().map_or(self.objective.abs(), |o| o.objective.abs().max(self.objective.abs()));
+        let enough = (TOLERANCE * scale)
+            .max(f64::MIN_POSITIVE)
+            .min(apart.filter(|a| *a > 0.0).map_or(f64::INFINITY, |a| 0.5 * a));
+        for width in WIDTHS {
+            let local = InBox::new(self, width);
+            for start in local.starts(self.design) {
+                let Ok(found) = Sqp::default().solve(&local, &start) else { continue };
+                let objective = self.transformation.published_objective(found.objective);
+                if self.violation_of(&found.rows) <= self.violation.max(1e-8) && objective < self.objective - enough {
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// True if a local search finds a design that is violated less.
+    fn violation_can_decrease(&self) -> Result<bool> {
+        for width in WIDTHS {
+            let local = InBox::new(self, width);
+            let least = LeastViolation::new(&local, &self.terms);
+            let mut start = self.design.to_vec();
+            start.push(self.violation);
+            let Ok(found) = Sqp::default().solve(&least, &start) else { continue };
+            let rows = self.coupling.values(&found.x[..self.design.len()])?.rows;
+            if self.violation_of(&rows) < (1.0 - LESS_VIOLATION) * self.violation {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+fn violated(is_equality: bool, row: f64) -> f64 {
+    if is_equality { row.abs() } else { row.max(0.0) }
+}
+
+fn row_terms(at: &Gradients, reach: &[f64]) -> Vec<f64> {
+    at.rows.row_iter().map(|row| row.iter().zip(reach).map(|(g, l)| (g * l).abs()).sum()).collect()
+}
+
+/// The problem in a box around a design.
+struct InBox<'a> {
+    coupling: &'a DirectCoupling<'a>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+impl<'a> InBox<'a> {
+    fn new(place: &'a Place<'a>, width: f64) -> Self {
+        let side = |bound: &[f64], sign: f64| -> Vec<f64> {
+            let moved = |j: usize| place.design[j] + sign * width * place.lengths[j];
+            (0..place.design.len())
+                .map(|j| if sign < 0.0 { moved(j).max(bound[j]) } else { moved(j).min(bound[j]) })
+                .collect()
+        };
+        let (lower, upper) = (side(place.coupling.lower(), -1.0), side(place.coupling.upper(), 1.0));
+        Self { coupling: &place.coupling, lower, upper }
+    }
+
+    /// The design, and two points a tenth of the box away.
+    fn starts(&self, design: &[f64]) -> [Vec<f64>; 3] {
+        let towards =
+            |corner: &dyn Fn(usize) -> f64| (0..design.len()).map(|j| 0.9 * design[j] + 0.1 * corner(j)).collect();
+        let alternating = |j: usize| if j.is_multiple_of(2) { self.lower[j] } else { self.upper[j] };
+        let opposite = |j: usize| if j.is_multiple_of(2) { self.upper[j] } else { self.lower[j] };
+        [design.to_vec(), towards(&alternating), towards(&opposite)]
+    }
+}
+
+impl Program for InBox<'_> {
+    fn variables(&self) -> usize {
+        self.lower.len()
+    }
+    fn rows(&self) -> usize {
+        self.coupling.rows()
+    }
+    fn lower(&self) -> &[f64] {
+        &self.lower
+    }
+    fn upper(&self) -> &[f64] {
+        &self.upper
+    }
+    fn is_equality(&self, i: usize) -> bool {
+        self.coupling.is_equality(i)
+    }
+    fn values(&self, x: &[f64]) -> Result<Values> {
+        self.coupling.values(x)
+    }
+    fn gradients(&self, x: &[f64]) -> Result<Gradients> {
+        self.coupling.gradients(x)
+    }
+}
+
+/// min t subject to gᵢ ≤ t τᵢ with the terms τᵢ; an equality gives two rows.
+struct LeastViolation<'a> {
+    inner: &'a InBox<'a>,
+    terms: &'a [f64],
+    /// Row of the problem and sign of each row.
+    sides: Vec<(usize, f64)>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+impl<'a> LeastViolation<'a> {
+    fn new(inner: &'a InBox<'a>, terms: &'a [f64]) -> Self {
+        let signs = |i: usize| if inner.is_equality(i) { &[1.0, -1.0][..] } else { &[1.0][..] };
+        let sides = (0..inner.rows()).flat_map(|i| signs(i).iter().map(move |&s| (i, s))).collect();
+        let with = |side: &[f64], t: f64| side.iter().copied().chain([t]).collect();
+        let (lower, upper) = (with(&inner.lower, 0.0), with(&inner.upper, f64::INFINITY));
+        Self { inner, terms, sides, lower, upper }
+    }
+
+    fn rows_at(&self, rows: &[f64], t: f64) -> Vec<f64> {
+        self.sides.iter().map(|&(i, sign)| sign * rows[i] / self.terms[i] - t).collect()
+    }
+}
+
+impl Program for LeastViolation<'_> {
+    fn variables(&self) -> usize {
+        self.lower.len()
+    }
+    fn rows(&self) -> usize {
+        self.sides.len()
+    }
+    fn lower(&self) -> &[f64] {
+        &self.lower
+    }
+    fn upper(&self) -> &[f64] {
+        &self.upper
+    }
+    fn values(&self, x: &[f64]) -> Result<Values> {
+        let (t, x) = x.split_last().expect("there is at least the violation");
+        Ok(Values { objective: *t, rows: self.rows_at(&self.inner.values(x)?.rows, *t) })
+    }
+    fn gradients(&self, x: &[f64]) -> Result<Gradients> {
+        let (t, x) = x.split_last().expect("there is at least the violation");
+        let (n, at) = (x.len(), self.inner.gradients(x)?);
+        let slope = |k: usize, j: usize| {
+            let (i, sign) = self.sides[k];
+            if j == n { -1.0 } else { sign * at.rows[(i, j)] / self.terms[i] }
+        };
+        let mut objective = vec![0.0; n + 1];
+        objective[n] = 1.0;
+        let values = Values { objective: *t, rows: self.rows_at(&at.values.rows, *t) };
+        Ok(Gradients { values, objective, rows: DMatrix::from_fn(self.sides.len(), n + 1, slope) })
+    }
+}

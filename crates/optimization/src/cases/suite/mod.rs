@@ -1,0 +1,97 @@
+//! Suites of small problems with known solutions, for comparisons of methods.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `hs_bounds`, `hs_inequalities`, `hs_equalities`, `hs_mixed`, `hs_larger` | problems of Hock & Schittkowski |
+//! | `adversarial` | problems that mislead optimizers |
+//! | `semi_infinite` | constraints on a parameter, Chebyshev fits |
+//! | `statement` | statement of a problem, and the macro in which the lists are written |
+//! | `transformation` | other units of objective, variables and constraints; other starts |
+//! | `runs`, `judge` | runs of methods on the problems; the verdict about a run |
+//!
+//! # Sources
+//!
+//! Hock & Schittkowski, *Test Examples for Nonlinear Programming Codes* (1981). A start outside the bounds is moved to the nearest
+//! bound.
+
+mod adversarial;
+mod hs_bounds;
+mod hs_equalities;
+mod hs_inequalities;
+mod hs_larger;
+mod hs_mixed;
+mod judge;
+mod runs;
+mod semi_infinite;
+mod statement;
+mod transformation;
+
+pub use judge::{Claim, Judgement, TOLERANCE, Verdict, judge};
+pub use runs::{SuiteRun, run};
+pub use transformation::{Start, Transformation};
+
+use super::{CatalogueEntry, catalogue};
+
+const HOCK_SCHITTKOWSKI: &str = "Hock & Schittkowski, Test Examples for Nonlinear Programming Codes (1981)";
+
+/// Group of problems.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Suite {
+    /// Mechanisms and structures of the [catalogue](super::catalogue()).
+    Catalogue,
+    /// Problems of Hock & Schittkowski (1981).
+    HockSchittkowski,
+    /// Problems that mislead optimizers.
+    Adversarial,
+    /// Semi-infinite problems and Chebyshev fits on a grid of 101 points.
+    Time,
+}
+
+impl Suite {
+    /// The problems of the suite; of the catalogue those with a cheap analysis.
+    pub fn problems(self) -> Vec<&'static CatalogueEntry> {
+        problems().filter(|entry| entry.suite == self && !entry.expensive).collect()
+    }
+}
+
+/// The lists, in the order in which they are shown.
+const LISTS: [&[CatalogueEntry]; 8] = [
+    hs_bounds::PROBLEMS,
+    hs_inequalities::PROBLEMS,
+    hs_equalities::PROBLEMS,
+    hs_mixed::PROBLEMS,
+    hs_larger::PROBLEMS,
+    adversarial::PROBLEMS,
+    adversarial::EXPLICIT,
+    semi_infinite::PROBLEMS,
+];
+
+/// The problems of all suites, those of the catalogue with an expensive analysis included.
+pub fn problems() -> impl Iterator<Item = &'static CatalogueEntry> {
+    catalogue().iter().chain(LISTS.into_iter().flatten())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::Solution;
+
+    /// The published digits of some optima; a few have seven.
+    const DIGITS: f64 = 2e-6;
+
+    #[test]
+    fn published_optima_are_feasible_and_have_their_objectives() {
+        for entry in problems().filter(|e| e.suite != Suite::Catalogue) {
+            let problem = (entry.build)().unwrap();
+            for optimum in entry.optima() {
+                let design = optimum.design.unwrap();
+                let judged = judge(entry, &Transformation::default(), &problem, Claim::Converged, design).unwrap();
+                assert!(judged.violation < DIGITS, "{}: violation {:e}", entry.name, judged.violation);
+                let apart = (judged.objective - optimum.objective).abs() / optimum.objective.abs().max(1.0);
+                assert!(apart < DIGITS, "{}: F = {} at {}", entry.name, judged.objective, optimum.objective);
+                assert!(judged.verdict.is_solved(), "{}: {judged:?}", entry.name);
+            }
+            assert_eq!(entry.optima().is_empty(), !matches!(entry.solution, Solution::Optima(_)), "{}", entry.name);
+        }
+    }
+}

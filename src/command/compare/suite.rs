@@ -1,0 +1,134 @@
+//! `linkwright compare --suite SUITE`.
+
+use crate::command::folder::OutputFolder;
+use crate::command::output::say;
+use anyhow::{Context, anyhow, bail};
+use linkwright::cases::suite::{Claim, Suite, SuiteRun, Transformation, Verdict, problems, run};
+use linkwright::cases::{AnalysisCounts, CatalogueEntry, find};
+use linkwright::report::suite::{profiles, runs, summary};
+use linkwright::report::table::Table;
+use linkwright::sao::Preset;
+use rayon::prelude::*;
+use std::path::Path;
+
+/// Name of a suite on the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum SuiteName {
+    /// Problems of Hock & Schittkowski
+    Hs,
+    /// Problems that mislead optimizers
+    Adversarial,
+    /// Semi-infinite problems and Chebyshev fits
+    Time,
+    /// Mechanisms and structures with a cheap analysis
+    Catalogue,
+    /// All of them
+    All,
+}
+
+impl SuiteName {
+    fn entries(self) -> Vec<&'static CatalogueEntry> {
+        match self {
+            Self::Hs => Suite::HockSchittkowski.problems(),
+            Self::Adversarial => Suite::Adversarial.problems(),
+            Self::Time => Suite::Time.problems(),
+            Self::Catalogue => Suite::Catalogue.problems(),
+            Self::All => problems().filter(|entry| !entry.expensive).collect(),
+        }
+    }
+}
+
+/// Settings of a comparison on a suite.
+pub struct Comparison<'a> {
+    pub suite: SuiteName,
+    pub transformations: &'a [String],
+    pub methods: &'a [&'static Preset],
+    pub peers: Option<&'a Path>,
+    pub json: bool,
+}
+
+impl Comparison<'_> {
+    /// Runs the methods, prints the summary, writes all runs and the profiles.
+    ///
+    /// Fails after that if a verdict is false.
+    pub fn run(&self, out: &Path) -> anyhow::Result<()> {
+        let entries = self.suite.entries();
+        let transformations = self.transformations()?;
+        let mut all = run(&entries, &transformations, self.methods)?;
+        let ours = all.len();
+        if let Some(path) = self.peers {
+            let chosen = |r: &SuiteRun| {
+                entries.iter().any(|entry| entry.name == r.problem) && transformations.contains(&r.transformation)
+            };
+            all.extend(peers(path)?.into_iter().filter(chosen));
+        }
+        let title = format!("{} problems, {} transformations", entries.len(), transformations.len());
+        let (table, totals) = (runs(&title, &all)?, summary(&title, &all)?);
+        let mut folder = OutputFolder::create(out)?;
+        folder.write("runs.csv", table.csv().as_bytes())?;
+        folder.write("summary.csv", totals.csv().as_bytes())?;
+        let [performance, data] = profiles(&all)?;
+        folder.write_figure("performance-profile", &performance)?;
+        folder.write_figure("data-profile", &data)?;
+        self.show(&all[..ours], &table, &totals)?;
+        if !self.json {
+            say(&format!("Runs, summary and profiles are in {}", out.display()))?;
+        }
+        let wrong = all[..ours].iter().filter(|r| r.judgement.is_some_and(|j| j.verdict == Verdict::False)).count();
+        if wrong > 0 {
+            bail!("{wrong} of {ours} runs end with a false statement; `runs.csv` lists them with the verdict FALSE");
+        }
+        Ok(())
+    }
+
+    /// Prints all runs as JSON, or the runs that are not solved (all runs of a single method) and the summary as text.
+    fn show(&self, ours: &[SuiteRun], table: &Table, totals: &Table) -> anyhow::Result<()> {
+        if self.json {
+            return table.json_lines().iter().try_for_each(|line| say(line));
+        }
+        let is_shown = |r: &&SuiteRun| {
+            let verdict = r.judgement.map(|j| j.verdict);
+            self.methods.len() == 1 || verdict == Some(Verdict::False)
+        };
+        let shown: Vec<&SuiteRun> = ours.iter().filter(is_shown).collect();
+        if !shown.is_empty() {
+            let title = if self.methods.len() == 1 { "Runs" } else { "Runs with a false statement" };
+            say(&runs(title, shown)?.text())?;
+        }
+        say(&totals.text())
+    }
+
+    fn transformations(&self) -> anyhow::Result<Vec<Transformation>> {
+        if self.transformations.is_empty() {
+            return Ok(vec![Transformation::default()]);
+        }
+        let sets = self.transformations.iter().map(|text| Transformation::parse_set(text));
+        Ok(sets.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+}
+
+/// Reads and judges the runs of other programs, such as `benches/peers/optimizers.csv`.
+fn peers(path: &Path) -> anyhow::Result<Vec<SuiteRun>> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let lines: Vec<(usize, &str)> = text.lines().enumerate().skip(1).collect();
+    let read = |&(k, line): &(usize, &str)| peer(line).with_context(|| format!("{}, line {}", path.display(), k + 1));
+    lines.par_iter().map(read).collect()
+}
+
+/// A line `optimizer;problem;transformation;claim;analyses;sensitivity_analyses;design`.
+fn peer(line: &str) -> anyhow::Result<SuiteRun> {
+    let cells: Vec<&str> = line.split(';').collect();
+    let [optimizer, problem, transformation, claim, analyses, sensitivity_analyses, design] = cells[..] else {
+        bail!("expected 7 cells separated by semicolons, got {}", cells.len());
+    };
+    let claim = match claim {
+        "converged" => Claim::Converged,
+        "infeasible" => Claim::Infeasible,
+        "nothing" => Claim::Nothing,
+        other => return Err(anyhow!("unknown claim `{other}`; write converged, infeasible or nothing")),
+    };
+    let work = AnalysisCounts { analyses: analyses.parse()?, sensitivity_analyses: sensitivity_analyses.parse()? };
+    let design = design.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>()?;
+    let transformation = Transformation::parse(transformation)?;
+    Ok(SuiteRun::of_peer(find(problem)?, &transformation, optimizer, claim, work, &design)?)
+}

@@ -1,0 +1,199 @@
+//! Suites of problems: published optima satisfy the optimality conditions, transformations do what they say, the judge sees what
+//! is false.
+
+use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, judge, problems, run};
+use linkwright::cases::{AnalysisCounts, CatalogueEntry, Solution, find};
+use linkwright::nlp::{Program, Sqp, SubproblemSolver};
+use linkwright::problem::DirectCoupling;
+use linkwright::sao::preset;
+
+/// The problems of the suites, without the catalogue.
+fn small_problems() -> impl Iterator<Item = &'static CatalogueEntry> {
+    problems().filter(|entry| entry.suite != Suite::Catalogue)
+}
+
+fn verdict(name: &str, claim: Claim, design: &[f64]) -> Verdict {
+    let entry = find(name).unwrap();
+    let problem = (entry.build)().unwrap();
+    judge(entry, &Transformation::default(), &problem, claim, design).unwrap().verdict
+}
+
+/// No multipliers exist at these optima.
+const WITHOUT_MULTIPLIERS: [&str; 2] = ["hs13", "tangent-circles"];
+/// Optima that [`Sqp`] does not reach to 1e-6 from 1 % beside them: it stalls at nearly parallel rows of neighbouring points, or reaches the
+/// iteration limit. SciPy's SLSQP confirms them.
+const SQP_STALLS: [&str; 4] = ["hs116", "tangent-6", "tangents-of-a-circle", "enclosing-ellipse"];
+
+#[test]
+fn the_suites_have_the_promised_numbers_of_problems() {
+    let count = |suite| small_problems().filter(|entry| entry.suite == suite).count();
+    assert!(count(Suite::HockSchittkowski) >= 60, "{}", count(Suite::HockSchittkowski));
+    assert!(count(Suite::Adversarial) >= 17, "{}", count(Suite::Adversarial));
+    assert!(count(Suite::Time) >= 10, "{}", count(Suite::Time));
+    let without = |kind: fn(&Solution) -> bool| small_problems().filter(|entry| kind(&entry.solution)).count();
+    assert!(without(|s| matches!(s, Solution::Infeasible)) >= 2 && without(|s| matches!(s, Solution::Unbounded)) >= 1);
+}
+
+/// From 1 % beside each optimum, where the gradients have the sizes by which the residual is divided.
+#[test]
+fn the_best_known_optima_satisfy_the_optimality_conditions() {
+    let mut wrong = vec![];
+    let left_out = |name: &str| WITHOUT_MULTIPLIERS.contains(&name) || SQP_STALLS.contains(&name);
+    for entry in small_problems().filter(|entry| !left_out(entry.name)) {
+        let Some(optimum) = entry.optima().first() else { continue };
+        let problem = (entry.build)().unwrap();
+        let coupling = DirectCoupling::new(&problem);
+        let beside =
+            |(j, &x): (usize, &f64)| x + 0.01 * if j % 2 == 0 { x } else { -x } + if x == 0.0 { 0.01 } else { 0.0 };
+        let start: Vec<f64> = optimum.design.unwrap().iter().enumerate().map(beside).collect();
+        let found = Sqp::default().solve(&coupling, &start).unwrap();
+        let apart = (found.objective - optimum.objective).abs() / optimum.objective.abs().max(1.0);
+        let residual = found.kkt.largest();
+        if !(apart <= 1e-6 && residual <= 1e-6) {
+            wrong.push(format!("{}: {apart:.1e}, residual {residual:.1e}, {}", entry.name, found.status));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn transformations_scale_values_and_derivatives_and_keep_the_optimum() {
+    let transformation = Transformation::parse("objective=1e6,offset=1e4,variables=1e-3,constraints=1e3").unwrap();
+    for name in ["hs71", "hs100", "tangent-3", "arcsine", "two-bar-truss", "impact-absorber"] {
+        let entry = find(name).unwrap();
+        let (plain, scaled) = ((entry.build)().unwrap(), transformation.build(entry).unwrap());
+        let factors: Vec<f64> =
+            plain.start().iter().zip(scaled.start()).map(|(a, b)| if *a == 0.0 { 1e-3 } else { b / a }).collect();
+        assert!(factors.iter().all(|f| (f / 1e-3 - 1.0).abs() < 1e-12 || *f == 1.0), "{name}: {factors:?}");
+        let design: Vec<f64> = entry.optima()[0].design.unwrap().iter().zip(&factors).map(|(x, f)| x * f).collect();
+        let (a, b) = (DirectCoupling::new(&plain), DirectCoupling::new(&scaled));
+        let (a, b) = (a.gradients(entry.optima()[0].design.unwrap()).unwrap(), b.gradients(&design).unwrap());
+        let close = |a: f64, b: f64, unit: f64| (a - b).abs() <= 1e-9 * (unit + a.abs());
+        assert!(close(a.values.objective * 1e6 + 1e4, b.values.objective, 1e4), "{name}");
+        for j in 0..design.len() {
+            assert!(close(a.objective[j] * 1e6 / factors[j], b.objective[j], 1.0), "{name}: slope {j}");
+            for i in 0..a.values.rows.len() {
+                assert!(close(a.rows[(i, j)] * 1e3 / factors[j], b.rows[(i, j)], 1.0), "{name}: row {i}, variable {j}");
+            }
+        }
+        let judged = judge(entry, &transformation, &scaled, Claim::Converged, &design).unwrap();
+        assert_eq!(judged.verdict, Verdict::Optimum, "{name}: {judged:?}");
+    }
+}
+
+#[test]
+fn random_starts_are_repeatable_and_within_their_limits() {
+    let entry = find("hs100").unwrap();
+    let start = |text: &str| Transformation::parse(text).unwrap().build(entry).unwrap().start();
+    let (first, again, other) = (start("random=0.3"), start("random=0.3,seed=1"), start("random=0.3,seed=2"));
+    assert!(first == again && first != other);
+    let standard = (entry.build)().unwrap().start();
+    let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 0.3 * b.abs().max(1.0);
+    assert!(first.iter().zip(&standard).all(near), "{first:?}");
+    assert_eq!(start("start=0.001"), [0.001; 7]);
+    assert!(Transformation::parse("objective=-1").is_err() && Transformation::parse("speed=2").is_err());
+    assert_eq!(Transformation::parse_set("all").unwrap().len(), 1 + 9 + 12);
+}
+
+#[test]
+fn a_claim_of_convergence_away_from_an_optimum_is_false() {
+    // The start of (x − 1000)², where lengths seem to be 0.001.
+    assert_eq!(verdict("far-minimum", Claim::Converged, &[1e-3]), Verdict::False);
+    // HS 43 at its start, feasible: its objective times 1e-6 changes by less than 1e-4 only.
+    assert_eq!(verdict("small-objective", Claim::Converged, &[0.0; 4]), Verdict::False);
+    // HS 71 at its start is infeasible.
+    assert_eq!(verdict("hs71", Claim::Converged, &[1.0, 5.0, 5.0, 1.0]), Verdict::False);
+    // A bend of the valley.
+    assert_eq!(verdict("hs1", Claim::Converged, &[-0.5, 0.25]), Verdict::False);
+    // HS 12, one thousandth from the optimum.
+    assert_eq!(verdict("hs12", Claim::Converged, &[1.998, 2.99]), Verdict::False);
+    assert_eq!(verdict("infeasible", Claim::Converged, &[0.7, 0.7]), Verdict::False);
+    assert_eq!(verdict("unbounded", Claim::Converged, &[1e9, 1e3]), Verdict::False);
+}
+
+#[test]
+fn optima_local_optima_and_honest_ends_are_told_apart() {
+    assert_eq!(
+        verdict("hs71", Claim::Converged, &[1.0, 4.742_999_638, 3.821_149_984, 1.379_408_293]),
+        Verdict::Optimum
+    );
+    assert_eq!(
+        verdict("hs71", Claim::Nothing, &[1.0, 4.742_999_638, 3.821_149_984, 1.379_408_293]),
+        Verdict::HonestEnd
+    );
+    assert_eq!(verdict("hs16", Claim::Converged, &[-0.5, 0.5f64.sqrt()]), Verdict::LocalOptimum);
+    // A point of HS 44 on a bound, from which the objective decreases.
+    assert_eq!(verdict("hs44", Claim::Converged, &[8.0 / 3.0, 0.0, 0.0, 0.0]), Verdict::False);
+    assert_eq!(verdict("unbounded", Claim::Nothing, &[1e9, 1e3]), Verdict::CorrectEnd);
+}
+
+#[test]
+fn infeasibility_is_right_only_where_the_violation_has_a_minimum() {
+    let corner = |r: f64| [r / 2.0f64.sqrt(), r / 2.0f64.sqrt()];
+    // Violations of x² + y² ≤ 1 and x + y ≥ 3, each relative to its terms, are equal near a radius of 1.7.
+    let least = (1..4000)
+        .map(|k| 1.0 + k as f64 * 5e-4)
+        .find(|&r| verdict("infeasible", Claim::Infeasible, &corner(r)) == Verdict::CorrectEnd);
+    assert!(least.is_some_and(|r| (1.2..2.2).contains(&r)), "{least:?}");
+    assert_eq!(verdict("infeasible", Claim::Infeasible, &[0.5, 0.0]), Verdict::False);
+    // Feasible problems: at a feasible point, and at a point from which the violation decreases.
+    assert_eq!(verdict("hs12", Claim::Infeasible, &[0.0, 0.0]), Verdict::False);
+    assert_eq!(verdict("hs71", Claim::Infeasible, &[1.0, 1.5, 1.5, 1.0]), Verdict::False);
+}
+
+#[test]
+fn runs_are_the_same_for_any_number_of_threads() {
+    let entries = ["hs12", "hs71", "tangent-3"].map(|name| find(name).unwrap());
+    let presets = ["slp-filter", "bfgs"].map(|name| preset(name).unwrap());
+    let transformations = [Transformation::default(), Transformation::parse("random=0.3").unwrap()];
+    let all = || run(&entries, &transformations, &presets).unwrap();
+    let pool = linkwright_threads(1);
+    let (one, many) = (pool.install(all), all());
+    assert_eq!(one, many);
+    assert_eq!(one.len(), 12);
+    assert!(one.iter().all(|r| r.work != AnalysisCounts { analyses: 0, sensitivity_analyses: 0 }), "{one:?}");
+}
+
+fn linkwright_threads(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+}
+
+#[test]
+fn the_command_judges_runs_draws_profiles_and_reads_those_of_peers() {
+    let folder = std::env::temp_dir().join(format!("linkwright-suite-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let (out, peers) = (folder.join("out"), folder.join("peers.csv"));
+    let line = "optimizer;problem;transformation;claim;analyses;sensitivity_analyses;design\n\
+        other;chebyshev-cubic;standard;converged;3;3;0 0.75 0 0.25\n\
+        other;tangent-3;standard;converged;3;3;0 0 0\n";
+    std::fs::write(&peers, line).unwrap();
+    let command = || {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_linkwright"));
+        command.args(["compare", "--suite", "time", "--method", "slp-filter", "--out", out.to_str().unwrap()]);
+        command
+    };
+    let output = command().args(["--peers", peers.to_str().unwrap()]).output().unwrap();
+    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let has_false = shown.contains("FALSE ") || told.contains("false statement");
+    assert_eq!(output.status.code(), Some(i32::from(told.contains("false statement"))), "{shown}{told}");
+    assert!(
+        shown.contains("chebyshev-cubic") && shown.contains("other") && (has_false || told.is_empty()),
+        "{shown}{told}"
+    );
+    let csv = std::fs::read_to_string(out.join("runs.csv")).unwrap();
+    assert!(
+        csv.contains("chebyshev-cubic,standard,other,optimum,") && csv.contains("tangent-3,standard,other,FALSE,"),
+        "{csv}"
+    );
+    for file in ["summary.csv", "performance-profile.svg", "data-profile.svg"] {
+        assert!(out.join(file).exists(), "{file}");
+    }
+    let lines = command().arg("--json").output().unwrap().stdout;
+    let objects: Vec<serde_json::Value> =
+        String::from_utf8_lossy(&lines).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(objects.len() >= 10 && objects[0]["verdict"].is_string(), "{objects:?}");
+    let output = command().args(["--transform", "speed=2"]).output().unwrap();
+    assert!(output.status.code() == Some(1) && String::from_utf8_lossy(&output.stderr).contains("`speed=2`"));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
