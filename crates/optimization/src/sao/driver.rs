@@ -26,7 +26,10 @@ impl Method {
     pub fn resume(&self, problem: &Problem, mut state: State, mut observe: impl FnMut(&State)) -> Result<State> {
         self.check(problem)?;
         state.check(problem)?;
-        (state.status, state.reason) = self.stop.test(problem, &state);
+        (state.status, state.reason) = match self.automatic {
+            Some(_) => self.stop.cycle_limit(&state),
+            None => self.stop.test(problem, &state),
+        };
         while state.status == Status::Running {
             state = self.step(problem, state)?;
             observe(&state);
@@ -67,6 +70,7 @@ impl Method {
             last_step: None,
             previous: vec![],
             data: None,
+            automatic: None,
             counters: Counters { analyses: 1, ..Default::default() },
             status: Status::Running,
             reason: String::new(),
@@ -80,6 +84,9 @@ impl Method {
     /// Those of the sensitivities, of the approximation and of the subproblem solver. A failed analysis of the proposed design
     /// is not an error: it rejects the design.
     pub fn step(&self, problem: &Problem, mut state: State) -> Result<State> {
+        if let Some(automatic) = self.automatic {
+            return automatic.step(self, problem, state);
+        }
         // 1. Responses and 2. objective and constraints at the design of the state: from the analysis that accepted it.
         // 3. Screening and 4. sensitivities of the retained responses; a repeated cycle reuses both.
         let data = match state.data.take() {

@@ -1,10 +1,10 @@
 //! The settings of a method.
 
-use super::{ErrorBased, Globalization, MoveLimits, RelativeLimits, Screening, State, Stop};
+use super::{Automatic, ErrorBased, Globalization, MoveLimits, RelativeLimits, Screening, State, Stop};
 use crate::approximation::{Approximation, CycleData, LagrangianCurvature, Linear};
-use crate::problem::Problem;
+use crate::problem::{AnalyzedDesign, Problem, Selection};
 use error::Result;
-use nlp::{Automatic, SubproblemSolver};
+use nlp::SubproblemSolver;
 
 /// A method: a choice of interchangeable parts. It contains settings only; data that change are in the [`State`].
 ///
@@ -34,6 +34,9 @@ pub struct Method {
     pub moving_peaks: bool,
     /// The stop test.
     pub stop: Stop,
+    /// Selection of approximations by their prediction errors, with a globalization and a stop test of its own. `Some` replaces
+    /// approximation, curvature, move limits, solver, globalization, and the tolerances of the stop test.
+    pub automatic: Option<Automatic>,
 }
 
 impl Default for Method {
@@ -44,15 +47,22 @@ impl Default for Method {
             curvature: None,
             screening: Screening::default(),
             move_limits: Box::new(RelativeLimits::default()),
-            solver: Box::new(Automatic::default()),
+            solver: Box::new(nlp::Automatic::default()),
             globalization: Box::new(ErrorBased::default()),
             moving_peaks: true,
             stop: Stop::default(),
+            automatic: None,
         }
     }
 }
 
 impl Method {
+    /// The automatic method, which needs no choice of approximation.
+    pub fn automatic() -> Self {
+        let screening = Screening { cutoff: None, selection: Selection::All };
+        Self { automatic: Some(Automatic::default()), screening, ..Self::default() }
+    }
+
     /// Replaces the approximation.
     #[must_use]
     pub fn with_approximation(self, approximation: impl Approximation + 'static) -> Self {
@@ -96,11 +106,17 @@ impl Method {
     /// [`Error::Option`](crate::Error::Option) or [`Error::Definition`](crate::Error::Definition) with the name of the setting.
     pub fn check(&self, problem: &Problem) -> Result<()> {
         self.approximation.check(problem)?;
+        self.automatic.map_or(Ok(()), |a| a.check())?;
         self.curvature.map_or(Ok(()), |c| c.check())?;
         self.screening.check()?;
         self.move_limits.check()?;
         self.globalization.check()?;
         self.stop.check()
+    }
+
+    /// Screens and differentiates an analysed design.
+    pub(super) fn differentiate(&self, problem: &Problem, at: &AnalyzedDesign) -> Result<CycleData> {
+        CycleData::first_order(problem, at, self.screening.retain(problem, &at.evaluation))
     }
 
     /// Number of earlier accepted designs that are stored.

@@ -3,6 +3,7 @@
 //! A [`Method`] is a choice of interchangeable parts, and its [`Method::step`] does one cycle. All data that change are in
 //! one [`State`]. It can be written to a file, and a run that continues from the file has the same bits.
 
+mod automatic;
 mod conservatism;
 mod cycle;
 mod driver;
@@ -21,6 +22,10 @@ mod stop;
 mod trial;
 mod trust_region;
 
+pub use automatic::{
+    AcceptedPoint, Automatic, AutomaticState, Candidate, FilterEntry, Number, NumberGroup, NumberId, RejectedPoint,
+    Scores,
+};
 pub use conservatism::Conservatism;
 pub use cycle::{ActiveRow, Cycle, Prediction};
 pub use filter::{Filter, FilteredConservatism};

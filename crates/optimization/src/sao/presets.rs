@@ -72,6 +72,11 @@ const FORMER_NAMES: &[(&str, &str)] = &[("paper", "slp"), ("paper-fixed-times", 
 
 static PRESETS: &[Preset] = &[
     Preset {
+        name: "automatic",
+        title: "approximations selected by their prediction errors; filter; trust region; correction after a rejection",
+        method: Method::automatic,
+    },
+    Preset {
         name: "slp",
         title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time move",
         method: Method::default,

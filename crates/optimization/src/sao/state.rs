@@ -1,6 +1,6 @@
 //! The state of a run: one record that can be written to a file.
 
-use super::{Cycle, GlobalizationState, state_shape};
+use super::{AutomaticState, Cycle, GlobalizationState, state_shape};
 use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
@@ -72,6 +72,9 @@ pub struct State {
     /// Retained rows and derivatives of a cycle that is to be repeated; `None` after an accepted trial step.
     #[serde(rename = "knowledge")]
     pub data: Option<CycleData>,
+    /// Data of the automatic method; `None` for other methods, and before the first cycle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub automatic: Option<AutomaticState>,
     /// All trial steps so far, cycle 0 first.
     pub history: Vec<Cycle>,
     /// Numbers of analyses and iterations so far.

@@ -67,6 +67,11 @@ impl Stop {
             let reason = format!("all move-limit factors are below {:e} after {}", self.smallest_factor, words(last));
             return (Status::Stalled, reason);
         }
+        self.cycle_limit(state)
+    }
+
+    /// The status by the number of cycles alone.
+    pub(super) fn cycle_limit(&self, state: &State) -> (Status, String) {
         let trials = state.history.len() - 1;
         if trials >= self.max_cycles {
             return (Status::CycleLimit, format!("{trials} cycles are done; continue with a larger number of cycles"));

@@ -56,6 +56,15 @@ pub(super) fn convexified(h: &DMatrix<f64>, state: &SqpState, scale: &[f64], uni
     DMatrix::from_fn(n, n, |i, j| convex[(i, j)] / scale[i] / scale[j])
 }
 
+/// H with absolute eigenvalues, in variables scaled by `scale`.
+pub(super) fn absolute(h: &DMatrix<f64>, _: &SqpState, scale: &[f64], unit: f64) -> DMatrix<f64> {
+    let n = scale.len();
+    let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * scale[i] * scale[j]);
+    let size = scaled.amax().max(unit);
+    let convex = absolute_eigenvalues(scaled, FLOOR * size);
+    DMatrix::from_fn(n, n, |i, j| convex[(i, j)] / scale[i] / scale[j])
+}
+
 /// Σ a aᵀ / aᵀa over the gradients a of the rows and bounds with nonzero multipliers.
 fn active_outer_products(state: &SqpState, scale: &[f64]) -> DMatrix<f64> {
     let n = scale.len();

@@ -1,6 +1,7 @@
 //! One SQP iteration, as an argmin `Solver`.
 
 use super::curvature;
+use super::least_squares;
 use super::merit::{Evaluator, MeritFunction};
 use super::quadratic_subproblem::{self as subproblem, FullStep};
 use super::state::{Curvature, Sqp, SqpState};
@@ -89,12 +90,17 @@ impl Sqp {
         if self.curvature == Curvature::QuasiNewton {
             return Ok(false);
         }
-        let Some(h) = program.lagrangian_hessian(&state.x, &state.multipliers)? else { return Ok(false) };
+        let (scale, unit) = (scales(program, state), objective_unit(program, state));
+        let is_absolute = self.curvature == Curvature::Absolute;
+        let weights =
+            if is_absolute { least_squares::multipliers(program, state, &scale) } else { state.multipliers.clone() };
+        let Some(h) = program.lagrangian_hessian(&state.x, &weights)? else { return Ok(false) };
         state.evaluations.hessians += 1;
         if !h.iter().all(|v| v.is_finite()) {
             return Ok(false);
         }
-        state.hessian = curvature::convexified(&h, state, &scales(program, state), objective_unit(program, state));
+        let convex = if is_absolute { curvature::absolute } else { curvature::convexified };
+        state.hessian = convex(&h, state, &scale, unit);
         Ok(true)
     }
 }

@@ -4,12 +4,14 @@
 //! |---|---|
 //! | `state` | settings and state |
 //! | `curvature` | damped BFGS, or the exact Hessian made convex |
+//! | `least_squares` | multipliers from the gradients at a point alone |
 //! | `quadratic_subproblem` | the quadratic program of an iteration, relaxed if it has no feasible point |
 //! | `merit` | the merit function and the line search |
 //! | `iteration` | one iteration, as an argmin `Solver` |
 
 mod curvature;
 mod iteration;
+mod least_squares;
 mod merit;
 mod quadratic_subproblem;
 mod state;

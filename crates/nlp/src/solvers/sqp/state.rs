@@ -16,6 +16,11 @@ pub enum Curvature {
     /// The program's exact Hessian if it provides one, otherwise damped BFGS.
     #[default]
     Exact,
+    /// The program's exact Hessian, weighted with the least-squares multipliers of the active rows, with absolute eigenvalues.
+    ///
+    /// For nonconvex programs whose solution is to stay near the start, such as approximate problems in a trust region. Damped
+    /// BFGS if the program has no Hessian.
+    Absolute,
     /// Damped BFGS always.
     QuasiNewton,
 }

@@ -1,0 +1,168 @@
+//! Acceptance of a proposed design by a filter, and the box of the next cycle.
+
+use super::lengths::Units;
+use serde::{Deserialize, Serialize};
+
+/// Violation in units of the rows up to which a design counts as feasible.
+const FEASIBLE: f64 = 1e-6;
+/// Least relative decrease of the violation.
+const MARGIN: f64 = 0.999;
+/// Decrease of the objective, per σ_f h, by which a design of less violation may be dominated.
+const ENVELOPE: f64 = 1e-5;
+/// Fraction of the predicted decrease that must be reached.
+const FRACTION: f64 = 0.01;
+/// Fraction of the possible decrease of the violation that a restoration must reach.
+const RESTORED: f64 = 0.05;
+/// Rounding error of the objective, relative to itself.
+const ROUNDING: f64 = 1e-13;
+
+/// A design of the filter. The violations are stored in units of the problem, so that they can be compared in today's units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FilterEntry {
+    /// F.
+    pub objective: f64,
+    /// Largest violation of each constraint.
+    pub violations: Vec<f64>,
+}
+
+/// Objective and violation of a design in today's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Merit {
+    pub objective: f64,
+    pub violation: f64,
+}
+
+impl Merit {
+    pub fn new(objective: f64, violations: &[f64], units: &Units) -> Self {
+        Self { objective, violation: units.violation(violations) }
+    }
+}
+
+/// A trial step in today's units.
+pub(super) struct Step {
+    pub from: Merit,
+    pub predicted: Merit,
+    pub to: Merit,
+    /// The least violation of the linearized rows, if they are incompatible.
+    pub restoration: Option<f64>,
+    /// σ_f.
+    pub objective_per_violation: f64,
+}
+
+/// The decision on a trial step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Decision {
+    Rejected,
+    /// Accepted for the decrease of the objective.
+    Decrease,
+    /// Accepted for the violation: the design before it enters the filter.
+    Violation,
+}
+
+impl Step {
+    /// The decision; `filter` holds the designs of the filter in today's units.
+    pub fn decide(&self, filter: impl Iterator<Item = Merit>) -> Decision {
+        let Self { from, to, predicted, .. } = self;
+        let (h, next) = (from.violation, to.violation);
+        if let Some(least) = self.restoration {
+            let decreases = h - next >= RESTORED * (h - least) && next < h;
+            return if decreases { Decision::Violation } else { Decision::Rejected };
+        }
+        let envelope = ENVELOPE * self.objective_per_violation * next;
+        let dominates = |e: Merit| next > MARGIN * e.violation && to.objective > e.objective - envelope;
+        let noise = ROUNDING * from.objective.abs();
+        let improves = next <= MARGIN * h
+            || to.objective <= from.objective - envelope
+            || (next <= FEASIBLE && to.objective <= from.objective + noise);
+        if filter.into_iter().any(dominates) || !improves {
+            return Decision::Rejected;
+        }
+        let decrease = from.objective - predicted.objective;
+        if decrease <= (1e-4 * self.objective_per_violation * h * h).max(0.0) {
+            return Decision::Violation;
+        }
+        if from.objective - to.objective >= FRACTION * decrease - noise {
+            return Decision::Decrease;
+        }
+        if h > FEASIBLE && next <= 0.5 * h { Decision::Violation } else { Decision::Rejected }
+    }
+
+    /// ρ, the ratio of actual to predicted improvement.
+    pub fn ratio(&self) -> f64 {
+        let Self { from, to, predicted, .. } = self;
+        match self.restoration {
+            Some(least) => (from.violation - to.violation) / (from.violation - least),
+            None => {
+                let total = |m: &Merit| m.objective + self.objective_per_violation * m.violation;
+                (total(from) - total(to)) / (total(from) - total(predicted))
+            }
+        }
+    }
+}
+
+/// The half widths w after an accepted step s with the ratio ρ.
+pub(super) fn widths_after_acceptance(widths: &mut [f64], step: &[f64], at_limit: &[bool], ratio: f64) {
+    let largest = largest_fraction(widths, step);
+    if ratio > 0.75 {
+        let growth = match (1.0 - ratio).abs() {
+            off if off < 0.01 => 10.0,
+            off if off < 0.1 => 4.0,
+            _ => 2.0,
+        };
+        widths.iter_mut().zip(at_limit).filter(|(_, at)| **at).for_each(|(w, _)| *w *= growth);
+    } else if !(ratio >= 0.25) {
+        widths.iter_mut().for_each(|w| *w *= (0.5 * largest).max(0.1));
+    }
+    let share = if ratio <= 0.5 || ratio.is_nan() { 0.25 } else { 1.0 };
+    widths.iter_mut().zip(step).for_each(|(w, s)| *w = w.max(share * s.abs()));
+}
+
+/// The half widths after a rejected step: half the step the first time in a row, a quarter afterwards or if it failed.
+pub(super) fn widths_after_rejection(widths: &mut [f64], step: &[f64], is_first: bool) {
+    let factor = largest_fraction(widths, step) * if is_first { 0.5 } else { 0.25 };
+    widths.iter_mut().for_each(|w| *w *= factor);
+}
+
+/// max |sⱼ| / wⱼ, at most 1.
+fn largest_fraction(widths: &[f64], step: &[f64]) -> f64 {
+    widths.iter().zip(step).map(|(w, s)| s.abs() / w).fold(0.0, f64::max).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn merit(objective: f64, violation: f64) -> Merit {
+        Merit { objective, violation }
+    }
+
+    fn step(from: Merit, predicted: Merit, to: Merit) -> Step {
+        Step { from, predicted, to, restoration: None, objective_per_violation: 1.0 }
+    }
+
+    #[test]
+    fn a_step_for_the_violation_enters_the_filter_and_is_not_repeated() {
+        let away = step(merit(1.0, 0.2), merit(3.0, 0.0), merit(3.0, 0.0));
+        assert_eq!(away.decide(std::iter::empty()), Decision::Violation);
+        let back = step(merit(3.0, 0.0), merit(1.0, 0.0), merit(1.0, 0.2));
+        assert_eq!(back.decide([merit(1.0, 0.2)].into_iter()), Decision::Rejected);
+    }
+
+    #[test]
+    fn a_restoration_must_reach_a_part_of_the_possible_decrease() {
+        let of = |next: f64| {
+            let step = step(merit(1.0, 1.0), merit(1.0, 0.5), merit(1.0, next));
+            Step { restoration: Some(0.5), ..step }.decide(std::iter::empty())
+        };
+        assert_eq!((of(0.9), of(0.99)), (Decision::Violation, Decision::Rejected));
+    }
+
+    #[test]
+    fn limits_grow_with_the_quality_of_the_prediction() {
+        let mut widths = vec![1.0, 1.0];
+        widths_after_acceptance(&mut widths, &[1.0, 0.2], &[true, false], 1.0);
+        assert_eq!(widths, [10.0, 1.0]);
+        widths_after_rejection(&mut widths, &[5.0, 0.1], true);
+        assert_eq!(widths, [2.5, 0.25]);
+    }
+}

@@ -1,0 +1,113 @@
+//! The stop test of the automatic method, made with the problem at the current design before a proposal is analysed.
+
+use super::lengths::{Units, spread};
+use super::linearized::Linearized;
+use crate::problem::Problem;
+
+/// Largest violation of a converged design, in units of the rows.
+const FEASIBLE: f64 = 1e-6;
+/// Largest predicted decrease, relative to F: in general, and while a move limit is active.
+const PREDICTED: [f64; 2] = [1e-6, 1e-9];
+/// Largest first-order decrease R, relative to F.
+const RESIDUAL: f64 = 1e-3;
+/// Largest Σ |λᵢ cᵢ|, relative to F.
+const COMPLEMENTARITY: f64 = 1e-5;
+/// Number of accepted designs over which the recent range of the objective is taken.
+const RECENT: usize = 4;
+/// Least F, relative to the range of the objective in the run.
+const LEAST: f64 = 1e-4;
+/// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
+const ROUNDING: [f64; 2] = [1e-14, 1e-12];
+/// Largest residual at the start, relative to the largest change of the objective.
+const AT_START: f64 = 1e-9;
+/// Largest step over the lengths, and largest box, of a stalled run.
+const STALLED: [f64; 2] = [1e-12, 1e-13];
+
+/// The optimality conditions of the problem at a design, in the unit of the objective.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Optimality {
+    /// R = Σ |∂ⱼL| min(ℓⱼ, distance to the bound that it points to).
+    pub residual: f64,
+    /// Σ |λᵢ cᵢ|.
+    pub complementarity: f64,
+    /// Σ |∂ⱼF| ℓⱼ.
+    pub largest_change: f64,
+}
+
+impl Optimality {
+    /// The conditions at design `b` with the multipliers of a subproblem.
+    pub fn new(problem: &Problem, b: &[f64], here: &Linearized, multipliers: &[f64], lengths: &[f64]) -> Self {
+        let slope = here.lagrangian_slope(multipliers);
+        let one = |j: usize| {
+            let variable = &problem.variables[j];
+            let distance = if slope[j] > 0.0 { b[j] - variable.lower } else { variable.upper - b[j] };
+            slope[j].abs() * distance.max(0.0).min(lengths[j])
+        };
+        Self {
+            residual: (0..b.len()).map(one).sum(),
+            complementarity: multipliers.iter().zip(&here.c).map(|(λ, c)| (λ * c).abs()).sum(),
+            largest_change: here.slope.iter().zip(lengths).map(|(g, l)| (g * l).abs()).sum(),
+        }
+    }
+}
+
+/// What the stop test compares.
+pub(super) struct StopTest<'a> {
+    /// h.
+    pub violation: f64,
+    /// True if the linearized rows have a common point in the box.
+    pub is_compatible: bool,
+    /// F − F̃.
+    pub predicted: f64,
+    /// True if the proposal is at a move limit.
+    pub at_limit: bool,
+    pub optimality: Optimality,
+    /// Objectives of the accepted designs, the newest last.
+    pub objectives: &'a [f64],
+}
+
+impl StopTest<'_> {
+    /// F: the range of the objective over the last designs or its absolute value, whichever is smaller.
+    pub fn objective_unit(&self, units: &Units) -> f64 {
+        let objective = self.objectives.last().copied().unwrap_or(0.0);
+        let recent = &self.objectives[self.objectives.len().saturating_sub(RECENT)..];
+        spread(recent.iter().copied()).min(objective.abs()).max(LEAST * units.objective_range)
+    }
+
+    /// The reason in words if the run has converged.
+    pub fn converged(&self, units: &Units) -> Option<String> {
+        let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
+        let Optimality { residual, complementarity, largest_change } = self.optimality;
+        if self.violation > FEASIBLE || !self.is_compatible {
+            return None;
+        }
+        if self.objectives.len() == 1 {
+            let largest = AT_START * largest_change;
+            return (residual <= largest && complementarity <= largest)
+                .then(|| "the start satisfies the optimality conditions".to_owned());
+        }
+        let unit = self.objective_unit(units);
+        let allowed = |fraction: f64, rounding: f64| (fraction * unit).max(rounding * objective);
+        let holds = self.predicted.abs() <= allowed(PREDICTED[usize::from(self.at_limit)], ROUNDING[0])
+            && residual <= allowed(RESIDUAL, ROUNDING[1])
+            && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]);
+        holds.then(|| {
+            format!(
+                "a step predicts a change of the objective by {:.1e}, the optimality conditions hold to {:.1e} and the \
+                 complementarity to {:.1e}; the objective changed by {unit:.1e} over the last designs",
+                self.predicted.abs(),
+                residual,
+                complementarity
+            )
+        })
+    }
+}
+
+/// The reason in words if the steps have become too small.
+pub(super) fn stalled(step: &[f64], widths: &[f64], lengths: &[f64]) -> Option<String> {
+    let largest = |v: &[f64]| v.iter().zip(lengths).map(|(v, l)| v.abs() / l).fold(0.0, f64::max);
+    if largest(widths) < STALLED[1] {
+        return Some("no acceptable design was found in the smallest box".to_owned());
+    }
+    (largest(step) < STALLED[0]).then(|| "the step is zero, but the optimality conditions do not hold".to_owned())
+}

@@ -1,0 +1,538 @@
+//! One cycle of the automatic method.
+
+use super::super::trial::{Proposal as Record, Trial};
+use super::super::{Cycle, Method, Region, State, Status, Verdict};
+use super::acceptance::{Decision, FilterEntry, Merit, Step, widths_after_acceptance, widths_after_rejection};
+use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
+use super::convergence::{Optimality, StopTest, stalled};
+use super::lengths::{Units, start_lengths};
+use super::linearized::Linearized;
+use super::numbers::{NumberGroup, collect, find};
+use super::quasi_newton::damped_bfgs;
+use super::restoration::{is_incompatible, is_stationary, least_violation, reach};
+use super::selection::{Observation, ObservedLagrangian, discount};
+use super::surrogate::{BoxedSurrogate, Surrogate};
+use super::{Automatic, AutomaticState, RejectedPoint};
+use crate::approximation::CycleData;
+use crate::problem::{AnalyzedDesign, Problem, RowId};
+use error::Result;
+use nalgebra::{DMatrix, DVector};
+use nlp::{Curvature, KktResidual, Solution, Sqp, SubproblemSolver};
+
+/// Displacement from a stationary point of the violation, in lengths.
+const DISPLACEMENT: f64 = 0.1;
+/// Largest number of such displacements.
+const DISPLACEMENTS: usize = 4;
+/// The violation at the next stationary point must be below this fraction of that at the last one.
+const BETTER: f64 = 0.99;
+/// Fraction of the half width within which a variable counts as at its move limit.
+const AT_LIMIT: f64 = 1e-3;
+
+/// The current design with everything that a cycle derives from it.
+struct Situation<'a> {
+    settings: &'a Automatic,
+    problem: &'a Problem,
+    state: &'a State,
+    data: &'a CycleData,
+    memory: &'a AutomaticState,
+    here: Linearized,
+    units: Units,
+    violation: f64,
+}
+
+/// A proposed design and what is predicted there.
+struct Proposal {
+    design: Vec<f64>,
+    region: Region,
+    at_limit: Vec<bool>,
+    solution: Solution,
+    /// t*, if the linearized rows are incompatible.
+    restoration: Option<f64>,
+    predicted: Merit,
+    /// True for a step that leaves a stationary point of the violation.
+    is_displacement: bool,
+}
+
+/// The surrogate of a cycle: which models it has.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Linear,
+    Mixture,
+    Lagrangian,
+}
+
+impl Automatic {
+    /// One trial step, or the end of the run if the stop test holds before another analysis.
+    pub(in crate::sao) fn step(&self, method: &Method, problem: &Problem, mut state: State) -> Result<State> {
+        let (mut memory, data) = match (state.automatic.take(), state.data.take()) {
+            (Some(memory), Some(data)) => (memory, data),
+            _ => self.begin(method, problem, &mut state)?,
+        };
+        let situation = Situation::new(self, problem, &state, &data, &memory);
+        let proposal = match situation.propose()? {
+            Next::Analyse(proposal) => *proposal,
+            Next::End(status, reason) => {
+                (state.status, state.reason) = (status, reason);
+                (state.automatic, state.data) = (Some(memory), Some(data));
+                return Ok(state);
+            }
+        };
+        let mut analyzed = problem.analyze_design(&proposal.design);
+        let mut decision = analyzed.as_ref().map_or(Decision::Rejected, |a| situation.decide(&proposal, a));
+        let mut differentiated = None;
+        if let (Ok(a), true) = (&analyzed, decision != Decision::Rejected) {
+            match method.differentiate(problem, a) {
+                Ok(found) => differentiated = Some(found),
+                Err(error) => (analyzed, decision) = (Err(error), Decision::Rejected),
+            }
+        }
+        let ratio = analyzed.as_ref().map_or(f64::NAN, |a| situation.step(&proposal, a).ratio());
+        let mut scores = memory.scores.clone();
+        if let Ok(a) = &analyzed {
+            situation.score(&proposal, a, differentiated.as_ref(), &mut scores);
+        }
+        let numbers = analyzed.as_ref().ok().map(|a| situation.rejected(a));
+        let entry = situation.filter_entry();
+        let (lengths, violation) = (situation.units.lengths.clone(), situation.violation);
+        // What follows changes the state.
+        let factors: Vec<f64> = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
+        let step: Vec<f64> = proposal.design.iter().zip(&state.design).map(|(to, from)| to - from).collect();
+        let is_displaced = proposal.is_displacement;
+        let Proposal { region, at_limit, solution, .. } = proposal;
+        let record = Record { data: &data, region, solution, distance: 0.0, at_limit, analyzed };
+        let verdict = if decision == Decision::Rejected { Verdict::Reject } else { Verdict::Accept };
+        let from = (&state.design[..], &state.evaluation);
+        let trial = Trial::new(problem, &method.screening, from, state.last_step.as_deref(), &record);
+        let mut cycle = Cycle::new(state.cycles() + 1, &factors, &trial, verdict, &record);
+        drop(trial);
+        cycle.residual = None;
+        let Record { at_limit, analyzed, .. } = record;
+        state.counters.analyses += 1;
+        state.counters.subproblem_iterations += cycle.iterations;
+        state.history.push(cycle);
+        memory.scores = scores;
+        match (analyzed, differentiated) {
+            (Ok(accepted), Some(next)) => {
+                if decision == Decision::Violation {
+                    memory.filter.push(entry);
+                }
+                if is_displaced {
+                    memory.stationary.push(violation);
+                    memory.filter.clear();
+                    memory.widths.iter_mut().zip(&lengths).for_each(|(w, l)| *w = w.max(DISPLACEMENT * l));
+                } else {
+                    widths_after_acceptance(&mut memory.widths, &step, &at_limit, ratio);
+                }
+                (memory.rejections, memory.rejected) = (0, vec![]);
+                state.counters.sensitivity_analyses += usize::from(next.has_derivatives());
+                state.advance(accepted, data.sensitivities, 0);
+                self.store(problem, &state, &next, &mut memory);
+                state.data = Some(next);
+            }
+            (analyzed, _) => {
+                widths_after_rejection(&mut memory.widths, &step, analyzed.is_ok() && memory.rejections == 0);
+                memory.rejections += 1;
+                memory.rejected.extend(numbers);
+                state.data = Some(data);
+            }
+        }
+        state.factors = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
+        state.automatic = Some(memory);
+        (state.status, state.reason) = method.stop.cycle_limit(&state);
+        Ok(state)
+    }
+
+    /// Differentiates the design of a state without data of this method.
+    fn begin(&self, method: &Method, problem: &Problem, state: &mut State) -> Result<(AutomaticState, CycleData)> {
+        let State { design, responses, evaluation, .. } = &*state;
+        let at =
+            AnalyzedDesign { design: design.clone(), responses: responses.clone(), evaluation: evaluation.clone() };
+        let data = method.differentiate(problem, &at)?;
+        state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
+        let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
+        let lengths = start_lengths(problem, &state.design, state.evaluation.objective, &here);
+        let mut memory = AutomaticState { widths: lengths.clone(), start_lengths: lengths, ..Default::default() };
+        self.store(problem, state, &data, &mut memory);
+        Ok((memory, data))
+    }
+
+    /// Stores the current design with its numbers.
+    fn store(&self, problem: &Problem, state: &State, data: &CycleData, memory: &mut AutomaticState) {
+        let State { design, responses, evaluation, .. } = state;
+        let slopes = Linearized::new(problem, (design, responses, evaluation), data).slopes(problem.constraints.len());
+        let numbers = collect(problem, design, (responses, evaluation), data);
+        memory.points.push(AcceptedPoint { design: design.clone(), numbers, slopes });
+        let surplus = memory.points.len().saturating_sub(self.memory + 1);
+        memory.points.drain(..surplus);
+    }
+}
+
+/// The next action of a run.
+enum Next {
+    Analyse(Box<Proposal>),
+    End(Status, String),
+}
+
+impl<'a> Situation<'a> {
+    fn new(
+        settings: &'a Automatic,
+        problem: &'a Problem,
+        state: &'a State,
+        data: &'a CycleData,
+        memory: &'a AutomaticState,
+    ) -> Self {
+        let accepted = state.history.iter().filter(|c| c.accepted).map(|c| (&c.design[..], c.objective));
+        let units = Units::new(&memory.start_lengths, accepted, &memory.points, &state.evaluation);
+        let violation = units.violation(&state.evaluation.violations());
+        let here = Linearized::new(problem, (&state.design, &state.responses, &state.evaluation), data);
+        Self { settings, problem, state, data, memory, here, units, violation }
+    }
+
+    fn n(&self) -> usize {
+        self.state.design.len()
+    }
+
+    /// Multipliers of the retained rows in the last accepted step; zero at the start.
+    fn last_multipliers(&self) -> Vec<f64> {
+        let known = self.state.multipliers();
+        let of = |row| known.iter().find(|(r, _)| r == row).map_or(0.0, |(_, λ)| *λ);
+        self.here.rows.iter().map(of).collect()
+    }
+
+    fn samples(&self, k: usize) -> Samples<'_> {
+        Samples::new(self.problem, &self.memory.points, k, &self.units.lengths)
+    }
+
+    fn current(&self) -> &AcceptedPoint {
+        self.memory.points.last().expect("the current design is stored")
+    }
+
+    /// The surrogate of this kind at the current design; `None` for the Lagrangian before a step along which it bends up.
+    fn surrogate(&self, kind: Kind) -> Option<Surrogate<'_>> {
+        let numbers = &self.current().numbers;
+        let model = |k: usize| -> Model {
+            let samples = self.samples(k);
+            let candidate = match kind {
+                Kind::Mixture => self.memory.scores.choose(numbers[k].id.group()),
+                Kind::Linear | Kind::Lagrangian => Candidate::Linear,
+            };
+            let fitted = samples.fit(candidate).or_else(|| samples.fit(Candidate::Linear));
+            fitted.expect("a linear candidate needs the current gradient only")
+        };
+        let models = (0..numbers.len()).map(model).collect();
+        let at = (&self.state.design[..], &self.state.responses);
+        let mut surrogate = Surrogate::new(self.problem, at, self.data, numbers, models);
+        if kind == Kind::Lagrangian {
+            surrogate.hessian = Some(self.lagrangian_matrix(&surrogate)?);
+        }
+        Some(surrogate)
+    }
+
+    /// The damped BFGS matrix of Σ wᵣ r(b) over all numbers, with today's weights wᵣ = ∂(F + Σ λᵢ cᵢ)/∂r.
+    fn lagrangian_matrix(&self, surrogate: &Surrogate) -> Option<DMatrix<f64>> {
+        let (n, points) = (self.n(), &self.memory.points);
+        let numbers = &self.current().numbers;
+        let values: Vec<f64> = numbers.iter().map(|number| number.value).collect();
+        let weights = surrogate.number_weights(&self.last_multipliers(), &values);
+        let mut changes = vec![vec![0.0; n]; points.len() - 1];
+        for (number, weight) in numbers.iter().zip(weights).filter(|(_, w)| *w != 0.0) {
+            for (sum, change) in changes.iter_mut().zip(gradient_changes(self.problem, points, number.id)) {
+                let change = change.unwrap_or_else(|| vec![0.0; n]);
+                sum.iter_mut().zip(change).for_each(|(s, c)| *s += weight * c);
+            }
+        }
+        let l = &self.units.lengths;
+        let pair = |(ends, change): (&[AcceptedPoint], &Vec<f64>)| {
+            let step = DVector::from_fn(n, |j, _| (ends[1].design[j] - ends[0].design[j]) / l[j]);
+            [step, DVector::from_fn(n, |j, _| change[j] * l[j])]
+        };
+        let pairs: Vec<_> = points.windows(2).zip(&changes).map(pair).filter(|[s, _]| s.norm() > 0.0).collect();
+        let scaled = if pairs.is_empty() { None } else { damped_bfgs(&pairs) }?;
+        Some(DMatrix::from_fn(n, n, |i, j| scaled[(i, j)] / l[i] / l[j]))
+    }
+
+    /// The surrogate that the scores choose, with corrections through the rejected designs.
+    fn chosen(&self) -> Surrogate<'_> {
+        let lagrangian = if self.memory.scores.prefers_lagrangian() { self.surrogate(Kind::Lagrangian) } else { None };
+        let mut surrogate =
+            lagrangian.unwrap_or_else(|| self.surrogate(Kind::Mixture).expect("only the Lagrangian may be missing"));
+        for point in &self.memory.rejected {
+            surrogate.correct(&point.design, &point.values, &self.units.lengths);
+        }
+        surrogate
+    }
+
+    /// The sides of a box of half widths `widths` in the design space.
+    fn sides(&self, widths: &[f64]) -> Region {
+        Region::around(self.problem, &self.state.design, widths)
+    }
+
+    fn propose(&self) -> Result<Next> {
+        let design = &self.state.design;
+        let mut region = self.sides(&self.memory.widths);
+        let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
+        let restoration = is_incompatible(least, self.violation).then_some(least);
+        if restoration.is_some()
+            && let Some(next) = self.stationary_violation()?
+        {
+            return Ok(next);
+        }
+        let surrogate = self.chosen();
+        for j in 0..self.n() {
+            let lower = surrogate.lower(j).min(design[j]);
+            if lower > region.lower[j] {
+                (region.lower[j], region.is_limit[j][0]) = (lower, true);
+            }
+        }
+        let proposal = self.solve(&surrogate, region, restoration)?;
+        let objectives: Vec<f64> = self.state.history.iter().filter(|c| c.accepted).map(|c| c.objective).collect();
+        let λ = &proposal.solution.multipliers;
+        let test = StopTest {
+            violation: self.violation,
+            is_compatible: restoration.is_none(),
+            predicted: self.state.evaluation.objective - proposal.predicted.objective,
+            at_limit: proposal.at_limit.contains(&true),
+            optimality: Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths),
+            objectives: &objectives,
+        };
+        if let Some(reason) = test.converged(&self.units) {
+            return Ok(Next::End(Status::Converged, reason));
+        }
+        let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
+        if let Some(reason) = stalled(&step, &self.memory.widths, &self.units.lengths) {
+            return Ok(Next::End(Status::Stalled, reason));
+        }
+        Ok(Next::Analyse(Box::new(proposal)))
+    }
+
+    /// Solves the surrogate in its box.
+    fn solve(&self, surrogate: &Surrogate, region: Region, restoration: Option<f64>) -> Result<Proposal> {
+        let unit = |row: &RowId| self.units.rows[row.constraint];
+        // Rounding must not make the relaxed rows contradictory.
+        let relaxed =
+            |t: f64| -> Vec<f64> { self.here.rows.iter().map(|r| unit(r) * (t * (1.0 + 1e-7) + 1e-10)).collect() };
+        let relaxation = restoration.map(relaxed);
+        let objective = self.state.evaluation.objective;
+        let widths: Vec<f64> = (0..self.n())
+            .map(|j| {
+                let d = self.state.design[j];
+                let reach = (region.upper[j] - d).max(d - region.lower[j]);
+                if reach > 0.0 { reach } else { self.units.lengths[j] }
+            })
+            .collect();
+        let sides = [&region.lower[..], &region.upper[..]];
+        let program =
+            BoxedSurrogate::new(surrogate, &widths, sides, &self.here.equality, relaxation.clone(), objective);
+        let sqp = Sqp::default().with_curvature(Curvature::Absolute).with_iterations(self.settings.iterations)?;
+        let solver = nlp::Automatic::default().with_sqp(sqp);
+        let found = solver.solve(&program, &vec![1.0; self.n()])?;
+        let design: Vec<f64> = program
+            .design(&found.x)
+            .into_iter()
+            .zip(region.lower.iter().zip(&region.upper))
+            .map(|(x, (l, u))| x.clamp(*l, *u))
+            .collect();
+        let values = surrogate.values(&design);
+        let violations = self.violations(&values.rows);
+        let at_limit = (0..self.n()).map(|j| {
+            let near = AT_LIMIT * widths[j];
+            (region.is_limit[j][0] && design[j] - region.lower[j] <= near)
+                || (region.is_limit[j][1] && region.upper[j] - design[j] <= near)
+        });
+        Ok(Proposal {
+            predicted: Merit::new(values.objective, &violations, &self.units),
+            restoration,
+            is_displacement: false,
+            at_limit: at_limit.collect(),
+            solution: Solution {
+                x: design.clone(),
+                objective: values.objective,
+                multipliers: program.multipliers(&found.multipliers),
+                rows: values.rows,
+                relaxation: relaxation.map(|t| t.into_iter().fold(0.0, f64::max)),
+                relaxed_rows: vec![],
+                ..found
+            },
+            region,
+            design,
+        })
+    }
+
+    /// The largest violation of each constraint from values of the retained rows.
+    fn violations(&self, rows: &[f64]) -> Vec<f64> {
+        let mut violations = vec![f64::NEG_INFINITY; self.problem.constraints.len()];
+        for ((row, c), equality) in self.here.rows.iter().zip(rows).zip(&self.here.equality) {
+            let v = &mut violations[row.constraint];
+            *v = v.max(if *equality { c.abs() } else { *c });
+        }
+        violations
+    }
+
+    /// What follows if the violation is stationary here: a displacement, or the end.
+    fn stationary_violation(&self) -> Result<Option<Next>> {
+        let lengths = &self.units.lengths;
+        let region = self.sides(lengths);
+        let design = &self.state.design;
+        let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
+        if !is_stationary(self.violation, least, reach(&self.here, &self.units)) {
+            return Ok(None);
+        }
+        let left = &self.memory.stationary;
+        let is_better = left.last().is_none_or(|last| self.violation < BETTER * last);
+        if !is_better || left.len() >= DISPLACEMENTS {
+            let worst = self.state.evaluation.worst();
+            let (name, by) = worst.map_or_else(Default::default, |(row, g)| {
+                (self.problem.row_in_words(row), 100.0 * self.state.evaluation.violation(row.constraint, g))
+            });
+            let reason = format!(
+                "the violation is stationary here: {name} is exceeded by {by:.3} %, and to first order no change of the \
+                 variables by their lengths reduces the largest violation by more than {:.1e} of it; other regions were not \
+                 searched",
+                (self.violation - least).max(0.0) / self.violation
+            );
+            return Ok(Some(Next::End(Status::Infeasible, reason)));
+        }
+        Ok(Some(Next::Analyse(Box::new(self.displacement()))))
+    }
+
+    /// A step in a generic direction that leaves a stationary point of the violation.
+    fn displacement(&self) -> Proposal {
+        let region = self.sides(&self.units.lengths);
+        let tries = self.memory.stationary.len() + self.memory.rejections;
+        let design: Vec<f64> = (0..self.n())
+            .map(|j| {
+                // Fractions of multiples of the golden ratio are spread evenly.
+                let fraction = (0.618_033_988_749_894_9 * (1 + j + 7 * tries) as f64).fract();
+                let sign = if fraction < 0.5 { -1.0 } else { 1.0 };
+                let size = DISPLACEMENT
+                    * self.units.lengths[j]
+                    * (0.5 + fraction)
+                    * 0.25f64.powi(self.memory.rejections as i32);
+                let (here, lower, upper) = (self.state.design[j], region.lower[j], region.upper[j]);
+                let there = here + sign * size;
+                let inside = (lower..=upper).contains(&there);
+                if inside { there } else { (here - sign * size).clamp(lower, upper) }
+            })
+            .collect();
+        let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
+        let values = surrogate.values(&design);
+        let solution = Solution {
+            x: design.clone(),
+            objective: values.objective,
+            multipliers: vec![0.0; values.rows.len()],
+            rows: values.rows,
+            lower_multipliers: vec![],
+            upper_multipliers: vec![],
+            iterations: 0,
+            evaluations: nlp::Evaluations::default(),
+            status: nlp::Status::Relaxed,
+            relaxation: None,
+            relaxed_rows: vec![],
+            kkt: KktResidual::default(),
+        };
+        let predicted = Merit { objective: solution.objective, violation: f64::INFINITY };
+        let at_limit = vec![false; self.n()];
+        Proposal { design, region, at_limit, solution, restoration: None, predicted, is_displacement: true }
+    }
+
+    fn step(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> Step {
+        let evaluation = &analyzed.evaluation;
+        let rows = self.here.rows.iter().map(|row| row.constraint);
+        let weighted = proposal.solution.multipliers.iter().copied().zip(rows);
+        Step {
+            from: Merit { objective: self.state.evaluation.objective, violation: self.violation },
+            predicted: proposal.predicted,
+            to: Merit::new(evaluation.objective, &evaluation.violations(), &self.units),
+            restoration: proposal.restoration,
+            objective_per_violation: self.units.objective_per_violation(weighted),
+        }
+    }
+
+    fn decide(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> Decision {
+        if proposal.is_displacement {
+            return Decision::Decrease;
+        }
+        let filter = self.memory.filter.iter().map(|e| Merit::new(e.objective, &e.violations, &self.units));
+        self.step(proposal, analyzed).decide(filter)
+    }
+
+    fn filter_entry(&self) -> FilterEntry {
+        let evaluation = &self.state.evaluation;
+        FilterEntry { objective: evaluation.objective, violations: evaluation.violations() }
+    }
+
+    fn rejected(&self, analyzed: &AnalyzedDesign) -> RejectedPoint {
+        let value = |n: &super::Number| n.id.value(&analyzed.responses, &analyzed.evaluation);
+        RejectedPoint { design: analyzed.design.clone(), values: self.current().numbers.iter().map(value).collect() }
+    }
+
+    /// Updates the scores by the prediction errors of all candidates at an analysed design, whose derivatives are known if it
+    /// was accepted.
+    fn score(
+        &self,
+        proposal: &Proposal,
+        analyzed: &AnalyzedDesign,
+        derivatives: Option<&CycleData>,
+        scores: &mut super::Scores,
+    ) {
+        let numbers = &self.current().numbers;
+        let AnalyzedDesign { design, responses, evaluation } = analyzed;
+        let found = derivatives.map(|data| collect(self.problem, design, (responses, evaluation), data));
+        let observed = numbers.iter().map(|number| {
+            let there = found.as_ref().and_then(|found| find(self.problem, found, number.id));
+            let value = number.id.value(responses, evaluation);
+            (value, there.map_or_else(Vec::new, |there| there.gradient.clone()))
+        });
+        let origin = &self.state.design;
+        let observation = Observation::new(design, origin, &self.units.lengths, observed.collect());
+        let samples: Vec<Samples> = (0..numbers.len()).map(|k| self.samples(k)).collect();
+        let mut groups: Vec<(NumberGroup, Vec<usize>)> = vec![];
+        for (k, number) in numbers.iter().enumerate() {
+            match groups.iter_mut().find(|(group, _)| *group == number.id.group()) {
+                Some((_, members)) => members.push(k),
+                None => groups.push((number.id.group(), vec![k])),
+            }
+        }
+        let weights = &observation.weights;
+        if let Some(lagrangian) = self.observed_lagrangian(proposal, analyzed, derivatives) {
+            let λ = &proposal.solution.multipliers;
+            let error = |surrogate: &Surrogate| lagrangian.error(&surrogate.gradients(design), λ, weights);
+            let linear = self.surrogate(Kind::Linear).map_or(0.0, |s| error(&s));
+            let of = |kind| {
+                let surrogate = self.surrogate(kind)?;
+                Some(lagrangian.quotient(error(&surrogate), linear, surrogate.is_defined(design)))
+            };
+            let (mixture, whole) = (of(Kind::Mixture), of(Kind::Lagrangian));
+            discount(&mut scores.mixture, mixture);
+            discount(&mut scores.lagrangian, whole);
+        }
+        for (group, members) in groups {
+            let current = (&numbers[..], &origin[..]);
+            scores.update(group, observation.quotients(&members, current, |k, candidate| samples[k].fit(candidate)));
+        }
+    }
+
+    /// The Lagrangian at an analysed design with the multipliers of the subproblem.
+    fn observed_lagrangian(
+        &self,
+        proposal: &Proposal,
+        analyzed: &AnalyzedDesign,
+        derivatives: Option<&CycleData>,
+    ) -> Option<ObservedLagrangian> {
+        let λ = &proposal.solution.multipliers;
+        let rows = self.here.rows.iter().zip(λ).filter(|(_, λ)| **λ != 0.0);
+        let sum: f64 = rows.map(|(row, λ)| λ * (analyzed.evaluation.value_of(*row) - 1.0)).sum();
+        let value = analyzed.evaluation.objective + sum;
+        let gradient = derivatives.and_then(|data| {
+            let AnalyzedDesign { design, responses, evaluation } = analyzed;
+            let there = Linearized::new(self.problem, (design, responses, evaluation), data);
+            let of = |row: &RowId| there.rows.iter().position(|r| r == row);
+            let mut multipliers = vec![0.0; there.rows.len()];
+            for (row, λ) in self.here.rows.iter().zip(λ).filter(|(_, λ)| **λ != 0.0) {
+                multipliers[of(row)?] = *λ;
+            }
+            Some(there.lagrangian_slope(&multipliers))
+        });
+        Some(ObservedLagrangian { value, gradient })
+    }
+}

@@ -1,0 +1,120 @@
+//! Lengths of variables and units of rows and objective, all from what was seen in the run.
+
+use super::candidates::AcceptedPoint;
+use super::linearized::Linearized;
+use crate::problem::{Evaluation, Problem};
+
+/// Fraction of a bounded variable's range that a start length has at least.
+const LEAST_OF_RANGE: f64 = 0.02;
+/// Gradients below this fraction of the largest one do not determine a length.
+const NEGLIGIBLE: f64 = 1e-12;
+/// Least objective per unit of violation, as a fraction of the range of the objective.
+const LEAST_OF_OBJECTIVE: f64 = 1e-3;
+
+/// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range.
+///
+/// A variable without range that starts at zero has the median of |rᵢ| / |∂rᵢ/∂bⱼ| over objective and rows; failing that, the
+/// median of the other variables; failing that, 1. It is a first estimate only: move limits grow by up to ten a cycle.
+pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: &Linearized) -> Vec<f64> {
+    let n = b.len();
+    let steepest = |row: &mut dyn Iterator<Item = f64>| row.fold(0.0f64, |a, g| a.max(g.abs()));
+    let rows: Vec<(f64, Vec<f64>)> = std::iter::once((objective, here.slope.clone()))
+        .chain((0..here.c.len()).map(|i| (here.c[i], here.jacobian.row(i).iter().copied().collect())))
+        .collect();
+    let seen = |j: usize| {
+        let ratio = |(r, g): &(f64, Vec<f64>)| {
+            let usable = g[j].abs() > NEGLIGIBLE * steepest(&mut g.iter().copied());
+            (usable && *r != 0.0).then(|| r.abs() / g[j].abs())
+        };
+        median(rows.iter().filter_map(ratio).collect())
+    };
+    let one = |j: usize| {
+        let variable = &problem.variables[j];
+        let range = variable.upper - variable.lower;
+        let known = if range.is_finite() && range > 0.0 {
+            b[j].abs().max(LEAST_OF_RANGE * range).min(range)
+        } else {
+            b[j].abs()
+        };
+        if known > 0.0 { Some(known) } else { seen(j) }
+    };
+    let known: Vec<Option<f64>> = (0..n).map(one).collect();
+    let other = median(known.iter().flatten().copied().collect()).unwrap_or(1.0);
+    known.into_iter().map(|d| d.unwrap_or(other)).collect()
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.retain(|v| v.is_finite() && *v > 0.0);
+    values.sort_unstable_by(f64::total_cmp);
+    let half = values.len() / 2;
+    match values.len() {
+        0 => None,
+        n if n % 2 == 1 => Some(values[half]),
+        _ => Some(0.5 * (values[half - 1] + values[half])),
+    }
+}
+
+/// Lengths and units of a cycle.
+#[derive(Clone, Debug)]
+pub(super) struct Units {
+    /// ℓ: start lengths, or the extent of all accepted designs where that is larger.
+    pub lengths: Vec<f64>,
+    /// σ of each constraint: the largest Σ |∂ĝ/∂bⱼ| ℓⱼ over the stored designs.
+    pub rows: Vec<f64>,
+    /// Largest minus smallest objective of all accepted designs.
+    pub objective_range: f64,
+}
+
+impl Units {
+    /// Units from the start lengths, the accepted designs with their objectives, and the stored designs.
+    pub fn new<'a>(
+        start_lengths: &[f64],
+        accepted: impl Iterator<Item = (&'a [f64], f64)> + Clone,
+        stored: &[AcceptedPoint],
+        evaluation: &Evaluation,
+    ) -> Self {
+        let extent = |j: usize| spread(accepted.clone().map(|(b, _)| b[j]));
+        let lengths: Vec<f64> = start_lengths.iter().enumerate().map(|(j, d)| d.max(extent(j))).collect();
+        let unit = |i: usize| {
+            let change = |p: &AcceptedPoint| p.slopes[i].iter().zip(&lengths).map(|(g, l)| g * l).sum::<f64>();
+            let largest = stored.iter().map(change).fold(0.0, f64::max);
+            let value = evaluation.worst_of(i).map_or(0.0, |(_, g)| (g - 1.0).abs());
+            [largest, value].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
+        };
+        let rows = (0..evaluation.constraints.len()).map(unit).collect();
+        Self { rows, objective_range: spread(accepted.map(|(_, f)| f)), lengths }
+    }
+
+    /// h: the largest violation in units of the rows; `violations` has one entry for each constraint.
+    pub fn violation(&self, violations: &[f64]) -> f64 {
+        violations.iter().zip(&self.rows).map(|(v, unit)| v / unit).fold(0.0, f64::max)
+    }
+
+    /// σ_f, the objective per unit of h, from pairs (λᵢ, constraint of row i).
+    pub fn objective_per_violation(&self, multipliers: impl Iterator<Item = (f64, usize)>) -> f64 {
+        let sum: f64 = multipliers.map(|(λ, constraint)| λ.abs() * self.rows[constraint]).sum();
+        sum.max(LEAST_OF_OBJECTIVE * self.objective_range)
+    }
+}
+
+/// Largest minus smallest of the values.
+pub(super) fn spread(values: impl Iterator<Item = f64>) -> f64 {
+    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    (most - least).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_ignores_zeros_and_what_is_not_finite() {
+        assert_eq!(median(vec![0.0, 3.0, f64::INFINITY, 1.0]), Some(2.0));
+        assert_eq!(median(vec![f64::NAN]), None);
+    }
+
+    #[test]
+    fn a_spread_is_never_negative() {
+        assert_eq!((spread([2.0, -1.0, 0.5].into_iter()), spread(std::iter::empty())), (3.0, 0.0));
+    }
+}
