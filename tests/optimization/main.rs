@@ -1,5 +1,6 @@
 //! Optimization compared with published optima, iterates and tables.
 
+mod automatic;
 mod cli;
 mod derivatives;
 mod documented;

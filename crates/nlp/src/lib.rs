@@ -63,7 +63,7 @@ pub use quadratic_program::QuadraticProgram;
 pub use solution::{ActiveSet, Evaluations, Solution, Status, SubproblemSolver};
 pub use solvers::{
     Automatic, ConcurrentSolver, Conic, Curvature, Falk, FalkState, InteriorPoint, MultiStart, SecondOrder,
-    SolverComparison, Sqp, SqpState,
+    SolverComparison, Sqp, SqpState, balance,
 };
 
 #[cfg(doctest)]

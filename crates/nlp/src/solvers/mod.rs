@@ -19,4 +19,4 @@ pub use dual::{Falk, FalkState};
 pub use interior_point::InteriorPoint;
 pub use multi_start::MultiStart;
 pub use qp::Conic;
-pub use sqp::{Curvature, Sqp, SqpState};
+pub use sqp::{Curvature, Sqp, SqpState, balance};

@@ -2,7 +2,7 @@
 
 use super::{Automatic, ErrorBased, Globalization, MoveLimits, RelativeLimits, Screening, State, Stop};
 use crate::approximation::{Approximation, CycleData, LagrangianCurvature, Linear};
-use crate::problem::{AnalyzedDesign, Problem, Selection};
+use crate::problem::{AnalyzedDesign, Evaluation, Problem, RowId, Selection};
 use error::Result;
 use nlp::SubproblemSolver;
 
@@ -116,7 +116,8 @@ impl Method {
 
     /// Screens and differentiates an analysed design.
     pub(super) fn differentiate(&self, problem: &Problem, at: &AnalyzedDesign) -> Result<CycleData> {
-        CycleData::first_order(problem, at, self.screening.retain(problem, &at.evaluation))
+        let retained = self.screening.retain(problem, &at.evaluation);
+        CycleData::first_order(problem, at, thinned(problem, &at.evaluation, retained))
     }
 
     /// Number of earlier accepted designs that are stored.
@@ -130,4 +131,27 @@ impl Method {
         let retained = self.screening.retain(problem, &state.evaluation);
         problem.analysis.differentiation(problem.n(), &CycleData::needed(problem, &retained))
     }
+}
+
+/// Number of time points up to which all of them are retained by the automatic method.
+const FEW_POINTS: usize = 250;
+/// Time points on both sides of a local maximum that are also retained.
+const NEIGHBOURS: usize = 2;
+
+/// At most about [`FEW_POINTS`] of the retained time points of each constraint: a fixed coarse grid, which has a history, and
+/// the neighbourhoods of all local maxima. The cost of a cycle therefore does not grow with the number of time points.
+fn thinned(problem: &Problem, evaluation: &Evaluation, retained: Vec<RowId>) -> Vec<RowId> {
+    let is_kept = |row: &RowId| {
+        let constraint = &problem.constraints[row.constraint];
+        let history = &evaluation.constraints[row.constraint];
+        if history.len() <= FEW_POINTS || constraint.is_continuous || constraint.is_equality() {
+            return true;
+        }
+        let (p, g) = (row.point, history);
+        let every = (2 * history.len()).div_ceil(FEW_POINTS);
+        let is_maximum = |q: usize| (q == 0 || g[q] > g[q - 1]) && (q + 1 == g.len() || g[q] >= g[q + 1]);
+        let mut near = p.saturating_sub(NEIGHBOURS)..=(p + NEIGHBOURS).min(g.len() - 1);
+        p % every == 0 || p + 1 == g.len() || near.any(is_maximum)
+    };
+    retained.into_iter().filter(is_kept).collect()
 }

@@ -27,22 +27,36 @@ pub(super) fn multipliers(program: &dyn Program, state: &SqpState, scale: &[f64]
         .filter(|&i| program.is_equality(i) || state.rows[i] >= -ACTIVE * units[i])
         .filter(|&i| free.iter().any(|&j| state.row_gradients[(i, j)] != 0.0))
         .collect();
+    let matrix =
+        DMatrix::from_fn(free.len(), active.len(), |k, a| state.row_gradients[(active[a], free[k])] * scale[free[k]]);
+    let slope: Vec<f64> = free.iter().map(|&j| state.objective_gradient[j] * scale[j]).collect();
+    let equality: Vec<bool> = active.iter().map(|&i| program.is_equality(i)).collect();
+    let mut λ = vec![0.0; state.rows.len()];
+    active.iter().zip(balance(&slope, &matrix, &equality)).for_each(|(&i, found)| λ[i] = found);
+    λ
+}
+
+/// The multipliers λ that minimize ‖slope + `gradients` λ‖, non-negative except for equalities; zero columns have λ = 0.
+///
+/// `gradients` has one column for each multiplier.
+pub fn balance(slope: &[f64], gradients: &DMatrix<f64>, equality: &[bool]) -> Vec<f64> {
     // Columns of unit length; an equality has a second column of the opposite sign.
     let mut columns: Vec<(usize, f64, DVector<f64>)> = vec![];
-    for &i in &active {
-        let a = DVector::from_iterator(free.len(), free.iter().map(|&j| state.row_gradients[(i, j)] * scale[j]));
+    for (i, a) in gradients.column_iter().enumerate() {
         let norm = a.norm();
-        columns.push((i, 1.0 / norm, &a / norm));
-        if program.is_equality(i) {
-            columns.push((i, -1.0 / norm, -a / norm));
+        if norm > 0.0 && norm.is_finite() {
+            columns.push((i, 1.0 / norm, &a / norm));
+            if equality[i] {
+                columns.push((i, -1.0 / norm, -&a / norm));
+            }
         }
     }
-    let target = -DVector::from_iterator(free.len(), free.iter().map(|&j| state.objective_gradient[j] * scale[j]));
-    let mut λ = vec![0.0; state.rows.len()];
+    let mut λ = vec![0.0; equality.len()];
     if columns.is_empty() {
         return λ;
     }
     let matrix = DMatrix::from_columns(&columns.iter().map(|c| c.2.clone()).collect::<Vec<_>>());
+    let target = -DVector::from_column_slice(slope);
     for ((i, factor, _), z) in columns.iter().zip(non_negative_least_squares(&matrix, &target).iter()) {
         λ[*i] += factor * z;
     }

@@ -16,6 +16,7 @@ mod merit;
 mod quadratic_subproblem;
 mod state;
 
+pub use least_squares::balance;
 pub use state::{Curvature, Sqp, SqpState};
 
 use crate::program::{Gradients, Program, check_finite, feasible_start};

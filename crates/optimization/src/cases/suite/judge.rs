@@ -89,7 +89,7 @@ pub struct Judgement {
 /// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|), the larger one of start and end. A design is at an optimum if its objective is
 /// within 1e-5 of it and no row is violated by more than 1e-5 of its terms. A local optimum is a design of which sequential quadratic
 /// programming in boxes of 1 % and 10 % of the lengths of the variables finds no improvement by 1e-5. Infeasibility is
-/// false if such a search finds less violation.
+/// false if such a search reduces all violations at once.
 ///
 /// # Errors
 /// If the problem cannot be evaluated at its start or at the design.
@@ -223,12 +223,16 @@ impl<'a> Place<'a> {
     fn violation_can_decrease(&self) -> Result<bool> {
         for width in WIDTHS {
             let local = InBox::new(self, width);
-            let least = LeastViolation::new(&local, &self.terms);
+            // All violated rows must decrease together: weights between rows are the choice of a method.
+            let of = |rows: &[f64], i: usize| violated(self.coupling.is_equality(i), rows[i]);
+            let here = self.coupling.values(self.design)?.rows;
+            let units: Vec<f64> = (0..here.len()).map(|i| of(&here, i).max(TOLERANCE * self.terms[i])).collect();
+            let least = LeastViolation::new(&local, &units);
             let mut start = self.design.to_vec();
-            start.push(self.violation);
+            start.push(1.0);
             let Ok(found) = Sqp::default().solve(&least, &start) else { continue };
             let rows = self.coupling.values(&found.x[..self.design.len()])?.rows;
-            if self.violation_of(&rows) < (1.0 - LESS_VIOLATION) * self.violation {
+            if (0..rows.len()).all(|i| of(&rows, i) < (1.0 - LESS_VIOLATION) * units[i]) {
                 return Ok(true);
             }
         }

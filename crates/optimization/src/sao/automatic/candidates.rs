@@ -81,8 +81,25 @@ pub(super) struct Samples<'a> {
     slope: Vec<f64>,
     /// Lengths of the intermediate variables.
     lengths: Vec<f64>,
-    /// Earlier (y, ∂r/∂y), the oldest first.
+    /// (y, ∂r/∂y) of the number, or of its neighbour in time if it has none, at earlier designs, the oldest first.
     earlier: Vec<(Vec<f64>, Vec<f64>)>,
+    /// ∂r/∂y of the same number at the current design.
+    latest: Vec<f64>,
+}
+
+/// The number, or the one of the same response at the nearest time point that was also differentiated at the last design.
+fn with_history<'a>(problem: &Problem, points: &'a [AcceptedPoint], number: &'a Number) -> &'a Number {
+    let (Some((here, [.., before])), NumberId::Response(at)) = (points.split_last(), number.id) else { return number };
+    let is_known = |id| find(problem, &before.numbers, id).is_some();
+    if is_known(number.id) {
+        return number;
+    }
+    let distance = |other: &Number| match other.id {
+        NumberId::Response(o) if o.response == at.response => Some(o.point.abs_diff(at.point)),
+        _ => None,
+    };
+    let near = here.numbers.iter().filter_map(|other| Some((distance(other)?, other)));
+    near.filter(|(_, other)| is_known(other.id)).min_by_key(|(d, _)| *d).map_or(number, |(_, other)| other)
 }
 
 impl<'a> Samples<'a> {
@@ -104,19 +121,21 @@ impl<'a> Samples<'a> {
             Some(rows) => rows.row(j).iter().zip(lengths).map(|(v, l)| v.abs() * l).sum(),
         };
         let lengths = (0..lengths.len()).map(length).collect();
+        let known = with_history(problem, points, number);
+        let latest = pulled(&rows, &known.gradient).unwrap_or_else(|| slope.clone());
         let earlier = |point: &AcceptedPoint| {
-            let found = find(problem, &point.numbers, number.id)?;
+            let found = find(problem, &point.numbers, known.id)?;
             let (y, rows) = mapped(map, &point.design);
             Some((y, pulled(&rows, &found.gradient)?))
         };
         let earlier = before.iter().filter_map(earlier).collect();
-        Self { problem, number, map, design: &here.design, origin, slope, lengths, earlier }
+        Self { problem, number, map, design: &here.design, origin, slope, lengths, earlier, latest }
     }
 
     /// Steps and changes of the gradient in lengths, the oldest first.
     fn pairs(&self) -> Vec<Pair> {
         let n = self.lengths.len();
-        let here = (&self.origin, &self.slope);
+        let here = (&self.origin, &self.latest);
         let all: Vec<_> = self.earlier.iter().map(|(y, g)| (y, g)).chain([here]).collect();
         let pair = |w: &[(&Vec<f64>, &Vec<f64>)]| -> Pair {
             let step = DVector::from_fn(n, |j, _| (w[1].0[j] - w[0].0[j]) / self.lengths[j]);
@@ -183,8 +202,9 @@ impl<'a> Samples<'a> {
                 return 1.0;
             }
             let found = before.and_then(|(y, slope)| {
-                let p = 1.0 + (slope[j] / g).ln() / (y[j] / x).ln();
-                (slope[j] / g > 0.0 && y[j] > 0.0 && p.is_finite()).then_some(p.clamp(-EXPONENT, EXPONENT))
+                let ratio = slope[j] / self.latest[j];
+                let p = 1.0 + ratio.ln() / (y[j] / x).ln();
+                (ratio > 0.0 && y[j] > 0.0 && p.is_finite()).then_some(p.clamp(-EXPONENT, EXPONENT))
             });
             found.unwrap_or(if g < 0.0 { -1.0 } else { 1.0 })
         };
@@ -325,9 +345,10 @@ fn mapped_values(map: &Intermediates, b: &[f64]) -> Vec<f64> {
     }
 }
 
-/// The identity and the gradient change per step of number `k`, transformed to the design variables: (∂y/∂b)ᵀ Δ(∂r/∂y) along
-/// each step between consecutive `points`; `None` for a step at one of whose ends the number was not differentiated.
-pub(super) fn gradient_changes(problem: &Problem, points: &[AcceptedPoint], id: NumberId) -> Vec<Option<Vec<f64>>> {
+/// (∂y/∂b)ᵀ Δ(∂r/∂y) of a number along each step between consecutive `points`; `None` for a step at one of whose ends neither
+/// the number nor its neighbour in time was differentiated.
+pub(super) fn gradient_changes(problem: &Problem, points: &[AcceptedPoint], number: &Number) -> Vec<Option<Vec<f64>>> {
+    let id = with_history(problem, points, number).id;
     let map = id.intermediates(problem);
     let slope = |point: &AcceptedPoint| {
         let number = find(problem, &point.numbers, id)?;

@@ -1,21 +1,28 @@
 //! The stop test of the automatic method, made with the problem at the current design before a proposal is analysed.
 
-use super::lengths::{Units, spread};
+use super::lengths::spread;
 use super::linearized::Linearized;
 use crate::problem::Problem;
 
 /// Largest violation of a converged design, in units of the rows.
 const FEASIBLE: f64 = 1e-6;
-/// Largest predicted decrease, relative to F: in general, and while a move limit is active.
-const PREDICTED: [f64; 2] = [1e-6, 1e-9];
+/// Largest violation of a converged design in the terms of its row, and the violation in units of the rows below which this
+/// does not matter: the terms of a row vanish where its slope does.
+const IN_TERMS: [f64; 2] = [1e-5, 1e-9];
+/// Largest predicted decrease, relative to F: in general, and while a move limit is active. Limits may be small because a
+/// length was underestimated, and grow by up to ten a cycle.
+const PREDICTED: [f64; 2] = [1e-6, 1e-13];
 /// Largest first-order decrease R, relative to F.
 const RESIDUAL: f64 = 1e-3;
 /// Largest Σ |λᵢ cᵢ|, relative to F.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
 const RECENT: usize = 4;
-/// Least F, relative to the range of the objective in the run.
+/// Least F, relative to the geometric mean of the ranges of the objective in the run and over the last [`LONGER`] accepted
+/// designs.
 const LEAST: f64 = 1e-4;
+/// Number of accepted designs of the shorter range. A start with a huge objective must not count for ever.
+const LONGER: usize = 20;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
 /// Largest residual at the start, relative to the largest change of the objective.
@@ -35,8 +42,18 @@ pub(super) struct Optimality {
 }
 
 impl Optimality {
-    /// The conditions at design `b` with the multipliers of a subproblem.
+    /// The conditions at design `b` with the multipliers of the subproblem, or with those of least squares if these hold better.
+    ///
+    /// Any multipliers that satisfy the conditions are a proof of them. Those of a subproblem may belong to another active set, or
+    /// be inaccurate if its last step is a rounding error.
     pub fn new(problem: &Problem, b: &[f64], here: &Linearized, multipliers: &[f64], lengths: &[f64]) -> Self {
+        let given = Self::with(problem, b, here, multipliers, lengths);
+        let balanced = Self::with(problem, b, here, &here.balanced(problem, b, lengths), lengths);
+        let size = |o: &Self| o.residual + o.complementarity;
+        if size(&balanced) < size(&given) { balanced } else { given }
+    }
+
+    fn with(problem: &Problem, b: &[f64], here: &Linearized, multipliers: &[f64], lengths: &[f64]) -> Self {
         let slope = here.lagrangian_slope(multipliers);
         let one = |j: usize| {
             let variable = &problem.variables[j];
@@ -55,6 +72,8 @@ impl Optimality {
 pub(super) struct StopTest<'a> {
     /// h.
     pub violation: f64,
+    /// The largest violation in the terms of its row at the current design.
+    pub violation_in_terms: f64,
     /// True if the linearized rows have a common point in the box.
     pub is_compatible: bool,
     /// F − F̃.
@@ -68,17 +87,21 @@ pub(super) struct StopTest<'a> {
 
 impl StopTest<'_> {
     /// F: the range of the objective over the last designs or its absolute value, whichever is smaller.
-    pub fn objective_unit(&self, units: &Units) -> f64 {
+    pub fn objective_unit(&self) -> f64 {
         let objective = self.objectives.last().copied().unwrap_or(0.0);
-        let recent = &self.objectives[self.objectives.len().saturating_sub(RECENT)..];
-        spread(recent.iter().copied()).min(objective.abs()).max(LEAST * units.objective_range)
+        let range = |count: usize| {
+            let recent = &self.objectives[self.objectives.len().saturating_sub(count)..];
+            spread(recent.iter().copied())
+        };
+        range(RECENT).min(objective.abs()).max(LEAST * (range(LONGER) * range(self.objectives.len())).sqrt())
     }
 
     /// The reason in words if the run has converged.
-    pub fn converged(&self, units: &Units) -> Option<String> {
+    pub fn converged(&self) -> Option<String> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let Optimality { residual, complementarity, largest_change } = self.optimality;
-        if self.violation > FEASIBLE || !self.is_compatible {
+        let is_small = self.violation_in_terms <= IN_TERMS[0] || self.violation <= IN_TERMS[1];
+        if self.violation > FEASIBLE || !is_small || !self.is_compatible {
             return None;
         }
         if self.objectives.len() == 1 {
@@ -86,7 +109,7 @@ impl StopTest<'_> {
             return (residual <= largest && complementarity <= largest)
                 .then(|| "the start satisfies the optimality conditions".to_owned());
         }
-        let unit = self.objective_unit(units);
+        let unit = self.objective_unit();
         let allowed = |fraction: f64, rounding: f64| (fraction * unit).max(rounding * objective);
         let holds = self.predicted.abs() <= allowed(PREDICTED[usize::from(self.at_limit)], ROUNDING[0])
             && residual <= allowed(RESIDUAL, ROUNDING[1])

@@ -19,12 +19,15 @@ use error::Result;
 use nalgebra::{DMatrix, DVector};
 use nlp::{Curvature, KktResidual, Solution, Sqp, SubproblemSolver};
 
-/// Displacement from a stationary point of the violation, in lengths.
-const DISPLACEMENT: f64 = 0.1;
-/// Largest number of such displacements.
-const DISPLACEMENTS: usize = 4;
-/// The violation at the next stationary point must be below this fraction of that at the last one.
+/// Displacements from a stationary point in lengths: the second one if the first one led back.
+const DISPLACEMENTS: [f64; 2] = [0.1, 0.5];
+/// Largest number of displacements in a run.
+const MOST_DISPLACEMENTS: usize = 6;
+/// A stationary point of the violation is better than earlier ones if its violation is below this fraction of theirs.
 const BETTER: f64 = 0.99;
+/// Lengths within which the violation must be stationary. A length may be underestimated, above all for a variable that
+/// started at zero.
+const WIDE: f64 = 100.0;
 /// Fraction of the half width within which a variable counts as at its move limit.
 const AT_LIMIT: f64 = 1e-3;
 
@@ -117,9 +120,9 @@ impl Automatic {
                     memory.filter.push(entry);
                 }
                 if is_displaced {
-                    memory.stationary.push(violation);
+                    memory.stationary.extend((violation > 0.0).then_some(violation));
                     memory.filter.clear();
-                    memory.widths.iter_mut().zip(&lengths).for_each(|(w, l)| *w = w.max(DISPLACEMENT * l));
+                    memory.widths.iter_mut().zip(&lengths).for_each(|(w, l)| *w = w.max(DISPLACEMENTS[0] * l));
                 } else {
                     widths_after_acceptance(&mut memory.widths, &step, &at_limit, ratio);
                 }
@@ -236,7 +239,7 @@ impl<'a> Situation<'a> {
         let weights = surrogate.number_weights(&self.last_multipliers(), &values);
         let mut changes = vec![vec![0.0; n]; points.len() - 1];
         for (number, weight) in numbers.iter().zip(weights).filter(|(_, w)| *w != 0.0) {
-            for (sum, change) in changes.iter_mut().zip(gradient_changes(self.problem, points, number.id)) {
+            for (sum, change) in changes.iter_mut().zip(gradient_changes(self.problem, points, number)) {
                 let change = change.unwrap_or_else(|| vec![0.0; n]);
                 sum.iter_mut().zip(change).for_each(|(s, c)| *s += weight * c);
             }
@@ -289,13 +292,23 @@ impl<'a> Situation<'a> {
         let λ = &proposal.solution.multipliers;
         let test = StopTest {
             violation: self.violation,
+            violation_in_terms: self.units.violation_in_terms(
+                &self.state.evaluation.violations(),
+                self.current(),
+                &self.memory.start_lengths,
+            ),
             is_compatible: restoration.is_none(),
             predicted: self.state.evaluation.objective - proposal.predicted.objective,
             at_limit: proposal.at_limit.contains(&true),
             optimality: Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths),
             objectives: &objectives,
         };
-        if let Some(reason) = test.converged(&self.units) {
+        // Where the objective has no slope at all, the start may as well be a maximum or a saddle point.
+        let is_flat = objectives.len() == 1 && self.here.slope.iter().all(|g| *g == 0.0);
+        if is_flat && self.violation == 0.0 {
+            return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0]))));
+        }
+        if let Some(reason) = test.converged() {
             return Ok(Next::End(Status::Converged, reason));
         }
         let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
@@ -370,33 +383,36 @@ impl<'a> Situation<'a> {
 
     /// What follows if the violation is stationary here: a displacement, or the end.
     fn stationary_violation(&self) -> Result<Option<Next>> {
-        let lengths = &self.units.lengths;
-        let region = self.sides(lengths);
+        let wide: Vec<f64> = self.units.lengths.iter().map(|l| WIDE * l).collect();
+        let region = self.sides(&wide);
         let design = &self.state.design;
         let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
         if !is_stationary(self.violation, least, reach(&self.here, &self.units)) {
             return Ok(None);
         }
         let left = &self.memory.stationary;
-        let is_better = left.last().is_none_or(|last| self.violation < BETTER * last);
-        if !is_better || left.len() >= DISPLACEMENTS {
+        // Number of displacements since the last one that led to a better point.
+        let best = left.iter().copied().fold(f64::INFINITY, f64::min);
+        let is_better = self.violation < BETTER * best;
+        let futile = if is_better { 0 } else { left.iter().rev().take_while(|v| **v < best / BETTER).count() };
+        if futile >= DISPLACEMENTS.len() || left.len() >= MOST_DISPLACEMENTS {
             let worst = self.state.evaluation.worst();
             let (name, by) = worst.map_or_else(Default::default, |(row, g)| {
                 (self.problem.row_in_words(row), 100.0 * self.state.evaluation.violation(row.constraint, g))
             });
             let reason = format!(
                 "the violation is stationary here: {name} is exceeded by {by:.3} %, and to first order no change of the \
-                 variables by their lengths reduces the largest violation by more than {:.1e} of it; other regions were not \
+                 variables within {WIDE} times their lengths reduces the largest violation by more than {:.1e} of it; other regions were not \
                  searched",
                 (self.violation - least).max(0.0) / self.violation
             );
             return Ok(Some(Next::End(Status::Infeasible, reason)));
         }
-        Ok(Some(Next::Analyse(Box::new(self.displacement()))))
+        Ok(Some(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[futile])))))
     }
 
-    /// A step in a generic direction that leaves a stationary point of the violation.
-    fn displacement(&self) -> Proposal {
+    /// A step in a generic direction, by this part of the lengths, that leaves a stationary point.
+    fn displacement(&self, size: f64) -> Proposal {
         let region = self.sides(&self.units.lengths);
         let tries = self.memory.stationary.len() + self.memory.rejections;
         let design: Vec<f64> = (0..self.n())
@@ -404,10 +420,8 @@ impl<'a> Situation<'a> {
                 // Fractions of multiples of the golden ratio are spread evenly.
                 let fraction = (0.618_033_988_749_894_9 * (1 + j + 7 * tries) as f64).fract();
                 let sign = if fraction < 0.5 { -1.0 } else { 1.0 };
-                let size = DISPLACEMENT
-                    * self.units.lengths[j]
-                    * (0.5 + fraction)
-                    * 0.25f64.powi(self.memory.rejections as i32);
+                let size =
+                    size * self.units.lengths[j] * (0.5 + fraction) * 0.25f64.powi(self.memory.rejections as i32);
                 let (here, lower, upper) = (self.state.design[j], region.lower[j], region.upper[j]);
                 let there = here + sign * size;
                 let inside = (lower..=upper).contains(&there);

@@ -90,6 +90,23 @@ impl Units {
         violations.iter().zip(&self.rows).map(|(v, unit)| v / unit).fold(0.0, f64::max)
     }
 
+    /// The largest violation relative to the terms Σ |∂ĝ/∂bⱼ| min(ℓⱼ, max(|bⱼ|, extent)) of its row at the current design, the
+    /// last one stored. A length may be far larger than the variable; its units would then hide a violation.
+    pub fn violation_in_terms(&self, violations: &[f64], here: &AcceptedPoint, start_lengths: &[f64]) -> f64 {
+        let size = |j: usize| {
+            // Lengths that exceed the start lengths are extents.
+            let extent = if self.lengths[j] > start_lengths[j] { self.lengths[j] } else { 0.0 };
+            let size = here.design[j].abs().max(extent);
+            if size > 0.0 { size.min(self.lengths[j]) } else { self.lengths[j] }
+        };
+        let sizes: Vec<f64> = (0..self.lengths.len()).map(size).collect();
+        let of = |(v, slopes): (&f64, &Vec<f64>)| {
+            let terms: f64 = slopes.iter().zip(&sizes).map(|(g, l)| g * l).sum();
+            if *v <= 0.0 || terms <= 0.0 { 0.0 } else { v / terms }
+        };
+        violations.iter().zip(&here.slopes).map(of).fold(0.0, f64::max)
+    }
+
     /// σ_f, the objective per unit of h, from pairs (λᵢ, constraint of row i).
     pub fn objective_per_violation(&self, multipliers: impl Iterator<Item = (f64, usize)>) -> f64 {
         let sum: f64 = multipliers.map(|(λ, constraint)| λ.abs() * self.rows[constraint]).sum();

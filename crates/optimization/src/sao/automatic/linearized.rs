@@ -56,6 +56,26 @@ impl Linearized {
         slopes
     }
 
+    /// Multipliers of the active rows by least squares over the variables off their bounds, in lengths.
+    pub fn balanced(&self, problem: &Problem, b: &[f64], lengths: &[f64]) -> Vec<f64> {
+        const ACTIVE: f64 = 1e-6;
+        let is_free = |&j: &usize| {
+            let (variable, near) = (&problem.variables[j], ACTIVE * lengths[j]);
+            b[j] - variable.lower > near && variable.upper - b[j] > near
+        };
+        let free: Vec<usize> = (0..b.len()).filter(is_free).collect();
+        let unit = |i: usize| self.jacobian.row(i).iter().zip(lengths).map(|(g, l)| g.abs() * l).sum::<f64>();
+        let active: Vec<usize> =
+            (0..self.c.len()).filter(|&i| self.equality[i] || self.c[i] > -ACTIVE * unit(i)).collect();
+        let gradients =
+            DMatrix::from_fn(free.len(), active.len(), |k, a| self.jacobian[(active[a], free[k])] * lengths[free[k]]);
+        let slope: Vec<f64> = free.iter().map(|&j| self.slope[j] * lengths[j]).collect();
+        let equality: Vec<bool> = active.iter().map(|&i| self.equality[i]).collect();
+        let mut multipliers = vec![0.0; self.c.len()];
+        active.iter().zip(nlp::balance(&slope, &gradients, &equality)).for_each(|(&i, λ)| multipliers[i] = λ);
+        multipliers
+    }
+
     /// ∂(F + Σ λᵢ cᵢ)/∂b.
     pub fn lagrangian_slope(&self, multipliers: &[f64]) -> Vec<f64> {
         let held = |j: usize| self.jacobian.column(j).iter().zip(multipliers).map(|(g, λ)| λ * g).sum::<f64>();

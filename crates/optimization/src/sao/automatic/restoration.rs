@@ -79,10 +79,22 @@ pub(super) fn reach(here: &Linearized, units: &Units) -> f64 {
     (0..here.c.len()).map(one).fold(0.0, f64::max)
 }
 
-/// True if the violation h is stationary to first order: its possible decrease over the lengths is a negligible part of what
-/// the slopes of the violated rows would allow, or of the violation itself where these slopes vanish.
+/// True if the violation h is stationary to first order: its possible decrease is a negligible part of itself, and of what the
+/// slopes of the violated rows would allow unless these vanish.
 pub(super) fn is_stationary(violation: f64, least: f64, reach: f64) -> bool {
     const NEGLIGIBLE: f64 = 1e-3;
-    let decrease = violation - least;
-    if reach < NEGLIGIBLE { decrease < NEGLIGIBLE * violation } else { decrease < NEGLIGIBLE * reach }
+    let slopes = if reach < NEGLIGIBLE { f64::INFINITY } else { reach };
+    violation - least < NEGLIGIBLE * violation.min(slopes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_violation_that_can_vanish_is_not_stationary() {
+        assert!(!is_stationary(1e-4, 0.0, 1.0));
+        assert!(is_stationary(0.5, 0.4999, 1.0) && !is_stationary(0.5, 0.45, 1.0));
+        assert!(is_stationary(0.5, 0.4999, 0.0), "flat rows");
+    }
 }

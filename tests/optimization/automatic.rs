@@ -1,0 +1,296 @@
+//! The automatic method: what it claims is true, and does not depend on units.
+
+use linkwright::autodiff::Scalar;
+use linkwright::cases::suite::{self, Transformation, Verdict};
+use linkwright::cases::{find, impact_absorber, slider_crank};
+use linkwright::function;
+use linkwright::problem::{
+    Analysis, ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity,
+    ResponseAt, Responses, TimeGrid,
+};
+use linkwright::sao::{Method, State, Status, preset};
+use linkwright::{Error, Result};
+use nalgebra::DMatrix;
+
+fn solve(problem: &Problem) -> State {
+    Method::automatic().solve(problem, |_| ()).unwrap()
+}
+
+fn case(name: &str) -> Problem {
+    (find(name).unwrap().build)().unwrap()
+}
+
+/// Numbers of analyses and sensitivity analyses.
+fn work(state: &State) -> [usize; 2] {
+    [state.counters.analyses, state.counters.sensitivity_analyses]
+}
+
+struct FarSquare;
+impl ClosedForm for FarSquare {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        (b[0] - 1000.0).powi(2)
+    }
+}
+
+fn far_square(start: f64) -> Problem {
+    let mut parts = ProblemBuilder::new("far square");
+    parts.variable(DesignVariable::new("x", "", start));
+    let f = parts.constant("f", "");
+    parts.minimize("f", "", Quantity::response(None, f));
+    parts.build_analytic(FarSquare).unwrap()
+}
+
+#[test]
+fn a_start_far_from_the_minimum_is_no_convergence() {
+    for start in [1e-3, 0.0, -5.0] {
+        let end = solve(&far_square(start));
+        assert_eq!(end.status, Status::Converged, "{}", end.reason);
+        assert!((end.design[0] - 1000.0).abs() < 1e-3, "from {start}: {:?}", end.design);
+    }
+}
+
+#[test]
+fn hs_100_from_its_start_with_zeros_reaches_the_optimum() {
+    let end = solve(&case("hs100"));
+    assert_eq!(end.status, Status::Converged, "{}", end.reason);
+    assert!((end.evaluation.objective / 680.630_057_3 - 1.0).abs() < 1e-5, "{}", end.evaluation.objective);
+}
+
+#[test]
+fn feasible_problems_with_large_first_violations_are_not_called_infeasible() {
+    for (name, optimum) in [("hs71", 17.014_017_3), ("hs106", 7049.248)] {
+        let end = solve(&case(name));
+        assert_eq!(end.status, Status::Converged, "{name}: {}", end.reason);
+        assert!((end.evaluation.objective / optimum - 1.0).abs() < 1e-5, "{name}: {}", end.evaluation.objective);
+    }
+}
+
+#[test]
+fn units_do_not_change_the_run() {
+    for name in ["hs43", "hs71", "hs100", "maratos"] {
+        let entry = find(name).unwrap();
+        let run = |text: &str| solve(&Transformation::parse(text).unwrap().build(entry).unwrap());
+        let plain = run("standard");
+        let same = ["objective=1e-6", "objective=1e6", "objective=1e-12", "constraints=1e-3", "constraints=1e3"];
+        for text in same.into_iter().chain(["variables=1e-3", "variables=1e3"]) {
+            let end = run(text);
+            assert_eq!(end.status, plain.status, "{name}, {text}: {}", end.reason);
+            let (one, other) = (work(&end), work(&plain));
+            let differ = |k: usize| one[k].abs_diff(other[k]) as f64 > 0.2 * other[k] as f64;
+            assert!(!differ(0) && !differ(1), "{name}, {text}: {one:?} instead of {other:?}");
+        }
+    }
+}
+
+#[test]
+fn an_infeasible_problem_ends_at_a_stationary_point_of_the_violation_and_says_so() {
+    let end = solve(&case("infeasible"));
+    assert_eq!(end.status, Status::Infeasible);
+    assert!(end.reason.contains("the violation is stationary here"), "{}", end.reason);
+    // Moving along the line of the two designs trades one violation for the other.
+    assert!((end.design[0] - end.design[1]).abs() < 0.02, "{:?}", end.design);
+}
+
+#[test]
+fn an_unbounded_problem_does_not_converge() {
+    assert_ne!(solve(&case("unbounded")).status, Status::Converged);
+}
+
+#[test]
+fn a_start_without_any_slope_is_left() {
+    // −x y z of HS 37 is flat at the origin, which is no minimum.
+    let entry = find("hs37").unwrap();
+    let end = solve(&Transformation::parse("start=0").unwrap().build(entry).unwrap());
+    assert_eq!(end.status, Status::Converged, "{}", end.reason);
+    assert!((end.evaluation.objective + 3456.0).abs() < 1e-2, "{}", end.evaluation.objective);
+}
+
+#[test]
+fn runs_continue_with_the_same_bits_from_every_cycle() {
+    for problem in [impact_absorber::comfort().unwrap(), case("hs71"), case("hs6")] {
+        let (method, mut files) = (Method::automatic(), vec![]);
+        let whole = method.solve(&problem, |state| files.push(state.to_json())).unwrap().to_json();
+        for file in &files {
+            let read = State::from_json(file, &problem).unwrap();
+            assert_eq!(&read.to_json(), file);
+            assert_eq!(method.resume(&problem, read, |_| ()).unwrap().to_json(), whole);
+        }
+    }
+}
+
+/// Rosenbrock's function; analysis or derivatives fail in a part of the design space.
+struct Failing {
+    derivatives: bool,
+}
+
+impl Analysis for Failing {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        if !self.derivatives && b[0] > 1.05 {
+            return Err(Error::unsupported("assembly", "the loop does not close", "shorten the crank"));
+        }
+        Ok(Responses::new(vec![vec![100.0 * (b[1] - b[0] * b[0]).powi(2) + (1.0 - b[0]).powi(2)]]))
+    }
+
+    fn sensitivities(&self, b: &[f64], _: &Responses, _: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        if self.derivatives && b[0] > 1.05 {
+            return Err(Error::unsupported("assembly", "the Jacobian is singular", "shorten the crank"));
+        }
+        let slope = b[1] - b[0] * b[0];
+        Ok(DMatrix::from_row_slice(1, 2, &[-400.0 * b[0] * slope - 2.0 * (1.0 - b[0]), 200.0 * slope]))
+    }
+}
+
+#[test]
+fn failed_analyses_and_failed_derivatives_are_rejected_tries() {
+    for derivatives in [false, true] {
+        let mut parts = ProblemBuilder::new("failing");
+        parts.variable(DesignVariable::new("x", "", 0.9));
+        parts.variable(DesignVariable::new("y", "", -1.0));
+        let f = parts.constant("f", "");
+        parts.minimize("f", "", Quantity::response(None, f));
+        let end = solve(&parts.build(Failing { derivatives }).unwrap());
+        assert_eq!(end.status, Status::Converged, "{}", end.reason);
+        assert!(end.evaluation.objective < 1e-8, "{:?}", end.design);
+        let failed = |c: &&linkwright::sao::Cycle| c.failure.is_some();
+        assert!(end.history.iter().filter(failed).all(|c| !c.accepted));
+    }
+}
+
+#[test]
+fn an_explicit_objective_that_is_undefined_at_a_trial_is_a_rejected_try() {
+    let end = solve(&case("arcsine"));
+    assert_eq!(end.status, Status::Converged, "{}", end.reason);
+}
+
+/// The absorber of the paper.
+struct Absorber;
+impl ClosedForm for Absorber {
+    fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S {
+        impact_absorber::motion(b[0], b[1], t)[h]
+    }
+}
+
+fn absorber(points: usize) -> Problem {
+    let mut parts = ProblemBuilder::new("absorber");
+    parts.variable(DesignVariable::new("stiffness", "N/m", 1.0).within(1e-6, 1.0));
+    parts.variable(DesignVariable::new("damping", "N·s/m", 0.3).within(1e-6, 1.0));
+    let time = parts.grid(TimeGrid::uniform(0.0, 12.0, points).unwrap());
+    let y = parts.transient("displacement", "m", time);
+    let a = parts.transient("acceleration", "m/s²", time);
+    let peak = DesignVariable::new("peak", "m/s²", 0.85).within(0.0, f64::INFINITY);
+    parts.minimize_peak(peak, Quantity::response(time, a), 1.0);
+    parts.subject_to(Constraint::at_most("travel", 1.0, Quantity::response(time, y)));
+    parts.build_analytic(Absorber).unwrap()
+}
+
+#[test]
+fn the_number_of_time_points_changes_neither_the_result_nor_the_work() {
+    let ends = [101, 10_001].map(|points| solve(&absorber(points)));
+    for end in &ends {
+        assert_eq!(end.status, Status::Converged, "{}", end.reason);
+        assert!(end.counters.analyses <= 9, "{:?}", end.counters);
+    }
+    // The coarse grid misses the peak by 3e-4.
+    let optimum = impact_absorber::continuous_peak_acceleration_optimum().objective;
+    assert!((ends[1].evaluation.objective - optimum).abs() < 1e-6, "{}", ends[1].evaluation.objective);
+    let retained = |end: &State| end.history.last().unwrap().retained.len();
+    assert!(retained(&ends[1]) < 3 * retained(&ends[0]), "{} and {}", retained(&ends[0]), retained(&ends[1]));
+}
+
+/// Weight of five segments and the deflection of their tip.
+struct Cantilever;
+impl ClosedForm for Cantilever {
+    fn response<S: Scalar>(&self, h: usize, b: &[S], _: S) -> S {
+        let factors = [61.0, 37.0, 19.0, 7.0, 1.0];
+        let sum = |term: &dyn Fn(usize) -> S| (0..5).fold(S::from(0.0), |sum, k| sum + term(k));
+        if h == 0 { sum(&|k| b[k] * 0.0624) } else { sum(&|k| b[k].powi(-3) * factors[k]) }
+    }
+}
+
+#[test]
+fn a_response_is_approximated_in_the_intermediate_variables_that_the_user_gave() {
+    let run = |intermediates: Option<Intermediates>| {
+        let mut parts = ProblemBuilder::new("cantilever");
+        (1..=5).for_each(|k| {
+            parts.variable(DesignVariable::new(format!("x{k}"), "m", 5.0).within(0.1, 100.0));
+        });
+        let [weight, deflection] = ["weight", "deflection"].map(|name| parts.constant(name, ""));
+        parts.minimize("weight", "", Quantity::response(None, weight));
+        parts.subject_to(Constraint::at_most("deflection", 1.0, Quantity::response(None, deflection)));
+        if let Some(intermediates) = intermediates {
+            parts.linearize_in(deflection, intermediates);
+        }
+        solve(&parts.build_analytic(Cantilever).unwrap())
+    };
+    let (plain, exact) = (run(None), run(Some(Intermediates::all(5, Intermediate::Power(-3.0)))));
+    for end in [&plain, &exact] {
+        assert_eq!(end.status, Status::Converged, "{}", end.reason);
+        assert!((end.evaluation.objective - 1.339_956).abs() < 1e-5, "{}", end.evaluation.objective);
+    }
+    assert!(exact.counters.analyses <= 3, "exact approximations need one step, here {:?}", exact.counters);
+    assert!(exact.counters.analyses < plain.counters.analyses);
+}
+
+/// Two springs; the objective is an explicit function of the responses.
+struct TwoForces;
+impl ClosedForm for TwoForces {
+    fn response<S: Scalar>(&self, h: usize, b: &[S], _: S) -> S {
+        if h == 0 { b[0] * b[1] - 2.0 } else { b[0] - b[1] * 3.0 + 1.0 }
+    }
+}
+
+#[test]
+fn explicit_functions_of_responses_keep_their_form() {
+    let mut parts = ProblemBuilder::new("least squares");
+    parts.variable(DesignVariable::new("x", "", 1.0));
+    parts.variable(DesignVariable::new("y", "", 3.0));
+    let forces = ["first", "second"].map(|name| parts.constant(name, "N"));
+    let squares = function!(|p| p.response[0].powi(2) + p.response[1].powi(2));
+    parts.minimize("sum of squares", "N²", Quantity::plain(squares).of(&forces));
+    parts.subject_to(Constraint::at_most(
+        "limit",
+        10.0,
+        Quantity::plain(function!(|p| p.design[0] + p.design[1].powi(2))),
+    ));
+    let end = solve(&parts.build_analytic(TwoForces).unwrap());
+    assert_eq!(end.status, Status::Converged, "{}", end.reason);
+    // Linear models of the two forces give Gauss-Newton steps: x y = 2 and x = 3 y − 1 at (2, 1).
+    assert!(end.evaluation.objective < 1e-10 && (end.design[0] - 2.0).abs() < 1e-4, "{:?}", end.design);
+    assert!(end.counters.analyses <= 9, "{:?}", end.counters);
+}
+
+#[test]
+fn problems_of_the_paper_need_no_more_designs_than_its_method() {
+    let problems = [
+        (impact_absorber::peak_acceleration().unwrap(), 0.520_286, [5, 4]),
+        (impact_absorber::comfort().unwrap(), 0.038_037_8, [8, 7]),
+        (slider_crank::path_generation(slider_crank::STAND_IN_START).unwrap(), 3.746_106, [12, 11]),
+    ];
+    for (problem, optimum, most) in problems {
+        let mut first = None;
+        let end = Method::automatic()
+            .solve(&problem, |state| {
+                let near = (state.evaluation.objective / optimum - 1.0).abs() < 1e-5
+                    && state.evaluation.max_violation_pct() < 1e-4;
+                first = first
+                    .or(near
+                        .then_some([state.counters.analyses, state.counters.sensitivity_analyses.saturating_sub(1)]));
+            })
+            .unwrap();
+        let found = first.unwrap_or([usize::MAX; 2]);
+        assert!(found[0] <= most[0] && found[1] <= most[1], "{}: {found:?}, {}", problem.name, end.reason);
+    }
+}
+
+#[test]
+fn no_claim_about_a_problem_of_the_suites_is_false() {
+    let entries: Vec<_> = suite::problems().filter(|entry| !entry.expensive).collect();
+    let runs = suite::run(&entries, &[Transformation::default()], &[preset("automatic").unwrap()]).unwrap();
+    let of = |wanted: &dyn Fn(Verdict) -> bool| -> Vec<&str> {
+        runs.iter().filter(|run| run.judgement.is_some_and(|j| wanted(j.verdict))).map(|run| run.problem).collect()
+    };
+    let wrong = of(&|v| v == Verdict::False);
+    assert!(wrong.is_empty(), "false: {wrong:?}");
+    let unsolved = of(&|v| !v.is_solved());
+    assert!(100 * unsolved.len() <= 5 * runs.len(), "{} of {} unsolved: {unsolved:?}", unsolved.len(), runs.len());
+}
