@@ -2,7 +2,7 @@
 
 use super::{Counters, Cycle, State};
 use crate::approximation::{CycleData, PreviousPoint};
-use crate::problem::{Evaluation, Peak, Problem, ResponseAt, RowId, Sensitivities};
+use crate::problem::{AnalyzedDesign, Evaluation, Peak, Problem, ResponseAt, RowId, Sensitivities};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -28,6 +28,10 @@ pub(super) fn check(state: &State, problem: &Problem) -> Result<()> {
     }
     state.previous.iter().try_for_each(|point| check_previous(point, problem))?;
     state.data.as_ref().map_or(Ok(()), |data| check_data(data, &state.evaluation, problem))?;
+    if let (Some(memory), Some(data)) = (&state.automatic, &state.data) {
+        let State { design, responses, evaluation, .. } = state.clone();
+        memory.check(problem, &AnalyzedDesign { design, responses, evaluation }, data)?;
+    }
     check_history(&state.history, problem)?;
     let last = state.history.iter().rev().find(|cycle| cycle.accepted);
     let is_last = |cycle: &Cycle| same(&cycle.design, &state.design) && cycle.objective == state.evaluation.objective;

@@ -11,6 +11,7 @@
 //! | `acceptance` | filter and box |
 //! | `convergence` | the stop test |
 //! | `cycle` | one cycle |
+//! | `shape` | check of the data from a file |
 
 mod acceptance;
 mod candidates;
@@ -22,6 +23,7 @@ mod numbers;
 mod quasi_newton;
 mod restoration;
 mod selection;
+mod shape;
 mod surrogate;
 
 pub use acceptance::FilterEntry;
@@ -32,7 +34,7 @@ pub use selection::Scores;
 use error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// Selection of approximations by their prediction errors.
+/// Selection of approximations by their prediction errors, for problems of up to about a hundred variables: matrices are full.
 ///
 /// All [`Candidate`]s are exact in value and gradient at the current design. At every analysed design the error of each
 /// is known without another analysis: for each response, the one with the least errors is used next. One candidate concerns
