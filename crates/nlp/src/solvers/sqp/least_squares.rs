@@ -45,7 +45,7 @@ pub fn balance(slope: &[f64], gradients: &DMatrix<f64>, equality: &[bool]) -> Ve
     for (i, a) in gradients.column_iter().enumerate() {
         let norm = a.norm();
         if norm > 0.0 && norm.is_finite() {
-            columns.push((i, 1.0 / norm, &a / norm));
+            columns.push((i, 1.0 / norm, a / norm));
             if equality[i] {
                 columns.push((i, -1.0 / norm, -&a / norm));
             }

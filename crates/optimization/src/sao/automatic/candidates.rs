@@ -356,9 +356,11 @@ pub(super) fn gradient_changes(problem: &Problem, points: &[AcceptedPoint], numb
         Some((pulled(&rows, &number.gradient)?, rows))
     };
     let slopes: Vec<_> = points.iter().map(slope).collect();
-    let change = |ends: &[Option<(Vec<f64>, Option<DMatrix<f64>>)>]| {
-        let (Some((from, _)), Some((to, rows))) = (&ends[0], &ends[1]) else { return None };
-        Some(pushed(rows, to.iter().zip(from).map(|(a, b)| a - b).collect()))
-    };
-    slopes.windows(2).map(change).collect()
+    let steps = slopes.iter().zip(slopes.iter().skip(1));
+    steps
+        .map(|(from, to)| {
+            let ((from, _), (to, rows)) = (from.as_ref()?, to.as_ref()?);
+            Some(pushed(rows, to.iter().zip(from).map(|(a, b)| a - b).collect()))
+        })
+        .collect()
 }
