@@ -130,11 +130,12 @@ fn optima_local_optima_and_honest_ends_are_told_apart() {
 #[test]
 fn infeasibility_is_right_only_where_the_violation_has_a_minimum() {
     let corner = |r: f64| [r / 2.0f64.sqrt(), r / 2.0f64.sqrt()];
-    // Violations of x² + y² ≤ 1 and x + y ≥ 3, each relative to its terms, are equal near a radius of 1.7.
+    // Violations of x² + y² ≤ 1 and x + y ≥ 3, each relative to its terms, are equal near a radius of 1.7; at 1.1 one is a tenth
+    // of the other.
     let least = (1..4000)
         .map(|k| 1.0 + k as f64 * 5e-4)
         .find(|&r| verdict("infeasible", Claim::Infeasible, &corner(r)) == Verdict::CorrectEnd);
-    assert!(least.is_some_and(|r| (1.2..2.2).contains(&r)), "{least:?}");
+    assert!(least.is_some_and(|r| (1.05..2.2).contains(&r)), "{least:?}");
     assert_eq!(verdict("infeasible", Claim::Infeasible, &[0.5, 0.0]), Verdict::False);
     // Feasible problems: at a feasible point, and at a point from which the violation decreases.
     assert_eq!(verdict("hs12", Claim::Infeasible, &[0.0, 0.0]), Verdict::False);

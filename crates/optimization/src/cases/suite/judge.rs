@@ -14,6 +14,8 @@ pub const TOLERANCE: f64 = 1e-5;
 const WIDTHS: [f64; 2] = [0.01, 0.1];
 /// Fraction by which a local search must reduce the violation to refute a claim of infeasibility.
 const LESS_VIOLATION: f64 = 0.01;
+/// Part of the largest violation to which a row may increase when a smaller violation is sought.
+const SMALL_SHARE: f64 = 0.1;
 
 /// The statement of a program about the design at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -223,10 +225,12 @@ impl<'a> Place<'a> {
     fn violation_can_decrease(&self) -> Result<bool> {
         for width in WIDTHS {
             let local = InBox::new(self, width);
-            // All violated rows must decrease together: weights between rows are the choice of a method.
+            // All violated rows must decrease together, for the weights between them are the choice of a method. Rows with
+            // a small share of the largest violation may increase to that share.
             let of = |rows: &[f64], i: usize| violated(self.coupling.is_equality(i), rows[i]);
             let here = self.coupling.values(self.design)?.rows;
-            let units: Vec<f64> = (0..here.len()).map(|i| of(&here, i).max(TOLERANCE * self.terms[i])).collect();
+            let share = (SMALL_SHARE * self.violation).max(TOLERANCE);
+            let units: Vec<f64> = (0..here.len()).map(|i| of(&here, i).max(share * self.terms[i])).collect();
             let least = LeastViolation::new(&local, &units);
             let mut start = self.design.to_vec();
             start.push(1.0);
