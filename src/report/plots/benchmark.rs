@@ -20,7 +20,7 @@ pub struct Approach<'a> {
 /// Distances are positive and may be infinite. NaN is omitted, and distances below 1e-10 are drawn at 1e-10.
 ///
 /// # Errors
-/// [`Error::Definition`] if there are no methods.
+/// [`Error::Definition`](crate::Error::Definition) if there are no methods.
 pub fn approach(work: &str, methods: &[Approach]) -> Result<Figure> {
     check::not_empty("methods", methods.len())?;
     let distance = Axis::new("distance from the optimum", "").logarithmic().limits(FLOOR, 10.0);

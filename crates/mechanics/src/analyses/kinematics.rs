@@ -73,7 +73,7 @@ impl<'m> KinematicDriver<'m> {
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`](crate::Error::Analysis) if a joint cannot be closed, for example beyond a dead centre.
+    /// [`Error::Analysis`] if a joint cannot be closed, for example beyond a dead centre.
     pub fn advance_to(&mut self, t: f64) -> Result<()> {
         let (from, start) = (self.state.t, self.state.clone());
         let mut substep = t - from;
