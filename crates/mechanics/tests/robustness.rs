@@ -148,7 +148,7 @@ impl ParametricMechanism for Platform {
     }
 }
 
-/// The same motion with the angle of the cranks as the only coordinate.
+/// Motion of the platform with the angle of the cranks as the only coordinate.
 struct PlatformAngle(f64);
 
 impl Ode for PlatformAngle {

@@ -34,7 +34,7 @@ impl Random {
     }
 }
 
-/// What a mechanism is made for.
+/// Purpose of a mechanism: the analyses and checks that suit it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// Joints, springs, dampers, loads and drives.

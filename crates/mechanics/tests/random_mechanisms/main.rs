@@ -8,11 +8,10 @@
 //! ```
 
 mod differences;
-mod found;
 mod generator;
 mod properties;
 
-use generator::{CLASSES, Class, RandomMechanism};
+use generator::{CLASSES, RandomMechanism};
 use properties::{Findings, check};
 use rayon::prelude::*;
 
@@ -54,14 +53,13 @@ fn many_random_mechanisms() {
     assert!(all.wrong.is_empty(), "{} findings:\n{}", all.wrong.len(), all.wrong.join("\n"));
 }
 
-/// Every class makes mechanisms, and the same seed makes the same one.
+/// Every class makes mechanisms, and another seed makes another one.
 #[test]
 fn every_class_can_be_generated() {
     for class in CLASSES {
         let made: Vec<_> = (0..40).filter_map(|seed| RandomMechanism::new(class, seed)).collect();
         assert!(made.len() > 20, "{class:?}: {}", made.len());
-        let again = RandomMechanism::new(class, 7).map(|m| m.design());
-        assert_eq!(again, RandomMechanism::new(class, 7).map(|m| m.design()));
+        let designs: Vec<_> = made.iter().map(RandomMechanism::design).collect();
+        assert!(designs.windows(2).all(|pair| pair[0] != pair[1]), "{class:?}: seeds make different mechanisms");
     }
-    assert_eq!(CLASSES[0], Class::Rigid);
 }

@@ -25,7 +25,7 @@ use linkwright_mechanics::{Assembly, Dynamics, GeneralizedAlpha, Mechanism, Newt
 use nalgebra::DMatrix;
 use std::fmt;
 
-/// What checks of many mechanisms have found.
+/// Counts and contradictions of the checks of many mechanisms.
 #[derive(Default)]
 pub struct Findings {
     pub wrong: Vec<String>,

@@ -25,7 +25,9 @@ impl TimeGrid {
     /// ```
     pub fn uniform(from: f64, to: f64, count: usize) -> Result<Self> {
         let last = count.saturating_sub(1).max(1) as f64;
-        Self::new("time", "s", (0..count).map(|p| from + (to - from) * (p as f64 / last)).collect())
+        // The last point is `to` itself, also where the sum is rounded.
+        let point = |p: usize| if p > 0 && p + 1 == count { to } else { from + (to - from) * (p as f64 / last) };
+        Self::new("time", "s", (0..count).map(point).collect())
     }
 
     /// A grid of given points.
@@ -104,6 +106,12 @@ impl TimeGrid {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_uniform_grid_ends_at_its_end() {
+        assert_eq!(TimeGrid::uniform(-0.07, 0.08, 31).unwrap().points[30], 0.08);
+        assert_eq!(TimeGrid::uniform(0.5, 2.0, 1).unwrap().points, [0.5]);
+    }
 
     #[test]
     fn simpson_is_exact_for_cubics_and_the_trapezoid_for_lines() {

@@ -68,7 +68,7 @@ impl Optimality {
     }
 }
 
-/// What the stop test compares.
+/// Quantities that the stop test compares.
 pub(super) struct StopTest<'a> {
     /// h.
     pub violation: f64,

@@ -381,7 +381,7 @@ impl<'a> Situation<'a> {
         violations
     }
 
-    /// What follows if the violation is stationary here: a displacement, or the end.
+    /// A displacement or the end if the violation is stationary here; `None` if it is not.
     fn stationary_violation(&self) -> Result<Option<Next>> {
         let wide: Vec<f64> = self.units.lengths.iter().map(|l| WIDE * l).collect();
         let region = self.sides(&wide);

@@ -9,7 +9,7 @@ use error::Result;
 use nalgebra::DMatrix;
 use nlp::{Gradients, Program, Structure, Values};
 
-/// How the objective or a row depends on the numbers.
+/// Dependence of the objective or of a row on the numbers.
 enum Form {
     /// weight · number + constant − β · share, with the index of the number and of the design variable β.
     Affine { number: usize, weight: f64, constant: f64, bound: Option<(usize, f64)> },

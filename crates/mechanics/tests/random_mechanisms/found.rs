@@ -1,1 +1,0 @@
-//! Mechanisms that the generator found, with the defects that they showed.
