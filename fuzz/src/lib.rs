@@ -1,4 +1,4 @@
-//! The command with a door for fuzz targets.
+//! The modules of the command, public for the fuzz targets.
 
 #[path = "../../src/command/mod.rs"]
 pub mod command;
