@@ -56,6 +56,9 @@ use std::process::ExitCode;
 `linkwright COMMAND --help` shows examples of a command."
 )]
 struct Arguments {
+    /// Let a model file start the program that it names (look at both before)
+    #[arg(long, global = true)]
+    allow_programs: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -105,6 +108,9 @@ fn command() -> clap::Command {
 pub fn main() -> ExitCode {
     let matches = command().get_matches();
     let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    if arguments.allow_programs {
+        model::allow_programs();
+    }
     start_threads();
     let done = |()| ExitCode::SUCCESS;
     // The output of these commands is all that they do.

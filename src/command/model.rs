@@ -6,14 +6,32 @@ use linkwright::model_file::{Model, read};
 use linkwright::problem::Problem;
 use linkwright::storage::{Directory, read_file};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Largest size of a model file in bytes. The reader rejects files of more than half of it with a diagnostic.
 const LIMIT: u64 = 2 << 20;
 
+/// True if model files may start the programs that they name.
+static PROGRAMS: AtomicBool = AtomicBool::new(false);
+
+/// Allows model files to start the programs that they name.
+pub fn allow_programs() {
+    PROGRAMS.store(true, Ordering::Relaxed);
+}
+
+/// Lets a model start its program in the folder of its file, if that was allowed.
+pub fn with_program(mut model: Model, file: &Path) -> Model {
+    if PROGRAMS.load(Ordering::Relaxed) {
+        model.allow_programs(file.parent().unwrap_or(Path::new("")));
+    }
+    model
+}
+
 /// Reads a model file and prints a note if its version is old. Returns the model and its text.
 pub fn load(path: &Path) -> anyhow::Result<(Model, String)> {
     let unreadable = || format!("cannot read the model {}", path.display());
-    of_bytes(path, read_file(path, LIMIT).with_context(unreadable)?)
+    let (model, text) = of_bytes(path, read_file(path, LIMIT).with_context(unreadable)?)?;
+    Ok((with_program(model, path), text))
 }
 
 /// As [`load`], for a file of an open folder, without following a link.

@@ -126,6 +126,7 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
         Accepts::Number | Accepts::Expression | Accepts::Quantity | Accepts::Feedback => number(),
         Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
         Accepts::Numbers => json!({ "$ref": "#/$defs/numbers" }),
+        Accepts::Texts => json!({ "type": "array", "items": { "type": "string" } }),
         Accepts::Count => json!({ "type": "integer", "minimum": 0 }),
         Accepts::Flag => json!({ "type": "boolean" }),
         Accepts::Text | Accepts::Name | Accepts::Coordinate => json!({ "type": "string" }),

@@ -30,6 +30,10 @@ pub const STEPS: f64 = 1e7;
 pub const MOTION: f64 = 3e7;
 /// Smallest tolerance of adaptive steps.
 pub const TOLERANCE: f64 = 1e-15;
+/// Processes of a program at once.
+pub const JOBS: usize = 1024;
+/// Repetitions of a request to a program.
+pub const RETRIES: usize = 1000;
 /// Elements of a beam.
 pub const ELEMENTS: usize = 1000;
 /// Elements of all beams together.

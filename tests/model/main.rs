@@ -16,6 +16,7 @@ mod mistakes;
 mod notice;
 #[cfg(feature = "cli")]
 mod page;
+mod program;
 #[cfg(feature = "cli")]
 mod report;
 mod robust;

@@ -20,7 +20,7 @@ pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary
 
 use super::budget::Sizes;
 use super::folder::{MANIFEST, OutputFolder, RUN};
-use super::model::parsed;
+use super::model::{parsed, with_program};
 use super::output::complain;
 use super::tables;
 use anyhow::{Context, bail};
@@ -134,6 +134,8 @@ impl RunDirectory {
             folder.accept_earlier(&FILES);
         }
         let (model, text) = parsed(folder.directory(), MODEL)?;
+        // The program lies beside the model file with which the run began.
+        let model = with_program(model, Path::new(&record.file));
         if fingerprint(&model) != record.fingerprint {
             let file = folder.place(MODEL);
             bail!("{} has another problem than the run; title, bounds and [method] may be edited", file.display());

@@ -6,7 +6,7 @@ use super::section::{Read, Section};
 use crate::Readable;
 use crate::Result;
 use crate::model_file::expression::Names;
-use crate::model_file::limits;
+use crate::model_file::{Diagnostic, limits};
 #[cfg(feature = "report")]
 use crate::problem::Responses;
 use crate::problem::{Analysis, Differentiated, Problem, ProblemBuilder, TimeGrid};
@@ -27,8 +27,8 @@ const TIME: &[Key] = &[
     optional("at", Accepts::Numbers, "list of all time points, in place of the three keys above"),
 ];
 
-const KEYS: &[Key] = &[
-    required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics"]), "kind of analysis"),
+pub const KEYS: &[Key] = &[
+    required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics", "program"]), "kind of analysis"),
     default(
         "derivatives",
         Accepts::Choice(&[
@@ -36,18 +36,20 @@ const KEYS: &[Key] = &[
             "direct",
             "adjoint",
             "semi-analytical",
+            "program",
             "forward",
             "central",
             "richardson",
             "noise-aware",
         ]),
         "automatic",
-        "automatic chooses between direct and adjoint, which are exact; the last four are finite differences of whole analyses",
+        "automatic chooses between direct and adjoint, which are exact, and for a program takes forward differences; program: \
+         those that the program answers; the last four are finite differences of whole analyses",
     ),
     optional(
         "difference",
         Accepts::Number,
-        "relative step of differences; by default 1e-5 semi-analytical, 1e-6 forward and central, 1e-3 richardson",
+        "relative step of differences; by default 1e-5 semi-analytical, 1e-6 forward and central (of a program: 1e-4), 1e-3 richardson",
     ),
 ];
 const DYNAMICS: &[Key] = &[
@@ -140,7 +142,7 @@ fn uniform(section: &Section<'_>, names: &Names) -> Read<Vec<f64>> {
 
 /// Method of the derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum DerivativeSetting {
+pub enum DerivativeSetting {
     /// The choice of the analysis.
     Automatic,
     /// A method of the analysis, with the step of its differences.
@@ -186,11 +188,23 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usi
     Ok(Settings { kind, derivatives })
 }
 
-fn derivatives(section: &Section<'_>, names: &Names, kind: &AnalysisKind) -> Read<DerivativeSetting> {
+fn difference(section: &Section<'_>, names: &Names) -> Read<Option<f64>> {
     let step = section.number("difference", names)?;
-    if step.is_some_and(|step| step <= 0.0 || step >= 1.0) {
-        return Err(section.error_at("difference", "`difference` must be between 0 and 1"));
+    match step {
+        Some(step) if step <= 0.0 || step >= 1.0 => {
+            Err(section.error_at("difference", "`difference` must be between 0 and 1"))
+        }
+        _ => Ok(step),
     }
+}
+
+fn unused_step(section: &Section<'_>) -> Diagnostic {
+    let message = "`difference` is the step of finite differences, and these derivatives use none";
+    section.error_at("difference", message).help("leave it out, or choose other `derivatives`")
+}
+
+fn derivatives(section: &Section<'_>, names: &Names, kind: &AnalysisKind) -> Read<DerivativeSetting> {
+    let step = difference(section, names)?;
     let choices = [
         ("automatic", DerivativeSetting::Automatic),
         ("direct", DerivativeSetting::By("direct", None)),
@@ -204,8 +218,7 @@ fn derivatives(section: &Section<'_>, names: &Names, kind: &AnalysisKind) -> Rea
     let chosen = section.choice("derivatives", &choices)?;
     let is_exact = matches!(chosen, DerivativeSetting::Automatic | DerivativeSetting::By("direct" | "adjoint", _));
     if step.is_some() && (is_exact || chosen == DerivativeSetting::NoiseAware) {
-        let message = "`difference` is the step of finite differences, and these derivatives use none";
-        return Err(section.error_at("difference", message).help("leave it out, or choose other `derivatives`"));
+        return Err(unused_step(section));
     }
     if matches!(chosen, DerivativeSetting::By("semi-analytical", _))
         && matches!(kind, AnalysisKind::Dynamics(Integration::Explicit(_)))
@@ -337,6 +350,24 @@ impl Settings {
 }
 
 impl DerivativeSetting {
+    /// Reads how the outputs of a program are differentiated; `By("program", _)` stands for its own derivatives.
+    pub fn of_program(section: &Section<'_>, names: &Names) -> Read<Self> {
+        let step = difference(section, names)?;
+        let choices = [
+            ("automatic", Self::Forward(step.unwrap_or(1e-4))),
+            ("program", Self::By("program", None)),
+            ("forward", Self::Forward(step.unwrap_or(1e-4))),
+            ("central", Self::Central(step.unwrap_or(1e-4))),
+            ("richardson", Self::Richardson(step.unwrap_or(1e-3))),
+            ("noise-aware", Self::NoiseAware),
+        ];
+        let chosen = section.choice("derivatives", &choices)?;
+        if step.is_some() && matches!(chosen, Self::By(..) | Self::NoiseAware) {
+            return Err(unused_step(section));
+        }
+        Ok(chosen)
+    }
+
     /// The problem of an analysis with these derivatives.
     fn build(self, parts: ProblemBuilder, analysis: impl Analysis + 'static) -> Result<Problem> {
         match self {

@@ -23,6 +23,8 @@ pub enum Accepts {
     Flag,
     /// Any text.
     Text,
+    /// Several texts.
+    Texts,
     /// A name.
     Name,
     /// The name of a body, beam node or point, or a table with `body` and `at`.
@@ -110,6 +112,7 @@ impl Accepts {
             Self::Count => "whole number",
             Self::Flag => "true or false",
             Self::Text => "text",
+            Self::Texts => "list of texts",
             Self::Name => "name",
             Self::Marker => "point",
             Self::Coordinate => "coordinate",

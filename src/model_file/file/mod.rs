@@ -8,7 +8,7 @@
 //! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
 //! | `mechanism` | the mechanism as a pure function of the design |
 //! | `measures`, `outputs` | measured quantities, and outputs as formulas of them |
-//! | `analysis` | time points and analysis |
+//! | `analysis`, `program` | time points and analysis; analysis by another program |
 //! | `quantity`, `objective`, `constraints` | objective and constraints as formulas of outputs |
 //! | `method` | the optimization method |
 //! | `drawing` | drawings of the mechanism in motion |
@@ -31,6 +31,7 @@ mod naming;
 mod objective;
 mod outputs;
 mod parts;
+mod program;
 mod quantity;
 mod replicate;
 mod section;
@@ -53,7 +54,9 @@ use key::{default, optional, required};
 use mechanism::{MechanismSpec, MechanismTemplate};
 use objective::ObjectiveSpec;
 use outputs::OutputSpec;
+use program::ProgramSpec;
 use section::{FileSource, Read, Section};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -73,7 +76,7 @@ pub(super) const KEYS: &[Key] = &[
     optional("force", Accepts::Tables, "forces"),
     optional("time", Accepts::Table, "the time points of all histories"),
     optional("series", Accepts::Table, "series of numbers, one for each time point: NAME = [ … ]"),
-    optional("analysis", Accepts::Table, "analysis of the mechanism"),
+    optional("analysis", Accepts::Table, "analysis of the mechanism, or by another program"),
     optional("output", Accepts::Tables, "responses of the analysis"),
     optional("objective", Accepts::Table, "the function to minimize"),
     optional("constraint", Accepts::Tables, "constraints"),
@@ -86,16 +89,18 @@ pub(super) fn families() -> Vec<TableKeys> {
     all.extend(bodies::tables());
     all.extend(beams::TABLES);
     all.extend(element_kinds::tables());
-    all.extend(motion::TABLES.iter().chain(analysis::TABLES).chain(outputs::TABLES));
+    all.extend(motion::TABLES.iter().chain(analysis::TABLES).chain([&program::TABLE]).chain(outputs::TABLES));
     all.extend(objective::TABLES.iter().chain(constraints::TABLES).chain(method::TABLES));
     all
 }
 
-/// A model: mechanism or closed form, problem and method.
+/// A model: mechanism, formulas or a program; problem and method.
 pub struct Model {
     title: String,
     variables: Vec<DesignVariable>,
     mechanism: Option<(Arc<MechanismSpec>, analysis::Settings)>,
+    program: Option<ProgramSpec>,
+    program_folder: Option<PathBuf>,
     grid: Option<TimeGrid>,
     outputs: Arc<Vec<OutputSpec>>,
     objective: ObjectiveSpec,
@@ -145,7 +150,8 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     // The content of a section with a wrong name would be missed below.
     source.log.check()?;
     let (mut names, variables) = naming::read(&section)?;
-    let mechanism = mechanism::read(&section, &names)?;
+    let program = program::read(&section, &names)?;
+    let mechanism = if program.is_some() { None } else { mechanism::read(&section, &names)? };
     let grid = analysis::read_time(&section, &names)?;
     let series = quantity::series(&section, &names, grid.as_ref())?;
     let outputs = outputs::read(
@@ -153,6 +159,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         &names,
         mechanism.as_ref().map(|mechanism| &mechanism.parts),
         &variables,
+        program.is_some(),
         grid.as_ref(),
     )?;
     let bound = objective::read_bound(&section, &mut names)?;
@@ -186,6 +193,8 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         title,
         variables,
         mechanism,
+        program,
+        program_folder: None,
         grid,
         outputs: Arc::new(outputs),
         objective,
@@ -245,6 +254,17 @@ impl Model {
         self.source.locate(error)
     }
 
+    /// The command of the program that computes the outputs, if there is one.
+    pub fn program(&self) -> Option<String> {
+        self.program.as_ref().map(ProgramSpec::command)
+    }
+
+    /// Allows the program of the file to be started, in this working folder. Without it, every analysis fails with
+    /// [`Error::Unsupported`](crate::Error::Unsupported).
+    pub fn allow_programs(&mut self, folder: &Path) {
+        self.program_folder = Some(folder.to_owned());
+    }
+
     /// The optimization problem.
     ///
     /// # Errors
@@ -268,6 +288,11 @@ impl Model {
         self.objective.build(&mut parts);
         for constraint in &self.constraints {
             parts.subject_to(constraint.clone());
+        }
+        if let Some(program) = &self.program {
+            let times = self.grid.as_ref().map_or(&[][..], |grid| &grid.points);
+            // The bound of a peak is a variable of the problem, and none of the program.
+            return program.build(parts, self.program_folder.as_deref(), &self.variables, times, &self.outputs);
         }
         match (&self.mechanism, &self.grid) {
             (Some((mechanism, settings)), Some(grid)) => {

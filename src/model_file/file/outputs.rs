@@ -16,7 +16,12 @@ use toml::de::DeValue;
 
 const KEYS: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file"),
-    required("value", Accepts::Quantity, "a formula of measures such as `crank.theta`, of the design and of `time`"),
+    optional("value", Accepts::Quantity, "a formula of measures such as `crank.theta`, of the design and of `time`"),
+    optional(
+        "program",
+        Accepts::Choice(&["history", "number"]),
+        "in place of `value`, with the analysis `program`: its answer is a number for each time point, or one number",
+    ),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
     optional("linear_in", Accepts::Intermediate, "intermediate variables in which the output is linearized"),
     EACH,
@@ -44,6 +49,7 @@ pub fn read(
     names: &Names,
     parts: Option<&Parts>,
     variables: &[DesignVariable],
+    has_program: bool,
     grid: Option<&TimeGrid>,
 ) -> Read<Vec<OutputSpec>> {
     let mut outputs: Vec<OutputSpec> = vec![];
@@ -65,7 +71,10 @@ pub fn read(
             let message = format!("{count} outputs × {factor} {of} exceed the limit of {limit} values");
             return Err(section.error_at("name", message));
         }
-        outputs.push(output(word.text, &section, names, parts, variables)?);
+        outputs.push(match has_program {
+            true => output_of_program(word.text, &section, names, variables)?,
+            false => output(word.text, &section, names, parts, variables)?,
+        });
         Ok(())
     })?;
     Ok(outputs)
@@ -78,6 +87,10 @@ fn output(
     parts: Option<&Parts>,
     variables: &[DesignVariable],
 ) -> Read<OutputSpec> {
+    if section.has("program") {
+        let message = "there is no program that could compute this output";
+        return Err(section.error_at("program", message).help("give a `value`, or [analysis] with kind = \"program\""));
+    }
     let found = RefCell::new(vec![]);
     let others = |text: &str| {
         let measure = measures::find(text, parts?)?;
@@ -92,6 +105,30 @@ fn output(
         is_transient: parts.is_some() || expression.uses_time(),
         expression,
         measures: found.into_inner(),
+        intermediates: intermediates(section, "linear_in", names, variables)?,
+    })
+}
+
+fn output_of_program(
+    name: String,
+    section: &Section<'_>,
+    names: &Names,
+    variables: &[DesignVariable],
+) -> Read<OutputSpec> {
+    let help = "with kind = \"program\" an output has program = \"history\" or program = \"number\"";
+    if section.has("value") {
+        let message = "the program computes the outputs, so they have no `value`";
+        return Err(section.error_at("value", message).help(help));
+    }
+    if !section.has("program") {
+        return Err(section.error_at("program", format!("{} lacks `program`", section.title)).help(help));
+    }
+    Ok(OutputSpec {
+        name,
+        unit: section.text("unit")?,
+        is_transient: section.choice("program", &[("history", true), ("number", false)])?,
+        expression: CompiledExpression::constant(0.0),
+        measures: vec![],
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
 }

@@ -181,6 +181,14 @@ impl<'a> Section<'a> {
         self.get(key).map(|value| numbers(value, key, names, self.source)).transpose()
     }
 
+    /// A list of texts; empty without the key.
+    pub fn texts(&self, key: &str) -> Read<Vec<String>> {
+        let Some(value) = self.get(key) else { return Ok(vec![]) };
+        let list = value.get_ref().as_array();
+        let list = list.ok_or_else(|| wrong_type(value, &format!("`{key}`"), "a list of texts in quotes"))?;
+        list.iter().map(|item| Ok(text(item, key)?.to_owned())).collect()
+    }
+
     /// The choice with the name given by a key.
     pub fn choice<T: Copy>(&self, key: &str, choices: &[(&'static str, T)]) -> Read<T> {
         let word = self.need_word(key)?;

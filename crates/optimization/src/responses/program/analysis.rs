@@ -1,0 +1,203 @@
+//! The analysis whose responses a program computes.
+
+use super::Program;
+use super::processes::Processes;
+use super::protocol::Answer;
+use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use error::{Error, Result};
+use nalgebra::DMatrix;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// How many numbers of earlier answers are kept: 128 MiB.
+const KEPT: usize = 1 << 24;
+
+/// A response of a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramResponse {
+    /// Name, in requests and answers.
+    pub name: String,
+    /// `true` for a number at each time point, `false` for one number.
+    pub is_history: bool,
+}
+
+/// What is asked of a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Declared {
+    /// Names of the design variables, in the order of the design.
+    pub variables: Vec<String>,
+    /// Time points of the histories.
+    pub times: Vec<f64>,
+    /// Responses, in the order of the problem.
+    pub responses: Vec<ProgramResponse>,
+}
+
+impl Declared {
+    /// The number of values of a response.
+    pub fn points(&self, response: &ProgramResponse) -> usize {
+        if response.is_history { self.times.len() } else { 1 }
+    }
+}
+
+/// An [`Analysis`] by another program: see [the module](super).
+///
+/// Answers are kept (up to 2²⁴ numbers, the oldest are forgotten first), so that no design is analysed twice. Derivatives are
+/// those that the program gives; for a program that gives none, use
+/// [`Differences`](crate::responses::Differences) of this analysis, in [`WithThreads`] for several processes at once.
+///
+/// The program knows the first design variables, those with names; no response depends on further ones, such as the bound of a
+/// peak.
+pub struct ProgramAnalysis {
+    declared: Declared,
+    processes: Processes,
+    kept: Mutex<Kept>,
+}
+
+/// Answers by design.
+#[derive(Default)]
+struct Kept {
+    answers: BTreeMap<Vec<u64>, Arc<Answer>>,
+    order: VecDeque<Vec<u64>>,
+    numbers: usize,
+}
+
+impl ProgramAnalysis {
+    /// The analysis by `program` of the responses, each with its name and `true` for a history over `times`.
+    ///
+    /// The program is started by the first analysis.
+    ///
+    /// # Errors
+    /// [`Error::Definition`] without a command or responses, or if two names are equal.
+    pub fn new<'n>(
+        program: Program,
+        variables: impl IntoIterator<Item = &'n str>,
+        times: &[f64],
+        responses: impl IntoIterator<Item = (&'n str, bool)>,
+    ) -> Result<Self> {
+        let response = |(name, is_history): (&str, bool)| ProgramResponse { name: name.to_owned(), is_history };
+        let declared = Declared {
+            variables: variables.into_iter().map(str::to_owned).collect(),
+            times: times.to_vec(),
+            responses: responses.into_iter().map(response).collect(),
+        };
+        let bad = |why: String, remedy: &str| Err(Error::definition("the analysis by a program", why, remedy));
+        if program.command.first().is_none_or(String::is_empty) {
+            return bad("its command is empty".to_owned(), "give the program and its arguments");
+        }
+        if declared.responses.is_empty() {
+            return bad("it has no responses".to_owned(), "name at least one");
+        }
+        for names in
+            [declared.variables.iter().collect(), declared.responses.iter().map(|r| &r.name).collect::<Vec<_>>()]
+        {
+            if let Some((_, name)) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
+                return bad(format!("the name `{name}` is given twice"), "use each name once");
+            }
+        }
+        let processes = Processes::new(program, &declared);
+        Ok(Self { declared, processes, kept: Mutex::default() })
+    }
+
+    /// The answer at a design, from the kept ones if possible.
+    fn answer(&self, b: &[f64], derivatives: bool) -> Result<Arc<Answer>> {
+        let count = self.declared.variables.len();
+        let Some(b) = b.get(..count) else {
+            return Err(Error::Length { what: "design".to_owned(), expected: count, got: b.len() });
+        };
+        let key: Vec<u64> = b.iter().map(|x| x.to_bits()).collect();
+        let known = self.kept.lock().unwrap_or_else(PoisonError::into_inner).answers.get(&key).cloned();
+        if let Some(known) = known.filter(|answer| !derivatives || answer.derivatives.is_some()) {
+            return Ok(known);
+        }
+        let answer = Arc::new(self.processes.ask(&self.declared, b, derivatives)?);
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner).keep(key, &answer);
+        Ok(answer)
+    }
+}
+
+impl Kept {
+    fn keep(&mut self, key: Vec<u64>, answer: &Arc<Answer>) {
+        self.numbers += answer.numbers();
+        match self.answers.insert(key.clone(), Arc::clone(answer)) {
+            Some(replaced) => self.numbers -= replaced.numbers(),
+            None => self.order.push_back(key),
+        }
+        while self.numbers > KEPT
+            && let Some(oldest) = self.order.pop_front()
+        {
+            self.numbers -= self.answers.remove(&oldest).map_or(0, |answer| answer.numbers());
+        }
+    }
+}
+
+impl Answer {
+    fn numbers(&self) -> usize {
+        let values: usize = self.values.iter().map(Vec::len).sum();
+        values + self.derivatives.iter().flatten().flatten().map(Vec::len).sum::<usize>()
+    }
+}
+
+impl Analysis for ProgramAnalysis {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        Ok(Responses::new(self.answer(b, false)?.values.clone()))
+    }
+
+    fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        let answer = self.answer(b, true)?;
+        let Some(derivatives) = &answer.derivatives else {
+            let (what, why) = ("derivatives by the program", "its answer has no `derivatives`");
+            return Err(Error::unsupported(what, why, "use finite differences, or let the program give them"));
+        };
+        let derivative = |row: usize, i: usize| {
+            let ResponseAt { response, point } = wanted[row];
+            derivatives[response].get(i).map_or(0.0, |of_variable| of_variable[point])
+        };
+        Ok(DMatrix::from_fn(wanted.len(), b.len(), derivative))
+    }
+
+    fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
+        Some("program")
+    }
+}
+
+/// An analysis that works on its own threads.
+///
+/// Threads that wait for other programs take no processor time, so there may be more of them than processors:
+/// [`Differences`](crate::responses::Differences) of a [`ProgramAnalysis`] with `jobs` processes needs as many threads.
+pub struct WithThreads<A> {
+    analysis: A,
+    threads: ThreadPool,
+}
+
+impl<A: Analysis> WithThreads<A> {
+    /// The analysis with this many threads.
+    ///
+    /// # Errors
+    /// [`Error::Option`] unless there are between 1 and 1024; [`Error::Unsupported`] if the system has not so many.
+    pub fn new(analysis: A, threads: usize) -> Result<Self> {
+        Error::check_option("threads", "from 1 to 1024", threads as f64, (1..=1024).contains(&threads))?;
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool =
+            pool.map_err(|why| Error::unsupported(format!("{threads} threads"), why.to_string(), "use fewer"))?;
+        Ok(Self { analysis, threads: pool })
+    }
+}
+
+impl<A: Analysis> Analysis for WithThreads<A> {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        self.analysis.analyze(b)
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        self.threads.install(|| self.analysis.sensitivities(b, responses, wanted))
+    }
+
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
+        self.analysis.gradient_methods()
+    }
+
+    fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
+        self.analysis.differentiation(variables, wanted)
+    }
+}

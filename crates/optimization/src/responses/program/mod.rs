@@ -1,0 +1,57 @@
+//! Responses that another program computes, for instance a simulator with a small script around it.
+//!
+//! The program is started once and kept: it reads one request from its standard input, a line of JSON, and answers with one
+//! line on its standard output, until its input ends. `docs/programs.md` describes the two lines.
+//!
+//! | file | content |
+//! |---|---|
+//! | `protocol` | requests and answers, and what is checked of an answer |
+//! | `process` | one running program: a request and its answer within a time limit |
+//! | `processes` | up to `jobs` running programs, and repeated requests |
+//! | `analysis` | the [`Analysis`](crate::problem::Analysis), with the answers that it keeps |
+//!
+//! Nothing runs through a shell. A program that fails at a design, breaks down, answers something else or is late is a failed
+//! analysis ([`Error::Analysis`](crate::Error::Analysis)), so that an optimization rejects the design; a program that cannot be
+//! started is an [`Error::File`](crate::Error::File), which ends the run.
+
+mod analysis;
+mod process;
+mod processes;
+mod protocol;
+#[cfg(all(test, unix))]
+mod tests;
+
+pub use analysis::{ProgramAnalysis, WithThreads};
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// A program that analyses designs, and how it is run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Program {
+    /// The program and its arguments. A name without a slash is looked up in `PATH`; a relative path with one starts at
+    /// `folder`.
+    pub command: Vec<String>,
+    /// The working folder of the program; `None` for that of this process.
+    pub folder: Option<PathBuf>,
+    /// Longest time between a request and its answer, the start of the program included.
+    pub time_limit: Duration,
+    /// How many times a request is repeated, each by a new process, after a program broke down or was late. An answer with
+    /// `error` is not repeated.
+    pub retries: usize,
+    /// Largest number of processes at once.
+    pub jobs: usize,
+}
+
+impl Program {
+    /// A program with a limit of ten minutes for each answer, one repetition and one process.
+    pub fn new(command: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        Self {
+            command: command.into_iter().map(Into::into).collect(),
+            folder: None,
+            time_limit: Duration::from_secs(600),
+            retries: 1,
+            jobs: 1,
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! One running program.
+
+use super::Program;
+use super::protocol::shown;
+use error::{Error, Result};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, channel, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// How much of the standard error is kept for messages, in bytes.
+const KEPT: usize = 4096;
+/// How long a program may take to end after its input has ended.
+const FAREWELL: Duration = Duration::from_millis(500);
+
+/// A running program with threads that write to and read from it, so that a time limit holds for both.
+pub struct Process {
+    child: Child,
+    requests: Option<Sender<Vec<u8>>>,
+    lines: Receiver<Incoming>,
+    complaints: Arc<Mutex<Vec<u8>>>,
+}
+
+/// What the standard output gave.
+enum Incoming {
+    Line(Vec<u8>),
+    TooLong,
+}
+
+impl Process {
+    /// Starts the program; a line of more than `longest` bytes is no answer.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be started.
+    pub fn start(program: &Program, longest: usize) -> Result<Self> {
+        let failed = |why: String| Error::File {
+            file: program.command.join(" "),
+            why,
+            remedy: "check the command of the program".to_owned(),
+        };
+        let Some((name, arguments)) = program.command.split_first() else {
+            return Err(failed("the command is empty".to_owned()));
+        };
+        let mut command = Command::new(name);
+        command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        if let Some(folder) = &program.folder {
+            command.current_dir(folder);
+        }
+        // A group of its own, so that the processes which the program starts end with it.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut child = command.spawn().map_err(|why| failed(format!("the program cannot be started: {why}")))?;
+        let (requests, to_write) = channel::<Vec<u8>>();
+        let (read, lines) = sync_channel(2);
+        let complaints = Arc::new(Mutex::new(vec![]));
+        if let Some(mut input) = child.stdin.take() {
+            thread::spawn(move || {
+                while let Ok(line) = to_write.recv() {
+                    if input.write_all(&line).and_then(|()| input.flush()).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        if let Some(output) = child.stdout.take() {
+            thread::spawn(move || forward_lines(BufReader::new(output), longest, &read));
+        }
+        if let Some(errors) = child.stderr.take() {
+            let complaints = Arc::clone(&complaints);
+            thread::spawn(move || keep_end(errors, &complaints));
+        }
+        Ok(Self { child, requests: Some(requests), lines, complaints })
+    }
+
+    /// Sends a request and waits for its answer.
+    ///
+    /// # Errors
+    /// What the program did in place of it: it ended, was late, or wrote too much.
+    pub fn ask(&mut self, request: Vec<u8>, limit: Duration) -> Result<Vec<u8>, String> {
+        match self.lines.try_recv() {
+            Ok(Incoming::Line(line)) => return Err(format!("it wrote `{}` without a request", shown(&line))),
+            Ok(Incoming::TooLong) => return Err("it wrote too much".to_owned()),
+            Err(TryRecvError::Disconnected) => return Err(self.end()),
+            Err(TryRecvError::Empty) => {}
+        }
+        if self.requests.as_ref().is_none_or(|requests| requests.send(request).is_err()) {
+            return Err(self.end());
+        }
+        match self.lines.recv_timeout(limit) {
+            Ok(Incoming::Line(line)) => Ok(line),
+            Ok(Incoming::TooLong) => Err("its answer is longer than any answer can be".to_owned()),
+            Err(RecvTimeoutError::Timeout) => Err(format!("no answer came within {} s", limit.as_secs_f64())),
+            Err(RecvTimeoutError::Disconnected) => Err(self.end()),
+        }
+    }
+
+    /// How the program ended, with the end of its standard error.
+    fn end(&mut self) -> String {
+        let how = match self.wait(FAREWELL) {
+            Some(status) => format!("it ended with {status}"),
+            None => "it closed its standard output".to_owned(),
+        };
+        // The rest of the standard error is read as soon as the program has ended.
+        thread::sleep(Duration::from_millis(20));
+        let complaints = self.complaints.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = String::from_utf8_lossy(&complaints);
+        let last: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+        match last.last() {
+            None => how,
+            Some(line) => format!("{how}; its last message is `{}`", shown(line.as_bytes())),
+        }
+    }
+
+    fn wait(&mut self, limit: Duration) -> Option<std::process::ExitStatus> {
+        let until = Instant::now() + limit;
+        loop {
+            match self.child.try_wait() {
+                Ok(Some(status)) => return Some(status),
+                Ok(None) if Instant::now() < until => thread::sleep(Duration::from_millis(2)),
+                _ => return None,
+            }
+        }
+    }
+
+    /// Ends the program and the processes that it started, without waiting for what it does.
+    pub fn kill(mut self) {
+        self.kill_group();
+    }
+
+    fn kill_group(&mut self) {
+        #[cfg(unix)]
+        if let Some(group) = i32::try_from(self.child.id()).ok().and_then(rustix::process::Pid::from_raw) {
+            // Fails only if there is no such group any more.
+            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+        }
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+impl Drop for Process {
+    /// Ends the input of the program, gives it a moment to end by itself, and leaves nothing behind.
+    fn drop(&mut self) {
+        self.requests = None;
+        if !matches!(self.child.try_wait(), Ok(Some(_))) {
+            self.wait(FAREWELL);
+        }
+        self.kill_group();
+    }
+}
+
+fn forward_lines(mut output: impl BufRead, longest: usize, lines: &SyncSender<Incoming>) {
+    loop {
+        let mut line = vec![];
+        let read = output.by_ref().take(longest as u64 + 1).read_until(b'\n', &mut line);
+        let incoming = match read {
+            // Half a line at the end is no answer: the program ended before it was complete.
+            Ok(_) if line.last() == Some(&b'\n') => Incoming::Line(line),
+            Ok(_) if line.len() > longest => Incoming::TooLong,
+            _ => return,
+        };
+        let is_last = matches!(incoming, Incoming::TooLong);
+        if lines.send(incoming).is_err() || is_last {
+            return;
+        }
+    }
+}
+
+fn keep_end(mut errors: impl Read, kept: &Mutex<Vec<u8>>) {
+    let mut buffer = [0; KEPT];
+    while let Ok(count @ 1..) = errors.read(&mut buffer) {
+        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.extend_from_slice(&buffer[..count]);
+        let surplus = kept.len().saturating_sub(KEPT);
+        kept.drain(..surplus);
+    }
+}

@@ -1,0 +1,104 @@
+//! Several running programs, of which each answers one request at a time.
+
+use super::Program;
+use super::analysis::Declared;
+use super::process::Process;
+use super::protocol::{self, Answer, Refusal};
+use error::{Error, Result};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+/// Up to `jobs` processes of a program. A process is started when all others are busy, and kept for the next request.
+pub struct Processes {
+    program: Program,
+    longest: usize,
+    state: Mutex<Busy>,
+    freed: Condvar,
+    next: AtomicU64,
+}
+
+#[derive(Default)]
+struct Busy {
+    idle: Vec<Process>,
+    busy: usize,
+}
+
+impl Processes {
+    pub fn new(program: Program, declared: &Declared) -> Self {
+        let longest = protocol::longest(declared);
+        Self { program, longest, state: Mutex::default(), freed: Condvar::new(), next: AtomicU64::new(1) }
+    }
+
+    /// The answer of the program at a design.
+    ///
+    /// # Errors
+    /// [`Error::Analysis`] if the program refuses the design, or fails in all tries; [`Error::File`] if it cannot be started.
+    pub fn ask(&self, declared: &Declared, design: &[f64], derivatives: bool) -> Result<Answer> {
+        let mut why = String::new();
+        for _ in 0..=self.program.retries {
+            let id = self.next.fetch_add(1, Ordering::Relaxed);
+            let place = self.place();
+            let mut process = match place.process() {
+                Some(process) => process,
+                None => Process::start(&self.program, self.longest)?,
+            };
+            let line = process.ask(protocol::request(declared, id, design, derivatives), self.program.time_limit);
+            match line.map_err(Refusal::Broken).and_then(|line| protocol::answer(declared, id, design, &line)) {
+                Ok(answer) => {
+                    place.keep(process);
+                    return Ok(answer);
+                }
+                Err(Refusal::Failed(reason)) => {
+                    place.keep(process);
+                    return Err(self.failed(reason, "the program cannot analyse this design"));
+                }
+                Err(Refusal::Broken(reason)) => {
+                    process.kill();
+                    why = reason;
+                }
+            }
+        }
+        let times = self.program.retries + 1;
+        let remedy = "run the program by hand with this request, or allow more time (docs/programs.md)";
+        Err(self.failed(if times == 1 { why } else { format!("{why} ({times} tries)") }, remedy))
+    }
+
+    fn failed(&self, why: String, remedy: &str) -> Error {
+        Error::analysis(format!("the program `{}`", self.program.command.join(" ")), why, remedy)
+    }
+
+    /// Waits until fewer than `jobs` processes are busy.
+    fn place(&self) -> Place<'_> {
+        let mut state = self.lock();
+        while state.busy >= self.program.jobs.max(1) {
+            state = self.freed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+        state.busy += 1;
+        Place(self)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Busy> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The right to keep one process busy.
+struct Place<'a>(&'a Processes);
+
+impl Place<'_> {
+    /// A process that waits for a request, if there is one.
+    fn process(&self) -> Option<Process> {
+        self.0.lock().idle.pop()
+    }
+
+    fn keep(&self, process: Process) {
+        self.0.lock().idle.push(process);
+    }
+}
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        self.0.lock().busy -= 1;
+        self.0.freed.notify_one();
+    }
+}

@@ -1,0 +1,107 @@
+//! Model files whose outputs another program computes: a script of the shell in place of a simulator.
+#![cfg(all(feature = "cli", unix))]
+
+use crate::shell::TempFolder;
+
+/// The stresses of the two-bar truss of Svanberg (1987), section 6.
+const SCRIPT: &str = r#"number() { printf '%s' "$line" | sed "s/.*\"$1\":\([-0-9.e]*\).*/\1/"; }
+echo "simulator of trusses" >&2
+while read -r line; do
+    echo "$line" >> requests
+    awk -v id="$(number id)" -v a="$(number area)" -v s="$(number span)" 'BEGIN {
+        if (s > 1.59) { printf "{\"id\":%d,\"error\":\"the span %g is too wide\"}\n", id, s; exit }
+        l = 0.124 * sqrt(1 + s * s)
+        printf "{\"id\":%d,\"responses\":{\"stress1\":%.17g,\"stress2\":%.17g}}\n", id, l * (8 / a + 1 / (a * s)), l * (8 / a - 1 / (a * s))
+    }'
+done
+"#;
+
+/// The example with a program in the place of the formulas.
+fn truss(place: &TempFolder) -> String {
+    std::fs::write(place.0.join("truss.sh"), SCRIPT).unwrap();
+    place.example("two-bar-truss");
+    let text = place.read("two-bar-truss.toml");
+    let formula = text.lines().find(|line| line.starts_with("value = \"0.124")).unwrap();
+    let program =
+        "[analysis]\nkind = \"program\"\ncommand = [\"sh\", \"truss.sh\"]\nderivatives = \"central\"\n\n[design.area]";
+    text.replace(formula, "program = \"number\"").replace("[design.area]", program)
+}
+
+#[test]
+fn a_program_is_started_only_if_that_is_allowed() {
+    let place = TempFolder::new("program");
+    std::fs::write(place.0.join("truss.toml"), truss(&place)).unwrap();
+    for command in [["optimize", "truss.toml"], ["analyze", "truss.toml"], ["check", "truss.toml"]] {
+        let shown = place.run(&command, 1);
+        assert!(shown.contains("`sh truss.sh`: a model file starts no program unless that is allowed"), "{shown}");
+        assert!(shown.contains("--allow-programs"), "{shown}");
+    }
+    assert!(!place.0.join("requests").exists());
+}
+
+#[test]
+fn a_program_is_optimized_like_its_formulas() {
+    let place = TempFolder::new("program-optimum");
+    std::fs::write(place.0.join("truss.toml"), truss(&place)).unwrap();
+    let end = |arguments: &[&str]| -> serde_json::Value {
+        let shown = place.run(arguments, 0);
+        serde_json::from_str(shown.lines().last().unwrap()).unwrap()
+    };
+    let by_program = end(&["optimize", "truss.toml", "--allow-programs", "--json", "--out", "a"]);
+    let by_formula = end(&["optimize", "two-bar-truss.toml", "--json", "--out", "b"]);
+    assert_eq!(by_program["status"], "Converged");
+    let [program, formula] = [&by_program, &by_formula].map(|end| end["objective"]["value"].as_f64().unwrap());
+    assert!((program - formula).abs() < 1e-6, "{program} {formula}");
+    // Central differences of two variables; no design is sent twice.
+    let requests = place.read("requests");
+    let mut designs: Vec<&str> = requests.lines().map(|line| &line[line.find("\"design\"").unwrap()..]).collect();
+    let count = designs.len();
+    designs.sort_unstable();
+    designs.dedup();
+    assert_eq!(designs.len(), count);
+    // The report analyses the first and the last design again, by the program in the folder of the model file.
+    assert!(place.run(&["report", "a"], 1).contains("--allow-programs"));
+    place.run(&["report", "a", "--allow-programs"], 0);
+}
+
+#[test]
+fn a_failure_of_the_program_is_told_with_its_reason() {
+    let place = TempFolder::new("program-failure");
+    let text = truss(&place);
+    let run = |text: String| {
+        std::fs::write(place.0.join("truss.toml"), text).unwrap();
+        place.run(&["analyze", "truss.toml", "--allow-programs"], 1)
+    };
+    let shown = run(text.replace("start = 0.5", "start = 1.6"));
+    assert!(shown.contains("the span 1.6 is too wide"), "{shown}");
+    let shown = run(text.replace("truss.sh", "missing.sh"));
+    assert!(shown.contains("exit status") && shown.contains("missing.sh"), "{shown}");
+    let shown = run(text.replace("\"sh\", \"truss.sh\"", "\"./missing\""));
+    assert!(shown.contains("the program cannot be started"), "{shown}");
+}
+
+#[test]
+fn mistakes_about_programs_have_their_place() {
+    let place = TempFolder::new("program-mistakes");
+    let text = truss(&place);
+    for (from, to, message, line) in [
+        ("command = [\"sh\", \"truss.sh\"]", "command = []", "the command is empty", "command = []"),
+        ("command = [\"sh\", \"truss.sh\"]", "command = \"sh\"", "a list of texts", "command = \"sh\""),
+        ("program = \"number\"", "value = \"area\"", "the program computes the outputs", "value = \"area\""),
+        ("program = \"number\"", "program = \"series\"", "`series`", "program = \"series\""),
+        ("program = \"number\"", "program = \"history\"", "no time points", "[time]"),
+        ("derivatives = \"central\"", "derivatives = \"direct\"", "`direct`", "derivatives = \"direct\""),
+        ("derivatives = \"central\"", "jobs = 0", "`jobs` must be at least 1", "jobs = 0"),
+        ("derivatives = \"central\"", "time_limit = -1", "positive number of seconds", "time_limit = -1"),
+        ("derivatives = \"central\"", "derivatives = \"program\"\ndifference = 0.1", "use none", "difference = 0.1"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(place.0.join("bad.toml"), text.replace(from, to)).unwrap();
+        let shown = place.run(&["check", "bad.toml"], 1);
+        assert!(shown.contains(message) && shown.contains(line), "{to}: {shown}");
+    }
+    // Without a program, an output cannot be one of a program.
+    let (begin, end) = (text.find("[analysis]").unwrap(), text.find("[design.area]").unwrap());
+    std::fs::write(place.0.join("bad.toml"), text[..begin].to_owned() + &text[end..]).unwrap();
+    assert!(place.run(&["check", "bad.toml"], 1).contains("there is no program that could compute this output"));
+}
