@@ -7,7 +7,7 @@
 //! | `problem` | model files and problems: analyses, derivatives, checks, runs |
 //! | `state` | the state of a run: history, results, report, figures |
 //!
-//! The Python part in `python/linkwright` checks arguments and gives results their labels.
+//! The Python part in `python/package` checks arguments and gives results their labels.
 
 mod function;
 mod problem;

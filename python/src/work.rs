@@ -69,7 +69,7 @@ fn message(panic: &(dyn Any + Send)) -> &str {
     text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a panic without a message")
 }
 
-/// The exception classes, defined in `linkwright/_errors.py`.
+/// The exception classes, defined in `package/linkwright/_errors.py`.
 pub struct Exceptions {
     failed: Py<PyType>,
     definition: Py<PyType>,

@@ -1,5 +1,6 @@
 """Models that several tests use."""
 
+import faulthandler
 from pathlib import Path
 
 import pytest
@@ -20,3 +21,11 @@ def absorber() -> linkwright.Model:
 @pytest.fixture
 def formula() -> linkwright.Model:
     return linkwright.Model.from_file(MODELS / "impact-absorber-formula.toml")
+
+
+@pytest.fixture(autouse=True)
+def no_hang():
+    """Ends a test that waits for ever, with the stacks of all threads: locks and thread pools can do that."""
+    faulthandler.dump_traceback_later(300, exit=True)
+    yield
+    faulthandler.cancel_dump_traceback_later()

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _core, _toml
+from ._core import Problem as CoreProblem
 from ._errors import AnalysisError, DefinitionError
 from ._functions import Functions
 from ._results import (
@@ -39,9 +40,9 @@ def methods() -> dict[str, str]:
 class BaseProblem:
     """What models and problems have in common."""
 
-    _core: _core.Problem
+    _core: CoreProblem
 
-    def _attach(self, core: _core.Problem) -> None:
+    def _attach(self, core: CoreProblem) -> None:
         self._core = core
         self.title, self.objective_name, self.objective_unit, self._sign = core.head
         self.variables = tuple(Variable(*row) for row in core.variables)
@@ -105,9 +106,9 @@ class BaseProblem:
 
     def _check_finite(self, designs: Array) -> None:
         if not np.isfinite(designs).all():
-            *row, k = np.argwhere(~np.isfinite(designs))[0]
-            where = f" of design {row[0]}" if row else ""
-            raise DefinitionError(f"design variable `{self.variable_names[k]}`{where} is {designs[(*row, k)]}")
+            index = tuple(np.argwhere(~np.isfinite(designs))[0])
+            where = f" of design {index[0]}" if len(index) > 1 else ""
+            raise DefinitionError(f"design variable `{self.variable_names[index[-1]]}`{where} is {designs[index]}")
 
     def analyze(self, b: Design = None) -> Analysis:
         """Analyse a design.
@@ -235,7 +236,7 @@ class BaseProblem:
         -------
         Comparison
         """
-        rows = []
+        rows: list[dict[str, Any]] = []
         for name in methods() if names is None else names:
             status, objective, violation, cycles, analyses, derivatives, kkt, design = self._core.compare(name)
             rows.append(
@@ -490,12 +491,13 @@ class Problem(BaseProblem):
             responses = [responses]
         if not isinstance(responses, Mapping):
             responses = {key: {} for key in responses}
-        points = len(table["time"]["at"]) if "time" in table else None
-        outputs, shapes = [], {}
+        points = len(table["time"]["at"]) if "time" in table else 0
+        outputs: list[dict[str, Any]] = []
+        shapes: dict[str, tuple[int, ...]] = {}
         for key, value in responses.items():
             output = dict(value) if isinstance(value, Mapping) else {"unit": value}
-            over_time = output.pop("over_time", points is not None)
-            if over_time and points is None:
+            over_time = output.pop("over_time", "time" in table)
+            if over_time and "time" not in table:
                 raise DefinitionError(f"response `{key}` has values over time, but there are no time points; give `time`")
             shapes[key] = (points,) if over_time else ()
             # The value only says whether there is one for each time point; the functions compute it.

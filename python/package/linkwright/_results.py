@@ -126,7 +126,7 @@ class Analyses:
 
     def to_pandas(self) -> Any:
         """Return a DataFrame with a row for each design: variables, objective, violation, responses that do not depend on time, failure."""
-        columns = {name: self.designs[:, k] for k, name in enumerate(self.variables)}
+        columns: dict[str, Any] = {name: self.designs[:, k] for k, name in enumerate(self.variables)}
         columns |= {name: values for name, values in self.responses.items() if values.ndim == 1}
         columns |= {"objective": self.objective, "violation_pct": self.violation_pct, "failure": self.failures}
         return _pandas().DataFrame(columns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -334,4 +334,4 @@ def _converted(found: Result, blocks: list[Block]) -> Any:
     )
 
 
-__all__: Iterable[str] = ["OptimizeResult", "minimize", "scipy_method"]
+__all__ = ["OptimizeResult", "minimize", "scipy_method"]

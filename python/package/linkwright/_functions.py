@@ -31,8 +31,10 @@ class Functions:
         for function, what in [(analyze, "analyze"), (derivatives, "derivatives"), (second, "second_derivatives"), (map, "map")]:
             if function is not None and not callable(function) and not isinstance(function, bool):
                 raise DefinitionError(f"`{what}` is not a function: {function!r}")
-        self.derivatives = None if derivatives is False else derivatives
-        self.second, self.map, self.n, self.width = second, map, n, n
+        self.derivatives: Any = None if derivatives is False else derivatives
+        self.second: Any = second
+        self.map: Any = map
+        self.n = self.width = n
         self.one = One(analyze, self.derivatives is True, shapes)
         self._last: tuple[bytes, Any] = (b"", None)
 
