@@ -9,6 +9,7 @@ mod histories;
 mod invalid;
 mod issues;
 mod library;
+mod many_designs;
 mod matrix;
 mod optima;
 mod papers;

@@ -2,7 +2,6 @@
 
 use super::ridders::StepValues;
 use crate::problem::{Analysis, ResponseAt, Responses};
-use rayon::prelude::*;
 
 /// Steps of extrapolated differences for each variable.
 const STEPS: usize = 11;
@@ -14,23 +13,30 @@ const FIRST: f64 = 1e-2;
 pub struct DifferenceSamples(Vec<(f64, [Responses; 2])>);
 
 impl DifferenceSamples {
-    /// Analyses designs around `b` along every variable, in parallel; `scales` are the sizes of the variables.
+    /// Analyses designs around `b` along every variable by [`Analysis::analyze_many`]; `scales` are the sizes of the variables.
     ///
     /// Designs that cannot be analysed are omitted.
     pub fn along_all(analysis: &dyn Analysis, b: &[f64], scales: &[f64]) -> Vec<Self> {
+        let distance = |i: usize, k: usize| {
+            let wanted = FIRST * scales[i] * 0.5f64.powi(k as i32);
+            (b[i] + wanted) - b[i] // the distance that the sum represents
+        };
+        let tasks = (0..b.len()).flat_map(|i| (0..STEPS).map(move |k| (i, k)));
+        let steps: Vec<(usize, f64)> = tasks.map(|(i, k)| (i, distance(i, k))).filter(|(_, h)| *h > 0.0).collect();
         let moved = |i: usize, by: f64| {
             let mut design = b.to_vec();
             design[i] += by;
-            analysis.analyze(&design).ok().map(|responses| Responses::new(responses.values))
+            design
         };
-        let both = |task: usize| {
-            let (i, k) = (task / STEPS, task % STEPS);
-            let wanted = FIRST * scales[i] * 0.5f64.powi(k as i32);
-            let h = (b[i] + wanted) - b[i]; // the distance that the sum represents
-            if h > 0.0 { Some((h, [moved(i, h)?, moved(i, -h)?])) } else { None }
-        };
-        let mut all: Vec<Option<_>> = (0..STEPS * b.len()).into_par_iter().map(both).collect();
-        all.chunks_mut(STEPS).map(|around| Self(around.iter_mut().filter_map(Option::take).collect())).collect()
+        let designs: Vec<Vec<f64>> = steps.iter().flat_map(|&(i, h)| [moved(i, h), moved(i, -h)]).collect();
+        let mut all: Vec<Self> = b.iter().map(|_| Self(vec![])).collect();
+        let mut analysed = analysis.analyze_many(&designs).into_iter();
+        for (i, h) in steps {
+            if let (Some(Ok(ahead)), Some(Ok(behind))) = (analysed.next(), analysed.next()) {
+                all[i].0.push((h, [ahead, behind]));
+            }
+        }
+        all
     }
 
     /// The values of one response at one time point.

@@ -3,6 +3,7 @@
 use super::Intermediates;
 use error::Result;
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -94,6 +95,15 @@ pub trait Analysis: Send + Sync {
     /// All responses at design `b` (length n).
     fn analyze(&self, b: &[f64]) -> Result<Responses>;
 
+    /// All responses at each of many designs, without traces: in parallel, unless the analysis replaces this method.
+    ///
+    /// Finite differences and gradient checks call it. An analysis that must not run concurrently, or that runs on other
+    /// machines, has its own.
+    fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        let one = |b: &Vec<f64>| self.analyze(b).map(|responses| Responses::new(responses.values));
+        designs.par_iter().map(one).collect()
+    }
+
     /// ∂r/∂b of the wanted responses: one row for each, n columns. `responses` is the result of [`Analysis::analyze`] at `b`.
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>>;
 
@@ -141,6 +151,10 @@ pub trait ContinuousTime: Send + Sync {
 impl<A: Analysis + ?Sized> Analysis for &A {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         (**self).analyze(b)
+    }
+
+    fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        (**self).analyze_many(designs)
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

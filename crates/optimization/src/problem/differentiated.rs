@@ -50,6 +50,10 @@ impl<A: Analysis> Analysis for Differentiated<A> {
         self.analysis.analyze(b)
     }
 
+    fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        self.analysis.analyze_many(designs)
+    }
+
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.chosen()?.sensitivities(b, responses, wanted)
     }

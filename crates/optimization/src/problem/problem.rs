@@ -7,6 +7,7 @@ use super::{
 };
 use super::{PeakTime, maxima};
 use error::{Error, Readable, Result};
+use rayon::prelude::*;
 use std::collections::HashSet;
 
 /// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.
@@ -87,7 +88,11 @@ impl Problem {
     /// [`Error::NotFinite`] with response, time and design, or the error of the analysis.
     pub fn analyze(&self, b: &[f64]) -> Result<Responses> {
         Error::check_length("design", self.n(), b.len())?;
-        let responses = self.analysis.analyze(b)?;
+        self.checked(b, self.analysis.analyze(b)?)
+    }
+
+    /// The responses at design `b`, if shape and all values are right.
+    fn checked(&self, b: &[f64], responses: Responses) -> Result<Responses> {
         self.check_shape(&responses)?;
         for (declared, values) in self.responses.iter().zip(&responses.values) {
             if let Some(p) = values.iter().position(|v| !v.is_finite()) {
@@ -107,6 +112,21 @@ impl Problem {
         let responses = self.analyze(b)?;
         let evaluation = self.evaluate(b, &responses)?;
         Ok(AnalyzedDesign { design: b.to_vec(), responses, evaluation })
+    }
+
+    /// Analyses and evaluates many designs by [`Analysis::analyze_many`], by default in parallel: the result of
+    /// [`analyze_design`](Self::analyze_design) for each, without traces.
+    pub fn analyze_designs(&self, designs: &[Vec<f64>]) -> Vec<Result<AnalyzedDesign>> {
+        if let Some(b) = designs.iter().find(|b| b.len() != self.n()) {
+            let wrong = || Error::check_length("design", self.n(), b.len()).expect_err("the lengths differ");
+            return designs.iter().map(|_| Err(wrong())).collect();
+        }
+        let evaluated = |(b, responses): (&Vec<f64>, Result<Responses>)| {
+            let responses = self.checked(b, responses?)?;
+            let evaluation = self.evaluate(b, &responses)?;
+            Ok(AnalyzedDesign { design: b.clone(), responses, evaluation })
+        };
+        designs.par_iter().zip(self.analysis.analyze_many(designs)).map(evaluated).collect()
     }
 
     /// Checks that every response has a value at every point of its grid.

@@ -4,7 +4,9 @@ use crate::gradient_check::{DifferenceSamples, ridders};
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
-use rayon::prelude::*;
+
+/// Designs that are analysed before their responses are reduced to the wanted ones.
+const AT_ONCE: usize = 256;
 
 /// An analysis whose sensitivities are replaced by differences of itself, with the step h_i = ε |b_i| of each variable (ε itself
 /// where b_i = 0), or steps h_i that are given:
@@ -16,8 +18,8 @@ use rayon::prelude::*;
 /// | [`richardson`](Self::richardson) | (4 D(h/2) − D(h)) / 3 | h⁴ | 4 n |
 /// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, the best one for curvature and noise | estimated | 22 n |
 ///
-/// All analyses of a sensitivity analysis run in parallel; the result has the same bits for any number of threads. For
-/// derivatives of the whole analysis in dual numbers use the direct method.
+/// All analyses of a sensitivity analysis are made by [`Analysis::analyze_many`], by default in parallel; the result has the same
+/// bits for any number of threads. For derivatives of the whole analysis in dual numbers use the direct method.
 #[derive(Clone, Debug)]
 pub struct Differences<A> {
     analysis: A,
@@ -145,14 +147,21 @@ impl<A: Analysis> Differences<A> {
             return self.noise_aware_at(b, responses, wanted);
         }
         let points = self.formula.points();
-        let read = |task: usize| -> Result<(f64, Vec<f64>)> {
+        let moved = |task: usize| {
             let (i, (offset, _)) = (task / points.len(), points[task % points.len()]);
             let mut moved = b.to_vec();
             moved[i] += offset * factor * self.step.of(b, i);
-            let responses = self.analysis.analyze(&moved)?;
-            Ok((moved[i], wanted.iter().map(|&at| responses.at(at)).collect()))
+            moved
         };
-        let samples: Vec<_> = (0..points.len() * b.len()).into_par_iter().map(read).collect::<Result<_>>()?;
+        let designs: Vec<Vec<f64>> = (0..points.len() * b.len()).map(moved).collect();
+        let mut samples: Vec<(f64, Vec<f64>)> = Vec::with_capacity(designs.len());
+        for chunk in designs.chunks(AT_ONCE) {
+            for responses in self.analysis.analyze_many(chunk) {
+                let (responses, task) = (responses?, samples.len());
+                let values = wanted.iter().map(|&at| responses.at(at)).collect();
+                samples.push((designs[task][task / points.len()], values));
+            }
+        }
         let derivative = |row: usize, i: usize| {
             let value = responses.at(wanted[row]);
             // The distance in floating point replaces the step.
@@ -189,6 +198,10 @@ impl<A: Analysis> Differences<A> {
 impl<A: Analysis> Analysis for Differences<A> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         self.analysis.analyze(b)
+    }
+
+    fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        self.analysis.analyze_many(designs)
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

@@ -1,0 +1,554 @@
+"""Models and problems."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _core, _toml
+from ._core import Problem as CoreProblem
+from ._errors import AnalysisError, DefinitionError
+from ._functions import Functions
+from ._results import (
+    Analyses,
+    Analysis,
+    Array,
+    Check,
+    Comparison,
+    Cycle,
+    Result,
+    Sensitivities,
+    Variable,
+    cycle,
+)
+
+Design = Any
+"""A design: an array of shape (n,), a mapping of names to values (the others start), or None for the start."""
+
+Method = Any
+"""A method: its name, or a dictionary with the keys of ``[method]`` in a model file."""
+
+
+def methods() -> dict[str, str]:
+    """Return the names and descriptions of all methods."""
+    return dict(_core.methods())
+
+
+class BaseProblem:
+    """What models and problems have in common."""
+
+    _core: CoreProblem
+
+    def _attach(self, core: CoreProblem) -> None:
+        self._core = core
+        self.title, self.objective_name, self.objective_unit, self._sign = core.head
+        self.variables = tuple(Variable(*row) for row in core.variables)
+        self.variable_names = tuple(variable.name for variable in self.variables)
+        self.response_names = tuple(row[0] for row in core.responses)
+        self.constraint_names = tuple(row[0] for row in core.constraints)
+        grid = core.time
+        self.time: Array | None = None if grid is None else grid[2]
+        if self.time is not None:
+            self.time.flags.writeable = False
+
+    @property
+    def start(self) -> Array:
+        """The start design, shape (n,)."""
+        return np.array([variable.start for variable in self.variables])
+
+    @property
+    def lower(self) -> Array:
+        """The lower bounds, shape (n,)."""
+        return np.array([variable.lower for variable in self.variables])
+
+    @property
+    def upper(self) -> Array:
+        """The upper bounds, shape (n,)."""
+        return np.array([variable.upper for variable in self.variables])
+
+    @property
+    def fingerprint(self) -> int:
+        """A number that identifies the problem: a hash of its names, limits and time points."""
+        return self._core.fingerprint
+
+    def design(self, b: Design = None) -> Array:
+        """Return a design as an array of shape (n,).
+
+        Parameters
+        ----------
+        b : array_like, mapping or None
+            Values in the order of the variables, or values by name (the others have their start values), or None for the start.
+
+        Raises
+        ------
+        DefinitionError
+            For a wrong length, type or name, and for NaN.
+        """
+        if b is None:
+            return self.start
+        if isinstance(b, Mapping):
+            unknown = [name for name in b if name not in self.variable_names]
+            if unknown:
+                known = ", ".join(self.variable_names)
+                raise DefinitionError(f"there is no design variable `{unknown[0]}`; there are {known}")
+            b = [b.get(variable.name, variable.start) for variable in self.variables]
+        array = _numbers(b, "the design")
+        if array.shape != (len(self.variables),):
+            names = ", ".join(self.variable_names[:8])
+            raise DefinitionError(
+                f"the design has the shape {array.shape}, expected ({len(self.variables)},): a value for each of {names}"
+            )
+        self._check_finite(array)
+        return array
+
+    def _check_finite(self, designs: Array) -> None:
+        if not np.isfinite(designs).all():
+            index = tuple(np.argwhere(~np.isfinite(designs))[0])
+            where = f" of design {index[0]}" if len(index) > 1 else ""
+            raise DefinitionError(f"design variable `{self.variable_names[index[-1]]}`{where} is {designs[index]}")
+
+    def analyze(self, b: Design = None) -> Analysis:
+        """Analyse a design.
+
+        Parameters
+        ----------
+        b : array_like of shape (n,), mapping or None
+            The design, see :meth:`design`.
+
+        Returns
+        -------
+        Analysis
+
+        Raises
+        ------
+        AnalysisError
+            If the design cannot be analysed.
+        """
+        design = self.design(b)
+        responses, objective, constraints, violation = self._core.analyze(design)
+        return Analysis(
+            design,
+            self.variable_names,
+            self.time,
+            self._labelled_responses(responses),
+            self._sign * objective,
+            self._labelled_constraints(constraints),
+            violation,
+        )
+
+    def analyze_many(self, designs: Any) -> Analyses:
+        """Analyse many designs in one call, a model on all cores. Designs that fail have NaN and a reason.
+
+        Parameters
+        ----------
+        designs : array_like of shape (m, n)
+
+        Returns
+        -------
+        Analyses
+        """
+        array = _numbers(designs, "designs")
+        if array.ndim != 2 or array.shape[1] != len(self.variables):
+            raise DefinitionError(f"designs have the shape {array.shape}, expected (m, {len(self.variables)})")
+        self._check_finite(array)
+        responses, objective, constraints, violation, failures = self._core.analyze_many(array)
+        return Analyses(
+            array,
+            self.variable_names,
+            self.time,
+            {row[0]: v if row[2] else v[:, 0] for row, v in zip(self._core.responses, responses)},
+            self._sign * objective,
+            {row[0]: v if row[4] else v[:, 0] for row, v in zip(self._core.constraints, constraints)},
+            violation,
+            failures,
+        )
+
+    def sensitivities(
+        self, b: Design = None, *, method: str | None = None, responses: Iterable[str] | None = None
+    ) -> Sensitivities:
+        """Differentiate the responses with respect to the design variables.
+
+        Parameters
+        ----------
+        b : array_like of shape (n,), mapping or None
+            The design, see :meth:`design`.
+        method : str, optional
+            One of :attr:`gradient_methods` (such as `direct` or `adjoint`), or finite differences of whole analyses:
+            `forward`, `central`, `richardson`, `noise-aware`. By default the method of the model.
+        responses : iterable of str, optional
+            Names of the responses; all by default.
+
+        Returns
+        -------
+        Sensitivities
+        """
+        design = self.design(b)
+        indices = self._response_indices(responses)
+        arrays = self._core.sensitivities(design, indices, method)
+        values = {}
+        for h, array in zip(indices, arrays):
+            name, _, over_time = self._core.responses[h]
+            values[name] = array if over_time else array[0]
+        return Sensitivities(design, self.variable_names, self.time, values)
+
+    @property
+    def gradient_methods(self) -> tuple[str, ...]:
+        """Names of the methods by which the analysis can be differentiated; empty if it has one only."""
+        return tuple(self._core.gradient_methods)
+
+    def check(self, b: Design = None, *, points: int = 5, responses: Iterable[str] | None = None) -> Check:
+        """Compare the derivatives by all methods with finite differences that estimate their own error.
+
+        Parameters
+        ----------
+        b : array_like of shape (n,), mapping or None
+            The design, see :meth:`design`.
+        points : int
+            Time points of each response.
+        responses : iterable of str, optional
+            Names of the responses; all by default.
+
+        Returns
+        -------
+        Check
+        """
+        if points < 1:
+            raise DefinitionError(f"points must be at least 1, got {points}")
+        found, table = self._core.check(self.design(b), int(points), self._response_indices(responses))
+        rows = []
+        for response, time, variable, values, difference, error, status, explanation in table:
+            row = {"response": response, "time": time, "variable": variable, **dict(zip(found, values))}
+            rows.append(row | {"differences": difference, "error": error, "status": status, "explanation": explanation})
+        return Check(tuple(found), rows)
+
+    def compare(self, names: Iterable[str] | None = None) -> Comparison:
+        """Run several methods on this problem.
+
+        Parameters
+        ----------
+        names : iterable of str, optional
+            Names of methods; all by default.
+
+        Returns
+        -------
+        Comparison
+        """
+        rows: list[dict[str, Any]] = []
+        for name in methods() if names is None else names:
+            status, objective, violation, cycles, analyses, derivatives, kkt, design = self._core.compare(name)
+            rows.append(
+                {
+                    "method": name,
+                    "status": status,
+                    "objective": self._sign * objective,
+                    "violation_pct": violation,
+                    "cycles": cycles,
+                    "analyses": analyses,
+                    "sensitivity_analyses": derivatives,
+                    "kkt_residual": kkt,
+                    "design": np.array(design),
+                }
+            )
+        if not rows:
+            raise DefinitionError("there is no method to compare")
+        rows.sort(key=lambda r: (r["status"] != "converged", r["analyses"] == 0, r["analyses"] + r["sensitivity_analyses"]))
+        return Comparison(rows)
+
+    def optimize(
+        self,
+        method: Method = None,
+        callback: Callable[[Cycle], Any] | None = None,
+        *,
+        start: Design = None,
+        resume: Result | None = None,
+    ) -> Result:
+        """Find the best design.
+
+        Parameters
+        ----------
+        method : str or dict, optional
+            Name of a method (see :func:`linkwright.methods`), or a dictionary with the keys of ``[method]`` in a model file, for
+            instance ``{"preset": "gcmma", "max_cycles": 50}``. By default that of the model; `automatic` for a
+            :class:`Problem`.
+        callback : callable, optional
+            ``callback(cycle)`` is called with each :class:`Cycle`, the start first. The run stops if it returns True or raises
+            ``StopIteration``; any other exception ends the run and is raised here.
+        start : array_like of shape (n,), mapping or None
+            The start design, see :meth:`design`.
+        resume : Result, optional
+            A result of this problem, from which the run continues; with the same method it has the same bits as a run without
+            interruption.
+
+        Returns
+        -------
+        Result
+
+        Raises
+        ------
+        KeyboardInterrupt
+            After Ctrl-C, at the end of the cycle.
+        """
+        stopped = False
+
+        def observe(state: _core.State) -> bool:
+            nonlocal stopped
+            if callback is None:
+                return False
+            row = {name: values[0] for name, values in state.history(True).items()}
+            try:
+                stopped = callback(cycle(self, row, state.designs(True)[0], state)) is True
+            except StopIteration:
+                stopped = True
+            return stopped
+
+        state = None if resume is None else resume._state
+        found = self._core.optimize(self.design(start), self._method(method), observe, state)
+        return Result(self, found, stopped=stopped and found.status[0] == "running")
+
+    def _method(self, method: Method) -> str | None:
+        if method is None:
+            return None
+        table = {"preset": method} if isinstance(method, str) else method
+        if not isinstance(table, Mapping):
+            raise DefinitionError(f"a method is a name or a dictionary, got {method!r}")
+        return _toml.dumps({"method": table})
+
+    def _response_indices(self, names: Iterable[str] | None) -> list[int]:
+        if names is None:
+            return list(range(len(self.response_names)))
+        if isinstance(names, str):
+            names = [names]
+        indices = []
+        for name in names:
+            if name not in self.response_names:
+                raise DefinitionError(f"there is no response `{name}`; there are {', '.join(self.response_names)}")
+            indices.append(self.response_names.index(name))
+        return indices
+
+    def _labelled_responses(self, arrays: Sequence[Array]) -> dict[str, Any]:
+        return {row[0]: v if row[2] else float(v[0]) for row, v in zip(self._core.responses, arrays)}
+
+    def _labelled_constraints(self, arrays: Sequence[Array]) -> dict[str, Any]:
+        return {row[0]: v if row[4] else float(v[0]) for row, v in zip(self._core.constraints, arrays)}
+
+    def __repr__(self) -> str:
+        points = 0 if self.time is None else len(self.time)
+        sizes = f"{len(self.variables)} variables, {len(self.response_names)} responses, {len(self.constraint_names)} constraints"
+        return f"<{type(self).__name__} {self.title!r}: {sizes}, {points} time points>"
+
+
+class Model(BaseProblem):
+    """A mechanism with its outputs, an objective, constraints and a method, as in a model file.
+
+    Parameters
+    ----------
+    text : str
+        The text of a model file.
+    name : str
+        Its name in messages.
+
+    Examples
+    --------
+    >>> import linkwright
+    >>> model = linkwright.Model.from_dict({
+    ...     "design": {"width": {"start": 3.0, "lower": 0.5}},
+    ...     "output": [{"name": "stress", "value": "1/width"}],
+    ...     "objective": {"minimize": "width"},
+    ...     "constraint": [{"name": "strength", "value": "stress", "at_most": 0.5}],
+    ... })
+    >>> round(model.optimize("automatic").objective, 4)
+    2.0
+    """
+
+    def __init__(self, text: str, name: str = "model") -> None:
+        if not isinstance(text, str):
+            raise DefinitionError(f"the text of a model is a string, got {type(text).__name__}")
+        self.text, self.name = text, name
+        self._attach(_core.Problem(name, text))
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Model:
+        """Read a model file."""
+        with open(path, encoding="utf-8") as file:
+            return cls(file.read(), os.fspath(path))
+
+    @classmethod
+    def from_string(cls, text: str, name: str = "model") -> Model:
+        """Read the text of a model file."""
+        return cls(text, name)
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], name: str = "model") -> Model:
+        """Make a model from a dictionary with the sections and keys of a model file.
+
+        A list of dictionaries is a repeated section such as ``[[body]]``. Values may be NumPy numbers and arrays. ``version`` is
+        2 by default.
+        """
+        if not isinstance(table, Mapping):
+            raise DefinitionError(f"a model is a dictionary of sections, got {type(table).__name__}")
+        return cls(_toml.dumps({"version": 2, **table}), name)
+
+    @property
+    def note(self) -> str | None:
+        """A note with the new words of a file of an earlier version."""
+        return self._core.note
+
+    def __reduce__(self) -> Any:
+        return type(self), (self.text, self.name)
+
+
+class Problem(BaseProblem):
+    """A problem whose responses are computed by Python functions.
+
+    Parameters
+    ----------
+    variables : mapping
+        Names to start values, or to tables with `start`, `lower`, `upper`, `unit`.
+    responses : mapping or sequence
+        Names, or names to tables with `unit`, `linear_in` (intermediate variables: `reciprocal`, `area`, a power, or one of
+        them for each variable by name) and `over_time` (True by default if there are time points).
+    analyze : callable
+        ``analyze(b)`` with `b` of shape (n,) returns the responses: a mapping of names to values, a sequence in their order, or
+        the values of the only one. A response over time has the shape (nt,), another is a number. Where a design cannot be
+        analysed it raises :class:`AnalysisError`; NaN has the same effect.
+    derivatives : callable or True, optional
+        ``derivatives(b)`` returns ∂r/∂b in the same form, with shapes (nt, n) and (n,). True if `analyze` returns a pair
+        (responses, derivatives). Without it there are finite differences.
+    second_derivatives : callable, optional
+        ``second_derivatives(b)`` with shapes (nt, n, n) and (n, n), for methods that use them.
+    objective : str or mapping
+        The quantity to minimize: a formula of responses and variables, or a table with the keys of ``[objective]`` in a model
+        file, such as ``{"minimize": "force", "over": "peak", "bound": {"start": 1.0}}`` or ``{"maximize": "speed"}``.
+    constraints : mapping, optional
+        Names to tables with the keys of ``[[constraint]]``: `value` (a formula; the name by default), `at_most`, `at_least`,
+        `equals`, `scale`, `from`, `to`, `continuous`, `neighbours`.
+    time : array_like or mapping, optional
+        The time points, shape (nt,), or a table with `at`, `name` and `unit`.
+    differences : str, optional
+        `forward`, `central` (the default), `richardson`, or `noise-aware`, for responses with noise.
+    step : float, optional
+        Relative step of the differences.
+    map : callable, optional
+        ``map(function, designs)``, for instance the `map` of an executor: designs of finite differences and of
+        :meth:`analyze_many` are analysed by it. `analyze` must then be fit for it (a pool of processes pickles it). By default
+        designs are analysed one after another in the calling thread.
+    name : str
+        Title for tables and figures.
+    method : str or mapping
+        The default method of :meth:`optimize`.
+
+    Notes
+    -----
+    Objective and constraints are formulas of the responses, which the approximations use exactly. What cannot be written as a
+    formula is computed in `analyze` as another response.
+
+    Examples
+    --------
+    >>> import numpy, linkwright
+    >>> problem = linkwright.Problem(
+    ...     {"width": {"start": 3.0, "lower": 0.5}}, ["stress"], lambda b: 1 / b[0],
+    ...     derivatives=lambda b: -1 / b**2,
+    ...     objective="width", constraints={"strength": {"value": "stress", "at_most": 0.5}})
+    >>> round(problem.optimize().objective, 4)
+    2.0
+    """
+
+    def __init__(
+        self,
+        variables: Mapping[str, Any],
+        responses: Mapping[str, Any] | Sequence[str],
+        analyze: Callable[[Array], Any],
+        *,
+        derivatives: Callable[[Array], Any] | bool | None = None,
+        second_derivatives: Callable[[Array], Any] | None = None,
+        objective: str | Mapping[str, Any],
+        constraints: Mapping[str, Mapping[str, Any]] | None = None,
+        time: Any = None,
+        differences: str = "central",
+        step: float | None = None,
+        map: Callable[..., Iterable[Any]] | None = None,
+        name: str = "problem",
+        method: Method = "automatic",
+    ) -> None:
+        self._arguments = {key: value for key, value in locals().items() if key not in ("self", "__class__")}
+        self._setup()
+
+    def _setup(self) -> None:
+        a = self._arguments
+        table: dict[str, Any] = {"version": 2, "title": a["name"]}
+        table["design"] = {
+            key: _bounded(value) if isinstance(value, Mapping) else {"start": value}
+            for key, value in _mapping(a["variables"], "variables").items()
+        }
+        if a["time"] is not None:
+            time = a["time"] if isinstance(a["time"], Mapping) else {"at": _numbers(a["time"], "time")}
+            table["time"] = {**time, "at": _numbers(time.get("at"), "time")}
+        responses = a["responses"]
+        if isinstance(responses, str):
+            responses = [responses]
+        if not isinstance(responses, Mapping):
+            responses = {key: {} for key in responses}
+        points = len(table["time"]["at"]) if "time" in table else 0
+        outputs: list[dict[str, Any]] = []
+        shapes: dict[str, tuple[int, ...]] = {}
+        for key, value in responses.items():
+            output = dict(value) if isinstance(value, Mapping) else {"unit": value}
+            over_time = output.pop("over_time", "time" in table)
+            if over_time and "time" not in table:
+                raise DefinitionError(f"response `{key}` has values over time, but there are no time points; give `time`")
+            shapes[key] = (points,) if over_time else ()
+            # The value only says whether there is one for each time point; the functions compute it.
+            outputs.append({"name": key, "value": "time" if over_time else "0", **output})
+        table["output"] = outputs
+        objective = a["objective"]
+        table["objective"] = objective if isinstance(objective, Mapping) else {"minimize": objective}
+        table["constraint"] = [
+            {"name": key, "value": key, **_mapping(value, f"constraint `{key}`")}
+            for key, value in _mapping(a["constraints"] or {}, "constraints").items()
+        ]
+        if not table["constraint"]:
+            del table["constraint"]
+        method = a["method"]
+        table["method"] = {"preset": method} if isinstance(method, str) else method
+        functions = Functions(
+            a["analyze"], a["derivatives"], a["second_derivatives"], a["map"], shapes, len(table["design"])
+        )
+        self.text = _toml.dumps(table)
+        self._attach(_core.Problem(a["name"], self.text, functions.table(), (a["differences"], a["step"])))
+        functions.width = len(self.variables)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self._arguments
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self._arguments = state
+        self._setup()
+
+
+def _bounded(variable: Mapping[str, Any]) -> dict[str, Any]:
+    """A variable without infinite bounds, which a model file omits."""
+    none = {"lower": -np.inf, "upper": np.inf}
+    return {key: value for key, value in variable.items() if not (key in none and value is not None and value == none[key])}
+
+
+def _mapping(value: Any, what: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise DefinitionError(f"{what}: expected a mapping, got {type(value).__name__}")
+    return value
+
+
+def _numbers(values: Any, what: str) -> Array:
+    """Values as a new C-contiguous array of float64."""
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise DefinitionError(f"{what}: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise DefinitionError(f"{what}: expected real numbers, got {type(values).__name__} with dtype {array.dtype}")
+    return np.array(array, dtype=np.float64, order="C")
+
+
+__all__ = ["AnalysisError", "BaseProblem", "Design", "Method", "Model", "Problem", "methods"]

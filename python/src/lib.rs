@@ -1,0 +1,34 @@
+//! The compiled part of the Python package `linkwright`: models, problems and runs of the Rust library.
+//!
+//! | module | contents |
+//! |---|---|
+//! | `work` | the border between Python and Rust: interpreter lock, panics, forked processes, exceptions of callbacks |
+//! | `function` | an analysis that calls Python functions |
+//! | `problem` | model files and problems: analyses, derivatives, checks, runs |
+//! | `state` | the state of a run: history, results, report, figures |
+//!
+//! The Python part in `python/package` checks arguments and gives results their labels.
+
+mod function;
+mod problem;
+mod state;
+mod work;
+
+use linkwright::sao::presets;
+use pyo3::prelude::*;
+
+/// Names and titles of all methods.
+#[pyfunction]
+fn methods() -> Vec<(&'static str, &'static str)> {
+    presets().iter().map(|preset| (preset.name, preset.title)).collect()
+}
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<problem::Problem>()?;
+    module.add_class::<state::State>()?;
+    module.add_function(wrap_pyfunction!(methods, module)?)?;
+    module.add_function(wrap_pyfunction!(work::after_fork, module)?)?;
+    module.add_function(wrap_pyfunction!(work::panic, module)?)
+}

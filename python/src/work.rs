@@ -1,0 +1,136 @@
+//! The border between Python and Rust.
+
+use linkwright::Error;
+use linkwright::model_file::DiagnosticReport;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+use std::any::Any;
+use std::cell::RefCell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// True once work was done in this process, so that there may be worker threads.
+static USED: AtomicBool = AtomicBool::new(false);
+/// True in a child process that was forked from such a process: its worker threads do not exist.
+static FORKED: AtomicBool = AtomicBool::new(false);
+
+thread_local! {
+    /// The exception of a Python function during the work of this thread.
+    ///
+    /// [`Error`] carries text only, and a failed analysis means "try a smaller step". The exception is kept here and raised when
+    /// the work returns, with its traceback.
+    static RAISED: RefCell<Option<PyErr>> = const { RefCell::new(None) };
+}
+
+/// Stores the exception of a Python function. The work then ends as soon as it can.
+pub fn keep(error: PyErr) {
+    RAISED.set(Some(error));
+}
+
+/// True if a Python function has raised an exception during the work of this thread.
+pub fn is_interrupted() -> bool {
+    RAISED.with_borrow(Option::is_some)
+}
+
+/// Does work without the interpreter's lock.
+///
+/// Everything that may reach the thread pool goes through here: a thread that waits for the pool while it holds the lock, and
+/// a pool thread that waits for the lock, wait for ever.
+///
+/// # Errors
+///
+/// An exception of a Python function that was called, then the error of the work. A panic becomes a `RuntimeError`, and so does
+/// work in a forked process, whose worker threads do not exist.
+pub fn work<T: Send>(py: Python<'_>, task: impl FnOnce() -> Result<T, Error> + Send) -> PyResult<T> {
+    if FORKED.load(Relaxed) {
+        return Err(PyRuntimeError::new_err(
+            "linkwright was used before this process was forked, and its threads do not exist here; start processes with \
+             multiprocessing.get_context(\"forkserver\") or \"spawn\"",
+        ));
+    }
+    USED.store(true, Relaxed);
+    let outcome = py.detach(|| catch_unwind(AssertUnwindSafe(task)));
+    if let Some(error) = RAISED.take() {
+        return Err(error);
+    }
+    match outcome {
+        Ok(result) => result.map_err(|error| raise(py, &error)),
+        Err(panic) => Err(PyRuntimeError::new_err(format!(
+            "a bug of linkwright: {}; please report it with the model",
+            message(&*panic)
+        ))),
+    }
+}
+
+fn message(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a panic without a message")
+}
+
+/// The exception classes, defined in `package/linkwright/_errors.py`.
+pub struct Exceptions {
+    failed: Py<PyType>,
+    definition: Py<PyType>,
+    model: Py<PyType>,
+    other: Py<PyType>,
+}
+
+/// The exception classes.
+pub fn exceptions(py: Python<'_>) -> PyResult<&'static Exceptions> {
+    static CLASSES: PyOnceLock<Exceptions> = PyOnceLock::new();
+    CLASSES.get_or_try_init(py, || {
+        let module = py.import("linkwright._errors")?;
+        let class = |name| -> PyResult<Py<PyType>> { Ok(module.getattr(name)?.cast_into::<PyType>()?.unbind()) };
+        Ok(Exceptions {
+            failed: class("AnalysisError")?,
+            definition: class("DefinitionError")?,
+            model: class("ModelError")?,
+            other: class("Error")?,
+        })
+    })
+}
+
+/// True if the exception says that a design cannot be analysed.
+pub fn is_failed_analysis(py: Python<'_>, error: &PyErr) -> bool {
+    exceptions(py).is_ok_and(|classes| error.is_instance(py, classes.failed.bind(py)))
+}
+
+fn exception(py: Python<'_>, class: impl FnOnce(&Exceptions) -> &Py<PyType>, text: String) -> PyErr {
+    match exceptions(py) {
+        Ok(classes) => PyErr::from_type(class(classes).bind(py).clone(), text),
+        Err(error) => error,
+    }
+}
+
+/// The exception of an error.
+pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
+    raise_as(py, error, error.to_string())
+}
+
+/// The exception of an error, with another text.
+pub fn raise_as(py: Python<'_>, error: &Error, text: String) -> PyErr {
+    match error {
+        Error::Analysis { .. } | Error::NotFinite { .. } => exception(py, |e| &e.failed, text),
+        Error::Subproblem { .. } => exception(py, |e| &e.other, text),
+        _ => exception(py, |e| &e.definition, text),
+    }
+}
+
+/// The exception of a model that cannot be read.
+pub fn raise_report(py: Python<'_>, report: &DiagnosticReport) -> PyErr {
+    exception(py, |e| &e.model, report.to_string())
+}
+
+/// Called in a child process after a fork.
+#[pyfunction]
+pub fn after_fork() {
+    FORKED.store(USED.load(Relaxed), Relaxed);
+}
+
+/// Panics, for the test that a panic becomes a `RuntimeError`.
+#[pyfunction]
+pub fn panic(py: Python<'_>) -> PyResult<()> {
+    work(py, || panic!("on request"))
+}
