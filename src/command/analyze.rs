@@ -3,7 +3,7 @@
 use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{design, load, located};
-use super::output::say;
+use super::output::{complain, say};
 use super::tables;
 use clap::Args;
 use linkwright::problem::{self, Evaluation, Problem, ResponseAt, Responses};
@@ -63,6 +63,9 @@ impl DesignArguments {
         let design = design(&problem, &self.at)?;
         let responses = located(&model, problem.analyze(&design))?;
         let evaluation = located(&model, problem.evaluate(&design, &responses))?;
+        for warning in problem.analysis.warnings(&design, &responses) {
+            complain(&format!("Warning: {warning}"));
+        }
         say(&format!("{} at {}", model.title(), problem.design_in_words(&design)))?;
         say(&format!("  {:<32} {:>16.9e} {}", problem.objective.name, evaluation.objective, problem.objective.unit))?;
         Ok(AnalysedDesign { problem, design, responses, evaluation })

@@ -31,6 +31,7 @@
 //! * Write `x.powi(2)`, not `x.powf(2.0)`: whole powers are exact at zero.
 
 mod chain_rule;
+pub mod differences;
 mod dual_vec;
 mod gradient;
 mod hyper_dual_vec;

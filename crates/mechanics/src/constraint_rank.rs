@@ -1,5 +1,6 @@
 //! Rank of the constraints: redundant constraints, indeterminate reactions, coordinates that no drive moves.
 
+use crate::Error;
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
@@ -15,16 +16,22 @@ pub(crate) struct ConstraintRank {
     pub redundant: Vec<usize>,
     /// Orthonormal basis of the gradients, by coordinate.
     basis: Vec<Vec<f64>>,
+    /// The smallest part of a gradient that is independent of those before it, as a fraction, and its multiplier.
+    smallest: (f64, usize),
 }
 
 impl ConstraintRank {
     /// The rank in the given state.
     pub fn of(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Self {
-        let mut rank = Self { redundant: Vec::new(), basis: Vec::new() };
+        let mut rank = Self { redundant: Vec::new(), basis: Vec::new(), smallest: (f64::INFINITY, 0) };
         for (m, mut row) in system.constraint_jacobian(mechanism, state).into_iter().enumerate() {
             let whole = norm(&row);
             rank.project(&mut row);
             let rest = norm(&row);
+            let share = rest / whole.max(1e-300);
+            if share < rank.smallest.0 {
+                rank.smallest = (share, m);
+            }
             if rest <= DEPENDENT * whole.max(1e-300) {
                 rank.redundant.push(m);
             } else {
@@ -48,6 +55,29 @@ impl ConstraintRank {
             }
         }
     }
+}
+
+/// Independent part of a gradient below which a position counts as singular.
+const SINGULAR: f64 = 1e-3;
+
+/// The error of an analysis that stops in or near a singular position, where constraints that are independent elsewhere
+/// depend on each other: a dead centre, or a parallelogram in line. `None` if `state` is not near one.
+pub(crate) fn singular_position(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Error> {
+    if mechanism.multipliers == 0 || system.allows_redundancy() || state.q.iter().any(|q| !q.is_finite()) {
+        return None;
+    }
+    let (share, multiplier) = ConstraintRank::of(system, mechanism, state).smallest;
+    (share < SINGULAR).then(|| {
+        let why = format!(
+            "the mechanism is in a singular position at t = {:.6e} s, where this constraint depends on the others (an \
+             independent part of {share:.0e} is left) and the motion can branch",
+            state.t
+        );
+        let remedy = "if a drive moves it, the drive asks for more than the mechanism can reach: reduce its stroke, or change \
+                      lengths; otherwise start elsewhere, replace a joint by a stiff bushing, or take fixed steps, which may \
+                      step over the position, and look at the energy";
+        Error::analysis(name_of(mechanism, Unknown::Multiplier(multiplier)), why, remedy)
+    })
 }
 
 fn norm(row: &[f64]) -> f64 {

@@ -1,6 +1,7 @@
 //! Simulation of a mechanism over time, by implicit or explicit steps.
 
 use crate::Result;
+use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
 use crate::analyses::sampling::{OutputRecorder, interpolate};
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
@@ -9,6 +10,7 @@ use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
 use crate::integrators::explicit::{Explicit, OdeDriver};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
+use crate::mechanism::element::Role;
 use crate::system::state::State;
 
 pub use crate::integrators::settings::{
@@ -30,6 +32,10 @@ pub struct History {
     pub impacts: Vec<Event>,
     /// Numbers of steps and iterations. Iterations of explicit steps are evaluations of the accelerations.
     pub work: Work,
+    /// Change of the energy, if the mechanism conserves it; otherwise `None`.
+    pub energy_drift: Option<EnergyDrift>,
+    /// What makes the results doubtful although the analysis has succeeded: the part, the time and the remedy.
+    pub warnings: Vec<String>,
 }
 
 impl History {
@@ -48,7 +54,8 @@ impl History {
 /// [`Error::Analysis`](crate::Error::Analysis) naming element and time if the mechanism cannot be built or assembled, or if a
 /// step does not converge. Settings that [`Dynamics::check`] rejects.
 pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<History> {
-    record_outputs(mechanism, TimeStepper::new(mechanism, settings, times)?, times, None).map(finished)
+    let outcome = record_outputs(mechanism, TimeStepper::new(mechanism, settings, times)?, times, None)?;
+    Ok(finished(outcome, settings))
 }
 
 /// Simulates as [`simulate`] and records the steps in at most `memory` bytes for derivatives.
@@ -67,13 +74,31 @@ pub fn simulate_recorded(
     let stepper = TimeStepper::new(mechanism, settings, times)?;
     let mut recording = Recording::of(&stepper, memory);
     let outcome = record_outputs(mechanism, stepper, times, Some(&mut recording.store))?;
-    Ok((finished(outcome), recording))
+    Ok((finished(outcome, settings), recording))
 }
 
 /// The history of a simulation by implicit steps with its events.
-fn finished((history, stepper): (History, TimeStepper<'_>)) -> History {
+fn finished((history, stepper): (History, TimeStepper<'_>), settings: &Dynamics) -> History {
     let work = stepper.work();
-    History { impacts: stepper.locator.events, work, ..history }
+    let mut history = History { impacts: stepper.locator.events, work, ..history };
+    history.warnings.extend(interpolated_outputs(settings, &history.times));
+    history
+}
+
+/// Number of output times in one step from which the interpolation between the ends of steps is worth a warning.
+const MANY_OUTPUTS: f64 = 4.0;
+
+/// The warning about fixed steps that are far longer than the distance of the output times.
+fn interpolated_outputs(settings: &Dynamics, times: &[f64]) -> Option<String> {
+    let StepSize::Fixed(h) = settings.step else { return None };
+    let spacing = (times.last()? - times.first()?) / (times.len() - 1) as f64;
+    (h > MANY_OUTPUTS * spacing && spacing > 0.0).then(|| {
+        format!(
+            "the time step of {h:.3e} s is longer than the distance of the output times, {spacing:.3e} s on average: outputs \
+             between the ends of steps are interpolated, and accelerations and reactions are straight lines there. Take a time \
+             step of {spacing:.1e} s or less, or fewer output times."
+        )
+    })
 }
 
 /// Simulates `mechanism` by explicit steps and records its outputs at `times` (increasing, s).
@@ -175,6 +200,7 @@ fn record_outputs<S: Simulation>(
 ) -> Result<(History, S)> {
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.state().clone());
+    let mut energy = EnergyWatch::new(mechanism, &at);
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -183,7 +209,39 @@ fn record_outputs<S: Simulation>(
         store.iter_mut().for_each(|store| store.mark_output(t));
         simulation.sample(t, &mut y, &mut at)?;
         recorder.record(mechanism, &at)?;
+        energy.add(mechanism, &at);
     }
-    let (names, times, work) = (mechanism.output_names(), times.to_vec(), Work::default());
-    Ok((History { names, times, values: recorder.series, last: at, impacts: Vec::new(), work }, simulation))
+    let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());
+    let mut warnings = negative_coefficients(mechanism);
+    warnings.extend(energy_drift.and_then(|drift| drift.warning()));
+    let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());
+    Ok((History { names, times, values, last: at, impacts, work, energy_drift, warnings }, simulation))
+}
+
+/// Warnings about negative stiffnesses and dampings: they feed the motion.
+fn negative_coefficients(mechanism: &Mechanism<f64>) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for instance in &mechanism.elements {
+        let mut at = 0;
+        for input in instance.element.descriptor().map_or(&[][..], |descriptor| descriptor.inputs) {
+            let value = instance.parameters.get(at).copied().unwrap_or(0.0);
+            let effect = match input.name {
+                "stiffness" => "pushes away from the unloaded position",
+                "damping" => "adds energy to the motion",
+                _ => "",
+            };
+            at += match input.role {
+                Role::Marker => 2,
+                Role::Parameter | Role::Gravity => 1,
+                _ => continue,
+            };
+            if value < 0.0 && !effect.is_empty() {
+                let (part, name, unit) = (&instance.name, input.name, input.unit);
+                warnings.push(format!(
+                    "{part}: its {name} of {value} {unit} {effect}; make it positive unless this is meant"
+                ));
+            }
+        }
+    }
+    warnings
 }

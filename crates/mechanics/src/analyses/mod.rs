@@ -1,5 +1,6 @@
 //! Analyses of a mechanism at one design.
 
+pub mod conservation;
 pub mod dynamics;
 pub mod kinematics;
 pub mod modal;

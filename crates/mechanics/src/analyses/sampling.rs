@@ -234,10 +234,18 @@ fn generalized_force<T: StateScalar>(
 
 /// Kinetic and potential energy of the mechanism in J.
 pub fn energy<T: StateScalar>(mechanism: &Mechanism<T>, state: &State<T>) -> [T; 2] {
-    let mut workspace = ElementWorkspace::default();
+    energy_in(mechanism, state, &mut ElementWorkspace::default())
+}
+
+/// [`energy`] with a workspace.
+pub(crate) fn energy_in<T: StateScalar>(
+    mechanism: &Mechanism<T>,
+    state: &State<T>,
+    workspace: &mut ElementWorkspace<T>,
+) -> [T; 2] {
     let mut total = [T::from(0.0); 2];
     for instance in &mechanism.elements {
-        gather(instance, state, &mut workspace);
+        gather(instance, state, workspace);
         let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
         let energy = T::energy(instance.element.as_ref(), &local);
         total[0] += energy.kinetic;

@@ -1,5 +1,6 @@
 //! Generalized-α and HHT-α steps on the index-3 equations of motion.
 
+use crate::constraint_rank::singular_position;
 use crate::elements::element::ElementWorkspace;
 use crate::integrators::predictor::Predictor;
 use crate::mechanism::Mechanism;
@@ -350,6 +351,9 @@ impl<'m> Integrator<'m> {
     /// The error of a step that does not converge.
     fn failure(&mut self, linearization: Linearization) -> Error {
         if let Some(error) = diagnostics::not_finite(self.mechanism, &self.step.new) {
+            return error;
+        }
+        if let Some(error) = singular_position(&self.system, self.mechanism, &self.step.old) {
             return error;
         }
         let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);

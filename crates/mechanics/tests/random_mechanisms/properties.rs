@@ -1,7 +1,8 @@
 //! Properties of a mechanism: derivatives, conservation laws, agreement of schemes.
 
-use crate::differences::{Difference, differences};
+use crate::differences::differences;
 use crate::generator::{Class, RandomMechanism};
+use autodiff::differences::DifferenceEstimate;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::analyses::kinematics::kinematics;
 use linkwright_mechanics::analyses::statics::equilibria;
@@ -114,7 +115,7 @@ impl Comparison<'_> {
             };
             differences(2e-2 * size(k), at)
         };
-        let all: Vec<Option<Vec<Difference>>> = (0..self.b.len()).map(along).collect();
+        let all: Vec<Option<Vec<DifferenceEstimate>>> = (0..self.b.len()).map(along).collect();
         let Some(count) = all.iter().flatten().map(Vec::len).next() else {
             self.findings.unclear += 1;
             return;
@@ -173,10 +174,8 @@ const FLOOR: f64 = 0.1;
 /// Fraction of the largest derivative of all outputs that is lost to rounding in stiff mechanisms.
 const LOST: f64 = 1e-6;
 
+/// The differences of the residual lose digits where large terms cancel, see docs/sensitivities.md.
 const SEMI: f64 = 2e-3;
-
-/// The differences of the residual are inaccurate in beams with large rotations, see docs/sensitivities.md.
-const SEMI_OF_BEAMS: f64 = 0.2;
 
 /// Stages of fixed steps enter a contact, whose stiffness has a vertical tangent there: differences are inaccurate.
 const KINKED: f64 = 2e-2;
@@ -257,8 +256,7 @@ fn check_implicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mu
         let mut methods = vec![("direct", EXACT, rows_of(&direct)), ("adjoint", EXACT, rows_of_matrix(&adjoint))];
         // Where the differences of stiff residuals diverge, an error says so.
         if let Ok(semi) = differentiate_semi_analytically(model, b, &settings, &TIMES, STEP) {
-            let tolerance = if model.class == Class::Flexible { SEMI_OF_BEAMS } else { SEMI };
-            methods.push(("semi-analytical", tolerance, rows_of(&semi)));
+            methods.push(("semi-analytical", SEMI, rows_of(&semi)));
         } else {
             findings.unclear += 1;
         }

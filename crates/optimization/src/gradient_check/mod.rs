@@ -3,21 +3,19 @@
 //! | file | contents |
 //! |---|---|
 //! | `status` | results of a check, and the rules that decide them |
-//! | `ridders` | extrapolated differences with an error estimate, and kinks |
 //! | `samples` | analyses at designs around the checked one |
 
-mod ridders;
 mod samples;
 mod status;
 
-pub use ridders::DifferenceEstimate;
+pub use autodiff::differences::DifferenceEstimate;
 pub use status::{CheckedDerivative, GradientCheck, GradientStatus};
 
 use crate::problem::{Analysis, GradientMethod, Problem, ResponseAt, Responses};
+pub(crate) use autodiff::differences::ridders;
+use autodiff::differences::slope_discontinuity;
 use error::{Error, Result};
 use nalgebra::DMatrix;
-pub(crate) use ridders::ridders;
-use ridders::slope_discontinuity;
 pub(crate) use samples::DifferenceSamples;
 use status::decide;
 

@@ -1,7 +1,7 @@
 //! Responses at designs on both sides of a design, as samples for finite differences.
 
-use super::ridders::StepValues;
 use crate::problem::{Analysis, ResponseAt, Responses};
+use autodiff::differences::StepValues;
 
 /// Steps of extrapolated differences for each variable.
 const STEPS: usize = 11;

@@ -1,7 +1,7 @@
 //! Results of a gradient check: the status of each derivative, and the rules that decide it.
 
-use super::ridders::DifferenceEstimate;
 use crate::problem::ResponseAt;
+use autodiff::differences::DifferenceEstimate;
 
 /// Result of the check of a derivative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -128,6 +128,12 @@ pub trait Analysis: Send + Sync {
         None
     }
 
+    /// What makes the `responses` at the design `b` doubtful although the analysis has succeeded: the part, the time and the
+    /// remedy.
+    fn warnings(&self, _b: &[f64], _responses: &Responses) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The responses between the time points; `None` if the analysis does not offer them.
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         None
@@ -159,6 +165,10 @@ impl<A: Analysis + ?Sized> Analysis for &A {
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         (**self).sensitivities(b, responses, wanted)
+    }
+
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        (**self).warnings(b, responses)
     }
 
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {

@@ -70,6 +70,10 @@ impl<A: Analysis> Analysis for Differentiated<A> {
         self.chosen().ok().map(|method| method.name)
     }
 
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        self.analysis.warnings(b, responses)
+    }
+
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         self.analysis.continuous()
     }

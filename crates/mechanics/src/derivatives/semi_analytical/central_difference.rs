@@ -25,6 +25,8 @@ pub(crate) struct CentralDifference {
     mechanisms: [Mechanism<f64>; 2],
     /// 2 δ in the unit of the design variable, as the difference of the two designs.
     width: f64,
+    /// |b_k|, or 1 where it is zero.
+    size: f64,
     moved: State<f64>,
     values: [Vec<f64>; 2],
 }
@@ -49,7 +51,8 @@ impl CentralDifference {
     /// # Errors
     /// [`Error::Definition`] if the model builds other elements than `like` at one of the designs.
     fn new<M: ParametricMechanism>(model: &M, b: &[f64], k: usize, step: f64, like: &Mechanism<f64>) -> Result<Self> {
-        let distance = step * if b[k] == 0.0 { 1.0 } else { b[k].abs() };
+        let size = if b[k] == 0.0 { 1.0 } else { b[k].abs() };
+        let distance = step * size;
         let at = |by: f64| -> Result<(f64, Mechanism<f64>)> {
             let mut moved = b.to_vec();
             moved[k] += by;
@@ -64,7 +67,12 @@ impl CentralDifference {
         let ((above, first), (below, second)) = (at(distance)?, at(-distance)?);
         let rounded = 0.5 * (above - below); // of the design variables, in floating point
         let moved = State::built(&first, 0.0);
-        Ok(Self { mechanisms: [first, second], width: 2.0 * rounded, moved, values: Default::default() })
+        Ok(Self { mechanisms: [first, second], width: 2.0 * rounded, size, moved, values: Default::default() })
+    }
+
+    /// Size of the design variable: its absolute value, or 1 where it is zero.
+    pub fn size(&self) -> f64 {
+        self.size
     }
 
     /// The derivatives of what `evaluate` writes, where the state `values` has the derivatives `sensitivity`.

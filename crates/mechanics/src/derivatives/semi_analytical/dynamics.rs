@@ -77,6 +77,14 @@ fn propagate_differences(
     Ok(OutputGradients::new(plain.outputs.len(), 1, derivatives))
 }
 
+/// Largest number of differences of the residual in a step; two suffice unless rounding or curvature is large.
+const PASSES: usize = 4;
+
+/// A correction that is small enough to stop, and the largest one that the last pass may leave, as fractions of the
+/// derivatives.
+const SETTLED: f64 = 1e-9;
+const UNSETTLED: f64 = 1e-3;
+
 /// The derivatives of a motion with respect to one design variable, which are propagated along implicit steps.
 struct DifferenceSensitivity<'m> {
     difference: CentralDifference,
@@ -133,21 +141,38 @@ impl<'m> DifferenceSensitivity<'m> {
     }
 
     /// Propagates the derivatives from the beginning of a step to its end.
-    fn advance(&mut self, ConvergedStep { h, end, factor, .. }: &ConvergedStep) {
+    ///
+    /// The derivatives of accelerations and multipliers start from those of the last step, and are corrected by the
+    /// differenced residual until the correction is small. The first difference is taken along a direction that violates the
+    /// linearized constraints and stretches stiff elements; its error grows with the cube of this violation. The next one is
+    /// taken along a direction that satisfies them.
+    fn advance(&mut self, step: &ConvergedStep) -> Result<()> {
         if self.started {
             self.sensitivity.accept();
         }
         self.started = true;
         std::mem::swap(&mut self.old, &mut self.new);
-        self.new.copy_from(end);
+        self.new.copy_from(&step.end);
         let Dynamics { scheme, prescribed, .. } = self.settings;
-        // At fixed unknowns: only the old state and the prescribed coordinates move.
-        let sensitivity = &mut self.sensitivity.new;
-        sensitivity.t = end.t;
-        sensitivity.a.fill(0.0);
-        sensitivity.l.fill(0.0);
-        self.difference.prescribe(sensitivity, |mechanism, state| state.prescribe_positions(mechanism, *prescribed));
-        self.sensitivity.integrate_prescribed(self.plain, scheme, *prescribed, *h);
+        let (h, Step { old, new, .. }) = (step.h, &mut self.sensitivity);
+        new.t = step.end.t;
+        new.a.copy_from_slice(&old.a);
+        new.l.copy_from_slice(&old.l);
+        self.difference.prescribe(new, |mechanism, state| state.prescribe_positions(mechanism, *prescribed));
+        self.sensitivity.integrate_prescribed(self.plain, scheme, *prescribed, h);
+        let mut correction = f64::INFINITY;
+        for pass in 0..PASSES {
+            correction = self.correct(step);
+            if pass > 0 && correction <= SETTLED * self.scale() {
+                return Ok(());
+            }
+        }
+        if correction <= UNSETTLED * self.scale() { Ok(()) } else { Err(self.failure(correction)) }
+    }
+
+    /// Corrects the derivatives at the end of a step; returns the largest correction of a position.
+    fn correct(&mut self, ConvergedStep { h, end, factor, .. }: &ConvergedStep) -> f64 {
+        let scheme = &self.settings.scheme;
         let (position, _) = scheme.newmark_coefficients(*h);
         let (system, workspace, size) = (&self.system, &mut self.workspace, self.changes.len());
         let derivatives = self.difference.derivatives(end, &self.sensitivity.new, |mechanism, state, rows| {
@@ -158,6 +183,28 @@ impl<'m> DifferenceSensitivity<'m> {
         factor.solve_in(&mut self.changes, &mut self.solve_workspace);
         let changes = &self.changes;
         self.sensitivity.correct(&self.system, scheme, *h, |equation| changes[equation][0]);
+        system.largest_coordinate_row(changes) * position
+    }
+
+    /// Size of a position's derivative: the largest of them, but at least the largest position for a change of the design
+    /// variable by its own size.
+    fn scale(&self) -> f64 {
+        let largest = |all: &[f64]| all.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        largest(&self.sensitivity.new.q).max(largest(&self.new.q) / self.difference.size())
+    }
+
+    /// The error of differences that do not settle: the derivatives would be noise.
+    fn failure(&self, correction: f64) -> Error {
+        let why = format!(
+            "the differences of the residual do not settle at t = {:.6e} s: the last correction of a position's derivative is \
+             {correction:.1e}",
+            self.new.t
+        );
+        Error::analysis(
+            "the semi-analytical derivative",
+            why,
+            "take the direct or adjoint method, or another step of the differences",
+        )
     }
 
     /// Records the derivatives of the outputs at the times that the step has reached.
@@ -185,7 +232,7 @@ impl<'m> DifferenceSensitivity<'m> {
 impl StepConsumer<StepBlock> for DifferenceSensitivity<'_> {
     fn propagate(&mut self, block: &StepBlock) -> Result<()> {
         block.steps().iter().try_for_each(|step| {
-            self.advance(step);
+            self.advance(step)?;
             self.record_outputs()
         })
     }

@@ -20,6 +20,19 @@ pub(crate) struct InitialDifferences<'s> {
     pub system: &'s mut System,
 }
 
+/// Number of differences for each problem: the first one is taken along a direction that violates the linearized
+/// equations, and corrected by the second one.
+const PASSES: usize = 2;
+
+/// Role of the coordinates from which a problem is solved.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Guess {
+    /// The solution x is the nearest one: the equations have the term x − guess.
+    Nearest,
+    /// The solution does not depend on them.
+    None,
+}
+
 /// Right-hand sides for one design variable.
 type Rows = Vec<[f64; 1]>;
 
@@ -83,10 +96,10 @@ impl InitialDifferences<'_> {
                 system.constraint_rates(mechanism, state, 1, &mut jets, rows);
             }
         };
-        let mut rows = self.rows(differences, &at, sensitivities, |state| part.of(state), residual);
         part.factorize(self.system, self.plain, values, projection)?;
-        self.solve(&mut rows);
-        self.set_unknowns(&rows, sensitivities, |state| part.of(state));
+        self.solve(differences, &at, sensitivities, |state| part.of(state), Guess::Nearest, residual);
+        // The multipliers of the projection are not those of the motion.
+        sensitivities.iter_mut().for_each(|sensitivity| sensitivity.l.fill(0.0));
         Ok(())
     }
 
@@ -101,12 +114,8 @@ impl InitialDifferences<'_> {
         let residual = |system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [f64]| {
             acceleration_rows(system, mechanism, state, &mut workspace, &mut jets, rows);
         };
-        // Accelerations are built without a guess: their derivatives are those of the solution alone.
-        let mut rows = self.rows(differences, values, sensitivities, |state| &mut state.a, residual);
         factorize_accelerations(self.system, self.plain, values)?;
-        self.solve(&mut rows);
-        self.set_unknowns(&rows, sensitivities, |state| &mut state.a);
-        self.set_multipliers(&rows, sensitivities);
+        self.solve(differences, values, sensitivities, |state| &mut state.a, Guess::None, residual);
         Ok(())
     }
 
@@ -118,10 +127,7 @@ impl InitialDifferences<'_> {
         let residual = |system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [f64]| {
             system.residual(mechanism, state, 1.0, &mut workspace, rows);
         };
-        let mut rows = self.rows(differences, values, &mut sensitivities, |state| &mut state.q, residual);
-        self.solve(&mut rows);
-        self.set_unknowns(&rows, &mut sensitivities, |state| &mut state.q);
-        self.set_multipliers(&rows, &mut sensitivities);
+        self.solve(differences, values, &mut sensitivities, |state| &mut state.q, Guess::None, residual);
         sensitivities
     }
 
@@ -129,64 +135,58 @@ impl InitialDifferences<'_> {
     fn clear_guess(&self, sensitivity: &mut State<f64>) {
         sensitivity.v.fill(0.0);
         sensitivity.a.fill(0.0);
-        for unknown in self.system.unknowns() {
-            if let Unknown::Coordinate(i) = *unknown {
-                sensitivity.q[i] = 0.0;
-            }
-        }
+        self.fix_unknowns(&mut sensitivity.q);
     }
 
-    /// Derivatives of the residual at fixed unknowns, minus those of the guess: right-hand sides of opposite sign.
-    fn rows(
-        &self,
+    /// Solves for the derivatives of the unknowns, with the factor of the system: the coordinates of `which` and the
+    /// multipliers, whose derivatives must be zero before.
+    ///
+    fn solve(
+        &mut self,
         differences: &mut [CentralDifference],
         at: &State<f64>,
         sensitivities: &mut [State<f64>],
         which: impl Fn(&mut State<f64>) -> &mut Vec<f64>,
+        role: Guess,
         mut residual: impl FnMut(&System, &Mechanism<f64>, &State<f64>, &mut [f64]),
-    ) -> Vec<Rows> {
-        let size = self.system.size();
-        let one = |(difference, sensitivity): (&mut CentralDifference, &mut State<f64>)| {
-            let guess = std::mem::take(which(sensitivity));
-            let fixed = |(i, &x): (usize, &f64)| if self.system.equation_of(i).is_some() { 0.0 } else { x };
-            *which(sensitivity) = guess.iter().enumerate().map(fixed).collect();
-            let derivatives = difference.derivatives(at, sensitivity, |mechanism, state, rows| {
-                rows.resize(size, 0.0);
-                residual(self.system, mechanism, state, rows);
-            });
-            let minus_guess = |(derivative, unknown): (f64, &Unknown)| match *unknown {
-                Unknown::Coordinate(i) => [derivative - guess[i]],
-                Unknown::Multiplier(_) => [derivative],
-            };
-            derivatives.zip(self.system.unknowns()).map(minus_guess).collect()
-        };
-        differences.iter_mut().zip(sensitivities).map(one).collect()
-    }
-
-    /// Solves for all right-hand sides with the factor of the system.
-    fn solve(&mut self, rows: &mut [Rows]) {
-        rows.iter_mut().for_each(|rows| self.system.factor().solve(rows));
-    }
-
-    fn set_unknowns(
-        &self,
-        rows: &[Rows],
-        sensitivities: &mut [State<f64>],
-        which: impl Fn(&mut State<f64>) -> &mut Vec<f64>,
     ) {
-        for (rows, sensitivity) in rows.iter().zip(sensitivities) {
-            for (row, unknown) in rows.iter().zip(self.system.unknowns()) {
-                if let Unknown::Coordinate(i) = *unknown {
-                    which(sensitivity)[i] = -row[0];
+        let (size, mut rows) = (self.system.size(), Rows::new());
+        for (difference, sensitivity) in differences.iter_mut().zip(sensitivities) {
+            let guess = which(sensitivity).clone();
+            for pass in 0..PASSES {
+                if pass == 0 {
+                    self.fix_unknowns(which(sensitivity));
+                }
+                let derivatives = difference.derivatives(at, sensitivity, |mechanism, state, rows| {
+                    rows.resize(size, 0.0);
+                    residual(self.system, mechanism, state, rows);
+                });
+                rows.clear();
+                rows.extend(derivatives.map(|derivative| [derivative]));
+                if role == Guess::Nearest {
+                    let solution = which(sensitivity);
+                    for (row, unknown) in rows.iter_mut().zip(self.system.unknowns()) {
+                        if let Unknown::Coordinate(i) = *unknown {
+                            row[0] += solution[i] - guess[i];
+                        }
+                    }
+                }
+                self.system.factor().solve(&mut rows);
+                for (row, unknown) in rows.iter().zip(self.system.unknowns()) {
+                    match *unknown {
+                        Unknown::Coordinate(i) => which(sensitivity)[i] -= row[0],
+                        Unknown::Multiplier(m) => sensitivity.l[m] -= row[0],
+                    }
                 }
             }
         }
     }
 
-    fn set_multipliers(&self, rows: &[Rows], sensitivities: &mut [State<f64>]) {
-        for (rows, sensitivity) in rows.iter().zip(sensitivities) {
-            for (m, derivative) in sensitivity.l.iter_mut().enumerate() {
-                *derivative = -rows[self.system.equation_of_multiplier(m)][0];
+    /// Sets the derivatives of the unknown coordinates to zero.
+    fn fix_unknowns(&self, derivatives: &mut [f64]) {
+        for unknown in self.system.unknowns() {
+            if let Unknown::Coordinate(i) = *unknown {
+                derivatives[i] = 0.0;
             }
         }
     }

@@ -5,7 +5,8 @@
 //! $$ \frac{\partial F}{\partial x_1}\frac{dx_1}{db_k} = -\frac{\partial F}{\partial x_0}\frac{dx_0}{db_k} - \frac{\partial F}{\partial b_k} $$
 //!
 //! The right-hand side is a central difference of the residual in `f64`. The mechanism is built at b ± δ e_k, and the old
-//! state is moved by ± δ dx₀/db_k; the matrix is that of the analysis. Assembly, consistent velocities and accelerations,
+//! state is moved by ± δ dx₀/db_k; the matrix is that of the analysis. The solution is corrected by further differences along
+//! the corrected direction: the first direction violates the linearized constraints, and its error can be large. Assembly, consistent velocities and accelerations,
 //! kinematics, statics and outputs are differentiated in the same way. No dual number is involved: the method checks the
 //! derivatives of the model and of its elements. Use the direct or the adjoint method for anything else.
 //!

@@ -1,5 +1,6 @@
 //! A constrained mechanism as a system of first-order equations.
 
+use crate::constraint_rank::singular_position;
 use crate::diagnostics::not_finite;
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::events::impact;
@@ -230,6 +231,11 @@ impl OdeRhs for MechanismRhs<'_> {
         let n = self.state.q.len();
         let what = if component < n { "position" } else { "velocity" };
         format!("{} ({what})", self.mechanism.coordinates[component % n].name)
+    }
+
+    fn diagnose(&mut self, t: f64, y: &[f64]) -> Option<Error> {
+        self.set_state(t, y);
+        singular_position(&self.system, self.mechanism, &self.state)
     }
 }
 

@@ -108,6 +108,10 @@ impl<F: OdeRhs> OdeDriver<F> {
             (rejected, h) = (true, self.stepper.length() * if growth.is_nan() { 0.2 } else { growth.min(0.9) });
             self.failed_steps += 1;
             if old + 0.1 * h == old || h < 1e-15 * (self.end - self.start) {
+                let stepper = &mut self.stepper;
+                if let Some(error) = stepper.rhs.diagnose(old, &stepper.old) {
+                    return Err(error);
+                }
                 let component = outcome?.1;
                 let why = format!("the step becomes too small ({h:.1e} s) at t = {old:.6e} s");
                 let remedy = "loosen the tolerance, or take an implicit method: the motion may be stiff or not smooth";

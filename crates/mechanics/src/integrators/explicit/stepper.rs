@@ -1,8 +1,8 @@
 //! One explicit step, its error estimate and dense output.
 
-use crate::Result;
 use crate::integrators::explicit::settings::Tolerance;
 use crate::integrators::explicit::tableau::Tableau;
+use crate::{Error, Result};
 
 /// Right-hand side of a system of first-order differential equations.
 pub trait OdeRhs {
@@ -26,6 +26,11 @@ pub trait OdeRhs {
 
     /// Name of a component, for messages.
     fn name(&self, component: usize) -> String;
+
+    /// The reason why no step from (`t`, `y`) succeeds, if the system has one.
+    fn diagnose(&mut self, _t: f64, _y: &[f64]) -> Option<Error> {
+        None
+    }
 }
 
 /// Steps of one method for one system; it allocates only when it is created.

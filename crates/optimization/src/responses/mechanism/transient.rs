@@ -59,6 +59,7 @@ pub struct Transient<M> {
 struct StoredSteps {
     design: Vec<f64>,
     steps: Steps,
+    warnings: Vec<String>,
 }
 
 enum Steps {
@@ -258,12 +259,16 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
                 (history, Steps::Explicit(steps))
             }
         };
-        let trace = StoredSteps { design: b.to_vec(), steps };
+        let trace = StoredSteps { design: b.to_vec(), steps, warnings: history.warnings };
         Ok(Responses { values: history.values, trace: Some(Arc::new(trace)) })
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.sensitivities_by(self.chosen(b, wanted)?, self.perturbation, (b, responses), wanted)
+    }
+
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        trace(responses, b).map_or(Vec::new(), |trace| trace.warnings.clone())
     }
 
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
@@ -329,10 +334,14 @@ fn points_of(wanted: &[ResponseAt]) -> (Vec<usize>, Vec<usize>) {
     (points, places)
 }
 
+/// What the analysis of `b` has stored, if anything.
+fn trace<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r StoredSteps> {
+    responses.trace.as_ref()?.downcast_ref::<StoredSteps>().filter(|trace| trace.design == b)
+}
+
 /// The stored steps of the analysis of `b`, if there are any.
 fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
-    let trace = responses.trace.as_ref()?.downcast_ref::<StoredSteps>()?;
-    (trace.design == b).then_some(&trace.steps)
+    trace(responses, b).map(|trace| &trace.steps)
 }
 
 #[cfg(test)]

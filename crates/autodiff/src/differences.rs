@@ -1,0 +1,193 @@
+//! Derivatives by extrapolated differences that bound their own error, and detection of kinks.
+//!
+//! For functions that cannot be written over [`Scalar`](crate::Scalar), and to check those that are.
+
+/// A derivative with an estimate of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DifferenceEstimate {
+    /// The derivative.
+    pub value: f64,
+    /// Estimate of its error. The true error is rarely larger than this, and not larger than ten times this.
+    pub error: f64,
+    /// Estimated noise of the function values.
+    pub noise: f64,
+}
+
+/// Values at distance h on both sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepValues {
+    /// Distance.
+    pub h: f64,
+    /// Value at +h.
+    pub ahead: f64,
+    /// Value at −h.
+    pub behind: f64,
+}
+
+/// An entry of the tableau of extrapolations: a linear combination Σ w_j D(h_j) of central differences.
+#[derive(Clone, Copy)]
+struct Entry {
+    value: f64,
+    /// Bound of its noise for values with noise 1: Σ |w_j| / h_j.
+    noise: f64,
+}
+
+impl Entry {
+    /// Eliminates the next power of h² from two entries; `ratio` is the square of the ratio of their largest steps.
+    fn extrapolated(self, above: Self, ratio: f64) -> Self {
+        let value = self.value + (self.value - above.value) / (ratio - 1.0);
+        Self { value, noise: (ratio * self.noise + above.noise) / (ratio - 1.0) }
+    }
+}
+
+/// Number of the smallest steps from which the noise is estimated.
+const SMALLEST: usize = 4;
+
+/// Estimates the derivative at 0 from the value at 0, `here`, and values at ±h for falling steps h.
+///
+/// Central differences are extrapolated to h = 0 in all ways that the steps allow. Large steps suffer from curvature, small
+/// ones from the noise of the values. Of each step, the entry that differs least from its neighbours is taken, and of all
+/// steps the one with the least error. The error is the largest of
+///
+/// * the differences from the two entries of which it is made,
+/// * the differences from the best entries of the neighbouring steps, since two numbers may agree by chance,
+/// * the noise of the values, times the weights of the combination.
+///
+/// The noise is estimated from combinations of odd and even parts of the values at the smallest steps, of which smooth
+/// functions contribute only the order h⁵.
+///
+/// Returns `None` with fewer than two steps.
+///
+/// # Examples
+///
+/// ```
+/// use linkwright_autodiff::differences::{StepValues, ridders};
+/// let steps: Vec<StepValues> = (0..10)
+///     .map(|k| 0.1 * 0.5f64.powi(k))
+///     .map(|h| StepValues { h, ahead: (1.0 + h).ln(), behind: (1.0 - h).ln() })
+///     .collect();
+/// let slope = ridders(0.0, &steps).unwrap();
+/// assert!((slope.value - 1.0).abs() <= 10.0 * slope.error && slope.error < 1e-10);
+/// ```
+///
+/// # Sources
+///
+/// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76, for the tableau.
+pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
+    let noise = noise(here, steps);
+    let mut rows: Vec<DifferenceEstimate> = Vec::new();
+    let mut above: Vec<Entry> = Vec::new();
+    for (row, step) in steps.iter().enumerate() {
+        let mut current = vec![Entry { value: (step.ahead - step.behind) / (2.0 * step.h), noise: 1.0 / step.h }];
+        let mut best = DifferenceEstimate { value: current[0].value, error: f64::INFINITY, noise };
+        for column in 1..=row {
+            let (left, above) = (current[column - 1], above[column - 1]);
+            let entry = left.extrapolated(above, (steps[row - column].h / step.h).powi(2));
+            let neighbours = (entry.value - left.value).abs().max((entry.value - above.value).abs());
+            let error = neighbours.max(noise * entry.noise);
+            if error < best.error {
+                best = DifferenceEstimate { value: entry.value, error, noise };
+            }
+            current.push(entry);
+        }
+        rows.push(best);
+        above = current;
+    }
+    let of_row = |row: usize| {
+        let neighbours = [row - 1, row + 1].into_iter().filter(|&other| other > 0).filter_map(|other| rows.get(other));
+        let doubt = neighbours.map(|other| (other.value - rows[row].value).abs()).fold(0.0, f64::max);
+        DifferenceEstimate { error: rows[row].error.max(doubt), ..rows[row] }
+    };
+    (1..rows.len()).map(of_row).min_by(|a, b| a.error.total_cmp(&b.error))
+}
+
+/// Estimate of the largest noise of the values, at least their rounding.
+fn noise(here: f64, steps: &[StepValues]) -> f64 {
+    let size = steps.iter().map(|s| s.ahead.abs().max(s.behind.abs())).fold(here.abs(), f64::max);
+    // With x = 1/4 and 1/16 as the squares of the ratios of the steps, two eliminations leave the order h⁴ of what follows.
+    let scatter = |values: [f64; 3], h: [f64; 3]| {
+        let eliminate = |coarse: f64, fine: f64, ratio: f64| (ratio * fine - coarse) / (ratio - 1.0);
+        let ratio = |k: usize| (h[k] / h[k + 1]).powi(2);
+        let (a, b) = (eliminate(values[0], values[1], ratio(0)), eliminate(values[1], values[2], ratio(1)));
+        (a - b).abs()
+    };
+    let window = |s: &[StepValues]| {
+        let h = [s[0].h, s[1].h, s[2].h];
+        let odd = [0, 1, 2].map(|k| (s[k].ahead - s[k].behind) / (2.0 * h[k]));
+        let even = [0, 1, 2].map(|k| (s[k].ahead - 2.0 * here + s[k].behind) / (2.0 * h[k] * h[k]));
+        (scatter(odd, h) * h[2]).max(scatter(even, h) * h[2] * h[2])
+    };
+    let scattered = steps.windows(3).rev().take(SMALLEST).map(window).fold(0.0, f64::max);
+    scattered.max(f64::EPSILON * size)
+}
+
+/// Returns the jump of the slope at 0; `None` without a kink.
+///
+/// (f₊ − 2 f₀ + f₋)/h tends to zero with h for a smooth function and to the jump at a kink. `noise` is that of the values.
+pub fn slope_discontinuity(here: f64, steps: &[StepValues], noise: f64) -> Option<f64> {
+    let jumps: Vec<f64> = steps.iter().map(|s| (s.ahead - 2.0 * here + s.behind) / s.h).collect();
+    // In the middle third of the steps the effect of curvature is small and noise does not dominate.
+    let (from, to) = (steps.len() / 3, 2 * steps.len() / 3);
+    let stays = |k: usize| {
+        let rounding = 8.0 * f64::EPSILON * here.abs().max(steps[k].ahead.abs()) / steps[k].h;
+        jumps[k].abs() > 0.8 * jumps[k - 1].abs() && jumps[k].abs() > rounding + 20.0 * noise / steps[k].h
+    };
+    (to > from.max(1) && (from.max(1)..to).all(stays)).then(|| jumps[to - 1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(count: i32, f: impl Fn(f64) -> f64) -> Vec<StepValues> {
+        let h = |k: i32| 0.1 * 0.5f64.powi(k);
+        (0..count).map(|k| StepValues { h: h(k), ahead: f(h(k)), behind: f(-h(k)) }).collect()
+    }
+
+    /// A number between −1 and 1 that depends on all digits of x.
+    fn hash(x: f64, seed: u64) -> f64 {
+        let mut z = x.to_bits() ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// 12 000 derivatives of smooth functions with and without noise, slow and fast against the steps, near and far from a
+    /// pole: the true error is never larger than ten times the estimate, and the estimate is not much too large.
+    #[test]
+    fn the_error_estimate_bounds_the_error() {
+        type Family = (fn(f64, f64) -> f64, fn(f64) -> f64);
+        let families: [Family; 4] = [
+            (|x, w| (w * x + 0.4).sin() * x.exp(), |w| w * 0.4f64.cos() + 0.4f64.sin()),
+            (|x, w| 1.0 / (1.0 + w * x * 0.2), |w| -0.2 * w),
+            (|x, w| (1.0 + (w * x).powi(2)).sqrt() + 0.3 * x, |_| 0.3),
+            (|x, w| (w * x).tanh() + 100.0, |w| w),
+        ];
+        let (mut worst, mut pessimistic, mut all) = (0.0f64, 0, 0);
+        for (family, (f, slope)) in families.into_iter().enumerate() {
+            for seed in 0..500 {
+                let w = 10f64.powf(1.2 * hash(family as f64, seed));
+                for (count, noise) in [8, 11].into_iter().flat_map(|n| [(n, 0.0), (n, 1e-12), (n, 1e-7)]) {
+                    let noisy = |x: f64| f(x, w) + noise * hash(x, seed + 1);
+                    let found = ridders(noisy(0.0), &steps(count, noisy)).unwrap();
+                    let error = (found.value - slope(w)).abs();
+                    worst = worst.max(error / found.error);
+                    assert!(error <= 10.0 * found.error, "{family} {seed} {noise} {w}: {error:.1e}, {found:?}");
+                    all += 1;
+                    pessimistic += usize::from(found.error > (1e-7 + 1e3 * noise) * w.max(1.0));
+                }
+            }
+        }
+        println!("{all} derivatives: largest error {worst:.1} estimates, {pessimistic} estimates are pessimistic");
+        assert!(pessimistic < all / 10, "{pessimistic} of {all}");
+    }
+
+    #[test]
+    fn a_kink_is_found_and_curvature_is_not_one() {
+        let kinked = |x: f64| x.sin() + if x > 0.0 { 0.3 * x } else { 0.0 };
+        assert!((slope_discontinuity(0.0, &steps(12, kinked), 1e-9).unwrap() - 0.3).abs() < 1e-2);
+        let curved = |x: f64| x.sin() + 50.0 * x * x;
+        assert_eq!(slope_discontinuity(0.0, &steps(12, curved), 1e-9), None);
+        assert_eq!(slope_discontinuity(0.0, &steps(12, |x| x), 1e-9), None);
+    }
+}

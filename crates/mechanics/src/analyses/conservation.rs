@@ -1,0 +1,139 @@
+//! Energy of motions that conserve it: recognizes conservative mechanisms and records what a scheme loses.
+
+use crate::analyses::sampling::energy_in;
+use crate::mechanism::element::{ElementState, ElementWorkspace, Family, Role};
+use crate::mechanism::scalars::{Dual8, ElementScalar, StateScalar};
+use crate::mechanism::{ElementInstance, Mechanism};
+use crate::system::state::{State, gather};
+
+/// Change of the energy of a mechanism that conserves it, over the output times of a simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnergyDrift {
+    /// Energy at the start, kinetic and potential, in J.
+    pub start: f64,
+    /// Change of the energy with the largest size, in J; negative if energy is lost.
+    pub largest: f64,
+    /// Time in s of this change.
+    pub time: f64,
+    /// Time in s at which the change is first larger than [`NOTABLE`] of the kinetic energy so far, if it is.
+    pub notable_from: Option<f64>,
+    /// Largest kinetic energy in J.
+    pub kinetic: f64,
+}
+
+/// Fraction of the largest kinetic energy above which a change of the energy is worth a warning.
+pub const NOTABLE: f64 = 0.01;
+
+/// Rounding of the energy, as a fraction of its size.
+const ROUNDING: f64 = 1e-9;
+
+impl EnergyDrift {
+    /// The change as a fraction of the largest kinetic energy.
+    pub fn relative(&self) -> f64 {
+        self.largest / self.kinetic.max(f64::MIN_POSITIVE)
+    }
+
+    /// A sentence about a loss that is worth a warning: how much, when, and what to do.
+    pub fn warning(&self) -> Option<String> {
+        let from = self.notable_from?;
+        let (verb, percent) = (if self.largest < 0.0 { "loses" } else { "gains" }, 100.0 * self.relative().abs());
+        Some(format!(
+            "the motion {verb} {:.3e} J, {percent:.2} % of its largest kinetic energy, although nothing in the mechanism does \
+             work or dissipates: more than {:.0} % from t = {from:.6e} s on. Take shorter steps or a smaller tolerance, or less \
+             numerical damping; if the change is sudden, the mechanism passes a singular position there.",
+            self.largest.abs(),
+            100.0 * NOTABLE,
+        ))
+    }
+}
+
+/// Records the energy of a mechanism that conserves it.
+pub(crate) struct EnergyWatch {
+    drift: Option<EnergyDrift>,
+    workspace: ElementWorkspace<f64>,
+}
+
+impl EnergyWatch {
+    /// Watch of a motion from the state `start`; it records nothing unless the mechanism is conservative.
+    pub fn new(mechanism: &Mechanism<f64>, start: &State<f64>) -> Self {
+        let mut workspace = ElementWorkspace::default();
+        let drift = is_conservative(mechanism, start).then(|| {
+            let [kinetic, potential] = energy_in(mechanism, start, &mut workspace);
+            EnergyDrift { start: kinetic + potential, largest: 0.0, time: start.t, notable_from: None, kinetic }
+        });
+        Self { drift, workspace }
+    }
+
+    /// Records the energy at `state`.
+    pub fn add(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
+        let Some(drift) = &mut self.drift else { return };
+        let [kinetic, potential] = energy_in(mechanism, state, &mut self.workspace);
+        let change = kinetic + potential - drift.start;
+        drift.kinetic = drift.kinetic.max(kinetic);
+        if change.abs() > drift.largest.abs() {
+            (drift.largest, drift.time) = (change, state.t);
+        }
+        let size = kinetic.abs() + potential.abs() + drift.start.abs();
+        if drift.notable_from.is_none() && change.abs() > NOTABLE * drift.kinetic + ROUNDING * size {
+            drift.notable_from = Some(state.t);
+        }
+    }
+
+    /// The recorded change; `None` for mechanisms that do not conserve their energy.
+    pub fn finish(self) -> Option<EnergyDrift> {
+        self.drift
+    }
+}
+
+/// Returns whether the energy of the mechanism is constant along every motion that satisfies its equations.
+///
+/// This is so if for any positions, velocities v, accelerations and multipliers λ each element has v·r = dE/dt + λ·dΦ/dt,
+/// where r are its rows of the equations of motion and E is its energy: forces are gradients of the energy, and constraints
+/// do not depend on time. The identity is evaluated in dual numbers along two motions through the state `start`. Elements with
+/// functions of time or state, contacts and events can do work elsewhere; mechanisms with them are not conservative.
+pub fn is_conservative(mechanism: &Mechanism<f64>, start: &State<f64>) -> bool {
+    let stands_still = |i: usize| {
+        mechanism.coordinates[i].motion.as_ref().is_none_or(|(motion, parameters)| {
+            let at = |t: f64| f64::motion(motion.as_ref(), parameters, start.t + t);
+            [0.0, 0.371, 1.93].into_iter().all(|t| at(t) == [at(0.0)[0], 0.0, 0.0])
+        })
+    };
+    let acts = |instance: &&ElementInstance<f64>| !instance.element.is_sensor();
+    !mechanism.has_events()
+        && (0..mechanism.coordinates.len()).all(stands_still)
+        && mechanism.elements.iter().filter(acts).all(|instance| conserves(instance, start))
+}
+
+/// Returns whether an element does not add energy, see [`is_conservative`].
+fn conserves(instance: &ElementInstance<f64>, start: &State<f64>) -> bool {
+    let Some(descriptor) = instance.element.descriptor() else { return false };
+    let is_function = |role: &Role| matches!(role, Role::TimeFunction | Role::StateFunction);
+    if descriptor.family == Family::Contact || descriptor.inputs.iter().any(|input| is_function(&input.role)) {
+        return false;
+    }
+    let moving = |value: f64, rate: f64| Dual8 { re: value, eps: [rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0] };
+    let parameters: Vec<_> = instance.parameters.iter().map(|&p| moving(p, 0.0)).collect();
+    (0..2).all(|motion| {
+        let number = |i: usize, k: usize| (1.0 + 2.3 * i as f64 + 1.7 * k as f64 + 0.9 * motion as f64).sin();
+        let (mut plain, mut workspace) = (ElementWorkspace::default(), ElementWorkspace::<Dual8>::default());
+        gather(instance, start, &mut plain);
+        let n = plain.q.len();
+        workspace.q = (0..n).map(|i| moving(plain.q[i], number(i, 0))).collect();
+        workspace.v = (0..n).map(|i| moving(number(i, 0), number(i, 1))).collect();
+        workspace.a = (0..n).map(|i| moving(number(i, 1), 0.0)).collect();
+        workspace.l = (0..plain.l.len()).map(|m| moving(number(m, 2), 0.0)).collect();
+        let t = moving(start.t, 1.0);
+        Dual8::residual_of(instance.element.as_ref(), &parameters, t, &mut workspace);
+        let local = ElementState { p: &parameters, ..workspace.local(t) };
+        let energy = Dual8::energy(instance.element.as_ref(), &local);
+        let work = workspace.dynamics.iter().zip(&workspace.v).map(|(row, v)| row.re * v.re);
+        let constraint = workspace.constraint.iter().zip(&workspace.l).map(|(row, l)| -row.eps[0] * l.re);
+        let storage = [-energy.kinetic.eps[0], -energy.potential.eps[0]];
+        let (mut sum, mut size) = (0.0, 0.0);
+        for term in work.chain(constraint).chain(storage) {
+            sum += term;
+            size += term.abs();
+        }
+        sum.abs() <= ROUNDING * size
+    })
+}
