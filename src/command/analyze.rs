@@ -2,34 +2,51 @@
 
 use super::budget::Budget;
 use super::folder::OutputFolder;
-use super::model::{design, load, located};
+use super::model::{changed, design, load, located};
+use super::optimize::Digits;
 use super::output::{complain, say};
+use super::run_directory::{NamedValue, Nearest};
 use super::tables;
 use clap::Args;
-use linkwright::problem::{self, Evaluation, Problem, ResponseAt, Responses};
+use linkwright::model_file::Model;
+use linkwright::problem::{self, DesignVariable, Evaluation, Problem, ResponseAt, Responses, SignedQuantity};
+use linkwright::report::number::{readable, with_unit};
+use linkwright::report::outcome;
+use linkwright::report::table::{Cell, Table};
+use serde::Serialize;
 use std::path::PathBuf;
 
 #[derive(Args)]
 struct DesignArguments {
-    /// The model file
+    /// The model file; `lift` means lift.toml
     file: PathBuf,
     /// Values of design variables, for instance k=0.4,c=0.5; the others have their start values
     #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',')]
     at: Vec<String>,
     /// Folder for the tables
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Print nothing on standard output
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    digits: Digits,
 }
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   linkwright analyze absorber.toml
-  linkwright analyze absorber.toml --at k=0.36,c=0.48 --out optimum
+  linkwright analyze absorber --at k=0.36,c=0.48 --out optimum
+  linkwright analyze absorber --json | jq .outputs
 
-Prints the objective and the largest value of each constraint; with --out, writes responses.csv and constraints.csv.")]
+Prints the objective, minimum, maximum and last value of every output with their times, and each constraint at its smallest margin; with
+--out, writes responses.csv and constraints.csv.")]
 pub struct Analyze {
     #[command(flatten)]
     given: DesignArguments,
+    /// Print one line of JSON
+    #[arg(long, conflicts_with = "quiet")]
+    json: bool,
 }
 
 #[derive(Args)]
@@ -37,9 +54,8 @@ pub struct Analyze {
   linkwright sensitivities absorber.toml
   linkwright sensitivities absorber.toml --at k=0.36 --out here
 
-Prints the gradients of the objective and of each constraint at its largest value. The sign is that of the form g <= c: a lower
-limit is negated, and the bound of a peak is subtracted. With --out, writes the derivatives of all responses at all time points
-to sensitivities.csv.")]
+Prints the gradients of the objective and of each constrained quantity at its smallest margin, of a peak at its time. With --out,
+writes the derivatives of all responses at all time points to sensitivities.csv.")]
 pub struct Sensitivities {
     #[command(flatten)]
     given: DesignArguments,
@@ -49,6 +65,7 @@ pub struct Sensitivities {
 
 /// A design and the results of its analysis.
 struct AnalysedDesign {
+    title: String,
     problem: Problem,
     design: Vec<f64>,
     responses: Responses,
@@ -56,60 +73,250 @@ struct AnalysedDesign {
 }
 
 impl DesignArguments {
-    fn analyse(&self, budget: Option<&Budget>) -> anyhow::Result<AnalysedDesign> {
-        let (model, _) = load(&self.file)?;
-        let problem = located(&model, model.problem())?;
+    fn analyse(&self, model: &Model, budget: Option<&Budget>) -> anyhow::Result<AnalysedDesign> {
+        let problem = located(model, model.problem())?;
         budget.map_or(Ok(()), |budget| budget.check_table(&problem, model.method()))?;
         let design = design(&problem, &self.at)?;
-        let responses = located(&model, problem.analyze(&design))?;
-        let evaluation = located(&model, problem.evaluate(&design, &responses))?;
+        let responses = located(model, problem.analyze(&design))?;
+        let evaluation = located(model, problem.evaluate(&design, &responses))?;
         for warning in problem.analysis.warnings(&design, &responses) {
             complain(&format!("Warning: {warning}"));
         }
-        say(&format!("{} at {}", model.title(), problem.design_in_words(&design)))?;
-        say(&format!("  {:<32} {:>16.9e} {}", problem.objective.name, evaluation.objective, problem.objective.unit))?;
-        Ok(AnalysedDesign { problem, design, responses, evaluation })
+        Ok(AnalysedDesign { title: model.title().to_owned(), problem, design, responses, evaluation })
     }
 
-    fn write(&self, name: &str, csv: &str) -> anyhow::Result<()> {
-        let Some(out) = &self.out else { return Ok(()) };
-        say(&format!("Wrote {}", OutputFolder::create(out)?.write(name, csv.as_bytes())?.display()))
+    fn say(&self, text: &str) -> anyhow::Result<()> {
+        if self.quiet { Ok(()) } else { say(text) }
     }
+
+    /// Title, design and objective.
+    fn head(&self, analysed: &AnalysedDesign) -> anyhow::Result<()> {
+        let (digits, objective) = (self.digits.count(), analysed.objective());
+        let design = analysed.design_values();
+        let words: Vec<String> =
+            design.iter().map(|v| format!("{} = {}", v.name, with_unit(v.value, &v.unit, digits))).collect();
+        self.say(&format!("{} at {}", analysed.title, words.join(", ")))?;
+        let value = with_unit(objective.value, &objective.unit, digits);
+        self.say(&format!("  {:<24} {value}, {}", objective.name, outcome::goal(&analysed.problem)))
+    }
+
+    fn write(&self, name: &str, csv: &str, is_told: bool) -> anyhow::Result<()> {
+        let Some(out) = &self.out else { return Ok(()) };
+        let place = OutputFolder::create(out)?.write(name, csv.as_bytes())?;
+        if is_told { self.say(&format!("Wrote {}", place.display())) } else { Ok(()) }
+    }
+}
+
+impl AnalysedDesign {
+    fn objective(&self) -> NamedValue {
+        let objective = &self.problem.objective;
+        let value = outcome::objective(&self.problem, &self.design, &self.evaluation);
+        NamedValue { name: objective.name.clone(), unit: objective.unit.clone(), value }
+    }
+
+    /// The design without the variable that bounds a peak, which an analysis does not use.
+    fn design_values(&self) -> Vec<NamedValue> {
+        let bound = self.problem.objective.peak().map(|peak| peak.variable);
+        let own = self.problem.variables.iter().zip(&self.design).enumerate().filter(|(k, _)| Some(*k) != bound);
+        own.map(|(_, (v, &value))| NamedValue { name: v.name.clone(), unit: v.unit.clone(), value }).collect()
+    }
+
+    fn outputs(&self) -> Vec<OutputRange> {
+        let all = self.problem.responses.iter().zip(&self.responses.values);
+        all.map(|(response, values)| {
+            let times = response.grid.map(|grid| self.problem.grids[grid].points.as_slice());
+            OutputRange::new(&response.name, &response.unit, times, values)
+        })
+        .collect()
+    }
+
+    fn constraints(&self) -> Vec<Nearest> {
+        let all = outcome::constraints(&self.problem, &self.design, &self.evaluation);
+        all.into_iter().map(Nearest::from).collect()
+    }
+}
+
+/// Minimum, maximum and last value of an output.
+#[derive(Serialize)]
+struct OutputRange {
+    name: String,
+    unit: String,
+    minimum: TimedValue,
+    maximum: TimedValue,
+    end: TimedValue,
+}
+
+/// A value and its time; `None` for an output that does not change with time.
+#[derive(Clone, Copy, Serialize)]
+struct TimedValue {
+    value: f64,
+    time: Option<f64>,
+}
+
+impl OutputRange {
+    fn new(name: &str, unit: &str, times: Option<&[f64]>, values: &[f64]) -> Self {
+        let at = |p: usize| TimedValue { value: values[p], time: times.map(|times| times[p]) };
+        // The first of equal values.
+        let best = |is_better: fn(f64, f64) -> bool| {
+            (1..values.len()).fold(0, |best, p| if is_better(values[p], values[best]) { p } else { best })
+        };
+        Self {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            minimum: at(best(|a, b| a < b)),
+            maximum: at(best(|a, b| a > b)),
+            end: at(values.len() - 1),
+        }
+    }
+}
+
+/// The outputs as a table: times only where values change with time.
+fn ranges(outputs: &[OutputRange], time: &str, digits: usize) -> linkwright::Result<Table> {
+    let at = format!("at {time}");
+    let columns = ["output", "unit", "minimum", at.as_str(), "maximum", at.as_str(), "at the end"];
+    let mut table = Table::new("", columns);
+    for output in outputs {
+        let text = |value: f64| Cell::Text(readable(value, digits));
+        let when = |timed: TimedValue| timed.time.map_or(Cell::Empty, text);
+        let OutputRange { name, unit, minimum, maximum, end } = output;
+        table.push([
+            name.as_str().into(),
+            unit.as_str().into(),
+            text(minimum.value),
+            when(*minimum),
+            text(maximum.value),
+            when(*maximum),
+            text(end.value),
+        ])?;
+    }
+    Ok(table)
+}
+
+impl Analyze {
+    /// Analyses a file without an objective.
+    fn simulate(&self, model: &Model) -> anyhow::Result<()> {
+        let design = changed(model.variables(), &self.given.at)?;
+        let responses = located(model, model.simulate(&design))?;
+        let times = model.grid().map(|grid| grid.points.as_slice());
+        let all = model.output_names().zip(&responses.values);
+        let outputs: Vec<OutputRange> =
+            all.map(|((name, unit, grid), v)| OutputRange::new(name, unit, grid.and(times), v)).collect();
+        let time = model.grid().map_or("time", |grid| grid.name.as_str());
+        if self.json {
+            let values = model.variables().iter().zip(&design);
+            let named =
+                |(v, &value): (&DesignVariable, &f64)| NamedValue { name: v.name.clone(), unit: v.unit.clone(), value };
+            let (title, design) = (model.title().to_owned(), values.map(named).collect());
+            let (objective, constraints) = (None, vec![]);
+            let record =
+                AnalysisRecord { event: "analysis", version: 1, title, design, objective, outputs, constraints };
+            say(&serde_json::to_string(&record)?)?;
+        } else {
+            self.given.say(model.title())?;
+            self.given.say(ranges(&outputs, time, self.given.digits.count())?.text().trim_end())?;
+        }
+        let mut table = Table::new("Responses", std::iter::once(time).chain(model.output_names().map(|o| o.0)));
+        for p in 0..times.map_or(1, <[f64]>::len) {
+            let at = times.map_or(Cell::Empty, |times| times[p].into());
+            let value = |values: &Vec<f64>| values.get(p).map_or(Cell::Empty, |v| Cell::from(*v));
+            table.push(std::iter::once(at).chain(responses.values.iter().map(value)))?;
+        }
+        self.given.write("responses.csv", &table.csv(), !self.json)
+    }
+}
+
+/// `analyze --json`.
+#[derive(Serialize)]
+struct AnalysisRecord {
+    event: &'static str,
+    version: u32,
+    title: String,
+    design: Vec<NamedValue>,
+    /// `null` for a file without an objective.
+    objective: Option<NamedValue>,
+    outputs: Vec<OutputRange>,
+    constraints: Vec<Nearest>,
 }
 
 impl Analyze {
     pub fn run(&self) -> anyhow::Result<()> {
-        let AnalysedDesign { problem, responses, evaluation, .. } = self.given.analyse(None)?;
-        for row in tables::worst(&problem, &evaluation) {
-            let value = evaluation.constraints[row.constraint][row.point];
-            let violation = 100.0 * evaluation.violation(row.constraint, value);
-            say(&format!("  {:<48} violation {violation:>10.3} %", problem.row_in_words(row)))?;
+        let (model, _) = load(&self.given.file)?;
+        if !model.is_problem() {
+            return self.simulate(&model);
         }
-        self.given.write("responses.csv", &tables::responses(&problem, &responses)?.csv())?;
-        self.given.write("constraints.csv", &tables::constraints(&problem, &evaluation)?.csv())
+        let analysed = self.given.analyse(&model, None)?;
+        let (outputs, constraints) = (analysed.outputs(), analysed.constraints());
+        let AnalysedDesign { problem, design, responses, evaluation, .. } = &analysed;
+        if self.json {
+            let (objective, values) = (Some(analysed.objective()), analysed.design_values());
+            let title = analysed.title.clone();
+            let record = AnalysisRecord {
+                event: "analysis",
+                version: 1,
+                title,
+                design: values,
+                objective,
+                outputs,
+                constraints,
+            };
+            say(&serde_json::to_string(&record)?)?;
+        } else {
+            self.given.head(&analysed)?;
+            for constraint in constraints {
+                self.given.say(&constraint.text(self.given.digits.count()))?;
+            }
+            let time = problem.grids.first().map_or("time", |grid| grid.name.as_str());
+            let table = ranges(&outputs, time, self.given.digits.count())?;
+            self.given.say(table.text().trim_end())?;
+        }
+        self.given.write("responses.csv", &tables::responses(problem, responses)?.csv(), !self.json)?;
+        let constraints = tables::constraints(problem, design, evaluation)?;
+        self.given.write("constraints.csv", &constraints.csv(), !self.json)
     }
 }
 
 impl Sensitivities {
     pub fn run(&self) -> anyhow::Result<()> {
-        let AnalysedDesign { problem, design, responses, evaluation } = self.given.analyse(Some(&self.budget))?;
+        let (model, _) = load(&self.given.file)?;
+        let analysed = self.given.analyse(&model, Some(&self.budget))?;
+        self.given.head(&analysed)?;
+        let AnalysedDesign { problem, design, responses, evaluation, .. } = &analysed;
         let points_of =
             |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
         let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(points_of).collect();
-        let rows = problem.sensitivities(&design, &responses, &instants)?;
-        let table = tables::sensitivities(&problem, &responses, &instants, &rows)?;
+        let rows = problem.sensitivities(design, responses, &instants)?;
+        let table = tables::sensitivities(problem, responses, &instants, &rows)?;
         let known = problem::Sensitivities { at: instants, rows };
-        let line = |name: &str, gradient: &[f64]| {
-            let numbers: String = gradient.iter().map(|s| format!(" {s:>13.6e}")).collect();
-            say(&format!("  {name:<40}{numbers}"))
+        let bound = problem.objective.peak().map(|peak| peak.variable);
+        let digits = self.given.digits.count();
+        let columns = |cells: &mut dyn Iterator<Item = String>| -> String {
+            cells.enumerate().filter(|(k, _)| Some(*k) != bound).map(|(_, cell)| format!(" {cell:>13}")).collect()
         };
-        let names: String = problem.variables.iter().map(|v| format!(" {:>13}", format!("d/d {}", v.name))).collect();
-        say(&format!("  {:<40}{names}", ""))?;
-        let gradient = |quantity, p| problem.total_derivative(quantity, p, &design, &responses, &known);
-        line(&problem.objective.name, &gradient(problem.objective.signed(), 0))?;
-        for row in tables::worst(&problem, &evaluation) {
-            line(&problem.row_in_words(row), &gradient(problem.constraints[row.constraint].signed(), row.point))?;
+        let line = |name: &str, gradient: Vec<f64>| {
+            let numbers = columns(&mut gradient.iter().map(|s| readable(*s, digits)));
+            self.given.say(&format!("  {name:<40}{numbers}"))
+        };
+        let names = columns(&mut problem.variables.iter().map(|v| format!("d/d {}", v.name)));
+        self.given.say(&format!("  {:<40}{names}", ""))?;
+        let gradient = |quantity, sign, p| {
+            let signed = SignedQuantity { quantity, sign, bound: None };
+            problem.total_derivative(signed, p, design, responses, &known)
+        };
+        match outcome::peak_row(problem, design, evaluation) {
+            Some(row) => {
+                let constraint = &problem.constraints[row.constraint];
+                let words = problem.time_in_words(constraint.quantity.grid(), row.point);
+                let name = format!("{} at {words}", problem.objective.name);
+                line(&name, gradient(&constraint.quantity, constraint.sign(), row.point))?;
+            }
+            None => line(&problem.objective.name, gradient(&problem.objective.quantity, 1.0, 0))?,
         }
-        self.given.write("sensitivities.csv", &table.csv())
+        for c in outcome::constraints(problem, design, evaluation) {
+            let quantity = &problem.constraints[c.row.constraint].quantity;
+            let at = c.time.map(|_| format!(" at {}", problem.time_in_words(quantity.grid(), c.row.point)));
+            let name = format!("{} {} {}{}", c.name, c.relation(), readable(c.limit, digits), at.unwrap_or_default());
+            line(&name, gradient(quantity, 1.0, c.row.point))?;
+        }
+        self.given.write("sensitivities.csv", &table.csv(), true)
     }
 }

@@ -11,7 +11,8 @@
 //! | `model`, `output` | reading of model files; standard output and standard error, dates and durations |
 //!
 //! Exit codes: 0 done, 1 an error (such as an unknown problem, a mistake in a model file, a file that cannot be written; the
-//! message says what to do), 2 wrong arguments, 3 an optimization that ended without a solution.
+//! message says what to do), 2 wrong arguments, 3 an optimization that ended without a solution,
+//! 130 interrupted by Ctrl-C.
 
 mod analyze;
 #[cfg(test)]
@@ -93,7 +94,7 @@ enum Command {
 
 const CODES: &str =
     "Exit codes: 0 done, 1 an error (the message says what to do), 2 wrong arguments, 3 an optimization that
-ended without a solution: cycle limit, stalled, or infeasible.";
+ended without a solution: cycle limit, stalled, or infeasible, 130 interrupted by Ctrl-C.";
 
 /// The commands, each with the exit codes below its examples.
 fn command() -> clap::Command {

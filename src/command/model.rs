@@ -2,10 +2,11 @@
 
 use super::output::complain;
 use anyhow::{Context, bail};
-use linkwright::model_file::{Model, read};
-use linkwright::problem::Problem;
+use clap::Args;
+use linkwright::model_file::{Model, read, with_setting};
+use linkwright::problem::{DesignVariable, Problem};
 use linkwright::storage::{Directory, read_file};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Largest size of a model file in bytes. The reader rejects files of more than half of it with a diagnostic.
@@ -27,11 +28,63 @@ pub fn with_program(mut model: Model, file: &Path) -> Model {
     model
 }
 
+/// Changes of a model on the command line.
+#[derive(Args, Default)]
+pub struct Edits {
+    /// Another value of a setting, for instance --set time.points=51; the file stays as it is
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Another method: a preset, as `linkwright compare --list` names them
+    #[arg(long, value_name = "NAME")]
+    method: Option<String>,
+    /// Another limit on the number of cycles
+    #[arg(long, value_name = "N")]
+    max_cycles: Option<u32>,
+    /// Other start values of design variables, for instance --start k=0.4,c=0.5
+    #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',')]
+    start: Vec<String>,
+}
+
+impl Edits {
+    /// Reads a model file with these changes. Returns the model and its text.
+    pub fn load(&self, path: &Path) -> anyhow::Result<(Model, String)> {
+        let path = &model_file(path);
+        let bytes = read_file(path, LIMIT).with_context(|| format!("cannot read the model {}", path.display()))?;
+        let mut text =
+            String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", path.display()))?;
+        let name = path.display().to_string();
+        for (key, value) in self.settings()? {
+            text = with_setting(&name, &text, &key, &value)?;
+        }
+        let (model, text) = of_bytes(path, text.into_bytes())?;
+        Ok((with_program(model, path), text))
+    }
+
+    fn settings(&self) -> anyhow::Result<Vec<(String, String)>> {
+        let pair = |item: &String| match item.split_once('=') {
+            Some((key, value)) => Ok((key.trim().to_owned(), value.trim().to_owned())),
+            None => bail!("`{item}` does not have the form KEY=VALUE"),
+        };
+        let mut all = self.set.iter().map(pair).collect::<anyhow::Result<Vec<_>>>()?;
+        all.extend(self.method.iter().map(|name| ("method.preset".to_owned(), name.clone())));
+        all.extend(self.max_cycles.iter().map(|count| ("method.max_cycles".to_owned(), count.to_string())));
+        for item in &self.start {
+            let (name, value) = pair(item)?;
+            all.push((format!("design.{name}.start"), value));
+        }
+        Ok(all)
+    }
+}
+
+/// The model file of a name: `lift` means `lift.toml` if there is no file `lift`.
+pub fn model_file(path: &Path) -> PathBuf {
+    let named = path.with_extension("toml");
+    if path.extension().is_none() && !path.is_file() && named.exists() { named } else { path.to_owned() }
+}
+
 /// Reads a model file and prints a note if its version is old. Returns the model and its text.
 pub fn load(path: &Path) -> anyhow::Result<(Model, String)> {
-    let unreadable = || format!("cannot read the model {}", path.display());
-    let (model, text) = of_bytes(path, read_file(path, LIMIT).with_context(unreadable)?)?;
-    Ok((with_program(model, path), text))
+    Edits::default().load(path)
 }
 
 /// As [`load`], for a file of an open folder, without following a link.
@@ -63,20 +116,26 @@ pub fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: linkwright::R
 pub fn is_file(what: &str) -> bool {
     let is_known = linkwright::cases::suite::problems().any(|entry| entry.name == what);
     let path = Path::new(what);
-    !is_known && (path.exists() || path.extension().is_some())
+    !is_known && (model_file(path).exists() || path.extension().is_some())
 }
 
 /// The start design with changes such as `--at k=0.5,c=0.2`.
 pub fn design(problem: &Problem, at: &[String]) -> anyhow::Result<Vec<f64>> {
-    let mut design = problem.start();
+    let design = changed(&problem.variables, at)?;
+    problem.check_design(&design)?;
+    Ok(design)
+}
+
+/// The start values of design variables with changes.
+pub fn changed(variables: &[DesignVariable], at: &[String]) -> anyhow::Result<Vec<f64>> {
+    let mut design: Vec<f64> = variables.iter().map(|variable| variable.start).collect();
     for item in at {
         let Some((name, value)) = item.split_once('=') else { bail!("`{item}` does not have the form NAME=VALUE") };
-        let Some(k) = problem.variables.iter().position(|v| v.name == name.trim()) else {
-            let known: Vec<&str> = problem.variables.iter().map(|v| v.name.as_str()).collect();
+        let Some(k) = variables.iter().position(|v| v.name == name.trim()) else {
+            let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
             bail!("there is no design variable `{}`; choose from {}", name.trim(), known.join(", "));
         };
         design[k] = value.trim().parse().with_context(|| format!("`{}` is not a number", value.trim()))?;
     }
-    problem.check_design(&design)?;
     Ok(design)
 }

@@ -2,15 +2,17 @@
 
 use super::budget::Budget;
 use super::folder;
-use super::model::{load, located};
-use super::output::{ClosedOutput, results};
+use super::model::{Edits, load, located, model_file};
+use super::output::{ClosedOutput, complain, results};
 use super::progress::{Progress, Show};
 use super::report::write_report;
-use super::run_directory::RunDirectory;
+use super::run_directory::{Occupied, RunDirectory, RunRecord, fingerprint};
+use super::runs;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
+use linkwright::report::number;
 use linkwright::sao::{State, Status};
 use linkwright::storage::Directory;
 use std::path::{Path, PathBuf};
@@ -19,16 +21,18 @@ use std::process::ExitCode;
 #[derive(Args)]
 #[command(after_help = "Examples:
   linkwright optimize absorber.toml
+  linkwright optimize absorber --set constraint.travel.at_most=0.8 --max-cycles 20
+  linkwright optimize absorber --method mma --start k=0.5,c=0.4
   linkwright optimize four-bar.toml --out runs/four-bar --quiet
   linkwright optimize absorber.toml --json | jq .objective
 
-Results are written to out/NAME, or to NAME in the folder LINKWRIGHT_OUT. Every cycle is stored before the next one begins;
-`linkwright resume` continues an interrupted run.")]
+Results are written to out/NAME, or to NAME in the folder LINKWRIGHT_OUT; to NAME-2, NAME-3, … if there is a run already. Every cycle is
+stored before the next one begins; `linkwright resume` continues an interrupted run.")]
 pub struct Optimize {
-    /// The model file
+    /// The model file; `lift` means lift.toml
     file: PathBuf,
-    /// Folder for the results [default: out/NAME]
-    #[arg(long, value_name = "DIR")]
+    /// Folder for the results [default: out/NAME, or the next of out/NAME-2, out/NAME-3, …]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write into a folder with other files, which stay as they are, or replace the run in the folder
     #[arg(long)]
@@ -37,6 +41,8 @@ pub struct Optimize {
     #[arg(long)]
     report: bool,
     #[command(flatten)]
+    edits: Edits,
+    #[command(flatten)]
     budget: Budget,
     #[command(flatten)]
     shown: Shown,
@@ -44,13 +50,17 @@ pub struct Optimize {
 
 #[derive(Args)]
 #[command(after_help = "Examples:
-  linkwright resume out/four-bar
+  linkwright resume lift                the run in out/lift
+  linkwright resume lift lift.toml      the same after an edit of lift.toml
 
 Reads model.toml and state.json of the folder. You may edit [method], title and bounds of model.toml before, for instance
-max_cycles; history.jsonl and summary.json record the edit.")]
+max_cycles, or give the edited model file; history.jsonl and summary.json record the edit. If the edited file has another problem, a new run
+begins in the next numbered folder.")]
 pub struct Resume {
-    /// The folder of the run
+    /// The folder of the run, or its name in the folder of results
     folder: PathBuf,
+    /// The edited model file
+    file: Option<PathBuf>,
     /// Continue from the state before the last one, if the last one is damaged
     #[arg(long)]
     previous: bool,
@@ -66,18 +76,37 @@ pub struct Shown {
     #[arg(long)]
     json: bool,
     /// Print nothing on standard output
-    #[arg(long, conflicts_with = "json")]
+    #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
+    #[command(flatten)]
+    digits: Digits,
+}
+
+/// The number of significant digits on the terminal.
+#[derive(Args)]
+pub struct Digits {
+    /// Significant digits of the numbers
+    #[arg(long, value_name = "N", default_value_t = number::DIGITS as u16, value_parser = clap::value_parser!(u16).range(1..=17))]
+    digits: u16,
+}
+
+impl Digits {
+    /// The number.
+    pub fn count(&self) -> usize {
+        usize::from(self.digits)
+    }
 }
 
 impl Optimize {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let (model, text) = load(&self.file)?;
+        let (model, text) = self.edits.load(&self.file)?;
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
-        let directory = self.directory()?;
-        let out = directory.path().to_owned();
-        let code = Self::in_directory(directory, &model, &text, &self.file, self.force, &self.shown)?;
+        let folder = match &self.out {
+            Some(out) => RunDirectory::create(folder::create(out)?, &model, &text, &self.file, self.force)?,
+            None => numbered(&name(&model_file(&self.file))?, &model, &text, &self.file, self.force, &self.shown)?,
+        };
+        let (code, out) = begin(folder, &model, &problem, &self.shown)?;
         let next = if self.report {
             format!("The report is {}", write_report(&out, None, true)?.display())
         } else {
@@ -87,6 +116,7 @@ impl Optimize {
     }
 
     /// Begins a run in an open folder.
+    #[allow(dead_code, reason = "for tests and fuzz targets")]
     pub fn in_directory(
         directory: Directory,
         model: &Model,
@@ -96,30 +126,83 @@ impl Optimize {
         shown: &Shown,
     ) -> anyhow::Result<ExitCode> {
         let problem = located(model, model.problem())?;
-        let out = directory.path().to_owned();
-        let mut folder = RunDirectory::create(directory, model, text, file, force)?;
-        let begun = located(model, model.method().start(&problem))?;
-        shown.run(model, &problem, &mut folder, begun, &out)
+        let folder = RunDirectory::create(directory, model, text, file, force)?;
+        begin(folder, model, &problem, shown).map(|(code, _)| code)
     }
+}
 
-    /// The given folder, or that of the file's name in the folder of results.
-    fn directory(&self) -> anyhow::Result<Directory> {
-        if let Some(out) = &self.out {
-            return folder::create(out);
+/// Begins a run in a claimed folder; returns its path, too.
+fn begin(
+    mut folder: RunDirectory,
+    model: &Model,
+    problem: &Problem,
+    shown: &Shown,
+) -> anyhow::Result<(ExitCode, PathBuf)> {
+    let out = folder.folder().directory().path().to_owned();
+    let code = shown.run(model, problem, &mut folder, None, &out)?;
+    Ok((code, out))
+}
+
+/// The name of the folder of a model file.
+fn name(file: &Path) -> anyhow::Result<String> {
+    let name = file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
+    let name = name
+        .with_context(|| format!("the name of {} is not one for a folder; give a folder with --out", file.display()))?;
+    Ok(name.to_owned())
+}
+
+/// Largest number of a folder.
+const NUMBERED: usize = 9999;
+
+/// The folder NAME in the folder of results, or the first of NAME-2, NAME-3, … without a run. With `force` it is NAME.
+fn numbered(
+    name: &str,
+    model: &Model,
+    text: &str,
+    file: &Path,
+    force: bool,
+    shown: &Shown,
+) -> anyhow::Result<RunDirectory> {
+    let mut last = None;
+    for number in 1..=NUMBERED {
+        let numbered = if number == 1 { name.to_owned() } else { format!("{name}-{number}") };
+        let directory = folder::in_results(&results(), &numbered)?;
+        let place = directory.path().display().to_string();
+        match RunDirectory::create(directory, model, text, file, force) {
+            Err(error) if error.is::<Occupied>() && !force => last = Some(error),
+            Ok(folder) if number > 1 => {
+                shown.show().note(&format!("This run goes to {place}; --force replaces the one in {name}"))?;
+                return Ok(folder);
+            }
+            other => return other,
         }
-        let name = self.file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
-        let name = name.with_context(|| {
-            format!("the name of {} is not one for a folder; give a folder with --out", self.file.display())
-        })?;
-        folder::in_results(&results(), name)
     }
+    Err(last.unwrap_or_else(|| anyhow!("there are too many runs of {name}; give a folder with --out")))
 }
 
 impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let directory = Directory::open(&self.folder);
-        let directory = directory.with_context(|| format!("{} has no run in it", self.folder.display()))?;
-        Self::in_directory(directory, self.previous, Some(&self.budget), &self.shown)
+        let path = runs::named(&self.folder);
+        let directory = Directory::open(&path).with_context(|| format!("{} has no run in it", path.display()))?;
+        let Some(file) = &self.file else {
+            return Self::in_directory(directory, self.previous, Some(&self.budget), &self.shown);
+        };
+        let (model, text) = load(file)?;
+        let record = RunRecord::read(&directory)?;
+        if record.fingerprint == fingerprint(&model) {
+            let (folder, ..) = RunDirectory::claim(directory)?;
+            folder.edit(&text)?;
+            return self.shown.resume(folder, model, &text, self.previous, Some(&self.budget));
+        }
+        let show = self.shown.show();
+        show.note("The problem has changed, a new run begins:")?;
+        for change in super::run_directory::changes(&record.model, &text)? {
+            show.note(&format!("  {change}"))?;
+        }
+        let problem = located(&model, model.problem())?;
+        self.budget.check(&problem, model.method())?;
+        let folder = numbered(&name(&model_file(file))?, &model, &text, file, false, &self.shown)?;
+        begin(folder, &model, &problem, &self.shown).map(|(code, _)| code)
     }
 
     /// Continues the run of an open folder.
@@ -129,36 +212,49 @@ impl Resume {
         budget: Option<&Budget>,
         shown: &Shown,
     ) -> anyhow::Result<ExitCode> {
-        let out = directory.path().to_owned();
-        let (mut folder, model, text) = RunDirectory::claim(directory)?;
-        let problem = located(&model, model.problem())?;
-        budget.map_or(Ok(()), |budget| budget.check(&problem, model.method()))?;
-        let state = match folder.resume(&model, &problem, &text, previous)? {
-            Some(state) => state,
-            None => located(&model, model.method().start(&problem))?,
-        };
-        shown.run(&model, &problem, &mut folder, state, &out)
+        let (folder, model, text) = RunDirectory::claim(directory)?;
+        shown.resume(folder, model, &text, previous, budget)
     }
 }
 
 impl Shown {
     /// Prints nothing.
     #[allow(dead_code, reason = "for tests and fuzz targets")]
-    pub const QUIET: Self = Self { json: false, quiet: true };
+    pub const QUIET: Self = Self { json: false, quiet: true, digits: Digits { digits: 5 } };
 
     fn show(&self) -> Show {
         Show::of(self.json, self.quiet)
     }
 
-    /// Runs to the end. A closed standard output is an interruption.
+    /// Continues the run of a claimed folder; says which settings have changed.
+    fn resume(
+        &self,
+        mut folder: RunDirectory,
+        model: Model,
+        text: &str,
+        previous: bool,
+        budget: Option<&Budget>,
+    ) -> anyhow::Result<ExitCode> {
+        let problem = located(&model, model.problem())?;
+        budget.map_or(Ok(()), |budget| budget.check(&problem, model.method()))?;
+        for change in folder.changes(text)? {
+            self.show().note(&format!("Changed {change}"))?;
+        }
+        let state = folder.resume(&model, &problem, text, previous)?;
+        let out = folder.folder().directory().path().to_owned();
+        self.run(&model, &problem, &mut folder, state, &out)
+    }
+
+    /// Runs to the end, from a state or from the start design. A closed standard output is an interruption.
     fn run(
         &self,
         model: &Model,
         problem: &Problem,
         folder: &mut RunDirectory,
-        state: State,
+        state: Option<State>,
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
+        announce_interruptions(out);
         self.cycles(model, problem, folder, state, out).map_err(|error| match error.is::<ClosedOutput>() {
             true => anyhow!("{ClosedOutput}; `linkwright resume {}` continues the run", out.display()),
             false => error,
@@ -171,12 +267,19 @@ impl Shown {
         model: &Model,
         problem: &Problem,
         folder: &mut RunDirectory,
-        mut state: State,
+        state: Option<State>,
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
         let show = self.show();
-        let progress = Progress::new(problem, show, model.method().stop);
+        let progress = Progress::new(problem, show, model.method().stop, self.digits.count());
         progress.head()?;
+        let mut state = match state {
+            Some(state) => state,
+            None => {
+                progress.analysing_the_start();
+                located(model, model.method().start(problem))?
+            }
+        };
         (state.status, state.reason) = model.method().stop.test(problem, &state);
         let mut summary = folder.save(model, problem, &mut state)?;
         progress.cycle(&state, 0)?;
@@ -192,3 +295,17 @@ impl Shown {
         Ok(if state.status.is_success() { ExitCode::SUCCESS } else { ExitCode::from(3) })
     }
 }
+
+/// Ends the process at Ctrl-C with a line that says how to go on. Every cycle is stored, so it may end at any moment.
+fn announce_interruptions(out: &Path) {
+    let text = format!("\ninterrupted; `linkwright resume {}` continues the run", out.display());
+    let end = move || {
+        complain(&text);
+        std::process::exit(INTERRUPTED);
+    };
+    // Without a handler the system ends the process all the same.
+    drop(ctrlc::set_handler(end));
+}
+
+/// Exit code after Ctrl-C: 128 and the number of the signal, as shells have it.
+const INTERRUPTED: i32 = 130;

@@ -2,10 +2,14 @@
 
 use super::eta::RemainingCycles;
 use super::output::{brief, say, say_raw, visible};
-use super::run_directory::{Summary, cycle_line};
+use super::run_directory::{Summary, shown_cycle};
 use linkwright::problem::Problem;
-use linkwright::sao::{Cycle, State, Status, Stop};
+use linkwright::report::number::readable;
+use linkwright::report::outcome;
+use linkwright::sao::{State, Status, Stop};
 use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Format of the output.
@@ -45,14 +49,22 @@ pub struct Progress<'p> {
     problem: &'p Problem,
     show: Show,
     stop: Stop,
+    digits: usize,
     begun: Instant,
     is_terminal: bool,
+    line: StatusLine,
 }
 
 impl<'p> Progress<'p> {
-    pub fn new(problem: &'p Problem, show: Show, stop: Stop) -> Self {
+    pub fn new(problem: &'p Problem, show: Show, stop: Stop, digits: usize) -> Self {
         let is_terminal = show == Show::Table && std::io::stdout().is_terminal();
-        Self { problem, show, stop, begun: Instant::now(), is_terminal }
+        let begun = Instant::now();
+        Self { problem, show, stop, digits, begun, is_terminal, line: StatusLine::new(begun, is_terminal) }
+    }
+
+    /// Says that the start design is being analysed.
+    pub fn analysing_the_start(&self) {
+        self.line.set("analysing the start design".to_owned(), String::new());
     }
 
     /// Prints the names of the columns.
@@ -61,20 +73,23 @@ impl<'p> Progress<'p> {
             return Ok(());
         }
         let name = |name: &str| name.chars().take(12).collect::<String>();
-        let names = self.problem.variables.iter().take(COLUMNS).map(|v| format!("{:>12}", name(&v.name)));
+        let width = self.width();
+        let names = self.problem.variables.iter().take(COLUMNS).map(|v| format!(" {:>width$}", name(&v.name)));
         let more = if self.problem.n() > COLUMNS { "  …" } else { "" };
-        let fixed = "cycle         objective   E_f %   E_g %      V %  limits   rows";
-        self.line(&format!("{fixed}{}{more}", names.collect::<String>()))
+        let fixed = format!("cycle {:>width$}   E_f %   E_g %      V %  limits   rows", "objective");
+        self.row(&format!("{fixed}{}{more}", names.collect::<String>()))
     }
 
     /// Prints the last cycle of a state, with times estimated from the `own` cycles of this process.
     pub fn cycle(&self, state: &State, own: usize) -> anyhow::Result<()> {
-        let Some(cycle) = state.history.last() else { return Ok(()) };
+        if state.history.is_empty() {
+            return Ok(());
+        }
         match self.show {
             Show::Nothing => Ok(()),
-            Show::JsonLines => say(&cycle_line(cycle)?),
+            Show::JsonLines => say(&shown_cycle(self.problem, state)?),
             Show::Table => {
-                self.line(&row(cycle))?;
+                self.row(&self.cells(state)?)?;
                 self.time(state, own);
                 Ok(())
             }
@@ -82,10 +97,11 @@ impl<'p> Progress<'p> {
     }
 
     /// Prints a line of the table. Only a terminal gets times, so that other programs read the same text in every run.
-    fn line(&self, text: &str) -> anyhow::Result<()> {
+    fn row(&self, text: &str) -> anyhow::Result<()> {
         if !self.is_terminal {
             return say(text);
         }
+        let _quiet = self.line.hold();
         say_raw(&format!("{CLEAR}{WRAP_OFF}{}{WRAP_ON}", visible(text)))
     }
 
@@ -97,10 +113,25 @@ impl<'p> Progress<'p> {
         let elapsed = self.begun.elapsed();
         let left = remaining(RemainingCycles::new(state, &self.stop), elapsed, own);
         let cycle = state.history.last().map_or(0, |c| c.cycle + usize::from(c.accepted));
-        let mut out = std::io::stdout();
-        // A failure to print this line must not end the run.
-        drop(write!(out, "{CLEAR}{WRAP_OFF}cycle {cycle} …  {} elapsed{left}{WRAP_ON}", brief(elapsed)));
-        drop(out.flush());
+        self.line.set(format!("cycle {cycle}"), left);
+    }
+
+    /// Width of the columns of numbers.
+    fn width(&self) -> usize {
+        (self.digits + 7).max(12)
+    }
+
+    /// The row of the last trial step.
+    fn cells(&self, state: &State) -> anyhow::Result<String> {
+        let (k, width) = (state.history.len() - 1, self.width());
+        let c = &state.history[k];
+        let mark = if c.accepted { ' ' } else { 'R' };
+        let objective = readable(outcome::objective_of_step(self.problem, state, k)?, self.digits);
+        let errors = format!("{:>7.2} {:>7.2} {:>8.2}", c.objective_error_pct, c.constraint_error_pct, c.violation_pct);
+        let counts = format!("{:>7} {:>6}", c.active_limits, c.retained.len());
+        let number = |b: &f64| format!(" {:>width$}", readable(*b, self.digits));
+        let design: String = c.design.iter().take(COLUMNS).map(number).collect();
+        Ok(format!("{:>4}{mark} {objective:>width$} {errors} {counts}{design}", c.cycle))
     }
 
     /// Prints the summary.
@@ -108,17 +139,79 @@ impl<'p> Progress<'p> {
         match self.show {
             Show::Nothing => Ok(()),
             Show::JsonLines => say(&serde_json::to_string(summary)?),
-            Show::Table => say(&summary.text()),
+            Show::Table => {
+                self.line.end();
+                say(&summary.text(self.digits))
+            }
         }
     }
 }
 
-impl Drop for Progress<'_> {
-    /// Clears the line with the times, so that an error message starts on an empty line.
-    fn drop(&mut self) {
-        if self.is_terminal {
-            drop(write!(std::io::stdout(), "{CLEAR}"));
+/// The last line of a terminal during a run: what is being done, and the elapsed time, twice a second.
+struct StatusLine {
+    shared: Arc<SharedLine>,
+}
+
+struct SharedLine {
+    begun: Instant,
+    /// What is being done, and the estimated time to the end.
+    text: Mutex<Option<(String, String)>>,
+    has_ended: AtomicBool,
+}
+
+impl StatusLine {
+    /// Starts the clock on a terminal; elsewhere nothing is printed.
+    fn new(begun: Instant, is_terminal: bool) -> Self {
+        let shared = Arc::new(SharedLine { begun, text: Mutex::new(None), has_ended: AtomicBool::new(!is_terminal) });
+        if is_terminal {
+            let clock = shared.clone();
+            std::thread::spawn(move || {
+                while !clock.has_ended.load(Ordering::Acquire) {
+                    clock.draw();
+                    std::thread::sleep(Duration::from_millis(500));
+                }
+            });
         }
+        Self { shared }
+    }
+
+    /// Changes the line.
+    fn set(&self, what: String, left: String) {
+        *self.hold() = Some((what, left));
+        self.shared.draw();
+    }
+
+    /// Keeps the line from being drawn.
+    fn hold(&self) -> std::sync::MutexGuard<'_, Option<(String, String)>> {
+        self.shared.text.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// Clears the line for good, so that what follows starts on an empty line.
+    fn end(&self) {
+        let mut text = self.hold();
+        if !self.shared.has_ended.swap(true, Ordering::AcqRel) {
+            *text = None;
+            drop(write!(std::io::stdout(), "{CLEAR}"));
+            drop(std::io::stdout().flush());
+        }
+    }
+}
+
+impl SharedLine {
+    fn draw(&self) {
+        let text = self.text.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let Some((what, left)) = text.as_ref().filter(|_| !self.has_ended.load(Ordering::Acquire)) else { return };
+        let mut out = std::io::stdout();
+        let elapsed = brief(self.begun.elapsed());
+        // A failure to print this line must not end the run.
+        drop(write!(out, "{CLEAR}{WRAP_OFF}{what} …  {elapsed} elapsed{left}{WRAP_ON}"));
+        drop(out.flush());
+    }
+}
+
+impl Drop for StatusLine {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 
@@ -131,14 +224,6 @@ fn remaining(cycles: RemainingCycles, elapsed: Duration, own: usize) -> String {
         Some(estimate) => format!(", about {} left, at most {}", time(estimate), time(cycles.limit)),
         None => format!(", at most {} left", time(cycles.limit)),
     }
-}
-
-fn row(c: &Cycle) -> String {
-    let mark = if c.accepted { ' ' } else { 'R' };
-    let errors = format!("{:>7.2} {:>7.2} {:>8.2}", c.objective_error_pct, c.constraint_error_pct, c.violation_pct);
-    let counts = format!("{:>7} {:>6}", c.active_limits, c.retained.len());
-    let design: String = c.design.iter().take(COLUMNS).map(|b| format!(" {b:>11.5e}")).collect();
-    format!("{:>4}{mark} {:>17.9e} {errors} {counts}{design}", c.cycle, c.objective)
 }
 
 #[cfg(test)]

@@ -35,7 +35,7 @@ const SCREEN: f64 = 96.0;
 Writes DIR/report.html, a page without external files, and every figure as SVG and PNG to DIR/figures, with an animation of
 the mechanism as mechanism.gif. Works for unfinished runs, too.")]
 pub struct Report {
-    /// The folder of the run
+    /// The folder of the run, or its name in the folder of results
     folder: PathBuf,
     /// Points along each side of the design-space slice; each point is an analysis, 0 for no slice [default: as many as fit into 5 seconds]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(0..=101))]
@@ -47,7 +47,7 @@ pub struct Report {
 
 impl Report {
     pub fn run(&self) -> anyhow::Result<()> {
-        let place = write_report(&self.folder, self.slice, !self.page_only)?;
+        let place = write_report(&super::runs::named(&self.folder), self.slice, !self.page_only)?;
         say(&format!("Wrote {}", place.display()))
     }
 }
@@ -175,7 +175,7 @@ fn without_state(model: &Model, problem: &Problem) -> anyhow::Result<Page> {
 const FILES: [(&str, &str); 9] = [
     ("cycles.csv", "the history, a row for each trial step"),
     ("responses.csv", "responses of the last design over time"),
-    ("constraints.csv", "constraints of the last design over time, normalized: the limit is 1"),
+    ("constraints.csv", "constrained quantities of the last design over time"),
     ("summary.json", "the result, for programs"),
     ("model.toml", "the model file"),
     ("state.json", "the complete state, read by resume"),

@@ -1,13 +1,15 @@
 //! Cycles, histories and derivatives as tables.
 
-use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses, RowId};
+use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses};
+use linkwright::report::outcome;
 use linkwright::report::run::step_cells;
 use linkwright::report::table::{Cell, Table};
-use linkwright::sao::Cycle;
+use linkwright::sao::State;
 use nalgebra::DMatrix;
+use std::collections::BTreeSet;
 
-/// Table of trial steps, accepted and rejected.
-pub fn cycles(problem: &Problem, history: &[Cycle]) -> linkwright::Result<Table> {
+/// Table of trial steps from number `from`, accepted and rejected.
+pub fn cycles(problem: &Problem, state: &State, from: usize) -> linkwright::Result<Table> {
     let fixed = [
         "cycle",
         "accepted",
@@ -23,8 +25,9 @@ pub fn cycles(problem: &Problem, history: &[Cycle]) -> linkwright::Result<Table>
     ];
     let names = problem.variables.iter().map(|v| v.name.as_str());
     let mut table = Table::new("Cycles", fixed.into_iter().chain(names).map(str::to_owned));
-    for c in history {
-        let fixed = [c.cycle.into(), usize::from(c.accepted).into()].into_iter().chain(step_cells(c));
+    for (k, c) in state.history.iter().enumerate().skip(from) {
+        let objective = outcome::objective_of_step(problem, state, k)?;
+        let fixed = [c.cycle.into(), usize::from(c.accepted).into()].into_iter().chain(step_cells(c, objective));
         let design = c.design.iter().map(|b| Cell::from(*b));
         table.push(fixed.chain([c.iterations.into()]).chain(design))?;
     }
@@ -33,28 +36,37 @@ pub fn cycles(problem: &Problem, history: &[Cycle]) -> linkwright::Result<Table>
 
 /// Table of all responses over time; a response without time has a value in the first row only.
 pub fn responses(problem: &Problem, values: &Responses) -> linkwright::Result<Table> {
-    over_time(problem, "Responses", problem.responses.iter().zip(&values.values).map(|(r, v)| (r.name.clone(), v)))
+    let some = |values: &Vec<f64>| values.iter().map(|v| Some(*v)).collect();
+    over_time(
+        problem,
+        "Responses",
+        problem.responses.iter().zip(&values.values).map(|(r, v)| (r.name.clone(), some(v))),
+    )
 }
 
-/// Table of all constraints over time, normalized: feasible up to one.
-pub fn constraints(problem: &Problem, evaluation: &Evaluation) -> linkwright::Result<Table> {
-    let columns = problem.constraints.iter().zip(&evaluation.constraints).map(|(c, v)| (c.name.clone(), v));
-    over_time(problem, "Constraints", columns)
+/// Table of all constrained quantities over time, in their units; empty where a constraint does not hold.
+pub fn constraints(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> linkwright::Result<Table> {
+    let mut seen = BTreeSet::new();
+    // Both sides of a two-sided constraint have the same values.
+    let first = (0..problem.constraints.len()).filter(|&j| seen.insert(outcome::name(problem, j)));
+    let column = |j| (outcome::name(problem, j).to_owned(), outcome::values(problem, j, design, evaluation));
+    over_time(problem, "Constraints", first.map(column))
 }
 
-fn over_time<'v>(
+fn over_time(
     problem: &Problem,
     title: &str,
-    columns: impl Iterator<Item = (String, &'v Vec<f64>)>,
+    columns: impl Iterator<Item = (String, Vec<Option<f64>>)>,
 ) -> linkwright::Result<Table> {
-    let columns: Vec<(String, &Vec<f64>)> = columns.collect();
+    let columns: Vec<(String, Vec<Option<f64>>)> = columns.collect();
     let times = problem.grids.first().map(|grid| (&grid.name, &grid.points));
     let names = times.iter().map(|(name, _)| (*name).clone()).chain(columns.iter().map(|(name, _)| name.clone()));
     let mut table = Table::new(title, names);
     let rows = times.map_or(1, |(_, points)| points.len());
     for p in 0..rows {
         let time = times.map(|(_, points)| Cell::from(points[p]));
-        let value = |(_, values): &(String, &Vec<f64>)| values.get(p).map_or(Cell::Empty, |v| Cell::from(*v));
+        let value =
+            |(_, values): &(String, Vec<Option<f64>>)| values.get(p).copied().flatten().map_or(Cell::Empty, Cell::from);
         table.push(time.into_iter().chain(columns.iter().map(value)))?;
     }
     Ok(table)
@@ -77,9 +89,4 @@ pub fn sensitivities(
         table.push(fixed.into_iter().chain(rows.row(k).iter().map(|d| Cell::from(*d))))?;
     }
     Ok(table)
-}
-
-/// The time point of the largest violation of each constraint, or of its smallest margin.
-pub fn worst(problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
-    (0..problem.constraints.len()).filter_map(|j| evaluation.worst_of(j)).map(|(row, _)| row).collect()
 }

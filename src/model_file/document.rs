@@ -1,5 +1,6 @@
 //! The reference of all keys: as tables, as Markdown for the documentation, and as JSON schema for editors.
 
+use super::expression::{REDUCTIONS, Reduction};
 use super::file::{KEYS, element_of, families};
 use super::{Accepts, Key, Need, TableKeys};
 use mechanics::elements::Measure;
@@ -38,7 +39,20 @@ pub fn document() -> String {
         }
         last = Some(table);
     }
-    text
+    text + &reductions()
+}
+
+/// The reductions of histories.
+fn reductions() -> String {
+    let line = |(name, _, has_number, about): &(&str, Reduction, bool, &str)| {
+        let number = if *has_number { ", …" } else { "" };
+        format!("| `{name}(x{number})` | {} |\n", about.replace('|', "\\|"))
+    };
+    let lines: String = REDUCTIONS.iter().map(line).collect();
+    format!(
+        "\n### Reductions of histories\n\nFunctions in `minimize`, `maximize` and the `value` of a constraint. Two more numbers, as in \
+         `max(x, 0.5, 2)`, limit them to the time points of an interval.\n\n| function | |\n|---|---|\n{lines}"
+    )
 }
 
 /// The heading of a table, or the line above the keys of one kind.
@@ -97,7 +111,12 @@ fn object(name: &str, all: &[TableKeys]) -> Value {
     let own = || all.iter().filter(|table| table.name == name);
     let mut properties = Map::new();
     for key in own().flat_map(|table| table.keys) {
-        properties.entry(key.name).or_insert_with(|| property(name, key, all));
+        let new = property(name, key, all);
+        match properties.get_mut(key.name) {
+            // Kinds may take different values under one key: a slider has one velocity, a body in the plane two.
+            Some(known) => extend(known, new),
+            None => drop(properties.insert(key.name.to_owned(), new)),
+        }
     }
     let required = |kind: Option<&str>| -> Vec<&str> {
         let keys = own().filter(|table| table.kind == kind).flat_map(|table| table.keys);
@@ -121,9 +140,29 @@ fn object(name: &str, all: &[TableKeys]) -> Value {
     object
 }
 
+/// Lets a property take the values of another declaration, too.
+fn extend(known: &mut Value, mut new: Value) {
+    let about = known.as_object_mut().and_then(|known| known.remove("description"));
+    new.as_object_mut().and_then(|new| new.remove("description"));
+    if *known != new {
+        let mut several = match known.as_object_mut().and_then(|known| known.remove("anyOf")) {
+            Some(Value::Array(several)) => several,
+            _ => vec![known.take()],
+        };
+        if !several.contains(&new) {
+            several.push(new);
+        }
+        *known = json!({ "anyOf": several });
+    }
+    if let Some(about) = about {
+        known["description"] = about;
+    }
+}
+
 fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
     let mut property = match key.accepts {
         Accepts::Number | Accepts::Expression | Accepts::Quantity | Accepts::Feedback => number(),
+        Accepts::Quantities => json!({ "anyOf": [number(), { "$ref": "#/$defs/numbers" }] }),
         Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
         Accepts::Numbers => json!({ "$ref": "#/$defs/numbers" }),
         Accepts::Texts => json!({ "type": "array", "items": { "type": "string" } }),

@@ -48,4 +48,4 @@ mod version;
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
 pub use document::{document, schema, tables};
 pub use file::{Accepts, Key, Model, Need, TableKeys, read};
-pub use settings::settings;
+pub use settings::{settings, with_setting};

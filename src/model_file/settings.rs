@@ -85,6 +85,78 @@ pub fn settings(file: &str, text: &str) -> Result<BTreeMap<String, String>, Box<
     Ok(found)
 }
 
+/// The text of a file with another value of a setting; `key` has the form of [`settings`]. Comments and all other lines stay.
+///
+/// A value that is not TOML, such as an expression, becomes a text. A key that the file lacks is added to its table, and a table that the
+/// file lacks to its end; not to a table in a list, such as `[[joint]]`.
+///
+/// # Errors
+/// If the text is not TOML, or the key cannot be added.
+pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<String, Box<DiagnosticReport>> {
+    let fail = |error: Diagnostic| {
+        Box::new(DiagnosticReport { file: file.to_owned(), text: text.to_owned(), diagnostics: vec![error] })
+    };
+    let table = parse(text).map_err(fail)?;
+    let is_toml = DeTable::parse(&format!("value = {value}")).is_ok_and(|table| table.get_ref().len() == 1);
+    let value = if is_toml { value.trim().to_owned() } else { format!("{value:?}") };
+    let edited =
+        |range: std::ops::Range<usize>, new: &str| format!("{}{new}{}", &text[..range.start], &text[range.end..]);
+    let parts: Vec<&str> = key.split('.').collect();
+    let is_name = |part: &&str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    let (Some((last, path)), true) = (parts.split_last(), parts.iter().all(|part| is_name(&part))) else {
+        return Err(fail(Diagnostic::new(0..0, format!("`{key}` is no key such as method.max_cycles"))));
+    };
+    let mut here = &table;
+    for (depth, part) in path.iter().enumerate() {
+        let Some(found) = here.get(*part).or_else(|| named_item(&table, &path[..=depth])) else {
+            let exists = depth > 0;
+            let header = path.join(".");
+            return if exists || parts.len() > 3 {
+                Err(fail(Diagnostic::new(0..0, format!("there is no `{}` in the file", path[..=depth].join(".")))))
+            } else {
+                Ok(format!("{}\n\n[{header}]\n{last} = {value}\n", text.trim_end()))
+            };
+        };
+        match found.get_ref() {
+            DeValue::Table(inner) => here = inner,
+            DeValue::Array(_) if depth + 1 < path.len() => {}
+            _ => return Err(fail(Diagnostic::new(found.span(), format!("`{part}` has no keys")))),
+        }
+        let is_inline = text[found.span()].starts_with('{');
+        if depth + 1 == path.len() && is_inline && here.get(*last).is_none() {
+            let start = found.span().start + 1;
+            let comma = if here.is_empty() { "" } else { "," };
+            return Ok(edited(start..start, &format!(" {last} = {value}{comma}")));
+        }
+    }
+    if let Some(old) = here.get(*last) {
+        return Ok(edited(old.span(), &value));
+    }
+    let header = format!("[{}]", path.join("."));
+    let lines = text.split_inclusive('\n').scan(0, |end, line| {
+        *end += line.len();
+        Some((*end, line))
+    });
+    let of_header = |line: &str| line.split('#').next().is_some_and(|line| line.trim() == header);
+    match lines.into_iter().find(|(_, line)| of_header(line)).map(|(end, _)| end) {
+        _ if path.is_empty() => Ok(format!("{last} = {value}\n{text}")),
+        Some(end) => Ok(edited(end..end, &format!("{last} = {value}\n"))),
+        None => Err(fail(Diagnostic::new(0..0, format!("`{key}` cannot be added; write it into the file")))),
+    }
+}
+
+/// The table of a list that a path names: `joint`, `pin` is the table `[[joint]]` with this name or number.
+fn named_item<'t, 'i>(file: &'t DeTable<'i>, path: &[&str]) -> Option<&'t toml::Spanned<DeValue<'i>>> {
+    let [list, name] = path else { return None };
+    let items = file.get(*list)?.get_ref().as_array()?;
+    let is_named = |item: &toml::Spanned<DeValue<'_>>| {
+        let own = item.get_ref().as_table().and_then(|table| table.get("name")).and_then(|n| n.get_ref().as_str());
+        own == Some(name)
+    };
+    let number = || name.parse::<usize>().ok().and_then(|k| items.get(k.checked_sub(1)?));
+    items.iter().find(|item| is_named(item)).or_else(number)
+}
+
 fn collect(prefix: &str, table: &DeTable<'_>, found: &mut BTreeMap<String, String>) {
     for (key, value) in table {
         let key = format!("{prefix}{}", key.get_ref());
@@ -135,6 +207,28 @@ mod tests {
         ];
         assert_eq!(found, expected);
         assert!(settings("m", "a = ").is_err());
+    }
+
+    #[test]
+    fn a_setting_is_replaced_where_it_stands() {
+        let text = "version = 2 # two\n[design]\nk = { start = 1.0, lower = 0.0 }\n[method]\nmax_cycles = 3 # few\n\
+            [[constraint]]\nname = \"sag\"\nat_most = 1\n";
+        let set = |key: &str, value: &str| with_setting("m", text, key, value);
+        for (key, value, old, new) in [
+            ("design.k.start", "2.5", "start = 1.0", "start = 2.5"),
+            ("design.k.upper", "9", "k = {", "k = { upper = 9,"),
+            ("method.max_cycles", "40", "= 3 # few", "= 40 # few"),
+            ("method.preset", "mma", "[method]\n", "[method]\npreset = \"mma\"\n"),
+            ("constraint.sag.at_most", "2*k", "at_most = 1", "at_most = \"2*k\""),
+            ("constraint.1.at_most", "7", "at_most = 1", "at_most = 7"),
+            ("title", "a lift", "version = 2", "title = \"a lift\"\nversion = 2"),
+        ] {
+            assert_eq!(set(key, value).unwrap(), text.replacen(old, new, 1), "{key}");
+        }
+        assert!(set("time.points", "11").unwrap().ends_with("at_most = 1\n\n[time]\npoints = 11\n"));
+        for key in ["", "design..k", "constraint.none.at_most", "constraint.sag.from", "version.x", "design.q.start"] {
+            assert!(set(key, "1").is_err(), "{key}");
+        }
     }
 
     #[test]

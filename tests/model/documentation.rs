@@ -1,6 +1,7 @@
 //! The documentation lists exactly the keys that the reader knows.
 
 use linkwright::model_file::document;
+use serde_json::Value;
 
 #[test]
 fn every_key_is_documented() {
@@ -39,4 +40,137 @@ fn the_schema_knows_every_key_of_the_examples() {
             assert!(schema["properties"][section].is_object(), "{section} in {}", path.display());
         }
     }
+}
+
+/// Model files of the repository, with the text of the template.
+fn shipped() -> Vec<(String, String)> {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let mut folders = vec![format!("{root}/examples/models"), format!("{root}/tests/model")];
+    let mut found = vec![("template".to_owned(), include_str!("../../src/command/template.toml").to_owned())];
+    while let Some(folder) = folders.pop() {
+        for item in std::fs::read_dir(folder).unwrap() {
+            let path = item.unwrap().path();
+            if path.is_dir() && path.starts_with(format!("{root}/examples")) {
+                folders.push(path.display().to_string());
+            } else if path.extension().is_some_and(|extension| extension == "toml") {
+                found.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn the_schema_accepts_every_shipped_file_and_rejects_mistakes() {
+    let schema = linkwright::model_file::schema();
+    let of = |text: &str| -> Result<(), String> {
+        let table = toml::de::DeTable::parse(text).unwrap().into_inner();
+        valid(&json(&toml::de::DeValue::Table(table)), &schema, &schema)
+    };
+    let files = shipped();
+    assert!(files.len() > 20, "{} files", files.len());
+    let wrong: Vec<String> =
+        files.iter().filter_map(|(name, text)| Some(format!("{name}: {}", of(text).err()?))).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let good = &files.iter().find(|(name, _)| name.ends_with("impact-absorber.toml")).unwrap().1;
+    for (from, to) in [
+        ("points = 101", "points = -1"),
+        ("kind = \"slider\"", "kind = \"slide\""),
+        ("at_most = 1.0", "atmost = 1.0"),
+        ("mass = 1.0\n", "mass = true\n"),
+    ] {
+        assert!(good.contains(from) && of(&good.replace(from, to)).is_err(), "{to}");
+    }
+}
+
+fn json(value: &toml::de::DeValue<'_>) -> Value {
+    use toml::de::DeValue;
+    match value {
+        DeValue::String(text) => text.as_ref().into(),
+        DeValue::Integer(i) => i.as_str().parse::<i64>().unwrap().into(),
+        DeValue::Float(f) => f.as_str().parse::<f64>().unwrap().into(),
+        DeValue::Boolean(b) => (*b).into(),
+        DeValue::Datetime(d) => d.to_string().into(),
+        DeValue::Array(list) => list.iter().map(|item| json(item.get_ref())).collect(),
+        DeValue::Table(table) => {
+            let pairs = table.iter().map(|(key, value)| (key.get_ref().to_string(), json(value.get_ref())));
+            Value::Object(pairs.collect())
+        }
+    }
+}
+
+/// Checks a value against the parts of JSON schema that the schema uses.
+fn valid(value: &Value, schema: &Value, root: &Value) -> Result<(), String> {
+    let fail = |what: &str| Err(format!("{value} is not {what}"));
+    for (word, rule) in schema.as_object().expect("a schema is an object") {
+        match word.as_str() {
+            "$ref" => {
+                let name = rule.as_str().unwrap().strip_prefix("#/$defs/").unwrap();
+                valid(value, &root["$defs"][name], root)?;
+            }
+            "type" => {
+                let is = |name: &str| match name {
+                    "integer" => value.is_i64() || value.is_u64(),
+                    "number" => value.is_number(),
+                    "string" => value.is_string(),
+                    "boolean" => value.is_boolean(),
+                    "array" => value.is_array(),
+                    "object" => value.is_object(),
+                    other => panic!("type {other}"),
+                };
+                let names = rule.as_array().map_or_else(|| vec![rule], |names| names.iter().collect());
+                if !names.iter().any(|name| is(name.as_str().unwrap())) {
+                    return fail(&rule.to_string());
+                }
+            }
+            "minimum" if value.as_f64() < rule.as_f64() => return fail(&format!("at least {rule}")),
+            "minItems" if value.as_array().map(Vec::len) < rule.as_u64().map(|n| n as usize) => return fail("so long"),
+            "maxItems" if value.as_array().map(Vec::len) > rule.as_u64().map(|n| n as usize) => {
+                return fail("so short");
+            }
+            "enum" if !rule.as_array().unwrap().contains(value) => return fail(&format!("one of {rule}")),
+            "const" if value != rule => return fail(&rule.to_string()),
+            "anyOf" => {
+                let tried: Vec<_> = rule.as_array().unwrap().iter().map(|one| valid(value, one, root)).collect();
+                if tried.iter().all(Result::is_err) {
+                    return Err(tried.into_iter().filter_map(Result::err).collect::<Vec<_>>().join(", and "));
+                }
+            }
+            "allOf" => rule.as_array().unwrap().iter().try_for_each(|one| valid(value, one, root))?,
+            "if" if valid(value, rule, root).is_ok() => valid(value, &schema["then"], root)?,
+            "required" => {
+                let missing = rule.as_array().unwrap().iter().find(|key| value.get(key.as_str().unwrap()).is_none());
+                if let Some(key) = missing {
+                    return fail(&format!("complete without {key}"));
+                }
+            }
+            "items" => value.as_array().into_iter().flatten().try_for_each(|item| valid(item, rule, root))?,
+            "properties" | "additionalProperties" if !value.is_object() => {}
+            "properties" => {
+                for (key, inner) in rule.as_object().unwrap() {
+                    value
+                        .get(key)
+                        .map_or(Ok(()), |value| valid(value, inner, root))
+                        .map_err(|e| format!("{key}: {e}"))?;
+                }
+            }
+            "additionalProperties" => {
+                let others = value
+                    .as_object()
+                    .unwrap()
+                    .iter()
+                    .filter(|(key, _)| schema["properties"].get(key.as_str()).is_none());
+                for (key, value) in others {
+                    match rule {
+                        Value::Bool(false) => return Err(format!("unknown key {key}")),
+                        rule => valid(value, rule, root).map_err(|e| format!("{key}: {e}"))?,
+                    }
+                }
+            }
+            "description" | "title" | "$schema" | "$defs" | "then" | "if" | "minimum" | "minItems" | "maxItems"
+            | "enum" | "const" => {}
+            other => panic!("the test does not know `{other}`"),
+        }
+    }
+    Ok(())
 }

@@ -1,6 +1,7 @@
 //! The claim of a run directory: one process at a time runs in it.
 
-use anyhow::{Context, bail};
+use super::Occupied;
+use anyhow::Context;
 use linkwright::storage::{Directory, Lock};
 use std::fs::File;
 use std::time::Duration;
@@ -36,7 +37,8 @@ impl Claim {
                 }
             }
         }
-        bail!("another process runs in {}; wait for its end, or stop it", directory.path().display())
+        let why = format!("another process runs in {}; wait for its end, or stop it", directory.path().display());
+        Err(Occupied(why).into())
     }
 
     /// Gives a folder back that is not used; leaves no file that did not exist before.

@@ -16,7 +16,7 @@ mod records;
 mod state_file;
 
 pub use lock::LOCK;
-pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary, changes, cycle_line, fingerprint};
+pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary, changes, fingerprint, shown_cycle};
 
 use super::budget::Sizes;
 use super::folder::{MANIFEST, OutputFolder, RUN};
@@ -31,6 +31,7 @@ use linkwright::sao::State;
 use linkwright::storage::{Appender, Directory};
 use lock::Claim;
 use state_file::{PREVIOUS, STATE, StoredState};
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -81,6 +82,18 @@ struct CycleTable {
     file: Appender,
     rows: usize,
 }
+
+/// A folder that has a run in it, or in which a process runs.
+#[derive(Clone, Debug)]
+pub struct Occupied(String);
+
+impl fmt::Display for Occupied {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Occupied {}
 
 /// The state of a run, with the history that was read for it.
 pub struct LastState {
@@ -138,7 +151,13 @@ impl RunDirectory {
         let model = with_program(model, Path::new(&record.file));
         if fingerprint(&model) != record.fingerprint {
             let file = folder.place(MODEL);
-            bail!("{} has another problem than the run; title, bounds and [method] may be edited", file.display());
+            let different: Vec<String> = changes(&record.model, &text)?.iter().map(ToString::to_string).collect();
+            bail!(
+                "{} has another problem than the run; title, bounds and [method] may be edited. What differs: {}. \
+                 `linkwright optimize {0}` begins a new run",
+                file.display(),
+                different.join("; ")
+            );
         }
         Ok((Self { folder, record, active: None }, model, text))
     }
@@ -252,6 +271,16 @@ impl RunDirectory {
         self.write_record()
     }
 
+    /// Settings of the model with other values than before.
+    pub fn changes(&self, text: &str) -> anyhow::Result<Vec<Change>> {
+        changes(&self.record.model, text)
+    }
+
+    /// Replaces the copy of the model by an edited one of the same problem.
+    pub fn edit(&self, text: &str) -> anyhow::Result<()> {
+        self.replace(MODEL, text.as_bytes())
+    }
+
     /// `run.json`.
     pub fn record(&self) -> &RunRecord {
         &self.record
@@ -291,12 +320,12 @@ impl RunDirectory {
         let Some(active) = &mut self.active else { return Ok(()) };
         match &mut active.cycles {
             Some(table) => {
-                let rows = tables::cycles(problem, &state.history[table.rows..])?.csv_rows();
+                let rows = tables::cycles(problem, state, table.rows)?.csv_rows();
                 explained(&place, table.file.append(rows.as_bytes()))?;
                 table.rows = state.history.len();
             }
             none => {
-                let text = tables::cycles(problem, &state.history)?.csv();
+                let text = tables::cycles(problem, state, 0)?.csv();
                 explained(&place, self.folder.directory().replace(CYCLES, text.as_bytes(), false))?;
                 let file = explained(&place, self.folder.directory().appender(CYCLES))?;
                 *none = Some(CycleTable { file, rows: state.history.len() });
@@ -308,15 +337,13 @@ impl RunDirectory {
     /// Writes the results of a run that has ended.
     pub fn finish(&mut self, problem: &Problem, state: &State, summary: &Summary) -> anyhow::Result<()> {
         let responses = tables::responses(problem, &state.responses)?;
-        let constraints = tables::constraints(problem, &state.evaluation)?;
+        let constraints = tables::constraints(problem, &state.design, &state.evaluation)?;
         self.replace(RESPONSES, responses.csv().as_bytes())?;
         self.replace(CONSTRAINTS, constraints.csv().as_bytes())?;
         #[cfg(feature = "parquet")]
-        for (name, table) in [
-            ("cycles", tables::cycles(problem, &state.history)?),
-            ("responses", responses),
-            ("constraints", constraints),
-        ] {
+        for (name, table) in
+            [("cycles", tables::cycles(problem, state, 0)?), ("responses", responses), ("constraints", constraints)]
+        {
             self.replace(&format!("{name}.parquet"), &table.parquet()?)?;
         }
         self.replace(SUMMARY, serde_json::to_string_pretty(summary)?.as_bytes())?;
@@ -367,10 +394,9 @@ fn look(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
     let has_run = names.iter().any(|name| name == RUN);
     let mut folder = OutputFolder::of(directory.clone())?;
     if has_run && !force {
-        bail!(
-            "{shown} has a run in it; continue it with `linkwright resume {shown}`, give another folder, or start anew in this \
-             one with --force"
-        );
+        let remedy = "give another folder, or start anew in this one with --force";
+        let why = format!("{shown} has a run in it; continue it with `linkwright resume {shown}`, {remedy}");
+        return Err(Occupied(why).into());
     }
     if has_run && !folder.has_list() {
         RunRecord::read(directory)?;

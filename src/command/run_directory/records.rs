@@ -3,10 +3,11 @@
 use super::state_file;
 use crate::command::folder::RUN;
 use crate::command::output::now;
-use crate::command::tables;
 use anyhow::{Context, bail};
 use linkwright::model_file::{Model, settings};
-use linkwright::problem::{DesignVariable, Problem, RowId};
+use linkwright::problem::{DesignVariable, Problem};
+use linkwright::report::number::{readable, with_unit};
+use linkwright::report::outcome::{self, ConstraintValue};
 use linkwright::sao::{Cycle, State, Status};
 use linkwright::storage::{Directory, fnv1a};
 use serde::{Deserialize, Serialize};
@@ -74,6 +75,17 @@ pub struct Change {
     pub after: Option<String>,
 }
 
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (&self.before, &self.after) {
+            (Some(before), Some(after)) => write!(f, "{}: {before} → {after}", self.key),
+            (None, Some(after)) => write!(f, "{}: new, {after}", self.key),
+            (Some(before), None) => write!(f, "{}: removed, was {before}", self.key),
+            (None, None) => write!(f, "{}", self.key),
+        }
+    }
+}
+
 impl RunRecord {
     /// A run of `model` (with `text` from `file`) that begins now.
     pub fn new(model: &Model, text: &str, file: &Path) -> anyhow::Result<Self> {
@@ -122,8 +134,16 @@ pub fn changes(before: &str, after: &str) -> anyhow::Result<Vec<Change>> {
     Ok(different.map(change).collect())
 }
 
-/// The line of a cycle in `history.jsonl` and in the output of `--json`.
-pub fn cycle_line(cycle: &Cycle) -> anyhow::Result<String> {
+/// The last cycle of a state as a line of `--json`: that of `history.jsonl` with the objective as stated.
+pub fn shown_cycle(problem: &Problem, state: &State) -> anyhow::Result<String> {
+    let k = state.history.len() - 1;
+    let mut line: serde_json::Value = serde_json::from_str(&cycle_line(&state.history[k])?)?;
+    line["objective"] = outcome::objective_of_step(problem, state, k)?.into();
+    Ok(line.to_string())
+}
+
+/// The line of a cycle in `history.jsonl`, with the numbers of the driver.
+pub(super) fn cycle_line(cycle: &Cycle) -> anyhow::Result<String> {
     #[derive(Serialize)]
     struct CycleLine<'s> {
         event: &'static str,
@@ -161,6 +181,9 @@ pub struct Summary {
     peak_bound: Option<String>,
     pub violation_pct: f64,
     pub design: Vec<NamedValue>,
+    /// Design variables at a bound, in words.
+    #[serde(default)]
+    at_bounds: Vec<String>,
     pub constraints: Vec<Nearest>,
     /// Edits of the model during the run.
     pub edits: Vec<Edit>,
@@ -174,13 +197,33 @@ pub struct NamedValue {
     pub value: f64,
 }
 
-/// A constraint at the time of its largest value relative to the limit.
+/// A constraint at the time of its largest violation or smallest margin, as stated.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Nearest {
     pub name: String,
-    /// Normalized value: feasible up to one.
+    #[serde(default)]
+    pub unit: String,
+    /// `≤`, `≥` or `=`; empty in summaries of early versions, whose values are normalized.
+    #[serde(default)]
+    pub relation: String,
+    #[serde(default)]
+    pub limit: f64,
     pub value: f64,
+    /// Distance from the limit: positive inside the feasible region.
+    #[serde(default)]
+    pub margin: f64,
+    /// `violated`, `active` or `satisfied`.
+    #[serde(default)]
+    pub status: String,
     pub time: Option<f64>,
+}
+
+impl From<ConstraintValue> for Nearest {
+    fn from(c: ConstraintValue) -> Self {
+        let (relation, status) = (c.relation().to_owned(), c.status().to_owned());
+        let ConstraintValue { name, unit, limit, value, margin, time, .. } = c;
+        Self { name, unit, relation, limit, value, margin, status, time }
+    }
 }
 
 impl Summary {
@@ -191,9 +234,13 @@ impl Summary {
         let objective = NamedValue {
             name: problem.objective.name.clone(),
             unit: problem.objective.unit.clone(),
-            value: state.evaluation.objective,
+            value: outcome::objective(problem, &state.design, &state.evaluation),
         };
-        let worst = tables::worst(problem, &state.evaluation).into_iter();
+        let constraints = outcome::constraints(problem, &state.design, &state.evaluation);
+        let at_bounds = state.design.iter().enumerate().filter_map(|(k, &value)| {
+            let bound = outcome::at_bound(problem, k, value)?;
+            Some(format!("{} is {bound}", problem.variables[k].name))
+        });
         Self {
             event: "end".to_owned(),
             version: VERSION,
@@ -212,7 +259,8 @@ impl Summary {
             peak_bound: problem.objective.peak().map(|peak| problem.variables[peak.variable].name.clone()),
             violation_pct: state.evaluation.max_violation_pct(),
             design: problem.variables.iter().zip(&state.design).map(named).collect(),
-            constraints: worst.map(|row| nearest(problem, state, row)).collect(),
+            at_bounds: at_bounds.collect(),
+            constraints: constraints.into_iter().map(Nearest::from).collect(),
             edits: edits.to_vec(),
         }
     }
@@ -225,30 +273,33 @@ impl Summary {
         summary.with_context(|| format!("{} is not readable", path.display()))
     }
 
-    /// The summary as text for the terminal.
-    pub fn text(&self) -> String {
+    /// The summary as text for the terminal, with numbers of the given significant digits.
+    pub fn text(&self, digits: usize) -> String {
         let mut lines = vec![format!("\n{:?}: {}.", self.status, self.reason)];
         let method = self.differentiation.as_ref().map_or_else(String::new, |name| format!(" ({name})"));
         lines.push(format!(
             "{} cycles, {} analyses, {} sensitivity analyses{method}.",
             self.cycles, self.analyses, self.sensitivity_analyses
         ));
-        let row = |n: &NamedValue| format!("  {:<24} {:>16.9e} {}", n.name, n.value, n.unit).trim_end().to_owned();
+        let row = |n: &NamedValue| format!("  {:<24} {}", n.name, with_unit(n.value, &n.unit, digits));
         lines.push(row(&self.objective));
         // The variable that bounds a peak is the objective itself.
         lines.extend(self.design.iter().filter(|b| self.peak_bound.as_ref() != Some(&b.name)).map(row));
-        lines.push(format!("  {:<24} {:>16.3e} %", "largest violation", self.violation_pct));
+        lines.extend(self.constraints.iter().map(|c| c.text(digits)));
+        lines
+            .extend(self.at_bounds.iter().map(|text| format!("Note: {text}; a wider bound may give a better design.")));
         lines.join("\n")
     }
 }
 
-fn nearest(problem: &Problem, state: &State, row: RowId) -> Nearest {
-    let constraint = &problem.constraints[row.constraint];
-    let grid = constraint.quantity.grid().filter(|_| constraint.quantity.is_transient());
-    Nearest {
-        name: constraint.name.clone(),
-        value: state.evaluation.constraints[row.constraint][row.point],
-        time: grid.map(|g| problem.grids[g].points[row.point]),
+impl Nearest {
+    /// The constraint as a line for the terminal: value, limit, unit, margin and status.
+    pub fn text(&self, digits: usize) -> String {
+        let Self { name, unit, relation, limit, value, margin, status, time } = self;
+        let at = time.map_or_else(String::new, |t| format!(" at {}", readable(t, digits)));
+        let [value, limit, margin] = [*value, *limit, *margin].map(|v| readable(v, digits));
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        format!("  {name:<24} {value} {relation} {limit}{unit}{at}, {status}, margin {margin}{unit}")
     }
 }
 
@@ -266,7 +317,7 @@ mod tests {
             "constraints": [], "edits": [] }}"#
         );
         let summary: Summary = serde_json::from_str(&text).unwrap();
-        summary.text().lines().map(|line| line.split_whitespace().next().unwrap_or_default().to_owned()).collect()
+        summary.text(5).lines().map(|line| line.split_whitespace().next().unwrap_or_default().to_owned()).collect()
     }
 
     #[test]

@@ -110,8 +110,8 @@ fn quantities(results: [Option<&Summary>; 2]) -> Vec<ComparedNumber> {
     all.extend(paired(&designs));
     let constraint = |r: &Summary| -> Vec<NamedValue> {
         let named = |c: &Nearest| NamedValue {
-            name: format!("constraint {}", c.name),
-            unit: "of its limit".to_owned(),
+            name: format!("constraint {} {}", c.name, c.relation).trim_end().to_owned(),
+            unit: c.unit.clone(),
             value: c.value,
         };
         r.constraints.iter().map(named).collect()

@@ -98,6 +98,6 @@ impl RunEntry {
 /// The preset in the text of a model.
 fn preset(text: &str) -> String {
     let named = settings("", text).ok().and_then(|all| all.get("method.preset").cloned());
-    let name = named.as_deref().map_or("slp", |name| name.trim_matches('"'));
+    let name = named.as_deref().map_or("default", |name| name.trim_matches('"'));
     linkwright::sao::preset(name).map_or(name, |preset| preset.name).to_owned()
 }

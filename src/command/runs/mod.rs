@@ -69,8 +69,8 @@ impl Runs {
     }
 }
 
-/// Path of a run, given as path or as name in the folder of results.
-fn named(folder: &Path) -> PathBuf {
+/// The path of a run, given as path or as name in the folder of results.
+pub fn named(folder: &Path) -> PathBuf {
     let among = results().join(folder);
     if !folder.exists() && among.exists() { among } else { folder.to_owned() }
 }

@@ -18,6 +18,8 @@ pub struct Scope<'a> {
     pub time: bool,
     /// Indices of other names.
     pub others: &'a dyn Fn(&str) -> Option<usize>,
+    /// Indices of the values of reductions.
+    pub reduced: &'a dyn Fn(usize) -> Option<usize>,
     /// All other names, for suggestions.
     pub suggestions: &'a dyn Fn() -> Vec<String>,
 }
@@ -26,8 +28,14 @@ impl Scope<'_> {
     /// Constants alone.
     pub const NUMBER: Self = Self { design: false, ..Self::DESIGN };
     /// Design variables.
-    pub const DESIGN: Self =
-        Self { place: "this number", design: true, time: false, others: &|_| None, suggestions: &Vec::new };
+    pub const DESIGN: Self = Self {
+        place: "this number",
+        design: true,
+        time: false,
+        others: &|_| None,
+        reduced: &|_| None,
+        suggestions: &Vec::new,
+    };
     /// Design variables and the time.
     pub const MOTION: Self = Self { time: true, ..Self::DESIGN };
 }
@@ -102,6 +110,11 @@ impl Code<'_> {
                 self.binary(Operator::Power, base, &both[1], &tree.span)?
             }
             Node::Call(function, arguments) => self.call(*function, arguments, &tree.span)?,
+            Node::Reduced(number) => match (self.scope.reduced)(*number) {
+                Some(index) => self.push(Operation::Other(index), &tree.span)?,
+                None => return Err(misplaced(&tree.span)),
+            },
+            Node::Reduce(..) => return Err(misplaced(&tree.span)),
         };
         finite(constant, &tree.span)
     }
@@ -251,6 +264,13 @@ impl Code<'_> {
         self.operations.push(operation);
         Ok(None)
     }
+}
+
+/// A reduction of a history where no history can be.
+fn misplaced(span: &Range<usize>) -> Diagnostic {
+    let message = "a reduction of a history can stand in `minimize`, `maximize` and the `value` of a constraint only";
+    Diagnostic::new(span.clone(), message)
+        .help("write it there, not in another reduction, an output or a named expression")
 }
 
 impl Scope<'_> {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `tree` | a parsed expression with its location |
 //! | `function` | `sin`, `hypot`, `deg`, … |
+//! | `reduction` | `peak`, `mean`, `at`, …: of a history to a number |
 //! | `parse` | tokens and precedence: `^` is right-associative and binds tighter than a sign, `-2^2` is −4 |
 //! | `names` | definitions of names: design variables, constants, other expressions |
 //! | `compiled` | a compiled expression: operations on a stack, over any scalar |
@@ -25,6 +26,7 @@ mod compiled;
 mod function;
 mod names;
 mod parse;
+mod reduction;
 mod tree;
 
 pub use compile::Scope;
@@ -33,4 +35,5 @@ pub use function::MathFunction;
 pub use names::Names;
 pub(crate) use names::check_name;
 pub use parse::TextPlace;
+pub use reduction::{REDUCTIONS, Reduction};
 pub use tree::{Node, Operator, Tree};

@@ -4,6 +4,7 @@
 //! Pratt, *Proc. ACM Symp. Principles of Programming Languages* (1973) 41–51.
 
 use super::function::{FUNCTIONS, MathFunction};
+use super::reduction::{REDUCTIONS, Reduction};
 use super::tree::{Node, Operator, Tree};
 use crate::Readable;
 use crate::model_file::{Diagnostic, limits};
@@ -123,9 +124,12 @@ impl<'t> Parser<'t> {
 
     /// The arguments of a function, and the call.
     fn call(&mut self, name: &str, token: &Token, depth: usize) -> Result<Tree, Diagnostic> {
-        let Some(function) = MathFunction::named(name) else {
-            return Err(Diagnostic::unknown(token.span.clone(), "function", name, FUNCTIONS.iter().map(|f| f.0)));
-        };
+        let function = MathFunction::named(name);
+        let is_reduction = REDUCTIONS.iter().any(|(known, ..)| *known == name);
+        if function.is_none() && !is_reduction {
+            let known = FUNCTIONS.iter().map(|f| f.0).chain(REDUCTIONS.iter().map(|r| r.0));
+            return Err(Diagnostic::unknown(token.span.clone(), "function", name, known));
+        }
         self.next();
         let mut arguments = vec![self.operand(0, depth + 1)?];
         while self.peek().piece == Piece::Sign(',') {
@@ -134,12 +138,25 @@ impl<'t> Parser<'t> {
         }
         let close = self.take(')', "`,` or `)`")?;
         let span = token.span.start..close.span.end;
+        if let Some(reduction) = Reduction::named(name, arguments.len()) {
+            return Ok(Tree { node: Node::Reduce(reduction, arguments), span });
+        }
+        let Some(function) = function else {
+            let message = format!("`{name}` takes a history{}, got {} arguments", takes(name), arguments.len());
+            return Err(Diagnostic::new(span, message.replace("1 arguments", "1 argument")));
+        };
         if arguments.len() != function.arguments() {
             let message = format!("`{name}` takes {} arguments, got {}", function.arguments(), arguments.len());
             return Err(Diagnostic::new(span, message.replace("1 arguments", "1 argument")));
         }
         Ok(Tree { node: Node::Call(function, arguments), span })
     }
+}
+
+/// What a reduction takes besides the history, in words.
+fn takes(name: &str) -> &'static str {
+    let has_number = REDUCTIONS.iter().any(|(known, _, has_number, _)| *known == name && *has_number);
+    if has_number { ", a number, and optionally two times" } else { ", and optionally two times" }
 }
 
 fn unexpected(token: &Token, wanted: &str) -> Diagnostic {

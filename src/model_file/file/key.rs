@@ -15,6 +15,8 @@ pub enum Accepts {
     Feedback,
     /// An expression that may name outputs, too.
     Quantity,
+    /// An expression that may name outputs, or a list of them.
+    Quantities,
     /// Several numbers or expressions of constants.
     Numbers,
     /// A whole number.
@@ -108,6 +110,7 @@ impl Accepts {
             Self::Motion => "expression of time, or motion",
             Self::Feedback => "expression of time and motion",
             Self::Quantity => "expression of outputs",
+            Self::Quantities => "expression of outputs, or a list",
             Self::Numbers => "list of numbers",
             Self::Count => "whole number",
             Self::Flag => "true or false",

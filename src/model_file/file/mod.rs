@@ -43,12 +43,14 @@ pub use key::{Accepts, Key, Need, TableKeys};
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
 use super::{Diagnostic, DiagnosticReport, settings};
-use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs};
+#[cfg(feature = "report")]
+use crate::problem::{Analysis, Analytic, Responses};
 use crate::problem::{
     ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, TimeGrid,
 };
 use crate::sao::Method;
+use crate::{Error, Result};
 use autodiff::Scalar;
 use key::{default, optional, required};
 use mechanism::{MechanismSpec, MechanismTemplate};
@@ -103,7 +105,7 @@ pub struct Model {
     program_folder: Option<PathBuf>,
     grid: Option<TimeGrid>,
     outputs: Arc<Vec<OutputSpec>>,
-    objective: ObjectiveSpec,
+    objective: Option<ObjectiveSpec>,
     constraints: Vec<Constraint>,
     method: Method,
     fingerprint: u64,
@@ -142,7 +144,11 @@ fn model_of_text(file: &str, text: &str, log: &DiagnosticLog) -> Read<Model> {
     }
     log.check()?;
     let note = (version < version::CURRENT).then(|| words.note(&table));
-    Ok(Model { fingerprint, note, ..model.expect("no error was logged") })
+    let mut model = model.expect("no error was logged");
+    if version < version::CURRENT {
+        model.objective.iter_mut().for_each(ObjectiveSpec::keep_first_scale);
+    }
+    Ok(Model { fingerprint, note, ..model })
 }
 
 fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) -> Read<Model> {
@@ -163,10 +169,14 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         grid.as_ref(),
     )?;
     let bound = objective::read_bound(&section, &mut names)?;
-    let all: Vec<DesignVariable> = variables.iter().chain(&bound).cloned().collect();
-    naming::check_any(&all, &section)?;
+    let of_peak = bound.as_ref().map(|bound| bound.variable.clone());
+    let all: Vec<DesignVariable> = variables.iter().chain(&of_peak).cloned().collect();
+    let is_problem = section.has("objective") || section.has("constraint");
+    if is_problem {
+        naming::check_any(&all, &section)?;
+    }
     check_times(&section, &outputs, grid.as_ref())?;
-    let outputs = extended(outputs, &variables, &bound);
+    let outputs = extended(outputs, &variables, &of_peak);
     let known = quantity::QuantityContext {
         names: &names,
         outputs: &outputs,
@@ -174,7 +184,10 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         grid: grid.as_ref(),
         variables: &all,
     };
-    let objective = source.log.keep(objective::read(&section, &known, bound));
+    let objective = match is_problem {
+        true => source.log.keep(objective::read(&section, &known, bound)).map(Some),
+        false => Some(None),
+    };
     let constraints = constraints::read(&section, &known)?;
     let method = source.log.keep(method::read(&section, &names));
     let mechanism = match (mechanism, &grid) {
@@ -265,11 +278,56 @@ impl Model {
         self.program_folder = Some(folder.to_owned());
     }
 
-    /// The optimization problem.
+    /// The optimization problem. Analyses the start design if the objective is a peak without a scale or a start of its bound.
     ///
     /// # Errors
-    /// As [`ProblemBuilder::build`].
+    /// As [`ProblemBuilder::build`], and those of that analysis.
     pub fn problem(&self) -> Result<Problem> {
+        let Some(objective) = &self.objective else {
+            let remedy = "add [objective] with minimize = \"…\"; `linkwright analyze` simulates the file as it is";
+            return Err(Error::definition(&self.title, "there is no objective", remedy));
+        };
+        objective.complete(self.build(objective)?)
+    }
+
+    /// Returns `true` if the file has an objective; without one it is a simulation.
+    pub fn is_problem(&self) -> bool {
+        self.objective.is_some()
+    }
+
+    /// The design variables, without the one that bounds a peak.
+    pub fn variables(&self) -> &[DesignVariable] {
+        &self.variables
+    }
+
+    /// Names and units of the outputs, with the indices of their time grids: 0 for histories.
+    pub fn output_names(&self) -> impl Iterator<Item = (&str, &str, Option<usize>)> {
+        self.outputs.iter().map(|o| (o.name.as_str(), o.unit.as_str(), o.is_transient.then_some(0)))
+    }
+
+    /// The outputs at a design, which has a value for each of the [`variables`](Self::variables).
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    #[cfg(feature = "report")]
+    pub fn simulate(&self, design: &[f64]) -> Result<Responses> {
+        Error::check_length("design", self.variables.len(), design.len())?;
+        if let Some(program) = &self.program {
+            return program.asked(self).analyze(design);
+        }
+        match (&self.mechanism, &self.grid) {
+            (Some((mechanism, settings)), Some(grid)) => {
+                settings.analyze(MechanismTemplate::new(mechanism, &self.outputs), &grid.points, design)
+            }
+            (_, grid) => {
+                let grids: Vec<_> = self.outputs.iter().map(|o| grid.as_ref().filter(|_| o.is_transient)).collect();
+                let formulas = Formulas(self.outputs.iter().map(|o| o.expression.clone()).collect());
+                Analytic::new(formulas, &grids).analyze(design)
+            }
+        }
+    }
+
+    fn build(&self, objective: &ObjectiveSpec) -> Result<Problem> {
         let mut parts = ProblemBuilder::new(&self.title);
         for variable in &self.variables {
             parts.variable(variable.clone());
@@ -285,14 +343,12 @@ impl Model {
             };
             parts.linearize_in(h, output.intermediates.clone());
         }
-        self.objective.build(&mut parts);
+        objective.build(&mut parts);
         for constraint in &self.constraints {
             parts.subject_to(constraint.clone());
         }
         if let Some(program) = &self.program {
-            let times = self.grid.as_ref().map_or(&[][..], |grid| &grid.points);
-            // The bound of a peak is a variable of the problem, and none of the program.
-            return program.build(parts, self.program_folder.as_deref(), &self.variables, times, &self.outputs);
+            return program.asked(self).build(parts);
         }
         match (&self.mechanism, &self.grid) {
             (Some((mechanism, settings)), Some(grid)) => {

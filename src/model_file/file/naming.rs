@@ -62,9 +62,14 @@ fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
 
 /// The design variable of a table with the keys [`DESIGN`].
 pub fn variable(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
+    let start = section.number("start", names)?.unwrap_or(f64::NAN);
+    variable_from(start, name, section, names)
+}
+
+/// As [`variable`], with a start value that may be from elsewhere.
+pub fn variable_from(start: f64, name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
     let bound = |key, none| Ok(section.number(key, names)?.unwrap_or(none));
     let (lower, upper) = (bound("lower", f64::NEG_INFINITY)?, bound("upper", f64::INFINITY)?);
-    let start = section.number("start", names)?.unwrap_or(f64::NAN);
     if lower > upper {
         let [lower, upper] = [lower, upper].map(Readable);
         let message = format!("the lower bound {lower} of `{name}` is above the upper bound {upper}");

@@ -4,36 +4,53 @@ use super::key::{Accepts, Key, TableKeys, default, optional};
 use super::naming;
 use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
+use crate::Result;
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::Names;
-use crate::problem::{DesignVariable, Goal, ProblemBuilder, Quantity, TimeGrid};
+use crate::model_file::expression::{Names, Node, Reduction, Tree};
+use crate::problem::{
+    Analysis, Constraint, ContinuousTime, DesignVariable, Goal, GradientMethod, Problem, ProblemBuilder, Quantity,
+    ResponseAt, Responses, TimeGrid,
+};
+use nalgebra::DMatrix;
 
 const KEYS: &[Key] = &[
     default("name", Accepts::Text, "objective", "name, for tables and axes"),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
-    optional("minimize", Accepts::Quantity, "the quantity to minimize"),
+    optional(
+        "minimize",
+        Accepts::Quantities,
+        "the quantity to minimize; with over = \"peak\" also a list, for the largest of several peaks",
+    ),
     optional("maximize", Accepts::Quantity, "the quantity to maximize, in place of `minimize`"),
     optional("over", Accepts::Choice(OVER), "reduction of a history to a number"),
     default("rule", Accepts::Choice(&["simpson", "trapezoid"]), "trapezoid", "quadrature of integral and mean"),
-    optional("bound", Accepts::Table, "with over = \"peak\": the variable that bounds |value| and is minimized"),
-    default(
+    optional(
+        "bound",
+        Accepts::Table,
+        "with over = \"peak\": the variable that bounds |value| and is minimized; by default `peak`, at least 0",
+    ),
+    optional(
         "scale",
         Accepts::Number,
-        "1",
-        "with over = \"peak\": normalization of the two constraints, in the unit of the value",
+        "with over = \"peak\": normalization of the two constraints, in the unit of the value; by default the peak at the start design",
     ),
     optional("directly_in", Accepts::Intermediate, "approximates the objective itself, linearized in these variables"),
 ];
 const OVER: &[&str] = &["peak", "sum", "integral", "mean"];
-const REDUCTIONS: &[(&str, Over)] =
+const OVER_WORDS: &[(&str, Over)] =
     &[("peak", Over::Peak), ("sum", Over::Sum), ("integral", Over::Integral), ("mean", Over::Mean)];
-const BOUND: &[Key] = &[default("name", Accepts::Name, "peak", "name of the variable")];
+const BOUND: &[Key] = &[
+    default("name", Accepts::Name, "peak", "name of the variable"),
+    optional("start", Accepts::Number, "start value, in the unit; by default the peak at the start design"),
+    optional("lower", Accepts::Number, "lower bound; none by default"),
+    optional("upper", Accepts::Number, "upper bound; none by default"),
+    default("unit", Accepts::Text, "", "unit, for tables and axes; by default that of the objective"),
+];
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[TableKeys] = &[
     TableKeys { name: "objective", kind: None, about: "the function to minimize", keys: KEYS },
     TableKeys { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: BOUND },
-    TableKeys { name: "objective.bound", kind: None, about: "the variable that bounds a peak", keys: naming::DESIGN },
 ];
 
 /// Reduction of a history to a number.
@@ -50,22 +67,62 @@ pub enum ObjectiveSpec {
     /// A number.
     Number { name: String, unit: String, quantity: Quantity, goal: Goal },
     /// The peak of a history, bounded by a variable.
-    Peak { bound: DesignVariable, quantity: Quantity, scale: f64 },
+    Peak(PeakSpec),
 }
 
-/// The variable that bounds a peak. It is a design variable like any other.
-pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<DesignVariable>> {
-    let Some(section) = file.inner("objective", &[KEYS])? else { return Ok(None) };
-    let Some(bound) = section.inner("bound", &[BOUND, naming::DESIGN])? else { return Ok(None) };
-    let word = bound.need_word("name")?;
-    names.check(&word.text, word.span)?;
-    let variable = naming::variable(&word.text, &bound, names)?;
-    names.design(&word.text);
-    Ok(Some(variable))
+/// The peak of a history. What is `None` follows from the peak at the start design.
+pub struct PeakSpec {
+    name: Option<String>,
+    bound: DesignVariable,
+    has_start: bool,
+    /// The histories; the largest of their peaks is minimized.
+    quantities: Vec<Quantity>,
+    scale: Option<f64>,
 }
+
+/// The variable that bounds a peak, and whether the file has its start. It is a design variable like any other.
+pub struct BoundVariable {
+    pub variable: DesignVariable,
+    has_start: bool,
+}
+
+/// Reads the variable that bounds a peak, or makes the default one.
+pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<BoundVariable>> {
+    let Some(section) = file.inner("objective", &[KEYS])? else { return Ok(None) };
+    let bound = section.inner("bound", &[BOUND])?;
+    let is_peak = section.word("over")?.is_some_and(|word| word.text == "peak")
+        || section.trees("minimize")?.iter().any(|tree| peak_of(tree).is_some());
+    let (variable, has_start) = match &bound {
+        Some(bound) => {
+            let word = bound.need_word("name")?;
+            names.check(&word.text, word.span)?;
+            let start = bound.number("start", names)?;
+            let variable = match start {
+                Some(start) => naming::variable_from(start, &word.text, bound, names)?,
+                // A number inside the bounds, until the start design is analysed.
+                None => {
+                    let inside = bound.number("lower", names)?.or(bound.number("upper", names)?).unwrap_or(0.0);
+                    naming::variable_from(inside, &word.text, bound, names)?
+                }
+            };
+            (variable, start.is_some())
+        }
+        None if is_peak => {
+            let help = "name the variable that bounds the peak: bound = { name = \"largest\" }";
+            names.check(PEAK, section.span.clone()).map_err(|error| error.help(help))?;
+            (DesignVariable::new(PEAK, "", 0.0).within(0.0, f64::INFINITY), false)
+        }
+        None => return Ok(None),
+    };
+    names.design(&variable.name);
+    Ok(Some(BoundVariable { variable, has_start }))
+}
+
+/// Name of the variable that bounds a peak, unless the file names it.
+const PEAK: &str = "peak";
 
 /// Reads `[objective]`.
-pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<DesignVariable>) -> Read<ObjectiveSpec> {
+pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<BoundVariable>) -> Read<ObjectiveSpec> {
     let Some(section) = file.inner("objective", &[KEYS])? else {
         let help = "add [objective] with minimize = \"…\"";
         return Err(Diagnostic::new(file.span.start..file.span.start, "there is no objective").help(help));
@@ -76,42 +133,63 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Desig
         (true, true) => return Err(section.error_at("maximize", "`minimize` and `maximize` exclude each other")),
         (false, false) => return Err(section.error_at("minimize", "[objective] lacks `minimize` or `maximize`")),
     };
-    let tree = section.tree(key)?.expect("the key is there");
-    let value = known.compile(&tree, key)?;
-    let over = match section.word("over")? {
-        Some(_) => Some(section.choice("over", REDUCTIONS)?),
+    let mut over = match section.word("over")? {
+        Some(_) => Some(section.choice("over", OVER_WORDS)?),
         None => None,
     };
+    let mut trees = section.trees(key)?;
+    if goal == Goal::Minimize && over.is_none() && trees.iter().all(|tree| peak_of(tree).is_some()) {
+        over = Some(Over::Peak);
+        trees = trees.iter().filter_map(peak_of).cloned().collect();
+    }
+    let values: Vec<CompiledQuantity> = trees.iter().map(|tree| known.compile(tree, key)).collect::<Read<_>>()?;
+    let Some(value) = values.first().cloned() else {
+        return Err(section.error_at(key, "the list is empty"));
+    };
+    if values.len() > 1 && over != Some(Over::Peak) {
+        let help = "add over = \"peak\", or write one formula such as \"a + b\"";
+        return Err(section.error_at(key, "several quantities can only be minimized by their peaks").help(help));
+    }
     match (over, bound) {
         (None, _) if value.is_transient => {
-            let help = "reduce it to a number: over = \"peak\", \"sum\", \"integral\" or \"mean\"";
+            let help = "reduce it to a number: over = \"peak\", \"sum\", \"integral\" or \"mean\", or a function such as `range(x)`";
             Err(section.error_at(key, "the objective is a history, not a number").help(help))
         }
-        (Some(_), _) if !value.is_transient => {
+        (Some(_), _) if values.iter().any(|value| !value.is_transient) => {
             Err(section.error_at("over", "`over` applies to histories, and the objective is a number"))
         }
-        (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => peak(&section, known, value, bound),
-        (Some(Over::Peak), None) => {
-            let help = "for instance bound = { name = \"peak\", start = 1.0, lower = 0.0 }";
-            Err(section.error_at("over", "over = \"peak\" needs a variable that bounds the peak").help(help))
-        }
+        (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => peak(&section, known, values, bound),
         (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
         (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
         (over, None) => number(&section, known, value, goal, over),
     }
 }
 
+/// The history of `peak(history)`.
+fn peak_of(tree: &Tree) -> Option<&Tree> {
+    match &tree.node {
+        Node::Reduce(Reduction::Peak, arguments) if arguments.len() == 1 => arguments.first(),
+        _ => None,
+    }
+}
+
 fn peak(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
-    value: CompiledQuantity,
-    bound: DesignVariable,
+    values: Vec<CompiledQuantity>,
+    BoundVariable { variable: mut bound, has_start }: BoundVariable,
 ) -> Read<ObjectiveSpec> {
-    let scale = section.number("scale", known.names)?.unwrap_or(1.0);
-    if scale <= 0.0 {
+    let scale = section.number("scale", known.names)?;
+    if scale.is_some_and(|scale| scale <= 0.0) {
         return Err(section.error_at("scale", "`scale` must be positive"));
     }
-    Ok(ObjectiveSpec::Peak { bound, quantity: value.quantity(), scale })
+    let unit = section.text("unit")?;
+    if bound.unit.is_empty() {
+        bound.unit = if unit.is_empty() { known.unit_of(&values[0]).to_owned() } else { unit };
+    }
+    let name = if section.has("name") { Some(section.text("name")?) } else { None };
+    let quantities = values.into_iter().map(CompiledQuantity::quantity).collect();
+    Ok(ObjectiveSpec::Peak(PeakSpec { name, bound, has_start, quantities, scale }))
 }
 
 fn number(
@@ -147,9 +225,91 @@ impl ObjectiveSpec {
         match self {
             Self::Number { name, unit, quantity, goal: Goal::Maximize } => parts.maximize(name, unit, quantity.clone()),
             Self::Number { name, unit, quantity, .. } => parts.minimize(name, unit, quantity.clone()),
-            Self::Peak { bound, quantity, scale } => {
-                parts.minimize_peak(bound.clone(), quantity.clone(), *scale);
+            Self::Peak(peak) => {
+                let scale = peak.scale.unwrap_or(1.0);
+                let mut quantities = peak.quantities.iter();
+                let Some(first) = quantities.next() else { return };
+                let variable = parts.minimize_peak(peak.bound.clone(), first.clone(), scale);
+                for (k, quantity) in quantities.enumerate() {
+                    let name = format!("{} {}", peak.bound.name, k + 2);
+                    let pair = Constraint::between(&name, [-0.0, 0.0], quantity.clone());
+                    parts.subject_to_both(pair.map(|side| side.bounded_by(variable).scaled_by(scale)));
+                }
             }
         }
+    }
+
+    /// The scale of a peak becomes 1 where the file has none, as in version 1.
+    pub fn keep_first_scale(&mut self) {
+        if let Self::Peak(peak) = self {
+            peak.scale.get_or_insert(1.0);
+        }
+    }
+
+    /// Completes a problem that was made by [`build`](Self::build): the name of a peak, and its scale and the start of its bound,
+    /// which are the peak at the start design if the file has none. Analyses the start design if they are needed.
+    pub fn complete(&self, mut problem: Problem) -> Result<Problem> {
+        let (Self::Peak(spec), Some(peak)) = (self, problem.objective.peak()) else { return Ok(problem) };
+        if let Some(name) = &spec.name {
+            problem.objective.name.clone_from(name);
+        }
+        if spec.scale.is_some() && spec.has_start {
+            return Ok(problem);
+        }
+        let start = problem.start();
+        let responses = problem.analyze(&start)?;
+        let evaluation = problem.evaluate(&start, &responses)?;
+        // ĝ = 1 + (±f − β)/σ.
+        let largest = |j: usize| {
+            let g = evaluation.constraints[j].iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            start[peak.variable] + problem.constraints[j].scale * (g - 1.0)
+        };
+        let sides: Vec<usize> =
+            (0..problem.constraints.len()).filter(|&j| problem.constraints[j].bound == Some(peak.variable)).collect();
+        let size = sides.iter().map(|&j| largest(j)).fold(0.0, f64::max);
+        let variable = &mut problem.variables[peak.variable];
+        if !spec.has_start {
+            variable.start = size.clamp(variable.lower, variable.upper);
+        }
+        if spec.scale.is_none() && size > 0.0 {
+            sides.into_iter().for_each(|j| problem.constraints[j].scale = size);
+        }
+        let design = problem.start();
+        problem.analysis = Box::new(RememberedStart { analysis: problem.analysis, design, responses });
+        problem.check()?;
+        Ok(problem)
+    }
+}
+
+/// An analysis whose result at the start design is known.
+struct RememberedStart {
+    analysis: Box<dyn Analysis>,
+    design: Vec<f64>,
+    responses: Responses,
+}
+
+impl Analysis for RememberedStart {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        if b == self.design { Ok(self.responses.clone()) } else { self.analysis.analyze(b) }
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        self.analysis.sensitivities(b, responses, wanted)
+    }
+
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        self.analysis.curvatures(b, responses, wanted)
+    }
+
+    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
+        self.analysis.gradient_methods()
+    }
+
+    fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
+        self.analysis.differentiation(variables, wanted)
+    }
+
+    fn continuous(&self) -> Option<&dyn ContinuousTime> {
+        self.analysis.continuous()
     }
 }

@@ -1,17 +1,17 @@
 //! `[analysis]` of the kind `program`: another program computes the outputs.
 
+use super::Model;
 use super::analysis::DerivativeSetting;
 use super::key::{Accepts, Key, TableKeys, default, required};
-use super::outputs::OutputSpec;
 use super::section::{Read, Section};
 use crate::model_file::expression::Names;
 use crate::model_file::limits;
-use crate::problem::{Analysis, DesignVariable, Problem, ProblemBuilder, ResponseAt, Responses};
+use crate::problem::{Analysis, Problem, ProblemBuilder, ResponseAt, Responses};
 use crate::responses::Differences;
 use crate::responses::program::{Program, ProgramAnalysis, WithThreads};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// The name of this kind of analysis.
@@ -83,35 +83,57 @@ impl ProgramSpec {
         self.program.command.join(" ")
     }
 
-    /// The problem whose responses are the answers of the program, if it may be started in a folder.
-    pub fn build(
-        &self,
-        parts: ProblemBuilder,
-        folder: Option<&Path>,
-        variables: &[DesignVariable],
-        times: &[f64],
-        outputs: &[OutputSpec],
-    ) -> Result<Problem> {
-        let Some(folder) = folder else { return parts.build(NotAllowed { command: self.command() }) };
-        let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_owned() };
-        let program = Program { folder: Some(folder), ..self.program.clone() };
-        let jobs = program.jobs;
-        let names = variables.iter().map(|variable| variable.name.as_str());
-        let responses = outputs.iter().map(|output| (output.name.as_str(), output.is_transient));
-        let analysis = ProgramAnalysis::new(program, names, times, responses)?;
-        match self.derivatives {
-            DerivativeSetting::Forward(step) => {
-                parts.build(WithThreads::new(Differences::forward(analysis, step)?, jobs)?)
-            }
-            DerivativeSetting::Central(step) => {
-                parts.build(WithThreads::new(Differences::central(analysis, step)?, jobs)?)
-            }
-            DerivativeSetting::Richardson(step) => {
-                parts.build(WithThreads::new(Differences::richardson(analysis, step)?, jobs)?)
-            }
-            DerivativeSetting::NoiseAware => parts.build(WithThreads::new(Differences::noise_aware(analysis), jobs)?),
-            DerivativeSetting::Automatic | DerivativeSetting::By(..) => parts.build(analysis),
+    /// The program with what the model asks of it.
+    pub fn asked<'m>(&'m self, model: &'m Model) -> AskedProgram<'m> {
+        AskedProgram { spec: self, model }
+    }
+}
+
+/// A program with what a model asks of it.
+pub struct AskedProgram<'m> {
+    spec: &'m ProgramSpec,
+    model: &'m Model,
+}
+
+impl AskedProgram<'_> {
+    /// The analysis by the program, with processes of its own, or `None` if it must not be started.
+    ///
+    /// The bound of a peak is a variable of the problem, and none of the program.
+    fn analysis(&self) -> Result<Option<ProgramAnalysis>> {
+        let Some(folder) = &self.model.program_folder else { return Ok(None) };
+        let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.clone() };
+        let program = Program { folder: Some(folder), ..self.spec.program.clone() };
+        let names = self.model.variables.iter().map(|variable| variable.name.as_str());
+        let times = self.model.grid.as_ref().map_or(&[][..], |grid| &grid.points);
+        let responses = self.model.outputs.iter().map(|output| (output.name.as_str(), output.is_transient));
+        ProgramAnalysis::new(program, names, times, responses).map(Some)
+    }
+
+    fn not_allowed(&self) -> NotAllowed {
+        NotAllowed { command: self.spec.command() }
+    }
+
+    /// The outputs at a design.
+    #[cfg(feature = "report")]
+    pub fn analyze(&self, design: &[f64]) -> Result<Responses> {
+        match self.analysis()? {
+            Some(analysis) => analysis.analyze(design),
+            None => self.not_allowed().analyze(design),
         }
+    }
+
+    /// The problem whose responses are the answers of the program.
+    pub fn build(&self, parts: ProblemBuilder) -> Result<Problem> {
+        let Some(analysis) = self.analysis()? else { return parts.build(self.not_allowed()) };
+        let jobs = self.spec.program.jobs;
+        let differences = match self.spec.derivatives {
+            DerivativeSetting::Forward(step) => Differences::forward(analysis, step)?,
+            DerivativeSetting::Central(step) => Differences::central(analysis, step)?,
+            DerivativeSetting::Richardson(step) => Differences::richardson(analysis, step)?,
+            DerivativeSetting::NoiseAware => Differences::noise_aware(analysis),
+            DerivativeSetting::Automatic | DerivativeSetting::By(..) => return parts.build(analysis),
+        };
+        parts.build(WithThreads::new(differences, jobs)?)
     }
 }
 

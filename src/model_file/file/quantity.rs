@@ -3,8 +3,8 @@
 use super::outputs::{OutputSpec, intermediates};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{CompiledExpression, Inputs, Names, Node, Scope, Tree};
-use crate::problem::{DesignVariable, Function, Point, Quantity, TimeGrid};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Node, Reduction, Scope, Tree};
+use crate::problem::{DesignVariable, Function, Functional, Point, Quantity, TimeGrid};
 use autodiff::Scalar;
 use std::sync::Arc;
 
@@ -77,12 +77,52 @@ pub struct CompiledQuantity {
     pub is_transient: bool,
     /// `true` if the formula is the name of an output.
     is_output: bool,
+    /// The reductions of the formula, if it has some.
+    reduced: Option<ReducedFormula>,
+}
+
+/// A formula of reductions of histories, such as `range(x)/final(x)`.
+#[derive(Clone, Debug)]
+pub struct ReducedFormula {
+    histories: Vec<ReducedHistory>,
+    /// Its other names are the outputs in use, then the reductions.
+    formula: CompiledExpression,
+    points: usize,
+}
+
+/// A history and its reduction over the time points of an interval.
+#[derive(Clone, Debug)]
+struct ReducedHistory {
+    reduction: Reduction,
+    number: f64,
+    points: std::ops::Range<usize>,
+    history: OutputFormula,
+}
+
+impl Functional for ReducedFormula {
+    fn over<S: Scalar>(&self, history: &[Point<S>]) -> S {
+        let reduced = self.histories.iter().map(|one| {
+            let points = &history[one.points.clone()];
+            let values: Vec<S> = points.iter().map(|point| one.history.at(point)).collect();
+            let times: Vec<f64> = points.iter().map(|point| point.time.re()).collect();
+            one.reduction.over(&values, &times, one.number)
+        });
+        let others: Vec<S> = history[0].response.iter().copied().chain(reduced).collect();
+        self.formula.value(&Inputs { design: history[0].design, time: S::from(f64::NAN), others: &others })
+    }
+
+    fn points(&self) -> Option<usize> {
+        Some(self.points)
+    }
 }
 
 impl CompiledQuantity {
     /// The quantity of a problem: a number, or a value at each time point.
     pub fn quantity(self) -> Quantity {
         let grid = self.is_transient.then_some(0);
+        if let Some(reduced) = self.reduced {
+            return Quantity::whole(0, reduced).of(&self.uses);
+        }
         match grid {
             _ if self.is_output => Quantity::response(grid, self.uses[0]),
             Some(grid) => Quantity::each_point(grid, self.function).of(&self.uses),
@@ -94,29 +134,101 @@ impl CompiledQuantity {
 impl QuantityContext<'_> {
     /// The formula of a parsed expression.
     pub fn compile(&self, tree: &Tree, key: &str) -> Read<CompiledQuantity> {
+        let mut outer = tree.clone();
+        let reductions = outer.take_reductions();
+        if !reductions.is_empty() {
+            return self.reduced(&outer, &reductions, key);
+        }
+        let expression = self.expression(tree, key)?;
+        let (uses, series) = self.used(&expression);
+        let is_transient = self.is_history(&expression);
+        let is_output = matches!(&tree.node, Node::Name(name) if self.outputs.iter().any(|o| o.name == *name));
+        let function = self.formula(expression, &uses, &series);
+        Ok(CompiledQuantity { function, uses, is_transient, is_output, reduced: None })
+    }
+
+    /// An expression whose other names are the outputs, then the series, then the reductions.
+    fn expression(&self, tree: &Tree, key: &str) -> Read<CompiledExpression> {
         let output = |name: &str| self.outputs.iter().position(|o| o.name == name);
         let series = |name: &str| self.series.iter().position(|s| s.name == name).map(|k| self.outputs.len() + k);
         let others = |name: &str| output(name).or_else(|| series(name));
+        let reduced = |number: usize| Some(self.outputs.len() + self.series.len() + number);
         let suggestions = || {
             let outputs = self.outputs.iter().map(|o| o.name.clone());
             outputs.chain(self.series.iter().map(|s| s.name.clone())).collect()
         };
         let place = format!("`{key}`");
-        let scope = Scope { place: &place, others: &others, suggestions: &suggestions, ..Scope::MOTION };
-        let expression = self.names.compile(tree, &scope)?;
-        let used = expression.others();
-        let split = used.partition_point(|&k| k < self.outputs.len());
-        let (uses, rows) = (used[..split].to_vec(), &used[split..]);
-        let series: Vec<Series> = rows.iter().map(|k| self.series[k - self.outputs.len()].clone()).collect();
-        let is_transient =
-            expression.uses_time() || !series.is_empty() || uses.iter().any(|&h| self.outputs[h].is_transient);
-        let is_output = matches!(&tree.node, Node::Name(name) if output(name).is_some());
-        Ok(CompiledQuantity {
-            function: OutputFormula { expression: expression.with_others(&used), series },
-            uses,
-            is_transient,
-            is_output,
-        })
+        let scope =
+            Scope { place: &place, others: &others, reduced: &reduced, suggestions: &suggestions, ..Scope::MOTION };
+        self.names.compile(tree, &scope)
+    }
+
+    /// Indices of the outputs and of the series that an expression uses.
+    fn used(&self, expression: &CompiledExpression) -> (Vec<usize>, Vec<usize>) {
+        let [outputs, all] = [self.outputs.len(), self.outputs.len() + self.series.len()];
+        let used = expression.others().into_iter().filter(|k| *k < all);
+        used.partition(|k| *k < outputs)
+    }
+
+    fn is_history(&self, expression: &CompiledExpression) -> bool {
+        let (outputs, series) = self.used(expression);
+        expression.uses_time() || !series.is_empty() || outputs.iter().any(|&h| self.outputs[h].is_transient)
+    }
+
+    /// The formula of the outputs `uses` and of `series`.
+    fn formula(&self, expression: CompiledExpression, uses: &[usize], series: &[usize]) -> OutputFormula {
+        let kept: Vec<usize> = uses.iter().chain(series).copied().collect();
+        let series = series.iter().map(|k| self.series[k - self.outputs.len()].clone()).collect();
+        OutputFormula { expression: expression.with_others(&kept), series }
+    }
+
+    /// A formula of reductions: each history is compiled on its own.
+    fn reduced(&self, outer: &Tree, reductions: &[Tree], key: &str) -> Read<CompiledQuantity> {
+        let whole = self.expression(outer, key)?;
+        if self.is_history(&whole) {
+            let message = "a formula of reductions cannot use a history beside them";
+            return Err(Diagnostic::new(outer.span.clone(), message).help("reduce every history to a number"));
+        }
+        let Some(grid) = self.grid else {
+            let message = "a reduction needs time points";
+            return Err(Diagnostic::new(outer.span.clone(), message).help("add [time]"));
+        };
+        let mut parts = vec![];
+        let mut uses = self.used(&whole).0;
+        for tree in reductions {
+            let Node::Reduce(reduction, arguments) = &tree.node else { continue };
+            let (history, numbers) = arguments.split_first().expect("a reduction has a history");
+            let expression = self.expression(history, key)?;
+            if !self.is_history(&expression) {
+                let message = format!("`{}` reduces a history, and this is a number", reduction.name());
+                return Err(Diagnostic::new(history.span.clone(), message));
+            }
+            let numbers: Vec<f64> = numbers.iter().map(|n| constant(n, key, self.names)).collect::<Read<_>>()?;
+            let (number, interval) = numbers.split_at(usize::from(reduction.has_number()));
+            let points = points_of(grid, interval, tree)?;
+            let number = number.first().copied().unwrap_or(0.0);
+            check_number(*reduction, number, grid, tree)?;
+            uses.extend(self.used(&expression).0);
+            parts.push((*reduction, number, points, expression));
+        }
+        uses.sort_unstable();
+        uses.dedup();
+        let first = self.outputs.len() + self.series.len();
+        let kept: Vec<usize> = uses.iter().copied().chain((0..parts.len()).map(|k| first + k)).collect();
+        let histories = parts.into_iter().map(|(reduction, number, points, expression)| {
+            let series = self.used(&expression).1;
+            ReducedHistory { reduction, number, points, history: self.formula(expression, &uses, &series) }
+        });
+        let histories = histories.collect();
+        let formula = whole.with_others(&kept);
+        let function = OutputFormula { expression: CompiledExpression::constant(0.0), series: vec![] };
+        let reduced = Some(ReducedFormula { histories, formula, points: grid.len() });
+        Ok(CompiledQuantity { function, uses, is_transient: false, is_output: false, reduced })
+    }
+
+    /// The unit of a quantity that is an output; empty for a formula.
+    pub fn unit_of(&self, quantity: &CompiledQuantity) -> &str {
+        if quantity.is_output { &self.outputs[quantity.uses[0]].unit } else { "" }
     }
 
     /// The quantity, linearized directly in the variables of the key `directly_in` if the section has it.
@@ -125,6 +237,31 @@ impl QuantityContext<'_> {
             return Ok(quantity);
         }
         Ok(quantity.directly(intermediates(section, "directly_in", self.names, self.variables)?))
+    }
+}
+
+/// Indices of the time points of an interval; all of them if none is given.
+fn points_of(grid: &TimeGrid, interval: &[f64], tree: &Tree) -> Read<std::ops::Range<usize>> {
+    let [from, to] = interval else { return Ok(0..grid.len()) };
+    let points = grid.points.partition_point(|t| t < from)..grid.points.partition_point(|t| t <= to);
+    if points.len() >= 2 {
+        return Ok(points);
+    }
+    let message = format!("fewer than two time points are between {from} and {to}");
+    Err(Diagnostic::new(tree.span.clone(), message))
+}
+
+/// Checks the second number of a reduction.
+fn check_number(reduction: Reduction, number: f64, grid: &TimeGrid, tree: &Tree) -> Read<()> {
+    let wrong = |message: String| Err(Diagnostic::new(tree.span.clone(), message));
+    let [first, last] = [grid.points[0], grid.points[grid.len() - 1]];
+    match reduction {
+        Reduction::At if !(first..=last).contains(&number) => {
+            wrong(format!("the time {number} is not between the first and the last time point, {first} and {last}"))
+        }
+        Reduction::Norm if number < 1.0 => wrong("the exponent of a norm must be at least 1".to_owned()),
+        Reduction::Smooth if number <= 0.0 => wrong("the sharpness must be positive".to_owned()),
+        _ => Ok(()),
     }
 }
 

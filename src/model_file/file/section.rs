@@ -154,6 +154,15 @@ impl<'a> Section<'a> {
         }
     }
 
+    /// The expressions of a key: one, or a list of them.
+    pub fn trees(&self, key: &str) -> Read<Vec<Tree>> {
+        let Some(value) = self.get(key) else { return Ok(vec![]) };
+        match value.get_ref().as_array() {
+            Some(list) => list.iter().map(|item| tree(item, key, self.source)).collect(),
+            None => Ok(vec![tree(value, key, self.source)?]),
+        }
+    }
+
     /// The compiled expression of a key that is required or has a default.
     pub fn expression(&self, key: &str, names: &Names, scope: &Scope) -> Read<CompiledExpression> {
         match self.tree(key)? {

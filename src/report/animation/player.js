@@ -112,6 +112,10 @@
   });
   if (overlay) overlay.addEventListener("change", () => figure.classList.toggle("alone", !overlay.checked));
   window.addEventListener("hashchange", follow);
+  // The pointer on a history shows the mechanism at this time.
+  window.addEventListener("moment", ({ detail: { label, value } }) => {
+    if (label.startsWith(data.time[0])) stop(value);
+  });
   figure.querySelector(".controls").hidden = false;
   show();
   follow();

@@ -266,7 +266,7 @@ impl Content {
             Self::Figure { caption, figure, .. } => {
                 *figures += 1;
                 let svg = figure.inline_svg(&format!("f{figures}"))?;
-                html! { figure { (PreEscaped(svg)) figcaption { (caption) } } }
+                html! { figure data-series=[figure.series()] { (PreEscaped(svg)) figcaption { (caption) } } }
             }
             Self::Links(links) => html! {
                 ul class="files" {

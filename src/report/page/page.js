@@ -2,3 +2,137 @@
 window.addEventListener("error", (event) => {
   document.documentElement.dataset.state = `error: ${event.message}`;
 });
+window.addEventListener("DOMContentLoaded", () => {
+  "use strict";
+  const button = (text, act) => {
+    const made = document.createElement("button");
+    made.type = "button";
+    made.textContent = text;
+    made.addEventListener("click", () => act(made));
+    return made;
+  };
+  const tools = (...buttons) => {
+    const place = document.createElement("div");
+    place.className = "tools";
+    place.append(...buttons);
+    return place;
+  };
+  const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  const csv = (rows) => rows.map((row) => row.map((cell) => quoted(String(cell))).join(",") + "\n").join("");
+  // A file is offered under a name; its text stays in the page for tests.
+  const save = (place, name, text) => {
+    place.dataset.saved = text;
+    const link = document.createElement("a");
+    link.download = name;
+    link.href = "data:text/csv;charset=utf-8," + encodeURIComponent(text);
+    link.click();
+  };
+  const named = (text) => text.trim().toLowerCase().replace(/[^a-z0-9]+/g, "-").slice(0, 60) || "data";
+
+  // Tables: a click on a heading sorts, a second one reverses.
+  const plain = (cell) => cell.textContent.replaceAll("\u2212", "-");
+  const value = (cell) => {
+    const text = plain(cell);
+    return text !== "" && Number.isFinite(Number(text)) ? Number(text) : text;
+  };
+  document.querySelectorAll(".table").forEach((box) => {
+    const [table, body] = [box.querySelector("table"), box.querySelector("tbody")];
+    const headings = [...table.querySelectorAll("thead th")];
+    headings.forEach((heading, column) => {
+      const sort = button(heading.textContent, () => {
+        const down = heading.getAttribute("aria-sort") === "ascending";
+        const rows = [...body.rows];
+        rows.sort((a, b) => {
+          const [x, y] = [value(a.cells[column]), value(b.cells[column])];
+          const order = typeof x === "number" && typeof y === "number" ? x - y : String(x).localeCompare(String(y));
+          return down ? -order : order;
+        });
+        body.append(...rows);
+        headings.forEach((other) => other.removeAttribute("aria-sort"));
+        heading.setAttribute("aria-sort", down ? "descending" : "ascending");
+      });
+      heading.replaceChildren(sort);
+    });
+    const cells = () => [...table.rows].map((row) => [...row.cells].map(plain));
+    const copy = button("Copy", async (made) => {
+      const text = cells().map((row) => row.join("\t")).join("\n");
+      box.dataset.copied = text;
+      try {
+        await navigator.clipboard.writeText(text);
+        made.textContent = "Copied";
+      } catch {
+        const range = document.createRange();
+        range.selectNodeContents(table);
+        window.getSelection().removeAllRanges();
+        window.getSelection().addRange(range);
+        made.textContent = "Selected";
+      }
+      setTimeout(() => { made.textContent = "Copy"; }, 2000);
+    });
+    box.prepend(tools(copy, button("CSV", () => save(box, named(table.caption.textContent) + ".csv", csv(cells())))));
+  });
+
+  // Figures: the values at the pointer, in all histories over the same time at once.
+  const figures = [...document.querySelectorAll("figure[data-series]")].map((figure) => ({
+    figure, svg: figure.querySelector("svg"), panels: JSON.parse(figure.dataset.series), marks: [],
+  }));
+  const scale = (x, [low, high], logarithmic) => {
+    const of = (v) => (logarithmic ? Math.log10(v) : v);
+    return (of(x) - of(low)) / (of(high) - of(low));
+  };
+  const back = (part, [low, high], logarithmic) =>
+    logarithmic ? low * Math.pow(high / low, part) : low + part * (high - low);
+  const short = (v) => String(Number(v.toPrecision(5))).replace("-", "\u2212");
+  const nearest = (points, x) => points.reduce((best, p) => (Math.abs(p[0] - x) < Math.abs(best[0] - x) ? p : best));
+  function clear(one) {
+    one.marks.forEach((mark) => mark.remove());
+    one.marks = [];
+    one.readout.textContent = "";
+  }
+  function show(one, panel, x) {
+    clear(one);
+    const [left, top, width, height] = panel.frame;
+    const part = scale(x, panel.x, panel.log[0]);
+    if (!(part >= 0 && part <= 1)) return;
+    const line = document.createElementNS(one.svg.namespaceURI, "line");
+    const at = left + part * width;
+    Object.entries({ x1: at, x2: at, y1: top, y2: top + height, class: "cursor" }).forEach(([k, v]) => line.setAttribute(k, v));
+    one.svg.append(line);
+    one.marks.push(line);
+    const values = panel.series.map((s) => [s.name, nearest(s.points, x)]).map(([name, p]) => `${name} ${short(p[1])}`);
+    one.readout.textContent = `${panel.label[0]} ${short(x)}: ${values.join(", ")}`;
+  }
+  figures.forEach((one) => {
+    one.readout = document.createElement("p");
+    one.readout.className = "readout";
+    one.readout.setAttribute("aria-live", "polite");
+    one.svg.after(one.readout);
+    const rows = () => [["panel", "series", "x", "y"], ...one.panels.flatMap((panel) =>
+      panel.series.flatMap((s) => s.points.map(([x, y]) => [panel.label[1], s.name, x, y])))];
+    const name = named(one.figure.querySelector("figcaption").textContent) + ".csv";
+    one.figure.append(tools(button("CSV", () => save(one.figure, name, csv(rows())))));
+    const move = (event) => {
+      const box = one.svg.getBoundingClientRect();
+      const view = one.svg.viewBox.baseVal;
+      const [x, y] = [((event.clientX - box.left) / box.width) * view.width, ((event.clientY - box.top) / box.height) * view.height];
+      const panel = one.panels.find(({ frame: [left, top, width, height] }) => x >= left && x <= left + width && y >= top && y <= top + height);
+      if (!panel) return figures.forEach(clear);
+      const value = back((x - panel.frame[0]) / panel.frame[2], panel.x, panel.log[0]);
+      figures.forEach((other) => {
+        const same = other === one ? panel : other.panels.find((p) => p.label[0] === panel.label[0]);
+        if (same) show(other, same, value); else clear(other);
+      });
+      window.dispatchEvent(new CustomEvent("moment", { detail: { label: panel.label[0], value } }));
+    };
+    one.svg.addEventListener("pointermove", move);
+    one.svg.addEventListener("pointerleave", () => figures.forEach(clear));
+  });
+
+  // A printed page shows its collapsed parts, too.
+  let closed = [];
+  window.addEventListener("beforeprint", () => {
+    closed = [...document.querySelectorAll("details:not([open])")];
+    closed.forEach((part) => { part.open = true; });
+  });
+  window.addEventListener("afterprint", () => closed.forEach((part) => { part.open = false; }));
+});

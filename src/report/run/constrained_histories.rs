@@ -4,6 +4,7 @@
 
 use super::OptimizationReport;
 use crate::problem::{self, Evaluation, RowId};
+use crate::report::outcome;
 use crate::report::plots::{FeasibleSide, TimeBound};
 
 /// A constrained quantity over time.
@@ -40,20 +41,19 @@ impl OptimizationReport<'_> {
         let constraint = &self.problem.constraints[j];
         let points = self.window(j);
         let values = |evaluation: &Evaluation, design: &[f64]| -> Vec<f64> {
-            let beta = constraint.bound.map_or(0.0, |k| design[k]);
-            let value = |g: &f64| constraint.sign() * (constraint.signed_limit() + constraint.scale * (g - 1.0) + beta);
-            evaluation.constraints[j][points.clone()].iter().map(value).collect()
+            let all = outcome::values(self.problem, j, design, evaluation);
+            all[points.clone()].iter().map(|value| value.unwrap_or(f64::NAN)).collect()
         };
         let (retained, active) = self.marked(|k| k == j || Some(k) == other, &points);
         let sides = || std::iter::once(j).chain(other);
-        let largest = |j| self.state.evaluation.worst_of(j).map_or(f64::NEG_INFINITY, |(_, g)| g);
-        let peak = self.problem.objective.peak().filter(|peak| peak.constraints.contains(&j));
-        let response = constraint.quantity.as_response().map(|h| &self.problem.responses[h]);
-        let unit = match (response, constraint.bound) {
-            (Some(response), _) => response.unit.clone(),
-            (None, Some(k)) => self.problem.variables[k].unit.clone(),
-            (None, None) => String::new(),
+        let largest = |j: usize| {
+            let g = &self.state.evaluation.constraints[j];
+            let held = (0..g.len()).filter(|&p| self.problem.holds(j, p));
+            held.map(|p| g[p]).fold(f64::NEG_INFINITY, f64::max)
         };
+        let peak = outcome::peak_constraints(self.problem).find(|k| *k == j);
+        let response = constraint.quantity.as_response().map(|h| &self.problem.responses[h]);
+        let unit = outcome::unit(self.problem, j).to_owned();
         let name = match (response, peak) {
             (Some(response), Some(_)) => &response.name,
             _ => constraint.pair.as_ref().filter(|_| other.is_some()).unwrap_or(&constraint.name),

@@ -5,6 +5,7 @@ use crate::Result;
 use crate::report::figure::{
     Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, literal, range,
 };
+use crate::report::outcome;
 use crate::report::page::PageSection;
 use crate::report::plots::{self, Convergence, ConvergenceMeasure};
 use crate::report::table::{Cell, Table};
@@ -12,9 +13,9 @@ use crate::sao::Cycle;
 
 /// Cells of a trial step: objective; errors E_f and E_g, violation and step in percent; numbers of variables at a move limit, of
 /// retained constraints and of active constraints (each at one time point).
-pub fn step_cells(c: &Cycle) -> [Cell; 8] {
+pub fn step_cells(c: &Cycle, objective: f64) -> [Cell; 8] {
     [
-        c.objective.into(),
+        objective.into(),
         c.objective_error_pct.into(),
         c.constraint_error_pct.into(),
         c.violation_pct.into(),
@@ -61,14 +62,13 @@ impl OptimizationReport<'_> {
     fn measures(&self) -> Result<Figure> {
         let history = &self.state.history;
         let of = |value: fn(&Cycle) -> f64| -> Vec<f64> { history.iter().map(value).collect() };
-        let objective = of(|c| c.objective);
         let (e_f, e_g) = (of(|c| c.objective_error_pct), of(|c| c.constraint_error_pct));
         let (violation, step) = (of(|c| c.violation_pct.max(0.0)), of(|c| c.max_variable_change_pct));
         let figure = plots::convergence(&Convergence {
             cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
             accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
             objective: QuantityLabel::literal(&self.problem.objective.name, &self.problem.objective.unit),
-            objective_values: &objective,
+            objective_values: &self.objectives,
             objective_logarithmic: self.spans_decades(),
             measures: &[
                 ConvergenceMeasure { name: "*E*_f", values: &e_f },
@@ -83,9 +83,9 @@ impl OptimizationReport<'_> {
 
     /// Returns `true` if the objective is positive and varies by more than a factor of 30.
     pub(super) fn spans_decades(&self) -> bool {
-        let values =
-            self.state.history.iter().flat_map(|c| [Some(c.objective), c.prediction.as_ref().map(|p| p.objective)]);
-        let [low, high] = values.flatten().fold([f64::INFINITY, 0.0f64], |[l, h], v| [l.min(v), h.max(v)]);
+        let predicted = self.state.history.iter().filter_map(|c| outcome::predicted_objective(self.problem, c));
+        let values = self.objectives.iter().copied().chain(predicted);
+        let [low, high] = values.fold([f64::INFINITY, 0.0f64], |[l, h], v| [l.min(v), h.max(v)]);
         low > 0.0 && high > 30.0 * low
     }
 
@@ -153,9 +153,11 @@ impl OptimizationReport<'_> {
         ];
         let names = self.problem.variables.iter().map(|v| v.name.as_str());
         let mut table = Table::new("Cycles", fixed.into_iter().chain(names));
-        for c in &self.state.history {
-            let names = [c.cycle.into(), super::outcome(c).into()];
-            table.push(names.into_iter().chain(step_cells(c)).chain(c.design.iter().map(|b| Cell::from(*b))))?;
+        for (c, objective) in self.state.history.iter().zip(&self.objectives) {
+            let names = [c.cycle.into(), super::verdict(c).into()];
+            table.push(
+                names.into_iter().chain(step_cells(c, *objective)).chain(c.design.iter().map(|b| Cell::from(*b))),
+            )?;
         }
         Ok(table)
     }

@@ -6,6 +6,7 @@ use crate::problem::{Evaluation, PeakBound, Problem};
 use crate::report::figure::{
     self, Axis, Colour, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, literal,
 };
+use crate::report::outcome;
 use crate::report::page::PageSection;
 use crate::report::plots::{Bound, DesignSpaceSlice, Iterate, ObjectiveContours, bound_marks, design_space_slice};
 use crate::sao::{Cycle, State};
@@ -85,10 +86,10 @@ impl PlaneSlice {
         };
         let objective = match peak {
             Some(peak) => grid(&|e| least_peak(problem, e, &state.design, peak))?,
-            None => grid(&|e| e.objective)?,
+            None => grid(&|e| outcome::stated(problem, e.objective))?,
         };
         let mut crossing: Vec<(usize, Grid)> = vec![];
-        for c in (0..problem.constraints.len()).filter(|c| peak.is_none_or(|peak| !peak.constraints.contains(c))) {
+        for c in outcome::stated_constraints(problem) {
             let excess = grid(&|e| e.violations()[c])?;
             let [low, high] = excess.range();
             if low < 0.0 && high > 0.0 {
@@ -115,10 +116,11 @@ impl LineSlice {
         let one = |x: &f64| {
             let evaluation = evaluate(problem, state, &[variable], &[*x])?;
             let (value, violation) = match peak {
-                Some(peak) => {
-                    (least_peak(problem, &evaluation, &state.design, peak), violation_without(&evaluation, peak))
-                }
-                None => (evaluation.objective, evaluation.max_violation_pct()),
+                Some(peak) => (
+                    least_peak(problem, &evaluation, &state.design, peak),
+                    violation_without_peak(problem, &evaluation),
+                ),
+                None => (outcome::stated(problem, evaluation.objective), evaluation.max_violation_pct()),
             };
             Some([*x, value, violation])
         };
@@ -126,10 +128,10 @@ impl LineSlice {
     }
 }
 
-/// The largest violation in percent, without the two constraints that bound a peak.
-fn violation_without(evaluation: &Evaluation, peak: PeakBound) -> f64 {
-    let others = evaluation.violations().into_iter().enumerate().filter(|(j, _)| !peak.constraints.contains(j));
-    others.map(|(_, v)| 100.0 * v).fold(-100.0, f64::max)
+/// The largest violation in percent, without the constraints that bound a peak.
+fn violation_without_peak(problem: &Problem, evaluation: &Evaluation) -> f64 {
+    let violations = evaluation.violations();
+    outcome::stated_constraints(problem).map(|j| 100.0 * violations[j]).fold(-100.0, f64::max)
 }
 
 /// Range of a variable over the path with a margin, within its bounds.
@@ -150,8 +152,8 @@ fn evaluate(problem: &Problem, state: &State, variables: &[usize], values: &[f64
 
 /// The peak: the smallest β for which its two constraints are satisfied, β + s·max(ĝ − 1).
 fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: PeakBound) -> f64 {
-    let values = peak.constraints.map(|j| &evaluation.constraints[j]);
-    let largest = values.into_iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+    let values = outcome::peak_constraints(problem).map(|j| &evaluation.constraints[j]);
+    let largest = values.flatten().copied().fold(f64::NEG_INFINITY, f64::max);
     design[peak.variable] + problem.constraints[peak.constraints[0]].scale * (largest - 1.0)
 }
 
@@ -249,16 +251,16 @@ impl OptimizationReport<'_> {
         let curve = |i: usize| {
             Mark::curve(line.points.iter().map(|p| [p[0], p[i]]).collect::<Vec<_>>(), Stroke::solid(Colour::BLACK, 1.0))
         };
-        let designs = |value: fn(&Cycle) -> f64| {
-            let at: Vec<[f64; 2]> =
-                self.successful_steps().filter(|c| c.accepted).map(|c| [c.design[k], value(c)]).collect();
+        let designs = |value: fn(&Cycle, f64) -> f64| {
+            let accepted = self.successful_steps().filter(|(c, _)| c.accepted);
+            let at: Vec<[f64; 2]> = accepted.map(|(c, objective)| [c.design[k], value(c, objective)]).collect();
             Mark::points(at, MarkerShape::Disc, Colour::BLUE, 3.6)
         };
         let objective = Axis::of(&QuantityLabel::literal(&problem.objective.name, &problem.objective.unit));
         let mut top = Panel::new(x.clone().unlabelled(), objective).legend(Legend::Absent);
-        top.add(curve(1)).add(designs(|c| c.objective));
+        top.add(curve(1)).add(designs(|_, objective| objective));
         let mut bottom = Panel::new(x, Axis::new("largest violation", "%")).legend(Legend::Absent);
-        bottom.add(curve(2)).add(designs(|c| c.violation_pct));
+        bottom.add(curve(2)).add(designs(|c, _| c.violation_pct));
         bottom.extend(bound_marks(ends.map(|end| [end, 0.0])));
         Figure::new("Objective and largest violation along the design variable", 100.0, 100.0).with(top).with(bottom)
     }

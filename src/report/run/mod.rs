@@ -21,6 +21,8 @@ mod prediction_accuracy;
 pub use convergence::step_cells;
 pub use design_space_slice::Slice;
 
+use super::number::{DIGITS, readable};
+use super::outcome;
 use super::page::{Page, PageSection};
 use crate::Result;
 use crate::problem::{Evaluation, Problem, Responses};
@@ -45,6 +47,8 @@ pub struct OptimizationReport<'a> {
     state: &'a State,
     /// Responses and evaluation of the first design.
     first: (Responses, Evaluation),
+    /// The objective of each trial step.
+    objectives: Vec<f64>,
 }
 
 impl<'a> OptimizationReport<'a> {
@@ -56,7 +60,8 @@ impl<'a> OptimizationReport<'a> {
         let design = state.history.first().map_or(&state.design, |cycle| &cycle.design);
         let responses = problem.analyze(design)?;
         let evaluation = problem.evaluate(design, &responses)?;
-        Ok(Self { title, problem, state, first: (responses, evaluation) })
+        let objectives = outcome::objectives(problem, state)?;
+        Ok(Self { title, problem, state, first: (responses, evaluation), objectives })
     }
 
     /// The page. `slice` gives the section of the design space; the sections `more`, such as an animation of the mechanism,
@@ -84,14 +89,14 @@ impl<'a> OptimizationReport<'a> {
         self.state.history.iter().rev().find(|c| c.accepted && c.cycle > 0)
     }
 
-    /// Trial steps with a successful analysis, the start first.
-    fn successful_steps(&self) -> impl Iterator<Item = &Cycle> {
-        self.state.history.iter().filter(|c| c.failure.is_none())
+    /// Trial steps with a successful analysis and their objectives, the start first.
+    fn successful_steps(&self) -> impl Iterator<Item = (&Cycle, f64)> {
+        self.state.history.iter().zip(self.objectives.iter().copied()).filter(|(c, _)| c.failure.is_none())
     }
 }
 
-/// Outcome of a trial step.
-fn outcome(cycle: &Cycle) -> &'static str {
+/// What became of a trial step.
+fn verdict(cycle: &Cycle) -> &'static str {
     match (&cycle.failure, cycle.accepted) {
         (Some(_), _) => "analysis failed",
         (None, false) => "rejected",
@@ -102,16 +107,7 @@ fn outcome(cycle: &Cycle) -> &'static str {
 
 /// A number in at most five significant digits.
 fn number(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.abs().to_string();
-    }
-    if (1e-3..1e5).contains(&value.abs()) {
-        let decimals = (4 - value.abs().log10().floor() as i32).max(0) as usize;
-        let text = format!("{value:.decimals$}");
-        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-        return text.replace('-', "\u{2212}");
-    }
-    format!("{value:.3e}").replace('-', "\u{2212}")
+    readable(value, DIGITS).replace('-', "\u{2212}")
 }
 
 /// A change in percent; `None` from zero.
@@ -132,7 +128,7 @@ mod tests {
     #[test]
     fn numbers_are_short_and_names_safe() {
         let cases =
-            [(0.52028604, "0.52029"), (-12.5, "\u{2212}12.5"), (1e-7, "1.000e\u{2212}7"), (0.0, "0"), (120.0, "120")];
+            [(0.52028604, "0.52029"), (-12.5, "\u{2212}12.5"), (1e-7, "1e\u{2212}7"), (0.0, "0"), (120.0, "120")];
         for (value, text) in cases {
             assert_eq!(number(value), text);
         }

@@ -3,8 +3,9 @@
 use super::{OptimizationReport, number};
 use crate::Result;
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, Stroke};
+use crate::report::outcome;
 use crate::report::page::PageSection;
-use crate::report::table::Table;
+use crate::report::table::{Cell, Table};
 use crate::sao::Cycle;
 
 /// Largest number of multipliers in the table.
@@ -64,12 +65,18 @@ impl OptimizationReport<'_> {
             unit => format!("multiplier in {unit}"),
         };
         let title = format!("Multipliers of the active constraints of cycle {}", last.cycle);
-        let mut table = Table::new(title, ["constraint".to_owned(), unit, "value at the last design".to_owned()]);
+        let mut table = Table::new(
+            title,
+            ["constraint".to_owned(), unit, "value at the last design".to_owned(), "unit".to_owned()],
+        );
         let mut active = last.active.clone();
         active.sort_by(|a, b| b.multiplier.abs().total_cmp(&a.multiplier.abs()).then(a.row.cmp(&b.row)));
         for a in active.iter().take(MOST) {
-            let value = self.state.evaluation.constraints[a.row.constraint][a.row.point];
-            table.push([self.problem.row_in_words(a.row).as_str().into(), a.multiplier.into(), value.into()])?;
+            let j = a.row.constraint;
+            let values = outcome::values(self.problem, j, &self.state.design, &self.state.evaluation);
+            let value = values[a.row.point].map_or(Cell::Empty, Cell::from);
+            let (name, unit) = (self.problem.row_in_words(a.row), outcome::unit(self.problem, j));
+            table.push([name.as_str().into(), a.multiplier.into(), value, unit.into()])?;
         }
         Ok(table)
     }

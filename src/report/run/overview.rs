@@ -2,38 +2,27 @@
 
 use super::{OptimizationReport, change, number};
 use crate::Result;
-use crate::problem::{Constraint, DesignVariable, Evaluation, Side};
+use crate::report::outcome::{self, ConstraintValue};
 use crate::report::page::{Badge, Page, PageSection};
 use crate::report::table::{Cell, Table};
 use crate::sao::Status;
-
-/// Violation in percent up to which a constraint counts as satisfied.
-const SATISFIED: f64 = 1e-3;
-/// Distance from the limit in percent up to which a constraint counts as active.
-const ACTIVE: f64 = 1.0;
 
 impl OptimizationReport<'_> {
     /// The head of the page: title, status and main results.
     pub(super) fn head(&self) -> Page {
         let (problem, state) = (self.problem, self.state);
         let (word, badge, lead) = self.status();
-        let (before, after) = (self.first.1.objective, state.evaluation.objective);
+        let (before, after) = self.objective();
         let unit = |value: f64| format!("{} {}", number(value), problem.objective.unit).trim_end().to_owned();
         let changed = change(before, after).map_or_else(String::new, |c| format!(", {}", percent(c)));
-        let violation = state.evaluation.max_violation_pct();
-        let nearest = state.evaluation.worst().map_or_else(String::new, |(row, _)| problem.row_in_words(row));
-        let (label, value) = match violation {
-            v if v > SATISFIED => ("largest violation", format!("{} %", number(v))),
-            v if v <= -100.0 && nearest.is_empty() => ("constraints", "none".to_owned()),
-            _ => ("constraints", "all satisfied".to_owned()),
-        };
+        let (label, value, nearest) = self.nearest();
         let rejected = state.history.iter().filter(|c| !c.accepted).count();
         let iterations = format!("{} iterations of the subproblem solver", state.counters.subproblem_iterations);
         Page::new(self.title)
             .status(word, badge)
             .lead(lead)
             .card(&problem.objective.name, unit(after), format!("from {}{changed}", unit(before)))
-            .card(label, value, if nearest.is_empty() { nearest } else { format!("nearest: {nearest}") })
+            .card(label, value, nearest)
             .card("cycles", state.cycles().to_string(), format!("and {rejected} rejected step{}", plural(rejected)))
             .card(
                 "analyses",
@@ -70,23 +59,28 @@ impl OptimizationReport<'_> {
         let columns = ["variable", "unit", "first", "last", "change in %", "lower bound", "upper bound", "remark"];
         let mut table = Table::new("Design variables", columns);
         let bound = |b: f64| if b.is_finite() { Cell::from(b) } else { Cell::Empty };
-        let peak = self.problem.objective.peak().map(|peak| &self.problem.variables[peak.variable].name);
-        for ((variable, &from), &to) in self.problem.variables.iter().zip(self.start()).zip(&self.state.design) {
+        let peak = self.problem.objective.peak().map(|peak| peak.variable);
+        let pairs = self.start().iter().zip(&self.state.design);
+        for (k, (variable, (&from, &to))) in self.problem.variables.iter().zip(pairs).enumerate() {
+            let is_peak = peak == Some(k);
+            let remark = outcome::at_bound(self.problem, k, to).or(is_peak.then_some("bounds the peak"));
             table.push([
                 variable.name.as_str().into(),
                 variable.unit.as_str().into(),
                 from.into(),
                 to.into(),
-                change(from, to).map_or(Cell::Empty, Cell::from),
+                // The start of the variable that bounds a peak may be a guess.
+                change(from, to).filter(|_| !is_peak).map_or(Cell::Empty, Cell::from),
                 bound(variable.lower),
                 bound(variable.upper),
-                remark(variable, to, peak == Some(&variable.name)).into(),
+                remark.unwrap_or_default().into(),
             ])?;
         }
-        let (n, m) = (self.problem.n(), self.problem.constraints.len());
+        let (n, m) = (self.problem.n(), outcome::stated_constraints(self.problem).count());
         let text = format!(
-            "{} is minimized over {n} design variable{}, subject to {m} constraint{}.",
+            "{} is {} over {n} design variable{}, subject to {m} constraint{}.",
             self.problem.objective.name,
+            outcome::goal(self.problem),
             plural(n),
             plural(m)
         );
@@ -97,7 +91,7 @@ impl OptimizationReport<'_> {
     pub(super) fn constraints(&self) -> Result<PageSection> {
         let section = PageSection::new("constraints", "Objective and constraints");
         let mut objective = Table::new("Objective", ["objective", "unit", "first", "last", "change in %"]);
-        let (before, after) = (self.first.1.objective, self.state.evaluation.objective);
+        let (before, after) = self.objective();
         let name = self.problem.objective.name.as_str();
         let changed = change(before, after).map_or(Cell::Empty, Cell::from);
         objective.push([
@@ -108,72 +102,69 @@ impl OptimizationReport<'_> {
             changed,
         ])?;
         let section = section.table(objective);
-        if self.problem.constraints.is_empty() {
+        let (first, last) = self.constraint_values();
+        if last.is_empty() {
             return Ok(section);
         }
-        let columns = ["constraint", "limit", "first", "last", "violation in %", "worst at", "remark"];
-        let title = "Largest values of the constraints, normalized: the limit is 1";
-        let mut table = Table::new(title, columns);
-        for (j, constraint) in self.problem.constraints.iter().enumerate() {
-            let worst = |evaluation: &Evaluation| evaluation.worst_of(j).expect("a constraint has a time point");
-            let ((row, last), (_, first)) = (worst(&self.state.evaluation), worst(&self.first.1));
-            let violation = rounded(100.0 * self.state.evaluation.violation(j, last));
-            let quantity = &constraint.quantity;
-            let at = if quantity.is_transient() {
-                self.problem.time_in_words(quantity.grid(), row.point)
-            } else {
-                String::new()
-            };
-            let relation = self.relation(constraint);
+        let columns = ["constraint", "unit", "limit", "first", "last", "margin", "worst at", "remark"];
+        let mut table = Table::new("Constraints at the time of the smallest margin", columns);
+        for (before, after) in first.iter().zip(&last) {
+            let quantity = &self.problem.constraints[after.row.constraint].quantity;
+            let at = after.time.map(|_| self.problem.time_in_words(quantity.grid(), after.row.point));
             table.push([
-                constraint.name.as_str().into(),
-                relation.as_str().into(),
-                first.into(),
-                last.into(),
-                violation.into(),
-                at.as_str().into(),
-                constraint_status(violation).into(),
+                after.name.as_str().into(),
+                after.unit.as_str().into(),
+                limit(after).as_str().into(),
+                before.value.into(),
+                after.value.into(),
+                rounded(after).into(),
+                at.unwrap_or_default().as_str().into(),
+                after.status().into(),
             ])?;
         }
         Ok(section.table(table))
     }
 
-    /// The side and the limit of a constraint.
-    fn relation(&self, constraint: &Constraint) -> String {
-        let (sign, minus) = match constraint.side {
-            Side::AtMost => ("\u{2264}", ""),
-            Side::AtLeast => ("\u{2265}", "\u{2212}"),
-            Side::Equal => ("=", ""),
+    /// The objective at the first and at the last design.
+    fn objective(&self) -> (f64, f64) {
+        let of = |design: &[f64], evaluation| outcome::objective(self.problem, design, evaluation);
+        (of(self.start(), &self.first.1), of(&self.state.design, &self.state.evaluation))
+    }
+
+    /// The constraints at the first and at the last design.
+    fn constraint_values(&self) -> (Vec<ConstraintValue>, Vec<ConstraintValue>) {
+        let of = |design: &[f64], evaluation| outcome::constraints(self.problem, design, evaluation);
+        (of(self.start(), &self.first.1), of(&self.state.design, &self.state.evaluation))
+    }
+
+    /// Label, value and remark of the card of the constraints: the largest violation, or the nearest constraint.
+    fn nearest(&self) -> (&'static str, String, String) {
+        let last = self.constraint_values().1;
+        let relative = |c: &ConstraintValue| if c.size > 0.0 { c.margin / c.size } else { 0.0 };
+        let Some(nearest) = last.iter().min_by(|a, b| relative(a).total_cmp(&relative(b))) else {
+            return ("constraints", "none".to_owned(), String::new());
         };
-        match constraint.bound {
-            Some(k) => format!("{sign} {minus}{}", self.problem.variables[k].name),
-            None => format!("{sign} {}", number(constraint.limit)),
+        let quantity = &self.problem.constraints[nearest.row.constraint].quantity;
+        let time = nearest.time.map(|_| self.problem.time_in_words(quantity.grid(), nearest.row.point));
+        let place = time.map_or_else(|| nearest.name.clone(), |time| format!("{} at {time}", nearest.name));
+        let violated = last.iter().filter(|c| c.status() == "violated").count();
+        if violated > 0 {
+            let unit = &nearest.unit;
+            let by = format!("{place}: {} {unit} instead of {} {unit}", number(nearest.value), limit(nearest));
+            return ("constraints", format!("{violated} violated"), by);
         }
+        ("constraints", "all satisfied".to_owned(), format!("nearest: {place}"))
     }
 }
 
-/// Zero instead of a violation of the order of rounding errors.
-fn rounded(violation: f64) -> f64 {
-    if violation.abs() < 1e-9 { 0.0 } else { violation }
+/// The side and the limit of a constraint.
+fn limit(constraint: &ConstraintValue) -> String {
+    format!("{} {}", constraint.relation(), number(constraint.limit))
 }
 
-fn constraint_status(violation: f64) -> &'static str {
-    match violation {
-        v if v > SATISFIED => "violated",
-        v if v > -ACTIVE => "active",
-        _ => "satisfied",
-    }
-}
-
-fn remark(variable: &DesignVariable, value: f64, is_peak: bool) -> &'static str {
-    let is_at =
-        |bound: f64| bound.is_finite() && (value - bound).abs() <= 1e-6 * value.abs().max(bound.abs()).max(1e-12);
-    match () {
-        () if is_at(variable.lower) => "at its lower bound",
-        () if is_at(variable.upper) => "at its upper bound",
-        () if is_peak => "bounds the peak",
-        () => "",
-    }
+/// The margin; zero instead of one of the order of rounding errors.
+fn rounded(constraint: &ConstraintValue) -> f64 {
+    if constraint.margin.abs() < 1e-11 * constraint.size { 0.0 } else { constraint.margin }
 }
 
 fn plural(count: usize) -> &'static str {

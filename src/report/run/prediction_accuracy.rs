@@ -3,6 +3,7 @@
 use super::OptimizationReport;
 use crate::Result;
 use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke};
+use crate::report::outcome;
 use crate::report::page::PageSection;
 use crate::report::table::{Cell, Table};
 use crate::sao::{Cycle, Prediction};
@@ -34,7 +35,7 @@ impl OptimizationReport<'_> {
             ),
             false => section,
         };
-        Ok(section.table(self.predictions(&known)?))
+        Ok(section.table(self.predictions()?))
     }
 
     fn objectives(&self, known: &[(&Cycle, &Prediction)]) -> Figure {
@@ -43,11 +44,15 @@ impl OptimizationReport<'_> {
         let objective = if self.spans_decades() { objective.logarithmic() } else { objective };
         let mut panel = Panel::new(self.cycle_axis(), objective).legend(Legend::Below);
         let of = |accepted: bool| -> Vec<[f64; 2]> {
-            self.successful_steps().filter(|c| c.accepted == accepted).map(|c| [c.cycle as f64, c.objective]).collect()
+            let steps = self.successful_steps().filter(|(c, _)| c.accepted == accepted);
+            steps.map(|(c, objective)| [c.cycle as f64, objective]).collect()
         };
-        let succeeded = known.iter().filter(|(c, _)| c.failure.is_none());
-        let gaps = succeeded.map(|(c, p)| [c.objective, p.objective].map(|v| [c.cycle as f64, v]).to_vec()).collect();
-        let predicted: Vec<[f64; 2]> = known.iter().map(|(c, p)| [c.cycle as f64, p.objective]).collect();
+        let predicted_at = |c: &Cycle| outcome::predicted_objective(problem, c);
+        let gap =
+            |(c, objective): (&Cycle, f64)| Some([objective, predicted_at(c)?].map(|v| [c.cycle as f64, v]).to_vec());
+        let gaps = self.successful_steps().filter_map(gap).collect();
+        let predicted = known.iter().filter_map(|(c, _)| Some([c.cycle as f64, predicted_at(c)?]));
+        let predicted: Vec<[f64; 2]> = predicted.collect();
         panel.add(Mark::curves(gaps, Stroke::solid(Colour::VERMILLION, 1.1)));
         panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLACK, 0.9)).named("computed"));
         panel.add(Mark::points(of(true), MarkerShape::Disc, Colour::BLACK, 3.4).named("computed"));
@@ -58,7 +63,7 @@ impl OptimizationReport<'_> {
         Figure::new("Predicted and computed objective", 100.0, 78.0).with(panel)
     }
 
-    fn predictions(&self, known: &[(&Cycle, &Prediction)]) -> Result<Table> {
+    fn predictions(&self) -> Result<Table> {
         let columns = [
             "cycle",
             "outcome",
@@ -72,7 +77,8 @@ impl OptimizationReport<'_> {
         ];
         let mut table =
             Table::new("Predicted and computed values; constraints are normalized, their limit is 1", columns);
-        for (cycle, p) in known {
+        for (cycle, objective) in self.state.history.iter().zip(&self.objectives) {
+            let Some(p) = &cycle.prediction else { continue };
             let differences = p.rows.iter().zip(&p.analysed).map(|(a, b)| (a - b).abs());
             let largest = differences.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
             let failed = cycle.failure.is_some();
@@ -82,9 +88,9 @@ impl OptimizationReport<'_> {
                 .map_or_else(String::new, |row| self.problem.row_in_words(*row));
             table.push([
                 cycle.cycle.into(),
-                super::outcome(cycle).into(),
-                p.objective.into(),
-                value(cycle.objective),
+                super::verdict(cycle).into(),
+                outcome::predicted_objective(self.problem, cycle).map_or(Cell::Empty, Cell::from),
+                value(*objective),
                 value(cycle.objective_error_pct),
                 value(cycle.constraint_error_pct),
                 row.as_str().into(),

@@ -193,6 +193,10 @@ impl<A: Analysis> Analysis for WithThreads<A> {
         self.threads.install(|| self.analysis.sensitivities(b, responses, wanted))
     }
 
+    fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        self.threads.install(|| self.analysis.analyze_many(designs))
+    }
+
     fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         self.analysis.gradient_methods()
     }

@@ -1,0 +1,61 @@
+//! Numbers as people write them.
+
+/// Significant digits by default.
+pub const DIGITS: usize = 5;
+
+/// A number in at most `digits` significant digits, without trailing zeros: `46.04`, `-0.0125`, `210000`; with an exponent below 10⁻⁴
+/// and where more than six digits would precede the point.
+///
+/// ```
+/// use linkwright::report::number::readable;
+/// assert_eq!([46.038457, -0.5, 2.1e11, 3.2e-7, 0.0].map(|v| readable(v, 5)), ["46.038", "-0.5", "2.1e11", "3.2e-7", "0"]);
+/// ```
+pub fn readable(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".to_owned() } else { value.to_string() };
+    }
+    let digits = digits.max(1);
+    let scientific = format!("{value:.*e}", digits - 1);
+    let (mantissa, exponent) = scientific.split_once('e').expect("the format has an exponent");
+    // The exponent after rounding: 9.99999 is 10.
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    if (-4..6.max(digits as i32)).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        return trimmed(&format!("{value:.decimals$}")).to_owned();
+    }
+    format!("{}e{exponent}", trimmed(mantissa))
+}
+
+/// A number with its unit.
+pub fn with_unit(value: f64, unit: &str, digits: usize) -> String {
+    format!("{} {unit}", readable(value, digits)).trim_end().to_owned()
+}
+
+fn trimmed(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_plain_where_people_write_them_so() {
+        let cases = [
+            (0.52028604, "0.52029"),
+            (-12.5, "-12.5"),
+            (9.999999, "10"),
+            (123456.7, "123457"),
+            (1234567.0, "1.2346e6"),
+            (1.2e-4, "0.00012"),
+            (1.23456e-7, "1.2346e-7"),
+            (f64::NAN, "NaN"),
+            (f64::NEG_INFINITY, "-inf"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(readable(value, 5), text);
+        }
+        assert_eq!((readable(46.038457, 9), with_unit(46.038457, "N·m", 4)), ("46.038457".into(), "46.04 N·m".into()));
+        assert_eq!(with_unit(2.0, "", 4), "2");
+    }
+}

@@ -1,0 +1,144 @@
+//! Edit, run again, look: the loop of every day.
+#![cfg(feature = "cli")]
+
+use crate::shell::{TempFolder, linkwright, text};
+
+fn summary(place: &TempFolder, folder: &str) -> serde_json::Value {
+    serde_json::from_str(&place.read(&format!("{folder}/summary.json"))).unwrap()
+}
+
+#[test]
+fn a_second_run_goes_to_the_next_folder() {
+    let place = TempFolder::new("numbered");
+    place.example("two-bar-truss");
+    place.run(&["optimize", "two-bar-truss", "-q"], 0);
+    assert!(place.run(&["optimize", "two-bar-truss.toml"], 0).contains("Results are in out/two-bar-truss-2"));
+    place.run(&["optimize", "two-bar-truss.toml", "-q"], 0);
+    assert_eq!(place.read("out/two-bar-truss/cycles.csv"), place.read("out/two-bar-truss-3/cycles.csv"));
+    place.run(&["optimize", "two-bar-truss.toml", "-q", "--force"], 0);
+    assert!(!place.0.join("out/two-bar-truss-4").exists());
+    // A folder that is named is not changed behind the user's back.
+    assert!(place.run(&["optimize", "two-bar-truss.toml", "-o", "out/two-bar-truss"], 1).contains("--force"));
+}
+
+#[test]
+fn settings_are_changed_for_a_quick_try() {
+    let place = TempFolder::new("set");
+    place.example("impact-absorber");
+    let before = place.read("impact-absorber.toml");
+    place.run(&["optimize", "impact-absorber", "-q", "--max-cycles", "1", "--start", "k=0.5,c=0.4", "-o", "short"], 3);
+    let cycles = place.read("short/cycles.csv");
+    assert!(cycles.lines().nth(1).unwrap().contains(",0.5,0.4,"), "{cycles}");
+    assert_eq!(summary(&place, "short")["tries"], 1);
+    place.run(
+        &[
+            "optimize",
+            "impact-absorber",
+            "-q",
+            "--method",
+            "mma",
+            "--set",
+            "constraint.displacement.at_most=0.9",
+            "-o",
+            "tight",
+        ],
+        0,
+    );
+    let copy = place.read("tight/model.toml");
+    assert!(copy.contains("preset = \"mma\"") && copy.contains("at_most = 0.9"), "{copy}");
+    assert_eq!(summary(&place, "tight")["constraints"][0]["limit"], 0.9);
+    assert_eq!(place.read("impact-absorber.toml"), before);
+    for (arguments, message) in [
+        (["--set", "k"], "KEY=VALUE"),
+        (["--set", "design.q.start=1"], "there is no `design.q`"),
+        (["--method", "newton"], "newton"),
+    ] {
+        let all = [["optimize", "impact-absorber"].as_slice(), &arguments].concat();
+        assert!(place.run(&all, 1).contains(message), "{arguments:?}");
+    }
+}
+
+#[test]
+fn resume_says_what_differs_and_continues_or_starts_over() {
+    let place = TempFolder::new("resume-edited");
+    place.example("cantilever");
+    let good = place.read("cantilever.toml");
+    place.run(&["optimize", "cantilever", "-q", "--max-cycles", "3"], 3);
+    std::fs::write(place.0.join("cantilever.toml"), good.clone() + "max_cycles = 90\n").unwrap();
+    let shown = place.run(&["resume", "cantilever", "cantilever.toml"], 0);
+    assert!(
+        shown.contains("Changed method.max_cycles: 3 → 90") && shown.contains("Results are in out/cantilever\n"),
+        "{shown}"
+    );
+    place.run(&["optimize", "cantilever", "-q", "-o", "whole"], 0);
+    assert_eq!(place.read("out/cantilever/cycles.csv"), place.read("whole/cycles.csv"));
+    std::fs::write(place.0.join("cantilever.toml"), good.replace("61/x1", "62/x1")).unwrap();
+    let shown = place.run(&["resume", "cantilever", "cantilever.toml"], 0);
+    assert!(shown.contains("a new run begins") && shown.contains("62/x1"), "{shown}");
+    assert!(shown.contains("Results are in out/cantilever-2"), "{shown}");
+}
+
+#[test]
+fn numbers_are_written_as_people_write_them() {
+    let place = TempFolder::new("digits");
+    place.example("impact-absorber");
+    let shown = place.run(&["optimize", "impact-absorber"], 0);
+    assert!(shown.contains("0.52029 m/s²") && !shown.contains("e-1"), "{shown}");
+    // The constraint as it is written, and its state.
+    assert!(shown.contains("≤ 1 m at") && shown.contains("active"), "{shown}");
+    let shown = place.run(&["analyze", "impact-absorber", "--digits", "9"], 0);
+    assert!(shown.contains("minimum") && shown.contains("at the end"), "{shown}");
+    let lines: Vec<serde_json::Value> = place
+        .run(&["analyze", "impact-absorber", "--json"], 0)
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    let one = &lines[0];
+    assert_eq!((&one["event"], &one["version"], lines.len()), (&"analysis".into(), &1.into(), 1));
+    // The acceleration at the start is −c v = −0.3 m/s², and its largest magnitude is the objective.
+    let of = |k: usize, what: &str| one["outputs"][k][what]["value"].as_f64().unwrap();
+    let peak = of(1, "maximum").abs().max(of(1, "minimum").abs());
+    assert!((one["objective"]["value"].as_f64().unwrap() - peak).abs() < 1e-12);
+    assert_eq!(place.run(&["analyze", "impact-absorber", "-q"], 0), "");
+}
+
+#[test]
+fn a_maximum_is_shown_as_it_is_written() {
+    let place = TempFolder::new("maximum");
+    std::fs::write(
+        place.0.join("gain.toml"),
+        "version = 2\n[design]\nx = { start = 1.0, lower = 0.5, upper = 2.0 }\n[[output]]\nname = \"gain\"\nvalue = \"x*(5 - x)\"\nunit = \"W\"\n\
+         [objective]\nname = \"gain\"\nunit = \"W\"\nmaximize = \"gain\"\n",
+    )
+    .unwrap();
+    let shown = place.run(&["optimize", "gain"], 0);
+    assert!(shown.contains("6 W") && !shown.contains("-6") && shown.contains("x is at its upper bound"), "{shown}");
+    assert_eq!(summary(&place, "out/gain")["objective"]["value"], 6.0);
+    let objective = |line: &str| line.split(',').nth(2).unwrap().parse::<f64>().unwrap();
+    assert!(place.read("out/gain/cycles.csv").lines().skip(1).all(|line| objective(line) > 0.0));
+    let shown = place.run(&["optimize", "gain", "--json"], 0);
+    assert!(shown.lines().filter(|l| l.contains("\"cycle\"")).all(|l| !l.contains("\"objective\":-")), "{shown}");
+    place.run(&["report", "gain", "--page-only"], 0);
+    let page = place.read("out/gain/report.html");
+    assert!(page.contains("is maximized over") && !page.contains("gain is minimized"));
+    assert!(place.run(&["sensitivities", "gain"], 0).contains(" 3\n"), "d(5x − x²)/dx at 1 is 3");
+}
+
+#[test]
+fn a_file_without_an_objective_is_a_simulation() {
+    let place = TempFolder::new("simulation");
+    place.example("slider-crank");
+    let whole = place.read("slider-crank.toml");
+    let start = whole.find("[objective]").unwrap();
+    std::fs::write(place.0.join("only.toml"), &whole[..start]).unwrap();
+    let shown = place.run(&["analyze", "only", "-o", "here"], 0);
+    assert!(shown.contains("minimum") && place.read("here/responses.csv").lines().count() > 2, "{shown}");
+    let shown = text(&linkwright(&["optimize", "only"], &place.0).stderr);
+    assert!(shown.contains("no objective") && shown.contains("analyze"), "{shown}");
+    std::fs::write(
+        place.0.join("wave.toml"),
+        "version = 2\n[time]\nto = 1\npoints = 5\n[[output]]\nname = \"y\"\nvalue = \"time^2\"\n",
+    )
+    .unwrap();
+    assert!(place.run(&["analyze", "wave"], 0).contains('y'));
+}
