@@ -109,8 +109,11 @@ fn quantities(results: [Option<&Summary>; 2]) -> Vec<ComparedNumber> {
     let designs = results.map(|r| r.map_or(vec![], |r| r.design.clone()));
     all.extend(paired(&designs));
     let constraint = |r: &Summary| -> Vec<NamedValue> {
-        let named =
-            |c: &Nearest| NamedValue { name: format!("constraint {} {}", c.name, c.relation).trim_end().to_owned(), unit: c.unit.clone(), value: c.value };
+        let named = |c: &Nearest| NamedValue {
+            name: format!("constraint {} {}", c.name, c.relation).trim_end().to_owned(),
+            unit: c.unit.clone(),
+            value: c.value,
+        };
         r.constraints.iter().map(named).collect()
     };
     all.extend(paired(&results.map(|r| r.map_or(vec![], constraint))));
