@@ -180,7 +180,7 @@ fn wrong_drives_are_errors_with_the_place_in_the_file() {
     let ramp = good.replace(motion, "{ kind = \"ramp\", from = 0, to = 1, duration = -1 }");
     let shown = rejected(&ramp);
     assert!(
-        shown.contains("duration") && shown.contains(&format!("wrong.toml:{}:", line(&ramp, "[[driver]]") + 1)),
+        shown.contains("duration") && shown.contains(&format!("wrong.toml:{}:", line(&ramp, "[[driver]]") + 3)),
         "{shown}"
     );
 }
