@@ -122,7 +122,7 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
         |range: std::ops::Range<usize>, new: &str| format!("{}{new}{}", &text[..range.start], &text[range.end..]);
     let parts: Vec<&str> = key.split('.').collect();
     let is_name = |part: &&str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    let (Some((last, path)), true) = (parts.split_last(), parts.iter().all(|part| is_name(&part))) else {
+    let (Some((last, path)), true) = (parts.split_last(), parts.iter().all(is_name)) else {
         return Err(fail(Diagnostic::new(0..0, format!("`{key}` is no key such as method.max_cycles"))));
     };
     let mut here = &table;
