@@ -132,7 +132,7 @@ impl AnalysedDesign {
 
     fn constraints(&self) -> Vec<Nearest> {
         let all = outcome::constraints(&self.problem, &self.design, &self.evaluation);
-        all.into_iter().map(Nearest::from).collect()
+        all.into_iter().map(|c| Nearest::new(&self.problem, c)).collect()
     }
 }
 

@@ -29,9 +29,9 @@ pub(super) fn parse(text: &str) -> Result<DeTable<'_>, Diagnostic> {
 /// keys and version of the format.
 pub(super) fn fingerprint(file: &DeTable<'_>) -> u64 {
     let mut file = file.clone();
+    let mut text = peak_scale(&mut file);
     // The words of version 1, with which the first runs were stored.
     version::to_first_version(&mut file);
-    let mut text = String::new();
     for (key, value) in &file {
         match &**key.get_ref() {
             "method" | "title" => {}
@@ -43,6 +43,25 @@ pub(super) fn fingerprint(file: &DeTable<'_>) -> u64 {
         }
     }
     crate::storage::fnv1a(&text)
+}
+
+/// The scale of a peak in the terms of version 1, where it is 1 by default: such a scale is removed. Returns what stands for the default of
+/// later versions.
+fn peak_scale(file: &mut DeTable<'_>) -> String {
+    let is_first = file.get("version").is_some_and(|version| plain(version.get_ref()) == "1");
+    let Some(DeValue::Table(objective)) = file.get_mut("objective").map(toml::Spanned::get_mut) else {
+        return String::new();
+    };
+    if objective.get("over").and_then(|over| over.get_ref().as_str()) != Some("peak") {
+        return String::new();
+    }
+    let scale = objective.get("scale").map(|scale| plain(scale.get_ref()).parse::<f64>());
+    match scale {
+        Some(Ok(1.0)) => drop(objective.remove("scale")),
+        None if !is_first => return "scale of the start".to_owned(),
+        _ => {}
+    }
+    String::new()
 }
 
 fn write_plainly(value: &DeValue<'_>, out: &mut String) {
@@ -103,7 +122,7 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
         |range: std::ops::Range<usize>, new: &str| format!("{}{new}{}", &text[..range.start], &text[range.end..]);
     let parts: Vec<&str> = key.split('.').collect();
     let is_name = |part: &&str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    let (Some((last, path)), true) = (parts.split_last(), parts.iter().all(|part| is_name(&part))) else {
+    let (Some((last, path)), true) = (parts.split_last(), parts.iter().all(is_name)) else {
         return Err(fail(Diagnostic::new(0..0, format!("`{key}` is no key such as method.max_cycles"))));
     };
     let mut here = &table;
@@ -207,6 +226,18 @@ mod tests {
         ];
         assert_eq!(found, expected);
         assert!(settings("m", "a = ").is_err());
+    }
+
+    #[test]
+    fn the_scale_of_a_peak_is_1_in_version_1_and_that_of_the_start_later() {
+        let of = |version: u32, scale: &str| {
+            let text = format!("version = {version}\n[objective]\nminimize = \"f\"\nover = \"peak\"\n{scale}");
+            fingerprint(&parse(&text).unwrap())
+        };
+        let first = of(1, "");
+        assert_eq!([of(1, "scale = 1"), of(2, "scale = 1.0")], [first, first]);
+        assert_ne!(of(2, ""), first);
+        assert_ne!(of(2, "scale = 2"), of(2, ""));
     }
 
     #[test]

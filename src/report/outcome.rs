@@ -7,7 +7,7 @@ use crate::Result;
 use crate::problem::{Evaluation, Goal, PeakBound, Problem, RowId, Side};
 use crate::sao::{Cycle, State};
 
-/// Excess over the limit, relative to the [size](ConstraintValue::size), up to which a constraint counts as satisfied.
+/// Excess over the limit, relative to size or scale, up to which a constraint counts as satisfied.
 const SATISFIED: f64 = 1e-5;
 /// Distance from the limit, relative to the size, up to which a constraint counts as active.
 const ACTIVE: f64 = 1e-3;
@@ -130,6 +130,8 @@ pub struct ConstraintValue {
     pub margin: f64,
     /// The larger of |limit| and the largest |value| over the time points: what a distance is compared with.
     pub size: f64,
+    /// Excess over the limit up to which it counts as satisfied: 1e-5 of the size, or of the scale of the constraint if that is larger.
+    pub tolerance: f64,
     /// Constraint and time point.
     pub row: RowId,
     /// The time, if the quantity changes with time.
@@ -137,10 +139,10 @@ pub struct ConstraintValue {
 }
 
 impl ConstraintValue {
-    /// `violated`, `active` or `satisfied`. It does not depend on the scale of the constraint.
+    /// `violated`, `active` or `satisfied`. Whether it is active does not depend on the scale of the constraint.
     pub fn status(&self) -> &'static str {
         match self.margin {
-            m if m < -SATISFIED * self.size => "violated",
+            m if m < -self.tolerance => "violated",
             m if m <= ACTIVE * self.size => "active",
             _ => "satisfied",
         }
@@ -195,14 +197,16 @@ fn constraint(problem: &Problem, j: usize, design: &[f64], evaluation: &Evaluati
     let first = |best: (usize, f64), next: (usize, f64)| if margin(next.1) < margin(best.1) { next } else { best };
     let (point, value) = held.clone().reduce(first).unwrap_or((0, f64::NAN));
     let quantity = &constraint.quantity;
+    let size = held.fold(limit.abs(), |size, (_, value)| size.max(value.abs()));
     ConstraintValue {
+        tolerance: SATISFIED * size.max(constraint.scale),
         name: name(problem, j).to_owned(),
         unit: unit(problem, j).to_owned(),
         side: constraint.side,
         limit,
         value,
         margin: margin(value),
-        size: held.fold(limit.abs(), |size, (_, value)| size.max(value.abs())),
+        size,
         row: RowId { constraint: j, point },
         time: quantity.grid().filter(|_| quantity.is_transient()).map(|g| problem.grids[g].points[point]),
     }

@@ -128,3 +128,61 @@ fn from_nothing_to_a_page_whose_mechanism_moves() {
     assert_eq!(attribute(&dom, "data-seen"), "0 1 11 10 150 42 Play Pause");
     assert_eq!(attribute(&dom, "data-wide"), "0 of false");
 }
+
+/// Hover shows values in all histories and moves the mechanism; tables sort, copy and save; plots save; a printed page is whole.
+#[test]
+fn the_page_answers_the_pointer_and_prints_whole() {
+    let Some(program) = browser() else { return };
+    let place = TempFolder::new("pointer");
+    place.run(&["new", "lift"], 0);
+    place.run(&["optimize", "lift", "--quiet"], 0);
+    place.run(&["report", "lift", "--slice", "0", "--page-only"], 0);
+    let probe = "<script>window.addEventListener('load', () => {
+      const root = document.documentElement.dataset;
+      const figure = document.querySelector('#histories figure.plotted'), svg = figure.querySelector('svg');
+      const panel = JSON.parse(figure.querySelector('script').textContent)[0], box = svg.getBoundingClientRect(), view = svg.viewBox.baseVal;
+      const [left, top, width, height] = panel.frame;
+      const at = (part) => ({ clientX: box.left + (left + part * width) / view.width * box.width, clientY: box.top + (top + height / 2) / view.height * box.height, bubbles: true });
+      svg.dispatchEvent(new PointerEvent('pointermove', at(0.5)));
+      root.readout = figure.querySelector('.readout').textContent;
+      root.cursors = document.querySelectorAll('#histories .cursor').length + ' of ' + document.querySelectorAll('#histories figure.plotted').length;
+      root.frame = document.querySelector('figure[data-frame]').dataset.frame;
+      svg.dispatchEvent(new PointerEvent('pointerleave', {}));
+      root.left = document.querySelectorAll('.cursor').length;
+      const table = document.querySelector('#design .table'), heads = table.querySelectorAll('thead th button');
+      const column = (k) => [...table.querySelectorAll('tbody tr')].map((row) => row.cells[k].textContent).join(' ');
+      heads[3].click(); root.up = column(0);
+      heads[3].click(); root.down = column(0);
+      [...table.querySelectorAll('.tools button')].forEach((button) => button.click());
+      root.copied = table.dataset.copied.split('\\n')[0].split('\\t').length + ' columns';
+      root.table = table.dataset.saved.split('\\n')[0];
+      figure.querySelector('.tools button').click();
+      root.plot = figure.dataset.saved.split('\\n').length;
+      window.dispatchEvent(new Event('beforeprint'));
+      root.closed = document.querySelectorAll('details:not([open])').length;
+    });</script></body>";
+    let page = place.read("out/lift/report.html").replace("</body>", probe);
+    let probed = place.0.join("probed.html");
+    std::fs::write(&probed, page).unwrap();
+    let browser = Browser { program, place: &place };
+    let dom = browser.show(&address(&probed), [1200, 900], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "ready");
+    let readout = attribute(&dom, "data-readout");
+    assert!(
+        readout.contains("first design") && readout.contains("last design") && readout.contains("1.5"),
+        "{readout}"
+    );
+    let (shown, all) = attribute(&dom, "data-cursors").split_once(" of ").unwrap();
+    // The third history begins at 2 s, after the time of the pointer.
+    assert_eq!((shown, all), ("2", "3"));
+    assert_eq!(attribute(&dom, "data-left"), "0");
+    // Half of three seconds is frame 75 of 150, up to a pixel.
+    let frame: i32 = attribute(&dom, "data-frame").parse().unwrap();
+    assert!((frame - 75).abs() <= 1, "{frame}");
+    assert_eq!(attribute(&dom, "data-up"), "peak stiffness damping");
+    assert_eq!(attribute(&dom, "data-down"), "damping stiffness peak");
+    assert_eq!(attribute(&dom, "data-copied"), "8 columns");
+    assert_eq!(attribute(&dom, "data-table"), "variable,unit,first,last,change in %,lower bound,upper bound,remark");
+    assert!(attribute(&dom, "data-plot").parse::<usize>().unwrap() > 2 * 151);
+    assert_eq!(attribute(&dom, "data-closed"), "0");
+}

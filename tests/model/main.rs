@@ -23,6 +23,7 @@ mod report;
 mod robust;
 mod runs;
 mod shell;
+mod transcripts;
 mod twins;
 mod version1;
 mod wishes;

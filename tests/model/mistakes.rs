@@ -99,7 +99,6 @@ const MISTAKES: &[[&str; 3]] = &[
     // Objective, constraints, method.
     ["no objective", "[objective]\nminimize = \"(angle - wanted)^2\"\nover = \"mean\"\n", ""],
     ["history for an objective", "over = \"mean\"\n", ""],
-    ["peak without a bound", "over = \"mean\"", "over = \"peak\""],
     ["misspelt rule", "over = \"mean\"", "over = \"mean\"\nrule = \"simson\""],
     ["constraint without a limit", "at_most = 1.5\n", ""],
     ["limit of a design variable", "at_most = 1.5", "at_most = \"stiffness\""],

@@ -85,8 +85,10 @@ fn hostile_names_are_shown_as_they_are() {
         assert!(!page.contains(element), "{element}");
     }
     assert!(page.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
-    // Two scripts of the page, the data and the script of the animation.
-    assert_eq!(page.matches("<script").count(), 4);
+    // Two scripts of the page and that of the animation; the data of the animation and of each plot.
+    assert_eq!(page.matches("<script>").count(), 3);
+    let data = page.matches("<script type=\"application/json\">").count();
+    assert_eq!((data, page.matches("<script").count()), (1 + page.matches("class=\"plotted\"").count(), 3 + data));
 }
 
 #[test]

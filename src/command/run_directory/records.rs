@@ -139,6 +139,9 @@ pub fn shown_cycle(problem: &Problem, state: &State) -> anyhow::Result<String> {
     let k = state.history.len() - 1;
     let mut line: serde_json::Value = serde_json::from_str(&cycle_line(&state.history[k])?)?;
     line["objective"] = outcome::objective_of_step(problem, state, k)?.into();
+    if let Some(predicted) = outcome::predicted_objective(problem, &state.history[k]) {
+        line["prediction"]["objective"] = predicted.into();
+    }
     Ok(line.to_string())
 }
 
@@ -216,13 +219,20 @@ pub struct Nearest {
     #[serde(default)]
     pub status: String,
     pub time: Option<f64>,
+    #[serde(default)]
+    pub time_unit: String,
 }
 
-impl From<ConstraintValue> for Nearest {
-    fn from(c: ConstraintValue) -> Self {
+impl Nearest {
+    /// A constraint of a problem.
+    pub fn new(problem: &Problem, c: ConstraintValue) -> Self {
         let (relation, status) = (c.relation().to_owned(), c.status().to_owned());
-        let ConstraintValue { name, unit, limit, value, margin, time, .. } = c;
-        Self { name, unit, relation, limit, value, margin, status, time }
+        let grid = problem.constraints[c.row.constraint].quantity.grid().filter(|_| c.time.is_some());
+        let time_unit = grid.map(|grid| problem.grids[grid].unit.clone()).unwrap_or_default();
+        // Rounding errors are no margin.
+        let margin = if c.margin.abs() < 1e-6 * c.tolerance { 0.0 } else { c.margin };
+        let ConstraintValue { name, unit, limit, value, time, .. } = c;
+        Self { name, unit, relation, limit, value, margin, status, time, time_unit }
     }
 }
 
@@ -260,7 +270,7 @@ impl Summary {
             violation_pct: state.evaluation.max_violation_pct(),
             design: problem.variables.iter().zip(&state.design).map(named).collect(),
             at_bounds: at_bounds.collect(),
-            constraints: constraints.into_iter().map(Nearest::from).collect(),
+            constraints: constraints.into_iter().map(|c| Nearest::new(problem, c)).collect(),
             edits: edits.to_vec(),
         }
     }
@@ -295,8 +305,8 @@ impl Summary {
 impl Nearest {
     /// The constraint as a line for the terminal: value, limit, unit, margin and status.
     pub fn text(&self, digits: usize) -> String {
-        let Self { name, unit, relation, limit, value, margin, status, time } = self;
-        let at = time.map_or_else(String::new, |t| format!(" at {}", readable(t, digits)));
+        let Self { name, unit, relation, limit, value, margin, status, time, time_unit } = self;
+        let at = time.map_or_else(String::new, |t| format!(" at {}", with_unit(t, time_unit, digits)));
         let [value, limit, margin] = [*value, *limit, *margin].map(|v| readable(v, digits));
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         format!("  {name:<24} {value} {relation} {limit}{unit}{at}, {status}, margin {margin}{unit}")

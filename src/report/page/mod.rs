@@ -266,7 +266,15 @@ impl Content {
             Self::Figure { caption, figure, .. } => {
                 *figures += 1;
                 let svg = figure.inline_svg(&format!("f{figures}"))?;
-                html! { figure data-series=[figure.series()] { (PreEscaped(svg)) figcaption { (caption) } } }
+                // A `<` inside the data could end the script element or begin another one.
+                let series = figure.series().map(|series| series.replace('<', "\\u003c"));
+                html! {
+                    figure class=[series.is_some().then_some("plotted")] {
+                        (PreEscaped(svg))
+                        figcaption { (caption) }
+                        @if let Some(series) = &series { script type="application/json" { (PreEscaped(series)) } }
+                    }
+                }
             }
             Self::Links(links) => html! {
                 ul class="files" {

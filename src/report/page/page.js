@@ -73,8 +73,8 @@ window.addEventListener("DOMContentLoaded", () => {
   });
 
   // Figures: the values at the pointer, in all histories over the same time at once.
-  const figures = [...document.querySelectorAll("figure[data-series]")].map((figure) => ({
-    figure, svg: figure.querySelector("svg"), panels: JSON.parse(figure.dataset.series), marks: [],
+  const figures = [...document.querySelectorAll("figure.plotted")].map((figure) => ({
+    figure, svg: figure.querySelector("svg"), panels: JSON.parse(figure.querySelector("script[type='application/json']").textContent), marks: [],
   }));
   const scale = (x, [low, high], logarithmic) => {
     const of = (v) => (logarithmic ? Math.log10(v) : v);

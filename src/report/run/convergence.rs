@@ -45,7 +45,7 @@ impl OptimizationReport<'_> {
                  conservative approximation.",
             )
             .figure("convergence", "Objective, approximation errors, violation and step over the cycles.", self.measures()?)
-            .figure("move-limits", "Move-limit factors: half widths of the subregion relative to the design.", self.factors());
+            .figure("move-limits", "Move-limit factors: half widths of the subregion, relative to the design or, with fixed limits, to the scale of the variable.", self.factors());
         let order = super::design_space_slice::by_change(self.problem, self.state);
         for &k in order.iter().take(MOST) {
             let name = &self.problem.variables[k].name;

@@ -164,7 +164,7 @@ fn limit(constraint: &ConstraintValue) -> String {
 
 /// The margin; zero instead of one of the order of rounding errors.
 fn rounded(constraint: &ConstraintValue) -> f64 {
-    if constraint.margin.abs() < 1e-11 * constraint.size { 0.0 } else { constraint.margin }
+    if constraint.margin.abs() < 1e-6 * constraint.tolerance { 0.0 } else { constraint.margin }
 }
 
 fn plural(count: usize) -> &'static str {

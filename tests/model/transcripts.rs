@@ -1,0 +1,93 @@
+//! The transcripts of the pages in `docs/howto` and `docs/models`: every `$ linkwright …` prints the lines below it.
+//!
+//! With `UPDATE_DOCS=1` they are written anew.
+#![cfg(feature = "cli")]
+
+use crate::shell::{TempFolder, linkwright, text};
+use std::path::PathBuf;
+
+/// Commands that take long, or that need a file which a page describes in words only.
+const UNTESTED: [&str; 2] = ["compare ", "analyze long-crank.toml"];
+
+fn pages() -> Vec<PathBuf> {
+    let folders = ["docs/howto", "docs/models"].map(|folder| format!("{}/{folder}", env!("CARGO_MANIFEST_DIR")));
+    let files = folders.into_iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let mut pages: Vec<PathBuf> = files.map(|file| file.unwrap().path()).collect();
+    pages.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
+    pages.sort();
+    pages
+}
+
+/// The example models, and the files that the pages derive from them.
+fn prepare(place: &TempFolder) {
+    for item in std::fs::read_dir(format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"))).unwrap() {
+        let path = item.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            std::fs::copy(&path, place.0.join(path.file_name().unwrap())).unwrap();
+        }
+    }
+    let absorber = place.read("impact-absorber.toml");
+    let coarse = absorber.replace("points = 101", "points = 25");
+    let continuous = format!("{}continuous = true\n", coarse.trim_end().to_owned() + "\n");
+    let page = std::fs::read_to_string(format!("{}/docs/howto/rms.md", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let listing = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    for (name, model) in
+        [("coarse", &coarse), ("continuous", &continuous), ("absorber-rms", &format!("{absorber}\n{listing}"))]
+    {
+        std::fs::write(place.0.join(format!("{name}.toml")), model).unwrap();
+    }
+}
+
+/// The text with the same date everywhere.
+fn undated(text: &str) -> String {
+    let is_date = |word: &str| word.len() >= 20 && word.starts_with("20") && word[..20].ends_with('Z');
+    let words = text
+        .split(' ')
+        .map(|word| if is_date(word) { format!("2026-11-22T21:07:09Z{}", &word[20..]) } else { word.to_owned() });
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// A transcript with the output that its commands have now.
+fn again(transcript: &str, place: &TempFolder) -> String {
+    let mut new = String::new();
+    let mut is_kept = true;
+    for line in transcript.lines() {
+        let Some(command) = line.strip_prefix("$ linkwright ") else {
+            if is_kept {
+                new += &format!("{line}\n");
+            }
+            continue;
+        };
+        new += &format!("{line}\n");
+        is_kept = UNTESTED.iter().any(|begin| command.starts_with(begin));
+        if !is_kept {
+            let output = linkwright(&command.split_whitespace().collect::<Vec<_>>(), &place.0);
+            new += &undated(&(text(&output.stdout) + &text(&output.stderr)));
+        }
+    }
+    new
+}
+
+#[test]
+fn the_transcripts_of_the_pages_are_those_of_the_commands() {
+    let place = TempFolder::new("transcripts");
+    let mut commands = 0;
+    for path in pages() {
+        drop(std::fs::remove_dir_all(place.0.join("out")));
+        prepare(&place);
+        let page = std::fs::read_to_string(&path).unwrap();
+        let mut parts = page.split("```console\n");
+        let mut new = parts.next().unwrap().to_owned();
+        for part in parts {
+            let (transcript, rest) = part.split_once("```").unwrap();
+            commands += transcript.matches("$ linkwright").count();
+            new += &format!("```console\n{}```{rest}", again(transcript, &place));
+        }
+        if std::env::var_os("UPDATE_DOCS").is_some() {
+            std::fs::write(&path, new).unwrap();
+        } else {
+            assert!(page == new, "{}: run this test with UPDATE_DOCS=1 and read the difference\n{new}", path.display());
+        }
+    }
+    assert!(commands > 5, "{commands} commands");
+}
