@@ -144,8 +144,11 @@ fn rounded_up(difference: f64, reference: f64) -> String {
     format!("1e{}", at_least.log10().ceil() as i32)
 }
 
-/// A number with ten significant digits, without zeros at its end.
+/// A number with ten significant digits, without zeros at its end; 0 for what is only rounding.
 fn short(value: f64) -> String {
+    if value.abs() < 1e-13 {
+        return "0".into();
+    }
     let text = format!("{value:.9e}");
     let (digits, power) = text.split_once('e').expect("has an exponent");
     let digits = digits.trim_end_matches('0').trim_end_matches('.');
@@ -161,7 +164,9 @@ fn short(value: f64) -> String {
 
 /// The table of references and computed values in Markdown.
 pub fn comparison(references: &[Reference], values: &[f64]) -> String {
-    let mut table = String::from("| model | number | reference | source | difference below |\n|---|---|---|---|---|\n");
+    let mut table = String::from(
+        "| model | number | reference | computed | source | difference below |\n|---|---|---|---|---|---|\n",
+    );
     for (row, value) in references.iter().zip(values) {
         let name = row.model.trim_start_matches("benchmarks/");
         let number = if row.by.is_empty() { row.output.clone() } else { format!("d {}/d {}", row.output, row.by) };
@@ -169,9 +174,10 @@ pub fn comparison(references: &[Reference], values: &[f64]) -> String {
         let difference = rounded_up(value - row.value, row.value);
         writeln!(
             table,
-            "| `{name}`{change} | {number} ({}) | {} | {} | {difference} |",
+            "| `{name}`{change} | {number} ({}) | {} | {} | {} | {difference} |",
             row.time,
             short(row.value),
+            short(*value),
             row.source
         )
         .expect("writing to a string");
