@@ -24,7 +24,7 @@ EXUDYN_SPIN_UP = [("across", -0.5590749028024651), ("along", -0.0177411216793696
 LIMITS = {
     "a01": (1e-10, 0), "a02": (1e-5, 0), "andrews": (1e-9, 0), "car-axis": (1e-9, 1e-8), "five-bar": (1e-11, 1e-10),
     "double-pendulum": (5e-11, 0), "planetary-train": (1e-12, 1e-11), "rack": (1e-11, 1e-9), "half-car": (1e-12, 1e-11),
-    "offset-slider-crank": (1e-12, 1e-12), "spinning-beam": (5e-5, 0), "roll-up": (1.1e-3, 0), "elastica": (2e-5, 0),
+    "offset-slider-crank": (1e-12, 1e-12), "spinning-beam": (1e-6, 0), "roll-up": (1.1e-3, 0), "elastica": (2e-5, 0),
     "follower-force": (6e-5, 0), "bouncing-balls": (1e-12, 1e-11), "compliant-ball": (1e-9, 1e-4), "belt": (1e-10, 5e-9),
 }  # fmt: skip
 
