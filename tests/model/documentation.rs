@@ -33,8 +33,12 @@ fn the_schema_knows_every_key_of_the_examples() {
             assert!(place["properties"][key.name].is_object(), "{} of {}", key.name, table.name);
         }
     }
-    for item in std::fs::read_dir(format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"))).unwrap() {
-        let path = item.unwrap().path();
+    let folder = format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"));
+    let items = [folder.clone(), folder + "/benchmarks"].map(|folder| std::fs::read_dir(folder).unwrap());
+    for path in items.into_iter().flatten().map(|item| item.unwrap().path()) {
+        if path.extension().is_none_or(|ending| ending != "toml") {
+            continue;
+        }
         let text = std::fs::read_to_string(&path).unwrap();
         for section in text.lines().filter_map(|line| line.strip_prefix("[[")?.strip_suffix("]]")) {
             assert!(schema["properties"][section].is_object(), "{section} in {}", path.display());

@@ -25,7 +25,8 @@ impl Draw {
 fn random_edits_are_read_or_rejected() {
     let count = inputs();
     let folder = format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"));
-    let files = std::fs::read_dir(folder).unwrap().map(|f| std::fs::read_to_string(f.unwrap().path()).unwrap());
+    let files = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path());
+    let files = files.filter(|path| path.is_file()).map(|path| std::fs::read_to_string(path).unwrap());
     let mut files: Vec<String> = files.chain([GOOD.to_owned()]).collect();
     files.sort();
     let files: Vec<Vec<char>> = files.iter().map(|text| text.chars().collect()).collect();

@@ -13,6 +13,7 @@ mod expressions;
 mod folders;
 mod kinds;
 mod limits;
+mod mechanics_benchmarks;
 mod mistakes;
 mod notice;
 #[cfg(feature = "cli")]
