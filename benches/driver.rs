@@ -103,7 +103,7 @@ fn replayed(run: &str) -> (Problem, usize, Vec<Solution>) {
     let real = std::mem::replace(&mut problem.analysis, Box::new(Replay(Recording::default())));
     problem.analysis = Box::new(Recorder(real, recording.clone()));
     let solutions = Arc::new(Mutex::new(vec![]));
-    let method = Method { solver: Box::new(SolverRecorder(solutions.clone())), ..Method::default() };
+    let method = Method { solver: Box::new(SolverRecorder(solutions.clone())), ..Method::slp() };
     let trials = method.solve(&problem, |_| ()).expect("the library's runs converge").history.len() - 1;
     problem.analysis = Box::new(Replay(std::mem::take(&mut *recording.lock().unwrap())));
     let solutions = std::mem::take(&mut *solutions.lock().unwrap());
@@ -114,20 +114,20 @@ fn replayed(run: &str) -> (Problem, usize, Vec<Solution>) {
 #[divan::bench(args = RUNS)]
 fn whole_run(bencher: Bencher, run: &str) {
     let (problem, (_, trials, _)) = (problem(run), replayed(run));
-    bencher.counter(ItemsCount::new(trials)).bench(|| Method::default().solve(&problem, |_| ()).unwrap());
+    bencher.counter(ItemsCount::new(trials)).bench(|| Method::slp().solve(&problem, |_| ()).unwrap());
 }
 
 /// The optimization without analyses.
 #[divan::bench(args = RUNS)]
 fn without_analyses(bencher: Bencher, run: &str) {
     let (problem, trials, _) = replayed(run);
-    bencher.counter(ItemsCount::new(trials)).bench(|| Method::default().solve(&problem, |_| ()).unwrap());
+    bencher.counter(ItemsCount::new(trials)).bench(|| Method::slp().solve(&problem, |_| ()).unwrap());
 }
 
 /// The optimization without analyses and subproblems.
 #[divan::bench(args = RUNS)]
 fn bookkeeping(bencher: Bencher, run: &str) {
     let (problem, trials, solutions) = replayed(run);
-    let method = Method { solver: Box::new(SolverReplay { solutions, calls: 0.into() }), ..Method::default() };
+    let method = Method { solver: Box::new(SolverReplay { solutions, calls: 0.into() }), ..Method::slp() };
     bencher.counter(ItemsCount::new(trials)).bench(|| method.solve(&problem, |_| ()).unwrap());
 }

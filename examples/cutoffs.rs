@@ -10,7 +10,7 @@ use linkwright::problem::{Problem, Selection};
 use linkwright::sao::{Method, Screening, State};
 
 fn run(problem: &Problem, screening: Screening) -> Result<State> {
-    Method { screening, ..Method::default() }.solve(problem, |_| ())
+    Method { screening, ..Method::slp() }.solve(problem, |_| ())
 }
 
 fn main() -> Result<()> {

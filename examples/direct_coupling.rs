@@ -24,7 +24,7 @@ fn main() -> Result<()> {
     println!("{:<34} {head:>22} {head:>22} {:>7}", "", "rows");
     let mut ratios = vec![];
     for (problem, optimum, published) in &cases {
-        let state = Method::default().solve(problem, |_| ())?;
+        let state = Method::slp().solve(problem, |_| ())?;
         let direct = DirectCoupling::new(problem);
         let solution = Sqp::default().solve(&direct, &problem.start())?;
         let (ours, theirs) = (state.counters, [direct.analyses(), direct.sensitivity_analyses()]);

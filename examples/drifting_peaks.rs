@@ -17,7 +17,7 @@ type Make = fn() -> Result<Problem>;
 fn method(neighbours: usize, moving_peaks: bool) -> Method {
     let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
     let stop = Stop { accuracy: 1e-6, max_cycles: 60, ..Stop::default() };
-    Method { screening, moving_peaks, stop, ..Method::default() }
+    Method { screening, moving_peaks, stop, ..Method::slp() }
 }
 
 /// Number of sign changes of the objective's change; many of them mean oscillation.

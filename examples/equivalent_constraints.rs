@@ -49,7 +49,7 @@ fn main() -> Result<()> {
     let mut ends = vec![];
     for (name, problem, selection) in cases {
         let screening = Screening { selection, ..Screening::default() };
-        let state: State = Method { screening, ..Method::default() }.solve(&problem, |_| ())?;
+        let state: State = Method { screening, ..Method::slp() }.solve(&problem, |_| ())?;
         let rows = state.history.iter().map(|c| c.retained.len()).max().unwrap_or(0);
         // The excess on the grid, independent of the formulation.
         let excess = comfort()?.evaluate(&state.design, &state.responses)?.max_violation_pct() / 100.0;

@@ -13,7 +13,7 @@ fn main() -> Result<()> {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START)?;
     let run = |initial: f64| -> Result<State> {
         let limits = RelativeLimits { initial, ..RelativeLimits::default() };
-        Method { move_limits: Box::new(limits), ..Method::default() }.solve(&problem, |_| ())
+        Method { move_limits: Box::new(limits), ..Method::slp() }.solve(&problem, |_| ())
     };
     println!("{:>7} {:>6} {:>8} {:>8} {:>15} {:>10}", "initial", "cycles", "rejected", "analyses", "first E [%]", "F");
     let mut errors = vec![];

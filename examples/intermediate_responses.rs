@@ -17,7 +17,7 @@ fn directly(mut problem: Problem) -> Problem {
 }
 
 fn run(name: &str, problem: &Problem, optimum: &Optimum) -> Result<State> {
-    let state = Method::default().solve(problem, |_| ())?;
+    let state = Method::slp().solve(problem, |_| ())?;
     let trials = state.history.len() - 1;
     let first = &state.history[1];
     println!(

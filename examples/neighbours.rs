@@ -13,7 +13,7 @@ fn main() -> Result<()> {
     let problem = impact_absorber::peak_acceleration()?;
     let run = |neighbours| -> Result<State> {
         let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
-        Method { screening, ..Method::default() }.solve(&problem, |_| ())
+        Method { screening, ..Method::slp() }.solve(&problem, |_| ())
     };
     let states = (0..=3).map(run).collect::<Result<Vec<State>>>()?;
     let most = |s: &State| s.history.iter().map(|c| c.retained.len()).max().unwrap_or(0);

@@ -13,7 +13,7 @@ use linkwright::sao::{Cycle, Method, Screening, State, Stop};
 fn run(neighbours: usize) -> Result<State> {
     let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
     // The paper's stop test. With the optimality conditions as a further condition the run takes 37 cycles.
-    Method { screening, stop: Stop::as_published(), ..Method::default() }
+    Method { screening, stop: Stop::as_published(), ..Method::slp() }
         .solve(&impact_absorber::peak_acceleration()?, |_| ())
 }
 

@@ -70,7 +70,7 @@ fn main() -> Result<()> {
         "approximation", "cycles", "trials", "E_g of first trial [%]", "weight"
     );
     let run = |name: &str, approximation: Box<dyn Approximation>, intermediates| -> Result<usize> {
-        let state = Method { approximation, ..Method::default() }.solve(&cantilever(intermediates)?, |_| ())?;
+        let state = Method { approximation, ..Method::slp() }.solve(&cantilever(intermediates)?, |_| ())?;
         let (trials, error) = (state.history.len() - 1, state.history[1].constraint_error_pct);
         println!("{name:<24} {:>6} {trials:>6} {error:>20.2} {:>10.6}", state.cycles(), state.evaluation.objective);
         assert!(state.status.is_success() && (state.evaluation.objective - 1.339_956_4).abs() < 2e-5, "{name}");

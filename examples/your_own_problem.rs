@@ -65,9 +65,9 @@ fn main() -> Result<()> {
         let [f, v, e] = [c.objective, c.violation_pct, c.constraint_error_pct];
         println!("{:>5} {distance:>10.5} {speed:>10.5} {angle:>11.5} {f:>9.4} {v:>10.5} {e:>10.1e}", c.cycle);
     };
-    let state = Method::default().solve(&ball_problem(Intermediates::map(Parabola))?, show)?;
+    let state = Method::slp().solve(&ball_problem(Intermediates::map(Parabola))?, show)?;
     println!("{:?}: {}", state.status, state.reason);
-    let plain = Method::default().solve(&ball_problem(Intermediates::Identity)?, |_| ())?;
+    let plain = Method::slp().solve(&ball_problem(Intermediates::Identity)?, |_| ())?;
     println!("cycles: {}; linearized in distance, speed and angle: {}", state.cycles(), plain.cycles());
 
     let exact = [HEIGHT * (3f64.sqrt() - 1.0), (20.0 * GRAVITY).sqrt(), 60f64.to_radians()];

@@ -38,7 +38,7 @@
 //! # Examples
 //!
 //! Stiffness and damping of an impact absorber that minimize the peak acceleration of a mass that may travel at most one
-//! metre: six analyses and five sensitivity analyses, as in the paper's Table I.
+//! metre: five analyses and five sensitivity analyses; the paper's Table I has six and five.
 //!
 //! ```
 //! use linkwright::{cases::impact_absorber, prelude::*};
@@ -46,7 +46,7 @@
 //! let problem = impact_absorber::peak_acceleration()?;
 //! let end = Method::default().solve(&problem, |_| ())?;
 //! assert_eq!(end.status, Status::Converged);
-//! assert_eq!((end.counters.analyses, end.counters.sensitivity_analyses), (6, 5));
+//! assert_eq!((end.counters.analyses, end.counters.sensitivity_analyses), (5, 5));
 //! assert!((end.evaluation.objective - 0.52028604).abs() < 1e-8);
 //! # Ok::<(), linkwright::Error>(())
 //! ```

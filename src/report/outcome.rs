@@ -28,16 +28,15 @@ pub fn objective(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> 
 /// The row of the peak of a min–max objective: the side and the time point of the largest |f|; `None` for other objectives.
 pub fn peak_row(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> Option<RowId> {
     let rows = peak_constraints(problem).flat_map(|constraint| {
-        let values = values(problem, constraint, design, evaluation);
-        let row = move |(point, value): (usize, Option<f64>)| Some((RowId { constraint, point }, value?.abs()));
-        values.into_iter().enumerate().filter_map(row).collect::<Vec<_>>()
+        let sign = problem.constraints[constraint].sign();
+        let values = values(problem, constraint, design, evaluation).into_iter().enumerate();
+        // A value counts on its own side only.
+        values.filter_map(move |(point, value)| {
+            let value = sign * value?;
+            (value >= 0.0).then_some((RowId { constraint, point }, value))
+        })
     });
-    rows.filter(|(row, value)| {
-        let signed = values(problem, row.constraint, design, evaluation)[row.point];
-        signed.is_some_and(|signed| problem.constraints[row.constraint].sign() * signed == *value)
-    })
-    .reduce(|best, next| if next.1 > best.1 { next } else { best })
-    .map(|(row, _)| row)
+    rows.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(row, _)| row)
 }
 
 /// The objective of trial step `k` of a run's history.
@@ -279,7 +278,7 @@ mod tests {
             parts.minimize_peak(DesignVariable::new("peak", "m", guess).within(0.0, 1e3), f.clone(), scale);
             parts.subject_to(Constraint::at_most("other", limit, f));
             let problem = parts.build_analytic(Line).unwrap();
-            let state = Method::default().start(&problem).unwrap();
+            let state = Method::slp().start(&problem).unwrap();
             assert!((objective(&problem, &state.design, &state.evaluation) - 2.0).abs() < 1e-12);
             assert!((objectives(&problem, &state).unwrap()[0] - 2.0).abs() < 1e-12);
             let named: Vec<_> = constraints(&problem, &state.design, &state.evaluation);
@@ -291,7 +290,7 @@ mod tests {
     fn the_peaks_of_all_accepted_designs_are_those_of_their_responses() {
         let problem = impact_absorber::peak_acceleration().unwrap();
         let mut seen = vec![];
-        let state = Method::default().solve(&problem, |state| seen.push(state.clone())).unwrap();
+        let state = Method::slp().solve(&problem, |state| seen.push(state.clone())).unwrap();
         let found = objectives(&problem, &state).unwrap();
         for state in seen {
             let k = state.history.len() - 1;
@@ -307,7 +306,7 @@ mod tests {
         let (mut parts, _) = builder();
         parts.maximize("b", "m", Quantity::variable(0));
         let problem = parts.build_analytic(Line).unwrap();
-        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let state = Method::slp().solve(&problem, |_| ()).unwrap();
         assert_eq!(objective(&problem, &state.design, &state.evaluation), 3.0);
         assert_eq!(objectives(&problem, &state).unwrap().last(), Some(&3.0));
         assert_eq!((goal(&problem), at_bound(&problem, 0, 3.0)), ("maximized", Some("at its upper bound")));

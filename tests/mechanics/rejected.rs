@@ -131,7 +131,7 @@ fn every_failure_is_a_rejected_trial_step_with_its_reason() {
     ];
     for (flaw, name, reason) in cases {
         let problem = problem(flaw);
-        let method = Method { stop: Stop { max_cycles: 12, ..Stop::default() }, ..Method::default() };
+        let method = Method { stop: Stop { max_cycles: 12, ..Stop::default() }, ..Method::slp() };
         let state: State = method.solve(&problem, |_| ()).unwrap_or_else(|error| panic!("{flaw:?}: {error}"));
         let failed: Vec<_> = state.history.iter().filter(|cycle| cycle.failure.is_some()).collect();
         assert!(

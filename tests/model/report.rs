@@ -95,7 +95,7 @@ fn hostile_names_are_shown_as_they_are() {
 fn a_run_that_was_stopped_gives_a_report_too() {
     let place = TempFolder::new("report-stopped");
     place.example("impact-absorber");
-    let model = place.read("impact-absorber.toml") + "\n[method]\nmax_cycles = 3\n";
+    let model = place.read("impact-absorber.toml") + "max_cycles = 3\n";
     std::fs::write(place.0.join("short.toml"), model).unwrap();
     place.run(&["optimize", "short.toml", "--quiet", "--out", "run"], 3);
     assert!(report(&place).contains(">cycle limit</span>"));
@@ -122,7 +122,7 @@ fn a_run_that_was_stopped_gives_a_report_too() {
 #[test]
 fn predictions_and_errors_agree() {
     let problem = linkwright::cases::impact_absorber::peak_acceleration().unwrap();
-    let end = linkwright::sao::Method::default().solve(&problem, |_| ()).unwrap();
+    let end = linkwright::sao::Method::slp().solve(&problem, |_| ()).unwrap();
     for cycle in &end.history[1..] {
         let predicted = cycle.prediction.as_ref().unwrap();
         let error = 100.0 * (predicted.objective - cycle.objective).abs() / cycle.objective;

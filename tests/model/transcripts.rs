@@ -28,7 +28,7 @@ fn prepare(place: &TempFolder) {
     }
     let absorber = place.read("impact-absorber.toml");
     let coarse = absorber.replace("points = 101", "points = 25");
-    let continuous = format!("{}continuous = true\n", coarse.trim_end().to_owned() + "\n");
+    let continuous = coarse.replacen("at_most = 1.0\n", "at_most = 1.0\ncontinuous = true\n", 1);
     let page = std::fs::read_to_string(format!("{}/docs/howto/rms.md", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let listing = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
     for (name, model) in

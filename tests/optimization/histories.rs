@@ -47,12 +47,12 @@ fn run(method: &Method, problem: &Problem) -> String {
 fn neighbours(count: usize) -> Method {
     let screening = Screening { selection: Selection::NearMaxima(count), ..Screening::default() };
     let stop = Stop::as_published();
-    Method { screening, stop, ..Method::default() }
+    Method { screening, stop, ..Method::slp() }
 }
 
 #[test]
 fn table_one_the_impact_absorber_with_least_peak_acceleration() {
-    insta::assert_snapshot!(run(&Method::default(), &impact_absorber::peak_acceleration().unwrap()));
+    insta::assert_snapshot!(run(&Method::slp(), &impact_absorber::peak_acceleration().unwrap()));
 }
 
 #[test]
@@ -62,31 +62,31 @@ fn one_time_point_for_each_maximum() {
 
 #[test]
 fn table_two_the_impact_absorber_with_comfort_criterion() {
-    insta::assert_snapshot!(run(&Method::default(), &impact_absorber::comfort().unwrap()));
+    insta::assert_snapshot!(run(&Method::slp(), &impact_absorber::comfort().unwrap()));
 }
 
 #[test]
 fn the_comfort_criterion_linearized_directly() {
     let mut problem = impact_absorber::comfort().unwrap();
     problem.objective = problem.objective.clone().directly(Intermediates::Identity);
-    insta::assert_snapshot!(run(&Method::default(), &problem));
+    insta::assert_snapshot!(run(&Method::slp(), &problem));
 }
 
 #[test]
 fn table_four_the_slider_crank_from_the_stand_in_start() {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START).unwrap();
-    insta::assert_snapshot!(run(&Method::default(), &problem));
+    insta::assert_snapshot!(run(&Method::slp(), &problem));
 }
 
 #[test]
 fn the_slider_crank_from_move_limits_of_thirty_percent() {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START).unwrap();
     let limits = RelativeLimits { initial: 0.3, ..RelativeLimits::default() };
-    insta::assert_snapshot!(run(&Method { move_limits: Box::new(limits), ..Method::default() }, &problem));
+    insta::assert_snapshot!(run(&Method { move_limits: Box::new(limits), ..Method::slp() }, &problem));
 }
 
 #[test]
 fn the_slider_crank_from_the_second_stand_in_start() {
     let problem = slider_crank::path_generation(slider_crank::SECOND_STAND_IN_START).unwrap();
-    insta::assert_snapshot!(run(&Method::default(), &problem));
+    insta::assert_snapshot!(run(&Method::slp(), &problem));
 }

@@ -62,7 +62,7 @@ fn a_start_outside_the_bounds_is_refused() {
     assert_error(parts(rate(12.0)).build_analytic(Ramp), &["start 12", words[0], words[1], words[2]]);
     assert_error(parts(rate(f64::NAN)).build_analytic(Ramp), &["start NaN", words[0], words[1], words[2]]);
     let problem = parts(rate(1.0)).build_analytic(Ramp).unwrap();
-    assert_error(Method::default().start_at(&problem, vec![12.0]), &["start 12", words[0], words[1], words[2]]);
+    assert_error(Method::slp().start_at(&problem, vec![12.0]), &["start 12", words[0], words[1], words[2]]);
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn designs_of_the_wrong_length_are_refused() {
     let problem = parts(rate(1.0)).build_analytic(Ramp).unwrap();
     let words = ["design: expected length 1, got 2"];
     assert_error(problem.analyze(&[1.0, 2.0]), &words);
-    assert_error(Method::default().start_at(&problem, vec![1.0, 2.0]), &words);
+    assert_error(Method::slp().start_at(&problem, vec![1.0, 2.0]), &words);
     assert_error(problem.evaluate(&[1.0, 2.0], &problem.analyze(&[1.0]).unwrap()), &words);
     let short = Responses::new(vec![vec![1.0, 2.0]]);
     assert_error(problem.evaluate(&[1.0], &short), &["values of response `ramp`: expected length 3, got 2"]);
@@ -102,7 +102,7 @@ fn an_empty_time_grid_is_refused() {
     assert_error(TimeGrid::uniform(0.0, 1.0, 0), &["no time point"]);
     let mut problem = parts(rate(1.0)).build_analytic(Ramp).unwrap();
     problem.grids[0].points.clear();
-    assert_error(Method::default().start(&problem), &["time grid `time`", "no time point"]);
+    assert_error(Method::slp().start(&problem), &["time grid `time`", "no time point"]);
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn cliff(start: f64, end: f64, beyond: f64) -> Problem {
 #[test]
 fn responses_that_are_not_finite_at_the_start_are_an_error_with_response_time_and_design() {
     for (beyond, value) in [(f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
-        let start = Method::default().start(&cliff(2.0, 1.0, beyond));
+        let start = Method::slp().start(&cliff(2.0, 1.0, beyond));
         let place = "time 0.25 s and place = 2 m";
         let error = assert_error(start, &["response `distance`", &format!("is {value}"), place, "bound the design"]);
         assert!(matches!(error, Error::NotFinite { .. }));
@@ -186,7 +186,7 @@ fn responses_that_are_not_finite_at_the_start_are_an_error_with_response_time_an
 
 #[test]
 fn responses_that_are_not_finite_later_reject_the_cycle_halve_the_limits_and_the_run_goes_on() {
-    let state = Method::default().solve(&cliff(2.0, 2.75, f64::NAN), |_| ()).unwrap();
+    let state = Method::slp().solve(&cliff(2.0, 2.75, f64::NAN), |_| ()).unwrap();
     let [failed, next] = [&state.history[1], &state.history[2]];
     assert!(!failed.accepted && failed.design[0] > 2.75, "{failed:?}");
     let why = failed.failure.as_deref().unwrap();
@@ -211,7 +211,7 @@ fn an_analysis_of_the_wrong_shape_is_refused() {
         }
     }
     let problem = parts(rate(1.0)).build(Short).unwrap();
-    assert_error(Method::default().start(&problem), &["values of response `ramp`: expected length 3, got 2"]);
+    assert_error(Method::slp().start(&problem), &["values of response `ramp`: expected length 3, got 2"]);
     let mut wide = parts(rate(1.0)).build_analytic(Ramp).unwrap();
     wide.analysis = Box::new(Short);
     let all = Responses::new(vec![vec![1.0, 2.0, 3.0]]);
@@ -236,7 +236,7 @@ fn a_design_variable_of_zero_has_the_documented_floor_and_is_not_frozen() {
     // floor × factor × range, and × 1 without a range.
     assert!((first_width(&start(Some([-1.0, 3.0]))) - 1e-3 * 0.4 * 4.0).abs() < 1e-15);
     assert!((first_width(&start(None)) - 1e-3 * 0.4).abs() < 1e-15);
-    let state = Method::default().solve(&start(Some([-1.0, 3.0])), |_| ()).unwrap();
+    let state = Method::slp().solve(&start(Some([-1.0, 3.0])), |_| ()).unwrap();
     assert!(state.status.is_success() && (state.design[0] - 1.0).abs() < 1e-6, "{:?}", state.history);
 }
 
@@ -247,7 +247,7 @@ fn a_problem_without_a_feasible_design_is_relaxed_reported_and_ends_as_infeasibl
     let below = Quantity::each_point(0, function!(|p| p.response[0])).of(&[0]);
     parts.subject_to(Constraint::at_most("low enough", 0.6, below));
     let problem = parts.build_analytic(Ramp).unwrap();
-    let state = Method::default().solve(&problem, |_| ()).unwrap();
+    let state = Method::slp().solve(&problem, |_| ()).unwrap();
     let last = state.history.last().unwrap();
     assert_eq!(last.subproblem, Some(linkwright::nlp::Status::Relaxed));
     assert!(last.relaxation > 0.1, "{last:?}");
@@ -261,7 +261,7 @@ fn a_problem_without_a_feasible_design_is_relaxed_reported_and_ends_as_infeasibl
 #[test]
 fn a_state_of_another_version_or_problem_is_refused() {
     let problem = impact_absorber::comfort().unwrap();
-    let state = Method::default().start(&problem).unwrap();
+    let state = Method::slp().start(&problem).unwrap();
     let text = state.to_json();
     let newer = text.replacen(&format!("\"version\": {STATE_VERSION}"), "\"version\": 99", 1);
     let reads = format!("reads version {STATE_VERSION}");
@@ -270,7 +270,7 @@ fn a_state_of_another_version_or_problem_is_refused() {
     let other = impact_absorber::peak_acceleration().unwrap();
     let words = ["another problem (`impact absorber, comfort criterion`", "here `impact absorber, peak acceleration`"];
     assert_error(State::from_json(&text, &other), &words);
-    assert_error(Method::default().resume(&other, state, |_| ()), &words);
+    assert_error(Method::slp().resume(&other, state, |_| ()), &words);
     assert_error(State::from_json("{", &problem), &["not a state file", "give a file that a run wrote"]);
     let mut moved = impact_absorber::comfort().unwrap();
     moved.variables[0].upper = 2.0;
@@ -280,7 +280,7 @@ fn a_state_of_another_version_or_problem_is_refused() {
 #[test]
 fn a_state_whose_parts_do_not_have_the_shape_of_the_problem_is_refused() {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START).unwrap();
-    let state = Method::default().start(&problem).unwrap();
+    let state = Method::slp().start(&problem).unwrap();
     let refused = |change: fn(&mut State), words: &[&str]| {
         let mut state = state.clone();
         change(&mut state);
@@ -307,7 +307,7 @@ fn a_state_whose_parts_do_not_have_the_shape_of_the_problem_is_refused() {
 #[test]
 fn stored_derivatives_that_do_not_fit_are_refused() {
     let problem = impact_absorber::comfort().unwrap();
-    let method = Method::default();
+    let method = Method::slp();
     let mut state = method.start(&problem).unwrap();
     let retained = method.screening.retain(&problem, &state.evaluation);
     let at = AnalyzedDesign {
@@ -341,7 +341,7 @@ fn settings_out_of_range_are_refused() {
     let refused = |method: Method, words: &[&str]| {
         assert_error(method.start(&problem), words);
     };
-    let limits = |limits: RelativeLimits| Method { move_limits: Box::new(limits), ..Method::default() };
+    let limits = |limits: RelativeLimits| Method { move_limits: Box::new(limits), ..Method::slp() };
     let standard = RelativeLimits::default();
     refused(
         limits(RelativeLimits { initial: 0.0, ..standard }),
@@ -353,10 +353,10 @@ fn settings_out_of_range_are_refused() {
     refused(limits(RelativeLimits { floor: f64::NAN, ..standard }), &["move-limit floor", "got NaN"]);
     refused(limits(RelativeLimits { increase_violation_pct: f64::NAN, ..standard }), &["must be a number, got NaN"]);
     let screening = Screening { cutoff: Some(1.5), ..Screening::default() };
-    refused(Method { screening, ..Method::default() }, &["screening cut-off must be a number below 1", "got 1.5"]);
+    refused(Method { screening, ..Method::slp() }, &["screening cut-off must be a number below 1", "got 1.5"]);
     let globalization = Box::new(ErrorBased { reject_above_pct: -1.0 });
-    refused(Method { globalization, ..Method::default() }, &["above which a cycle is rejected must be positive", "-1"]);
-    let stop = |stop| Method { stop, ..Method::default() };
+    refused(Method { globalization, ..Method::slp() }, &["above which a cycle is rejected must be positive", "-1"]);
+    let stop = |stop| Method { stop, ..Method::slp() };
     refused(stop(Stop { accuracy: 0.0, ..Stop::default() }), &["accuracy must be between 0 and 1, got 0"]);
     refused(stop(Stop { max_cycles: 0, ..Stop::default() }), &["number of cycles must be at least 1, got 0"]);
 }

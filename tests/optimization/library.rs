@@ -21,7 +21,7 @@ fn method(approximation: impl Approximation + 'static, conservative: bool) -> Me
         move_limits: Box::new(FixedLimits::default()),
         globalization,
         stop: Stop { accuracy: 1e-8, max_cycles: 100, ..Stop::default() },
-        ..Method::default()
+        ..Method::slp()
     }
 }
 

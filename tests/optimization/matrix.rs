@@ -84,7 +84,7 @@ fn multipliers_are_zero_at_an_optimum_with_all_variables_at_bounds() {
     let same = Quantity::plain(function!(|p| -p.response[0])).of(&[r]);
     parts.subject_to(Constraint::at_most("touches", -0.5, same));
     let problem = parts.build_analytic(Nothing).unwrap();
-    let end = Method::default().solve(&problem, |_| ()).unwrap();
+    let end = Method::slp().solve(&problem, |_| ()).unwrap();
     assert_eq!((end.status, end.design[0]), (Status::Converged, 0.25));
     assert!(PostOptimal::new(&problem, &end).unwrap().kkt(&problem) < 1e-12);
 }
@@ -93,7 +93,7 @@ fn multipliers_are_zero_at_an_optimum_with_all_variables_at_bounds() {
 fn short_steps_by_move_limits_do_not_count_as_convergence() {
     let problem = impact_absorber::peak_acceleration().unwrap();
     let move_limits = Box::new(FixedLimits { width: 1e-6 });
-    let end = Method { move_limits, ..Method::default() }.solve(&problem, |_| ()).unwrap();
+    let end = Method { move_limits, ..Method::slp() }.solve(&problem, |_| ()).unwrap();
     assert_eq!(end.status, Status::CycleLimit, "{}", end.reason);
     let residual = end.history.last().unwrap().residual.unwrap();
     assert!(residual > 0.03, "the objective has settled, the optimality conditions have not: {residual}");

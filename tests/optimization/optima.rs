@@ -32,13 +32,13 @@ fn assert_optimum(problem: &Problem, state: &State, optimum: &Optimum, tolerance
 #[test]
 fn the_impact_absorber_with_either_objective() {
     let peak = impact_absorber::peak_acceleration().unwrap();
-    let state = Method::default().solve(&peak, |_| ()).unwrap();
+    let state = Method::slp().solve(&peak, |_| ()).unwrap();
     assert_optimum(&peak, &state, &impact_absorber::peak_acceleration_optimum(), 1e-5);
     assert_eq!([state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses], [5, 6, 5]);
     assert!(state.counters.subproblem_iterations >= 5);
 
     let comfort = impact_absorber::comfort().unwrap();
-    let state = Method::default().solve(&comfort, |_| ()).unwrap();
+    let state = Method::slp().solve(&comfort, |_| ()).unwrap();
     assert_optimum(&comfort, &state, &impact_absorber::comfort_optimum(), 1e-4);
     assert_eq!([state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses], [8, 9, 8]);
 }
@@ -47,7 +47,7 @@ fn the_impact_absorber_with_either_objective() {
 fn the_slider_crank_from_both_stand_in_starts() {
     for start in [slider_crank::STAND_IN_START, slider_crank::SECOND_STAND_IN_START] {
         let problem = slider_crank::path_generation(start).unwrap();
-        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let state = Method::slp().solve(&problem, |_| ()).unwrap();
         assert_optimum(&problem, &state, &slider_crank::optimum(), 1e-3);
         assert!((state.evaluation.objective - 3.746_106).abs() < 5e-6, "{}", state.evaluation.objective);
     }
@@ -58,7 +58,7 @@ fn the_slider_crank_from_sixteen_random_feasible_starts_with_free_angles() {
     let mut wrong = vec![];
     for start in slider_crank::random_starts(1998, 16) {
         let problem = slider_crank::path_generation(start).unwrap();
-        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let state = Method::slp().solve(&problem, |_| ()).unwrap();
         if state.status != Status::Converged || (state.evaluation.objective - 3.746_106).abs() > 4e-5 {
             wrong.push(format!(
                 "{start:.2?}: {} after {} cycles: {}",

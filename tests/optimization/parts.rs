@@ -185,7 +185,7 @@ fn absorber(continuous: bool, travel: f64) -> Problem {
 #[test]
 fn a_moving_peak_needs_one_row_and_no_oscillation() {
     let problem = absorber(true, 1.0);
-    let end = Method::default().solve(&problem, |_| ()).unwrap();
+    let end = Method::slp().solve(&problem, |_| ()).unwrap();
     assert_eq!(end.status, Status::Converged);
     assert!((end.evaluation.objective - 0.520_599).abs() < 1e-6 && end.evaluation.max_violation_pct() < 1e-3);
     assert!((end.design[0] - 0.360_57).abs() < 1e-5 && (end.design[1] - 0.485_16).abs() < 2e-5, "{:?}", end.design);

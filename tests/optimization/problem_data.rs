@@ -24,7 +24,7 @@ fn absorber(maximize: bool, constraints: impl FnOnce(usize, usize) -> Vec<Constr
 }
 
 fn solve(problem: &Problem) -> State {
-    Method::default().solve(problem, |_| ()).unwrap()
+    Method::slp().solve(problem, |_| ()).unwrap()
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn impossible_windows_and_bounds_are_rejected() {
 #[test]
 fn names_in_a_state_file_stay() {
     let problem = impact_absorber::peak_acceleration().unwrap();
-    let method = Method::default().with_globalization(linkwright::sao::ErrorBased { reject_above_pct: 1e-9 });
+    let method = Method::slp().with_globalization(linkwright::sao::ErrorBased { reject_above_pct: 1e-9 });
     let state = method.step(&problem, method.start(&problem).unwrap()).unwrap();
     let json = state.to_json();
     for name in ["guard", "past", "knowledge", "kept", "instants", "sensitivities", "history", "last_step"] {

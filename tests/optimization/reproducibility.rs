@@ -6,7 +6,7 @@ use linkwright::problem::{Problem, Selection};
 use linkwright::sao::{Method, Screening, State, Status};
 
 fn assert_continues(problem: Problem) {
-    let method = Method::default();
+    let method = Method::slp();
     let mut files = vec![];
     let ended = method.solve(&problem, |state| files.push(state.to_json())).unwrap();
     assert!(files.len() > 2 && ended.status != Status::Running);
@@ -37,18 +37,18 @@ fn the_slider_crank_continues_from_every_cycle_rejected_or_not() {
 #[test]
 fn the_cycle_limit_ends_a_run_that_can_be_continued_with_a_larger_one() {
     let problem = impact_absorber::comfort().unwrap();
-    let mut method = Method::default();
+    let mut method = Method::slp();
     method.stop.max_cycles = 3;
     let stopped = method.solve(&problem, |_| ()).unwrap();
     assert_eq!((stopped.status, stopped.cycles()), (Status::CycleLimit, 3));
     assert!(stopped.reason.contains("continue with a larger number of cycles"), "{}", stopped.reason);
-    let continued = Method::default().resume(&problem, stopped, |_| ()).unwrap();
-    assert_eq!(continued.to_json(), Method::default().solve(&problem, |_| ()).unwrap().to_json());
+    let continued = Method::slp().resume(&problem, stopped, |_| ()).unwrap();
+    assert_eq!(continued.to_json(), Method::slp().solve(&problem, |_| ()).unwrap().to_json());
 }
 
 #[test]
 fn a_state_in_a_file_continues_with_the_same_bits_and_faults_name_the_file() {
-    let (problem, method) = (impact_absorber::peak_acceleration().unwrap(), Method::default());
+    let (problem, method) = (impact_absorber::peak_acceleration().unwrap(), Method::slp());
     let undisturbed = method.solve(&problem, |_| ()).unwrap();
     let path = std::env::temp_dir().join(format!("linkwright-state-{}.json", std::process::id()));
     let started = method.start(&problem).unwrap();
@@ -69,7 +69,7 @@ fn run_with(problem: &Problem, threads: usize) -> String {
     // The full grid, so that there is work for several threads.
     let screening = Screening { selection: Selection::All, ..Screening::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let solve = || Method { screening, ..Method::default() }.solve(problem, |_| ()).unwrap().to_json();
+    let solve = || Method { screening, ..Method::slp() }.solve(problem, |_| ()).unwrap().to_json();
     pool.install(solve)
 }
 

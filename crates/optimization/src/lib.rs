@@ -22,7 +22,7 @@
 //! # Examples
 //!
 //! Stiffness and damping of an impact absorber, so that the peak acceleration is least while the mass travels at most
-//! one metre: six analyses and five sensitivity analyses, as in Table I of Etman, van Campen & Schoofs (1998).
+//! one metre: five analyses and five sensitivity analyses; Table I of Etman, van Campen & Schoofs (1998) has six and five.
 //!
 //! ```
 //! use linkwright_optimization::{cases::impact_absorber, prelude::*};
@@ -30,7 +30,7 @@
 //! let problem = impact_absorber::peak_acceleration()?;
 //! let end = Method::default().solve(&problem, |_| ())?;
 //! assert_eq!(end.status, Status::Converged);
-//! assert_eq!((end.counters.analyses, end.counters.sensitivity_analyses), (6, 5));
+//! assert_eq!((end.counters.analyses, end.counters.sensitivity_analyses), (5, 5));
 //! # Ok::<(), linkwright_optimization::Error>(())
 //! ```
 

@@ -11,7 +11,7 @@ use crate::sao::{
 };
 
 const KEYS: &[Key] = &[
-    default("preset", Accepts::Text, "slp", "a method by name; `linkwright compare --list` lists all"),
+    default("preset", Accepts::Text, "automatic", "a method by name; `linkwright compare --list` lists all"),
     optional("accuracy", Accepts::Number, "relative change of the objective, and violation, below which the run ends"),
     optional("residual", Accepts::Number, "residual of the optimality conditions below which the run may end"),
     optional("max_cycles", Accepts::Count, "largest number of cycles"),
@@ -107,6 +107,12 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
     }
     method.stop.check().map_err(|e| section.error_at(&key_of_error(&section, &e.to_string()), e.to_string()))?;
     screening(&section, names, &mut method)?;
+    if method.automatic.is_some()
+        && let Some(key) = ["move_limits", "acceptance", "moving_peaks"].into_iter().find(|key| section.has(key))
+    {
+        let why = format!("the method `automatic` has no `{key}`; write `preset = \"slp\"` or another preset with it");
+        return Err(section.error_at(key, why));
+    }
     if section.has("moving_peaks") {
         method.moving_peaks = section.flag("moving_peaks")?;
     }

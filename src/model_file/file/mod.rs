@@ -82,7 +82,7 @@ pub(super) const KEYS: &[Key] = &[
     optional("output", Accepts::Tables, "responses of the analysis"),
     optional("objective", Accepts::Table, "the function to minimize"),
     optional("constraint", Accepts::Tables, "constraints"),
-    optional("method", Accepts::Table, "optimization method; by default `slp`"),
+    optional("method", Accepts::Table, "optimization method; by default `automatic`"),
 ];
 
 /// Declarations of all tables, without the top level of the file.

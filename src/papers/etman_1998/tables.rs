@@ -22,7 +22,7 @@ fn history(title: &str, columns: &[&str], state: &State, row: impl Fn(&Cycle) ->
 /// # Errors
 /// If the run fails.
 pub fn table1(problem: Problem, observe: &mut Observer) -> Result<ReproducedTable> {
-    let state = Method::default().solve(&problem, |s| observe("table1", s))?;
+    let state = Method::slp().solve(&problem, |s| observe("table1", s))?;
     let columns = [
         "cycle",
         "accepted",
@@ -50,7 +50,7 @@ pub fn table1(problem: Problem, observe: &mut Observer) -> Result<ReproducedTabl
 
 pub(super) fn table2(observe: &mut Observer) -> Result<ReproducedTable> {
     let problem = impact_absorber::comfort()?;
-    let state = Method::default().solve(&problem, |s| observe("table2", s))?;
+    let state = Method::slp().solve(&problem, |s| observe("table2", s))?;
     let columns = [
         "cycle",
         "accepted",
@@ -92,7 +92,7 @@ pub(super) fn table3() -> Result<ReproducedTable> {
 
 pub(super) fn table4(observe: &mut Observer) -> Result<ReproducedTable> {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START)?;
-    let state = Method::default().solve(&problem, |s| observe("table4", s))?;
+    let state = Method::slp().solve(&problem, |s| observe("table4", s))?;
     let columns =
         ["cycle", "accepted", "active_move_limits", "max_variable_change_pct", "objective_error_pct", "objective"];
     let row = |c: &Cycle| {

@@ -50,6 +50,6 @@ pub fn iterate_with(
         move_limits: Box::new(move_limits),
         globalization: Box::new(AcceptAlways),
         stop: Stop { accuracy: 1e-12, max_cycles: iterations, ..Stop::default() },
-        ..Method::default()
+        ..Method::slp()
     }
 }

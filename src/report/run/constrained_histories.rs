@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn normalized_constraints_become_the_constrained_quantities() {
         let problem = impact_absorber::peak_acceleration().unwrap();
-        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let state = Method::slp().solve(&problem, |_| ()).unwrap();
         let run = OptimizationReport::new("absorber", &problem, &state).unwrap();
         let histories = run.constrained_histories();
         let of = |name: &str| histories.iter().find(|w| w.name == name).unwrap_or_else(|| panic!("no {name}"));

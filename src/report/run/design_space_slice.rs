@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn the_least_bound_is_the_peak() {
         let problem = impact_absorber::peak_acceleration().unwrap();
-        let state = Method::default().solve(&problem, |_| ()).unwrap();
+        let state = Method::slp().solve(&problem, |_| ()).unwrap();
         let peak = problem.objective.peak().unwrap();
         let acceleration = problem.responses.iter().position(|r| r.name == "acceleration").unwrap();
         for at in [[0.9, 0.2], [0.4, 0.5], [state.design[0], state.design[1]]] {

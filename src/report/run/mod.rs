@@ -34,7 +34,7 @@ use crate::sao::{Cycle, State};
 /// use linkwright::{cases::impact_absorber, report::run::{OptimizationReport, Slice}, sao::Method};
 ///
 /// let problem = impact_absorber::peak_acceleration()?;
-/// let state = Method::default().solve(&problem, |_| ())?;
+/// let state = Method::slp().solve(&problem, |_| ())?;
 /// let run = OptimizationReport::new("Impact absorber", &problem, &state)?;
 /// let slice = Slice::sample(&problem, &state, 5)?;
 /// let page = run.page(slice.as_ref(), vec![])?;

@@ -15,6 +15,9 @@ const SHORTEST_FLIGHT: f64 = 1e-6;
 /// Fraction of the gap at which a contact counts as closed: the step to close the rest has the size of rounding errors.
 const CLOSED_GAP: f64 = 1e-6;
 
+/// Fraction of the time within which two contacts close at the same time.
+const SAME_TIME: f64 = 16.0 * f64::EPSILON;
+
 /// Events of a motion, and the contacts or switches at the two ends of the current step.
 pub(crate) struct EventLocator {
     /// Events so far.
@@ -63,10 +66,25 @@ impl EventLocator {
     /// Repeats the step `h` so that it ends when the first contact closes. Returns the length of the step in s.
     ///
     /// A step without a closing contact is not repeated.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if two contacts close at the same time: the law of impact is stated for one of them.
     pub fn locate(&mut self, integrator: &mut Integrator<'_>, mut h: f64) -> Result<f64> {
         while let Some(contact) = self.first_closed(integrator, h) {
-            let Some(shorter) = self.close(integrator, contact, h)? else { break };
-            (h, self.closed) = (shorter, Some(contact));
+            let Some(found) = self.close(integrator, contact, h)? else { break };
+            if let Some(other) = self.closed {
+                let rounding = SAME_TIME * (h + integrator.step.new.t.abs());
+                if (found - h).abs() <= rounding && [contact, other].iter().all(|&k| is_impact(integrator, k)) {
+                    return Err(simultaneous(integrator, [other, contact]));
+                }
+                if found >= h - rounding {
+                    // The other one is the first.
+                    integrator.solve(h)?;
+                    break;
+                }
+            }
+            (h, self.closed) = (found, Some(contact));
         }
         Ok(h)
     }
@@ -168,6 +186,18 @@ impl EventLocator {
         }
         Ok(h)
     }
+}
+
+fn is_impact(integrator: &Integrator<'_>, contact: usize) -> bool {
+    integrator.mechanism.events[contact].restitution.is_some()
+}
+
+/// The error of two contacts that close at the same time.
+fn simultaneous(integrator: &Integrator<'_>, contacts: [usize; 2]) -> Error {
+    let [first, second] = contacts.map(|k| &integrator.mechanism.events[k].gap.name);
+    let why = format!("it closes at the same time as `{second}`, t = {:.6e} s", integrator.step.new.t);
+    let remedy = "model one of them with stiffness and damping (a wall contact, a bump stop), or move it a little";
+    Error::analysis(first, why, remedy)
 }
 
 /// The error of a contact that does not open again.

@@ -115,7 +115,7 @@ pub fn check(
                 computed: read(0),
                 uncertainty: read(1),
                 difference,
-                slope_discontinuity: slope_discontinuity(value, &steps, difference.map_or(0.0, |d| d.noise)),
+                slope_discontinuity: slope_discontinuity(value, &steps),
                 drift,
                 is_constant: !steps.is_empty() && steps.iter().all(|s| s.ahead == s.behind && s.ahead == value),
                 status: GradientStatus::Right,

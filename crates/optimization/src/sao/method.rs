@@ -12,7 +12,7 @@ use nlp::SubproblemSolver;
 ///
 /// ```
 /// use linkwright_optimization::{cases::impact_absorber, prelude::*};
-/// let method = Method::default().with_screening(Screening::above(0.5)).with_stop(Stop { max_cycles: 50, ..Stop::default() });
+/// let method = Method::slp().with_screening(Screening::above(0.5)).with_stop(Stop { max_cycles: 50, ..Stop::default() });
 /// let end = method.solve(&impact_absorber::comfort()?, |_| ())?;
 /// assert!(end.status.is_success());
 /// # Ok::<(), linkwright_optimization::Error>(())
@@ -40,8 +40,17 @@ pub struct Method {
 }
 
 impl Default for Method {
-    /// The paper's method.
+    /// [`Method::automatic`].
     fn default() -> Self {
+        Self::automatic()
+    }
+}
+
+impl Method {
+    /// The paper's method: linear approximations, errors of the approximation, relative move limits.
+    ///
+    /// The parts of other methods replace those of this one.
+    pub fn slp() -> Self {
         Self {
             approximation: Box::new(Linear),
             curvature: None,
@@ -54,13 +63,11 @@ impl Default for Method {
             automatic: None,
         }
     }
-}
 
-impl Method {
     /// The automatic method, which needs no choice of approximation.
     pub fn automatic() -> Self {
         let screening = Screening { cutoff: None, selection: Selection::All };
-        Self { automatic: Some(Automatic::default()), screening, ..Self::default() }
+        Self { automatic: Some(Automatic::default()), screening, ..Self::slp() }
     }
 
     /// Replaces the approximation.

@@ -39,7 +39,7 @@ pub fn preset(name: &str) -> Result<&'static Preset> {
 
 /// Acceptance by the errors of the approximation, as in the paper.
 fn by_errors(approximation: impl Approximation + 'static) -> Method {
-    Method::default().with_approximation(approximation)
+    Method::slp().with_approximation(approximation)
 }
 
 /// Acceptance by a filter; a trust region limits the step.
@@ -79,12 +79,12 @@ static PRESETS: &[Preset] = &[
     Preset {
         name: "slp",
         title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time move",
-        method: Method::default,
+        method: Method::slp,
     },
     Preset {
         name: "slp-fixed-times",
         title: "linear; approximation errors; relative move limits (Etman et al. 1998); peaks in continuous time keep their times",
-        method: || Method { moving_peaks: false, ..Method::default() },
+        method: || Method { moving_peaks: false, ..Method::slp() },
     },
     Preset {
         name: "slp-filter",

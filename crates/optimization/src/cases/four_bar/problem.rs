@@ -151,7 +151,7 @@ pub fn method() -> Method {
     Method {
         screening: Screening { cutoff: Some(0.5), ..Screening::default() },
         stop: Stop { accuracy: 1e-4, ..Stop::default() },
-        ..Method::default()
+        ..Method::slp()
     }
 }
 
