@@ -16,13 +16,7 @@ const ACTIVE: f64 = 1e-3;
 ///
 /// `evaluation` is that of `design`.
 pub fn objective(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> f64 {
-    let Some(peak) = problem.objective.peak() else { return stated(problem, evaluation.objective) };
-    let rows = peak_constraints(problem).flat_map(|constraint| {
-        let values = evaluation.constraints[constraint].iter().enumerate();
-        values.map(move |(point, &g)| (RowId { constraint, point }, g))
-    });
-    let held = rows.filter(|(row, _)| problem.holds(row.constraint, row.point));
-    largest(problem, peak, design, held).unwrap_or(evaluation.objective)
+    problem.peak_objective(design, evaluation).unwrap_or_else(|| stated(problem, evaluation.objective))
 }
 
 /// The row of the peak of a min–max objective: the side and the time point of the largest |f|; `None` for other objectives.
@@ -41,13 +35,16 @@ pub fn peak_row(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> O
 
 /// The objective of trial step `k` of a run's history.
 ///
-/// Of a min–max objective it is the largest |f| among the rows that the history contains: those of the approximate problem and the
-/// worst one. The start design is analysed again if the history has none of its rows.
+/// Of a min–max objective it is the largest |f| at the design. A history of an earlier version does not contain it: there it is the
+/// largest among the rows that the history contains, and the start design is analysed again if it has none of them.
 ///
 /// # Errors
 /// Those of [`Problem::analyze_design`].
 pub fn objective_of_step(problem: &Problem, state: &State, k: usize) -> Result<f64> {
     let cycle = &state.history[k];
+    if let Some(peak) = cycle.peak {
+        return Ok(peak);
+    }
     match of_rows(problem, cycle) {
         Some(value) => Ok(value),
         None if k == 0 && state.history.len() == 1 => Ok(objective(problem, &state.design, &state.evaluation)),
@@ -175,11 +172,7 @@ pub fn peak_constraints(problem: &Problem) -> impl Iterator<Item = usize> {
 }
 
 fn is_of_peak(problem: &Problem, j: usize) -> bool {
-    let constraint = &problem.constraints[j];
-    let of_bound = |peak: PeakBound| {
-        peak.constraints.contains(&j) || (constraint.bound == Some(peak.variable) && constraint.limit == 0.0)
-    };
-    problem.objective.peak().is_some_and(of_bound)
+    problem.bounds_peak(j)
 }
 
 fn constraint(problem: &Problem, j: usize, design: &[f64], evaluation: &Evaluation) -> ConstraintValue {

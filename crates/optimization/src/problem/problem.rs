@@ -66,6 +66,25 @@ impl Problem {
             || constraint.quantity.grid().is_none_or(|grid| constraint.holds_at(self.grids[grid].points[p]))
     }
 
+    /// True if constraint `j` is one of f ≤ β and f ≥ −β, which bound the peak of a min–max objective.
+    pub fn bounds_peak(&self, j: usize) -> bool {
+        let constraint = &self.constraints[j];
+        self.objective.peak().is_some_and(|peak| {
+            peak.constraints.contains(&j) || (constraint.bound == Some(peak.variable) && constraint.limit == 0.0)
+        })
+    }
+
+    /// The objective of a min–max problem at an analysed design: the largest |f| over the time points at which it counts, which
+    /// is not the variable β that bounds it; `None` for other objectives.
+    pub fn peak_objective(&self, design: &[f64], evaluation: &Evaluation) -> Option<f64> {
+        let bound = design[self.objective.peak()?.variable];
+        let values = |j: usize| {
+            let rows = evaluation.constraints[j].iter().enumerate().filter(move |(p, _)| self.holds(j, *p));
+            rows.map(move |(_, g)| bound + self.constraints[j].scale * (g - 1.0))
+        };
+        (0..self.constraints.len()).filter(|&j| self.bounds_peak(j)).flat_map(values).reduce(f64::max)
+    }
+
     /// Every constraint at every time point at which it holds.
     pub fn all_rows(&self) -> Vec<RowId> {
         let of = |(constraint, c): (usize, &Constraint)| {

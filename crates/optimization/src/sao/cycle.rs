@@ -2,7 +2,7 @@
 
 use super::trial::Proposal;
 use super::{Region, Trial, Verdict};
-use crate::problem::{Evaluation, RowId};
+use crate::problem::{Evaluation, Problem, RowId};
 use serde::{Deserialize, Serialize};
 
 /// A constraint that is active in the solution of an approximate problem.
@@ -38,6 +38,9 @@ pub struct Cycle {
     pub design: Vec<f64>,
     /// F at the proposed design; that of the start of the cycle if the analysis failed.
     pub objective: f64,
+    /// The largest |f| at the proposed design, for a min–max objective whose analysis succeeded; see [`Problem::peak_objective`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak: Option<f64>,
     /// E_f in percent.
     pub objective_error_pct: f64,
     /// E_g in percent.
@@ -78,13 +81,14 @@ pub struct Cycle {
 
 impl Cycle {
     /// The row of the start design.
-    pub(super) fn start(design: &[f64], evaluation: &Evaluation, factors: &[f64]) -> Self {
+    pub(super) fn start(problem: &Problem, design: &[f64], evaluation: &Evaluation, factors: &[f64]) -> Self {
         Self {
             cycle: 0,
             accepted: true,
             active_limits: 0,
             design: design.to_vec(),
             objective: evaluation.objective,
+            peak: problem.peak_objective(design, evaluation),
             objective_error_pct: 0.0,
             constraint_error_pct: 0.0,
             violation_pct: evaluation.max_violation_pct(),
@@ -105,7 +109,14 @@ impl Cycle {
     }
 
     /// The row of a trial step after the decision on it; `number` is that of its cycle.
-    pub(super) fn new(number: usize, factors: &[f64], trial: &Trial, verdict: Verdict, proposal: &Proposal) -> Self {
+    pub(super) fn new(
+        problem: &Problem,
+        number: usize,
+        factors: &[f64],
+        trial: &Trial,
+        verdict: Verdict,
+        proposal: &Proposal,
+    ) -> Self {
         let (outcome, Proposal { data, region, solution, analyzed, .. }) = (trial.outcome.as_ref(), proposal);
         let analyzed = analyzed.as_ref();
         let found = analyzed.ok().map(|analyzed| &analyzed.evaluation);
@@ -123,6 +134,7 @@ impl Cycle {
             active_limits: trial.at_limit.iter().filter(|a| **a).count(),
             design: solution.x.clone(),
             objective: outcome.map_or(trial.objective_before, |o| o.objective),
+            peak: analyzed.ok().and_then(|analyzed| problem.peak_objective(&analyzed.design, &analyzed.evaluation)),
             objective_error_pct: outcome.map_or(0.0, |o| o.objective_error_pct),
             constraint_error_pct: outcome.map_or(0.0, |o| o.constraint_error_pct),
             violation_pct: outcome.map_or(0.0, |o| o.violation_pct),

@@ -62,7 +62,7 @@ impl Method {
             problem: problem.name.clone(),
             fingerprint: problem.fingerprint(),
             globalization: self.globalization.start(problem, &evaluation),
-            history: vec![Cycle::start(&design, &evaluation, &factors)],
+            history: vec![Cycle::start(problem, &design, &evaluation, &factors)],
             design,
             responses,
             evaluation,
@@ -113,7 +113,7 @@ impl Method {
         if verdict != Verdict::IncreaseConservatism {
             self.move_limits.update(&mut factors, &trial, verdict);
         }
-        let mut cycle = Cycle::new(state.cycles() + 1, &state.factors, &trial, verdict, &proposal);
+        let mut cycle = Cycle::new(problem, state.cycles() + 1, &state.factors, &trial, verdict, &proposal);
         if self.stop.has_settled(&cycle, state.evaluation.objective) {
             let multipliers = &proposal.solution.multipliers;
             cycle.residual = Some(optimality::residual(problem, &approximate, &state.design, multipliers)?);

@@ -106,7 +106,7 @@ impl Automatic {
         let verdict = if decision == Decision::Rejected { Verdict::Reject } else { Verdict::Accept };
         let from = (&state.design[..], &state.evaluation);
         let trial = Trial::new(problem, &method.screening, from, state.last_step.as_deref(), &record);
-        let mut cycle = Cycle::new(state.cycles() + 1, &factors, &trial, verdict, &record);
+        let mut cycle = Cycle::new(problem, state.cycles() + 1, &factors, &trial, verdict, &record);
         drop(trial);
         cycle.residual = None;
         let Record { at_limit, analyzed, .. } = record;
