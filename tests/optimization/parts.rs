@@ -23,7 +23,7 @@ fn two_bar() -> Problem {
 
 fn method(approximation: impl Approximation + 'static) -> Method {
     let stop = Stop { accuracy: 1e-9, ..Default::default() };
-    Method { approximation: Box::new(approximation), stop, ..Default::default() }
+    Method { approximation: Box::new(approximation), stop, ..Method::slp() }
 }
 
 fn all_methods() -> Vec<(&'static str, Method)> {
@@ -191,7 +191,7 @@ fn a_moving_peak_needs_one_row_and_no_oscillation() {
     assert!((end.design[0] - 0.360_57).abs() < 1e-5 && (end.design[1] - 0.485_16).abs() < 2e-5, "{:?}", end.design);
     assert_eq!((end.cycles(), end.counters.analyses, end.counters.sensitivity_analyses), (4, 5, 4));
     assert!(end.history.iter().all(|c| c.retained.len() <= 2));
-    let fixed = Method { moving_peaks: false, ..Default::default() }.solve(&problem, |_| ()).unwrap();
+    let fixed = Method { moving_peaks: false, ..Method::slp() }.solve(&problem, |_| ()).unwrap();
     assert!(fixed.cycles() > 3 * end.cycles(), "{}", fixed.cycles());
     let json = State::from_json(&end.to_json(), &problem).unwrap();
     assert_eq!(json.evaluation, end.evaluation);
@@ -201,7 +201,7 @@ fn a_moving_peak_needs_one_row_and_no_oscillation() {
 fn the_optimum_moves_as_predicted() {
     let stop = Stop { accuracy: 1e-10, ..Default::default() };
     let solve = |travel: f64| {
-        let method = Method { stop, ..Default::default() };
+        let method = Method { stop, ..Method::slp() };
         method.solve(&absorber(true, travel), |_| ()).unwrap()
     };
     let (problem, end) = (absorber(true, 1.0), solve(1.0));
