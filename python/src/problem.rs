@@ -118,12 +118,13 @@ impl Problem {
         &self,
         py: Python<'py>,
         b: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<(Arrays<'py>, f64, Arrays<'py>, f64)> {
+    ) -> PyResult<(Arrays<'py>, f64, Arrays<'py>, f64, Vec<String>)> {
         let b = vector(&b);
         let AnalyzedDesign { responses, evaluation, .. } = self.located(py, || self.problem.analyze_design(&b))?;
         let arrays = |values: &[Vec<f64>]| values.iter().map(|v| PyArray1::from_slice(py, v)).collect();
         let violation = evaluation.max_violation_pct();
-        Ok((arrays(&responses.values), evaluation.objective, arrays(&evaluation.constraints), violation))
+        let [values, constraints] = [&responses.values, &evaluation.constraints].map(|all| arrays(all));
+        Ok((values, evaluation.objective, constraints, violation, responses.warnings))
     }
 
     /// The same for many designs, one row of each array for each: NaN where the analysis failed, with the reason.

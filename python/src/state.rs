@@ -62,6 +62,12 @@ impl State {
         self.0.responses.values.iter().map(|values| PyArray1::from_slice(py, values)).collect()
     }
 
+    /// Warnings of the analysis of the accepted design.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.0.responses.warnings.clone()
+    }
+
     /// Values of the normalized constraints.
     #[getter]
     fn constraints<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<f64>>> {

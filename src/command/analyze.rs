@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{changed, design, load, located};
 use super::optimize::Digits;
-use super::output::{complain, say};
+use super::output::{say, warn};
 use super::run_directory::{NamedValue, Nearest};
 use super::tables;
 use clap::Args;
@@ -79,9 +79,7 @@ impl DesignArguments {
         let design = design(&problem, &self.at)?;
         let responses = located(model, problem.analyze(&design))?;
         let evaluation = located(model, problem.evaluate(&design, &responses))?;
-        for warning in problem.analysis.warnings(&design, &responses) {
-            complain(&format!("Warning: {warning}"));
-        }
+        warn(&responses.warnings);
         Ok(AnalysedDesign { title: model.title().to_owned(), problem, design, responses, evaluation })
     }
 
@@ -197,6 +195,7 @@ impl Analyze {
     fn simulate(&self, model: &Model) -> anyhow::Result<()> {
         let design = changed(model.variables(), &self.given.at)?;
         let responses = located(model, model.simulate(&design))?;
+        warn(&responses.warnings);
         let times = model.grid().map(|grid| grid.points.as_slice());
         let all = model.output_names().zip(&responses.values);
         let outputs: Vec<OutputRange> =
@@ -207,9 +206,17 @@ impl Analyze {
             let named =
                 |(v, &value): (&DesignVariable, &f64)| NamedValue { name: v.name.clone(), unit: v.unit.clone(), value };
             let (title, design) = (model.title().to_owned(), values.map(named).collect());
-            let (objective, constraints) = (None, vec![]);
-            let record =
-                AnalysisRecord { event: "analysis", version: 1, title, design, objective, outputs, constraints };
+            let (objective, constraints, warnings) = (None, vec![], responses.warnings.clone());
+            let record = AnalysisRecord {
+                event: "analysis",
+                version: 1,
+                title,
+                design,
+                objective,
+                outputs,
+                constraints,
+                warnings,
+            };
             say(&serde_json::to_string(&record)?)?;
         } else {
             self.given.say(model.title())?;
@@ -236,6 +243,8 @@ struct AnalysisRecord {
     objective: Option<NamedValue>,
     outputs: Vec<OutputRange>,
     constraints: Vec<Nearest>,
+    /// Reasons to doubt the numbers.
+    warnings: Vec<String>,
 }
 
 impl Analyze {
@@ -258,6 +267,7 @@ impl Analyze {
                 objective,
                 outputs,
                 constraints,
+                warnings: responses.warnings.clone(),
             };
             say(&serde_json::to_string(&record)?)?;
         } else {

@@ -25,6 +25,13 @@ pub fn complain(text: &str) {
     drop(writeln!(io::stderr(), "{}", visible(text)));
 }
 
+/// Prints the warnings of an analysis on standard error.
+pub fn warn(warnings: &[String]) {
+    for warning in warnings {
+        complain(&format!("Warning: {warning}"));
+    }
+}
+
 /// The reader of standard output has closed it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClosedOutput;

@@ -128,7 +128,7 @@ class BaseProblem:
             If the design cannot be analysed.
         """
         design = self.design(b)
-        responses, objective, constraints, violation = self._core.analyze(design)
+        responses, objective, constraints, violation, warnings = self._core.analyze(design)
         return Analysis(
             design,
             self.variable_names,
@@ -137,6 +137,7 @@ class BaseProblem:
             self._sign * objective,
             self._labelled_constraints(constraints),
             violation,
+            tuple(warnings),
         )
 
     def analyze_many(self, designs: Any) -> Analyses:

@@ -73,6 +73,8 @@ class Analysis:
         Normalized constraints: feasible means at most 1, and equal to 1 for an equality. Shape (nt,) or a float.
     violation_pct : float
         Largest violation in percent of the limit; negative in the feasible region.
+    warnings : tuple of str
+        Reasons to doubt the numbers, such as a loss of energy, each with its part, time and remedy.
     """
 
     design: Array
@@ -82,6 +84,7 @@ class Analysis:
     objective: float
     constraints: dict[str, Any]
     violation_pct: float
+    warnings: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Any:
         """The response of this name."""
@@ -366,6 +369,11 @@ class Result:
     def violation_pct(self) -> float:
         """The largest violation there in percent; negative if no constraint is active."""
         return self._state.values[1]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons to doubt the numbers of the last accepted design; see :class:`Analysis`."""
+        return tuple(self._state.warnings)
 
     @property
     def cycles(self) -> int:

@@ -188,6 +188,9 @@ pub struct Summary {
     #[serde(default)]
     at_bounds: Vec<String>,
     pub constraints: Vec<Nearest>,
+    /// Warnings of the analysis of this design.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<String>,
     /// Edits of the model during the run.
     pub edits: Vec<Edit>,
 }
@@ -271,6 +274,7 @@ impl Summary {
             design: problem.variables.iter().zip(&state.design).map(named).collect(),
             at_bounds: at_bounds.collect(),
             constraints: constraints.into_iter().map(|c| Nearest::new(problem, c)).collect(),
+            warnings: state.responses.warnings.clone(),
             edits: edits.to_vec(),
         }
     }
@@ -298,6 +302,7 @@ impl Summary {
         lines.extend(self.constraints.iter().map(|c| c.text(digits)));
         lines
             .extend(self.at_bounds.iter().map(|text| format!("Note: {text}; a wider bound may give a better design.")));
+        lines.extend(self.warnings.iter().map(|text| format!("Warning: {text}")));
         lines.join("\n")
     }
 }

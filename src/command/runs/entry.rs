@@ -4,7 +4,7 @@ use crate::command::folder::RUN;
 use crate::command::run_directory::{LOCK, RunRecord, Summary};
 use anyhow::Context;
 use linkwright::model_file::settings;
-use linkwright::sao::Status;
+use linkwright::sao::{DEFAULT_PRESET, Status};
 use linkwright::storage::Directory;
 use serde::Serialize;
 use std::path::Path;
@@ -98,6 +98,6 @@ impl RunEntry {
 /// The preset in the text of a model.
 fn preset(text: &str) -> String {
     let named = settings("", text).ok().and_then(|all| all.get("method.preset").cloned());
-    let name = named.as_deref().map_or("default", |name| name.trim_matches('"'));
+    let name = named.as_deref().map_or(DEFAULT_PRESET, |name| name.trim_matches('"'));
     linkwright::sao::preset(name).map_or(name, |preset| preset.name).to_owned()
 }

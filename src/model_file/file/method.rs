@@ -6,12 +6,12 @@ use super::section::{Read, Section};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::Names;
 use crate::sao::{
-    AcceptAlways, ErrorBased, Filter, FixedLimits, Globalization, Method, MoveLimits, RelativeLimits, StayFeasible,
-    TrustRegion, preset, presets,
+    AcceptAlways, DEFAULT_PRESET, ErrorBased, Filter, FixedLimits, Globalization, Method, MoveLimits, RelativeLimits,
+    StayFeasible, TrustRegion, preset, presets,
 };
 
 const KEYS: &[Key] = &[
-    default("preset", Accepts::Text, "automatic", "a method by name; `linkwright compare --list` lists all"),
+    default("preset", Accepts::Text, DEFAULT_PRESET, "a method by name; `linkwright compare --list` lists all"),
     optional("accuracy", Accepts::Number, "relative change of the objective, and violation, below which the run ends"),
     optional("residual", Accepts::Number, "residual of the optimality conditions below which the run may end"),
     optional("max_cycles", Accepts::Count, "largest number of cycles"),

@@ -36,6 +36,10 @@ pub struct ResponseAt {
 pub struct Responses {
     /// `values[h][p]`: response h at time point p, in its unit.
     pub values: Vec<Vec<f64>>,
+    /// Reasons to doubt these values although the analysis has succeeded, each with its part, time and remedy: a loss of
+    /// energy, too long steps.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Data that the analysis reuses for sensitivities at the same design.
     ///
     /// It is never stored in a file: after a restart the analysis works without it.
@@ -44,9 +48,9 @@ pub struct Responses {
 }
 
 impl Responses {
-    /// Responses without a trace.
+    /// Responses without warnings and trace.
     pub fn new(values: Vec<Vec<f64>>) -> Self {
-        Self { values, trace: None }
+        Self { values, ..Self::default() }
     }
 
     /// The value of one response at one time point.
@@ -100,7 +104,7 @@ pub trait Analysis: Send + Sync {
     /// Finite differences and gradient checks call it. An analysis that must not run concurrently, or that runs on other
     /// machines, has its own.
     fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
-        let one = |b: &Vec<f64>| self.analyze(b).map(|responses| Responses::new(responses.values));
+        let one = |b: &Vec<f64>| self.analyze(b).map(|responses| Responses { trace: None, ..responses });
         designs.par_iter().map(one).collect()
     }
 
@@ -126,12 +130,6 @@ pub trait Analysis: Send + Sync {
     /// analysis has only one method.
     fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         None
-    }
-
-    /// What makes the `responses` at the design `b` doubtful although the analysis has succeeded: the part, the time and the
-    /// remedy.
-    fn warnings(&self, _b: &[f64], _responses: &Responses) -> Vec<String> {
-        Vec::new()
     }
 
     /// The responses between the time points; `None` if the analysis does not offer them.
@@ -165,10 +163,6 @@ impl<A: Analysis + ?Sized> Analysis for &A {
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         (**self).sensitivities(b, responses, wanted)
-    }
-
-    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
-        (**self).warnings(b, responses)
     }
 
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {

@@ -70,10 +70,6 @@ impl<A: Analysis> Analysis for Differentiated<A> {
         self.chosen().ok().map(|method| method.name)
     }
 
-    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
-        self.analysis.warnings(b, responses)
-    }
-
     fn continuous(&self) -> Option<&dyn ContinuousTime> {
         self.analysis.continuous()
     }

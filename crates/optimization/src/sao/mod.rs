@@ -33,7 +33,7 @@ pub use globalization::{AcceptAlways, ErrorBased, Globalization, GlobalizationSt
 pub use method::Method;
 pub use move_limits::{MoveLimits, RelativeLimits};
 pub use post_optimal::{Parameter, PostOptimal};
-pub use presets::{Preset, preset, presets};
+pub use presets::{DEFAULT_PRESET, Preset, preset, presets};
 pub use region::Region;
 pub use screening::Screening;
 pub use state::{Counters, STATE_VERSION, State, Status};

@@ -26,6 +26,9 @@ pub fn presets() -> &'static [Preset] {
     PRESETS
 }
 
+/// Name of the preset that is used where none is named, that of [`Method::default`].
+pub const DEFAULT_PRESET: &str = "automatic";
+
 /// The preset of that name, or of a former name: `paper` is `slp`.
 ///
 /// # Errors
@@ -72,7 +75,7 @@ const FORMER_NAMES: &[(&str, &str)] = &[("paper", "slp"), ("paper-fixed-times", 
 
 static PRESETS: &[Preset] = &[
     Preset {
-        name: "automatic",
+        name: DEFAULT_PRESET,
         title: "approximations selected by their prediction errors; filter; trust region; correction after a rejection",
         method: Method::automatic,
     },

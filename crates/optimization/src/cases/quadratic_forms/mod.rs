@@ -94,7 +94,7 @@ impl Analysis for Forms {
         let products = self.products(x);
         let form = |(p, sign): (&Vec<f64>, f64)| vec![sign * x.iter().zip(p).map(|(x, p)| x * p).sum::<f64>()];
         let values = products.iter().zip(self.signs).map(form).collect();
-        Ok(Responses { values, trace: Some(Arc::new(products)) })
+        Ok(Responses { trace: Some(Arc::new(products)), ..Responses::new(values) })
     }
 
     fn sensitivities(&self, x: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

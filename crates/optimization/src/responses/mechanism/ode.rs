@@ -173,7 +173,7 @@ impl<E: OdeModel> Analysis for OdeResponses<E> {
         let series = |h| self.times.iter().zip(&trace.states).map(move |(&t, y)| (h, t, y));
         let value = |(h, t, y): (usize, f64, &Vec<f64>)| self.model.output(h, b, t, y);
         let values = (0..self.model.outputs()).map(|h| series(h).map(value).collect()).collect();
-        Ok(Responses { values, trace: Some(Arc::new(trace)) })
+        Ok(Responses { trace: Some(Arc::new(trace)), ..Responses::new(values) })
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

@@ -59,7 +59,6 @@ pub struct Transient<M> {
 struct StoredSteps {
     design: Vec<f64>,
     steps: Steps,
-    warnings: Vec<String>,
 }
 
 enum Steps {
@@ -248,7 +247,8 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         let (history, steps) = match &self.settings {
             // A recording does not contain events.
             Integration::Implicit(settings) if mechanism.has_events() => {
-                return Ok(Responses::new(simulate(&mechanism, settings, &self.times)?.values));
+                let history = simulate(&mechanism, settings, &self.times)?;
+                return Ok(Responses { values: history.values, warnings: history.warnings, trace: None });
             }
             Integration::Implicit(settings) => {
                 let (history, steps) = simulate_recorded(&mechanism, settings, &self.times, self.memory)?;
@@ -259,16 +259,12 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
                 (history, Steps::Explicit(steps))
             }
         };
-        let trace = StoredSteps { design: b.to_vec(), steps, warnings: history.warnings };
-        Ok(Responses { values: history.values, trace: Some(Arc::new(trace)) })
+        let trace = StoredSteps { design: b.to_vec(), steps };
+        Ok(Responses { values: history.values, warnings: history.warnings, trace: Some(Arc::new(trace)) })
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.sensitivities_by(self.chosen(b, wanted)?, self.perturbation, (b, responses), wanted)
-    }
-
-    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
-        trace(responses, b).map_or(Vec::new(), |trace| trace.warnings.clone())
     }
 
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
@@ -334,14 +330,10 @@ fn points_of(wanted: &[ResponseAt]) -> (Vec<usize>, Vec<usize>) {
     (points, places)
 }
 
-/// What the analysis of `b` has stored, if anything.
-fn trace<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r StoredSteps> {
-    responses.trace.as_ref()?.downcast_ref::<StoredSteps>().filter(|trace| trace.design == b)
-}
-
 /// The stored steps of the analysis of `b`, if there are any.
 fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
-    trace(responses, b).map(|trace| &trace.steps)
+    let stored = responses.trace.as_ref()?.downcast_ref::<StoredSteps>()?;
+    (stored.design == b).then_some(&stored.steps)
 }
 
 #[cfg(test)]
