@@ -255,6 +255,7 @@ impl Shown {
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
         announce_interruptions(out);
+        folder.keep_answers(model)?;
         self.cycles(model, problem, folder, state, out).map_err(|error| match error.is::<ClosedOutput>() {
             true => anyhow!("{ClosedOutput}; `linkwright resume {}` continues the run", out.display()),
             false => error,

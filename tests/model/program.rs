@@ -53,15 +53,54 @@ fn a_program_is_optimized_like_its_formulas() {
     let [program, formula] = [&by_program, &by_formula].map(|end| end["objective"]["value"].as_f64().unwrap());
     assert!((program - formula).abs() < 1e-6, "{program} {formula}");
     // Central differences of two variables; no design is sent twice.
-    let requests = place.read("requests");
-    let mut designs: Vec<&str> = requests.lines().map(|line| &line[line.find("\"design\"").unwrap()..]).collect();
+    let mut designs = designs(&place);
     let count = designs.len();
     designs.sort_unstable();
     designs.dedup();
     assert_eq!(designs.len(), count);
     // The report analyses the first and the last design again, by the program in the folder of the model file.
     assert!(place.run(&["report", "a"], 1).contains("--allow-programs"));
-    place.run(&["report", "a", "--allow-programs"], 0);
+    place.run(&["report", "a", "--slice", "3", "--allow-programs"], 0);
+}
+
+/// The designs that the program was asked for.
+fn designs(place: &TempFolder) -> Vec<String> {
+    let requests = place.read("requests");
+    requests.lines().map(|line| line[line.find("\"design\"").unwrap()..].to_owned()).collect()
+}
+
+#[test]
+fn a_continued_run_asks_for_no_design_again() {
+    let place = TempFolder::new("program-answers");
+    std::fs::write(place.0.join("truss.toml"), truss(&place)).unwrap();
+    let run = |arguments: &[&str], code: i32| place.run(&[arguments, &["--allow-programs"]].concat(), code);
+    run(&["optimize", "truss.toml", "--max-cycles", "2", "--out", "a"], 3);
+    let before = designs(&place).len();
+    // A kill while an answer is written.
+    let kept = place.read("a/answers.jsonl");
+    std::fs::write(place.0.join("a/answers.jsonl"), format!("{kept}{{\"hash\":\"12")).unwrap();
+    run(&["resume", "a", "truss.toml"], 0);
+    let mut all = designs(&place);
+    let count = all.len();
+    assert!(count > before);
+    all.sort_unstable();
+    all.dedup();
+    assert_eq!(all.len(), count, "no design twice");
+    assert_eq!(place.read("a/answers.jsonl").lines().count(), 1 + count);
+    run(&["report", "a", "--slice", "0"], 0);
+    assert_eq!(designs(&place).len(), count, "the report has its designs from the file");
+    // The same run without an interruption.
+    run(&["optimize", "truss.toml", "--out", "b"], 0);
+    assert_eq!(place.read("a/cycles.csv"), place.read("b/cycles.csv"));
+
+    let damaged = place.read("a/answers.jsonl").replacen("\"stress1\":1", "\"stress1\":2", 1);
+    assert_ne!(damaged, place.read("a/answers.jsonl"));
+    std::fs::write(place.0.join("a/answers.jsonl"), damaged).unwrap();
+    let shown = run(&["resume", "a"], 1);
+    assert!(
+        shown.contains("answers.jsonl") && shown.contains("is damaged") && shown.contains("remove the file"),
+        "{shown}"
+    );
 }
 
 #[test]

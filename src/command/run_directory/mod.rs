@@ -20,7 +20,7 @@ pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary
 
 use super::budget::Sizes;
 use super::folder::{MANIFEST, OutputFolder, RUN};
-use super::model::{parsed, with_program};
+use super::model::{located, parsed, with_program};
 use super::output::complain;
 use super::tables;
 use anyhow::{Context, bail};
@@ -42,8 +42,10 @@ pub const PAGE: &str = "report.html";
 const CYCLES: &str = "cycles.csv";
 const RESPONSES: &str = "responses.csv";
 const CONSTRAINTS: &str = "constraints.csv";
+/// Answers of the program of a model.
+const ANSWERS: &str = "answers.jsonl";
 /// Files that a run writes. The state comes first, since a history without its state cannot be continued.
-const FILES: [&str; 13] = [
+const FILES: [&str; 14] = [
     STATE,
     PREVIOUS,
     HISTORY,
@@ -51,6 +53,7 @@ const FILES: [&str; 13] = [
     SUMMARY,
     RESPONSES,
     CONSTRAINTS,
+    ANSWERS,
     "cycles.parquet",
     "responses.parquet",
     "constraints.parquet",
@@ -158,6 +161,9 @@ impl RunDirectory {
                 file.display(),
                 different.join("; ")
             );
+        }
+        if let Some(program) = located(&model, model.program_analysis())? {
+            program.read_answers_from(folder.directory(), ANSWERS)?;
         }
         Ok((Self { folder, record, active: None }, model, text))
     }
@@ -284,6 +290,12 @@ impl RunDirectory {
     /// `run.json`.
     pub fn record(&self) -> &RunRecord {
         &self.record
+    }
+
+    /// Lets the program of a model, if it has one, find the answers of this run in the folder and add all further ones.
+    pub fn keep_answers(&self, model: &Model) -> anyhow::Result<()> {
+        let Some(program) = located(model, model.program_analysis())? else { return Ok(()) };
+        Ok(program.keep_answers_in(self.folder.directory(), ANSWERS)?)
     }
 
     /// Appends the cycles that are not in the files yet, and writes the state and the summary. Returns the summary.

@@ -49,6 +49,7 @@ use crate::problem::{Analysis, Analytic, Responses};
 use crate::problem::{
     ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, TimeGrid,
 };
+use crate::responses::program::ProgramAnalysis;
 use crate::sao::Method;
 use crate::{Error, Result};
 use autodiff::Scalar;
@@ -58,7 +59,7 @@ use objective::ObjectiveSpec;
 use outputs::OutputSpec;
 use program::ProgramSpec;
 use section::{FileSource, Read, Section};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -102,7 +103,6 @@ pub struct Model {
     variables: Vec<DesignVariable>,
     mechanism: Option<(Arc<MechanismSpec>, analysis::Settings)>,
     program: Option<ProgramSpec>,
-    program_folder: Option<PathBuf>,
     grid: Option<TimeGrid>,
     outputs: Arc<Vec<OutputSpec>>,
     objective: Option<ObjectiveSpec>,
@@ -207,7 +207,6 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         variables,
         mechanism,
         program,
-        program_folder: None,
         grid,
         outputs: Arc::new(outputs),
         objective,
@@ -275,7 +274,18 @@ impl Model {
     /// Allows the program of the file to be started, in this working folder. Without it, every analysis fails with
     /// [`Error::Unsupported`](crate::Error::Unsupported).
     pub fn allow_programs(&mut self, folder: &Path) {
-        self.program_folder = Some(folder.to_owned());
+        if let Some(program) = &mut self.program {
+            program.allow_in(folder);
+        }
+    }
+
+    /// The analysis by the program of the file, which all problems of this model share; `None` if there is no program, or if it
+    /// must not be started.
+    ///
+    /// # Errors
+    /// As [`ProgramAnalysis::new`].
+    pub fn program_analysis(&self) -> Result<Option<Arc<ProgramAnalysis>>> {
+        self.program.as_ref().map_or(Ok(None), |program| program.asked(self).analysis())
     }
 
     /// The optimization problem. Analyses the start design if the objective is a peak without a scale or a start of its bound.

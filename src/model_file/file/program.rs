@@ -11,7 +11,8 @@ use crate::responses::Differences;
 use crate::responses::program::{Program, ProgramAnalysis, WithThreads};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
-use std::path::PathBuf;
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// The name of this kind of analysis.
@@ -36,11 +37,12 @@ pub const TABLE: TableKeys = TableKeys {
     keys: KEYS,
 };
 
-/// A program and how its outputs are differentiated.
-#[derive(Clone, Debug)]
+/// A program and how its outputs are differentiated. It may be started only if `program` has a folder.
 pub struct ProgramSpec {
     program: Program,
     derivatives: DerivativeSetting,
+    /// The started program and its answers, as soon as they are needed.
+    analysis: OnceLock<Arc<ProgramAnalysis>>,
 }
 
 /// Reads `[analysis]` if its kind is `program`.
@@ -74,13 +76,20 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<ProgramSpec>> {
     let retries = section.count("retries", limits::RETRIES)?.unwrap_or(1);
     let derivatives = DerivativeSetting::of_program(&section, names)?;
     let program = Program { command, folder: None, time_limit, retries, jobs };
-    Ok(Some(ProgramSpec { program, derivatives }))
+    Ok(Some(ProgramSpec { program, derivatives, analysis: OnceLock::new() }))
 }
 
 impl ProgramSpec {
     /// The program as text, for messages.
     pub fn command(&self) -> String {
         self.program.command.join(" ")
+    }
+
+    /// Allows the program to be started, in this working folder.
+    pub fn allow_in(&mut self, folder: &Path) {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        self.program.folder = Some(folder.to_owned());
+        self.analysis = OnceLock::new();
     }
 
     /// The program with what the model asks of it.
@@ -96,17 +105,22 @@ pub struct AskedProgram<'m> {
 }
 
 impl AskedProgram<'_> {
-    /// The analysis by the program, with processes of its own, or `None` if it must not be started.
+    /// The analysis by the program, or `None` if it must not be started.
     ///
     /// The bound of a peak is a variable of the problem, and none of the program.
-    fn analysis(&self) -> Result<Option<ProgramAnalysis>> {
-        let Some(folder) = &self.model.program_folder else { return Ok(None) };
-        let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.clone() };
-        let program = Program { folder: Some(folder), ..self.spec.program.clone() };
+    pub fn analysis(&self) -> Result<Option<Arc<ProgramAnalysis>>> {
+        let spec = self.spec;
+        if spec.program.folder.is_none() {
+            return Ok(None);
+        }
+        if let Some(analysis) = spec.analysis.get() {
+            return Ok(Some(Arc::clone(analysis)));
+        }
         let names = self.model.variables.iter().map(|variable| variable.name.as_str());
         let times = self.model.grid.as_ref().map_or(&[][..], |grid| &grid.points);
         let responses = self.model.outputs.iter().map(|output| (output.name.as_str(), output.is_transient));
-        ProgramAnalysis::new(program, names, times, responses).map(Some)
+        let analysis = Arc::new(ProgramAnalysis::new(spec.program.clone(), names, times, responses)?);
+        Ok(Some(Arc::clone(spec.analysis.get_or_init(|| analysis))))
     }
 
     fn not_allowed(&self) -> NotAllowed {

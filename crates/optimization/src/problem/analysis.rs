@@ -152,35 +152,44 @@ pub trait ContinuousTime: Send + Sync {
     }
 }
 
-impl<A: Analysis + ?Sized> Analysis for &A {
-    fn analyze(&self, b: &[f64]) -> Result<Responses> {
-        (**self).analyze(b)
-    }
+/// Implements [`Analysis`] for pointers to an analysis.
+macro_rules! forward_analysis {
+    ($($pointer:ty),*) => {
+        $(
+            impl<A: Analysis + ?Sized> Analysis for $pointer {
+                fn analyze(&self, b: &[f64]) -> Result<Responses> {
+                    (**self).analyze(b)
+                }
 
-    fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
-        (**self).analyze_many(designs)
-    }
+                fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+                    (**self).analyze_many(designs)
+                }
 
-    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        (**self).sensitivities(b, responses, wanted)
-    }
+                fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+                    (**self).sensitivities(b, responses, wanted)
+                }
 
-    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
-        (**self).curvatures(b, responses, wanted)
-    }
+                fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
+                    (**self).curvatures(b, responses, wanted)
+                }
 
-    fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
-        (**self).gradient_methods()
-    }
+                fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
+                    (**self).gradient_methods()
+                }
 
-    fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
-        (**self).differentiation(variables, wanted)
-    }
+                fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
+                    (**self).differentiation(variables, wanted)
+                }
 
-    fn continuous(&self) -> Option<&dyn ContinuousTime> {
-        (**self).continuous()
-    }
+                fn continuous(&self) -> Option<&dyn ContinuousTime> {
+                    (**self).continuous()
+                }
+            }
+        )*
+    };
 }
+
+forward_analysis!(&A, Arc<A>);
 
 /// ∂r/∂b from a step, a design, its responses and the wanted ones, as [`Analysis::sensitivities`].
 type Differentiate<'a> = Box<dyn Fn(f64, &[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a>;

@@ -1,17 +1,15 @@
 //! The analysis whose responses a program computes.
 
 use super::Program;
+use super::answers::Answers;
 use super::processes::Processes;
 use super::protocol::Answer;
-use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use crate::problem::{Analysis, ContinuousTime, GradientMethod, ResponseAt, Responses};
+use crate::storage::Directory;
 use error::{Error, Result};
 use nalgebra::DMatrix;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Mutex, PoisonError};
-
-/// How many numbers of earlier answers are kept: 128 MiB.
-const KEPT: usize = 1 << 24;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A response of a program.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +20,7 @@ pub struct ProgramResponse {
     pub is_history: bool,
 }
 
-/// What is asked of a program.
+/// Design variables, time points and responses of the requests to a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declared {
     /// Names of the design variables, in the order of the design.
@@ -51,15 +49,7 @@ impl Declared {
 pub struct ProgramAnalysis {
     declared: Declared,
     processes: Processes,
-    kept: Mutex<Kept>,
-}
-
-/// Answers by design.
-#[derive(Default)]
-struct Kept {
-    answers: BTreeMap<Vec<u64>, Arc<Answer>>,
-    order: VecDeque<Vec<u64>>,
-    numbers: usize,
+    answers: Mutex<Answers>,
 }
 
 impl ProgramAnalysis {
@@ -96,7 +86,7 @@ impl ProgramAnalysis {
             }
         }
         let processes = Processes::new(program, &declared);
-        Ok(Self { declared, processes, kept: Mutex::default() })
+        Ok(Self { declared, processes, answers: Mutex::default() })
     }
 
     /// The answer at a design, from the kept ones if possible.
@@ -105,36 +95,34 @@ impl ProgramAnalysis {
         let Some(b) = b.get(..count) else {
             return Err(Error::Length { what: "design".to_owned(), expected: count, got: b.len() });
         };
-        let key: Vec<u64> = b.iter().map(|x| x.to_bits()).collect();
-        let known = self.kept.lock().unwrap_or_else(PoisonError::into_inner).answers.get(&key).cloned();
+        let known = self.answers().at(b);
         if let Some(known) = known.filter(|answer| !derivatives || answer.derivatives.is_some()) {
             return Ok(known);
         }
         let answer = Arc::new(self.processes.ask(&self.declared, b, derivatives)?);
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner).keep(key, &answer);
+        self.answers().add(&self.declared, b, &answer)?;
         Ok(answer)
     }
-}
 
-impl Kept {
-    fn keep(&mut self, key: Vec<u64>, answer: &Arc<Answer>) {
-        self.numbers += answer.numbers();
-        match self.answers.insert(key.clone(), Arc::clone(answer)) {
-            Some(replaced) => self.numbers -= replaced.numbers(),
-            None => self.order.push_back(key),
-        }
-        while self.numbers > KEPT
-            && let Some(oldest) = self.order.pop_front()
-        {
-            self.numbers -= self.answers.remove(&oldest).map_or(0, |answer| answer.numbers());
-        }
+    fn answers(&self) -> MutexGuard<'_, Answers> {
+        self.answers.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
 
-impl Answer {
-    fn numbers(&self) -> usize {
-        let values: usize = self.values.iter().map(Vec::len).sum();
-        values + self.derivatives.iter().flatten().flatten().map(Vec::len).sum::<usize>()
+    /// Reads the answers in a file of a directory, if it exists and belongs to this program, its variables, time points and responses.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the file cannot be read, or if it is damaged.
+    pub fn read_answers_from(&self, directory: &Directory, name: &str) -> Result<()> {
+        self.answers().read_from(directory, name, self.processes.command(), &self.declared).map(|_| ())
+    }
+
+    /// Reads the answers in a file of a directory, and appends all further ones to it, so that no design is analysed twice after a
+    /// restart. A file of another program, or with other variables, time points or responses, is replaced.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the file cannot be read or written, or if it is damaged.
+    pub fn keep_answers_in(&self, directory: &Directory, name: &str) -> Result<()> {
+        self.answers().keep_in(directory, name, self.processes.command(), &self.declared)
     }
 }
 
@@ -197,11 +185,19 @@ impl<A: Analysis> Analysis for WithThreads<A> {
         self.threads.install(|| self.analysis.analyze_many(designs))
     }
 
+    fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
+        self.threads.install(|| self.analysis.curvatures(b, responses, wanted))
+    }
+
     fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         self.analysis.gradient_methods()
     }
 
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
         self.analysis.differentiation(variables, wanted)
+    }
+
+    fn continuous(&self) -> Option<&dyn ContinuousTime> {
+        self.analysis.continuous()
     }
 }

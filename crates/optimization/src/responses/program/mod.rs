@@ -8,13 +8,15 @@
 //! | `protocol` | requests and answers, and what is checked of an answer |
 //! | `process` | one running program: a request and its answer within a time limit |
 //! | `processes` | up to `jobs` running programs, and repeated requests |
-//! | `analysis` | the [`Analysis`](crate::problem::Analysis), with the answers that it keeps |
+//! | `answers` | answers by design, in memory and in a file |
+//! | `analysis` | the [`Analysis`](crate::problem::Analysis) |
 //!
 //! Nothing runs through a shell. A program that fails at a design, breaks down, answers something else or is late is a failed
 //! analysis ([`Error::Analysis`](crate::Error::Analysis)), so that an optimization rejects the design; a program that cannot be
 //! started is an [`Error::File`](crate::Error::File), which ends the run.
 
 mod analysis;
+mod answers;
 mod process;
 mod processes;
 mod protocol;
@@ -36,7 +38,7 @@ pub struct Program {
     pub folder: Option<PathBuf>,
     /// Longest time between a request and its answer, the start of the program included.
     pub time_limit: Duration,
-    /// How many times a request is repeated, each by a new process, after a program broke down or was late. An answer with
+    /// Number of repetitions of a request, each by a new process, after a program broke down or was late. An answer with
     /// `error` is not repeated.
     pub retries: usize,
     /// Largest number of processes at once.

@@ -29,6 +29,11 @@ impl Processes {
         Self { program, longest, state: Mutex::default(), freed: Condvar::new(), next: AtomicU64::new(1) }
     }
 
+    /// The program and its arguments.
+    pub fn command(&self) -> &[String] {
+        &self.program.command
+    }
+
     /// The answer of the program at a design.
     ///
     /// # Errors

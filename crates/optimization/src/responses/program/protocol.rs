@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// Version of the protocol, in each request as `linkwright`.
-const VERSION: u32 = 1;
+pub const VERSION: u32 = 1;
 
 /// The longest part of a wrong answer that a message shows, in characters.
 const SHOWN: usize = 200;
@@ -87,29 +87,50 @@ pub fn answer(declared: &Declared, id: u64, design: &[f64], line: &[u8]) -> Resu
     if let Some(why) = line.error {
         return Err(Refusal::Failed(self::shown(why.as_bytes())));
     }
-    for (name, value) in line.design.unwrap_or_default() {
-        let place = declared.variables.iter().position(|variable| *variable == name);
+    for (name, value) in line.design.iter().flatten() {
+        let place = declared.variables.iter().position(|variable| variable == name);
         if place.is_none_or(|i| design[i].to_bits() != value.to_bits()) {
             return Err(broken(format!("it answered another design: {name} = {value}")));
         }
     }
-    let Some(given) = line.responses else { return Err(broken(format!("its answer {} has no `responses`", shown()))) };
-    if let Some(name) = given.keys().find(|name| declared.responses.iter().all(|known| known.name != **name)) {
-        return Err(broken(format!("it answered a response `{name}`, which was not asked for")));
+    if line.responses.is_none() {
+        return Err(broken(format!("its answer {} has no `responses`", shown())));
     }
-    let values = declared
-        .responses
-        .iter()
-        .map(|response| {
-            let name = &response.name;
-            let value = given.get(name).ok_or_else(|| format!("its answer has no response `{name}`"))?;
-            numbers(value, declared.points(response), response.is_history)
-                .map_err(|why| format!("response `{name}`: {why}"))
-        })
-        .collect::<Result<_, String>>()
-        .map_err(broken)?;
-    let derivatives = line.derivatives.map(|given| derivatives(declared, &given)).transpose().map_err(broken)?;
-    Ok(Answer { values, derivatives })
+    line.answer(declared).map_err(broken)
+}
+
+/// The design and the answer in a line that has both.
+///
+/// # Errors
+/// The reason in words, if it has not, or if a number is missing.
+pub fn stored(declared: &Declared, line: &[u8]) -> Result<(Vec<f64>, Answer), String> {
+    let line: Line = serde_json::from_slice(line).map_err(|why| why.to_string())?;
+    let design = line.design.as_ref().ok_or("it has no `design`")?;
+    let value = |name: &String| design.get(name).copied().ok_or_else(|| format!("its design has no `{name}`"));
+    let design = declared.variables.iter().map(value).collect::<Result<_, String>>()?;
+    Ok((design, line.answer(declared)?))
+}
+
+impl Line {
+    /// The numbers that were asked for.
+    fn answer(self, declared: &Declared) -> Result<Answer, String> {
+        let given = self.responses.unwrap_or_default();
+        if let Some(name) = given.keys().find(|name| declared.responses.iter().all(|known| known.name != **name)) {
+            return Err(format!("it answered a response `{name}`, which was not asked for"));
+        }
+        let values = declared
+            .responses
+            .iter()
+            .map(|response| {
+                let name = &response.name;
+                let value = given.get(name).ok_or_else(|| format!("its answer has no response `{name}`"))?;
+                numbers(value, declared.points(response), response.is_history)
+                    .map_err(|why| format!("response `{name}`: {why}"))
+            })
+            .collect::<Result<_, String>>()?;
+        let derivatives = self.derivatives.map(|given| derivatives(declared, &given)).transpose()?;
+        Ok(Answer { values, derivatives })
+    }
 }
 
 fn derivatives(
