@@ -1,11 +1,12 @@
-//! The notice file lists the crates of `Cargo.lock`.
+//! The notice file lists the crates of `Cargo.lock` and `python/Cargo.lock`.
 
 use std::collections::BTreeSet;
 
 #[test]
 fn the_notice_lists_every_crate() {
-    let lock = include_str!("../../Cargo.lock");
-    let packages = lock.split("[[package]]").skip(1).filter(|package| package.contains("\nsource = "));
+    let locks = [include_str!("../../Cargo.lock"), include_str!("../../python/Cargo.lock")];
+    let packages = locks.iter().flat_map(|lock| lock.split("[[package]]").skip(1));
+    let packages = packages.filter(|package| package.contains("\nsource = "));
     let name = |package: &'static str| package.split("name = \"").nth(1).unwrap().split('"').next().unwrap();
     let locked: BTreeSet<&str> = packages.map(name).collect();
     let table = include_str!("../../NOTICE.md").split("\n## ").next().unwrap();
