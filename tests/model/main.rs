@@ -24,6 +24,7 @@ mod report;
 mod robust;
 mod runs;
 mod shell;
+mod study;
 mod transcripts;
 mod twins;
 mod version1;
