@@ -20,9 +20,9 @@
 //! | module | contents | feature |
 //! |---|---|---|
 //! | [`prelude`] | the names that most programs need | |
+//! | `study` | many runs of one model: samples, many starts, sweeps, tolerances, Pareto fronts, sensitivity indices | `model` and `report` |
 //! | `model_file` | mechanism, problem and method as a text file | `model` |
 //! | `papers` | tables of papers, computed and compared with the printed ones, and figures | `report` and `mechanics` |
-//! | `study` | many runs of one model: samples, many starts, sweeps, tolerances, Pareto fronts, sensitivity indices | `model` and `report` |
 //! | `report` | plots, tables, pages and animations | `report` |
 //! | [`cases`] | problems of the literature with their optima and sources | |
 //! | [`sao`] | the sequence of cycles: methods, screening, move limits, globalization, stop test, state | |

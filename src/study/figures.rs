@@ -117,3 +117,65 @@ pub fn bars(quantity: &str, names: &[String], series: &[(&str, Vec<f64>)]) -> Pa
     }
     panel
 }
+
+/// Panels of bars below each other, at most four; `None` without a panel.
+pub fn stacked(description: &str, panels: Vec<Panel>, bars: usize) -> Option<Figure> {
+    let shown = panels.len().min(PANELS);
+    let height = (25.0 + 9.0 * bars as f64).min(220.0);
+    let figure = Figure::new(description, 100.0, height * shown.max(1) as f64);
+    (shown > 0).then(|| panels.into_iter().take(PANELS).fold(figure, Figure::with))
+}
+
+/// Starts and ends of optimizations: the plane of the first two variables, or objectives alone for one variable.
+///
+/// `starts` and `ends` have the columns of the first two variables.
+pub fn starts_and_ends(phase: &Phase, rows: &[&Row], starts: [usize; 2], ends: [usize; 2]) -> Panel {
+    let point = |row: &Row, at: [usize; 2]| at.map(|column| row.value(column));
+    let is_finite = |p: &[f64; 2]| p.iter().all(|v| v.is_finite());
+    let pairs: Vec<[[f64; 2]; 2]> = rows
+        .iter()
+        .map(|row| [point(row, starts), point(row, ends)])
+        .filter(|pair| pair.iter().all(is_finite))
+        .collect();
+    let mut panel = Panel::new(Axis::of(&label(&phase.columns[ends[0]])), Axis::of(&label(&phase.columns[ends[1]])))
+        .legend(Legend::Below);
+    let lines = pairs.iter().map(|pair| pair.to_vec()).collect();
+    panel.add(Mark::curves(lines, Stroke::solid(Colour::of_series(3), 0.3)));
+    panel.add(
+        Mark::points(pairs.iter().map(|p| p[0]).collect::<Vec<_>>(), MarkerShape::Circle, Colour::of_series(1), 2.5)
+            .named("start"),
+    );
+    panel.add(
+        Mark::points(pairs.iter().map(|p| p[1]).collect::<Vec<_>>(), MarkerShape::Disc, Colour::BLUE, 3.5).named("end"),
+    );
+    panel
+}
+
+/// Values in increasing order over their rank.
+pub fn ranked(quantity: &QuantityLabel, series: &[(String, Vec<f64>)]) -> Panel {
+    let mut panel = Panel::new(Axis::new("rank", "").whole(), Axis::of(quantity)).legend(Legend::Below);
+    for (s, (name, values)) in series.iter().enumerate() {
+        let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let points: Vec<[f64; 2]> = sorted.iter().enumerate().map(|(k, v)| [k as f64 + 1.0, *v]).collect();
+        panel.add(Mark::points(points, MarkerShape::Disc, Colour::of_series(s), 3.0).named(literal(name)));
+    }
+    panel
+}
+
+/// A histogram of values, with the share of values in each of its intervals.
+pub fn histogram(column: &Column, values: &[f64]) -> Option<Panel> {
+    let values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    let low = values.iter().copied().reduce(f64::min)?;
+    let high = values.iter().copied().reduce(f64::max).filter(|high| *high > low)?;
+    let count = ((values.len() as f64).sqrt() as usize).clamp(5, 50);
+    let width = (high - low) / count as f64;
+    let mut shares = vec![0.0; count];
+    values.iter().for_each(|v| shares[(((v - low) / width) as usize).min(count - 1)] += 1.0 / values.len() as f64);
+    let mut panel = Panel::new(Axis::of(&label(column)), Axis::new("share", "")).legend(Legend::Absent);
+    for (k, share) in shares.iter().enumerate() {
+        let (left, right) = (low + k as f64 * width, low + (k + 1) as f64 * width);
+        panel.add(Mark::region([[left, 0.0], [left, *share], [right, *share], [right, 0.0]], Colour::SKY, 1.0));
+    }
+    Some(panel)
+}

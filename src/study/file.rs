@@ -182,7 +182,10 @@ impl Vary {
         let is_normal = self.is_normal.unwrap_or(self.deviation.is_some());
         let half = match (self.deviation, self.plus_minus) {
             (Some(_), Some(_)) => {
-                return error(format!("`{}` has both `deviation` and `plus_minus`", self.name.text), "give one of them");
+                return error(
+                    format!("`{}` has both `deviation` and `plus_minus`", self.name.text),
+                    "give one of them",
+                );
             }
             (Some(deviation), None) if is_normal => Some(deviation),
             (Some(deviation), None) => Some(3f64.sqrt() * deviation),

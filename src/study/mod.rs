@@ -8,6 +8,9 @@
 //! | `model` | the model as a function of design variables and constants |
 //! | `sequence`, `distribution` | points of the unit cube; distributions of variables |
 //! | `sample` | grids and samples of analyses |
+//! | `multi_start`, `sweep`, `optimum` | optimizations from many starts, over a parameter, on a Pareto front |
+//! | `tolerance`, `reliability` | scatter of results, and reliability indices |
+//! | `indices` | sensitivity indices |
 //! | `figures` | pictures of rows |
 //!
 //! A run is a pure function of its number. Rows are therefore the same for any number of threads, and runs may be done in parts.
@@ -32,18 +35,27 @@
 mod distribution;
 mod figures;
 mod file;
+mod indices;
 mod model;
+mod multi_start;
+mod optimum;
 mod plan;
+mod reliability;
 mod rows;
 mod sample;
 mod sequence;
+mod sweep;
+mod tolerance;
 
 pub use distribution::{Distribution, normal_probability, normal_quantile};
 pub use file::{KINDS, RUNS, StudyFile, StudyKind, Vary, study_tables};
+pub use indices::sobol_indices;
 pub use model::{Evaluator, Gradients, ModelSource, Quantity};
 pub use plan::{Column, Conclusion, Phase, Plan, RunResult, bisection};
+pub use reliability::{DesignPoint, first_order_reliability};
 pub use rows::{Row, RowHeader, Rows, StoredRows};
 pub use sequence::{PointSequence, SOBOL_DIMENSIONS, SequenceKind};
+pub use sweep::undominated;
 
 use crate::model_file::{Diagnostic, DiagnosticReport, settings};
 use crate::report::table::Table;
@@ -74,6 +86,19 @@ impl std::fmt::Display for StudyError {
 }
 
 impl std::error::Error for StudyError {}
+
+impl StudyError {
+    /// The error of the library; a mistake in a file as a failed analysis, without its place.
+    fn into_error(self) -> Error {
+        match self {
+            Self::Other(error) => error,
+            Self::File(report) => {
+                let message = report.diagnostics.first().map_or("a mistake", |diagnostic| &diagnostic.message);
+                Error::analysis(&report.file, message, "choose other values")
+            }
+        }
+    }
+}
 
 impl From<Box<DiagnosticReport>> for StudyError {
     fn from(report: Box<DiagnosticReport>) -> Self {
@@ -307,6 +332,9 @@ impl StudyFile {
 fn plan_of(file: &StudyFile, source: &ModelSource) -> std::result::Result<Box<dyn Plan>, StudyError> {
     Ok(match file.kind {
         StudyKind::Grid | StudyKind::Sample => Box::new(sample::Analyses::new(file, source)?),
-        _ => return Err(Error::unsupported("this kind of study", "not yet", "wait").into()),
+        StudyKind::MultiStart => Box::new(multi_start::MultiStart::new(file, source)?),
+        StudyKind::Sweep | StudyKind::Pareto => Box::new(sweep::Sweep::new(file, source)?),
+        StudyKind::Tolerance => Box::new(tolerance::Tolerances::new(file, source)?),
+        StudyKind::Indices => Box::new(indices::Indices::new(file, source)?),
     })
 }

@@ -25,6 +25,7 @@ mod robust;
 mod runs;
 mod shell;
 mod study;
+mod study_kinds;
 mod transcripts;
 mod twins;
 mod version1;

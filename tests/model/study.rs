@@ -206,7 +206,7 @@ fn a_failed_run_is_a_row_with_its_reason() {
     assert!(failed.len() == 1 && failed[0].starts_with("1,0,") && failed[0].contains("`stress` is inf"), "{rows}");
     assert!(place.read("out/s/report.html").contains("Failed runs"));
     // All runs fail: an error, with the reason.
-    std::fs::write(place.0.join("bar.toml"), MODEL.replace("load/width", "sqrt(-load)/width")).unwrap();
+    std::fs::write(place.0.join("bar.toml"), MODEL.replace("load/width", "sqrt(-load - width^2)/width")).unwrap();
     let error = place.run(&["study", "s", "--out", "all"], 1);
     assert!(error.contains("all 3 runs failed") && error.contains("`stress` is NaN"), "{error}");
 }

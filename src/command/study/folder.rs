@@ -75,7 +75,17 @@ pub struct StudyFolder {
     header: RowHeader,
     appender: Appender,
     flushed: Instant,
+    /// True if the rows in the file are in their order.
+    is_sorted: bool,
     _claim: Claim,
+}
+
+/// A row file that was read.
+struct StoredFile {
+    rows: Rows,
+    /// Bytes up to the end of the last complete line.
+    length: u64,
+    is_sorted: bool,
 }
 
 impl StudyFolder {
@@ -94,7 +104,8 @@ impl StudyFolder {
             Ok((folder, rows)) => {
                 let (header, place) = (study.header(), folder.place(ROWS));
                 let appender = explained(&place, directory.appender(ROWS))?;
-                let mut opened = Self { folder, header, appender, flushed: Instant::now(), _claim: claim };
+                let mut opened =
+                    Self { folder, header, appender, flushed: Instant::now(), is_sorted: false, _claim: claim };
                 let rows = opened.restore(rows)?;
                 Ok((opened, rows))
             }
@@ -112,7 +123,7 @@ impl StudyFolder {
         part: Part,
         file: &str,
         force: bool,
-    ) -> anyhow::Result<(OutputFolder, Option<(Rows, RowHeader, usize)>)> {
+    ) -> anyhow::Result<(OutputFolder, Option<StoredFile>)> {
         let shown = directory.path().display().to_string();
         let mut folder = OutputFolder::of(directory.clone())?;
         let own = own_files(study);
@@ -168,13 +179,14 @@ impl StudyFolder {
     }
 
     /// Cuts what a kill left at the end of the row file, and writes the header of a new one.
-    fn restore(&mut self, stored: Option<(Rows, RowHeader, usize)>) -> anyhow::Result<Rows> {
+    fn restore(&mut self, stored: Option<StoredFile>) -> anyhow::Result<Rows> {
         let place = self.folder.place(ROWS);
         match stored {
-            Some((rows, _, length)) => {
-                if explained(&place, self.appender.length())? > length as u64 {
-                    explained(&place, self.appender.cut(length as u64))?;
+            Some(StoredFile { rows, length, is_sorted }) => {
+                if explained(&place, self.appender.length())? > length {
+                    explained(&place, self.appender.cut(length))?;
                 }
+                self.is_sorted = is_sorted;
                 Ok(rows)
             }
             None => {
@@ -188,6 +200,7 @@ impl StudyFolder {
     /// Appends a row.
     pub fn append(&mut self, row: &Row) -> anyhow::Result<()> {
         let place = self.folder.place(ROWS);
+        self.is_sorted = false;
         explained(&place, self.appender.append(row.line().as_bytes()))?;
         if self.flushed.elapsed() >= FLUSH {
             self.flush()?;
@@ -203,6 +216,9 @@ impl StudyFolder {
 
     /// Puts the rows into their order.
     pub fn sort(&mut self, rows: &Rows) -> anyhow::Result<()> {
+        if self.is_sorted {
+            return Ok(());
+        }
         let text = rows.text(&self.header);
         explained(&self.folder.place(ROWS), self.folder.directory().replace(ROWS, text.as_bytes(), true))
     }
@@ -234,11 +250,12 @@ fn own_files(study: &Study) -> Vec<String> {
     FILES.iter().chain(&[RECORD, ROWS, PAGE, SUMMARY]).map(|name| (*name).to_owned()).chain(tables).collect()
 }
 
-/// The rows of a folder, with header and length; `None` without a complete header.
-fn stored(directory: &Directory, study: &Study) -> anyhow::Result<Option<(Rows, RowHeader, usize)>> {
+/// The row file of a folder; `None` without a complete header.
+fn stored(directory: &Directory, study: &Study) -> anyhow::Result<Option<StoredFile>> {
     let place = directory.path().join(ROWS);
     let bytes = directory.read(ROWS, ROWS_LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
-    let read = Rows::read(&place.display().to_string(), &bytes.unwrap_or_default(), &study.runs())?;
+    let bytes = bytes.unwrap_or_default();
+    let read = Rows::read(&place.display().to_string(), &bytes, &study.runs())?;
     let Some(header) = read.header else { return Ok(None) };
     let expected = study.header();
     if header != expected {
@@ -249,7 +266,8 @@ fn stored(directory: &Directory, study: &Study) -> anyhow::Result<Option<(Rows, 
             expected.study
         );
     }
-    Ok(Some((read.rows, header, read.length)))
+    let is_sorted = read.rows.text(&header).as_bytes() == bytes;
+    Ok(Some(StoredFile { rows: read.rows, length: read.length as u64, is_sorted }))
 }
 
 /// The rows of a finished or unfinished part, for `merge`.
@@ -259,7 +277,7 @@ pub fn read_rows(directory: &Directory, study: &Study) -> anyhow::Result<Rows> {
     if record.study != study.header().study {
         bail!("{shown} has another study than the first folder. What differs: {}", differences(directory, study)?);
     }
-    Ok(stored(directory, study)?.map_or_else(|| study.no_rows(), |(rows, ..)| rows))
+    Ok(stored(directory, study)?.map_or_else(|| study.no_rows(), |stored| stored.rows))
 }
 
 /// The copies of study file and model in a folder.

@@ -260,9 +260,7 @@ impl Shown {
             ));
             return Ok(ExitCode::from(INTERRUPTED));
         }
-        if missing > 0 {
-            folder.sort(&rows)?;
-        }
+        folder.sort(&rows)?;
         self.finish(study, folder, &rows, part)
     }
 
