@@ -20,6 +20,7 @@
 //! | module | contents | feature |
 //! |---|---|---|
 //! | [`prelude`] | the names that most programs need | |
+//! | `study` | many runs of one model: samples, many starts, sweeps, tolerances, Pareto fronts, sensitivity indices | `model` and `report` |
 //! | `model_file` | mechanism, problem and method as a text file | `model` |
 //! | `papers` | tables of papers, computed and compared with the printed ones, and figures | `report` and `mechanics` |
 //! | `report` | plots, tables, pages and animations | `report` |
@@ -57,6 +58,8 @@ pub mod model_file;
 pub mod papers;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(all(feature = "model", feature = "report"))]
+pub mod study;
 
 pub use autodiff;
 pub use error;

@@ -3,6 +3,7 @@
 //! | file | command or subject |
 //! |---|---|
 //! | `new`, `check`, `analyze`, `optimize`, `report`, `runs`, `compare`, `reproduce` | one command each; `optimize` has `resume`, `analyze` has `sensitivities`, `new` has `schema` and `completion` |
+//! | `study` | `study FILE` and `study merge DIR…`; the folder of a study |
 //! | `run_directory` | the files of a run, safe against a kill at any moment |
 //! | `folder` | folders into which commands write, with the list of their files |
 //! | `budget` | memory and time, estimated from the sizes of a problem |
@@ -34,6 +35,7 @@ pub(crate) mod report;
 mod reproduce;
 pub(crate) mod run_directory;
 pub(crate) mod runs;
+mod study;
 mod tables;
 
 use output::{ClosedOutput, complain};
@@ -74,6 +76,8 @@ enum Command {
     Resume(optimize::Resume),
     /// List past runs, or compare two of them.
     Runs(runs::Runs),
+    /// Do many runs of a model file: samples, many starts, sweeps, tolerances, Pareto fronts, sensitivity indices.
+    Study(study::Study),
     /// Write the report of a run: one page for a browser, and its figures.
     Report(report::Report),
     /// Analyse one design of a model file.
@@ -123,6 +127,7 @@ pub fn main() -> ExitCode {
         Command::Optimize(command) => command.run(),
         Command::Resume(command) => command.run(),
         Command::Runs(command) => command.run().map(done),
+        Command::Study(command) => command.run(),
         Command::Report(command) => command.run().map(done),
         Command::Analyze(command) => command.run().map(done),
         Command::Sensitivities(command) => command.run().map(done),

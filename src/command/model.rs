@@ -28,6 +28,11 @@ pub fn with_program(mut model: Model, file: &Path) -> Model {
     model
 }
 
+/// The folder in which the program of a model file may run, if that was allowed.
+pub fn program_folder(file: &Path) -> Option<PathBuf> {
+    PROGRAMS.load(Ordering::Relaxed).then(|| file.parent().unwrap_or(Path::new("")).to_owned())
+}
+
 /// Changes of a model on the command line.
 #[derive(Args, Default)]
 pub struct Edits {

@@ -144,7 +144,7 @@ const MOST_SHOWN: usize = 10;
 
 /// Diagnostics of a file that is being read, and the locations of its parts.
 #[derive(Debug, Default)]
-pub(super) struct DiagnosticLog {
+pub(crate) struct DiagnosticLog {
     errors: RefCell<Vec<Diagnostic>>,
     /// Names whose definition is wrong.
     poisoned: RefCell<HashSet<String>>,

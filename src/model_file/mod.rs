@@ -48,4 +48,8 @@ mod version;
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
 pub use document::{document, schema, tables};
 pub use file::{Accepts, Key, Model, Need, TableKeys, read};
+#[cfg(feature = "report")]
+pub(crate) use file::{
+    FileSource, Read, Section, Word, default, find, optional, ordered, read_document, required, wrong_type,
+};
 pub use settings::{settings, with_setting};

@@ -24,6 +24,8 @@ mod report;
 mod robust;
 mod runs;
 mod shell;
+mod study;
+mod study_kinds;
 mod transcripts;
 mod twins;
 mod version1;

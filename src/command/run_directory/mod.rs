@@ -15,7 +15,7 @@ mod lock;
 mod records;
 mod state_file;
 
-pub use lock::LOCK;
+pub use lock::{Claim, LOCK};
 pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary, changes, fingerprint, shown_cycle};
 
 use super::budget::Sizes;
@@ -29,7 +29,6 @@ use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::sao::State;
 use linkwright::storage::{Appender, Directory};
-use lock::Claim;
 use state_file::{PREVIOUS, STATE, StoredState};
 use std::fmt;
 use std::io;
@@ -88,7 +87,7 @@ struct CycleTable {
 
 /// A folder that has a run in it, or in which a process runs.
 #[derive(Clone, Debug)]
-pub struct Occupied(String);
+pub struct Occupied(pub String);
 
 impl fmt::Display for Occupied {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

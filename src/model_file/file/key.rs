@@ -84,15 +84,15 @@ pub struct TableKeys {
     pub keys: &'static [Key],
 }
 
-pub(super) const fn required(name: &'static str, accepts: Accepts, about: &'static str) -> Key {
+pub(crate) const fn required(name: &'static str, accepts: Accepts, about: &'static str) -> Key {
     Key { name, accepts, need: Need::Required, about }
 }
 
-pub(super) const fn optional(name: &'static str, accepts: Accepts, about: &'static str) -> Key {
+pub(crate) const fn optional(name: &'static str, accepts: Accepts, about: &'static str) -> Key {
     Key { name, accepts, need: Need::Optional, about }
 }
 
-pub(super) const fn default(name: &'static str, accepts: Accepts, value: &'static str, about: &'static str) -> Key {
+pub(crate) const fn default(name: &'static str, accepts: Accepts, value: &'static str, about: &'static str) -> Key {
     Key { name, accepts, need: Need::Default(value), about }
 }
 

@@ -39,6 +39,10 @@ mod value;
 
 pub(super) use element_kinds::element_of;
 pub use key::{Accepts, Key, Need, TableKeys};
+pub(crate) use key::{default, optional, required};
+pub(crate) use section::{FileSource, Read, Section};
+#[cfg(feature = "report")]
+pub(crate) use section::{Word, find, ordered, wrong_type};
 
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
@@ -53,7 +57,6 @@ use crate::responses::program::ProgramAnalysis;
 use crate::sao::Method;
 use crate::{Error, Result};
 use autodiff::Scalar;
-use key::{default, optional, required};
 use mechanism::{MechanismSpec, MechanismTemplate};
 use objective::ObjectiveSpec;
 use outputs::OutputSpec;
@@ -125,6 +128,24 @@ pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<Diagnostic
     match model {
         Some(model) if errors.is_empty() => Ok(Model { source, ..model }),
         _ => Err(Box::new(source.report(errors))),
+    }
+}
+
+/// Reads another kind of file, with the same diagnostics: `open` gets its top level, of which no key has been checked.
+#[cfg(feature = "report")]
+pub(crate) fn read_document<T>(
+    file: &str,
+    text: &str,
+    open: impl FnOnce(&DeTable<'_>, FileSource<'_>) -> Read<T>,
+) -> std::result::Result<T, Box<DiagnosticReport>> {
+    let (log, words) = (DiagnosticLog::default(), Modernizer::default());
+    let source = FileSource { text, log: &log, words: &words };
+    let read = settings::parse(text).and_then(|table| open(&table, source));
+    let read = log.keep(read);
+    let (errors, locations) = log.into_parts();
+    match read {
+        Some(read) if errors.is_empty() => Ok(read),
+        _ => Err(Box::new(SourceMap { file: file.to_owned(), text: text.to_owned(), locations }.report(errors))),
     }
 }
 

@@ -59,7 +59,7 @@ impl Problem {
     }
 
     /// The responses and time points that a quantity depends on at time point `p`, or over the whole grid if it is a functional.
-    pub(crate) fn responses_of(&self, quantity: &Quantity, p: usize) -> Vec<ResponseAt> {
+    pub fn responses_of(&self, quantity: &Quantity, p: usize) -> Vec<ResponseAt> {
         let points = match (quantity.is_transient(), quantity.grid()) {
             (false, Some(grid)) => 0..self.grids[grid].len(),
             _ => p..p + 1,

@@ -1,0 +1,309 @@
+//! The folder of a study. `docs/studies.md` has the files.
+//!
+//! Rows are appended to `rows.jsonl` as runs end, each in one piece. When a study ends, the file is replaced by one with the rows in their
+//! order, so that its bytes do not depend on the number of threads and on interruptions.
+
+use crate::command::folder::{MANIFEST, OutputFolder};
+use crate::command::output::now;
+use crate::command::run_directory::{Claim, LOCK, Occupied, changes};
+use anyhow::{Context, bail};
+use linkwright::report::table::Table;
+use linkwright::storage::{Appender, Directory};
+use linkwright::study::{Part, Row, RowHeader, Rows, Study, VERSION};
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::time::{Duration, Instant};
+
+/// The record by which a folder is the folder of a study.
+pub const RECORD: &str = "study.json";
+/// The rows.
+pub const ROWS: &str = "rows.jsonl";
+/// The page.
+pub const PAGE: &str = "report.html";
+/// The conclusions.
+pub const SUMMARY: &str = "summary.json";
+/// Copies of the study file and of the model with the settings of the study.
+const FILES: [&str; 2] = ["study.toml", "model.toml"];
+/// Largest sizes that are read.
+const RECORD_LIMIT: u64 = 8 << 20;
+const ROWS_LIMIT: u64 = 1 << 36;
+/// Time between two flushes of rows to disk. A kill loses nothing; a power cut loses at most the rows of this time.
+const FLUSH: Duration = Duration::from_secs(1);
+
+/// `study.json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct StudyRecord {
+    /// Version of the folder.
+    pub version: u32,
+    /// Version of linkwright.
+    pub program: String,
+    /// Title.
+    pub title: String,
+    /// Checksum of the settings of study and model.
+    pub study: String,
+    /// Number of the part and number of parts.
+    pub part: [usize; 2],
+    /// Runs of each phase.
+    pub runs: Vec<usize>,
+    /// Path of the study file as given.
+    pub file: String,
+    /// Start time in UTC.
+    pub begun: String,
+}
+
+impl StudyRecord {
+    /// Reads the record of a folder; `None` if it has none.
+    pub fn read(directory: &Directory) -> anyhow::Result<Option<Self>> {
+        let place = directory.path().join(RECORD);
+        let bytes = directory.read(RECORD, RECORD_LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
+        let Some(bytes) = bytes else { return Ok(None) };
+        let record: Self =
+            serde_json::from_slice(&bytes).with_context(|| format!("{} is not readable", place.display()))?;
+        anyhow::ensure!(
+            record.version == VERSION,
+            "{} has version {}, expected {VERSION}",
+            place.display(),
+            record.version
+        );
+        Ok(Some(record))
+    }
+}
+
+/// A claimed folder of a study, with its rows.
+pub struct StudyFolder {
+    folder: OutputFolder,
+    header: RowHeader,
+    appender: Appender,
+    flushed: Instant,
+    /// True if the rows in the file are in their order.
+    is_sorted: bool,
+    _claim: Claim,
+}
+
+/// A row file that was read.
+struct StoredFile {
+    rows: Rows,
+    /// Bytes up to the end of the last complete line.
+    length: u64,
+    is_sorted: bool,
+}
+
+impl StudyFolder {
+    /// Begins a study in a folder, or continues it. Returns the rows that are there.
+    ///
+    /// A folder with another study or with other files is rejected with [`Occupied`]; with `force`, an earlier study is removed.
+    pub fn open(
+        directory: Directory,
+        study: &Study,
+        part: Part,
+        file: &str,
+        force: bool,
+    ) -> anyhow::Result<(Self, Rows)> {
+        let claim = Claim::of(&directory)?;
+        match Self::begin(&directory, study, part, file, force) {
+            Ok((folder, rows)) => {
+                let (header, place) = (study.header(), folder.place(ROWS));
+                let appender = explained(&place, directory.appender(ROWS))?;
+                let mut opened =
+                    Self { folder, header, appender, flushed: Instant::now(), is_sorted: false, _claim: claim };
+                let rows = opened.restore(rows)?;
+                Ok((opened, rows))
+            }
+            Err(error) => {
+                claim.withdraw(&directory);
+                Err(error)
+            }
+        }
+    }
+
+    /// Looks at the folder, writes the record and the copies of a new study, and reads the rows.
+    fn begin(
+        directory: &Directory,
+        study: &Study,
+        part: Part,
+        file: &str,
+        force: bool,
+    ) -> anyhow::Result<(OutputFolder, Option<StoredFile>)> {
+        let shown = directory.path().display().to_string();
+        let mut folder = OutputFolder::of(directory.clone())?;
+        let own = own_files(study);
+        directory.remove_temporary(&own.iter().map(String::as_str).chain([MANIFEST]).collect::<Vec<_>>())?;
+        let known = StudyRecord::read(directory)?.filter(|_| !force);
+        let header = study.header();
+        if let Some(record) = known {
+            if record.study != header.study {
+                let changed = differences(directory, study)?;
+                let why = format!(
+                    "{shown} has another study in it; give another folder with --out, or replace it with --force. What differs: {changed}"
+                );
+                return Err(Occupied(why).into());
+            }
+            if record.part != [part.number, part.of] {
+                let why = format!(
+                    "{shown} has part {}/{} of this study; give another folder with --out",
+                    record.part[0], record.part[1]
+                );
+                return Err(Occupied(why).into());
+            }
+            let rows = stored(directory, study)?;
+            return Ok((folder, rows));
+        }
+        let is_foreign = |name: &String| name != LOCK && !folder.owns(name);
+        let names = directory.names().with_context(|| format!("cannot read {shown}"))?;
+        if names.iter().any(|name| name == crate::command::folder::RUN) || (!force && names.iter().any(is_foreign)) {
+            return Err(Occupied(format!(
+                "{shown} is not empty and has no study in it; give another folder with --out"
+            ))
+            .into());
+        }
+        folder.own(&own.iter().map(String::as_str).collect::<Vec<_>>())?;
+        for name in &own {
+            explained(&folder.place(name), directory.remove(name))?;
+        }
+        for (name, text) in FILES.into_iter().zip([&study.file().text, &study.source().text]) {
+            explained(&folder.place(name), directory.replace(name, text.as_bytes(), true))?;
+        }
+        let record = StudyRecord {
+            version: VERSION,
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            title: study.title().to_owned(),
+            study: header.study,
+            part: [part.number, part.of],
+            runs: study.runs(),
+            file: file.to_owned(),
+            begun: now()?,
+        };
+        let text = serde_json::to_string_pretty(&record)?;
+        explained(&folder.place(RECORD), directory.replace(RECORD, text.as_bytes(), true))?;
+        Ok((folder, None))
+    }
+
+    /// Cuts what a kill left at the end of the row file, and writes the header of a new one.
+    fn restore(&mut self, stored: Option<StoredFile>) -> anyhow::Result<Rows> {
+        let place = self.folder.place(ROWS);
+        match stored {
+            Some(StoredFile { rows, length, is_sorted }) => {
+                if explained(&place, self.appender.length())? > length {
+                    explained(&place, self.appender.cut(length))?;
+                }
+                self.is_sorted = is_sorted;
+                Ok(rows)
+            }
+            None => {
+                explained(&place, self.appender.cut(0))?;
+                explained(&place, self.appender.append(self.header.line().as_bytes()))?;
+                Ok(Rows::default())
+            }
+        }
+    }
+
+    /// Appends a row.
+    pub fn append(&mut self, row: &Row) -> anyhow::Result<()> {
+        let place = self.folder.place(ROWS);
+        self.is_sorted = false;
+        explained(&place, self.appender.append(row.line().as_bytes()))?;
+        if self.flushed.elapsed() >= FLUSH {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Flushes the rows to disk.
+    pub fn flush(&mut self) -> anyhow::Result<()> {
+        self.flushed = Instant::now();
+        explained(&self.folder.place(ROWS), self.appender.flush())
+    }
+
+    /// Puts the rows into their order.
+    pub fn sort(&mut self, rows: &Rows) -> anyhow::Result<()> {
+        if self.is_sorted {
+            return Ok(());
+        }
+        let text = rows.text(&self.header);
+        explained(&self.folder.place(ROWS), self.folder.directory().replace(ROWS, text.as_bytes(), true))
+    }
+
+    /// Writes a table as `NAME.csv`, and as `NAME.parquet` with the feature `parquet`.
+    pub fn write_table(&mut self, name: &str, table: &Table) -> anyhow::Result<()> {
+        self.write(&format!("{name}.csv"), table.csv().as_bytes())?;
+        #[cfg(feature = "parquet")]
+        self.write(&format!("{name}.parquet"), &table.parquet()?)?;
+        Ok(())
+    }
+
+    /// Writes a file as a whole.
+    pub fn write(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        self.folder.own(&[name])?;
+        explained(&self.folder.place(name), self.folder.directory().replace(name, bytes, false))
+    }
+
+    /// Its path, for messages.
+    pub fn shown(&self) -> String {
+        self.folder.directory().path().display().to_string()
+    }
+}
+
+/// Files of every study, and the tables of this one.
+fn own_files(study: &Study) -> Vec<String> {
+    let tables =
+        study.phases().iter().flat_map(|phase| [format!("{}.csv", phase.name), format!("{}.parquet", phase.name)]);
+    FILES.iter().chain(&[RECORD, ROWS, PAGE, SUMMARY]).map(|name| (*name).to_owned()).chain(tables).collect()
+}
+
+/// The row file of a folder; `None` without a complete header.
+fn stored(directory: &Directory, study: &Study) -> anyhow::Result<Option<StoredFile>> {
+    let place = directory.path().join(ROWS);
+    let bytes = directory.read(ROWS, ROWS_LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
+    let bytes = bytes.unwrap_or_default();
+    let read = Rows::read(&place.display().to_string(), &bytes, &study.runs())?;
+    let Some(header) = read.header else { return Ok(None) };
+    let expected = study.header();
+    if header != expected {
+        bail!(
+            "{} belongs to another study: it has the checksum {}, expected {}; restore the file, or start anew with --force",
+            place.display(),
+            header.study,
+            expected.study
+        );
+    }
+    let is_sorted = read.rows.text(&header).as_bytes() == bytes;
+    Ok(Some(StoredFile { rows: read.rows, length: read.length as u64, is_sorted }))
+}
+
+/// The rows of a finished or unfinished part, for `merge`.
+pub fn read_rows(directory: &Directory, study: &Study) -> anyhow::Result<Rows> {
+    let shown = directory.path().display();
+    let record = StudyRecord::read(directory)?.with_context(|| format!("{shown} has no study in it"))?;
+    if record.study != study.header().study {
+        bail!("{shown} has another study than the first folder. What differs: {}", differences(directory, study)?);
+    }
+    Ok(stored(directory, study)?.map_or_else(|| study.no_rows(), |stored| stored.rows))
+}
+
+/// The copies of study file and model in a folder.
+pub fn copies(directory: &Directory) -> anyhow::Result<[String; 2]> {
+    let read = |name: &str| -> anyhow::Result<String> {
+        let place = directory.path().join(name);
+        let bytes = directory.read(name, RECORD_LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
+        let bytes = bytes.with_context(|| format!("there is no {}", place.display()))?;
+        String::from_utf8(bytes).with_context(|| format!("{} is not UTF-8", place.display()))
+    };
+    Ok([read(FILES[0])?, read(FILES[1])?])
+}
+
+/// The settings in which a stored study differs.
+fn differences(directory: &Directory, study: &Study) -> anyhow::Result<String> {
+    let [file, model] = copies(directory)?;
+    let mut all = vec![];
+    for (name, before, after) in [("study", file, &study.file().text), ("model", model, &study.source().text)] {
+        all.extend(changes(&before, after)?.iter().map(|change| format!("{name}: {change}")));
+    }
+    Ok(all.join("; "))
+}
+
+/// Adds to an error the file and what to do.
+fn explained<T>(place: &std::path::Path, done: io::Result<T>) -> anyhow::Result<T> {
+    done.with_context(|| {
+        format!("cannot write {}; finished runs are kept: free disk space, or make the folder writable, then give the same command again", place.display())
+    })
+}

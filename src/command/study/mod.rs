@@ -1,0 +1,405 @@
+//! `linkwright study FILE` and `linkwright study merge DIR…`.
+
+mod folder;
+mod page;
+
+use super::folder::{create, in_results};
+use super::model::{load, model_file, program_folder};
+use super::output::{ClosedOutput, brief, complain, results, say};
+use super::progress::Show;
+use super::run_directory::Occupied;
+use anyhow::{Context, anyhow, bail};
+use clap::{Args, Subcommand};
+use folder::{PAGE, SUMMARY, StudyFolder, copies, read_rows};
+use linkwright::storage::{Directory, read_file};
+use linkwright::study::{self as studies, ModelSource, Part, Row, Rows, StudyFile};
+use serde_json::json;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Largest size of a study file in bytes.
+const LIMIT: u64 = 2 << 20;
+/// Exit code after Ctrl-C.
+const INTERRUPTED: u8 = 130;
+
+/// True after Ctrl-C.
+static STOPPED: AtomicBool = AtomicBool::new(false);
+
+#[derive(Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:
+  linkwright study starts.toml
+  linkwright study starts.toml --part 3/16       one of 16 parts, on any machine
+  linkwright study merge out/starts-part-*       join them
+
+The study file names the model and what is studied; docs/studies.md has its keys. Results are written to out/NAME, or to NAME in the folder
+LINKWRIGHT_OUT. The same command again continues an interrupted study; no finished run is done twice. If study or model have changed, a new
+study begins in NAME-2, NAME-3, …"
+)]
+pub struct Study {
+    /// The study file; `starts` means starts.toml
+    #[arg(required = true)]
+    file: Option<PathBuf>,
+    /// Folder for the results [default: out/NAME, or the next of out/NAME-2, out/NAME-3, …]
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the study in the folder
+    #[arg(long)]
+    force: bool,
+    /// Do one part of the runs, for instance 3/16
+    #[arg(long, value_name = "N/PARTS", value_parser = part)]
+    part: Option<Part>,
+    #[command(flatten)]
+    shown: Shown,
+    #[command(subcommand)]
+    command: Option<StudyCommand>,
+}
+
+#[derive(Subcommand)]
+enum StudyCommand {
+    /// Join the parts of a study.
+    Merge(Merge),
+}
+
+#[derive(Args)]
+struct Merge {
+    /// The folders of the parts
+    #[arg(required = true)]
+    parts: Vec<PathBuf>,
+    /// Folder for the whole [default: out/NAME, or the next of out/NAME-2, out/NAME-3, …]
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    shown: Shown,
+}
+
+#[derive(Args)]
+struct Shown {
+    /// Number of threads; RAYON_NUM_THREADS or one for each processor by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Print a line of JSON for each run, and one for the summary
+    #[arg(long)]
+    json: bool,
+    /// Print nothing on standard output
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// A part as `3/16`.
+fn part(text: &str) -> Result<Part, String> {
+    let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+    match numbers {
+        Some((number, of)) if (1..=of).contains(&number) => Ok(Part { number, of }),
+        _ => Err("give a part as 3/16: number of the part from 1, and number of parts".to_owned()),
+    }
+}
+
+impl Study {
+    pub fn run(&self) -> anyhow::Result<ExitCode> {
+        if let Some(StudyCommand::Merge(merge)) = &self.command {
+            return merge.run();
+        }
+        let file = model_file(self.file.as_deref().context("give a study file")?);
+        let study = read_study(&file)?;
+        let part = self.part.unwrap_or(Part::WHOLE);
+        if part != Part::WHOLE && !study.has_parts() {
+            bail!(
+                "the runs of this study start from the results of others, so it has no parts; do it as a whole, with --jobs"
+            );
+        }
+        let shown_file = file.display().to_string();
+        let suffix = if part == Part::WHOLE { String::new() } else { format!("-part-{}-of-{}", part.number, part.of) };
+        let name = format!("{}{suffix}", stem(&file)?);
+        let (folder, rows) = opened(self.out.as_deref(), &name, &study, part, &shown_file, self.force, &self.shown)?;
+        self.shown.run(&study, folder, rows, part)
+    }
+}
+
+/// Reads a study file and its model.
+fn read_study(file: &Path) -> anyhow::Result<studies::Study> {
+    let bytes = read_file(file, LIMIT).with_context(|| format!("cannot read the study {}", file.display()))?;
+    let text = String::from_utf8(bytes).with_context(|| format!("the study {} is not UTF-8", file.display()))?;
+    let read = StudyFile::read(&file.display().to_string(), &text)?;
+    let model = file.parent().unwrap_or(Path::new("")).join(&read.model);
+    let (_, text) = load(&model)?;
+    let source = ModelSource { name: model.display().to_string(), text, programs: program_folder(&model) };
+    Ok(studies::Study::new(read, &source)?)
+}
+
+/// The name of the folder of a study file.
+fn stem(file: &Path) -> anyhow::Result<String> {
+    let name = file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
+    let name = name
+        .with_context(|| format!("the name of {} is not one for a folder; give a folder with --out", file.display()));
+    name.map(str::to_owned)
+}
+
+/// Largest number of a folder.
+const NUMBERED: usize = 9999;
+
+/// The given folder, or the first of NAME, NAME-2, … that is empty or has this study.
+fn opened(
+    out: Option<&Path>,
+    name: &str,
+    study: &studies::Study,
+    part: Part,
+    file: &str,
+    force: bool,
+    shown: &Shown,
+) -> anyhow::Result<(StudyFolder, Rows)> {
+    if let Some(out) = out {
+        return StudyFolder::open(create(out)?, study, part, file, force);
+    }
+    let mut last = None;
+    for number in 1..=NUMBERED {
+        let numbered = if number == 1 { name.to_owned() } else { format!("{name}-{number}") };
+        let directory = in_results(&results(), &numbered)?;
+        match StudyFolder::open(directory, study, part, file, force) {
+            Err(error) if error.is::<Occupied>() && !force => last = Some(error),
+            Ok(opened) if number > 1 => {
+                shown
+                    .show()
+                    .note(&format!("This study goes to {}; --force replaces the one in {name}", opened.0.shown()))?;
+                return Ok(opened);
+            }
+            other => return other,
+        }
+    }
+    Err(last.unwrap_or_else(|| anyhow!("there are too many studies of {name}; give a folder with --out")))
+}
+
+impl Merge {
+    fn run(&self) -> anyhow::Result<ExitCode> {
+        let open = |path: &PathBuf| {
+            let path = super::runs::named(path);
+            Directory::open(&path).with_context(|| format!("{} has no study in it", path.display()))
+        };
+        let parts = self.parts.iter().map(open).collect::<anyhow::Result<Vec<_>>>()?;
+        let first = parts.first().context("give the folders of the parts")?;
+        let record = folder::StudyRecord::read(first)?
+            .with_context(|| format!("{} has no study in it", first.path().display()))?;
+        let [text, model] = copies(first)?;
+        let mut file = StudyFile::read(&record.file, &text)?;
+        // The copy of the model has the settings of the study already; they are applied again, to the same effect.
+        file.file.clone_from(&record.file);
+        let source =
+            ModelSource { name: first.path().join("model.toml").display().to_string(), text: model, programs: None };
+        let study = studies::Study::new(file, &source)?;
+        let mut rows = study.no_rows();
+        for part in &parts {
+            rows.join(read_rows(part, &study)?)
+                .with_context(|| format!("{} does not fit to the parts before it", part.path().display()))?;
+        }
+        let name = stem(Path::new(&record.file))?;
+        let (mut folder, known) =
+            opened(self.out.as_deref(), &name, &study, Part::WHOLE, &record.file, false, &self.shown)?;
+        if !known.is_empty() {
+            rows.join(known)?;
+        }
+        folder.sort(&rows)?;
+        self.shown.finish(&study, folder, &rows, Part::WHOLE)
+    }
+}
+
+impl Shown {
+    fn show(&self) -> Show {
+        Show::of(self.json, self.quiet)
+    }
+
+    /// Does the missing runs, then writes the results.
+    fn run(&self, study: &studies::Study, folder: StudyFolder, stored: Rows, part: Part) -> anyhow::Result<ExitCode> {
+        let rows = if stored.is_empty() { study.no_rows() } else { stored };
+        let missing = study.missing(&rows, part);
+        if !rows.is_empty() {
+            self.show().note(&format!("{} runs are done already, {missing} are missing.", rows.len()))?;
+        }
+        drop(ctrlc::set_handler(|| {
+            if STOPPED.swap(true, Ordering::Relaxed) {
+                std::process::exit(i32::from(INTERRUPTED));
+            }
+            complain("\nstopping after the runs that have begun; Ctrl-C again stops at once");
+        }));
+        let progress = Mutex::new((folder, Progress::new(self.show(), missing), None));
+        let observe = |row: &Row| {
+            let mut guard = progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let (folder, progress, failure) = &mut *guard;
+            if let Err(error) = folder.append(row).and_then(|()| progress.row(study, row)) {
+                *failure = Some(error);
+                return false;
+            }
+            !STOPPED.load(Ordering::Relaxed)
+        };
+        let work = || study.run(rows, part, &observe);
+        let rows = match self.jobs {
+            Some(jobs) => rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build()?.install(work)?,
+            None => work()?,
+        };
+        let (mut folder, mut progress, failure) =
+            progress.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        progress.end();
+        folder.flush()?;
+        if let Some(error) = failure {
+            return Err(if error.is::<ClosedOutput>() {
+                anyhow!("{ClosedOutput}; give the same command again to continue the study")
+            } else {
+                error
+            });
+        }
+        if STOPPED.load(Ordering::Relaxed) && study.missing(&rows, part) > 0 {
+            complain(&format!(
+                "interrupted; {} runs are missing; the same command again continues the study in {}",
+                study.missing(&rows, part),
+                folder.shown()
+            ));
+            return Ok(ExitCode::from(INTERRUPTED));
+        }
+        folder.sort(&rows)?;
+        self.finish(study, folder, &rows, part)
+    }
+
+    /// Writes tables, and the conclusions if no run is missing.
+    fn finish(
+        &self,
+        study: &studies::Study,
+        mut folder: StudyFolder,
+        rows: &Rows,
+        part: Part,
+    ) -> anyhow::Result<ExitCode> {
+        for (number, phase) in study.phases().iter().enumerate() {
+            folder.write_table(phase.name, &study.table(rows, number)?)?;
+        }
+        let failed = rows.all().filter(|row| row.has_failed()).count();
+        let missing = study.missing(rows, Part::WHOLE);
+        let shown = folder.shown();
+        if missing > 0 {
+            let show = self.show();
+            show.note(&format!("{} runs are done, {failed} of them failed.", rows.len()))?;
+            if part == Part::WHOLE {
+                show.note(&format!("{missing} runs are missing; `linkwright study FILE --out {shown}` does them"))?;
+            } else {
+                show.note(&format!(
+                    "Part {}/{} is complete; `linkwright study merge DIR…` joins the parts",
+                    part.number, part.of
+                ))?;
+            }
+            return Ok(ExitCode::SUCCESS);
+        }
+        if failed == rows.len() {
+            let reason = rows.all().find(|row| row.has_failed()).map(|row| row.failure.clone()).unwrap_or_default();
+            bail!("all {failed} runs failed: {reason}; the rows are in {shown}");
+        }
+        let conclusion = study.conclude(rows)?;
+        for (name, table) in &conclusion.tables {
+            folder.write_table(name, table)?;
+        }
+        let tables: serde_json::Map<String, serde_json::Value> = conclusion
+            .tables
+            .iter()
+            .map(|(name, table)| {
+                let lines = table.json_lines();
+                (
+                    name.clone(),
+                    lines.iter().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok()).collect(),
+                )
+            })
+            .collect();
+        let summary = json!({
+            "event": "end",
+            "version": studies::VERSION,
+            "title": study.title(),
+            "runs": rows.len(),
+            "failed": failed,
+            "conclusions": conclusion.sentences,
+            "tables": tables,
+        });
+        folder.write(SUMMARY, serde_json::to_string_pretty(&summary)?.as_bytes())?;
+        folder.write(PAGE, page::page(study, rows, &conclusion).html()?.as_bytes())?;
+        match self.show() {
+            Show::Nothing => {}
+            Show::JsonLines => say(&summary.to_string())?,
+            Show::Table => {
+                if failed > 0 {
+                    say(&format!("{failed} of {} runs failed; the column `failure` has the reasons.", rows.len()))?;
+                }
+                for (_, table) in &conclusion.tables {
+                    say(table.text().trim_end())?;
+                }
+                for sentence in &conclusion.sentences {
+                    say(sentence)?;
+                }
+                say(&format!("Results are in {shown}; open {shown}/{PAGE}"))?;
+            }
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// The count of runs on the terminal.
+struct Progress {
+    show: Show,
+    is_terminal: bool,
+    begun: Instant,
+    drawn: Option<Instant>,
+    done: usize,
+    failed: usize,
+    missing: usize,
+}
+
+impl Progress {
+    fn new(show: Show, missing: usize) -> Self {
+        let is_terminal = show == Show::Table && std::io::stdout().is_terminal();
+        Self { show, is_terminal, begun: Instant::now(), drawn: None, done: 0, failed: 0, missing }
+    }
+
+    /// Counts a row. A terminal shows the count five times a second, other programs at each tenth of the runs.
+    fn row(&mut self, study: &studies::Study, row: &Row) -> anyhow::Result<()> {
+        let tenth = |done: usize| 10 * done / self.missing.max(1);
+        let is_tenth = tenth(self.done + 1) > tenth(self.done);
+        self.done += 1;
+        self.failed += usize::from(row.has_failed());
+        match self.show {
+            Show::Nothing => Ok(()),
+            Show::JsonLines => {
+                let mut line = serde_json::to_value(row)?;
+                line["event"] = "row".into();
+                line["phase"] = study.phases()[row.phase].name.into();
+                say(&line.to_string())
+            }
+            Show::Table if self.is_terminal => {
+                if self.drawn.is_none_or(|drawn| drawn.elapsed() > Duration::from_millis(200)) {
+                    self.drawn = Some(Instant::now());
+                    let left =
+                        self.begun.elapsed().div_f64(self.done as f64).mul_f64((self.missing - self.done) as f64);
+                    drop(write!(std::io::stdout(), "\r\x1b[K{}, about {} left", self.text(), brief(left)));
+                    drop(std::io::stdout().flush());
+                }
+                Ok(())
+            }
+            Show::Table => {
+                if is_tenth {
+                    say(&self.text())
+                } else {
+                    Ok(())
+                }
+            }
+        }
+    }
+
+    fn text(&self) -> String {
+        format!("{} of {} runs, {} failed", self.done, self.missing, self.failed)
+    }
+
+    fn end(&mut self) {
+        if self.is_terminal && self.drawn.is_some() {
+            drop(write!(std::io::stdout(), "\r\x1b[K"));
+            drop(std::io::stdout().flush());
+        }
+    }
+}

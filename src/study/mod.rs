@@ -1,0 +1,340 @@
+//! Studies: many runs of one model, and what they answer.
+//!
+//! | module | contents |
+//! |---|---|
+//! | `file` | the study file: its keys |
+//! | `plan` | phases, columns, and the trait of a kind of study |
+//! | `rows` | rows, and the lines in which they are stored |
+//! | `model` | the model as a function of design variables and constants |
+//! | `sequence`, `distribution` | points of the unit cube; distributions of variables |
+//! | `sample` | grids and samples of analyses |
+//! | `multi_start`, `sweep`, `optimum` | optimizations from many starts, over a parameter, on a Pareto front |
+//! | `tolerance`, `reliability` | scatter of results, and reliability indices |
+//! | `indices` | sensitivity indices |
+//! | `figures` | pictures of rows |
+//!
+//! A run is a pure function of its number. Rows are therefore the same for any number of threads, and runs may be done in parts.
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use linkwright::study::{ModelSource, Part, Study, StudyFile};
+//!
+//! let model = "version = 2\n[design.width]\nstart = 3.0\n[[output]]\nname = \"stress\"\nvalue = \"1/width\"\n";
+//! let file = StudyFile::read(
+//!     "study.toml",
+//!     "version = 1\nmodel = \"bar.toml\"\nkind = \"grid\"\n[vary.width]\nfrom = 1\nto = 2\npoints = 3\n",
+//! )?;
+//! let source = ModelSource { name: "bar.toml".into(), text: model.into(), programs: None };
+//! let study = Study::new(file, &source)?;
+//! let rows = study.run(study.no_rows(), Part::WHOLE, &|_| true)?;
+//! assert_eq!(study.table(&rows, 0)?.csv(), "run,width,stress,status,failure\n0,1,1,done,\n1,1.5,0.6666666666666666,done,\n2,2,0.5,done,\n");
+//! # Ok(())
+//! # }
+//! ```
+
+mod distribution;
+mod figures;
+mod file;
+mod indices;
+mod model;
+mod multi_start;
+mod optimum;
+mod plan;
+mod reliability;
+mod rows;
+mod sample;
+mod sequence;
+mod sweep;
+mod tolerance;
+
+pub use distribution::{Distribution, normal_probability, normal_quantile};
+pub use file::{KINDS, RUNS, StudyFile, StudyKind, Vary, study_tables};
+pub use indices::sobol_indices;
+pub use model::{Evaluator, Gradients, ModelSource, Quantity};
+pub use plan::{Column, Conclusion, Phase, Plan, RunResult, bisection};
+pub use reliability::{DesignPoint, first_order_reliability};
+pub use rows::{Row, RowHeader, Rows, StoredRows};
+pub use sequence::{PointSequence, SOBOL_DIMENSIONS, SequenceKind};
+pub use sweep::undominated;
+
+use crate::model_file::{Diagnostic, DiagnosticReport, settings};
+use crate::report::table::Table;
+use crate::storage::fnv1a;
+use crate::{Error, Result};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Version of row files and study folders.
+pub const VERSION: u32 = 1;
+
+/// Why a study cannot be made or done: a mistake in a file, or an error of the library.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StudyError {
+    /// A mistake in the study file or in the model, with its place.
+    File(Box<DiagnosticReport>),
+    /// Any other error.
+    Other(Error),
+}
+
+impl std::fmt::Display for StudyError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::File(report) => report.fmt(f),
+            Self::Other(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for StudyError {}
+
+impl StudyError {
+    /// The error of the library; a mistake in a file as a failed analysis, without its place.
+    fn into_error(self) -> Error {
+        match self {
+            Self::Other(error) => error,
+            Self::File(report) => {
+                let message = report.diagnostics.first().map_or("a mistake", |diagnostic| &diagnostic.message);
+                Error::analysis(&report.file, message, "choose other values")
+            }
+        }
+    }
+}
+
+impl From<Box<DiagnosticReport>> for StudyError {
+    fn from(report: Box<DiagnosticReport>) -> Self {
+        Self::File(report)
+    }
+}
+
+impl From<Error> for StudyError {
+    fn from(error: Error) -> Self {
+        Self::Other(error)
+    }
+}
+
+/// One of several equal parts of the runs of a study: those whose number leaves the same remainder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Number of the part, from 1.
+    pub number: usize,
+    /// Number of parts.
+    pub of: usize,
+}
+
+impl Part {
+    /// All runs.
+    pub const WHOLE: Self = Self { number: 1, of: 1 };
+
+    /// True if the part has a run.
+    pub fn has(self, run: usize) -> bool {
+        run % self.of == self.number - 1
+    }
+}
+
+/// A study: its file, its model, and its plan.
+pub struct Study {
+    file: StudyFile,
+    source: ModelSource,
+    title: String,
+    plan: Box<dyn Plan>,
+}
+
+impl Study {
+    /// The study of a file with a model, of which the settings of the file are applied.
+    ///
+    /// # Errors
+    /// If the model has errors, or the study does not fit to it: with the place in the file.
+    pub fn new(file: StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
+        let mut changed = source.clone();
+        for (key, value) in &file.settings {
+            changed = changed.with([(key.text.as_str(), value.clone())]).map_err(|error| file.at(&key.span, &error))?;
+        }
+        let title = match file.title.as_str() {
+            "" => changed.model()?.title().to_owned(),
+            title => title.to_owned(),
+        };
+        let plan = plan_of(&file, &changed)?;
+        let runs = plan.phases().iter().map(|phase| phase.runs as f64).sum::<f64>();
+        Error::check_option("number of runs", "at most 10 million", runs, runs <= RUNS as f64)?;
+        Ok(Self { file, source: changed, title, plan })
+    }
+
+    /// The study file.
+    pub fn file(&self) -> &StudyFile {
+        &self.file
+    }
+
+    /// The model with the settings of the study.
+    pub fn source(&self) -> &ModelSource {
+        &self.source
+    }
+
+    /// The title.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// The phases.
+    pub fn phases(&self) -> &[Phase] {
+        self.plan.phases()
+    }
+
+    /// Number of runs of each phase.
+    pub fn runs(&self) -> Vec<usize> {
+        self.phases().iter().map(|phase| phase.runs).collect()
+    }
+
+    /// True if the runs do not need each other, so that they may be done in parts.
+    pub fn has_parts(&self) -> bool {
+        self.phases().iter().all(|phase| phase.waves.is_none())
+    }
+
+    /// No rows yet.
+    pub fn no_rows(&self) -> Rows {
+        Rows::new(&self.runs())
+    }
+
+    /// The header of its row file, which binds rows to the settings of the study and of the model. Comments, order of keys, and title do
+    /// not count.
+    pub fn header(&self) -> RowHeader {
+        let mut own = settings(&self.file.file, &self.file.text).unwrap_or_default();
+        ["title", "model"].iter().for_each(|key| drop(own.remove(*key)));
+        let mut model = settings(&self.source.name, &self.source.text).unwrap_or_default();
+        model.remove("title");
+        RowHeader { study: format!("{:016x}", fnv1a(&format!("{VERSION}\n{own:?}\n{model:?}"))), version: VERSION }
+    }
+
+    /// One run, given the rows that it needs.
+    pub fn row(&self, phase: usize, run: usize, done: &Rows) -> Row {
+        self.phases()[phase].row(phase, run, self.plan.run(phase, run, done))
+    }
+
+    /// Does the runs of a part that have no row yet, in parallel, and returns all rows. `observe` gets each new row as soon as the run ends, in
+    /// any order and one at a time, and stops the study if it returns false: runs that have begun are finished.
+    ///
+    /// # Errors
+    /// If the rows are those of another study, or the runs of the study cannot be done in parts.
+    pub fn run(&self, mut rows: Rows, part: Part, observe: &(dyn Fn(&Row) -> bool + Sync)) -> Result<Rows> {
+        if part != Part::WHOLE && !self.has_parts() {
+            let why = "its runs start from the results of others";
+            return Err(Error::unsupported("parts of this study", why, "do it as a whole, with threads"));
+        }
+        let stopped = AtomicBool::new(false);
+        let one_at_a_time = std::sync::Mutex::new(());
+        for (number, phase) in self.phases().iter().enumerate() {
+            let all = || (0..phase.runs).filter(|run| part.has(*run)).collect();
+            for wave in phase.waves.clone().unwrap_or_else(|| vec![all()]) {
+                let missing: Vec<usize> = wave.into_iter().filter(|run| rows.get(number, *run).is_none()).collect();
+                let done = |run: usize| {
+                    if stopped.load(Ordering::Relaxed) {
+                        return None;
+                    }
+                    let row = self.row(number, run, &rows);
+                    let _alone = one_at_a_time.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                    if !observe(&row) {
+                        stopped.store(true, Ordering::Relaxed);
+                    }
+                    Some(row)
+                };
+                let new: Vec<Option<Row>> = missing.into_par_iter().with_max_len(1).map(done).collect();
+                new.into_iter().flatten().try_for_each(|row| rows.add(row))?;
+                if stopped.load(Ordering::Relaxed) {
+                    return Ok(rows);
+                }
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Number of runs of a part without a row.
+    pub fn missing(&self, rows: &Rows, part: Part) -> usize {
+        let of = |(number, phase): (usize, &Phase)| {
+            (0..phase.runs).filter(|run| part.has(*run) && rows.get(number, *run).is_none()).count()
+        };
+        self.phases().iter().enumerate().map(of).sum()
+    }
+
+    /// The rows of a phase as a table.
+    ///
+    /// # Errors
+    /// Those of [`Phase::table`].
+    pub fn table(&self, rows: &Rows, phase: usize) -> Result<Table> {
+        self.phases()[phase].table(&self.title, rows.of(phase))
+    }
+
+    /// The conclusions.
+    ///
+    /// # Errors
+    /// Those of [`Plan::conclude`].
+    pub fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+        self.plan.conclude(rows)
+    }
+}
+
+impl StudyFile {
+    /// An error at a place of this file.
+    fn at(&self, span: &std::ops::Range<usize>, error: &dyn std::fmt::Display) -> StudyError {
+        let text = error.to_string();
+        let message = text.lines().next().unwrap_or_default().to_owned();
+        StudyError::File(self.report(Diagnostic::new(span.clone(), message)))
+    }
+
+    /// The wanted quantities of a model, or the usual ones.
+    fn wanted(&self, evaluator: &Evaluator) -> std::result::Result<Vec<Quantity>, StudyError> {
+        if self.quantities.is_empty() {
+            return Ok(evaluator.usual());
+        }
+        let find = |word: &crate::model_file::Word| {
+            let all = evaluator.quantities();
+            let known = all.iter().map(|q| q.name.as_str());
+            let unknown = || self.report(Diagnostic::unknown(word.span.clone(), "quantity", &word.text, known));
+            all.iter().find(|q| q.name == word.text).cloned().ok_or_else(|| StudyError::File(unknown()))
+        };
+        self.quantities.iter().map(find).collect()
+    }
+
+    /// The model as a function of what varies.
+    fn evaluator(&self, source: &ModelSource) -> std::result::Result<Evaluator, StudyError> {
+        let model = source.model()?;
+        for vary in &self.vary {
+            if let Err(StudyError::Other(error)) = model::named(source, &model, &vary.name.text) {
+                if !matches!(error, Error::Unknown { .. }) {
+                    return Err(self.at(&vary.name.span, &error));
+                }
+                let constants = model::constants(source);
+                let known =
+                    model.variables().iter().map(|v| v.name.as_str()).chain(constants.iter().map(|c| c.0.as_str()));
+                let diagnostic =
+                    Diagnostic::unknown(vary.name.span.clone(), "design variable or constant", &vary.name.text, known);
+                return Err(StudyError::File(self.report(diagnostic)));
+            }
+        }
+        let names: Vec<String> = self.vary.iter().map(|vary| vary.name.text.clone()).collect();
+        Evaluator::new(source, &names)
+    }
+
+    /// The distributions of what varies.
+    fn distributions(
+        &self,
+        source: &ModelSource,
+        evaluator: &Evaluator,
+    ) -> std::result::Result<Vec<Distribution>, StudyError> {
+        let model = source.model()?;
+        let of = |(vary, start): (&Vary, &f64)| {
+            let variable = model.variables().iter().find(|v| v.name == vary.name.text);
+            let bounds = variable.map_or([f64::NEG_INFINITY, f64::INFINITY], |v| [v.lower, v.upper]);
+            vary.distribution(*start, bounds).map_err(|diagnostic| StudyError::File(self.report(diagnostic)))
+        };
+        self.vary.iter().zip(evaluator.start()).map(of).collect()
+    }
+}
+
+fn plan_of(file: &StudyFile, source: &ModelSource) -> std::result::Result<Box<dyn Plan>, StudyError> {
+    Ok(match file.kind {
+        StudyKind::Grid | StudyKind::Sample => Box::new(sample::Analyses::new(file, source)?),
+        StudyKind::MultiStart => Box::new(multi_start::MultiStart::new(file, source)?),
+        StudyKind::Sweep | StudyKind::Pareto => Box::new(sweep::Sweep::new(file, source)?),
+        StudyKind::Tolerance => Box::new(tolerance::Tolerances::new(file, source)?),
+        StudyKind::Indices => Box::new(indices::Indices::new(file, source)?),
+    })
+}

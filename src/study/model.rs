@@ -1,0 +1,467 @@
+//! The model of a study, and its analysis at other values of design variables and constants.
+
+use super::StudyError;
+use crate::model_file::{self, Model, settings, with_setting};
+use crate::problem::{AnalyzedDesign, Problem, ResponseAt, Responses, RowId, Sensitivities, SignedQuantity};
+use crate::report::outcome;
+use crate::{Error, Result};
+use nalgebra::DMatrix;
+use std::path::PathBuf;
+
+/// A model file, to be read with other settings again and again.
+#[derive(Clone, Debug)]
+pub struct ModelSource {
+    /// Name of the file, for messages.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// The folder in which the program of the model may run; `None` if it may not.
+    pub programs: Option<PathBuf>,
+}
+
+impl ModelSource {
+    /// The model.
+    ///
+    /// # Errors
+    /// If the file has errors.
+    pub fn model(&self) -> std::result::Result<Model, StudyError> {
+        let mut model = model_file::read(&self.name, &self.text)?;
+        if let Some(folder) = &self.programs {
+            model.allow_programs(folder);
+        }
+        Ok(model)
+    }
+
+    /// The source with other settings; keys have the form of [`settings`](crate::model_file::settings).
+    ///
+    /// # Errors
+    /// If the file has no such key.
+    pub fn with<'s>(
+        &self,
+        edits: impl IntoIterator<Item = (&'s str, String)>,
+    ) -> std::result::Result<Self, StudyError> {
+        let mut changed = self.clone();
+        for (key, value) in edits {
+            changed.text = with_setting(&self.name, &changed.text, key, &value)?;
+        }
+        Ok(changed)
+    }
+
+    /// The value of a setting as written.
+    pub fn setting(&self, key: &str) -> Option<String> {
+        settings(&self.name, &self.text).ok()?.remove(key)
+    }
+}
+
+/// A number as TOML that reads back with the same bits.
+pub fn toml_number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+/// What a name of a study stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Named {
+    /// A design variable.
+    Variable,
+    /// A constant.
+    Constant,
+}
+
+/// A scalar result of an analysis.
+#[derive(Clone, Debug, PartialEq)]
+enum Measure {
+    Objective,
+    /// A constrained quantity at its smallest margin: number among the stated constraints.
+    Constraint(usize),
+    /// Its margin.
+    Margin(usize),
+    /// Largest violation of all constraints in percent.
+    Violation,
+    /// An output without time.
+    Value(usize),
+    Minimum(usize),
+    Maximum(usize),
+    End(usize),
+}
+
+/// A scalar result of an analysis, with its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// Name: that of the objective or of a constraint; `violation_pct`; an output, with `.min`, `.max` or `.end` if it changes with time;
+    /// a constraint with `.margin`.
+    pub name: String,
+    /// Unit; may be empty.
+    pub unit: String,
+    measure: Measure,
+}
+
+impl Quantity {
+    /// True if it has derivatives: all but the largest violation.
+    pub fn is_differentiable(&self) -> bool {
+        self.measure != Measure::Violation
+    }
+}
+
+/// A model as a function of some of its design variables and constants.
+pub struct Evaluator {
+    source: ModelSource,
+    names: Vec<(String, Named)>,
+    /// Values of the names in the file.
+    start: Vec<f64>,
+    form: Form,
+    all: Vec<Quantity>,
+}
+
+enum Form {
+    /// All names are design variables, or constants that were made design variables: their indices.
+    Problem(Box<Problem>, Vec<usize>),
+    /// The same without an objective.
+    Simulation(Box<Model>, Vec<usize>),
+    /// The file is read again with the values of the constants.
+    Text,
+}
+
+/// Values and derivatives of quantities.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradients {
+    /// Values of the quantities.
+    pub values: Vec<f64>,
+    /// Derivatives: a row for each quantity, a column for each name.
+    pub rows: DMatrix<f64>,
+}
+
+impl Evaluator {
+    /// The function of these names.
+    ///
+    /// A constant is made a design variable where the file allows that, so that its derivatives exist; otherwise the file is read
+    /// again for each value.
+    ///
+    /// # Errors
+    /// If the model has errors, or no such name.
+    pub fn new(source: &ModelSource, names: &[String]) -> std::result::Result<Self, StudyError> {
+        let model = source.model()?;
+        let (mut kinds, mut start) = (vec![], vec![]);
+        for name in names {
+            let (kind, value) = named(source, &model, name)?;
+            kinds.push((name.clone(), kind));
+            start.push(value);
+        }
+        let promoted = promoted(source, &kinds, &start);
+        let all_variables = kinds.iter().all(|(_, kind)| *kind == Named::Variable);
+        let form = match promoted {
+            _ if all_variables => Self::form(source.model()?, names)?,
+            Some(source) => Self::form(source.model()?, names)?,
+            None => Form::Text,
+        };
+        let all = if model.is_problem() { of_problem(&model.problem()?) } else { of_simulation(&model) };
+        Ok(Self { source: source.clone(), names: kinds, start, form, all })
+    }
+
+    fn form(model: Model, names: &[String]) -> std::result::Result<Form, StudyError> {
+        let index =
+            |name: &String| model.variables().iter().position(|v| v.name == *name).expect("the name is a variable");
+        let indices = names.iter().map(index).collect();
+        Ok(match model.is_problem() {
+            true => Form::Problem(Box::new(model.problem()?), indices),
+            false => Form::Simulation(Box::new(model), indices),
+        })
+    }
+
+    /// The values of the names in the file.
+    pub fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// The quantities that rows have by default: objective, constraints and violation, or all outputs of a simulation.
+    pub fn usual(&self) -> Vec<Quantity> {
+        let is_output =
+            |m: &Measure| matches!(m, Measure::Value(_) | Measure::Minimum(_) | Measure::Maximum(_) | Measure::End(_));
+        let is_problem = self.all.iter().any(|q| q.measure == Measure::Objective);
+        let is_usual = |q: &&Quantity| {
+            if is_problem { !is_output(&q.measure) && !matches!(q.measure, Measure::Margin(_)) } else { true }
+        };
+        self.all.iter().filter(is_usual).cloned().collect()
+    }
+
+    /// The margins of all constraints: limit states, positive where the constraint is satisfied.
+    pub fn margins(&self) -> Vec<Quantity> {
+        self.all.iter().filter(|q| matches!(q.measure, Measure::Margin(_))).cloned().collect()
+    }
+
+    /// All quantities.
+    pub fn quantities(&self) -> &[Quantity] {
+        &self.all
+    }
+
+    /// The names with their units.
+    pub fn units(&self) -> Vec<(String, String)> {
+        let unit = |name: &str| {
+            let text = self.source.setting(&format!("design.{name}.unit")).unwrap_or_default();
+            text.trim_matches('"').to_owned()
+        };
+        self.names.iter().map(|(name, _)| (name.clone(), unit(name))).collect()
+    }
+
+    /// The quantities at values of the names.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub fn values(&self, x: &[f64], wanted: &[Quantity]) -> std::result::Result<Vec<f64>, StudyError> {
+        match &self.form {
+            Form::Problem(problem, indices) => {
+                Ok(of_analyzed(problem, &problem.analyze_design(&placed(problem.start(), indices, x))?, wanted))
+            }
+            Form::Simulation(model, indices) => {
+                let start = model.variables().iter().map(|v| v.start).collect();
+                Ok(of_responses(&model.simulate(&placed(start, indices, x))?, wanted))
+            }
+            Form::Text => {
+                let model = self.edited(x)?.model()?;
+                let start: Vec<f64> = model.variables().iter().map(|v| v.start).collect();
+                if model.is_problem() {
+                    let problem = model.problem()?;
+                    return Ok(of_analyzed(&problem, &problem.analyze_design(&problem.start())?, wanted));
+                }
+                Ok(of_responses(&model.simulate(&start)?, wanted))
+            }
+        }
+    }
+
+    /// The source with these values. Bounds of design variables are moved away if a value is outside.
+    fn edited(&self, x: &[f64]) -> std::result::Result<ModelSource, StudyError> {
+        let mut edits = vec![];
+        for ((name, kind), value) in self.names.iter().zip(x) {
+            match kind {
+                Named::Constant => edits.push((format!("constants.{name}"), toml_number(*value))),
+                Named::Variable => {
+                    edits.push((format!("design.{name}.start"), toml_number(*value)));
+                    for bound in ["lower", "upper"] {
+                        let key = format!("design.{name}.{bound}");
+                        let text = self.source.setting(&key);
+                        let Some(limit) = text.and_then(|text| text.parse::<f64>().ok()) else { continue };
+                        let excludes = if bound == "lower" { *value < limit } else { *value > limit };
+                        if excludes {
+                            edits.push((key, toml_number(*value)));
+                        }
+                    }
+                }
+            }
+        }
+        self.source.with(edits.iter().map(|(key, value)| (key.as_str(), value.clone())))
+    }
+
+    /// Values and derivatives. Exact where the analysis has derivatives; central differences with the steps `h` otherwise.
+    ///
+    /// # Errors
+    /// Those of the analysis and of its derivatives.
+    pub fn gradients(&self, x: &[f64], h: &[f64], wanted: &[Quantity]) -> std::result::Result<Gradients, StudyError> {
+        if let Form::Problem(problem, indices) = &self.form {
+            return Ok(exact(problem, &placed(problem.start(), indices, x), indices, wanted)?);
+        }
+        let values = self.values(x, wanted)?;
+        let mut rows = DMatrix::zeros(wanted.len(), x.len());
+        for k in 0..x.len() {
+            let at = |step: f64| {
+                let mut moved = x.to_vec();
+                moved[k] += step;
+                self.values(&moved, wanted)
+            };
+            let (up, down) = (at(h[k])?, at(-h[k])?);
+            (0..wanted.len()).for_each(|i| rows[(i, k)] = (up[i] - down[i]) / (2.0 * h[k]));
+        }
+        Ok(Gradients { values, rows })
+    }
+}
+
+/// Whether a name is a design variable or a constant, and its value in the file.
+pub fn named(source: &ModelSource, model: &Model, name: &str) -> std::result::Result<(Named, f64), StudyError> {
+    if let Some(variable) = model.variables().iter().find(|v| v.name == name) {
+        return Ok((Named::Variable, variable.start));
+    }
+    let constants = constants(source);
+    match constants.iter().find(|(known, _)| known == name) {
+        Some((_, text)) => {
+            // A constant that is a formula is computed as the start of a design variable, which is a formula, too.
+            let probe = format!("{}\n\n[design.study_probe]\nstart = {text}\n", source.text.trim_end());
+            let probe = ModelSource { text: probe, ..source.clone() }.model().ok();
+            let value = probe.and_then(|model| Some(model.variables().iter().find(|v| v.name == "study_probe")?.start));
+            let value = value.or_else(|| text.parse().ok());
+            value.map(|value| (Named::Constant, value)).ok_or_else(|| {
+                Error::definition(format!("constant `{name}`"), "its value cannot be read", "write it as a number")
+                    .into()
+            })
+        }
+        None => {
+            let known = model
+                .variables()
+                .iter()
+                .map(|v| v.name.as_str())
+                .chain(constants.iter().map(|(name, _)| name.as_str()));
+            Err(Error::unknown("design variable or constant", name, known).into())
+        }
+    }
+}
+
+/// Names and values of the constants of a file, as written.
+pub fn constants(source: &ModelSource) -> Vec<(String, String)> {
+    let all = settings(&source.name, &source.text).unwrap_or_default();
+    all.into_iter().filter_map(|(key, value)| Some((key.strip_prefix("constants.")?.to_owned(), value))).collect()
+}
+
+/// The source with constants as design variables; `None` if the file cannot be read so.
+fn promoted(source: &ModelSource, names: &[(String, Named)], start: &[f64]) -> Option<ModelSource> {
+    let mut text = source.text.clone();
+    for ((name, kind), value) in names.iter().zip(start) {
+        if *kind == Named::Constant {
+            text = without_constant(&text, name)?;
+            text = format!("{}\n\n[design.{name}]\nstart = {}\n", text.trim_end(), toml_number(*value));
+        }
+    }
+    let changed = ModelSource { text, ..source.clone() };
+    changed.model().ok().map(|_| changed)
+}
+
+/// The text without a line of [constants].
+fn without_constant(text: &str, name: &str) -> Option<String> {
+    let file = toml::de::DeTable::parse(text).ok()?;
+    let constants = file.get_ref().get("constants")?.get_ref().as_table()?;
+    let (key, value) = constants.get_key_value(name)?;
+    Some(format!("{}{}", &text[..key.span().start], &text[value.span().end..]))
+}
+
+/// A design with other values at some places.
+fn placed(mut design: Vec<f64>, indices: &[usize], x: &[f64]) -> Vec<f64> {
+    indices.iter().zip(x).for_each(|(k, value)| design[*k] = *value);
+    design
+}
+
+fn outputs<'o>(all: impl Iterator<Item = (&'o str, &'o str, bool)>) -> Vec<Quantity> {
+    let of = |(h, (name, unit, is_transient)): (usize, (&str, &str, bool))| {
+        let quantity =
+            |suffix: &str, measure| Quantity { name: format!("{name}{suffix}"), unit: unit.to_owned(), measure };
+        match is_transient {
+            false => vec![quantity("", Measure::Value(h))],
+            true => vec![
+                quantity(".min", Measure::Minimum(h)),
+                quantity(".max", Measure::Maximum(h)),
+                quantity(".end", Measure::End(h)),
+            ],
+        }
+    };
+    all.enumerate().flat_map(of).collect()
+}
+
+fn of_simulation(model: &Model) -> Vec<Quantity> {
+    outputs(model.output_names().map(|(name, unit, grid)| (name, unit, grid.is_some())))
+}
+
+fn of_problem(problem: &Problem) -> Vec<Quantity> {
+    let objective = &problem.objective;
+    let quantity = |name: String, unit: &str, measure| Quantity { name, unit: unit.to_owned(), measure };
+    let mut all = vec![quantity(objective.name.clone(), &objective.unit, Measure::Objective)];
+    let stated: Vec<usize> = outcome::stated_constraints(problem).collect();
+    let name = |j: usize| {
+        let name = outcome::name(problem, j);
+        let is_pair = stated.iter().filter(|&&i| outcome::name(problem, i) == name).count() > 1;
+        let side = if problem.constraints[j].sign() < 0.0 { "lower" } else { "upper" };
+        if is_pair { format!("{name} {side}") } else { name.to_owned() }
+    };
+    all.extend(
+        stated.iter().enumerate().map(|(i, &j)| quantity(name(j), outcome::unit(problem, j), Measure::Constraint(i))),
+    );
+    if !stated.is_empty() {
+        all.push(quantity("violation_pct".to_owned(), "%", Measure::Violation));
+    }
+    let margin = |(i, &j): (usize, &usize)| {
+        quantity(format!("{}.margin", name(j)), outcome::unit(problem, j), Measure::Margin(i))
+    };
+    all.extend(stated.iter().enumerate().map(margin));
+    all.extend(outputs(problem.responses.iter().map(|r| (r.name.as_str(), r.unit.as_str(), r.grid.is_some()))));
+    // An output may have the name of the objective or of a constraint.
+    let mut seen = std::collections::HashSet::new();
+    all.retain(|q| seen.insert(q.name.clone()));
+    all
+}
+
+/// First of the largest values.
+fn largest(values: &[f64], sign: f64) -> usize {
+    (1..values.len()).fold(0, |best, p| if sign * values[p] > sign * values[best] { p } else { best })
+}
+
+fn of_responses(responses: &Responses, wanted: &[Quantity]) -> Vec<f64> {
+    wanted.iter().map(|q| output(responses, &q.measure).map_or(f64::NAN, |at| responses.at(at))).collect()
+}
+
+/// The place of an output's value.
+fn output(responses: &Responses, measure: &Measure) -> Option<ResponseAt> {
+    let (response, point): (usize, fn(&[f64]) -> usize) = match measure {
+        Measure::Value(h) => (*h, |_| 0),
+        Measure::Minimum(h) => (*h, |values| largest(values, -1.0)),
+        Measure::Maximum(h) => (*h, |values| largest(values, 1.0)),
+        Measure::End(h) => (*h, |values| values.len() - 1),
+        _ => return None,
+    };
+    Some(ResponseAt { response, point: point(&responses.values[response]) })
+}
+
+fn of_analyzed(problem: &Problem, analyzed: &AnalyzedDesign, wanted: &[Quantity]) -> Vec<f64> {
+    let AnalyzedDesign { design, responses, evaluation } = analyzed;
+    let constraints = outcome::constraints(problem, design, evaluation);
+    let value = |q: &Quantity| match &q.measure {
+        Measure::Objective => outcome::objective(problem, design, evaluation),
+        Measure::Constraint(i) => constraints[*i].value,
+        Measure::Margin(i) => constraints[*i].margin,
+        Measure::Violation => {
+            let worst = |j: usize| evaluation.worst_of(j).map(|(_, g)| evaluation.violation(j, g));
+            100.0 * outcome::stated_constraints(problem).filter_map(worst).fold(-1.0, f64::max)
+        }
+        other => output(responses, other).map_or(f64::NAN, |at| responses.at(at)),
+    };
+    wanted.iter().map(value).collect()
+}
+
+/// Values and exact derivatives. The derivative of an extreme over time is that at its time.
+fn exact(problem: &Problem, design: &[f64], indices: &[usize], wanted: &[Quantity]) -> Result<Gradients> {
+    let analyzed = problem.analyze_design(design)?;
+    let AnalyzedDesign { responses, evaluation, .. } = &analyzed;
+    let constraints = outcome::constraints(problem, design, evaluation);
+    let peak = outcome::peak_row(problem, design, evaluation);
+    let rows: Vec<RowId> = constraints.iter().map(|c| c.row).chain(peak).collect();
+    let of_rows = rows.iter().flat_map(|r| problem.responses_of(&problem.constraints[r.constraint].quantity, r.point));
+    let mut at: Vec<ResponseAt> = of_rows.chain(problem.responses_of(&problem.objective.quantity, 0)).collect();
+    at.extend(wanted.iter().filter_map(|q| output(responses, &q.measure)));
+    at.sort_unstable();
+    at.dedup();
+    let sensitivities = Sensitivities { rows: problem.sensitivities(design, responses, &at)?, at };
+    let total = |quantity, sign, p| {
+        problem.total_derivative(SignedQuantity { quantity, sign, bound: None }, p, design, responses, &sensitivities)
+    };
+    let gradient = |q: &Quantity| -> Vec<f64> {
+        match &q.measure {
+            Measure::Objective => match peak {
+                Some(row) => {
+                    let constraint = &problem.constraints[row.constraint];
+                    total(&constraint.quantity, constraint.sign(), row.point)
+                }
+                None => total(&problem.objective.quantity, 1.0, 0),
+            },
+            Measure::Constraint(i) => {
+                total(&problem.constraints[constraints[*i].row.constraint].quantity, 1.0, constraints[*i].row.point)
+            }
+            Measure::Margin(i) => {
+                let c = &constraints[*i];
+                let constraint = &problem.constraints[c.row.constraint];
+                let sign = if constraint.is_equality() { (c.value - c.limit).signum() } else { constraint.sign() };
+                total(&constraint.quantity, -sign, c.row.point)
+            }
+            Measure::Violation => vec![f64::NAN; design.len()],
+            other => {
+                let place = output(responses, other).and_then(|place| sensitivities.row_of(place));
+                place.map_or(vec![f64::NAN; design.len()], |k| sensitivities.rows.row(k).iter().copied().collect())
+            }
+        }
+    };
+    let all: Vec<Vec<f64>> = wanted.iter().map(gradient).collect();
+    let rows = DMatrix::from_fn(wanted.len(), indices.len(), |i, k| all[i][indices[k]]);
+    Ok(Gradients { values: of_analyzed(problem, &analyzed, wanted), rows })
+}

@@ -1,0 +1,249 @@
+//! Optimizations from many starts by several methods.
+
+use super::StudyError;
+use super::figures;
+use super::file::{RUNS, StudyFile};
+use super::model::ModelSource;
+use super::optimum::{Optimum, WORK, optimize, with_start};
+use super::plan::{Column, Conclusion, Phase, Plan, RunResult};
+use super::rows::{Row, Rows};
+use super::sequence::PointSequence;
+use crate::model_file::Diagnostic;
+use crate::report::figure::Figure;
+use crate::report::number::readable;
+use crate::report::outcome;
+use crate::report::table::{Cell, Table};
+use crate::sao::{Status, presets};
+use crate::{Error, Result};
+
+/// Largest violation in percent of a design that counts as feasible.
+const FEASIBLE: f64 = 0.1;
+/// Relative difference of objectives up to which two ends count as one optimum.
+const SAME: f64 = 1e-3;
+/// Most optima in the table.
+const OPTIMA: usize = 20;
+
+/// Optimizations from many starts.
+pub struct MultiStart {
+    source: ModelSource,
+    /// Presets, of which `None` is the method of the model.
+    methods: Vec<Option<String>>,
+    points: PointSequence,
+    start: Vec<f64>,
+    /// Index and range of each variable whose start varies.
+    ranges: Vec<(usize, [f64; 2])>,
+    is_maximum: bool,
+    phases: Vec<Phase>,
+}
+
+impl MultiStart {
+    /// The study of a file.
+    ///
+    /// # Errors
+    /// If the file does not fit to the model.
+    pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
+        let model = source.model()?;
+        let problem = model.problem()?;
+        let variables = model.variables();
+        let mut ranges = vec![];
+        for vary in &file.vary {
+            let at = |diagnostic| StudyError::File(file.report(diagnostic));
+            let Some(k) = variables.iter().position(|v| v.name == vary.name.text) else {
+                let known = variables.iter().map(|v| v.name.as_str());
+                return Err(at(Diagnostic::unknown(vary.name.span.clone(), "design variable", &vary.name.text, known)));
+            };
+            let v = &variables[k];
+            let range = [vary.from.unwrap_or(v.lower), vary.to.unwrap_or(v.upper)];
+            if !(range.iter().all(|end| end.is_finite() && (v.lower..=v.upper).contains(end)) && range[0] < range[1]) {
+                let message = format!("the starts of `{}` have no range within its bounds", v.name);
+                let help = format!("give `from` and `to` between {} and {}", v.lower, v.upper);
+                return Err(at(Diagnostic::new(vary.name.span.clone(), message).help(help)));
+            }
+            ranges.push((k, range));
+        }
+        let methods = methods(file)?;
+        let runs = file.count.saturating_mul(methods.len());
+        Error::check_option("number of runs", "at most 10 million", runs as f64, runs <= RUNS)?;
+        let name = |method: &Option<String>| method.clone().unwrap_or_else(|| "method of the model".to_owned());
+        let mut columns = vec![Column::of_words("method", methods.iter().map(name).collect())];
+        columns.extend(variables.iter().map(|v| Column::new(format!("start {}", v.name), &v.unit)));
+        columns.extend(Optimum::columns(&model)?);
+        Ok(Self {
+            source: source.clone(),
+            points: PointSequence::new(file.sequence, ranges.len(), file.count, file.seed)?,
+            methods,
+            start: variables.iter().map(|v| v.start).collect(),
+            ranges,
+            is_maximum: outcome::goal(&problem) == "maximized",
+            phases: vec![Phase::independent("runs", columns, runs)],
+        })
+    }
+
+    /// The start of a number: the first one is that of the model.
+    fn start(&self, number: usize) -> Vec<f64> {
+        let mut start = self.start.clone();
+        if number > 0 {
+            for (p, (k, [from, to])) in self.points.point(number).iter().zip(&self.ranges) {
+                start[*k] = from + (to - from) * p;
+            }
+        }
+        start
+    }
+
+    /// Column of the objective.
+    fn objective(&self) -> usize {
+        1 + self.start.len()
+    }
+
+    /// True if a run ended with a feasible optimum.
+    fn is_optimum(&self, row: &Row) -> bool {
+        !row.has_failed()
+            && row.status == format!("{:?}", Status::Converged)
+            && row.value(self.objective() + 1) <= FEASIBLE
+    }
+}
+
+/// The presets of a file.
+fn methods(file: &StudyFile) -> std::result::Result<Vec<Option<String>>, StudyError> {
+    let mut all = vec![];
+    for word in &file.methods {
+        let known = presets().iter().map(|preset| preset.name);
+        if word.text == "all" {
+            all.extend(known.map(|name| Some(name.to_owned())));
+        } else if known.clone().any(|name| name == word.text) {
+            all.push(Some(word.text.clone()));
+        } else {
+            let diagnostic = Diagnostic::unknown(word.span.clone(), "method", &word.text, known.chain(["all"]));
+            return Err(StudyError::File(file.report(diagnostic)));
+        }
+    }
+    Ok(if all.is_empty() { vec![None] } else { all })
+}
+
+impl Plan for MultiStart {
+    fn phases(&self) -> &[Phase] {
+        &self.phases
+    }
+
+    fn run(&self, _: usize, run: usize, _: &Rows) -> RunResult {
+        let (number, m) = (run / self.methods.len(), run % self.methods.len());
+        let start = self.start(number);
+        let inputs = [vec![m as f64], start.clone()].concat();
+        let preset = self.methods[m].as_ref().map(|name| ("method.preset", format!("{name:?}")));
+        let end = self.source.with(preset).and_then(|source| optimize(&with_start(&source, &start)?));
+        match end {
+            Ok(end) => {
+                RunResult { values: [inputs, end.values()].concat(), status: end.status(), failure: String::new() }
+            }
+            Err(error) => RunResult::failed(inputs, error),
+        }
+    }
+
+    fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+        let phase = &self.phases[0];
+        let objective = self.objective();
+        let sign = if self.is_maximum { -1.0 } else { 1.0 };
+        let mut optima: Vec<&Row> = rows.of(0).filter(|row| self.is_optimum(row)).collect();
+        optima.sort_by(|a, b| {
+            (sign * a.value(objective)).total_cmp(&(sign * b.value(objective))).then(a.run.cmp(&b.run))
+        });
+        let Some(best) = optima.first().map(|row| row.value(objective)) else {
+            return Ok(Conclusion {
+                sentences: vec![format!("None of the {} runs converged to a feasible design.", phase.runs)],
+                ..Conclusion::default()
+            });
+        };
+        let scale = best.abs().max(f64::MIN_POSITIVE);
+        let groups: Vec<&[&Row]> =
+            optima.chunk_by(|a, b| (a.value(objective) - b.value(objective)).abs() <= SAME * scale).collect();
+        let found = groups.first().map_or(0, |group| group.len());
+        let column = &phase.columns[objective];
+        let sentences = vec![
+            format!(
+                "{} of {} runs converged to a feasible design, {found} of them to the best objective, {} = {} {}.",
+                optima.len(),
+                phase.runs,
+                column.name,
+                readable(best, 6),
+                column.unit
+            ),
+            format!("There are {} different values of the objective at the end.", groups.len()),
+        ];
+        let (first, n) = (objective + WORK, self.start.len());
+        let figure = self.figure(rows, &optima, [1, 2], [first, first + 1.min(n - 1)]);
+        Ok(Conclusion {
+            sentences: sentences.into_iter().map(|text| text.replace(" .", ".")).collect(),
+            tables: vec![
+                ("optima".to_owned(), self.optima(&groups)?),
+                ("methods".to_owned(), self.by_method(rows, best)?),
+            ],
+            figures: vec![(
+                "starts".to_owned(),
+                "From the starts to the ends; objectives at the ends in their order.".to_owned(),
+                figure,
+            )],
+        })
+    }
+}
+
+impl MultiStart {
+    fn figure(&self, rows: &Rows, optima: &[&Row], starts: [usize; 2], ends: [usize; 2]) -> Figure {
+        let phase = &self.phases[0];
+        let all: Vec<&Row> = rows.of(0).filter(|row| !row.has_failed()).collect();
+        let of_method = |(m, name): (usize, &String)| {
+            let own = optima.iter().filter(|row| row.value(0) as usize == m).map(|row| row.value(self.objective()));
+            (name.clone(), own.collect())
+        };
+        let series: Vec<(String, Vec<f64>)> = phase.columns[0].words.iter().enumerate().map(of_method).collect();
+        let ranked = figures::ranked(&figures::label(&phase.columns[self.objective()]), &series);
+        let height = 70.0 + 4.0 * self.methods.len() as f64;
+        if self.start.len() < 2 {
+            return Figure::new("Objectives at the ends", 85.0, height).with(ranked);
+        }
+        let plane = figures::starts_and_ends(phase, &all, starts, ends);
+        Figure::new("Starts and ends", 170.0, height).in_columns(2).with(plane).with(ranked)
+    }
+
+    /// Different optima, the best first, with the number of runs and the design of the first one.
+    fn optima(&self, groups: &[&[&Row]]) -> Result<Table> {
+        let phase = &self.phases[0];
+        let (objective, design) = (self.objective(), self.objective() + WORK);
+        let names = phase.columns[design..].iter().map(|c| c.name.clone());
+        let head = ["runs".to_owned(), "first_run".to_owned(), phase.columns[objective].name.clone()];
+        let mut table = Table::new("Optima", head.into_iter().chain(names));
+        for group in groups.iter().take(OPTIMA) {
+            let row = group[0];
+            let values = (design..phase.columns.len()).map(|k| Cell::Number(row.value(k)));
+            let head = [group.len().into(), row.run.into(), Cell::Number(row.value(objective))];
+            table.push(head.into_iter().chain(values))?;
+        }
+        Ok(table)
+    }
+
+    /// For each method: runs, feasible optima, best ones, failures, mean work of the feasible ones.
+    fn by_method(&self, rows: &Rows, best: f64) -> Result<Table> {
+        let columns = ["method", "runs", "optima", "best", "failed", "mean_analyses", "mean_sensitivity_analyses"];
+        let mut table = Table::new("Methods", columns);
+        let objective = self.objective();
+        for (m, name) in self.phases[0].columns[0].words.iter().enumerate() {
+            let own: Vec<&Row> = rows.of(0).filter(|row| row.value(0) as usize == m).collect();
+            let optima: Vec<&&Row> = own.iter().filter(|row| self.is_optimum(row)).collect();
+            let is_best =
+                |row: &&&&Row| (row.value(objective) - best).abs() <= SAME * best.abs().max(f64::MIN_POSITIVE);
+            let mean = |column: usize| match optima.len() {
+                0 => Cell::Empty,
+                n => Cell::Number(optima.iter().map(|row| row.value(column)).sum::<f64>() / n as f64),
+            };
+            table.push([
+                name.as_str().into(),
+                own.len().into(),
+                optima.len().into(),
+                optima.iter().filter(is_best).count().into(),
+                own.iter().filter(|row| row.has_failed()).count().into(),
+                mean(objective + 3),
+                mean(objective + 4),
+            ])?;
+        }
+        Ok(table)
+    }
+}

@@ -1,0 +1,82 @@
+//! Optimizations as runs of a study.
+
+use super::StudyError;
+use super::model::{ModelSource, toml_number};
+use super::plan::Column;
+use crate::model_file::Model;
+use crate::problem::Problem;
+use crate::report::outcome;
+use crate::sao::State;
+
+/// The end of an optimization.
+pub struct Optimum {
+    /// The problem.
+    pub problem: Problem,
+    /// The last state.
+    pub state: State,
+}
+
+/// Optimizes the problem of a source by its method.
+///
+/// # Errors
+/// If the source has errors, or the method breaks down.
+pub fn optimize(source: &ModelSource) -> Result<Optimum, StudyError> {
+    let model = source.model()?;
+    let problem = model.problem()?;
+    let state = model.method().solve(&problem, |_| ())?;
+    Ok(Optimum { problem, state })
+}
+
+impl Optimum {
+    /// The columns of [`values`](Self::values) for a model.
+    ///
+    /// # Errors
+    /// If the model has no objective.
+    pub fn columns(model: &Model) -> Result<Vec<Column>, StudyError> {
+        let problem = model.problem()?;
+        let mut columns = vec![
+            Column::new(&problem.objective.name, &problem.objective.unit),
+            Column::new("violation_pct", "%"),
+            Column::new("cycles", ""),
+            Column::new("analyses", ""),
+            Column::new("sensitivity_analyses", ""),
+        ];
+        columns.extend(model.variables().iter().map(|v| Column::new(&v.name, &v.unit)));
+        Ok(columns)
+    }
+
+    /// Objective, violation, work, design.
+    pub fn values(&self) -> Vec<f64> {
+        let Self { problem, state } = self;
+        let objective = outcome::objective(problem, &state.design, &state.evaluation);
+        let counters = [state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses];
+        let bound = problem.objective.peak().map(|peak| peak.variable);
+        let design = state.design.iter().enumerate().filter(|(k, _)| Some(*k) != bound).map(|(_, v)| *v);
+        let head = [objective, state.evaluation.max_violation_pct()];
+        head.into_iter().chain(counters.map(|n| n as f64)).chain(design).collect()
+    }
+
+    /// The status in one word.
+    pub fn status(&self) -> String {
+        format!("{:?}", self.state.status)
+    }
+}
+
+/// Number of columns before the design.
+pub const WORK: usize = 5;
+
+/// The source with another start, which is moved inside the bounds of the model.
+///
+/// # Errors
+/// If the source has errors.
+pub fn with_start(source: &ModelSource, start: &[f64]) -> Result<ModelSource, StudyError> {
+    let model = source.model()?;
+    let edits: Vec<(String, String)> = model
+        .variables()
+        .iter()
+        .zip(start)
+        .filter(|(_, value)| value.is_finite())
+        .map(|(v, value)| (format!("design.{}.start", v.name), toml_number(value.clamp(v.lower, v.upper))))
+        .collect();
+    source.with(edits.iter().map(|(key, value)| (key.as_str(), value.clone())))
+}

@@ -1,0 +1,365 @@
+//! Scatter of the results for scattered variables, which are independent.
+//!
+//! | phase | runs |
+//! |---|---|
+//! | `derivatives` | values and derivatives at the means, and on both sides of each mean, for second derivatives |
+//! | `worst-case` | for each quantity, the corners of the tolerance box to which its derivatives point |
+//! | `limits` | for each constraint, the reliability index |
+//! | `samples` | analyses at points of a sample, to confirm |
+
+use super::StudyError;
+use super::distribution::{Distribution, normal_probability};
+use super::figures::{bars, histogram, stacked};
+use super::file::StudyFile;
+use super::model::{Evaluator, ModelSource, Quantity};
+use super::plan::{Column, Conclusion, Phase, Plan, RunResult};
+use super::reliability::first_order_reliability;
+use super::rows::{Row, Rows};
+use super::sample::{analysed, columns, mean_and_deviation};
+use super::sequence::PointSequence;
+use crate::report::figure::Figure;
+use crate::report::number::readable;
+use crate::report::table::{Cell, Table};
+use crate::{Error, Result};
+use nalgebra::DMatrix;
+
+/// Distance of the derivatives from the mean, in standard deviations: h of the central differences of second derivatives.
+const ASIDE: f64 = 0.1;
+/// Step of central differences of a quantity without derivatives, in standard deviations.
+const STEP: f64 = 1e-3;
+
+const DERIVATIVES: usize = 0;
+const WORST: usize = 1;
+const LIMITS: usize = 2;
+const SAMPLES: usize = 3;
+
+/// A study of tolerances.
+pub struct Tolerances {
+    distributions: Vec<Distribution>,
+    evaluator: Evaluator,
+    wanted: Vec<Quantity>,
+    margins: Vec<Quantity>,
+    sampled: Vec<Quantity>,
+    points: PointSequence,
+    phases: Vec<Phase>,
+}
+
+impl Tolerances {
+    /// The study of a file.
+    ///
+    /// # Errors
+    /// If the file does not fit to the model.
+    pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
+        let evaluator = file.evaluator(source)?;
+        let mut wanted = file.wanted(&evaluator)?;
+        wanted.retain(Quantity::is_differentiable);
+        let margins = evaluator.margins();
+        let distributions = file.distributions(source, &evaluator)?;
+        let d = distributions.len();
+        let sampled: Vec<Quantity> =
+            wanted.iter().chain(margins.iter().filter(|m| !wanted.contains(m))).cloned().collect();
+        let names: Vec<String> = file.vary.iter().map(|vary| vary.name.text.clone()).collect();
+        let mut first = columns(&evaluator, &wanted);
+        let slopes =
+            wanted.iter().flat_map(|q| names.iter().map(move |name| Column::new(format!("d {}/d {name}", q.name), "")));
+        first.extend(slopes);
+        let words = |all: &[Quantity], name: &str| Column::of_words(name, all.iter().map(|q| q.name.clone()).collect());
+        let inputs = || columns(&evaluator, &[]);
+        let worst = [
+            vec![words(&wanted, "quantity"), Column::of_words("end", vec!["low".into(), "high".into()])],
+            inputs(),
+            vec![Column::new("value", "")],
+        ];
+        let limits = [
+            vec![
+                words(&margins, "constraint"),
+                Column::new("beta", ""),
+                Column::new("probability", ""),
+                Column::new("evaluations", ""),
+            ],
+            inputs(),
+        ];
+        let phases = vec![
+            Phase::independent("derivatives", first, 1 + 2 * d),
+            Phase::independent("worst-case", worst.concat(), 2 * wanted.len()),
+            Phase::independent("limits", limits.concat(), margins.len()),
+            Phase::independent("samples", columns(&evaluator, &sampled), file.count),
+        ];
+        let points = PointSequence::new(file.sequence, d, file.count, file.seed)?;
+        Ok(Self { distributions, evaluator, wanted, margins, sampled, points, phases })
+    }
+
+    fn means(&self) -> Vec<f64> {
+        self.distributions.iter().map(Distribution::mean).collect()
+    }
+
+    fn steps(&self) -> Vec<f64> {
+        self.distributions.iter().map(|d| STEP * d.deviation()).collect()
+    }
+
+    /// Values and derivatives at the means (run 0), below (odd runs) and above the mean of a variable.
+    fn derivatives(&self, run: usize) -> RunResult {
+        let mut x = self.means();
+        if let Some(side) = run.checked_sub(1) {
+            let sign = if side % 2 == 0 { -1.0 } else { 1.0 };
+            x[side / 2] += sign * ASIDE * self.distributions[side / 2].deviation();
+        }
+        match self.evaluator.gradients(&x, &self.steps(), &self.wanted) {
+            Ok(found) => {
+                let slopes = found.rows.row_iter().flat_map(|row| row.iter().copied().collect::<Vec<_>>());
+                RunResult::done(x.into_iter().chain(found.values).chain(slopes).collect())
+            }
+            Err(error) => RunResult::failed(x, error),
+        }
+    }
+
+    /// The value of a quantity at the corner of the tolerance box to which its derivatives at the means point.
+    fn worst(&self, run: usize) -> RunResult {
+        let (q, is_high) = (run / 2, run % 2 == 1);
+        let head = vec![q as f64, f64::from(u8::from(is_high))];
+        let wanted = std::slice::from_ref(&self.wanted[q]);
+        let sign = if is_high { 1.0 } else { -1.0 };
+        let corner = || -> std::result::Result<Vec<f64>, StudyError> {
+            let slopes = self.evaluator.gradients(&self.means(), &self.steps(), wanted)?.rows;
+            let towards = |slope: f64| if slope == 0.0 { 0.0 } else { sign * slope.signum() };
+            let all = self.distributions.iter().enumerate();
+            let x: Vec<f64> = all.map(|(k, d)| d.mean() + towards(slopes[(0, k)]) * d.tolerance()).collect();
+            let value = self.evaluator.values(&x, wanted)?;
+            Ok([x, value].concat())
+        };
+        match corner() {
+            Ok(values) => RunResult::done([head, values].concat()),
+            Err(error) => RunResult::failed(head, error),
+        }
+    }
+
+    /// The reliability index of a constraint.
+    fn limit(&self, run: usize) -> RunResult {
+        let margin = std::slice::from_ref(&self.margins[run]);
+        let x = |u: &[f64]| -> Vec<f64> {
+            self.distributions.iter().zip(u).map(|(d, u)| d.of_standard_normal(*u)).collect()
+        };
+        let limit_state = |u: &[f64]| -> Result<(f64, Vec<f64>)> {
+            let found = self.evaluator.gradients(&x(u), &self.steps(), margin).map_err(StudyError::into_error)?;
+            let slope = |(k, d): (usize, &Distribution)| found.rows[(0, k)] * d.slope(u[k]);
+            Ok((found.values[0], self.distributions.iter().enumerate().map(slope).collect()))
+        };
+        let head = vec![run as f64];
+        match first_order_reliability(self.distributions.len(), limit_state) {
+            Ok(point) => {
+                let results = [point.beta, normal_probability(-point.beta), point.evaluations as f64];
+                RunResult::done(head.into_iter().chain(results).chain(x(&point.u)).collect())
+            }
+            Err(error) => RunResult::failed(head, error),
+        }
+    }
+
+    /// Gradient of a quantity in a row of the first phase.
+    fn gradient(&self, row: &Row, q: usize) -> Vec<f64> {
+        let d = self.distributions.len();
+        let first = d + self.wanted.len() + q * d;
+        (first..first + d).map(|k| row.value(k)).collect()
+    }
+
+    /// Second derivatives of a quantity by central differences of its gradients; symmetric.
+    fn hessian(&self, rows: &Rows, q: usize) -> Option<DMatrix<f64>> {
+        let d = self.distributions.len();
+        let mut hessian = DMatrix::zeros(d, d);
+        for k in 0..d {
+            let side = |s: usize| {
+                rows.get(DERIVATIVES, 1 + 2 * k + s).filter(|row| !row.has_failed()).map(|row| self.gradient(row, q))
+            };
+            let (low, high) = (side(0)?, side(1)?);
+            let step = 2.0 * ASIDE * self.distributions[k].deviation();
+            (0..d).for_each(|i| hessian[(i, k)] = (high[i] - low[i]) / step);
+        }
+        Some((&hessian + hessian.transpose()) * 0.5)
+    }
+
+    /// Means and standard deviations of a quantity by its first, and by its first and second derivatives.
+    fn propagated(&self, rows: &Rows, q: usize) -> Option<[[f64; 2]; 2]> {
+        let row = rows.get(DERIVATIVES, 0).filter(|row| !row.has_failed())?;
+        let (value, g) = (row.value(self.distributions.len() + q), self.gradient(row, q));
+        let linear = [value, first_order_variance(&g, &self.distributions).sqrt()];
+        let second = self.hessian(rows, q).map(|h| second_order_moments(value, &g, &h, &self.distributions));
+        Some([linear, second.unwrap_or([f64::NAN; 2])])
+    }
+}
+
+/// Variance to first order: Σ g_k² σ_k².
+fn first_order_variance(g: &[f64], distributions: &[Distribution]) -> f64 {
+    g.iter().zip(distributions).map(|(g, d)| (g * d.deviation()).powi(2)).sum()
+}
+
+/// Mean and standard deviation of the quadratic f + gᵀδ + ½ δᵀHδ for independent symmetric δ with variances σ² and excess kurtosis κ:
+///
+/// $$ \mu = f + \tfrac12 \sum_k H_{kk} \sigma_k^2, \qquad
+///    s^2 = \sum_k g_k^2 \sigma_k^2 + \tfrac14 \sum_k (\kappa_k + 2) H_{kk}^2 \sigma_k^4 + \sum_{k<l} H_{kl}^2 \sigma_k^2 \sigma_l^2 $$
+fn second_order_moments(value: f64, g: &[f64], h: &DMatrix<f64>, distributions: &[Distribution]) -> [f64; 2] {
+    let square = |k: usize| distributions[k].deviation().powi(2);
+    let n = g.len();
+    let mean = value + 0.5 * (0..n).map(|k| h[(k, k)] * square(k)).sum::<f64>();
+    let own = |k: usize| 0.25 * (distributions[k].excess_kurtosis() + 2.0) * (h[(k, k)] * square(k)).powi(2);
+    let pair = |k: usize| (0..k).map(|l| h[(k, l)].powi(2) * square(k) * square(l)).sum::<f64>();
+    let variance = first_order_variance(g, distributions) + (0..n).map(|k| own(k) + pair(k)).sum::<f64>();
+    [mean, variance.sqrt()]
+}
+
+impl Plan for Tolerances {
+    fn phases(&self) -> &[Phase] {
+        &self.phases
+    }
+
+    fn run(&self, phase: usize, run: usize, _: &Rows) -> RunResult {
+        match phase {
+            DERIVATIVES => self.derivatives(run),
+            WORST => self.worst(run),
+            LIMITS => self.limit(run),
+            _ => {
+                let point = self.points.point(run);
+                let x = point.iter().zip(&self.distributions).map(|(p, d)| d.quantile(*p)).collect();
+                analysed(&self.evaluator, x, &self.sampled)
+            }
+        }
+    }
+
+    fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+        let nominal = rows.get(DERIVATIVES, 0).filter(|row| !row.has_failed());
+        let Some(nominal) = nominal else {
+            let why = rows.get(DERIVATIVES, 0).map_or("", |row| row.failure.as_str());
+            return Err(Error::analysis("the mean design", why, "choose means at which the model can be analysed"));
+        };
+        let names: Vec<String> = self.evaluator.units().into_iter().map(|(name, _)| name).collect();
+        let mut sentences = vec![];
+        let mut panels = vec![];
+        for (q, quantity) in self.wanted.iter().enumerate() {
+            let g = self.gradient(nominal, q);
+            let variance = first_order_variance(&g, &self.distributions);
+            if !(variance > 0.0) {
+                continue;
+            }
+            let share = |(g, d): (&f64, &Distribution)| (g * d.deviation()).powi(2) / variance;
+            let shares: Vec<f64> = g.iter().zip(&self.distributions).map(share).collect();
+            let largest = (0..shares.len()).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(0);
+            sentences.push(
+                format!(
+                    "{} scatters by {} {} (standard deviation); {} makes {:.0} % of the variance.",
+                    quantity.name,
+                    readable(variance.sqrt(), 4),
+                    quantity.unit,
+                    names[largest],
+                    100.0 * shares[largest]
+                )
+                .replace("  ", " "),
+            );
+            panels.push(bars(
+                &format!("share of the variance of {}", crate::report::figure::literal(&quantity.name)),
+                &names,
+                &[("first order", shares)],
+            ));
+        }
+        let mut figures: Vec<(String, String, Figure)> = vec![];
+        if let Some(figure) = stacked("Shares of the variances", panels, names.len()) {
+            figures.push(("shares".to_owned(), "Which variable makes the results scatter.".to_owned(), figure));
+        }
+        let first = names.len();
+        let histograms: Vec<_> = (0..self.wanted.len().min(4))
+            .filter_map(|q| histogram(&self.phases[SAMPLES].columns[first + q], &self.values(rows, q)))
+            .collect();
+        if !histograms.is_empty() {
+            let figure = Figure::new("Results of the sample", 85.0, 50.0 * histograms.len() as f64);
+            let figure = histograms.into_iter().fold(figure, Figure::with);
+            figures.push(("samples".to_owned(), "Results of the sample.".to_owned(), figure));
+        }
+        let mut tables = vec![("moments".to_owned(), self.moments(rows, nominal)?)];
+        if !self.margins.is_empty() {
+            tables.push(("reliability".to_owned(), self.reliability(rows)?));
+        }
+        Ok(Conclusion { sentences, tables, figures })
+    }
+}
+
+impl Tolerances {
+    /// Sampled values of a quantity.
+    fn values(&self, rows: &Rows, q: usize) -> Vec<f64> {
+        let column = self.distributions.len() + q;
+        rows.of(SAMPLES)
+            .filter(|row| !row.has_failed())
+            .map(|row| row.value(column))
+            .filter(|v| v.is_finite())
+            .collect()
+    }
+
+    fn moments(&self, rows: &Rows, nominal: &Row) -> Result<Table> {
+        let columns = [
+            "quantity",
+            "unit",
+            "nominal",
+            "linear_deviation",
+            "second_order_mean",
+            "second_order_deviation",
+            "sample_mean",
+            "sample_deviation",
+            "worst_low",
+            "worst_high",
+        ];
+        let mut table = Table::new("Scatter of the results", columns);
+        let d = self.distributions.len();
+        for (q, quantity) in self.wanted.iter().enumerate() {
+            let [[_, linear], [mean, deviation]] = self.propagated(rows, q).unwrap_or([[f64::NAN; 2]; 2]);
+            let [sample_mean, sample_deviation] = mean_and_deviation(&self.values(rows, q));
+            let worst = |end: usize| {
+                rows.get(WORST, 2 * q + end).filter(|row| !row.has_failed()).map_or(f64::NAN, |row| row.value(2 + d))
+            };
+            let numbers =
+                [nominal.value(d + q), linear, mean, deviation, sample_mean, sample_deviation, worst(0), worst(1)];
+            let cells = numbers.map(|v| if v.is_finite() { Cell::Number(v) } else { Cell::Empty });
+            table.push([quantity.name.as_str().into(), quantity.unit.as_str().into()].into_iter().chain(cells))?;
+        }
+        Ok(table)
+    }
+
+    fn reliability(&self, rows: &Rows) -> Result<Table> {
+        let columns = ["constraint", "beta", "probability", "sample_probability", "standard_error"];
+        let mut table = Table::new("Probability that a constraint is violated", columns);
+        for (k, margin) in self.margins.iter().enumerate() {
+            let form = rows.get(LIMITS, k).filter(|row| !row.has_failed());
+            let of_form = |column: usize| form.map_or(f64::NAN, |row| row.value(column));
+            let column = self.sampled.iter().position(|q| q == margin).unwrap_or(0);
+            let values = self.values(rows, column);
+            let n = values.len() as f64;
+            let share = values.iter().filter(|v| **v < 0.0).count() as f64 / n;
+            let numbers = [of_form(1), of_form(2), share, (share * (1.0 - share) / n).sqrt()];
+            let cells = numbers.map(|v| if v.is_finite() { Cell::Number(v) } else { Cell::Empty });
+            let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);
+            table.push(std::iter::once(name.into()).chain(cells))?;
+        }
+        Ok(table)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// f = x²: of a normal x with mean 0, f is a χ² variable times σ², with mean σ² and variance 2σ⁴. Of a uniform x in ±a: a²/3 and
+    /// a⁴(1/5 − 1/9).
+    #[test]
+    fn moments_of_a_square_are_exact() {
+        let h = DMatrix::from_element(1, 1, 2.0);
+        let [mean, deviation] =
+            second_order_moments(0.0, &[0.0], &h, &[Distribution::Normal { mean: 0.0, deviation: 0.3 }]);
+        assert!((mean - 0.09).abs() < 1e-15 && (deviation - 2f64.sqrt() * 0.09).abs() < 1e-15);
+        let [mean, deviation] = second_order_moments(0.0, &[0.0], &h, &[Distribution::Uniform { from: -3.0, to: 3.0 }]);
+        assert!((mean - 3.0).abs() < 1e-14 && (deviation * deviation - 81.0 * (0.2 - 1.0 / 9.0)).abs() < 1e-12);
+    }
+
+    /// f = xy: variance μx²σy² + μy²σx² + σx²σy².
+    #[test]
+    fn the_variance_of_a_product_is_exact() {
+        let h = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
+        let normal = |mean, deviation| Distribution::Normal { mean, deviation };
+        let [mean, deviation] = second_order_moments(6.0, &[3.0, 2.0], &h, &[normal(2.0, 0.5), normal(3.0, 0.2)]);
+        assert!(mean == 6.0 && (deviation * deviation - (4.0 * 0.04 + 9.0 * 0.25 + 0.01)).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,242 @@
+//! Studies from the command line: rows, resumption, parts, bad input.
+#![cfg(feature = "cli")]
+
+use crate::shell::{TempFolder, linkwright, text};
+use std::process::Command;
+
+const MODEL: &str = r#"
+version = 2
+title = "bar"
+[design.width]
+start = 3.0
+lower = 0.5
+upper = 8.0
+unit = "m"
+[constants]
+load = 1.0
+[[output]]
+name = "stress"
+value = "load/width"
+[objective]
+name = "mass"
+minimize = "width"
+[[constraint]]
+name = "strength"
+value = "stress"
+at_most = 0.5
+"#;
+
+const SAMPLE: &str = r#"
+version = 1
+model = "bar.toml"
+kind = "sample"
+count = 40
+sequence = "latin-hypercube"
+[vary.width]
+[vary.load]
+mean = 1.0
+deviation = 0.1
+"#;
+
+/// A folder with the model and a study.
+fn place(name: &str, study: &str) -> TempFolder {
+    let place = TempFolder::new(&format!("study-{name}"));
+    std::fs::write(place.0.join("bar.toml"), MODEL).unwrap();
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    place
+}
+
+#[test]
+fn rows_have_the_same_bytes_for_any_number_of_threads() {
+    let place = place("threads", SAMPLE);
+    for jobs in ["1", "2", "5"] {
+        place.run(&["study", "s", "--jobs", jobs, "--quiet", "--out", jobs], 0);
+    }
+    let rows = place.read("1/rows.jsonl");
+    assert_eq!(rows.lines().count(), 41);
+    for other in ["2", "5"] {
+        for file in ["rows.jsonl", "runs.csv", "summary.csv", "summary.json", "report.html"] {
+            assert_eq!(
+                place.read(&format!("1/{file}")),
+                place.read(&format!("{other}/{file}")),
+                "{file}, {other} threads"
+            );
+        }
+    }
+    // The stress is the load over the width, in every row.
+    for line in place.read("1/runs.csv").lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').take(5).map(|cell| cell.parse().unwrap()).collect();
+        assert!((cells[4] - cells[2] / cells[1]).abs() < 1e-14, "{line}");
+        assert!((0.5..8.0).contains(&cells[1]) && cells[3] == cells[1], "{line}");
+    }
+}
+
+/// What a kill can leave: the first lines of the row file in any order, and a part of one more.
+#[test]
+fn a_killed_study_is_continued_to_the_same_bytes_and_nothing_is_done_twice() {
+    let place = place("killed", SAMPLE);
+    place.run(&["study", "s", "--quiet", "--out", "whole"], 0);
+    let whole = place.read("whole/rows.jsonl");
+    let lines: Vec<&str> = whole.split_inclusive('\n').collect();
+    for (kept, cut) in [(1, 0), (1, 9), (17, 30), (39, 1), (41, 0)] {
+        let out = format!("cut-{kept}-{cut}");
+        place.run(&["study", "s", "--quiet", "--out", &out], 0);
+        let next = lines.get(kept).map_or("", |line| &line[..cut]);
+        // The rows of a killed study are in the order in which the runs ended.
+        let mut left: Vec<&str> = lines[1..kept].to_vec();
+        left.reverse();
+        let text = [lines[0], &left.concat(), next].concat();
+        std::fs::write(place.0.join(&out).join("rows.jsonl"), text).unwrap();
+        for file in ["runs.csv", "summary.json", "report.html"] {
+            std::fs::remove_file(place.0.join(&out).join(file)).unwrap();
+        }
+        let shown = place.run(&["study", "s", "--out", &out], 0);
+        let missing = 41 - kept;
+        assert!(
+            kept == 1 || shown.contains(&format!("{} runs are done already, {missing} are missing", kept - 1)),
+            "{shown}"
+        );
+        for file in ["rows.jsonl", "runs.csv", "summary.json", "report.html"] {
+            assert_eq!(
+                place.read(&format!("{out}/{file}")),
+                place.read(&format!("whole/{file}")),
+                "{file} after {kept} lines"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_study_that_is_killed_by_a_signal_is_continued() {
+    let long = SAMPLE.replace("count = 40", "count = 20000");
+    let place = place("signal", &long);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_linkwright"))
+        .args(["study", "s", "--quiet", "--out", "killed"])
+        .current_dir(&place.0)
+        .spawn()
+        .unwrap();
+    let rows = place.0.join("killed/rows.jsonl");
+    while std::fs::metadata(&rows).map_or(0, |file| file.len()) < 20_000 {
+        std::thread::yield_now();
+        if child.try_wait().unwrap().is_some() {
+            break;
+        }
+    }
+    drop(child.kill());
+    child.wait().unwrap();
+    place.run(&["study", "s", "--quiet", "--out", "killed"], 0);
+    place.run(&["study", "s", "--quiet", "--out", "whole", "--jobs", "1"], 0);
+    assert!(place.read("killed/rows.jsonl") == place.read("whole/rows.jsonl"));
+}
+
+#[test]
+fn parts_joined_are_the_whole() {
+    let place = place("parts", SAMPLE);
+    place.run(&["study", "s", "--quiet"], 0);
+    for part in ["1/3", "2/3", "3/3"] {
+        let shown = place.run(&["study", "s", "--part", part], 0);
+        assert!(shown.contains("study merge"), "{shown}");
+    }
+    let parts: Vec<String> = (1..=3).map(|k| format!("out/s-part-{k}-of-3")).collect();
+    let incomplete = place.run(&["study", "merge", &parts[0], &parts[2], "--out", "two"], 0);
+    assert!(incomplete.contains("13 runs are missing"), "{incomplete}");
+    // The missing runs are done in the joined folder.
+    place.run(&["study", "s", "--quiet", "--out", "two"], 0);
+    place.run(&["study", "merge", &parts[2], &parts[0], &parts[1], "--out", "all", "--quiet"], 0);
+    for other in ["all", "two"] {
+        for file in ["rows.jsonl", "runs.csv", "summary.json", "report.html"] {
+            assert_eq!(place.read(&format!("{other}/{file}")), place.read(&format!("out/s/{file}")), "{other}/{file}");
+        }
+    }
+    assert!(place.run(&["study", "s", "--part", "4/3"], 2).contains("give a part as 3/16"));
+    let error = place.run(&["study", "s", "--part", "2/3", "--out", "all"], 1);
+    assert!(error.contains("all has part 1/1 of this study"), "{error}");
+}
+
+#[test]
+fn a_changed_study_is_rejected_in_its_folder_and_begins_another_one() {
+    let place = place("changed", SAMPLE);
+    place.run(&["study", "s", "--quiet"], 0);
+    let rows = place.read("out/s/rows.jsonl");
+    // Comments and titles do not count.
+    std::fs::write(place.0.join("s.toml"), format!("# a comment\ntitle = \"other\"\n{SAMPLE}")).unwrap();
+    assert!(place.run(&["study", "s"], 0).contains("40 runs are done already, 0 are missing"));
+    std::fs::write(place.0.join("s.toml"), SAMPLE.replace("count = 40", "count = 41")).unwrap();
+    let error = place.run(&["study", "s", "--out", "out/s"], 1);
+    assert!(error.contains("out/s has another study") && error.contains("study: count"), "{error}");
+    assert!(place.run(&["study", "s"], 0).contains("This study goes to out/s-2"));
+    std::fs::write(place.0.join("s.toml"), SAMPLE).unwrap();
+    std::fs::write(place.0.join("bar.toml"), MODEL.replace("load/width", "2*load/width")).unwrap();
+    let error = place.run(&["study", "s", "--out", "out/s"], 1);
+    assert!(error.contains("model: output.stress.value"), "{error}");
+    assert_eq!(place.read("out/s/rows.jsonl"), rows);
+    place.run(&["study", "s", "--out", "out/s", "--force", "--quiet"], 0);
+    assert_ne!(place.read("out/s/rows.jsonl"), rows);
+}
+
+#[test]
+fn a_damaged_row_is_named_and_other_folders_are_left_alone() {
+    let place = place("damaged", SAMPLE);
+    place.run(&["study", "s", "--quiet", "--out", "d"], 0);
+    let rows = place.read("d/rows.jsonl");
+    let damaged = rows.replacen("\"run\":6,", "\"run\":7,", 1);
+    std::fs::write(place.0.join("d/rows.jsonl"), &damaged).unwrap();
+    let error = place.run(&["study", "s", "--out", "d"], 1);
+    assert!(error.contains("d/rows.jsonl: line 8 is damaged") && error.contains("remove this line"), "{error}");
+    // As the message says.
+    let mut lines: Vec<&str> = damaged.split_inclusive('\n').collect();
+    lines.remove(7);
+    std::fs::write(place.0.join("d/rows.jsonl"), lines.concat()).unwrap();
+    place.run(&["study", "s", "--quiet", "--out", "d"], 0);
+    assert_eq!(place.read("d/rows.jsonl"), rows);
+    std::fs::create_dir(place.0.join("mine")).unwrap();
+    std::fs::write(place.0.join("mine/notes.txt"), "mine").unwrap();
+    assert!(place.run(&["study", "s", "--out", "mine"], 1).contains("is not empty and has no study in it"));
+    assert_eq!(std::fs::read_dir(place.0.join("mine")).unwrap().count(), 1);
+}
+
+#[test]
+fn a_failed_run_is_a_row_with_its_reason() {
+    let study = "version = 1\nmodel = \"bar.toml\"\nkind = \"grid\"\n[vary.width]\nfrom = -1\nto = 1\npoints = 3\n";
+    let place = place("failed", study);
+    let shown = place.run(&["study", "s"], 0);
+    assert!(shown.contains("1 of 3 runs failed"), "{shown}");
+    let rows = place.read("out/s/runs.csv");
+    let failed: Vec<&str> = rows.lines().filter(|line| line.contains("failed")).collect();
+    assert!(failed.len() == 1 && failed[0].starts_with("1,0,") && failed[0].contains("`stress` is inf"), "{rows}");
+    assert!(place.read("out/s/report.html").contains("Failed runs"));
+    // All runs fail: an error, with the reason.
+    std::fs::write(place.0.join("bar.toml"), MODEL.replace("load/width", "sqrt(-load - width^2)/width")).unwrap();
+    let error = place.run(&["study", "s", "--out", "all"], 1);
+    assert!(error.contains("all 3 runs failed") && error.contains("`stress` is NaN"), "{error}");
+}
+
+#[test]
+fn lines_of_json_are_rows_and_a_summary() {
+    let place = place("json", SAMPLE);
+    let output = linkwright(&["study", "s", "--json"], &place.0);
+    let all = text(&output.stdout);
+    let lines: Vec<serde_json::Value> = all.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 41);
+    assert!(lines[..40].iter().all(|line| line["event"] == "row" && line["phase"] == "runs"));
+    assert_eq!((&lines[40]["event"], &lines[40]["runs"], &lines[40]["failed"]), (&"end".into(), &40.into(), &0.into()));
+    assert_eq!(lines[40]["tables"]["summary"][0]["quantity"], "mass");
+}
+
+#[test]
+fn mistakes_have_a_place_in_the_study_file() {
+    let place = place("mistakes", SAMPLE);
+    for (old, new, says) in [
+        ("[vary.load]", "[vary.lode]", "s.toml:8:7"),
+        ("[vary.load]", "[vary.lode]", "did you mean `load`?"),
+        ("count = 40", "count = 40\nquantities = [\"mass\", \"sterngth\"]", "s.toml:6:23"),
+        ("count = 40", "count = 40\nset = { \"constraint.strenth.at_most\" = 1 }", "s.toml:6:9"),
+        ("deviation = 0.1", "deviation = 0", "the spread of `load` is not positive"),
+        ("bar.toml", "none.toml", "cannot read the model none.toml"),
+    ] {
+        std::fs::write(place.0.join("s.toml"), SAMPLE.replacen(old, new, 1)).unwrap();
+        let error = place.run(&["study", "s"], 1);
+        assert!(error.contains(says), "{new}: {error}");
+    }
+    assert!(!place.0.join("out").exists());
+}
