@@ -26,5 +26,6 @@ mod runs;
 mod shell;
 mod transcripts;
 mod twins;
+mod units;
 mod version1;
 mod wishes;
