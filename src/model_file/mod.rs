@@ -3,6 +3,7 @@
 //! | module | content |
 //! |---|---|
 //! | `diagnostics` | errors and notes about a file, with their locations |
+//! | [`unit`] | units of numbers: `120 mm` |
 //! | `settings` | the TOML of a file: parsing, all settings by their keys, the fingerprint |
 //! | `version` | versions of the format and renamed words |
 //! | `limits` | sizes beyond which a file is rejected |
@@ -43,6 +44,7 @@ pub mod expression;
 mod file;
 mod limits;
 mod settings;
+pub mod unit;
 mod version;
 
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};

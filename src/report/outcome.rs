@@ -219,11 +219,12 @@ pub fn name(problem: &Problem, j: usize) -> &str {
     constraint.pair.as_ref().unwrap_or(&constraint.name)
 }
 
-/// The unit of a constrained quantity, if it is a response or bounded by a variable.
+/// The unit of a constrained quantity: of the response that it is, of the variable that bounds it, or its own.
 pub fn unit(problem: &Problem, j: usize) -> &str {
     let constraint = &problem.constraints[j];
     let response = constraint.quantity.as_response().map(|h| problem.responses[h].unit.as_str());
-    response.or_else(|| constraint.bound.map(|k| problem.variables[k].unit.as_str())).unwrap_or_default()
+    let of_bound = || constraint.bound.map(|k| problem.variables[k].unit.as_str());
+    response.or_else(of_bound).unwrap_or(&constraint.unit)
 }
 
 /// The bound of a design variable that a value has reached, in words.

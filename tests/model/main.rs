@@ -28,6 +28,7 @@ mod study;
 mod study_kinds;
 mod transcripts;
 mod twins;
+mod units;
 mod version1;
 mod warnings;
 mod wishes;

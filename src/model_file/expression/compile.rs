@@ -1,9 +1,11 @@
 //! Compilation of parsed expressions to operations on a stack.
 
 use super::compiled::{CompiledExpression, Operation};
+use super::dimension::Known;
 use super::names::{Meaning, Order};
 use super::tree::{Node, Operator, Tree};
 use super::{MathFunction, Names};
+use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -22,6 +24,19 @@ pub struct Scope<'a> {
     pub reduced: &'a dyn Fn(usize) -> Option<usize>,
     /// All other names, for suggestions.
     pub suggestions: &'a dyn Fn() -> Vec<String>,
+    /// Units that the expression may have, as in "N/m or N·m/rad"; no check if empty.
+    pub units: &'a str,
+    /// What is known of the units of other names.
+    pub other_units: &'a dyn Fn(&str) -> Option<OtherUnit>,
+}
+
+/// The unit of a name that is neither a design variable nor a constant, such as a measure or an output.
+#[derive(Clone, Debug)]
+pub struct OtherUnit {
+    /// Its dimension in expressions.
+    pub known: Known,
+    /// The unit of its values, if it is not the SI unit.
+    pub shown: Option<Unit>,
 }
 
 impl Scope<'_> {
@@ -35,6 +50,8 @@ impl Scope<'_> {
         others: &|_| None,
         reduced: &|_| None,
         suggestions: &Vec::new,
+        units: "",
+        other_units: &|_| None,
     };
     /// Design variables and the time.
     pub const MOTION: Self = Self { time: true, ..Self::DESIGN };
@@ -50,6 +67,7 @@ impl Names {
         for k in self.used(tree) {
             self.visit(k, &mut vec![], &mut order)?;
         }
+        self.check_units(tree, scope)?;
         let mut code = Code { names: self, scope, known: HashMap::new(), operations: vec![], top: 0, height: 0 };
         for k in order.list {
             let value = match code.tree(&self.expressions[k]) {
@@ -99,6 +117,7 @@ impl Code<'_> {
     fn tree(&mut self, tree: &Tree) -> Result<Option<f64>, Diagnostic> {
         let constant = match &tree.node {
             Node::Number(value) => Some(*value),
+            Node::Quantity(number, unit) => Some(self.quantity(*number, unit, &tree.span)?),
             Node::Name(name) => self.name(name, &tree.span)?,
             Node::Negative(inner) => match self.tree(inner)? {
                 Some(value) => Some(-value),
@@ -145,16 +164,48 @@ impl Code<'_> {
         match self.names.meanings.get(name) {
             Some(Meaning::Constant(value)) => Ok(Some(*value)),
             Some(Meaning::Design(_)) if !design => cannot("the design variable "),
-            Some(Meaning::Design(i)) => self.push(Operation::Design(*i), span),
+            Some(Meaning::Design(i)) => {
+                self.push(Operation::Design(*i), span)?;
+                self.convert(self.names.unit_of(name), span)
+            }
             Some(Meaning::Expression(k)) => match self.known[k] {
                 Definition::Constant(value) => Ok(Some(value)),
                 Definition::Stack(place) => self.push(Operation::Copy(place), span),
             },
             None => match others(name) {
-                Some(i) => self.push(Operation::Other(i), span),
+                Some(i) => {
+                    self.push(Operation::Other(i), span)?;
+                    self.convert((self.scope.other_units)(name).and_then(|other| other.shown).as_ref(), span)
+                }
                 None => Err(self.unknown(name, span)),
             },
         }
+    }
+
+    /// The value of a number with a unit.
+    fn quantity(&self, number: f64, unit: &Unit, span: &Range<usize>) -> Result<f64, Diagnostic> {
+        let is_name =
+            |symbol: &&str| self.names.meanings.contains_key(*symbol) || (self.scope.others)(symbol).is_some();
+        match unit.later_symbols().find(is_name) {
+            None => Ok(unit.to_si(number)),
+            Some(symbol) => {
+                let message = format!("`{symbol}` is a unit here, and a name of this file");
+                let error = Diagnostic::new(span.clone(), message).label("a unit or a name?");
+                Err(error.help("put the number and its unit in parentheses, or choose another name"))
+            }
+        }
+    }
+
+    /// Converts the value at the top of the stack to SI.
+    fn convert(&mut self, unit: Option<&Unit>, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
+        let Some([above, below]) = unit.map(Unit::factors) else { return Ok(None) };
+        if above != 1.0 {
+            self.apply(Operation::Scale(above), span)?;
+        }
+        if below != 1.0 {
+            self.apply(Operation::DivideBy(below), span)?;
+        }
+        Ok(None)
     }
 
     fn unknown(&self, name: &str, span: &Range<usize>) -> Diagnostic {

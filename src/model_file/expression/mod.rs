@@ -7,6 +7,7 @@
 //! | `reduction` | `peak`, `mean`, `at`, …: of a history to a number |
 //! | `parse` | tokens and precedence: `^` is right-associative and binds tighter than a sign, `-2^2` is −4 |
 //! | `names` | definitions of names: design variables, constants, other expressions |
+//! | `dimension` | dimensions of expressions: `120 mm` is no angle |
 //! | `compiled` | a compiled expression: operations on a stack, over any scalar |
 //! | `compile` | from a tree to operations: constants are folded, named expressions are evaluated once |
 //!
@@ -23,14 +24,16 @@
 
 mod compile;
 mod compiled;
+mod dimension;
 mod function;
 mod names;
 mod parse;
 mod reduction;
 mod tree;
 
-pub use compile::Scope;
+pub use compile::{OtherUnit, Scope};
 pub use compiled::{CompiledExpression, Inputs};
+pub use dimension::Known;
 pub use function::MathFunction;
 pub use names::Names;
 pub(crate) use names::check_name;

@@ -1,7 +1,9 @@
 //! Names in expressions: design variables, constants and named expressions.
 
 use super::Tree;
+use super::dimension::Known;
 use super::function::FUNCTIONS;
+use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
@@ -24,6 +26,10 @@ pub struct Names {
     pub(super) order: Vec<String>,
     pub(super) expressions: Vec<Tree>,
     designs: usize,
+    /// Units of the values of design variables; SI without one.
+    pub(super) units: HashMap<String, Unit>,
+    /// Dimensions of constants.
+    pub(super) dimensions: HashMap<String, Known>,
     /// Operations of all expressions compiled so far.
     pub(super) compiled: Cell<usize>,
 }
@@ -51,6 +57,17 @@ impl Names {
         self.designs += 1;
     }
 
+    /// Adds a design variable whose values are in a unit. Expressions take them in SI.
+    pub fn design_in(&mut self, name: &str, unit: Unit) {
+        self.design(name);
+        self.units.insert(name.to_owned(), unit);
+    }
+
+    /// The unit of the values of a design variable; `None` if they are in SI.
+    pub fn unit_of(&self, design: &str) -> Option<&Unit> {
+        self.units.get(design)
+    }
+
     /// Adds a constant.
     pub fn constant(&mut self, name: &str, value: f64) {
         self.add(name, Meaning::Constant(value));
@@ -74,8 +91,9 @@ impl Names {
         (first..self.expressions.len()).try_for_each(|k| self.visit(k, &mut vec![], &mut order).map(drop))
     }
 
-    /// Replaces a named expression by its value.
-    pub fn define_constant(&mut self, name: &str, value: f64) {
+    /// Replaces a named expression by its value, of a known dimension or not.
+    pub fn define_constant(&mut self, name: &str, value: f64, known: Option<Known>) {
+        self.dimensions.extend(known.map(|known| (name.to_owned(), known)));
         self.meanings.insert(name.to_owned(), Meaning::Constant(value));
     }
 

@@ -7,6 +7,7 @@ use super::function::{FUNCTIONS, MathFunction};
 use super::reduction::{REDUCTIONS, Reduction};
 use super::tree::{Node, Operator, Tree};
 use crate::Readable;
+use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use std::ops::Range;
 
@@ -52,7 +53,7 @@ impl Tree {
         let tree = parser.operand(0, 0)?;
         match parser.peek() {
             Token { piece: Piece::End, .. } => Ok(tree),
-            token => Err(unexpected(token, "an operator or the end")),
+            token => Err(parser.no_unit(token).unwrap_or_else(|| unexpected(token, "an operator or the end"))),
         }
     }
 }
@@ -72,6 +73,17 @@ impl<'t> Parser<'t> {
         // The last token is the end, which is never passed.
         self.at = (self.at + 1).min(self.tokens.len() - 1);
         token
+    }
+
+    /// The error about a name after a number, which is not a unit.
+    fn no_unit(&self, token: &Token) -> Option<Diagnostic> {
+        let is_after_number = matches!(self.tokens.get(self.at.checked_sub(1)?)?.piece, Piece::Number(_, None));
+        let (true, Piece::Name(name)) = (is_after_number, &token.piece) else { return None };
+        let nearest = Diagnostic::unknown(token.span.clone(), "unit", name, Unit::known());
+        Some(match nearest.help.as_deref() {
+            Some(help) if help.starts_with("did you mean") && name.len() > 1 => nearest,
+            _ => unexpected(token, "an operator, a unit or the end"),
+        })
     }
 
     fn take(&mut self, sign: char, otherwise: &str) -> Result<&'t Token, Diagnostic> {
@@ -103,7 +115,10 @@ impl<'t> Parser<'t> {
             return Err(Diagnostic::new(token.span.clone(), message).help("define inner parts in [expressions]"));
         }
         match &token.piece {
-            Piece::Number(value) => Ok(Tree::number(*value, token.span.clone())),
+            Piece::Number(value, None) => Ok(Tree::number(*value, token.span.clone())),
+            Piece::Number(value, Some(unit)) => {
+                Ok(Tree { node: Node::Quantity(*value, unit.clone()), span: token.span.clone() })
+            }
             Piece::Name(name) if self.peek().piece == Piece::Sign('(') => self.call(name, token, depth),
             Piece::Name(name) if name == "pi" => Ok(Tree::number(std::f64::consts::PI, token.span.clone())),
             Piece::Name(name) => Ok(Tree { node: Node::Name(name.clone()), span: token.span.clone() }),
@@ -161,7 +176,7 @@ fn takes(name: &str) -> &'static str {
 
 fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
     let got = match &token.piece {
-        Piece::Number(value) => format!("the number {}", Readable(*value)),
+        Piece::Number(value, _) => format!("the number {}", Readable(*value)),
         Piece::Name(name) => format!("the name `{name}`"),
         Piece::Sign(sign) => format!("`{sign}`"),
         Piece::End => "the end of the expression".to_owned(),
@@ -197,7 +212,7 @@ impl TextPlace {
 /// Content of a token.
 #[derive(Clone, Debug, PartialEq)]
 enum Piece {
-    Number(f64),
+    Number(f64, Option<Unit>),
     Name(String),
     /// One of `+ - * / ^ ( ) ,`.
     Sign(char),
@@ -222,7 +237,7 @@ fn tokens(text: &str, place: &TextPlace) -> Result<Vec<Token>, Diagnostic> {
                 at += c.len_utf8();
                 continue;
             }
-            '0'..='9' | '.' => number(rest, at, place)?,
+            '0'..='9' | '.' => quantity(rest, at, place)?,
             c if c.is_alphabetic() || c == '_' => {
                 let length = rest.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).unwrap_or(rest.len());
                 (Piece::Name(rest[..length].to_owned()), length)
@@ -242,8 +257,20 @@ fn tokens(text: &str, place: &TextPlace) -> Result<Vec<Token>, Diagnostic> {
     Ok(found)
 }
 
+/// A number with its unit, if one follows, at the start of `rest`.
+fn quantity(rest: &str, at: usize, place: &TextPlace) -> Result<(Piece, usize), Diagnostic> {
+    let (value, length) = number(rest, at, place)?;
+    let behind = rest[length..].trim_start();
+    let unit = if behind.starts_with('1') { None } else { Unit::at_start(behind) };
+    let end = |unit: usize| rest.len() - behind.len() + unit;
+    Ok(match unit {
+        Some((unit, unit_length)) => (Piece::Number(value, Some(unit)), end(unit_length)),
+        None => (Piece::Number(value, None), length),
+    })
+}
+
 /// A number such as `12`, `.5`, `1e-3` at the start of `rest`, which is at byte `at` of the expression.
-fn number(rest: &str, at: usize, place: &TextPlace) -> Result<(Piece, usize), Diagnostic> {
+fn number(rest: &str, at: usize, place: &TextPlace) -> Result<(f64, usize), Diagnostic> {
     let bytes = rest.as_bytes();
     let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let mut end = digits(0);
@@ -258,7 +285,7 @@ fn number(rest: &str, at: usize, place: &TextPlace) -> Result<(Piece, usize), Di
     }
     let wrong = |message: String| Diagnostic::new(place.of(at..at + end.max(1)), message).label("expected a number");
     match rest[..end].parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok((Piece::Number(value), end)),
+        Ok(value) if value.is_finite() => Ok((value, end)),
         Ok(_) => Err(wrong(format!("`{}` is too large for a number", &rest[..end]))),
         Err(_) => Err(wrong(format!("`{}` is not a number", &rest[..end.max(1)]))),
     }

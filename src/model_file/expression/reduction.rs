@@ -59,6 +59,11 @@ pub const REDUCTIONS: &[(&str, Reduction, bool, &str)] = &[
 ];
 
 impl Reduction {
+    /// Returns `true` if the number has the unit of the history.
+    pub fn keeps_unit(self) -> bool {
+        !matches!(self, Integral | TimeOfMax | TimeOfMin | TimeOfPeak | Crossing)
+    }
+
     /// The reduction of a call with this many arguments: `max(x)` reduces a history, `max(x, y)` compares two numbers.
     pub fn named(name: &str, arguments: usize) -> Option<Self> {
         let (_, reduction, has_number, _) = REDUCTIONS.iter().find(|(known, ..)| *known == name)?;

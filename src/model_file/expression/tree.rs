@@ -2,6 +2,7 @@
 
 use super::function::MathFunction;
 use super::reduction::Reduction;
+use crate::model_file::unit::Unit;
 use std::ops::Range;
 
 /// An operator between two operands.
@@ -24,6 +25,8 @@ pub enum Operator {
 pub enum Node {
     /// A number.
     Number(f64),
+    /// A number with a unit.
+    Quantity(f64, Unit),
     /// A name, dots included.
     Name(String),
     /// A sign before an operand.
@@ -53,10 +56,41 @@ impl Tree {
         Self { node: Node::Number(value), span }
     }
 
+    /// The unit, if the expression is a number with one, or such a number after a sign.
+    pub fn unit(&self) -> Option<&Unit> {
+        self.quantity().map(|(_, unit)| unit)
+    }
+
+    /// The number and its unit, if the expression is a number with one, or such a number after a sign.
+    pub fn quantity(&self) -> Option<(f64, &Unit)> {
+        match &self.node {
+            Node::Quantity(number, unit) => Some((*number, unit)),
+            Node::Negative(inner) => inner.quantity().map(|(number, unit)| (-number, unit)),
+            _ => None,
+        }
+    }
+
+    /// The number, if the expression is one without a unit, or such a number after a sign.
+    pub fn as_number(&self) -> Option<f64> {
+        match &self.node {
+            Node::Number(number) => Some(*number),
+            Node::Negative(inner) => inner.as_number().map(|number| -number),
+            _ => None,
+        }
+    }
+
+    /// The expression as a number of this unit: divided by one of it.
+    #[must_use]
+    pub fn per(self, unit: &Unit) -> Self {
+        let span = self.span.clone();
+        let one = Self { node: Node::Quantity(1.0, unit.clone()), span: span.clone() };
+        Self { node: Node::Binary(Operator::Divide, Box::new([self, one])), span }
+    }
+
     /// Calls `see` with each name and its location, from left to right.
     pub fn names<'t>(&'t self, see: &mut impl FnMut(&'t str, &Range<usize>)) {
         match &self.node {
-            Node::Number(_) | Node::Reduced(_) => {}
+            Node::Number(_) | Node::Quantity(..) | Node::Reduced(_) => {}
             Node::Name(name) => see(name, &self.span),
             Node::Negative(inner) => inner.names(see),
             Node::Binary(_, both) => both.iter().for_each(|tree| tree.names(see)),
@@ -73,7 +107,7 @@ impl Tree {
 
     fn take_into(&mut self, found: &mut Vec<Tree>) {
         match &mut self.node {
-            Node::Number(_) | Node::Name(_) | Node::Reduced(_) => {}
+            Node::Number(_) | Node::Quantity(..) | Node::Name(_) | Node::Reduced(_) => {}
             Node::Negative(inner) => inner.take_into(found),
             Node::Binary(_, both) => both.iter_mut().for_each(|tree| tree.take_into(found)),
             Node::Call(_, arguments) => arguments.iter_mut().for_each(|tree| tree.take_into(found)),

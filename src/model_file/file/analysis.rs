@@ -21,10 +21,10 @@ use mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed};
 const TIME: &[Key] = &[
     default("name", Accepts::Text, "time", "name of the time, for axes"),
     default("unit", Accepts::Text, "s", "unit of the time, for axes"),
-    default("from", Accepts::Number, "0", "first time point"),
-    optional("to", Accepts::Number, "last time point"),
+    default("from", Accepts::Number, "0", "first time point").of("s"),
+    optional("to", Accepts::Number, "last time point").of("s"),
     optional("points", Accepts::Count, "number of equally spaced time points, both ends included"),
-    optional("at", Accepts::Numbers, "list of all time points, in place of the three keys above"),
+    optional("at", Accepts::Numbers, "list of all time points, in place of the three keys above").of("s"),
 ];
 
 pub const KEYS: &[Key] = &[
@@ -53,14 +53,14 @@ pub const KEYS: &[Key] = &[
     ),
 ];
 const DYNAMICS: &[Key] = &[
-    default("start", Accepts::Number, "0", "time at which the motion starts, s"),
+    default("start", Accepts::Number, "0", "time at which the motion starts, s").of("s"),
     default(
         "scheme",
         Accepts::Choice(&["generalized-alpha", "hht", "rk5", "rk8"]),
         "generalized-alpha",
         "integration method",
     ),
-    optional("step", Accepts::Number, "fixed time step, s"),
+    optional("step", Accepts::Number, "fixed time step, s").of("s"),
     optional("tolerance", Accepts::Number, "tolerated local error, in place of a fixed step"),
     default(
         "spectral_radius",

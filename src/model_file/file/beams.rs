@@ -11,8 +11,8 @@ use mechanics::elements::{BeamSection, Shear};
 const COMMON: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file; its nodes are NAME.first, NAME.2, …, NAME.last"),
     default("kind", Accepts::Choice(&["circular", "rectangular", "section"]), "circular", "cross-section"),
-    required("from", Accepts::Pair, "first end [x, y] of the unloaded beam in m"),
-    required("to", Accepts::Pair, "last end [x, y] of the unloaded beam in m"),
+    required("from", Accepts::Pair, "first end [x, y] of the unloaded beam in m").of("m"),
+    required("to", Accepts::Pair, "last end [x, y] of the unloaded beam in m").of("m"),
     optional("start", Accepts::Name, "body or node whose x and y the first end shares: a pin"),
     optional("end", Accepts::Name, "body or node whose x and y the last end shares: a pin"),
     default("elements", Accepts::Count, "6", "number of equal elements"),
@@ -20,29 +20,32 @@ const COMMON: &[Key] = &[
         "velocity_from",
         Accepts::Pair,
         "initial velocity [vx, vy] of the first end in m/s; an estimate if joints determine it",
-    ),
-    optional("velocity_to", Accepts::Pair, "initial velocity [vx, vy] of the last end; linear between the ends"),
-    default("spin", Accepts::Expression, "0", "initial angular velocity of all nodes, rad/s"),
+    )
+    .of("m/s"),
+    optional("velocity_to", Accepts::Pair, "initial velocity [vx, vy] of the last end; linear between the ends")
+        .of("m/s"),
+    default("spin", Accepts::Expression, "0", "initial angular velocity of all nodes, rad/s").of("rad/s"),
     default("shear", Accepts::Choice(&["flexible", "rigid", "plain"]), "flexible", "shear stiffness of the elements"),
     EACH,
 ];
 const MATERIAL: &[Key] = &[
-    required("young", Accepts::Expression, "Young's modulus in N/m²"),
+    required("young", Accepts::Expression, "Young's modulus in N/m²").of("N/m²"),
     default("poisson", Accepts::Expression, "0.3", "Poisson's ratio"),
-    required("density", Accepts::Expression, "density, kg/m³"),
-    optional("inertia", Accepts::Expression, "rotary inertia per length in kg·m, in place of density × second moment"),
+    required("density", Accepts::Expression, "density, kg/m³").of("kg/m³"),
+    optional("inertia", Accepts::Expression, "rotary inertia per length in kg·m, in place of density × second moment")
+        .of("kg·m"),
 ];
-const CIRCULAR: &[Key] = &[required("diameter", Accepts::Expression, "diameter in m")];
+const CIRCULAR: &[Key] = &[required("diameter", Accepts::Expression, "diameter in m").of("m")];
 const RECTANGULAR: &[Key] = &[
-    required("width", Accepts::Expression, "width perpendicular to the plane, m"),
-    required("height", Accepts::Expression, "height in the plane, m"),
+    required("width", Accepts::Expression, "width perpendicular to the plane, m").of("m"),
+    required("height", Accepts::Expression, "height in the plane, m").of("m"),
 ];
 const SECTION: &[Key] = &[
-    required("axial", Accepts::Expression, "axial stiffness EA, N"),
-    required("transverse", Accepts::Expression, "shear stiffness G A_s, N"),
-    required("bending", Accepts::Expression, "bending stiffness EI, N·m²"),
-    required("mass", Accepts::Expression, "mass per length, kg/m"),
-    required("inertia", Accepts::Expression, "rotary inertia per length, kg·m"),
+    required("axial", Accepts::Expression, "axial stiffness EA, N").of("N"),
+    required("transverse", Accepts::Expression, "shear stiffness G A_s, N").of("N"),
+    required("bending", Accepts::Expression, "bending stiffness EI, N·m²").of("N·m²"),
+    required("mass", Accepts::Expression, "mass per length, kg/m").of("kg/m"),
+    required("inertia", Accepts::Expression, "rotary inertia per length, kg·m").of("kg·m"),
 ];
 
 /// Declarations for documentation and schema.

@@ -11,15 +11,17 @@ use mechanics::mechanism::{Body, Pose};
 use std::sync::LazyLock;
 
 const POSITION: Key =
-    required("position", Accepts::Pair, "initial position [x, y] in m; an estimate if joints determine it");
+    required("position", Accepts::Pair, "initial position [x, y] in m; an estimate if joints determine it").of("m");
 const VELOCITY: Key =
-    optional("velocity", Accepts::Pair, "initial velocity [vx, vy] in m/s; an estimate if joints determine it");
-const ANGLE: Key = default("angle", Accepts::Expression, "0", "initial angle, rad");
-const SPIN: Key = default("spin", Accepts::Expression, "0", "initial angular velocity, rad/s");
+    optional("velocity", Accepts::Pair, "initial velocity [vx, vy] in m/s; an estimate if joints determine it")
+        .of("m/s");
+const ANGLE: Key = default("angle", Accepts::Expression, "0", "initial angle, rad").of("rad");
+const SPIN: Key = default("spin", Accepts::Expression, "0", "initial angular velocity, rad/s").of("rad/s");
 const SLIDER: &[Key] = &[
-    required("mass", Accepts::Expression, "mass in kg, or moment of inertia in kg·m² if the coordinate is an angle"),
-    default("position", Accepts::Expression, "0", "initial position, m or rad"),
-    default("velocity", Accepts::Expression, "0", "initial velocity, m/s or rad/s"),
+    required("mass", Accepts::Expression, "mass in kg, or moment of inertia in kg·m² if the coordinate is an angle")
+        .of("kg or kg·m²"),
+    default("position", Accepts::Expression, "0", "initial position, m or rad").of("m or rad"),
+    default("velocity", Accepts::Expression, "0", "initial velocity, m/s or rad/s").of("m/s or rad/s"),
 ];
 const POINT: &[Key] = &[required("name", Accepts::Name, "name, unique in the file"), EACH];
 

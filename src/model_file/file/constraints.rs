@@ -1,9 +1,12 @@
 //! `[[constraint]]`: limits of a value, at all time points, on an interval, or in continuous time.
 
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
+use super::naming::constant_in;
 use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
-use crate::model_file::limits;
+use crate::model_file::expression::{Scope, Tree};
+use crate::model_file::unit::Unit;
+use crate::model_file::{Diagnostic, limits};
 use crate::problem::{Constraint, Selection, TimeGrid};
 
 /// The key of [`neighbours`].
@@ -11,17 +14,21 @@ pub const NEIGHBOURS: Key =
     optional("neighbours", Accepts::NumberOr(&["all"]), "time points that are retained before and after each maximum");
 const KEYS: &[Key] = &[
     required("name", Accepts::Text, "name, unique in the file"),
-    required("value", Accepts::Quantity, "the constrained quantity"),
-    optional("at_most", Accepts::Number, "upper limit, in the unit of the value"),
-    optional("at_least", Accepts::Number, "lower limit; with `at_most` there are two constraints"),
-    optional("equals", Accepts::Number, "the value that must be met"),
+    required("value", Accepts::Quantity, "the constrained quantity").of_any_unit(),
+    optional("at_most", Accepts::Number, "upper limit, in SI or with a unit, in which the value is shown")
+        .of_any_unit(),
+    optional("at_least", Accepts::Number, "lower limit; with `at_most` there are two constraints").of_any_unit(),
+    optional("equals", Accepts::Number, "the value that must be met").of_any_unit(),
     optional(
         "scale",
         Accepts::Number,
         "normalization, in the unit of the value; by default |limit|, or 1 if that is zero",
-    ),
-    optional("from", Accepts::Number, "first time at which the constraint must hold; by default the first time point"),
-    optional("to", Accepts::Number, "last time at which the constraint must hold; by default the last time point"),
+    )
+    .of_any_unit(),
+    optional("from", Accepts::Number, "first time at which the constraint must hold; by default the first time point")
+        .of("s"),
+    optional("to", Accepts::Number, "last time at which the constraint must hold; by default the last time point")
+        .of("s"),
     default("continuous", Accepts::Flag, "false", "whether the constraint must hold between the time points, too"),
     NEIGHBOURS,
     optional("directly_in", Accepts::Intermediate, "approximates the value itself, linearized in these variables"),
@@ -56,8 +63,10 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constra
 fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constraint>> {
     let name = section.text("name")?;
     let tree = section.tree("value")?.expect("the key is required");
+    let (unit, is_formula) = unit(section, &tree, known)?;
+    let tree = if let (Some(unit), true) = (&unit, is_formula) { tree.per(unit) } else { tree };
     let value = known.compile(&tree, "value")?;
-    let limit = |key| section.number(key, known.names);
+    let limit = |key| limit(section, key, unit.as_ref(), known);
     let quantity = known.linearized(section, value.clone().quantity())?;
     let sides = match (limit("at_least")?, limit("at_most")?, limit("equals")?) {
         (None, Some(most), None) => vec![Constraint::at_most(name, most, quantity)],
@@ -73,17 +82,50 @@ fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constrain
         }
         _ => return Err(section.error_at("equals", "`equals` excludes other limits")),
     };
-    let (scale, window, selection) = (scale(section, known)?, window(section, known, &value)?, neighbours(section)?);
+    let (scale, window, selection) =
+        (scale(limit("scale")?, section)?, window(section, known, &value)?, neighbours(section)?);
     let made = sides.into_iter().map(|mut constraint| {
         constraint.scale = scale.unwrap_or(constraint.scale);
+        constraint.unit = unit.as_ref().map(|unit| unit.text.clone()).filter(|_| is_formula).unwrap_or_default();
         (constraint.window, constraint.selection) = (window, selection);
         constraint
     });
     continuous(section, &value, made.collect(), window.is_some())
 }
 
-fn scale(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Option<f64>> {
-    match section.number("scale", known.names)? {
+/// The unit in which value and limits are stored, and whether the value is a formula that must be converted to it: that of the output, or
+/// that of the first limit with a unit. `None` for SI, or for numbers as they are.
+fn unit(section: &Section<'_>, tree: &Tree, known: &QuantityContext<'_>) -> Read<(Option<Unit>, bool)> {
+    let value = known.compile(tree, "value")?;
+    let dimension = known.dimension(tree)?;
+    let mut first = None;
+    for key in ["at_least", "at_most", "equals", "scale"] {
+        let Some(limit) = section.tree(key)? else { continue };
+        let own = known.names.dimension(&limit, &Scope::NUMBER)?;
+        if let (Some(own), Some(dimension)) = (own, dimension)
+            && own.contradicts(dimension)
+        {
+            let message = format!("`{key}` is {}, and the value is {}", own.dimension, dimension.dimension);
+            return Err(Diagnostic::new(limit.span, message).label(format!("expected {}", dimension.dimension)));
+        }
+        first = first.or(limit.unit().cloned());
+    }
+    if let Some(unit) = known.shown_in(&value) {
+        return Ok((Some(unit.clone()), false));
+    }
+    Ok(if known.is_output(&value) { (None, false) } else { (first, true) })
+}
+
+/// The number of a key in the unit of the value.
+fn limit(section: &Section<'_>, key: &str, unit: Option<&Unit>, known: &QuantityContext<'_>) -> Read<Option<f64>> {
+    match (unit, section.tree(key)?) {
+        (Some(unit), Some(tree)) => constant_in(&tree, key, unit, known.names).map(Some),
+        _ => section.number(key, known.names),
+    }
+}
+
+fn scale(scale: Option<f64>, section: &Section<'_>) -> Read<Option<f64>> {
+    match scale {
         Some(scale) if scale <= 0.0 => Err(section.error_at("scale", "`scale` must be positive")),
         scale => Ok(scale),
     }

@@ -83,7 +83,8 @@ fn key(input: &Input) -> Key {
         "" => input.about,
         unit => format!("{}, {unit}", input.about).leak(),
     };
-    Key { name: input.name, accepts, need: input.default.map_or(Need::Required, Need::Default), about }
+    let unit = if input.unit.is_empty() { "1" } else { input.unit };
+    Key { name: input.name, accepts, need: input.default.map_or(Need::Required, Need::Default), about, unit }
 }
 
 /// Declarations for documentation and schema.

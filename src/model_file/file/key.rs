@@ -69,6 +69,8 @@ pub struct Key {
     pub need: Need,
     /// Description for the documentation, with the unit.
     pub about: &'static str,
+    /// Units of a value that has one, as in "N/m or N·m/rad": "1" for a plain number, empty for any unit.
+    pub unit: &'static str,
 }
 
 /// Declaration of a table of a file, or of one kind of it, with its keys.
@@ -85,20 +87,32 @@ pub struct TableKeys {
 }
 
 pub(crate) const fn required(name: &'static str, accepts: Accepts, about: &'static str) -> Key {
-    Key { name, accepts, need: Need::Required, about }
+    Key { name, accepts, need: Need::Required, about, unit: "1" }
 }
 
 pub(crate) const fn optional(name: &'static str, accepts: Accepts, about: &'static str) -> Key {
-    Key { name, accepts, need: Need::Optional, about }
+    Key { name, accepts, need: Need::Optional, about, unit: "1" }
 }
 
 pub(crate) const fn default(name: &'static str, accepts: Accepts, value: &'static str, about: &'static str) -> Key {
-    Key { name, accepts, need: Need::Default(value), about }
+    Key { name, accepts, need: Need::Default(value), about, unit: "1" }
 }
 
 /// The key that replicates a table.
 pub(super) const EACH: Key =
     optional("each", Accepts::Each, "makes one copy for each value; `{i}`, `{i+1}` in texts are replaced by it");
+
+impl Key {
+    /// Sets the units of the value.
+    pub(super) const fn of(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// The value may have any unit.
+    pub(super) const fn of_any_unit(self) -> Self {
+        self.of("")
+    }
+}
 
 impl Accepts {
     /// The type in words.

@@ -2,7 +2,8 @@
 
 use super::parts::{BuildContext, FrameRef, NamedPart, Parts, PointRef};
 use crate::Result;
-use crate::model_file::expression::{CompiledExpression, Inputs};
+use crate::model_file::expression::{CompiledExpression, Inputs, Known, OtherUnit};
+use crate::model_file::unit::Unit;
 use autodiff::Scalar;
 use mechanics::elements::{self, Added, CoordinateSensor, Element, MarkerSensor};
 use mechanics::mechanism::{ElementIndex, Term};
@@ -83,6 +84,23 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
         }
     };
     parts.order.iter().flat_map(of).chain(["kinetic_energy".into(), "potential_energy".into()]).collect()
+}
+
+/// The unit of a quantity, if it has only one.
+pub fn unit(measure: &MeasureRef, parts: &Parts) -> Option<OtherUnit> {
+    let of = |all: &[elements::Measure], what: &str| all.iter().find(|m| m.name == what).map(|m| m.unit);
+    let unit = match measure {
+        MeasureRef::Element(k, what) => {
+            parts.elements().find(|(index, _)| index == k).and_then(|(_, e)| of(e.measures, what))?
+        }
+        MeasureRef::Frame(_, what) | MeasureRef::Point(_, what) => of(Element::measures(&MarkerSensor), what)?,
+        MeasureRef::Slider(_, what) => of(Element::measures(&CoordinateSensor), what)?,
+        MeasureRef::Node(_, _, "moment") => "N·m",
+        MeasureRef::Node(..) => "N",
+        MeasureRef::KineticEnergy | MeasureRef::PotentialEnergy => "J",
+    };
+    let known = Known::loose(Unit::parse(unit)?.dimension)?;
+    Some(OtherUnit { known, shown: None })
 }
 
 /// Owner of a sensor.

@@ -73,7 +73,7 @@ pub(super) const KEYS: &[Key] = &[
     optional("design", Accepts::Tables, "design variables, as tables [design.NAME]"),
     optional("constants", Accepts::Table, "names for numbers: NAME = 1.0, or an expression of others"),
     optional("expressions", Accepts::Table, "names for expressions of design variables, constants and time"),
-    optional("gravity", Accepts::Pair, "gravitational acceleration [x, y] in m/s²; none by default"),
+    optional("gravity", Accepts::Pair, "gravitational acceleration [x, y] in m/s²; none by default").of("m/s²"),
     optional("body", Accepts::Tables, "bodies"),
     optional("beam", Accepts::Tables, "flexible beams"),
     optional("point", Accepts::Tables, "named points of bodies"),
@@ -189,7 +189,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         program.is_some(),
         grid.as_ref(),
     )?;
-    let bound = objective::read_bound(&section, &mut names)?;
+    let bound = objective::read_bound(&section, &mut names, &outputs)?;
     let of_peak = bound.as_ref().map(|bound| bound.variable.clone());
     let all: Vec<DesignVariable> = variables.iter().chain(&of_peak).cloned().collect();
     let is_problem = section.has("objective") || section.has("constraint");

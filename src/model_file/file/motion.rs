@@ -12,33 +12,33 @@ use toml::de::DeValue;
 const KIND: Key = required("kind", Accepts::Choice(KINDS), "kind of motion");
 const KINDS: &[&str] = &["constant-speed", "start-up", "harmonic", "ramp", "table"];
 const CONSTANT_SPEED: &[Key] = &[
-    default("position", Accepts::Expression, "0", "position at time 0, m or rad"),
-    required("speed", Accepts::Expression, "speed, m/s or rad/s"),
+    default("position", Accepts::Expression, "0", "position at time 0, m or rad").of("m or rad"),
+    required("speed", Accepts::Expression, "speed, m/s or rad/s").of("m/s or rad/s"),
 ];
 const START_UP: &[Key] = &[
-    default("position", Accepts::Expression, "0", "position at time 0, m or rad"),
-    required("speed", Accepts::Expression, "final speed, m/s or rad/s"),
-    required("duration", Accepts::Expression, "duration of the rise, s"),
+    default("position", Accepts::Expression, "0", "position at time 0, m or rad").of("m or rad"),
+    required("speed", Accepts::Expression, "final speed, m/s or rad/s").of("m/s or rad/s"),
+    required("duration", Accepts::Expression, "duration of the rise, s").of("s"),
     default("profile", Accepts::Choice(PROFILES), "half-cosine", "rise of the speed from zero"),
 ];
 const PROFILES: &[&str] = &["sudden", "linear", "cubic", "half-cosine", "cycloid", "polynomial"];
 const HARMONIC: &[Key] = &[
-    default("mean", Accepts::Expression, "0", "mean value, m or rad, N or N·m"),
-    required("amplitude", Accepts::Expression, "amplitude, m or rad, N or N·m"),
-    required("frequency", Accepts::Expression, "angular frequency, rad/s"),
-    default("phase", Accepts::Expression, "0", "phase angle, rad"),
+    default("mean", Accepts::Expression, "0", "mean value, m or rad, N or N·m").of("m or rad or N or N·m"),
+    required("amplitude", Accepts::Expression, "amplitude, m or rad, N or N·m").of("m or rad or N or N·m"),
+    required("frequency", Accepts::Expression, "angular frequency, rad/s").of("rad/s"),
+    default("phase", Accepts::Expression, "0", "phase angle, rad").of("rad"),
 ];
 const RAMP: &[Key] = &[
-    required("from", Accepts::Expression, "value before the ramp"),
-    required("to", Accepts::Expression, "value after the ramp"),
-    default("begin", Accepts::Expression, "0", "start of the ramp, s"),
-    required("duration", Accepts::Expression, "duration of the ramp, s"),
+    required("from", Accepts::Expression, "value before the ramp").of_any_unit(),
+    required("to", Accepts::Expression, "value after the ramp").of_any_unit(),
+    default("begin", Accepts::Expression, "0", "start of the ramp, s").of("s"),
+    required("duration", Accepts::Expression, "duration of the ramp, s").of("s"),
     default("profile", Accepts::Choice(&["smooth", "linear"]), "smooth", "smooth: the 3-4-5 polynomial"),
 ];
 const TABLE: &[Key] = &[
-    required("times", Accepts::Numbers, "increasing times, s"),
-    required("values", Accepts::Numbers, "values at these times, interpolated by a natural cubic spline"),
-    default("scale", Accepts::Expression, "1", "factor of all values"),
+    required("times", Accepts::Numbers, "increasing times, s").of("s"),
+    required("values", Accepts::Numbers, "values at these times, interpolated by a natural cubic spline").of_any_unit(),
+    default("scale", Accepts::Expression, "1", "factor of all values").of_any_unit(),
 ];
 
 /// Declarations for documentation and schema.
@@ -114,7 +114,8 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
         return Err(wrong_type(value, &format!("`{key}`"), "an expression of time, or a motion"));
     }
     let tree = tree(value, key, section.source())?;
-    let expression = names.compile(&tree, &Scope { place: &format!("`{key}`"), ..Scope::MOTION })?;
+    let scope = Scope { place: &format!("`{key}`"), units: section.unit_of(key), ..Scope::MOTION };
+    let expression = names.compile(&tree, &scope)?;
     let used = expression.uses();
     if used.len() > MOST_MOTION_PARAMETERS {
         let message =

@@ -4,14 +4,20 @@ use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::Readable;
 use crate::model_file::expression::{Names, Scope, Tree};
+use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
 
 pub const DESIGN: &[Key] = &[
-    required("start", Accepts::Number, "start value, in the unit"),
-    optional("lower", Accepts::Number, "lower bound; none by default"),
-    optional("upper", Accepts::Number, "upper bound; none by default"),
-    default("unit", Accepts::Text, "", "unit, for tables and axes"),
+    required(
+        "start",
+        Accepts::Number,
+        "start value; with a unit, as in \"120 mm\", tables and axes show the variable in this unit",
+    )
+    .of_any_unit(),
+    optional("lower", Accepts::Number, "lower bound; none by default").of_any_unit(),
+    optional("upper", Accepts::Number, "upper bound; none by default").of_any_unit(),
+    default("unit", Accepts::Text, "", "unit for tables and axes; values with units are converted to it"),
 ];
 
 /// Reads `[constants]`, `[design]` and `[expressions]`.
@@ -24,7 +30,10 @@ pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
         if log.keep(names.check(name, design.span.clone())).is_none() {
             log.poison_all();
         }
-        names.design(name);
+        match log.keep(unit_of(design)).flatten() {
+            Some(unit) => names.design_in(name, unit),
+            None => names.design(name),
+        }
     }
     constants(file, &mut names)?;
     // A variable with errors is defined nevertheless, because other parts of the file name it.
@@ -60,15 +69,70 @@ fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
     Ok(found)
 }
 
+/// The unit of the values of a design variable: `unit`, or that of `start`. `None` if `start` has none: then `unit` is a label.
+fn unit_of(section: &Section<'_>) -> Read<Option<Unit>> {
+    let tree = section.tree("start")?;
+    let Some(own) = tree.as_ref().and_then(|tree| tree.unit()) else { return Ok(None) };
+    let Some(word) = section.word("unit")? else { return Ok(Some(own.clone())) };
+    let Some(unit) = Unit::parse(&word.text) else {
+        let error = Diagnostic::unknown(word.span, "unit", &word.text, Unit::known());
+        return Err(error);
+    };
+    if unit.dimension == own.dimension {
+        return Ok(Some(unit));
+    }
+    let message = format!("`unit` is {}, and the start is {}", unit.dimension, own.dimension);
+    Err(Diagnostic::new(word.span, message).help("leave `unit` out, or give one of the same kind"))
+}
+
 /// The design variable of a table with the keys [`DESIGN`].
 pub fn variable(name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
-    let start = section.number("start", names)?.unwrap_or(f64::NAN);
-    variable_from(start, name, section, names)
+    let unit = names.unit_of(name);
+    let start = number_in(unit, "start", section, names)?.unwrap_or(f64::NAN);
+    let variable = variable_from(start, name, section, names, unit)?;
+    Ok(match unit {
+        Some(unit) => DesignVariable { unit: unit.text.clone(), ..variable },
+        None => variable,
+    })
+}
+
+/// The number of a key in a unit, or in SI without one. A value and the unit of its variable have the same dimension.
+fn number_in(unit: Option<&Unit>, key: &str, section: &Section<'_>, names: &Names) -> Read<Option<f64>> {
+    let Some(tree) = section.tree(key)? else { return Ok(None) };
+    let known = names.dimension(&tree, &Scope::NUMBER)?;
+    match unit {
+        None if known.is_some_and(|known| known.is_firm && !known.dimension.is_number()) => {
+            let message = format!("`{key}` has a unit, and the start has none");
+            Err(Diagnostic::new(tree.span, message).help("write the start with its unit, as in start = \"120 mm\""))
+        }
+        None => section.number(key, names),
+        Some(unit) if tree.as_number().is_some_and(|number| number != 0.0) => {
+            let number = Readable(tree.as_number().unwrap_or(0.0));
+            let message = format!("the start has the unit {}, and `{key}` has none", unit.text);
+            Err(Diagnostic::new(tree.span, message).help(format!("for instance \"{number} {}\"", unit.text)))
+        }
+        Some(unit) => constant_in(&tree, key, unit, names).map(Some),
+    }
+}
+
+/// An expression of constants as a number of a unit, whose dimension it must have.
+pub fn constant_in(tree: &Tree, key: &str, unit: &Unit, names: &Names) -> Read<f64> {
+    let value = constant(tree, key, &unit.text, names)?;
+    Ok(match tree.quantity() {
+        Some((number, own)) if own == unit => number,
+        _ => unit.of_si(value),
+    })
 }
 
 /// As [`variable`], with a start value that may be from elsewhere.
-pub fn variable_from(start: f64, name: &str, section: &Section<'_>, names: &Names) -> Read<DesignVariable> {
-    let bound = |key, none| Ok(section.number(key, names)?.unwrap_or(none));
+pub fn variable_from(
+    start: f64,
+    name: &str,
+    section: &Section<'_>,
+    names: &Names,
+    unit: Option<&Unit>,
+) -> Read<DesignVariable> {
+    let bound = |key, none| Ok(number_in(unit, key, section, names)?.unwrap_or(none));
     let (lower, upper) = (bound("lower", f64::NEG_INFINITY)?, bound("upper", f64::INFINITY)?);
     if lower > upper {
         let [lower, upper] = [lower, upper].map(Readable);
@@ -88,8 +152,9 @@ fn constants(file: &Section<'_>, names: &mut Names) -> Read<()> {
     names.expressions(trees.clone())?;
     let mut last = Ok(());
     for (name, tree) in &trees {
-        match constant(tree, name, names) {
-            Ok(value) => names.define_constant(name, value),
+        let known = names.dimension(tree, &Scope::NUMBER).ok().flatten();
+        match constant(tree, name, "", names) {
+            Ok(value) => names.define_constant(name, value, known),
             // Bounds and limits need the constants, so reading ends with the first wrong one.
             Err(error) => last = last.and(Err(error)).inspect_err(|e: &Diagnostic| file.source().log.note(e.clone())),
         }
@@ -103,7 +168,7 @@ fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {
     for (name, tree) in &trees {
         if file.source().log.keep(names.compile(tree, &Scope::MOTION)).is_none() {
             // Any number: references to the expression raise no follow-up errors.
-            names.define_constant(name, 1.0);
+            names.define_constant(name, 1.0, None);
         }
     }
     Ok(())

@@ -2,11 +2,13 @@
 
 use super::key::{Accepts, Key, TableKeys, default, optional};
 use super::naming;
+use super::outputs::{OutputSpec, SHOWN_IN, converted, shown_in};
 use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{Names, Node, Reduction, Tree};
+use crate::model_file::unit::Unit;
 use crate::problem::{
     Analysis, Constraint, ContinuousTime, DesignVariable, Goal, GradientMethod, Problem, ProblemBuilder, Quantity,
     ResponseAt, Responses, TimeGrid,
@@ -20,8 +22,10 @@ const KEYS: &[Key] = &[
         "minimize",
         Accepts::Quantities,
         "the quantity to minimize; with over = \"peak\" also a list, for the largest of several peaks",
-    ),
-    optional("maximize", Accepts::Quantity, "the quantity to maximize, in place of `minimize`"),
+    )
+    .of_any_unit(),
+    optional("maximize", Accepts::Quantity, "the quantity to maximize, in place of `minimize`").of_any_unit(),
+    SHOWN_IN,
     optional("over", Accepts::Choice(OVER), "reduction of a history to a number"),
     default("rule", Accepts::Choice(&["simpson", "trapezoid"]), "trapezoid", "quadrature of integral and mean"),
     optional(
@@ -33,7 +37,8 @@ const KEYS: &[Key] = &[
         "scale",
         Accepts::Number,
         "with over = \"peak\": normalization of the two constraints, in the unit of the value; by default the peak at the start design",
-    ),
+    )
+    .of_any_unit(),
     optional("directly_in", Accepts::Intermediate, "approximates the objective itself, linearized in these variables"),
 ];
 const OVER: &[&str] = &["peak", "sum", "integral", "mean"];
@@ -41,9 +46,9 @@ const OVER_WORDS: &[(&str, Over)] =
     &[("peak", Over::Peak), ("sum", Over::Sum), ("integral", Over::Integral), ("mean", Over::Mean)];
 const BOUND: &[Key] = &[
     default("name", Accepts::Name, "peak", "name of the variable"),
-    optional("start", Accepts::Number, "start value, in the unit; by default the peak at the start design"),
-    optional("lower", Accepts::Number, "lower bound; none by default"),
-    optional("upper", Accepts::Number, "upper bound; none by default"),
+    optional("start", Accepts::Number, "start value; by default the peak at the start design").of_any_unit(),
+    optional("lower", Accepts::Number, "lower bound; none by default").of_any_unit(),
+    optional("upper", Accepts::Number, "upper bound; none by default").of_any_unit(),
     default("unit", Accepts::Text, "", "unit, for tables and axes; by default that of the objective"),
 ];
 
@@ -83,12 +88,14 @@ pub struct PeakSpec {
 /// The variable that bounds a peak, and whether the file has its start. It is a design variable like any other.
 pub struct BoundVariable {
     pub variable: DesignVariable,
+    unit: Option<Unit>,
     has_start: bool,
 }
 
 /// Reads the variable that bounds a peak, or makes the default one.
-pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<BoundVariable>> {
+pub fn read_bound(file: &Section<'_>, names: &mut Names, outputs: &[OutputSpec]) -> Read<Option<BoundVariable>> {
     let Some(section) = file.inner("objective", &[KEYS])? else { return Ok(None) };
+    let unit = stored_unit(&section, outputs)?;
     let bound = section.inner("bound", &[BOUND])?;
     let is_peak = section.word("over")?.is_some_and(|word| word.text == "peak")
         || section.trees("minimize")?.iter().any(|tree| peak_of(tree).is_some());
@@ -98,11 +105,11 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<BoundVar
             names.check(&word.text, word.span)?;
             let start = bound.number("start", names)?;
             let variable = match start {
-                Some(start) => naming::variable_from(start, &word.text, bound, names)?,
+                Some(start) => naming::variable_from(start, &word.text, bound, names, None)?,
                 // A number inside the bounds, until the start design is analysed.
                 None => {
                     let inside = bound.number("lower", names)?.or(bound.number("upper", names)?).unwrap_or(0.0);
-                    naming::variable_from(inside, &word.text, bound, names)?
+                    naming::variable_from(inside, &word.text, bound, names, None)?
                 }
             };
             (variable, start.is_some())
@@ -114,8 +121,37 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names) -> Read<Option<BoundVar
         }
         None => return Ok(None),
     };
-    names.design(&variable.name);
-    Ok(Some(BoundVariable { variable, has_start }))
+    let Some(unit) = unit else {
+        names.design(&variable.name);
+        return Ok(Some(BoundVariable { variable, unit, has_start }));
+    };
+    names.design_in(&variable.name, unit.clone());
+    let variable = DesignVariable {
+        start: unit.of_si(variable.start),
+        lower: unit.of_si(variable.lower),
+        upper: unit.of_si(variable.upper),
+        unit: unit.text.clone(),
+        ..variable
+    };
+    Ok(Some(BoundVariable { variable, unit: Some(unit), has_start }))
+}
+
+/// The unit in which the objective is stored: `shown_in`, or that of the outputs that it consists of. `None` for SI.
+fn stored_unit(section: &Section<'_>, outputs: &[OutputSpec]) -> Read<Option<Unit>> {
+    if let Some(unit) = shown_in(section)? {
+        return Ok(Some(unit));
+    }
+    let key = if section.has("minimize") { "minimize" } else { "maximize" };
+    let is_reduced = section.word("over")?.is_some_and(|word| word.text != "peak");
+    let of_tree = |tree: &Tree| match &peak_of(tree).unwrap_or(tree).node {
+        Node::Name(name) if !is_reduced => outputs.iter().find(|output| output.name == *name)?.shown_in.clone(),
+        _ => None,
+    };
+    let units: Vec<Option<Unit>> = section.trees(key)?.iter().map(of_tree).collect();
+    if units.iter().any(|unit| *unit != units[0]) {
+        return Err(section.error_at(key, "these quantities are shown in different units").help("add `shown_in`"));
+    }
+    Ok(units.into_iter().next().flatten())
 }
 
 /// Name of the variable that bounds a peak, unless the file names it.
@@ -142,6 +178,14 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         over = Some(Over::Peak);
         trees = trees.iter().filter_map(peak_of).cloned().collect();
     }
+    let unit = stored_unit(&section, known.outputs)?;
+    if let Some(unit) = shown_in(&section)? {
+        let convert = |tree: Tree| {
+            let dimension = known.dimension(&tree)?;
+            converted(tree, dimension, &unit)
+        };
+        trees = trees.into_iter().map(convert).collect::<Read<_>>()?;
+    }
     let values: Vec<CompiledQuantity> = trees.iter().map(|tree| known.compile(tree, key)).collect::<Read<_>>()?;
     let Some(value) = values.first().cloned() else {
         return Err(section.error_at(key, "the list is empty"));
@@ -161,7 +205,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => peak(&section, known, values, bound),
         (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
         (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
-        (over, None) => number(&section, known, value, goal, over),
+        (over, None) => number(&section, known, value, goal, over, unit.as_ref()),
     }
 }
 
@@ -177,9 +221,12 @@ fn peak(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
     values: Vec<CompiledQuantity>,
-    BoundVariable { variable: mut bound, has_start }: BoundVariable,
+    BoundVariable { variable: mut bound, unit: stored, has_start }: BoundVariable,
 ) -> Read<ObjectiveSpec> {
-    let scale = section.number("scale", known.names)?;
+    let scale = match (&stored, section.tree("scale")?) {
+        (Some(unit), Some(tree)) => Some(naming::constant_in(&tree, "scale", unit, known.names)?),
+        _ => section.number("scale", known.names)?,
+    };
     if scale.is_some_and(|scale| scale <= 0.0) {
         return Err(section.error_at("scale", "`scale` must be positive"));
     }
@@ -198,13 +245,16 @@ fn number(
     value: CompiledQuantity,
     goal: Goal,
     over: Option<Over>,
+    stored: Option<&Unit>,
 ) -> Read<ObjectiveSpec> {
     let quantity = match (over, known.grid) {
         (Some(over), Some(grid)) => Quantity::sum(0, weights(section, over, grid)?, value.function).of(&value.uses),
         _ => value.quantity(),
     };
     let quantity = known.linearized(section, quantity)?;
-    Ok(ObjectiveSpec::Number { name: section.text("name")?, unit: section.text("unit")?, quantity, goal })
+    let unit = section.text("unit")?;
+    let unit = stored.filter(|_| unit.is_empty()).map_or(unit, |unit| unit.text.clone());
+    Ok(ObjectiveSpec::Number { name: section.text("name")?, unit, quantity, goal })
 }
 
 /// Weights of a sum, an integral or a mean.

@@ -5,7 +5,8 @@ use super::measures::{self, MeasureRef, Sensors};
 use super::parts::{BuildContext, Parts, position_or_push};
 use super::section::{Read, Section, Value, Word, constant, find, ordered, tree};
 use crate::Result;
-use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
+use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, OtherUnit, Scope, Tree};
+use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use autodiff::Scalar;
@@ -16,16 +17,51 @@ use toml::de::DeValue;
 
 const KEYS: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file"),
-    optional("value", Accepts::Quantity, "a formula of measures such as `crank.theta`, of the design and of `time`"),
+    optional("value", Accepts::Quantity, "a formula of measures such as `crank.theta`, of the design and of `time`")
+        .of_any_unit(),
     optional(
         "program",
         Accepts::Choice(&["history", "number"]),
         "in place of `value`, with the analysis `program`: its answer is a number for each time point, or one number",
     ),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
+    SHOWN_IN,
     optional("linear_in", Accepts::Intermediate, "intermediate variables in which the output is linearized"),
     EACH,
 ];
+
+/// The key of [`shown_in`].
+pub const SHOWN_IN: Key = optional(
+    "shown_in",
+    Accepts::Text,
+    "in place of `unit`: a unit such as \"mm\", to which the values in SI are converted for tables and axes",
+);
+
+/// The unit to which values are converted, if the section has `shown_in`.
+pub fn shown_in(section: &Section<'_>) -> Read<Option<Unit>> {
+    let Some(word) = section.word("shown_in")? else { return Ok(None) };
+    if section.has("unit") {
+        let message = "`unit` and `shown_in` exclude each other";
+        return Err(section.error_at("unit", message).help("`unit` is a label; `shown_in` converts the values"));
+    }
+    match Unit::parse(&word.text) {
+        Some(unit) => Ok(Some(unit)),
+        None => Err(Diagnostic::unknown(word.span, "unit", &word.text, Unit::known())),
+    }
+}
+
+/// The formula in a unit, whose dimension it must have if its own is known.
+pub fn converted(tree: Tree, known: Option<Known>, unit: &Unit) -> Read<Tree> {
+    match known
+        .filter(|known| !(unit.dimension.is_like(known.dimension) || !known.is_firm && known.dimension.is_number()))
+    {
+        None => Ok(tree.per(unit)),
+        Some(known) => {
+            let message = format!("this is {}, and cannot be shown in {}", known.dimension, unit.text);
+            Err(Diagnostic::new(tree.span, message))
+        }
+    }
+}
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[TableKeys] =
@@ -36,6 +72,10 @@ pub const TABLES: &[TableKeys] =
 pub struct OutputSpec {
     pub name: String,
     pub unit: String,
+    /// The unit of the values, if `unit` is not just a label.
+    pub shown_in: Option<Unit>,
+    /// What is known of the dimension.
+    known: Option<Known>,
     pub expression: CompiledExpression,
     measures: Vec<MeasureRef>,
     /// `true` if the output has a value at each time point.
@@ -97,11 +137,28 @@ fn output(
         Some(position_or_push(&mut found.borrow_mut(), measure))
     };
     let suggestions = || parts.map(measures::suggestions).unwrap_or_default();
-    let scope = Scope { others: &others, suggestions: &suggestions, ..Scope::MOTION };
-    let expression = section.expression("value", names, &scope)?;
+    let other_units = |text: &str| measures::unit(&measures::find(text, parts?)?, parts?);
+    let scope = Scope {
+        place: "`value`",
+        others: &others,
+        suggestions: &suggestions,
+        other_units: &other_units,
+        ..Scope::MOTION
+    };
+    let Some(tree) = section.tree("value")? else {
+        return Err(section.error_at("value", format!("{} lacks `value`", section.title)));
+    };
+    let (known, shown_in) = (names.dimension(&tree, &scope)?, shown_in(section)?);
+    let tree = match &shown_in {
+        Some(unit) => converted(tree, known, unit)?,
+        None => tree,
+    };
+    let expression = names.compile(&tree, &scope)?;
     Ok(OutputSpec {
         name,
-        unit: section.text("unit")?,
+        unit: shown_in.as_ref().map_or_else(|| section.text("unit"), |unit| Ok(unit.text.clone()))?,
+        known: shown_in.as_ref().map(|unit| Known { dimension: unit.dimension, is_firm: true }).or(known),
+        shown_in,
         is_transient: parts.is_some() || expression.uses_time(),
         expression,
         measures: found.into_inner(),
@@ -115,6 +172,11 @@ fn output_of_program(
     names: &Names,
     variables: &[DesignVariable],
 ) -> Read<OutputSpec> {
+    if section.has("shown_in") {
+        return Err(section
+            .error_at("shown_in", "the program gives its outputs as they are shown")
+            .help("give `unit`"));
+    }
     let help = "with kind = \"program\" an output has program = \"history\" or program = \"number\"";
     if section.has("value") {
         let message = "the program computes the outputs, so they have no `value`";
@@ -126,6 +188,8 @@ fn output_of_program(
     Ok(OutputSpec {
         name,
         unit: section.text("unit")?,
+        shown_in: None,
+        known: None,
         is_transient: section.choice("program", &[("history", true), ("number", false)])?,
         expression: CompiledExpression::constant(0.0),
         measures: vec![],
@@ -152,7 +216,7 @@ pub fn intermediates(
             DeValue::String(text) => {
                 find(&Word { text: text.to_string(), span: value.span() }, "intermediate variable", WORDS)
             }
-            _ => Ok(Intermediate::Power(constant(&tree(value, key, section.source())?, key, names)?)),
+            _ => Ok(Intermediate::Power(constant(&tree(value, key, section.source())?, key, "1", names)?)),
         }
     };
     let Some(table) = value.get_ref().as_table() else {
@@ -202,11 +266,18 @@ impl OutputSpec {
         Self {
             name,
             unit: String::new(),
+            shown_in: None,
+            known: None,
             expression: CompiledExpression::other(0),
             measures: vec![measure],
             is_transient: true,
             intermediates: Intermediates::Identity,
         }
+    }
+
+    /// What is known of the unit of the output in formulas.
+    pub fn other_unit(&self) -> Option<OtherUnit> {
+        Some(OtherUnit { known: self.known?, shown: self.shown_in.clone() })
     }
 
     /// Adds the output to a mechanism.

@@ -56,7 +56,7 @@ pub enum FrameCoordinate {
 
 pub const POINT_KEYS: &[Key] = &[
     required("body", Accepts::Name, "name of a body or beam node, or \"ground\""),
-    required("at", Accepts::Pair, "position [x, y] in m, in axes fixed to it"),
+    required("at", Accepts::Pair, "position [x, y] in m, in axes fixed to it").of("m"),
 ];
 
 /// Names of the parts that have been read so far.
@@ -80,6 +80,14 @@ impl Parts {
         self.named.insert(word.text.clone(), named);
         self.order.push(word.text.clone());
         Ok(())
+    }
+
+    /// Joints, drives and forces with their numbers.
+    pub fn elements(&self) -> impl Iterator<Item = (usize, &'static ElementDescriptor)> {
+        self.named.values().filter_map(|named| match named {
+            NamedPart::Element(k, descriptor) => Some((*k, *descriptor)),
+            _ => None,
+        })
     }
 
     pub fn get(&self, name: &str) -> Option<&NamedPart> {
@@ -138,7 +146,7 @@ impl Parts {
                 let at = inner.get("at").expect("the key is required");
                 Ok(PointRef {
                     frame: self.frame(&body.text, &body.span)?,
-                    at: pair(at, "at", names, &Scope::DESIGN, source)?,
+                    at: pair(at, "at", names, &Scope { units: "m", ..Scope::DESIGN }, source)?,
                 })
             }
             _ => Err(wrong_type(value, &format!("`{key}`"), "a name, or a table { body = …, at = [x, y] }")),

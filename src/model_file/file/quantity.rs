@@ -3,7 +3,10 @@
 use super::outputs::{OutputSpec, intermediates};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{CompiledExpression, Inputs, Names, Node, Reduction, Scope, Tree};
+use crate::model_file::expression::{
+    CompiledExpression, Inputs, Known, Names, Node, OtherUnit, Reduction, Scope, Tree,
+};
+use crate::model_file::unit::Unit;
 use crate::problem::{DesignVariable, Function, Functional, Point, Quantity, TimeGrid};
 use autodiff::Scalar;
 use std::sync::Arc;
@@ -39,7 +42,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
         names.check(&word.text, word.span.clone())?;
         let list =
             value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{}`", word.text), "a list"))?;
-        let number = |item| constant(&tree(item, &word.text, file.source())?, &word.text, names);
+        let number = |item| constant(&tree(item, &word.text, file.source())?, &word.text, "", names);
         let values = list.iter().map(number).collect::<Read<Vec<f64>>>()?;
         if values.len() != times.len() {
             let message =
@@ -158,9 +161,25 @@ impl QuantityContext<'_> {
             outputs.chain(self.series.iter().map(|s| s.name.clone())).collect()
         };
         let place = format!("`{key}`");
-        let scope =
-            Scope { place: &place, others: &others, reduced: &reduced, suggestions: &suggestions, ..Scope::MOTION };
+        let scope = Scope {
+            place: &place,
+            others: &others,
+            reduced: &reduced,
+            suggestions: &suggestions,
+            other_units: &|name| self.other_unit(name),
+            ..Scope::MOTION
+        };
         self.names.compile(tree, &scope)
+    }
+
+    /// What is known of the unit of an output.
+    fn other_unit(&self, name: &str) -> Option<OtherUnit> {
+        self.outputs.iter().find(|output| output.name == name)?.other_unit()
+    }
+
+    /// The dimension of a formula of outputs, if it is known.
+    pub fn dimension(&self, tree: &Tree) -> Read<Option<Known>> {
+        self.names.dimension(tree, &Scope { other_units: &|name| self.other_unit(name), ..Scope::MOTION })
     }
 
     /// Indices of the outputs and of the series that an expression uses.
@@ -203,7 +222,13 @@ impl QuantityContext<'_> {
                 let message = format!("`{}` reduces a history, and this is a number", reduction.name());
                 return Err(Diagnostic::new(history.span.clone(), message));
             }
-            let numbers: Vec<f64> = numbers.iter().map(|n| constant(n, key, self.names)).collect::<Read<_>>()?;
+            let units = |k: usize| match reduction {
+                Reduction::At => "s",
+                _ if k >= usize::from(reduction.has_number()) => "s",
+                _ => "",
+            };
+            let number = |(k, tree)| constant(tree, key, units(k), self.names);
+            let numbers: Vec<f64> = numbers.iter().enumerate().map(number).collect::<Read<_>>()?;
             let (number, interval) = numbers.split_at(usize::from(reduction.has_number()));
             let points = points_of(grid, interval, tree)?;
             let number = number.first().copied().unwrap_or(0.0);
@@ -224,6 +249,16 @@ impl QuantityContext<'_> {
         let function = OutputFormula { expression: CompiledExpression::constant(0.0), series: vec![] };
         let reduced = Some(ReducedFormula { histories, formula, points: grid.len() });
         Ok(CompiledQuantity { function, uses, is_transient: false, is_output: false, reduced })
+    }
+
+    /// The unit in which the values of a quantity are stored, if it is an output that is shown in a unit; otherwise they are in SI.
+    pub fn shown_in(&self, quantity: &CompiledQuantity) -> Option<&Unit> {
+        if quantity.is_output { self.outputs[quantity.uses[0]].shown_in.as_ref() } else { None }
+    }
+
+    /// Returns `true` if a quantity is an output, without a formula.
+    pub fn is_output(&self, quantity: &CompiledQuantity) -> bool {
+        quantity.is_output
     }
 
     /// The unit of a quantity that is an output; empty for a formula.

@@ -166,7 +166,9 @@ impl<'a> Section<'a> {
     /// The compiled expression of a key that is required or has a default.
     pub fn expression(&self, key: &str, names: &Names, scope: &Scope) -> Read<CompiledExpression> {
         match self.tree(key)? {
-            Some(tree) => names.compile(&tree, &Scope { place: &format!("`{key}`"), ..*scope }),
+            Some(tree) => {
+                names.compile(&tree, &Scope { place: &format!("`{key}`"), units: self.unit_of(key), ..*scope })
+            }
             None => Err(Diagnostic::new(self.source.first_line(&self.span), format!("{} lacks `{key}`", self.title))),
         }
     }
@@ -174,7 +176,7 @@ impl<'a> Section<'a> {
     /// The number of a key, or of its default.
     pub fn number(&self, key: &str, names: &Names) -> Read<Option<f64>> {
         let Some(tree) = self.tree(key)? else { return Ok(None) };
-        constant(&tree, key, names).map(Some)
+        constant(&tree, key, self.unit_of(key), names).map(Some)
     }
 
     /// Two compiled expressions; zeros without the key.
@@ -182,12 +184,12 @@ impl<'a> Section<'a> {
         let Some(value) = self.get(key) else {
             return Ok([CompiledExpression::constant(0.0), CompiledExpression::constant(0.0)]);
         };
-        pair(value, key, names, scope, self.source)
+        pair(value, key, names, &Scope { units: self.unit_of(key), ..*scope }, self.source)
     }
 
     /// A list of numbers.
     pub fn numbers(&self, key: &str, names: &Names) -> Read<Option<Vec<f64>>> {
-        self.get(key).map(|value| numbers(value, key, names, self.source)).transpose()
+        self.get(key).map(|value| numbers(value, key, self.unit_of(key), names, self.source)).transpose()
     }
 
     /// A list of texts; empty without the key.
@@ -261,6 +263,11 @@ impl<'a> Section<'a> {
     pub fn error_at(&self, key: &str, message: impl Into<String>) -> Diagnostic {
         let span = self.table.get(key).map_or_else(|| self.source.first_line(&self.span), Spanned::span);
         Diagnostic::new(span, message)
+    }
+
+    /// Units of the value of a key.
+    pub fn unit_of(&self, key: &str) -> &'static str {
+        self.keys.iter().find(|known| known.name == key).map_or("", |known| known.unit)
     }
 
     fn default_of(&self, key: &str) -> Option<&'static str> {

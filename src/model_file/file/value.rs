@@ -87,9 +87,9 @@ pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<Tree> 
     }
 }
 
-/// Evaluates an expression of constants.
-pub fn constant(tree: &Tree, key: &str, names: &Names) -> Read<f64> {
-    let expression = names.compile(tree, &Scope { place: &format!("`{key}`"), ..Scope::NUMBER })?;
+/// Evaluates an expression of constants with one of these units; any unit if they are empty.
+pub fn constant(tree: &Tree, key: &str, units: &str, names: &Names) -> Read<f64> {
+    let expression = names.compile(tree, &Scope { place: &format!("`{key}`"), units, ..Scope::NUMBER })?;
     Ok(expression.as_constant().expect("an expression of constants is folded"))
 }
 
@@ -107,12 +107,12 @@ pub fn count(value: &Value<'_>, key: &str, most: usize) -> Read<usize> {
 }
 
 /// A list of numbers.
-pub fn numbers(value: &Value<'_>, key: &str, names: &Names, source: FileSource<'_>) -> Read<Vec<f64>> {
+pub fn numbers(value: &Value<'_>, key: &str, units: &str, names: &Names, source: FileSource<'_>) -> Read<Vec<f64>> {
     let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), "a list [ … ]"))?;
     if list.len() > limits::POINTS {
         return Err(Diagnostic::new(value.span(), format!("{} values are too many", list.len())));
     }
-    list.iter().map(|item| constant(&tree(item, key, source)?, key, names)).collect()
+    list.iter().map(|item| constant(&tree(item, key, source)?, key, units, names)).collect()
 }
 
 /// A list of two expressions.

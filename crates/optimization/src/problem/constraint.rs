@@ -55,6 +55,8 @@ pub struct Constraint {
     pub side: Side,
     /// Limit c, in the unit of g.
     pub limit: f64,
+    /// Unit of g for tables, if g is not a response; may be empty.
+    pub unit: String,
     /// Index of a design variable β that widens the limit: g ≤ c + β, or g ≥ c − β.
     pub bound: Option<usize>,
     /// Scale σ > 0 of the normalization, in the unit of g.
@@ -102,6 +104,7 @@ impl Constraint {
             quantity,
             side,
             limit,
+            unit: String::new(),
             bound: None,
             scale,
             window: None,

@@ -1,0 +1,213 @@
+//! Dimensions of expressions: a check of units before anything is compiled.
+//!
+//! A plain number may stand for a value of any unit, so nothing is known about it, and about products with it. What is known is firm where a
+//! unit is written in the file, and loose where it follows from a measure or the time: loose ones never contradict each other.
+
+use super::names::Meaning;
+use super::tree::{Node, Operator, Tree};
+use super::{MathFunction, Names, Scope};
+use crate::model_file::Diagnostic;
+use crate::model_file::unit::{Dimension, Unit, alternatives};
+use std::collections::HashMap;
+
+/// A dimension that is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Known {
+    /// Exponents of the base units.
+    pub dimension: Dimension,
+    /// `true` if a unit in the file says so.
+    pub is_firm: bool,
+}
+
+impl Known {
+    fn firm(dimension: Dimension) -> Option<Self> {
+        Some(Self { dimension, is_firm: true })
+    }
+
+    /// That of a measure or of the time.
+    pub fn loose(dimension: Dimension) -> Option<Self> {
+        Some(Self { dimension, is_firm: false })
+    }
+
+    /// Returns `true` if two quantities can be neither added nor compared.
+    pub fn contradicts(self, other: Self) -> bool {
+        let is_plain = |known: Self| !known.is_firm && known.dimension.is_number();
+        (self.is_firm || other.is_firm)
+            && !(is_plain(self) || is_plain(other) || self.dimension.is_like(other.dimension))
+    }
+}
+
+/// The dimension of an expression, if it is known.
+pub type Inferred = Result<Option<Known>, Diagnostic>;
+
+impl Names {
+    /// The dimension of an expression whose other names have the units of `scope`.
+    ///
+    /// # Errors
+    /// If quantities of different dimensions are added or compared, or a function takes a number and gets another one.
+    pub fn dimension(&self, tree: &Tree, scope: &Scope<'_>) -> Inferred {
+        Inference { names: self, scope, known: HashMap::new() }.of(tree)
+    }
+
+    /// Checks that the expression of a key has one of its units, such as "N/m or N·m/rad"; no check if these are empty.
+    pub(super) fn check_units(&self, tree: &Tree, scope: &Scope<'_>) -> Result<(), Diagnostic> {
+        let found = self.dimension(tree, scope)?;
+        let units = alternatives(scope.units);
+        let (Some(found), false) = (found.filter(|found| found.is_firm), units.is_empty()) else { return Ok(()) };
+        let literal = tree.unit();
+        let fits = |unit: &Unit| match literal {
+            Some(_) => found.dimension.is_written_like(unit.dimension),
+            None => found.dimension.is_like(unit.dimension),
+        };
+        if units.iter().any(fits) {
+            return Ok(());
+        }
+        let is_number = units.iter().all(|unit| unit.dimension == Dimension::NUMBER);
+        let wanted =
+            if is_number { "a number without a unit".to_owned() } else { format!("a value in {}", scope.units) };
+        let this = literal.map_or("this expression".to_owned(), |unit| format!("`{}`", unit.text));
+        let message = format!("{} takes {wanted}, and {this} is {}", scope.place, of_kind(found.dimension, literal));
+        let error = Diagnostic::new(tree.span.clone(), message)
+            .label(format!("expected {}", wanted.trim_start_matches("a value in ")));
+        let usual: Vec<&str> = units.iter().flat_map(|unit| Unit::symbols(unit.dimension)).collect();
+        let is_frequency = literal
+            .is_some_and(|unit| !units.iter().any(|u| unit.dimension.is_written_like(u.dimension)))
+            && units.iter().any(|unit| unit.dimension.is_like(found.dimension));
+        Err(match usual[..] {
+            _ if is_frequency => {
+                error.help("1 Hz is 2*pi rad/s: write 60 rpm or 2*pi rad/s for one revolution per second")
+            }
+            [] => error,
+            _ => error.help(format!("units of this kind: {}", usual.join(", "))),
+        })
+    }
+}
+
+/// The dimension in words; a unit that has a name of its own is no help.
+fn of_kind(dimension: Dimension, literal: Option<&Unit>) -> String {
+    match (dimension.to_string(), literal) {
+        (words, Some(_)) if words.starts_with("a value in") => format!("one in {}", dimension.base_units()),
+        (words, _) => words,
+    }
+}
+
+struct Inference<'a> {
+    names: &'a Names,
+    scope: &'a Scope<'a>,
+    /// Dimensions of named expressions.
+    known: HashMap<usize, Option<Known>>,
+}
+
+impl Inference<'_> {
+    fn of(&mut self, tree: &Tree) -> Inferred {
+        match &tree.node {
+            Node::Number(_) | Node::Reduced(_) => Ok(None),
+            Node::Quantity(_, unit) => Ok(Known::firm(unit.dimension)),
+            Node::Name(name) => self.of_name(name),
+            Node::Negative(inner) => self.of(inner),
+            Node::Binary(..) => self.of_chain(tree),
+            Node::Call(function, arguments) => self.of_call(*function, arguments),
+            Node::Reduce(reduction, arguments) => {
+                let history = arguments.first().map_or(Ok(None), |history| self.of(history))?;
+                Ok(if reduction.keeps_unit() { history } else { None })
+            }
+        }
+    }
+
+    fn of_name(&mut self, name: &str) -> Inferred {
+        if name == "time" {
+            return Ok(Unit::parse("s").and_then(|unit| Known::loose(unit.dimension)));
+        }
+        let Some(meaning) = self.names.meanings.get(name) else {
+            return Ok((self.scope.other_units)(name).map(|unit| unit.known));
+        };
+        match meaning {
+            Meaning::Constant(_) => Ok(self.names.dimensions.get(name).copied()),
+            Meaning::Design(_) => Ok(self.names.units.get(name).and_then(|unit| Known::firm(unit.dimension))),
+            Meaning::Expression(k) => {
+                if let Some(known) = self.known.get(k) {
+                    return Ok(*known);
+                }
+                // Circular definitions are rejected elsewhere.
+                self.known.insert(*k, None);
+                let found = self.of(&self.names.expressions[*k])?;
+                self.known.insert(*k, found);
+                Ok(found)
+            }
+        }
+    }
+
+    /// Operands with operators between them, without recursion: a sum may have a thousand terms.
+    fn of_chain(&mut self, tree: &Tree) -> Inferred {
+        let (mut links, mut first) = (vec![], tree);
+        while let Node::Binary(operator, both) = &first.node {
+            links.push((*operator, &both[1]));
+            first = &both[0];
+        }
+        let mut left = self.of(first)?;
+        for (operator, right) in links.into_iter().rev() {
+            left = match operator {
+                Operator::Add | Operator::Subtract => {
+                    let other = self.of(right)?;
+                    same(left, other, right)?
+                }
+                Operator::Multiply => product(left, self.of(right)?, 1.0),
+                Operator::Divide => product(left, self.of(right)?, -1.0),
+                Operator::Power => {
+                    self.of(right)?;
+                    power(left, right)
+                }
+            };
+        }
+        Ok(left)
+    }
+
+    fn of_call(&mut self, function: MathFunction, arguments: &[Tree]) -> Inferred {
+        use MathFunction::{Abs, Atan2, Hypot, Max, Min, Pow, Sqrt};
+        let found = arguments.iter().map(|argument| self.of(argument)).collect::<Result<Vec<_>, _>>()?;
+        let number = Known::loose(Dimension::NUMBER);
+        match (function, &found[..]) {
+            (Abs, [x]) => Ok(*x),
+            (Sqrt, [x]) => Ok(x.and_then(|x| root(x, 0.5))),
+            (Pow, [x, _]) => Ok(power(*x, &arguments[1])),
+            (Atan2, [x, y]) => same(*x, *y, &arguments[1]).map(|_| number),
+            (Min | Max | Hypot, [x, y]) => same(*x, *y, &arguments[1]),
+            _ => {
+                let wrong = |(_, found): &(&Tree, &Option<Known>)| {
+                    found.is_some_and(|known| known.is_firm && !known.dimension.is_number())
+                };
+                let Some((argument, Some(known))) = arguments.iter().zip(&found).find(wrong) else { return Ok(number) };
+                let message =
+                    format!("`{}` takes a number or an angle, and this is {}", function.name(), known.dimension);
+                Err(Diagnostic::new(argument.span.clone(), message).help("divide it by a quantity of the same kind"))
+            }
+        }
+    }
+}
+
+/// That of a sum, a difference, or the larger of two.
+fn same(left: Option<Known>, right: Option<Known>, at: &Tree) -> Inferred {
+    match (left, right) {
+        (Some(left), Some(right)) if left.contradicts(right) => {
+            let message = format!("{} and {} cannot be added or compared", left.dimension, right.dimension);
+            Err(Diagnostic::new(at.span.clone(), message).label(format!("this is {}", right.dimension)))
+        }
+        (Some(left), _) if left.is_firm => Ok(Some(left)),
+        (left, right) => Ok(right.filter(|right| right.is_firm).or(left.filter(|_| right.is_some()))),
+    }
+}
+
+fn product(left: Option<Known>, right: Option<Known>, power: f64) -> Option<Known> {
+    let (left, right) = (left?, right?);
+    let dimension = left.dimension.times(right.dimension, power)?;
+    Some(Known { dimension, is_firm: left.is_firm || right.is_firm })
+}
+
+fn root(known: Known, power: f64) -> Option<Known> {
+    let dimension = Dimension::NUMBER.times(known.dimension, power)?;
+    Some(Known { dimension, ..known })
+}
+
+fn power(base: Option<Known>, exponent: &Tree) -> Option<Known> {
+    root(base?, exponent.as_number()?)
+}

@@ -1,0 +1,224 @@
+//! Units in numbers: the same problem in SI and in other units, how values are shown, and messages about wrong units.
+
+use linkwright::model_file::{Model, read, with_setting};
+use linkwright::problem::Problem;
+use linkwright::report::outcome;
+
+/// A pendulum with a motor and a spring, written in SI.
+const SI: &str = r#"
+version = 2
+gravity = [0, -9.81]
+[constants]
+load = 2.0
+[design.length]
+start = 0.4
+lower = 0.2
+upper = 0.8
+[design.stiffness]
+start = 1500.0
+lower = 100.0
+[[body]]
+name = "arm"
+mass = "1.5*length"
+inertia = 0.02
+position = ["length/2", 0.01]
+angle = 0.1
+[[joint]]
+name = "pin"
+a = "ground"
+b = { body = "arm", at = ["-length/2", 0] }
+[[force]]
+name = "spring"
+kind = "spring"
+a = { body = "ground", at = [0, 0.3] }
+b = { body = "arm", at = ["length/2", 0] }
+stiffness = "stiffness"
+damping = 12.0
+length = 0.3
+[[force]]
+name = "motor"
+kind = "load"
+coordinate = "arm.theta"
+generalized_force = "load*sin(6.283185307179586*time)"
+[time]
+to = 0.5
+points = 26
+[analysis]
+kind = "dynamics"
+step = 0.002
+[[output]]
+name = "height"
+value = "arm.y"
+unit = "m"
+[[output]]
+name = "tension"
+value = "spring.force"
+[objective]
+minimize = "range(height)"
+[[constraint]]
+name = "low"
+value = "height"
+at_least = -0.3
+[[constraint]]
+name = "swing"
+value = "range(tension) + 0*stiffness"
+at_most = 4000
+"#;
+
+/// The same in other units.
+fn in_units() -> String {
+    let changes = [
+        ("gravity = [0, -9.81]", "gravity = [0, \"-9.81 m/s^2\"]"),
+        ("load = 2.0", "load = \"2000 N*mm\""),
+        ("start = 0.4\nlower = 0.2\nupper = 0.8", "start = \"400 mm\"\nlower = \"20 cm\"\nupper = \"0.8 m\""),
+        ("start = 1500.0\nlower = 100.0", "start = \"1.5 kN/m\"\nlower = \"0.1 N/mm\""),
+        ("mass = \"1.5*length\"", "mass = \"1.5 kg/m*length\""),
+        ("inertia = 0.02", "inertia = \"20 kg*m^2/1000\""),
+        ("[\"length/2\", 0.01]", "[\"length/2\", \"10 mm\"]"),
+        ("angle = 0.1", "angle = \"18 deg/pi\""),
+        ("at = [0, 0.3]", "at = [0, \"300 mm\"]"),
+        ("damping = 12.0", "damping = \"12 N·s/m\""),
+        ("length = 0.3", "length = \"30 cm\""),
+        ("sin(6.283185307179586*time)", "sin(60 rpm*time)"),
+        ("to = 0.5", "to = \"500 ms\""),
+        ("step = 0.002", "step = \"2 ms\""),
+        ("value = \"arm.y\"\nunit = \"m\"", "value = \"arm.y\"\nshown_in = \"mm\""),
+        ("minimize = \"range(height)\"", "minimize = \"range(height)\"\nshown_in = \"cm\""),
+        ("at_least = -0.3", "at_least = \"-30 cm\""),
+        ("value = \"range(tension) + 0*stiffness\"\nat_most = 4000", "value = \"range(tension)\"\nat_most = \"4 kN\""),
+    ];
+    changes.iter().fold(SI.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    })
+}
+
+fn parsed(text: &str) -> Model {
+    read("m.toml", text).unwrap_or_else(|report| panic!("{report}"))
+}
+
+fn problem(text: &str) -> Problem {
+    parsed(text).problem().unwrap()
+}
+
+#[test]
+fn a_model_in_other_units_is_the_model_in_si() {
+    let [si, other] = [problem(SI), problem(&in_units())];
+    let [a, b] = [&si, &other].map(|problem| problem.analyze_design(&problem.start()).unwrap());
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + b.abs());
+    assert!(close(b.evaluation.objective, 100.0 * a.evaluation.objective));
+    for (x, y) in a.evaluation.constraints.iter().flatten().zip(b.evaluation.constraints.iter().flatten()) {
+        assert!(close(*x, *y), "{x} {y}");
+    }
+    for (p, (x, y)) in a.responses.values[0].iter().zip(&b.responses.values[0]).enumerate() {
+        assert!(close(1000.0 * x, *y), "{p}: {x} {y}");
+    }
+    // d(cm)/d(mm) is 100/1000 of d(m)/d(m).
+    let slope = |problem: &Problem, b: &[f64], k: usize, h: f64| {
+        let at = |sign: f64| {
+            let moved: Vec<f64> = b.iter().enumerate().map(|(i, x)| if i == k { x + sign * h } else { *x }).collect();
+            problem.analyze_design(&moved).unwrap().evaluation.objective
+        };
+        (at(1.0) - at(-1.0)) / (2.0 * h)
+    };
+    let [m, mm] = [slope(&si, &si.start(), 0, 1e-5), slope(&other, &other.start(), 0, 1e-2)];
+    assert!((mm - 0.1 * m).abs() < 1e-6 * m.abs(), "{mm} {m}");
+}
+
+#[test]
+fn values_are_shown_as_they_are_written() {
+    let problem = problem(&in_units());
+    let shown = |k: usize| {
+        let v = &problem.variables[k];
+        (v.unit.clone(), v.start, v.lower, v.upper)
+    };
+    assert_eq!(shown(0), ("mm".into(), 400.0, 200.0, 800.0));
+    assert_eq!(shown(1), ("kN/m".into(), 1.5, 0.1, f64::INFINITY));
+    assert_eq!((problem.objective.unit.as_str(), problem.responses[0].unit.as_str()), ("cm", "mm"));
+    let here = problem.analyze_design(&problem.start()).unwrap();
+    let all = outcome::constraints(&problem, &problem.start(), &here.evaluation);
+    let of = |k: usize| (all[k].unit.as_str(), all[k].limit);
+    assert_eq!([of(0), of(1)], [("mm", -300.0), ("kN", 4.0)]);
+    // An explicit unit converts, and the command line takes units.
+    let text = with_setting("m", &in_units(), "design.length.unit", "cm").unwrap();
+    let text = with_setting("m", &text, "design.length.start", "0.35 m").unwrap();
+    let variable = &parsed(&text).variables()[0];
+    assert_eq!((variable.unit.as_str(), variable.start, variable.upper), ("cm", 35.0, 80.0));
+}
+
+#[test]
+fn a_peak_of_a_shown_output_is_bounded_in_its_unit() {
+    let text = in_units().replace(
+        "minimize = \"range(height)\"\nshown_in = \"cm\"",
+        "minimize = \"peak(height)\"\nbound = { start = \"0.2 m\" }",
+    );
+    let problem = problem(&text);
+    let bound = problem.variables.last().unwrap();
+    assert_eq!((bound.unit.as_str(), bound.start, bound.lower), ("mm", 200.0, 0.0));
+    let here = problem.analyze_design(&problem.start()).unwrap();
+    let peak = here.responses.values[0].iter().fold(0.0f64, |all, x| all.max(x.abs()));
+    let scale = problem.constraints.last().unwrap().scale;
+    assert!((scale - peak).abs() < 1e-9 * peak, "{scale} {peak}");
+}
+
+#[test]
+fn wrong_units_say_what_was_expected() {
+    let text = in_units();
+    for (from, to, message) in [
+        ("damping = \"12 N·s/m\"", "damping = \"12 N\"", "`damping` takes a value in N·s/m, and `N` is a force"),
+        ("angle = \"18 deg/pi\"", "angle = \"18 mm\"", "`angle` takes a value in rad, and `mm` is a length"),
+        ("[0, \"300 mm\"]", "[0, \"300 kg\"]", "`at` takes a value in m, and `kg` is a mass"),
+        ("to = \"500 ms\"", "to = \"500 Hz\"", "`to` takes a value in s, and `Hz` is a frequency"),
+        (
+            "mass = \"1.5 kg/m*length\"",
+            "mass = \"1.5 kg*length\"",
+            "`mass` takes a value in kg, and this expression is",
+        ),
+        ("length = \"30 cm\"", "length = \"length + 2 kg\"", "a length and a mass cannot be added"),
+        ("length = \"30 cm\"", "length = \"stiffness\"", "takes a value in m, and this expression is a value in kg/s²"),
+        ("\"load*sin(60 rpm*time)\"", "\"load*sin(length)\"", "`sin` takes a number or an angle, and this is a length"),
+        ("at_least = \"-30 cm\"", "at_least = \"-30 deg\"", "`at_least` is an angle, and the value is a length"),
+        ("at_most = \"4 kN\"", "at_most = \"4 kW\"", "`at_most` is a power, and the value is a force"),
+        ("shown_in = \"mm\"", "shown_in = \"kg\"", "this is a length, and cannot be shown in kg"),
+        ("shown_in = \"mm\"", "shown_in = \"mmm\"", "there is no unit `mmm`"),
+        ("shown_in = \"mm\"", "shown_in = \"mm\"\nunit = \"mm\"", "exclude each other"),
+        ("\"0.8 m\"", "0.8", "the start has the unit mm, and `upper` has none"),
+        ("\"0.8 m\"", "\"0.8 s\"", "`upper` takes a value in mm, and `s` is a time"),
+        ("start = \"400 mm\"", "start = 0.4", "`lower` has a unit, and the start has none"),
+        ("start = \"400 mm\"", "start = \"400 mn\"", "there is no unit `mn`"),
+        ("start = \"400 mm\"", "start = \"400 m*g\"\nunit = \"kN\"", "`unit` is a force, and the start is"),
+        ("start = \"400 mm\"", "start = \"400 mm 3\"", "expected an operator or the end"),
+        (
+            "kind = \"load\"",
+            "kind = \"friction\"\ncoulomb_force = 1\nspeed = \"3 Hz\"",
+            "`speed` takes a value in m/s or rad/s, and `Hz` is a frequency",
+        ),
+        ("load = \"2000 N*mm\"", "load = \"2000 N*mm\"\nmm = 3", "`mm` is a unit here, and a name of this file"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let mut wrong = text.replacen(from, to, 1);
+        if to.contains("friction") {
+            wrong = wrong.replacen("generalized_force = \"load*sin(60 rpm*time)\"\n", "", 1);
+        }
+        let report = match read("m.toml", &wrong) {
+            Err(report) => report.to_string(),
+            Ok(_) => panic!("{to} is accepted"),
+        };
+        assert!(report.contains(message), "{to}: {report}");
+        assert!(report.contains("m.toml:") && report.contains('^'), "{report}");
+    }
+}
+
+#[test]
+fn a_plain_number_may_stand_for_any_unit() {
+    for (from, to) in [
+        ("mass = \"1.5 kg/m*length\"", "mass = \"1.5*length\""),
+        ("\"load*sin(60 rpm*time)\"", "\"load*sin(6*time) + 0.1*time\""),
+        ("length = \"30 cm\"", "length = \"max(0.3, 200 mm)\""),
+        ("at_least = \"-30 cm\"", "at_least = -0.3"),
+        ("lower = \"20 cm\"", "lower = 0"),
+    ] {
+        assert!(in_units().contains(from), "{from}");
+        parsed(&in_units().replacen(from, to, 1));
+    }
+}
