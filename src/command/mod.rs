@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `new`, `check`, `analyze`, `optimize`, `report`, `runs`, `compare`, `reproduce` | one command each; `optimize` has `resume`, `analyze` has `sensitivities`, `new` has `schema` and `completion` |
 //! | `study` | `study FILE` and `study merge DIR…`; the folder of a study |
+//! | `open` | the interactive design tool, feature `app` |
 //! | `run_directory` | the files of a run, safe against a kill at any moment |
 //! | `folder` | folders into which commands write, with the list of their files |
 //! | `budget` | memory and time, estimated from the sizes of a problem |
@@ -28,6 +29,8 @@ mod faults;
 mod folder;
 mod model;
 mod new;
+#[cfg(feature = "app")]
+mod open;
 pub(crate) mod optimize;
 mod output;
 mod progress;
@@ -51,6 +54,7 @@ use std::process::ExitCode;
     max_term_width = 100,
     after_help = "Examples:
   linkwright new lift                 write a model file with comments
+  linkwright open lift                try designs in the browser
   linkwright optimize lift.toml       optimize it
   linkwright report out/lift          write a report for a browser
   linkwright resume out/lift          continue an interrupted run
@@ -70,6 +74,9 @@ struct Arguments {
 enum Command {
     /// Write a commented model file to start from.
     New(new::New),
+    /// Open a model file in the browser: move its design variables and see the mechanism and the margins follow.
+    #[cfg(feature = "app")]
+    Open(open::Open),
     /// Optimize the problem of a model file.
     Optimize(optimize::Optimize),
     /// Continue an optimization from its folder.
@@ -124,6 +131,8 @@ pub fn main() -> ExitCode {
         Command::New(command) => command.run().map(done),
         Command::Completion(completion) => completion.run(&mut command()).map(done),
         Command::Check(command) => command.run().map(done),
+        #[cfg(feature = "app")]
+        Command::Open(command) => command.run().map(done),
         Command::Optimize(command) => command.run(),
         Command::Resume(command) => command.run(),
         Command::Runs(command) => command.run().map(done),

@@ -20,6 +20,12 @@ pub fn allow_programs() {
     PROGRAMS.store(true, Ordering::Relaxed);
 }
 
+/// True if model files may start the programs that they name.
+#[cfg(feature = "app")]
+pub fn programs_are_allowed() -> bool {
+    PROGRAMS.load(Ordering::Relaxed)
+}
+
 /// Lets a model start its program in the folder of its file, if that was allowed.
 pub fn with_program(mut model: Model, file: &Path) -> Model {
     if PROGRAMS.load(Ordering::Relaxed) {

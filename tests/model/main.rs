@@ -5,6 +5,8 @@ mod any_text;
 mod browser;
 mod commands;
 mod derivatives;
+#[cfg(feature = "app")]
+mod devtools;
 mod diagnostics;
 mod documentation;
 mod edits;
@@ -16,6 +18,8 @@ mod limits;
 mod mechanics_benchmarks;
 mod mistakes;
 mod notice;
+#[cfg(feature = "app")]
+mod open;
 #[cfg(feature = "cli")]
 mod page;
 mod program;

@@ -1,0 +1,414 @@
+//! The record of an analysed design: outputs, objective, constraints and motion, and the derivatives of all of them.
+
+use super::super::model::located;
+use linkwright::model_file::Model;
+use linkwright::problem::{
+    AnalyzedDesign, Constraint, Problem, Quantity, ResponseAt, Responses, Sensitivities, SignedQuantity,
+};
+use linkwright::report::outcome;
+use linkwright::report::plots::Linkage;
+use linkwright::{Error, Result};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::time::Instant;
+
+/// Largest number of differentiated time points of an output or a constraint; histories with more are thinned.
+const POINTS: usize = 240;
+/// Step of the differences of the motion, relative to the range of the variable. The motion is drawn, not computed with.
+const STEP: f64 = 1e-6;
+
+/// A model with the design that was analysed last.
+pub struct AnalysedModel {
+    model: Model,
+    /// `None` for a file without an objective.
+    problem: Option<Result<Problem>>,
+    last: Option<AnalyzedDesign>,
+}
+
+/// An analysed design. Designs are those of the model's variables, without the one that bounds a peak.
+#[derive(Serialize)]
+pub struct AnalysisRecord {
+    design: Vec<f64>,
+    /// Time of the analysis in s.
+    seconds: f64,
+    /// Values of the outputs at their time points.
+    outputs: Vec<Vec<f64>>,
+    /// The objective as stated; `None` without one.
+    objective: Option<f64>,
+    constraints: Vec<ConstraintRecord>,
+    /// `None` without a mechanism.
+    motion: Option<Motion>,
+    warnings: Vec<String>,
+    derivatives: Option<Derivatives>,
+}
+
+/// A constraint: its quantity where it holds, and the smallest margin.
+#[derive(Serialize)]
+struct ConstraintRecord {
+    /// The limit, in the unit of the constraint.
+    limit: f64,
+    /// The quantity at each time point; `None` where the constraint does not hold.
+    values: Vec<Option<f64>>,
+    margin: f64,
+    status: &'static str,
+    /// Time of the smallest margin.
+    time: Option<f64>,
+}
+
+/// The mechanism in motion: the same parts in all frames, and their numbers frame by frame.
+#[derive(Serialize)]
+struct Motion {
+    parts: Parts,
+    /// Coordinates in m and, for sliders, angles in rad, in the order of the parts.
+    frames: Vec<Vec<f32>>,
+}
+
+/// Numbers of parts; of plates and bars the numbers of their points.
+#[derive(Clone, PartialEq, Serialize)]
+struct Parts {
+    guides: usize,
+    plates: Vec<usize>,
+    bars: Vec<usize>,
+    springs: usize,
+    masses: usize,
+    sliders: usize,
+    ground: usize,
+    joints: usize,
+}
+
+/// Derivatives with respect to the variables of the model.
+#[derive(Serialize)]
+struct Derivatives {
+    outputs: Vec<Gradients>,
+    /// `None` without an objective, and for a peak.
+    objective: Option<Vec<f64>>,
+    /// Rows |f| of the peak that is the objective; empty for other objectives.
+    peak: Vec<Gradients>,
+    constraints: Vec<Gradients>,
+    /// Derivatives of each frame of the motion: `motion[k][frame]` with respect to variable k.
+    motion: Option<Vec<Vec<Vec<f32>>>>,
+}
+
+/// Gradients of a history at some of its time points.
+#[derive(Serialize)]
+struct Gradients {
+    /// Indices of the time points.
+    points: Vec<usize>,
+    values: Vec<f64>,
+    /// `by[k][i]`: derivative at point i with respect to variable k.
+    by: Vec<Vec<f32>>,
+}
+
+impl AnalysedModel {
+    /// A model without an analysis. That its problem cannot be built is the error of each analysis.
+    pub fn new(model: Model) -> Self {
+        let problem = model.is_problem().then(|| model.problem());
+        Self { model, problem, last: None }
+    }
+
+    /// Analyses a design, and differentiates it if `derivatives`. The design that was analysed last is not analysed again.
+    pub fn analyse(&mut self, design: &[f64], derivatives: bool) -> anyhow::Result<AnalysisRecord> {
+        let begin = Instant::now();
+        self.model.variables().iter().zip(design).try_for_each(|(variable, value)| {
+            let inside = (variable.lower..=variable.upper).contains(value);
+            Error::check_option(&variable.name, "within its bounds", *value, inside)
+        })?;
+        Error::check_length("design", self.model.variables().len(), design.len())?;
+        let Self { model, problem, last } = self;
+        let motion = || motion(model, design);
+        let Some(problem) = problem else {
+            let (responses, motion) = rayon::join(|| model.simulate(design), motion);
+            return Ok(simulated(design, located(&*model, responses)?, located(&*model, motion)?, begin));
+        };
+        let problem = located(&*model, problem.as_ref().map_err(Clone::clone))?;
+        let full = full_design(problem, design);
+        let known = last.take().filter(|known| known.design == full);
+        let analysed = || known.map_or_else(|| problem.analyze_design(&full), Ok);
+        let (analysed, motion) = rayon::join(analysed, motion);
+        let (analysed, motion) = (located(&*model, analysed)?, located(&*model, motion)?);
+        let mut record = AnalysisRecord {
+            design: design.to_vec(),
+            seconds: begin.elapsed().as_secs_f64(),
+            outputs: analysed.responses.values.clone(),
+            objective: Some(outcome::objective(problem, &full, &analysed.evaluation)),
+            constraints: constraints(problem, &analysed),
+            motion,
+            warnings: analysed.responses.warnings.clone(),
+            derivatives: None,
+        };
+        if derivatives {
+            let found = Differentiated::new(problem, &analysed).and_then(|found| {
+                let motion = record.motion.as_ref().map(|at| motion_derivatives(model, design, at));
+                found.record(motion.transpose()?.flatten())
+            });
+            record.derivatives = Some(located(&*model, found)?);
+        }
+        *last = Some(analysed);
+        Ok(record)
+    }
+}
+
+fn simulated(design: &[f64], responses: Responses, motion: Option<Motion>, begin: Instant) -> AnalysisRecord {
+    AnalysisRecord {
+        design: design.to_vec(),
+        seconds: begin.elapsed().as_secs_f64(),
+        outputs: responses.values,
+        objective: None,
+        constraints: vec![],
+        motion,
+        warnings: responses.warnings,
+        derivatives: None,
+    }
+}
+
+/// The design with the variable that bounds a peak, of which no response depends.
+pub fn full_design(problem: &Problem, design: &[f64]) -> Vec<f64> {
+    let mut full = design.to_vec();
+    if let Some(peak) = problem.objective.peak() {
+        full.insert(peak.variable, problem.variables[peak.variable].start);
+    }
+    full
+}
+
+fn constraints(problem: &Problem, analysed: &AnalyzedDesign) -> Vec<ConstraintRecord> {
+    let AnalyzedDesign { design, evaluation, .. } = analysed;
+    let record = |c: outcome::ConstraintValue| ConstraintRecord {
+        limit: c.limit,
+        values: outcome::values(problem, c.row.constraint, design, evaluation),
+        margin: c.margin,
+        status: c.status(),
+        time: c.time,
+    };
+    outcome::constraints(problem, design, evaluation).into_iter().map(record).collect()
+}
+
+/// An analysed design with the derivatives of its responses.
+struct Differentiated<'p> {
+    problem: &'p Problem,
+    analysed: &'p AnalyzedDesign,
+    /// The variable that bounds a peak.
+    bound: Option<usize>,
+    sensitivities: Sensitivities,
+}
+
+impl<'p> Differentiated<'p> {
+    /// Differentiates all responses at up to [`POINTS`] time points each, or at all of them if a quantity integrates over time.
+    fn new(problem: &'p Problem, analysed: &'p AnalyzedDesign) -> Result<Self> {
+        let whole = |quantity: &Quantity| quantity.grid().is_some() && !quantity.is_transient();
+        let is_complete = whole(&problem.objective.quantity) || problem.constraints.iter().any(|c| whole(&c.quantity));
+        let mut at: Vec<ResponseAt> = vec![];
+        for (response, values) in analysed.responses.values.iter().enumerate() {
+            let points = if is_complete { (0..values.len()).collect() } else { thinned(values.len()) };
+            at.extend(points.into_iter().map(|point| ResponseAt { response, point }));
+        }
+        let rows = problem.sensitivities(&analysed.design, &analysed.responses, &at)?;
+        let bound = problem.objective.peak().map(|peak| peak.variable);
+        Ok(Self { problem, analysed, bound, sensitivities: Sensitivities { at, rows } })
+    }
+
+    fn record(&self, motion: Option<Vec<Vec<Vec<f32>>>>) -> Result<Derivatives> {
+        let Self { problem, analysed, bound, .. } = self;
+        let outputs = analysed.responses.values.iter().enumerate().map(|(h, values)| {
+            let points = thinned(values.len());
+            let gradient = |point: usize| {
+                let gradient = self.sensitivities.gradient(ResponseAt { response: h, point });
+                self.without_bound(gradient.unwrap_or_else(|| vec![0.0; problem.n()]))
+            };
+            let gradients = points.iter().map(|&p| gradient(p)).collect();
+            Gradients::new(points.iter().map(|&p| values[p]).collect(), points, gradients)
+        });
+        let of = |j: usize, sign: f64| {
+            let constraint = &problem.constraints[j];
+            let values = outcome::values(problem, j, &analysed.design, &analysed.evaluation);
+            self.rows(constraint, &values, sign)
+        };
+        let quantity = SignedQuantity { quantity: &problem.objective.quantity, sign: 1.0, bound: None };
+        let objective = bound.is_none().then(|| self.without_bound(self.total(quantity, 0)));
+        Ok(Derivatives {
+            outputs: outputs.collect(),
+            objective,
+            peak: outcome::peak_constraints(problem).map(|j| of(j, problem.constraints[j].sign())).collect(),
+            constraints: outcome::stated_constraints(problem).map(|j| of(j, 1.0)).collect(),
+            motion,
+        })
+    }
+
+    /// The gradients of sign · g of a constraint at the time points at which it holds.
+    fn rows(&self, constraint: &Constraint, values: &[Option<f64>], sign: f64) -> Gradients {
+        let held: Vec<(usize, f64)> =
+            thinned(values.len()).into_iter().filter_map(|p| Some((p, sign * values[p]?))).collect();
+        let quantity = SignedQuantity { quantity: &constraint.quantity, sign, bound: None };
+        let gradients = held.iter().map(|(p, _)| self.without_bound(self.total(quantity, *p))).collect();
+        Gradients::new(held.iter().map(|h| h.1).collect(), held.iter().map(|h| h.0).collect(), gradients)
+    }
+
+    fn total(&self, quantity: SignedQuantity<'_>, point: usize) -> Vec<f64> {
+        let AnalyzedDesign { design, responses, .. } = self.analysed;
+        self.problem.total_derivative(quantity, point, design, responses, &self.sensitivities)
+    }
+
+    fn without_bound(&self, mut gradient: Vec<f64>) -> Vec<f64> {
+        if let Some(bound) = self.bound {
+            gradient.remove(bound);
+        }
+        gradient
+    }
+}
+
+impl Gradients {
+    fn new(values: Vec<f64>, points: Vec<usize>, gradients: Vec<Vec<f64>>) -> Self {
+        let n = gradients.first().map_or(0, Vec::len);
+        let by = (0..n).map(|k| gradients.iter().map(|g| g[k] as f32).collect()).collect();
+        Self { points, values, by }
+    }
+}
+
+/// Indices of at most [`POINTS`] equally spaced time points.
+fn thinned(count: usize) -> Vec<usize> {
+    (0..count).step_by(count.div_ceil(POINTS).max(1)).collect()
+}
+
+/// The frames of a motion; none without a mechanism or with a single time point.
+fn frames(model: &Model, design: &[f64]) -> Result<Option<Vec<Linkage>>> {
+    let Some(times) = model.drawing_times() else { return Ok(None) };
+    Ok(model.drawings(&[design], &times)?.and_then(|mut all| all.pop()))
+}
+
+fn motion(model: &Model, design: &[f64]) -> Result<Option<Motion>> {
+    Ok(frames(model, design)?.and_then(|frames| Motion::new(&frames)))
+}
+
+/// Derivatives of a motion by differences towards the inside of the bounds; `None` if the parts change.
+fn motion_derivatives(model: &Model, design: &[f64], at: &Motion) -> Result<Option<Vec<Vec<Vec<f32>>>>> {
+    let step = |k: usize| {
+        let variable = &model.variables()[k];
+        let range = variable.upper - variable.lower;
+        let size = if range.is_finite() && range > 0.0 { range } else { design[k].abs().max(1e-3) };
+        if design[k] + STEP * size <= variable.upper { STEP * size } else { -STEP * size }
+    };
+    // Single precision would lose a small step: both motions are computed in double precision.
+    let flat = |design: &[f64]| -> Result<Option<Vec<Vec<f64>>>> {
+        Ok(frames(model, design)?.map(|frames| frames.iter().map(numbers).collect()))
+    };
+    let Some(here) = flat(design)? else { return Ok(None) };
+    let one = |k: usize| {
+        let (mut moved, step) = (design.to_vec(), step(k));
+        moved[k] += step;
+        let Some(there) = flat(&moved)? else { return Ok(None) };
+        let is_same = there.iter().zip(&at.frames).all(|(a, b)| a.len() == b.len());
+        let slope = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| ((a - b) / step) as f32).collect();
+        Ok(is_same.then(|| there.iter().zip(&here).map(slope).collect()))
+    };
+    (0..design.len()).into_par_iter().map(one).collect::<Result<Option<Vec<_>>>>()
+}
+
+impl Motion {
+    /// `None` without frames, or if the frames have different parts.
+    fn new(frames: &[Linkage]) -> Option<Self> {
+        let parts = Parts::of(frames.first()?);
+        let is_same = frames.iter().all(|frame| Parts::of(frame) == parts);
+        let frames = frames.iter().map(|frame| numbers(frame).into_iter().map(|v| v as f32).collect()).collect();
+        is_same.then_some(Self { parts, frames })
+    }
+}
+
+impl Parts {
+    fn of(linkage: &Linkage) -> Self {
+        Self {
+            guides: linkage.guides.len(),
+            plates: linkage.plates.iter().map(Vec::len).collect(),
+            bars: linkage.bars.iter().map(Vec::len).collect(),
+            springs: linkage.springs.len(),
+            masses: linkage.masses.len(),
+            sliders: linkage.sliders.len(),
+            ground: linkage.ground_joints.len(),
+            joints: linkage.joints.len(),
+        }
+    }
+}
+
+/// The numbers of a frame in the order of [`Parts`].
+fn numbers(linkage: &Linkage) -> Vec<f64> {
+    let Linkage { guides, plates, bars, springs, masses, sliders, ground_joints, joints, .. } = linkage;
+    let mut all: Vec<f64> = vec![];
+    all.extend(guides.iter().flatten().flatten());
+    all.extend(plates.iter().chain(bars).flatten().flatten());
+    all.extend(springs.iter().flatten().flatten());
+    all.extend(masses.iter().flatten());
+    all.extend(sliders.iter().flat_map(|([x, y], angle)| [*x, *y, *angle]));
+    all.extend(ground_joints.iter().chain(joints).flatten());
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linkwright::model_file::read;
+
+    fn model(name: &str) -> Model {
+        let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        read(name, &std::fs::read_to_string(path).unwrap()).unwrap()
+    }
+
+    fn largest(values: impl Iterator<Item = f64>) -> f64 {
+        values.fold(0.0, |largest, v| largest.max(v.abs()))
+    }
+
+    /// Outputs, objective, margins and motion at a near design are those of the derivatives, up to the square of the step.
+    #[test]
+    fn the_derivatives_predict_a_near_design() {
+        for name in ["impact-absorber", "shaper", "slider-crank-assembled", "two-bar-truss"] {
+            let mut at = AnalysedModel::new(model(name));
+            let design: Vec<f64> = at.model.variables().iter().map(|v| v.start).collect();
+            let here = at.analyse(&design, true).unwrap();
+            let found = here.derivatives.as_ref().unwrap();
+            for k in 0..design.len() {
+                let variable = &at.model.variables()[k];
+                let range = variable.upper - variable.lower;
+                let size = if range.is_finite() { range } else { design[k].abs().max(1.0) };
+                let step = if design[k] + 1e-4 * size <= variable.upper { 1e-4 * size } else { -1e-4 * size };
+                let mut moved = design.clone();
+                moved[k] += step;
+                let there = at.analyse(&moved, false).unwrap();
+                let near = |what: &str, before: f64, after: f64, slope: f64, scale: f64| {
+                    let (change, predicted) = (after - before, slope * step);
+                    let error = (change - predicted).abs();
+                    assert!(error <= 0.02 * change.abs() + 2e-4 * scale, "{name} {what}: {change} and {predicted}");
+                };
+                for (h, gradients) in found.outputs.iter().enumerate() {
+                    let scale = largest(here.outputs[h].iter().copied());
+                    for (i, &p) in gradients.points.iter().enumerate() {
+                        near("output", here.outputs[h][p], there.outputs[h][p], gradients.by[k][i].into(), scale);
+                    }
+                }
+                if let Some(gradient) = &found.objective {
+                    let (before, after) = (here.objective.unwrap(), there.objective.unwrap());
+                    near("objective", before, after, gradient[k], before.abs());
+                }
+                if !found.peak.is_empty() {
+                    let rows = found.peak.iter().flat_map(|g| g.values.iter().zip(&g.by[k]));
+                    let predicted = rows.map(|(v, d)| v + f64::from(*d) * step).fold(f64::NEG_INFINITY, f64::max);
+                    let after = there.objective.unwrap();
+                    assert!((predicted - after).abs() <= 1e-2 * after.abs(), "{name} peak: {predicted} and {after}");
+                }
+                if let (Some(slopes), Some(before), Some(after)) = (&found.motion, &here.motion, &there.motion) {
+                    let scale = largest(before.frames.iter().flatten().map(|v| f64::from(*v)));
+                    for ((a, b), slope) in before.frames.iter().zip(&after.frames).zip(&slopes[k]) {
+                        for i in 0..a.len() {
+                            near("motion", a[i].into(), b[i].into(), slope[i].into(), scale);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_design_outside_its_bounds_or_of_another_length_is_refused() {
+        let mut at = AnalysedModel::new(model("impact-absorber"));
+        for wrong in [vec![], vec![0.5], vec![0.5, 0.5, 0.5], vec![2.0, 0.5], vec![f64::NAN, 0.5]] {
+            assert!(at.analyse(&wrong, true).is_err(), "{wrong:?}");
+        }
+        assert!(at.analyse(&[0.5, 0.5], true).is_ok());
+    }
+}

@@ -1,0 +1,362 @@
+// The page: sliders, what follows them at once and after the analysis, and what is shown of it.
+
+import * as server from "./server.js";
+import { effects, predict, predictFrame } from "./predict.js";
+import { Mechanism } from "./mechanism.js";
+import { Plot, short, withUnit } from "./plots.js";
+
+const root = document.documentElement;
+window.addEventListener("error", (event) => { root.dataset.state = `error: ${event.message}`; });
+window.addEventListener("unhandledrejection", (event) => { root.dataset.state = `error: ${event.reason}`; });
+
+const by = (id) => document.getElementById(id);
+const make = (name, attributes = {}, ...children) => {
+  const made = document.createElement(name);
+  Object.entries(attributes).forEach(([key, value]) => (key === "text" ? (made.textContent = value) : made.setAttribute(key, value)));
+  made.append(...children);
+  return made;
+};
+
+// Time after which the server stops an analysis for a newer request; up to then one request at a time is sent.
+const PATIENCE = 110;
+// Rest of the sliders after which derivatives are computed.
+const REST = 60;
+// Largest number of pinned designs.
+const PINS = 4;
+
+const mechanism = new Mechanism(by("stage"));
+let model = null;       // the description of the model in force
+let revision = 0;
+let design = [];        // the design of the sliders
+let shown = null;       // the record that was analysed last
+let base = null;        // the last record with derivatives
+let pins = [];
+let controls = [];
+let plots = [];
+let sequence = 0;       // number of the newest design
+let answered = 0;       // number of the design of `shown`
+let pending = null;     // { number, since } of the request that was sent last
+let timers = { next: 0, rest: 0, clock: 0 };
+let last_seconds = null;
+
+// ---- Status
+
+function status(word, kind, note = "") {
+  by("status").textContent = word;
+  by("status").className = `pill ${kind}`;
+  by("note").textContent = note;
+}
+
+function fault(text) {
+  by("fault").hidden = !text;
+  by("fault").textContent = text ?? "";
+}
+
+// ---- Sliders
+
+function range(variable) {
+  const size = Math.max(Math.abs(variable.start), 1);
+  return [variable.lower ?? Math.min(variable.start - size, (variable.upper ?? Infinity) - size), variable.upper ?? variable.start + size];
+}
+
+function buildSliders() {
+  controls = model.variables.map((variable, k) => {
+    const [low, high] = range(variable);
+    const label = make("label", { for: `value-${k}` }, variable.name, " ", make("small", { text: variable.unit }));
+    const number = make("input", { type: "number", id: `value-${k}`, step: "any", value: design[k] });
+    const slider = make("input", { type: "range", min: low, max: high, step: "any", value: design[k], "aria-label": `${variable.name} in ${variable.unit || "no unit"}`, "data-variable": variable.name });
+    const ends = make("div", { class: "ends" }, make("span", { text: short(low) }), make("span", { text: short(high) }));
+    const row = make("div", { class: "variable" }, label, number, slider, ends);
+    slider.addEventListener("input", () => move(k, Number(slider.value)));
+    // Arrow keys move by a hundredth of the range; with `step="any"` browsers differ.
+    slider.addEventListener("keydown", (event) => {
+      const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
+      if (!(event.key in steps)) return;
+      event.preventDefault();
+      move(k, design[k] + (steps[event.key] * (high - low)) / 100);
+    });
+    number.addEventListener("change", () => { if (number.value !== "" && Number.isFinite(Number(number.value))) move(k, Number(number.value)); else number.value = design[k]; });
+    ["pointerenter", "focusin"].forEach((kind) => row.addEventListener(kind, () => choose(k)));
+    row.addEventListener("pointerleave", () => { if (!row.contains(document.activeElement)) choose(null); });
+    row.addEventListener("focusout", () => choose(null));
+    return { row, slider, number };
+  });
+  by("sliders").replaceChildren(...controls.map((control) => control.row));
+}
+
+function clamp(k, value) {
+  const { lower, upper } = model.variables[k];
+  return Math.min(Math.max(value, lower ?? -Infinity), upper ?? Infinity);
+}
+
+function place(k, value) {
+  design[k] = clamp(k, value);
+  const { slider, number } = controls[k];
+  if (Number(slider.value) !== design[k]) slider.value = design[k];
+  number.value = Number(design[k].toPrecision(8));
+  slider.setAttribute("aria-valuetext", withUnit(design[k], model.variables[k].unit));
+}
+
+function move(k, value) {
+  place(k, value);
+  changed();
+}
+
+export function moveTo(values) {
+  values.forEach((value, k) => place(k, value));
+  changed();
+}
+
+// ---- Approximation at once, then the analysis
+
+function changed() {
+  sequence += 1;
+  approximate();
+  schedule();
+}
+
+function schedule() {
+  clearTimeout(timers.next);
+  clearTimeout(timers.rest);
+  if (!pending) return send(false);
+  timers.next = setTimeout(() => { if (answered < sequence) send(false); }, Math.max(0, PATIENCE - (performance.now() - pending.since)));
+}
+
+async function send(derivatives) {
+  const mine = { number: sequence, since: performance.now(), derivatives };
+  const at = [...design];
+  pending = mine;
+  status(derivatives ? "differentiating" : "analysing", "fair");
+  by("cancel").disabled = false;
+  clearInterval(timers.clock);
+  timers.clock = setInterval(() => {
+    const seconds = (performance.now() - mine.since) / 1000;
+    if (seconds > 0.5) status("analysing", "fair", `${seconds.toFixed(1)} s${last_seconds > 0.5 ? ` of about ${short(last_seconds)} s` : ""}`);
+  }, 200);
+  try {
+    const record = await server.analyze(revision, at, derivatives);
+    if (mine.number < answered) return;
+    answered = mine.number;
+    if (record.error) {
+      fault(record.error);
+      status("no analysis here", "bad", "the picture is that of the last good design");
+      root.dataset.answered = mine.number;
+      return;
+    }
+    fault(model.fault);
+    record.number = mine.number;
+    last_seconds = (performance.now() - mine.since) / 1000;
+    take(record);
+  } catch (error) {
+    if (error instanceof server.Outdated) { if (pending === mine && answered < sequence) timers.next = setTimeout(() => send(false), 20); }
+    else status("no connection", "bad", String(error.message));
+  } finally {
+    if (pending === mine) {
+      pending = null;
+      clearInterval(timers.clock);
+      by("cancel").disabled = true;
+      if (answered < sequence && !by("status").textContent.startsWith("no ")) schedule();
+      else if (shown && shown.number === sequence && !shown.derivatives && model.objective) timers.rest = setTimeout(() => { if (!pending) send(true); }, REST);
+    }
+  }
+}
+
+// Shows the difference between approximation and analysis of the same design.
+let prediction = null;
+function approximate() {
+  prediction = base ? { number: sequence, ...predict(base, design, model.constraints) } : null;
+  showPrediction();
+}
+
+function take(record) {
+  shown = record;
+  if (record.derivatives) base = record;
+  root.dataset.answered = record.number;
+  status("analysed", "good", record.seconds > 0 ? `in ${short(record.seconds * 1000)} ms` : "");
+  if (record.warnings.length) by("note").textContent += `; ${record.warnings.join("; ")}`;
+  mechanism.set("analysed", record.motion?.parts, record.motion ? (frame) => record.motion.frames[frame] : null, "linkage");
+  mechanism.keepInside();
+  showNumbers();
+  if (record.derivatives) { prediction = null; showPrediction(); if (chosen !== null) choose(chosen); }
+  plots.forEach(({ plot, output, constraint }) => {
+    plot.set("analysed", "line", null, output === undefined ? record.constraints[constraint].values : record.outputs[output]);
+    plot.limit(limitsOf(output, constraint));
+    plot.draw();
+  });
+  if (record.number === sequence) root.dataset.settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
+}
+
+function limitsOf(output, constraint) {
+  const all = model.constraints.map((c, j) => ({ ...c, value: shown.constraints[j].limit, j }));
+  return all.filter((c) => (output === undefined ? c.j === constraint : c.output === output));
+}
+
+function showPrediction() {
+  const is_new = prediction && (!shown || prediction.number !== shown.number);
+  const motion = prediction && base?.derivatives.motion && base.motion;
+  const at = [...design];
+  mechanism.set("predicted", motion?.parts, motion ? (frame) => predictFrame(base, at, frame) : null);
+  by("legend").textContent = prediction ? "dashed: linear approximation from the derivatives; solid: analysed" : "";
+  plots.forEach(({ plot, output, constraint }) => {
+    const rows = prediction && (output === undefined ? prediction.constraints[constraint] : prediction.outputs[output]);
+    plot.set("predicted", "predicted", rows?.points, rows?.values);
+    if (shown) plot.draw();
+  });
+  if (is_new || !prediction) showNumbers();
+}
+
+// ---- Objective and margins
+
+function showNumbers() {
+  if (!shown) return;
+  if (model.objective) {
+    const { name, unit, goal } = model.objective;
+    const remark = prediction ? `approximation: ${withUnit(prediction.objective, unit)}` : goal;
+    by("objective").replaceChildren(make("div", {}, make("dt", { text: `${name}, ${goal}` }),
+      make("dd", { id: "objective-value", text: withUnit(shown.objective, unit) }), make("dd", { class: "remark", text: remark })));
+  }
+  by("margins").replaceChildren(...model.constraints.map((constraint, j) => {
+    const { name, unit, relation } = constraint;
+    const now = shown.constraints[j];
+    const predicted = prediction?.constraints[j].margin;
+    const size = Math.max(Math.abs(now.limit), ...now.values.filter((v) => v !== null).map(Math.abs), 1e-300);
+    const part = (m) => 50 * Math.max(-1, Math.min(1, m / size));
+    const bar = make("i", now.margin < 0 ? { class: "over" } : {});
+    Object.assign(bar.style, now.margin < 0 ? { left: `${50 + part(now.margin)}%`, width: `${-part(now.margin)}%` } : { width: `${part(now.margin)}%` });
+    const track = make("div", { class: "track" }, bar);
+    if (predicted !== undefined) {
+      const mark = make("b", { title: "approximation" });
+      mark.style.left = `${50 + part(predicted)}%`;
+      track.append(mark);
+    }
+    const kind = { violated: "bad", active: "fair", satisfied: "good" }[now.status];
+    const when = now.time === null || !model.time ? "" : ` at ${model.time.name} ${withUnit(now.time, model.time.unit)}`;
+    const guess = predicted === undefined ? "" : `, approximation ${short(predicted)}`;
+    return make("div", { class: "margin", "data-constraint": name, "data-margin": now.margin, ...(predicted === undefined ? {} : { "data-predicted": predicted }) },
+      make("header", {}, make("span", { text: `${name} ${relation} ${withUnit(now.limit, unit)}` }), make("span", { class: `pill ${kind}`, text: now.status })),
+      track, make("p", { text: `margin ${withUnit(now.margin, unit)}${when}${guess}` }));
+  }));
+}
+
+// ---- What a variable moves
+
+let chosen = null;
+function choose(k) {
+  chosen = k;
+  controls.forEach(({ row }, i) => row.classList.toggle("chosen", i === k));
+  by("moves-hint").hidden = k !== null && base !== null;
+  if (k === null || !base?.derivatives) {
+    by("bars").replaceChildren();
+    return mechanism.arrows(null, null, 0);
+  }
+  const variable = model.variables[k];
+  const [low, high] = range(variable);
+  const step = (high - low) / 100;
+  const all = effects(base, k, model);
+  const most = Math.max(...all.map(({ slope, size }) => Math.abs(slope * step) / (size || 1)), 1e-300);
+  const rows = all.map(({ name, unit, slope, size }) => {
+    const part = (50 * slope * step) / (size || 1) / most;
+    const bar = make("i");
+    Object.assign(bar.style, part < 0 ? { left: `${50 + part}%`, width: `${-part}%` } : { width: `${part}%` });
+    return make("div", { class: "bar" }, make("span", { text: name }), make("div", { class: "track" }, bar), make("output", { text: `${slope > 0 ? "+" : ""}${withUnit(slope * step, unit)}` }));
+  });
+  by("bars").replaceChildren(make("p", { text: `${variable.name} + ${withUnit(step, variable.unit)}, a hundredth of its range, moves:` }), ...rows);
+  const motion = base.derivatives.motion;
+  mechanism.arrows(base.motion?.parts, motion ? (frame) => motion[k][frame] : null, 5 * step);
+}
+
+// ---- Pinned designs
+
+const PIN_NAMES = ["A", "B", "C", "D"];
+function pin() {
+  const free = [0, 1, 2, 3].find((slot) => !pins.some((one) => one.slot === slot));
+  if (!shown || free === undefined || pins.length >= PINS) return;
+  pins.push({ slot: free, record: shown });
+  showPins();
+}
+
+function showPins() {
+  by("pinned").hidden = pins.length === 0;
+  by("pin").disabled = pins.length >= PINS;
+  [0, 1, 2, 3].forEach((slot) => {
+    const one = pins.find((p) => p.slot === slot);
+    const motion = one?.record.motion;
+    mechanism.set(`pin-${slot}`, motion?.parts, motion ? (frame) => motion.frames[frame] : null, `overlay pin-${slot}`);
+    plots.forEach(({ plot, output, constraint }) => {
+      plot.set(`pin-${slot}`, `pinned pin-${slot}`, null, one && (output === undefined ? one.record.constraints[constraint].values : one.record.outputs[output]));
+    });
+  });
+  plots.forEach(({ plot }) => plot.draw());
+  const heads = ["", ...model.variables.map((v) => v.name), ...(model.objective ? [model.objective.name] : []), ...model.constraints.map((c) => `margin of ${c.name}`), ""];
+  const head = make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", text }))));
+  const rows = pins.map((one) => {
+    const { record, slot } = one;
+    const numbers = [...record.design, ...(model.objective ? [record.objective] : []), ...record.constraints.map((c) => c.margin)];
+    const go = make("button", { type: "button", text: "Show" });
+    go.addEventListener("click", () => moveTo(record.design));
+    const remove = make("button", { type: "button", text: "Remove", "aria-label": `Remove design ${PIN_NAMES[slot]}` });
+    remove.addEventListener("click", () => { pins = pins.filter((p) => p !== one); showPins(); });
+    return make("tr", { class: `pin-${slot}` }, make("th", { scope: "row" }, make("span", { class: "swatch" }), PIN_NAMES[slot]),
+      ...numbers.map((v) => make("td", { class: "number", text: short(v) })), make("td", {}, go, remove));
+  });
+  by("pins").replaceChildren(head, make("tbody", {}, ...rows));
+}
+
+// ---- The model
+
+function buildPlots() {
+  by("plots").replaceChildren();
+  const time = model.time;
+  const of = (name, unit, rest) => ({ plot: new Plot(by("plots"), { name, unit, time }), ...rest });
+  plots = !time || time.points.length < 2 ? [] : [
+    ...model.outputs.flatMap((output, h) => (output.changes ? [of(output.name, output.unit, { output: h })] : [])),
+    ...model.constraints.flatMap((c, j) => (c.changes && c.output === null ? [of(`${c.name} (constrained)`, c.unit, { constraint: j })] : [])),
+  ];
+  by("histories").hidden = plots.length === 0;
+}
+
+async function load() {
+  const answer = await server.model();
+  by("file").textContent = answer.file;
+  const report = answer.errors.map((e) => `${answer.file}:${e.line}: ${e.message}${e.help ? `\n  ${e.help}` : ""}`).join("\n");
+  if (answer.model && answer.revision !== revision) {
+    const before = model;
+    model = answer.model;
+    revision = answer.revision;
+    document.title = `${model.title} – linkwright`;
+    by("title").textContent = model.title;
+    // The design of the sliders stays, as far as the variables do.
+    design = model.variables.map((variable) => {
+      const k = before ? before.variables.findIndex((old) => old.name === variable.name && old.start === variable.start) : -1;
+      const value = k >= 0 ? design[k] : variable.start;
+      return Math.min(Math.max(value, variable.lower ?? -Infinity), variable.upper ?? Infinity);
+    });
+    [shown, base, prediction, pins, chosen] = [null, null, null, [], null];
+    answered = 0;
+    mechanism.groups.forEach((_, key) => mechanism.set(key, null, null));
+    if (model.drawing_times) mechanism.begin(model.drawing_times, model.time.name, model.time.unit);
+    by("picture").hidden = !model.drawing_times;
+    buildSliders();
+    buildPlots();
+    by("pinned").hidden = true;
+    by("numbers").hidden = by("moves").hidden = !model.objective;
+    changed();
+  }
+  fault(report || model?.fault);
+  if (!answer.model) status("errors in the file", "bad");
+  return answer.news;
+}
+
+by("pin").addEventListener("click", pin);
+by("reset").addEventListener("click", () => moveTo(model.variables.map((v) => v.start)));
+by("cancel").addEventListener("click", async () => {
+  answered = sequence;
+  clearTimeout(timers.next);
+  await server.cancel();
+  status("no analysis here", "fair", "stopped");
+});
+mechanism.listeners.push((time) => plots.forEach(({ plot }) => plot.now(time)));
+
+const news = await load();
+root.dataset.state ||= "ready";
+server.follow(news, load, (error) => status("no connection", "bad", `${error.message}; is the server still running?`));

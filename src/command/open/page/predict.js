@@ -1,0 +1,58 @@
+// Linear approximations at a design near one that was analysed and differentiated: r(b) ≈ r(b₀) + Σ ∂r/∂b_k (b_k − b₀_k).
+
+const changes = (base, design) => design.map((value, k) => value - base.design[k]);
+
+function history(gradients, step) {
+  return gradients.values.map((value, i) => gradients.by.reduce((sum, by, k) => sum + by[i] * step[k], value));
+}
+
+// The smallest distance of values from a limit: negative where the constraint is violated.
+export function margin(relation, limit, values) {
+  const of = { "≤": (v) => limit - v, "≥": (v) => v - limit, "=": (v) => -Math.abs(v - limit) }[relation];
+  return values.reduce((least, v) => Math.min(least, of(v)), Infinity);
+}
+
+export function predict(base, design, constraints) {
+  const step = changes(base, design);
+  const { derivatives } = base;
+  const peak = derivatives.peak.flatMap((rows) => history(rows, step));
+  return {
+    objective: peak.length ? Math.max(...peak)
+      : derivatives.objective ? derivatives.objective.reduce((sum, d, k) => sum + d * step[k], base.objective) : null,
+    outputs: derivatives.outputs.map((rows) => ({ points: rows.points, values: history(rows, step) })),
+    constraints: derivatives.constraints.map((rows, j) => {
+      const values = history(rows, step);
+      return { points: rows.points, values, margin: margin(constraints[j].relation, base.constraints[j].limit, values) };
+    }),
+  };
+}
+
+// A frame of the motion; null if the motion has no derivatives.
+export function predictFrame(base, design, frame) {
+  const by = base.derivatives?.motion;
+  if (!by) return null;
+  const step = changes(base, design);
+  return base.motion.frames[frame].map((value, i) => by.reduce((sum, rows, k) => sum + rows[frame][i] * step[k], value));
+}
+
+// Derivatives of objective and margins with respect to variable k, where each margin is smallest.
+export function effects(base, k, model) {
+  const { derivatives } = base;
+  const all = [];
+  const largest = (rows) => rows.values.reduce((best, v, i) => (best < 0 || v > rows.values[best] ? i : best), -1);
+  if (derivatives.objective) all.push({ name: model.objective.name, unit: model.objective.unit, slope: derivatives.objective[k], size: Math.abs(base.objective) });
+  const peak = derivatives.peak.filter((rows) => rows.values.length).map((rows) => ({ rows, i: largest(rows) }))
+    .sort((a, b) => b.rows.values[b.i] - a.rows.values[a.i])[0];
+  if (peak) all.push({ name: model.objective.name, unit: model.objective.unit, slope: peak.rows.by[k][peak.i], size: Math.abs(base.objective) });
+  derivatives.constraints.forEach((rows, j) => {
+    const { name, unit, relation } = model.constraints[j];
+    const { limit } = base.constraints[j];
+    const margins = rows.values.map((v) => margin(relation, limit, [v]));
+    const i = margins.indexOf(Math.min(...margins));
+    if (i < 0) return;
+    const sign = relation === "≥" ? 1 : relation === "≤" ? -1 : -Math.sign(rows.values[i] - limit);
+    const size = Math.max(Math.abs(limit), ...rows.values.map(Math.abs));
+    all.push({ name: `margin of ${name}`, unit, slope: sign * rows.by[k][i], size });
+  });
+  return all;
+}

@@ -1,0 +1,36 @@
+// Requests to the server. The address of the page ends with the token; all requests are relative to it.
+
+const page = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+
+export class Outdated extends Error {}
+
+async function request(route, body) {
+  const options = body === undefined ? {} : { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
+  const answer = await fetch(route, options);
+  if (answer.status === 409) throw new Outdated("a newer request has taken its place");
+  if (!answer.ok) throw new Error(answer.status === 429 ? "too many pages wait for an analysis" : `the server answers with ${answer.status}`);
+  return answer.json();
+}
+
+export const model = () => request("model");
+export const cancel = () => request("cancel", { page });
+export const analyze = (revision, design, derivatives) => request("analyze", { page, revision, design, derivatives });
+export const post = (route, body) => request(route, body);
+export const get = (route) => request(route);
+
+// Calls `changed` after each change on the server. Without an answer, such as after a sleep of the computer, it asks again.
+export async function follow(number, changed, lost) {
+  let is_lost = false;
+  for (;;) {
+    try {
+      const news = (await request(`news?after=${number}`)).number;
+      if (is_lost || news !== number) await changed();
+      number = news;
+      is_lost = false;
+    } catch (error) {
+      is_lost = true;
+      lost(error);
+      await new Promise((resolve) => setTimeout(resolve, 1000));
+    }
+  }
+}

@@ -1,0 +1,221 @@
+//! The server: connections, routes and their limits.
+
+use super::guard::{self, Guard};
+use super::queue::Reply;
+use super::session::Session;
+use anyhow::Context;
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::extract::{Request, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use serde::Deserialize;
+use serde_json::json;
+use std::net::Ipv4Addr;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
+use tokio::time::{sleep, timeout};
+
+/// Largest number of connections at a time; further ones are told to come again.
+const CONNECTIONS: usize = 64;
+/// Largest size of the body of a request in bytes: a model file of 2 MB as JSON.
+const BODY: usize = 5 << 20;
+/// Largest size of the head of a request in bytes.
+const HEAD: usize = 32 << 10;
+/// Time in which the head, and then the body, of a request has to arrive.
+const ARRIVAL: Duration = Duration::from_secs(10);
+/// Longest wait for news; a page then asks again.
+const NEWS: Duration = Duration::from_secs(25);
+/// Time between two looks at the model file.
+const WATCH: Duration = Duration::from_millis(300);
+
+/// The parts of the page with their types.
+const FILES: [(&str, &str, &str); 7] = [
+    ("", "text/html; charset=utf-8", include_str!("page/index.html")),
+    (
+        "style.css",
+        "text/css; charset=utf-8",
+        concat!(
+            include_str!("../../report/page/page.css"),
+            include_str!("../../report/animation/player.css"),
+            include_str!("page/style.css")
+        ),
+    ),
+    ("server.js", "text/javascript; charset=utf-8", include_str!("page/server.js")),
+    ("predict.js", "text/javascript; charset=utf-8", include_str!("page/predict.js")),
+    ("mechanism.js", "text/javascript; charset=utf-8", include_str!("page/mechanism.js")),
+    ("plots.js", "text/javascript; charset=utf-8", include_str!("page/plots.js")),
+    ("main.js", "text/javascript; charset=utf-8", include_str!("page/main.js")),
+];
+
+/// A server at a port of the loopback address.
+pub struct Server {
+    listener: TcpListener,
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    guard: Guard,
+    session: Session,
+}
+
+impl Server {
+    /// Opens a port that the system chooses.
+    pub async fn bind(session: Session) -> anyhow::Result<Self> {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.context("cannot open a port for the page")?;
+        let guard = Guard::new(listener.local_addr()?)?;
+        Ok(Self { listener, shared: Arc::new(Shared { guard, session }) })
+    }
+
+    /// The address of the page.
+    pub fn address(&self) -> String {
+        self.shared.guard.address()
+    }
+
+    /// An address that leads to the page once.
+    pub fn launch_address(&self) -> String {
+        self.shared.guard.launch_address()
+    }
+
+    /// Answers requests until the process ends.
+    pub async fn run(self) -> anyhow::Result<()> {
+        let routes = Router::new().fallback(answer).with_state(self.shared.clone());
+        let permits = Arc::new(Semaphore::new(CONNECTIONS));
+        let watched = self.shared.clone();
+        tokio::spawn(async move {
+            loop {
+                sleep(WATCH).await;
+                watched.session.look_at_the_file();
+            }
+        });
+        loop {
+            // An error of one connection, or of too many open files, does not end the server.
+            let Ok((stream, _)) = self.listener.accept().await else {
+                sleep(Duration::from_millis(50)).await;
+                continue;
+            };
+            let Ok(permit) = permits.clone().try_acquire_owned() else {
+                turn_away(&stream);
+                continue;
+            };
+            let service = TowerToHyperService::new(routes.clone());
+            tokio::spawn(async move {
+                let mut protocol = http1::Builder::new();
+                protocol.timer(TokioTimer::new()).header_read_timeout(ARRIVAL).max_buf_size(HEAD);
+                // A fault of the connection concerns its client only.
+                drop(protocol.serve_connection(TokioIo::new(stream), service).await);
+                drop(permit);
+            });
+        }
+    }
+}
+
+/// Tells the client of a connection too many to come again.
+fn turn_away(stream: &TcpStream) {
+    drop(stream.try_write(
+        b"HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\ncontent-length: 0\r\nconnection: close\r\n\r\n",
+    ));
+}
+
+/// Answers a request, or refuses it.
+async fn answer(State(shared): State<Arc<Shared>>, request: Request) -> Response {
+    let (head, body) = request.into_parts();
+    let path = head.uri.path();
+    let mut response = match shared.guard.admit(&head.method, path, &head.headers) {
+        Ok(route) => match (head.method.as_str(), FILES.iter().find(|(name, ..)| *name == route)) {
+            ("GET", Some((_, kind, text))) => {
+                ([(header::CONTENT_TYPE, HeaderValue::from_static(kind))], *text).into_response()
+            }
+            ("GET", None) => get(&shared.session, route, head.uri.query().unwrap_or_default()).await,
+            _ => match receive(body).await {
+                Ok(body) => post(&shared.session, route, &body).await,
+                Err(status) => status.into_response(),
+            },
+        },
+        Err(status) => match shared.guard.exchange(path, &head.headers) {
+            Some(place) => (StatusCode::SEE_OTHER, [(header::LOCATION, place)]).into_response(),
+            None => status.into_response(),
+        },
+    };
+    if response.status().is_client_error() {
+        // The rest of a refused body is not read.
+        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+    }
+    guard::protect(response.headers_mut());
+    response
+}
+
+/// The body of a request as text.
+async fn receive(body: Body) -> Result<String, StatusCode> {
+    let bytes = timeout(ARRIVAL, to_bytes(body, BODY)).await.map_err(|_| StatusCode::REQUEST_TIMEOUT)?;
+    let bytes = bytes.map_err(|_| StatusCode::PAYLOAD_TOO_LARGE)?;
+    String::from_utf8(bytes.into()).map_err(|_| StatusCode::BAD_REQUEST)
+}
+
+fn json_text(text: String) -> Response {
+    ([(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))], text).into_response()
+}
+
+async fn get(session: &Session, route: &str, query: &str) -> Response {
+    match route {
+        "model" => json_text(session.model().to_string()),
+        "news" => {
+            let known = query.strip_prefix("after=").and_then(|number| number.parse::<u64>().ok());
+            let mut news = session.news();
+            // The end of the wait is no error: the page asks again.
+            drop(timeout(NEWS, news.wait_for(|number| Some(*number) != known)).await);
+            let number = *news.borrow();
+            json_text(json!({ "number": number }).to_string())
+        }
+        _ => StatusCode::NOT_FOUND.into_response(),
+    }
+}
+
+/// A request for an analysis. Numbers and order of the design are those of the variables of the model.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Analyze {
+    /// Random name of the page, by which newer requests replace older ones.
+    page: String,
+    /// Revision of the model for which the design is meant.
+    revision: u64,
+    design: Vec<f64>,
+    /// True if derivatives are wanted, too.
+    derivatives: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Cancel {
+    page: String,
+}
+
+async fn post(session: &Session, route: &str, body: &str) -> Response {
+    match route {
+        "analyze" => match serde_json::from_str::<Analyze>(body) {
+            Ok(wanted) if wanted.page.len() <= 64 => {
+                let design = json!({ "design": wanted.design, "derivatives": wanted.derivatives }).to_string();
+                match session.analyze(wanted.revision, &wanted.page, design).await {
+                    Reply::Line(line) => json_text(line),
+                    Reply::Outdated => StatusCode::CONFLICT.into_response(),
+                    Reply::Busy => StatusCode::TOO_MANY_REQUESTS.into_response(),
+                    Reply::Failed(why) => json_text(json!({ "error": why }).to_string()),
+                }
+            }
+            _ => StatusCode::BAD_REQUEST.into_response(),
+        },
+        "cancel" => match serde_json::from_str::<Cancel>(body) {
+            Ok(cancel) => {
+                session.cancel(&cancel.page);
+                json_text("{}".to_owned())
+            }
+            Err(_) => StatusCode::BAD_REQUEST.into_response(),
+        },
+        _ => StatusCode::NOT_FOUND.into_response(),
+    }
+}

@@ -1,0 +1,224 @@
+//! The model file of a server, its unsaved edits, and what pages are told about them.
+//!
+//! The file on disk is the truth: it is read again whenever it changes. Text that is edited in a page is kept in `FILE.unsaved` until it
+//! is saved. The model in force is the last one without errors.
+
+use super::super::model::programs_are_allowed;
+use super::queue::{Queue, Reply};
+use super::worker::ModelLine;
+use anyhow::{Context, bail};
+use linkwright::model_file::{DiagnosticReport, Model, Severity, read};
+use linkwright::problem::{Constraint, DesignVariable, Goal, Problem, TimeGrid};
+use linkwright::report::outcome;
+use linkwright::storage::{Directory, fnv1a};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard};
+use std::time::SystemTime;
+use tokio::sync::watch;
+
+/// Largest size of a model file in bytes.
+const LIMIT: u64 = 2 << 20;
+
+/// The session of a model file, shared by all pages.
+pub struct Session {
+    path: PathBuf,
+    directory: Directory,
+    name: String,
+    project: Mutex<Project>,
+    queue: Queue,
+    /// Number of changes that pages have to read.
+    news: watch::Sender<u64>,
+}
+
+/// The file and the model in force.
+struct Project {
+    /// Text on disk, and the time and the length by which a change is noticed.
+    disk: String,
+    stamp: Option<(SystemTime, u64)>,
+    /// Errors of the text on disk; `None` if it is the model in force.
+    errors: Option<DiagnosticReport>,
+    /// The description of the model in force for pages; `Null` if there has never been one.
+    model: Value,
+    /// Number of the model in force.
+    revision: u64,
+}
+
+impl Session {
+    /// Opens a model file. That it has errors is shown in the page.
+    pub fn open(file: &Path) -> anyhow::Result<Self> {
+        let cannot = || format!("cannot read the model {}", file.display());
+        let path = file.canonicalize().with_context(cannot)?;
+        let (Some(parent), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else {
+            bail!("{} is not a file; give a model file", file.display());
+        };
+        let directory = Directory::open(parent).with_context(cannot)?;
+        let mut arguments = vec!["open".to_owned(), "--worker".to_owned(), name.to_owned()];
+        if programs_are_allowed() {
+            arguments.push("--allow-programs".to_owned());
+        }
+        let program = std::env::current_exe().context("cannot find the program linkwright itself")?;
+        let project = Project { disk: String::new(), stamp: None, errors: None, model: Value::Null, revision: 0 };
+        let session = Self {
+            name: name.to_owned(),
+            directory,
+            project: Mutex::new(project),
+            queue: Queue::start(program, arguments),
+            news: watch::Sender::new(0),
+            path,
+        };
+        let text = session.read()?;
+        session.take_text(&mut session.project(), text);
+        Ok(session)
+    }
+
+    fn project(&self) -> MutexGuard<'_, Project> {
+        self.project.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn read(&self) -> anyhow::Result<String> {
+        let cannot = || format!("cannot read the model {}", self.path.display());
+        let bytes = self.directory.read(&self.name, LIMIT).with_context(cannot)?.with_context(cannot)?;
+        String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", self.path.display()))
+    }
+
+    /// Reads the file again if it has changed. A file that cannot be read, such as one that is being replaced, is read later.
+    pub fn look_at_the_file(&self) {
+        let stamp = self.path.metadata().ok().and_then(|data| Some((data.modified().ok()?, data.len())));
+        let mut project = self.project();
+        if stamp.is_none() || stamp == project.stamp {
+            return;
+        }
+        if let Ok(text) = self.read() {
+            project.stamp = stamp;
+            if text != project.disk {
+                self.take_text(&mut project, text);
+            }
+        }
+    }
+
+    /// Makes a text that was read from disk the model in force, unless it has errors.
+    fn take_text(&self, project: &mut Project, text: String) {
+        let file = self.path.display().to_string();
+        match read(&file, &text) {
+            Ok(model) => {
+                project.revision += 1;
+                project.model = description(&model);
+                project.errors = None;
+                let line = serde_json::to_string(&ModelLine { file, text: text.clone() });
+                self.queue.set_model(line.ok());
+            }
+            Err(report) => project.errors = Some(*report),
+        }
+        project.disk = text;
+        self.news.send_modify(|number| *number += 1);
+    }
+
+    /// What a page shows: the model in force, the text, and its errors.
+    pub fn model(&self) -> Value {
+        let project = self.project();
+        let errors = project.errors.as_ref().map_or_else(Vec::new, diagnostics);
+        json!({
+            "file": self.name,
+            "revision": project.revision,
+            "news": *self.news.borrow(),
+            "model": project.model,
+            "text": project.disk,
+            "hash": hash(&project.disk),
+            "errors": errors,
+        })
+    }
+
+    /// The number of changes, which pages wait for.
+    pub fn news(&self) -> watch::Receiver<u64> {
+        self.news.subscribe()
+    }
+
+    /// Analyses a design of a revision of the model, for a page.
+    pub async fn analyze(&self, revision: u64, page: &str, design: String) -> Reply {
+        if self.project().revision != revision {
+            return Reply::Outdated;
+        }
+        self.queue.ask(page, design).await
+    }
+
+    /// Stops the analyses of a page.
+    pub fn cancel(&self, page: &str) {
+        self.queue.cancel(page);
+    }
+}
+
+/// The hash by which a page names the text that it has edited.
+fn hash(text: &str) -> String {
+    format!("{:016x}", fnv1a(text))
+}
+
+/// Diagnostics with their lines, from 1, and columns, from 0 in UTF-16 units as browsers count.
+fn diagnostics(report: &DiagnosticReport) -> Vec<Value> {
+    let place = |byte: usize| {
+        let end = (0..=byte.min(report.text.len())).rev().find(|end| report.text.is_char_boundary(*end)).unwrap_or(0);
+        let before = &report.text[..end];
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        (before.matches('\n').count() + 1, line.encode_utf16().count(), before.encode_utf16().count())
+    };
+    let one = |d: &linkwright::model_file::Diagnostic| {
+        let ((line, column, from), (.., to)) = (place(d.span.start), place(d.span.end));
+        json!({
+            "severity": if d.severity == Severity::Note { "note" } else { "error" },
+            "message": d.message, "label": d.label, "help": d.help,
+            "line": line, "column": column, "from": from, "to": to,
+        })
+    };
+    report.diagnostics.iter().map(one).collect()
+}
+
+/// The parts of a model that a page needs to show controls and plots.
+fn description(model: &Model) -> Value {
+    let problem = model.is_problem().then(|| model.problem());
+    let (problem, fault) = match problem {
+        Some(Ok(problem)) => (Some(problem), None),
+        Some(Err(error)) => (None, Some(model.locate(&error).map_or_else(|| error.to_string(), |r| r.to_string()))),
+        None => (None, None),
+    };
+    let finite = |v: f64| v.is_finite().then_some(v);
+    let variable = |v: &DesignVariable| json!({ "name": v.name, "unit": v.unit, "start": v.start, "lower": finite(v.lower), "upper": finite(v.upper) });
+    let output = |(name, unit, grid): (&str, &str, Option<usize>)| json!({ "name": name, "unit": unit, "changes": grid.is_some() });
+    let grid = |grid: &TimeGrid| json!({ "name": grid.name, "unit": grid.unit, "points": grid.points });
+    json!({
+        "title": model.title(),
+        "variables": model.variables().iter().map(variable).collect::<Vec<_>>(),
+        "outputs": model.output_names().map(output).collect::<Vec<_>>(),
+        "time": model.grid().map(grid),
+        "drawing_times": model.drawing_times(),
+        "objective": problem.as_ref().map(objective),
+        "constraints": problem.as_ref().map_or_else(Vec::new, constraints),
+        "fault": fault,
+    })
+}
+
+fn objective(problem: &Problem) -> Value {
+    let objective = &problem.objective;
+    json!({
+        "name": objective.name, "unit": objective.unit, "goal": outcome::goal(problem),
+        "is_peak": matches!(objective.goal, Goal::MinimizePeak(_)),
+    })
+}
+
+fn constraints(problem: &Problem) -> Vec<Value> {
+    let one = |j: usize| {
+        let constraint: &Constraint = &problem.constraints[j];
+        let relation = if constraint.is_equality() {
+            "="
+        } else if constraint.sign() < 0.0 {
+            "≥"
+        } else {
+            "≤"
+        };
+        json!({
+            "name": outcome::name(problem, j), "unit": outcome::unit(problem, j), "relation": relation,
+            "output": constraint.quantity.as_response(), "changes": constraint.quantity.is_transient(),
+            "window": constraint.window,
+        })
+    };
+    outcome::stated_constraints(problem).map(one).collect()
+}
