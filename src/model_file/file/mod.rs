@@ -61,7 +61,6 @@ use mechanism::{MechanismSpec, MechanismTemplate};
 use objective::ObjectiveSpec;
 use outputs::OutputSpec;
 use program::ProgramSpec;
-use section::{FileSource, Read, Section};
 use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
