@@ -27,4 +27,5 @@ mod shell;
 mod transcripts;
 mod twins;
 mod version1;
+mod warnings;
 mod wishes;

@@ -372,6 +372,10 @@ impl DerivativeSetting {
     fn build(self, parts: ProblemBuilder, analysis: impl Analysis + 'static) -> Result<Problem> {
         match self {
             Self::Automatic => parts.build(analysis),
+            // A reverse pass for each time point of a history would be many; one suffices for its integral or mean.
+            Self::By(method @ "adjoint", step) => {
+                Ok(parts.build(Differentiated::by(analysis, method, step)?)?.with_reduced_histories())
+            }
             Self::By(method, step) => parts.build(Differentiated::by(analysis, method, step)?),
             Self::Forward(step) => parts.build(Differences::forward(analysis, step)?),
             Self::Central(step) => parts.build(Differences::central(analysis, step)?),

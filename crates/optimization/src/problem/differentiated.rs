@@ -1,6 +1,6 @@
 //! An analysis that is differentiated by one of its methods.
 
-use super::{Analysis, ContinuousTime, GradientMethod, ResponseAt, Responses};
+use super::{Analysis, ContinuousTime, GradientMethod, ResponseAt, ResponseSum, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -56,6 +56,10 @@ impl<A: Analysis> Analysis for Differentiated<A> {
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.chosen()?.sensitivities(b, responses, wanted)
+    }
+
+    fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+        self.chosen()?.sum_sensitivities(b, responses, sums)
     }
 
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {

@@ -3,7 +3,7 @@
 use super::Program;
 use super::processes::Processes;
 use super::protocol::Answer;
-use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use crate::problem::{Analysis, GradientMethod, ResponseAt, ResponseSum, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -193,12 +193,20 @@ impl<A: Analysis> Analysis for WithThreads<A> {
         self.threads.install(|| self.analysis.sensitivities(b, responses, wanted))
     }
 
+    fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+        self.threads.install(|| self.analysis.sum_sensitivities(b, responses, sums))
+    }
+
     fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
         self.threads.install(|| self.analysis.analyze_many(designs))
     }
 
     fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         self.analysis.gradient_methods()
+    }
+
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        self.analysis.warnings(b, responses)
     }
 
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
