@@ -5,8 +5,9 @@
 //! * `-- crossover`: for four kinds of analysis, the cost over the number of design variables, as a table and as `crossover.csv`
 //!   and `crossover.svg` in the folder `ADJOINT_FIGURE` (default `target/`).
 //! * `-- memory`: the cost of checkpoints in a limited memory.
+//! * `-- integral`: the gradient of an integral over 2001 time points, as one sum and by the rows of all points.
 //!
-//! Without an argument all three run. CPU times of all threads.
+//! Without an argument all four run. CPU times of all threads.
 
 #[path = "../cpu/mod.rs"]
 mod cpu;
@@ -22,8 +23,11 @@ use linkwright::mechanics::derivatives::adjoint::{
 };
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::derivatives::method::Differentiation;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::mechanics::mechanism::ParametricMechanism;
+use linkwright::problem::{Analysis, ResponseAt, ResponseSum};
+use linkwright::responses::mechanism::Transient;
 
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
@@ -36,6 +40,9 @@ fn main() {
     }
     if is_asked("memory") {
         memory();
+    }
+    if is_asked("integral") {
+        integral();
     }
 }
 
@@ -93,4 +100,27 @@ fn memory() {
         let (used, allowed) = (spent.memory.div_ceil(1 << 10), memory >> 10);
         println!("| {allowed} | {used} | {} | {} | {:.2} |", spent.steps, spent.repeated, time / whole);
     }
+}
+
+/// Prints the cost of the gradient of an integral over 2001 time points for a chain of eight links, in analyses.
+fn integral() {
+    let model = Chain { energies: false, ..Chain::horizontal(8) };
+    let (b, settings) = (model.equal_links(), Dynamics::fixed(1e-3));
+    let times: Vec<f64> = (0..=2000).map(|k| 1e-3 * f64::from(k)).collect();
+    let at = |point| ResponseAt { response: 0, point };
+    let sum = ResponseSum { terms: (0..times.len()).map(|point| (at(point), 1e-3)).collect() };
+    let by = |method| Transient::new(model, settings, &times).unwrap().differentiating(method).unwrap();
+    let (direct, adjoint) = (by(Differentiation::Direct), by(Differentiation::Adjoint));
+    let responses = adjoint.analyze(&b).unwrap();
+    let wanted = ResponseSum::responses_in(std::slice::from_ref(&sum));
+    let sums = std::slice::from_ref(&sum);
+    let mut analysis = || drop(adjoint.analyze(&b).unwrap());
+    let mut by_direct = || drop(direct.sum_sensitivities(&b, &responses, sums).unwrap());
+    let mut by_sum = || drop(adjoint.sum_sensitivities(&b, &responses, sums).unwrap());
+    let mut by_rows = || drop(adjoint.sensitivities(&b, &responses, &wanted).unwrap());
+    let [unit, direct, sum, rows] = in_turns(2, [&mut analysis, &mut by_direct, &mut by_sum, &mut by_rows]);
+    println!("| time points | design variables | analysis ms | direct | adjoint, one sum | adjoint, row by row |");
+    println!("|---|---|---|---|---|---|");
+    let [direct, sum, rows] = [direct, sum, rows].map(|spent| spent / unit);
+    println!("| {} | {} | {:.1} | {direct:.2} | {sum:.2} | {rows:.1} |", times.len(), b.len(), unit * 1e3);
 }

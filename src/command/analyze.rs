@@ -79,7 +79,9 @@ impl DesignArguments {
         let design = design(&problem, &self.at)?;
         let responses = located(model, problem.analyze(&design))?;
         let evaluation = located(model, problem.evaluate(&design, &responses))?;
-        warn(&responses.warnings);
+        let warnings = problem.analysis.warnings(&design, &responses);
+        warn(&warnings);
+        let responses = Responses { warnings, ..responses };
         Ok(AnalysedDesign { title: model.title().to_owned(), problem, design, responses, evaluation })
     }
 

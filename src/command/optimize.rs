@@ -290,6 +290,7 @@ impl Shown {
             summary = folder.save(model, problem, &mut state)?;
             progress.cycle(&state, state.history.len() - before)?;
         }
+        summary.warnings = problem.analysis.warnings(&state.design, &state.responses);
         folder.finish(problem, &state, &summary)?;
         progress.end(&summary)?;
         show.note(&format!("Results are in {}", out.display()))?;

@@ -13,10 +13,13 @@ use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright::mechanics::derivatives::forward::instants::{differentiate_equilibria, differentiate_kinematics};
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
+use linkwright::mechanics::derivatives::method::Differentiation;
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::{DOPRI5, Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
 use linkwright::mechanics::mechanism::ParametricMechanism;
+use linkwright::problem::{Analysis, Differentiated, ResponseAt, ResponseSum};
+use linkwright::responses::mechanism::{Integration, Transient};
 use nalgebra::DMatrix;
 
 /// Derivatives of responses, a row each.
@@ -215,4 +218,38 @@ fn a_response_of_a_missing_output_is_rejected() {
     let wrong = [AdjointFunctional::at(0, 0), AdjointFunctional::at(99, 0)];
     let error = differentiate_backwards(&Absorber, &[0.36, 0.48], &fixed(0.01), &[1.0], &wrong).unwrap_err();
     assert!(error.to_string().contains("response 1"), "{error}");
+}
+
+/// Integrals of outputs over time: one reverse pass for each sum, by implicit and explicit steps.
+#[test]
+fn gradients_of_weighted_sums_are_the_sums_of_gradients() {
+    let model = Chain { energies: false, ..Chain::horizontal(3) };
+    let b = model.equal_links();
+    let times: Vec<f64> = (0..=200).map(|k| 2e-3 * f64::from(k)).collect();
+    let sum = |output: usize| ResponseSum {
+        terms: (0..times.len())
+            .map(|point| (ResponseAt { response: output, point }, (0.02 * point as f64).cos()))
+            .collect(),
+    };
+    let sums = [sum(0), sum(1), ResponseSum::of(ResponseAt { response: 1, point: 77 })];
+    for settings in [Integration::from(fixed(4e-3)), Explicit::eighth_order(1e-9).into()] {
+        let by = |method| {
+            let analysis = Transient::new(model, settings.clone(), &times).unwrap().differentiating(method).unwrap();
+            let responses = analysis.analyze(&b).unwrap();
+            analysis.sum_sensitivities(&b, &responses, &sums).unwrap()
+        };
+        let (direct, adjoint) = (by(Differentiation::Direct), by(Differentiation::Adjoint));
+        for i in 0..sums.len() {
+            let difference = (direct.row(i) - adjoint.row(i)).amax() / direct.row(i).amax();
+            assert!(difference < 1e-9, "{settings:?}, sum {i}: {difference:.1e}");
+        }
+        // By its name, as in model files; and the default method of an analysis without an adjoint one.
+        let analysis = Transient::new(model, settings.clone(), &times).unwrap();
+        let named = Differentiated::by(analysis, "adjoint", None).unwrap();
+        let responses = named.analyze(&b).unwrap();
+        assert_eq!(named.sum_sensitivities(&b, &responses, &sums).unwrap(), adjoint);
+        let direct_rows = Differentiated::by(&named, "direct", None).unwrap();
+        let rows = direct_rows.sum_sensitivities(&b, &responses, &sums).unwrap();
+        assert!((rows - direct).amax() < 1e-12 * adjoint.amax());
+    }
 }

@@ -21,5 +21,6 @@ mod reference;
 mod rejected;
 mod rigid_limit;
 mod semi_analytical;
+mod switches;
 mod table;
 mod zoo;

@@ -1,5 +1,6 @@
 //! The choice of derivatives in a model file.
 
+use linkwright::approximation::CycleData;
 use linkwright::model_file::read;
 use linkwright::problem::{Problem, ResponseAt};
 
@@ -103,4 +104,32 @@ fn an_unsupported_method_is_rejected_with_the_supported_ones() {
     assert!(message.contains("between 0 and 1"), "{message}");
     let message = error(&text(DYNAMICS, "complex"));
     assert!(message.contains("richardson"), "{message}");
+}
+
+/// An integral and a mean over 201 time points: with `adjoint` they are responses of their own, with the gradients of `direct`,
+/// and the same optimum.
+#[test]
+fn functionals_of_histories_have_one_gradient_by_the_adjoint_method() {
+    let model = MODEL
+        .replace("minimize = \"k\"", "name = \"travel\"\nminimize = \"integral(position^2) + 1e-5*k^2\"")
+        .replace("points = 6", "points = 201")
+        .replace("[time]", "[[constraint]]\nname = \"rms\"\nvalue = \"rms(position)\"\nat_most = 0.2\n[time]");
+    let of = |choice: &str| {
+        let text = format!("{model}[analysis]\n{DYNAMICS}derivatives = \"{choice}\"\n");
+        let problem = problem(&text).unwrap();
+        let start = problem.start();
+        let analysed = problem.analyze_design(&start).unwrap();
+        let rows = CycleData::first_order(&problem, &analysed, problem.all_rows()).unwrap().sensitivities;
+        let gradient = |signed, p| problem.total_derivative(signed, p, &start, &analysed.responses, &rows);
+        let gradients =
+            [gradient(problem.objective.signed(), 0), gradient(problem.constraints[0].signed(), 0)].concat();
+        (problem, analysed.evaluation, gradients, rows.at.len())
+    };
+    let ((_, evaluation, direct, many), (problem, same, adjoint, few)) = (of("direct"), of("adjoint"));
+    assert_eq!((many, few), (201, 2));
+    assert_eq!((evaluation.objective, evaluation.constraints), (same.objective, same.constraints));
+    for (a, b) in direct.iter().zip(&adjoint) {
+        assert!((a - b).abs() < 1e-9 * a.abs(), "{direct:?} {adjoint:?}");
+    }
+    assert_eq!(problem.responses.last().unwrap().name, "rms (value)");
 }

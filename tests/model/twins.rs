@@ -118,7 +118,7 @@ fn mechanisms_move_as_their_twins() {
     let hanging = Transient::new(chain, Dynamics::fixed(0.005), &uniform(0.5, 26)).unwrap();
     assert_histories("chain", &hanging, &chain.equal_links(), 1e-9, all);
     let beam = SpinningBeam::published(8);
-    let spinning = Transient::new(beam, Dynamics::fixed(0.05), &uniform(15.0, 31)).unwrap();
+    let spinning = Transient::new(beam, Dynamics::fixed(0.01), &uniform(15.0, 31)).unwrap();
     assert_histories("spinning-beam", &spinning, &SpinningBeam::DESIGN, 1e-8, all);
     let rod = Crank { elements: 4, ..Crank::rigid() };
     let bending = Transient::new(rod, Dynamics::fixed(1e-3), &uniform(0.4, 41)).unwrap();

@@ -188,9 +188,9 @@ pub struct Summary {
     #[serde(default)]
     at_bounds: Vec<String>,
     pub constraints: Vec<Nearest>,
-    /// Warnings of the analysis of this design.
+    /// Warnings of the analysis of this design; at the end of a run also those that take further analyses.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    warnings: Vec<String>,
+    pub warnings: Vec<String>,
     /// Edits of the model during the run.
     pub edits: Vec<Edit>,
 }

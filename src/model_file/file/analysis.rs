@@ -323,14 +323,17 @@ impl Settings {
         !matches!(self.kind, AnalysisKind::Statics)
     }
 
-    /// The outputs of a mechanism at design `b`.
+    /// The outputs of a mechanism at design `b`, with all warnings.
     #[cfg(feature = "report")]
     pub fn analyze(&self, model: MechanismTemplate, times: &[f64], b: &[f64]) -> Result<Responses> {
-        match &self.kind {
-            AnalysisKind::Kinematics => KinematicResponses::new(model, Assembly::default(), times)?.analyze(b),
-            AnalysisKind::Statics => StaticResponses::new(model, Statics::default(), times)?.analyze(b),
-            AnalysisKind::Dynamics(integration) => Transient::new(model, integration.clone(), times)?.analyze(b),
-        }
+        let analysis: Box<dyn Analysis> = match &self.kind {
+            AnalysisKind::Kinematics => Box::new(KinematicResponses::new(model, Assembly::default(), times)?),
+            AnalysisKind::Statics => Box::new(StaticResponses::new(model, Statics::default(), times)?),
+            AnalysisKind::Dynamics(integration) => Box::new(Transient::new(model, integration.clone(), times)?),
+        };
+        let responses = analysis.analyze(b)?;
+        let warnings = analysis.warnings(b, &responses);
+        Ok(Responses { warnings, ..responses })
     }
 
     /// The problem whose responses are the outputs of this mechanism.
@@ -372,6 +375,10 @@ impl DerivativeSetting {
     fn build(self, parts: ProblemBuilder, analysis: impl Analysis + 'static) -> Result<Problem> {
         match self {
             Self::Automatic => parts.build(analysis),
+            // A reverse pass for each time point of a history would be many; one suffices for its integral or mean.
+            Self::By(method @ "adjoint", step) => {
+                Ok(parts.build(Differentiated::by(analysis, method, step)?)?.with_reduced_histories())
+            }
             Self::By(method, step) => parts.build(Differentiated::by(analysis, method, step)?),
             Self::Forward(step) => parts.build(Differences::forward(analysis, step)?),
             Self::Central(step) => parts.build(Differences::central(analysis, step)?),

@@ -11,7 +11,7 @@ use crate::model_file::expression::{Names, Node, Reduction, Tree};
 use crate::model_file::unit::Unit;
 use crate::problem::{
     Analysis, Constraint, ContinuousTime, DesignVariable, Goal, GradientMethod, Problem, ProblemBuilder, Quantity,
-    ResponseAt, Responses, TimeGrid,
+    ResponseAt, ResponseSum, Responses, TimeGrid,
 };
 use nalgebra::DMatrix;
 
@@ -343,8 +343,16 @@ impl Analysis for RememberedStart {
         if b == self.design { Ok(self.responses.clone()) } else { self.analysis.analyze(b) }
     }
 
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        self.analysis.warnings(b, responses)
+    }
+
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.analysis.sensitivities(b, responses, wanted)
+    }
+
+    fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+        self.analysis.sum_sensitivities(b, responses, sums)
     }
 
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {

@@ -15,7 +15,7 @@ pub struct EnergyDrift {
     pub largest: f64,
     /// Time in s of this change.
     pub time: f64,
-    /// Time in s at which the change is first larger than [`NOTABLE`] of the kinetic energy so far, if it is.
+    /// Time in s at which the change is first larger than [`NOTABLE`] of the largest kinetic energy, if it is.
     pub notable_from: Option<f64>,
     /// Largest kinetic energy in J.
     pub kinetic: f64,
@@ -50,6 +50,8 @@ impl EnergyDrift {
 /// Records the energy of a mechanism that conserves it.
 pub(crate) struct EnergyWatch {
     drift: Option<EnergyDrift>,
+    /// Times in s at which the change was larger than ever before, the change in J, and the rounding of the energy in J.
+    records: Vec<[f64; 3]>,
     workspace: ElementWorkspace<f64>,
 }
 
@@ -61,7 +63,7 @@ impl EnergyWatch {
             let [kinetic, potential] = energy_in(mechanism, start, &mut workspace);
             EnergyDrift { start: kinetic + potential, largest: 0.0, time: start.t, notable_from: None, kinetic }
         });
-        Self { drift, workspace }
+        Self { drift, records: Vec::new(), workspace }
     }
 
     /// Records the energy at `state`.
@@ -72,16 +74,17 @@ impl EnergyWatch {
         drift.kinetic = drift.kinetic.max(kinetic);
         if change.abs() > drift.largest.abs() {
             (drift.largest, drift.time) = (change, state.t);
-        }
-        let size = kinetic.abs() + potential.abs() + drift.start.abs();
-        if drift.notable_from.is_none() && change.abs() > NOTABLE * drift.kinetic + ROUNDING * size {
-            drift.notable_from = Some(state.t);
+            let size = kinetic.abs() + potential.abs() + drift.start.abs();
+            self.records.push([state.t, change.abs(), ROUNDING * size]);
         }
     }
 
     /// The recorded change; `None` for mechanisms that do not conserve their energy.
     pub fn finish(self) -> Option<EnergyDrift> {
-        self.drift
+        let drift = self.drift?;
+        let is_notable = |[_, change, rounding]: &&[f64; 3]| *change > NOTABLE * drift.kinetic + rounding;
+        let notable_from = self.records.iter().find(is_notable).map(|[t, _, _]| *t);
+        Some(EnergyDrift { notable_from, ..drift })
     }
 }
 

@@ -6,6 +6,7 @@ use crate::analyses::sampling::{OutputRecorder, interpolate};
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
+use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
 use crate::integrators::explicit::{Explicit, OdeDriver};
 use crate::integrators::time_stepper::TimeStepper;
@@ -34,7 +35,9 @@ pub struct History {
     pub work: Work,
     /// Change of the energy, if the mechanism conserves it; otherwise `None`.
     pub energy_drift: Option<EnergyDrift>,
-    /// What makes the results doubtful although the analysis has succeeded: the part, the time and the remedy.
+    /// Violation of the constraints, along explicit steps; otherwise `None`.
+    pub constraint_drift: Option<ConstraintDrift>,
+    /// Reasons to doubt the results of a simulation that has succeeded: the part, the time and the remedy.
     pub warnings: Vec<String>,
 }
 
@@ -91,7 +94,8 @@ const MANY_OUTPUTS: f64 = 4.0;
 /// The warning about fixed steps that are far longer than the distance of the output times.
 fn interpolated_outputs(settings: &Dynamics, times: &[f64]) -> Option<String> {
     let StepSize::Fixed(h) = settings.step else { return None };
-    let spacing = (times.last()? - times.first()?) / (times.len() - 1) as f64;
+    let intervals = times.len().checked_sub(1).filter(|count| *count > 0)?;
+    let spacing = (times.last()? - times.first()?) / intervals as f64;
     (h > MANY_OUTPUTS * spacing && spacing > 0.0).then(|| {
         format!(
             "the time step of {h:.3e} s is longer than the distance of the output times, {spacing:.3e} s on average: outputs \
@@ -127,7 +131,7 @@ pub fn simulate_with_steps(
 ) -> Result<(History, Vec<f64>)> {
     let (driver, _) = start(mechanism, settings, times, false)?;
     let (history, driver) = record_outputs(mechanism, driver, times, None)?;
-    Ok((History { work: driver.work(), ..history }, driver.steps))
+    Ok((finished_explicitly(history, &driver), driver.steps))
 }
 
 /// Simulates as [`simulate_explicitly`] and records the steps in at most `memory` bytes for derivatives.
@@ -144,7 +148,14 @@ pub fn simulate_with_recording(
     let (driver, start) = start(mechanism, settings, times, false)?;
     let mut recording = ExplicitRecording::of(&driver, start, memory);
     let (history, driver) = record_outputs(mechanism, driver, times, Some(&mut recording.store))?;
-    Ok((History { work: driver.work(), ..history }, recording))
+    Ok((finished_explicitly(history, &driver), recording))
+}
+
+/// The history of a simulation by explicit steps with its work and the violation of its constraints.
+fn finished_explicitly(mut history: History, driver: &OdeDriver<MechanismRhs<'_>>) -> History {
+    let drift = driver.stepper.rhs.drift;
+    history.warnings.extend(drift.warning());
+    History { work: driver.work(), constraint_drift: Some(drift), ..history }
 }
 
 /// A simulation in progress whose state can be sampled between steps.
@@ -215,7 +226,10 @@ fn record_outputs<S: Simulation>(
     let mut warnings = negative_coefficients(mechanism);
     warnings.extend(energy_drift.and_then(|drift| drift.warning()));
     let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());
-    Ok((History { names, times, values, last: at, impacts, work, energy_drift, warnings }, simulation))
+    Ok((
+        History { names, times, values, last: at, impacts, work, energy_drift, constraint_drift: None, warnings },
+        simulation,
+    ))
 }
 
 /// Warnings about negative stiffnesses and dampings: they feed the motion.

@@ -6,3 +6,4 @@ pub mod kinematics;
 pub mod modal;
 pub mod sampling;
 pub mod statics;
+pub mod step_comparison;

@@ -186,6 +186,40 @@ pub(crate) fn extrapolate<T: StateScalar>(state: &State<T>, offset: f64) -> Stat
     extrapolated
 }
 
+/// Rounding of the time of a switch, as a fraction of the time.
+pub(crate) const TIME_ROUNDING: f64 = 1024.0 * f64::EPSILON;
+
+/// Rounding of a position, as a fraction of its size.
+const POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// The switches that cross zero at the same time as event number `event`, up to rounding.
+///
+/// `state` is the state at the event, at the end of a step `h` (s).
+pub(crate) fn simultaneous_switches(
+    mechanism: &Mechanism<f64>,
+    event: usize,
+    state: &State<f64>,
+    h: f64,
+) -> Vec<usize> {
+    let is_simultaneous = |k: &usize| {
+        let switch = &mechanism.events[*k];
+        let largest = switch.gap.coordinates.iter().map(|&i| state.q[i].abs()).fold(0.0, f64::max);
+        let rounding = TIME_ROUNDING * (state.t.abs() + h) * switch.rate(state, &state.v).abs();
+        switch.gap(state).abs() <= rounding + POSITION_ROUNDING * largest
+    };
+    let switches = (0..mechanism.events.len()).filter(|&k| k != event && mechanism.events[k].restitution.is_none());
+    switches.filter(is_simultaneous).collect()
+}
+
+/// Time after the event at `state` at which forces are evaluated: `longest` (s), but less than half of the time to the next
+/// switch other than those `at_event`.
+pub(crate) fn switch_offset(mechanism: &Mechanism<f64>, at_event: &[usize], state: &State<f64>, longest: f64) -> f64 {
+    let others = (0..mechanism.events.len()).filter(|k| !at_event.contains(k));
+    let switches = others.map(|k| &mechanism.events[k]).filter(|event| event.restitution.is_none());
+    let times = switches.map(|switch| -switch.gap(state) / switch.rate(state, &state.v));
+    times.filter(|time| *time > 0.0).fold(longest, |offset, time| offset.min(0.5 * time))
+}
+
 /// Sets accelerations and multipliers of `state` to those after the switch.
 ///
 /// Returns the state after the switch, extrapolated by the time `offset` (s).

@@ -1,7 +1,7 @@
 //! Location of events in implicit steps: a step ends where a rigid contact closes or a switch crosses zero.
 
 use crate::events::event::Event;
-use crate::events::impact::{apply_impact, apply_switch};
+use crate::events::impact::{TIME_ROUNDING, apply_impact, apply_switch, simultaneous_switches, switch_offset};
 use crate::integrators::generalized_alpha::Integrator;
 use crate::integrators::settings::StepSize;
 use crate::{Error, Result};
@@ -26,6 +26,8 @@ pub(crate) struct EventLocator {
     pub closed: Option<usize>,
     /// Contact or switch at the beginning of the current step.
     pub opened: Option<usize>,
+    /// Switches that cross zero at the time of the event at the beginning of the current step.
+    simultaneous: Vec<usize>,
     step: StepSize,
 }
 
@@ -46,20 +48,38 @@ impl EventLocator {
                 return Err(Error::analysis(&impact.gap.name, why, "start with the contact open"));
             }
         }
-        Ok(Self { events: Vec::new(), closed: None, opened: None, step })
+        Ok(Self { events: Vec::new(), closed: None, opened: None, simultaneous: Vec::new(), step })
     }
 
-    /// Applies the event at the end of the last step, if any, to the state from which the next step begins.
-    pub fn apply(&mut self, integrator: &mut Integrator<'_>) -> Result<()> {
+    /// Applies the event at the end of the last step, of the length `h` (s), if any, to the state from which the next step
+    /// begins.
+    ///
+    /// Switches that cross zero at the same time are a part of the event.
+    pub fn apply(&mut self, integrator: &mut Integrator<'_>, h: f64) -> Result<()> {
         self.opened = self.closed.take();
+        self.simultaneous.clear();
         let Some(contact) = self.opened else { return Ok(()) };
         let (mechanism, mut state) = (integrator.mechanism, integrator.step.new.clone());
-        match mechanism.events[contact].restitution {
-            Some(_) => _ = apply_impact(&mut integrator.system, mechanism, contact, &mut state)?,
-            None => _ = apply_switch(&mut integrator.system, mechanism, self.step.switch_offset(), &mut state)?,
+        self.simultaneous = simultaneous_switches(mechanism, contact, &state, h);
+        let mut at_event = self.simultaneous.clone();
+        at_event.push(contact);
+        let (system, is_impact) = (&mut integrator.system, mechanism.events[contact].restitution.is_some());
+        if is_impact {
+            apply_impact(system, mechanism, contact, &mut state)?;
+        }
+        if !is_impact || !self.simultaneous.is_empty() {
+            let offset = switch_offset(mechanism, &at_event, &state, self.step.switch_offset());
+            apply_switch(system, mechanism, offset, &mut state)?;
         }
         integrator.step.restart(&state);
-        self.events.push(Event { contact: mechanism.events[contact].gap.name.clone(), t: state.t });
+        for &k in [contact].iter().chain(&self.simultaneous) {
+            let event = Event { contact: mechanism.events[k].gap.name.clone(), t: state.t };
+            let is_same =
+                |other: &&Event| other.contact == event.contact && event.t - other.t <= SAME_TIME * (event.t.abs() + h);
+            if k == contact || !self.events.iter().rev().take(mechanism.events.len()).any(|other| is_same(&other)) {
+                self.events.push(event);
+            }
+        }
         Ok(())
     }
 
@@ -71,17 +91,24 @@ impl EventLocator {
     ///
     /// [`Error::Analysis`] if two contacts close at the same time: the law of impact is stated for one of them.
     pub fn locate(&mut self, integrator: &mut Integrator<'_>, mut h: f64) -> Result<f64> {
-        while let Some(contact) = self.first_closed(integrator, h) {
-            let Some(found) = self.close(integrator, contact, h)? else { break };
+        let mut later = Vec::new();
+        while let Some(contact) = self.first_closed(integrator, h, &later) {
+            let Some(found) = self.close(integrator, contact, h)? else {
+                later.push(contact);
+                continue;
+            };
             if let Some(other) = self.closed {
-                let rounding = SAME_TIME * (h + integrator.step.new.t.abs());
-                if (found - h).abs() <= rounding && [contact, other].iter().all(|&k| is_impact(integrator, k)) {
+                let both_are_impacts = [contact, other].iter().all(|&k| is_impact(integrator, k));
+                let rounding =
+                    if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (h + integrator.step.new.t.abs());
+                if both_are_impacts && (found - h).abs() <= rounding {
                     return Err(simultaneous(integrator, [other, contact]));
                 }
                 if found >= h - rounding {
-                    // The other one is the first.
+                    // The other one is the first, or a switch crosses zero with it.
                     integrator.solve(h)?;
-                    break;
+                    later.push(contact);
+                    continue;
                 }
             }
             (h, self.closed) = (found, Some(contact));
@@ -92,21 +119,27 @@ impl EventLocator {
     /// Opening of a contact at the beginning of the step and after the time `h` (s): positive is open.
     ///
     /// The opening is the gap, or the gap divided by the elapsed time if the step begins with an impact or with a gap
-    /// of zero. The sign of a switch is such that it begins open.
+    /// of zero. The sign of a switch is such that it begins open. A switch that crosses zero at the time of the event at the
+    /// beginning of the step has crossed it.
     fn openings(&self, integrator: &Integrator<'_>, contact: usize, h: f64) -> [f64; 2] {
         let (impact, old) = (&integrator.mechanism.events[contact], &integrator.step.old);
         let (before, after) = (impact.gap(old), impact.gap(&integrator.step.new));
-        let [begin, end] = match self.opened == Some(contact) || before == 0.0 {
-            true => [impact.rate(old, &old.v), after / h],
+        let is_at_zero = self.opened == Some(contact) || self.simultaneous.contains(&contact) || before == 0.0;
+        // A switch has crossed zero with a gap of rounding size, from which it returns.
+        let passed = if impact.restitution.is_none() { before } else { 0.0 };
+        let [begin, end] = match is_at_zero {
+            true => [impact.rate(old, &old.v), (after - passed) / h],
             false => [before, after],
         };
         let side = if impact.restitution.is_none() && begin < 0.0 { -1.0 } else { 1.0 };
         [side * begin, side * end]
     }
 
-    /// The contact that closes in the step `h`; if several close, the first one by linear interpolation.
-    fn first_closed(&self, integrator: &Integrator<'_>, h: f64) -> Option<usize> {
-        let others = (0..integrator.mechanism.events.len()).filter(|k| self.closed != Some(*k));
+    /// The contact that closes in the step `h`, without those that close `later`; if several close, the first one by linear
+    /// interpolation.
+    fn first_closed(&self, integrator: &Integrator<'_>, h: f64, later: &[usize]) -> Option<usize> {
+        let is_other = |k: &usize| self.closed != Some(*k) && !later.contains(k);
+        let others = (0..integrator.mechanism.events.len()).filter(is_other);
         let openings = others.map(|contact| (contact, self.openings(integrator, contact, h)));
         let closed =
             openings.filter(|(_, [begin, end])| *end <= CLOSED_GAP * begin.max(0.0) && (*end < 0.0 || *begin > 0.0));

@@ -95,7 +95,7 @@ impl<'m> TimeStepper<'m> {
 
     /// Takes one step. Returns its length in s.
     pub fn advance(&mut self) -> Result<f64> {
-        self.locator.apply(&mut self.integrator)?;
+        self.locator.apply(&mut self.integrator, self.length)?;
         if self.steps > 0 {
             self.integrator.accept();
         }

@@ -46,7 +46,8 @@ impl System {
         }
     }
 
-    /// Overwrites the constraint rows with the time derivative of the constraints of the `order` 1 or 2 along the motion.
+    /// Overwrites the constraint rows with the constraints (`order` 0) or their time derivative of `order` 1 or 2 along the
+    /// motion.
     pub fn constraint_rates<T: StateScalar>(
         &self,
         mechanism: &Mechanism<T>,
@@ -72,7 +73,7 @@ impl System {
             workspace.l.resize(instance.num_constraints, constant(&zero));
             Jet2::<T>::residual(instance.element.as_ref(), Jet2::new(state.t, one, zero), workspace);
             for (k, constraint) in workspace.constraint.iter().enumerate() {
-                let rate = if order == 1 { constraint.v1 } else { constraint.v2 };
+                let rate = [constraint.re, constraint.v1, constraint.v2][order];
                 rows[self.multiplier_equation[instance.first_multiplier + k]] = rate;
             }
         }

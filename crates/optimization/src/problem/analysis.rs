@@ -31,6 +31,40 @@ pub struct ResponseAt {
     pub point: usize,
 }
 
+/// A weighted sum of responses, such as the integral of a history by quadrature.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ResponseSum {
+    /// Responses with their weights.
+    pub terms: Vec<(ResponseAt, f64)>,
+}
+
+impl ResponseSum {
+    /// One response with the weight 1.
+    pub fn of(at: ResponseAt) -> Self {
+        Self { terms: vec![(at, 1.0)] }
+    }
+
+    /// The responses in `sums`, sorted, each once.
+    pub fn responses_in(sums: &[Self]) -> Vec<ResponseAt> {
+        let mut all: Vec<ResponseAt> = sums.iter().flat_map(|sum| sum.terms.iter().map(|(at, _)| *at)).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// The weighted sums of the `rows`, which are those of the responses `at` (sorted).
+    pub(crate) fn add_rows(sums: &[Self], at: &[ResponseAt], rows: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut added = DMatrix::zeros(sums.len(), rows.ncols());
+        for (i, sum) in sums.iter().enumerate() {
+            for (response, weight) in &sum.terms {
+                let row = at.binary_search(response).expect("the rows are those of all responses of the sums");
+                (0..rows.ncols()).for_each(|k| added[(i, k)] += weight * rows[(row, k)]);
+            }
+        }
+        added
+    }
+}
+
 /// All responses at one design.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub struct Responses {
@@ -111,6 +145,15 @@ pub trait Analysis: Send + Sync {
     /// ∂r/∂b of the wanted responses: one row for each, n columns. `responses` is the result of [`Analysis::analyze`] at `b`.
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>>;
 
+    /// Gradients of weighted sums of responses: one row for each, n columns.
+    ///
+    /// The default adds the rows of [`Analysis::sensitivities`]. With the adjoint method of an analysis over time, a sum costs
+    /// as much as one response.
+    fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+        let at = ResponseSum::responses_in(sums);
+        Ok(ResponseSum::add_rows(sums, &at, &self.sensitivities(b, responses, &at)?))
+    }
+
     /// ∂²r/∂b² of the wanted responses (n × n each); `None` if the analysis does not offer them.
     fn curvatures(
         &self,
@@ -130,6 +173,13 @@ pub trait Analysis: Send + Sync {
     /// analysis has only one method.
     fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         None
+    }
+
+    /// Reasons to doubt the `responses` at the design `b` of an analysis that has succeeded: the part, the time and the remedy.
+    ///
+    /// These are [`Responses::warnings`], and those that take further analyses.
+    fn warnings(&self, _b: &[f64], responses: &Responses) -> Vec<String> {
+        responses.warnings.clone()
     }
 
     /// The responses between the time points; `None` if the analysis does not offer them.
@@ -169,6 +219,14 @@ macro_rules! forward_analysis {
                     (**self).sensitivities(b, responses, wanted)
                 }
 
+                fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+                    (**self).sum_sensitivities(b, responses, sums)
+                }
+
+                fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+                    (**self).warnings(b, responses)
+                }
+
                 fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
                     (**self).curvatures(b, responses, wanted)
                 }
@@ -194,6 +252,9 @@ forward_analysis!(&A, Arc<A>);
 /// ∂r/∂b from a step, a design, its responses and the wanted ones, as [`Analysis::sensitivities`].
 type Differentiate<'a> = Box<dyn Fn(f64, &[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a>;
 
+/// Gradients of weighted sums from a design and its responses, as [`Analysis::sum_sensitivities`].
+type DifferentiateSums<'a> = Box<dyn Fn(&[f64], &Responses, &[ResponseSum]) -> Result<DMatrix<f64>> + Send + Sync + 'a>;
+
 /// A method of differentiating an analysis.
 pub struct GradientMethod<'a> {
     /// Name, for tables and model files.
@@ -201,6 +262,8 @@ pub struct GradientMethod<'a> {
     /// Relative step of differences; `None` for an exact method.
     pub step: Option<f64>,
     differentiate: Differentiate<'a>,
+    /// None if the rows of the responses are added.
+    differentiate_sums: Option<DifferentiateSums<'a>>,
 }
 
 impl<'a> GradientMethod<'a> {
@@ -210,7 +273,7 @@ impl<'a> GradientMethod<'a> {
         differentiate: impl Fn(&[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
     ) -> Self {
         let differentiate = move |_: f64, b: &[f64], r: &Responses, wanted: &[ResponseAt]| differentiate(b, r, wanted);
-        Self { name, step: None, differentiate: Box::new(differentiate) }
+        Self { name, step: None, differentiate: Box::new(differentiate), differentiate_sums: None }
     }
 
     /// A finite-difference method with a relative step, `step` by default.
@@ -219,12 +282,20 @@ impl<'a> GradientMethod<'a> {
         step: f64,
         differentiate: impl Fn(f64, &[f64], &Responses, &[ResponseAt]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
     ) -> Self {
-        Self { name, step: Some(step), differentiate: Box::new(differentiate) }
+        Self { name, step: Some(step), differentiate: Box::new(differentiate), differentiate_sums: None }
     }
 
     /// The sensitivities of an analysis itself.
     pub fn of(name: &'static str, analysis: &'a dyn Analysis) -> Self {
         Self::exact(name, move |b, responses, wanted| analysis.sensitivities(b, responses, wanted))
+    }
+
+    /// Differentiates weighted sums by this function instead of adding the rows of their responses.
+    pub fn with_sums(
+        self,
+        differentiate: impl Fn(&[f64], &Responses, &[ResponseSum]) -> Result<DMatrix<f64>> + Send + Sync + 'a,
+    ) -> Self {
+        Self { differentiate_sums: Some(Box::new(differentiate)), ..self }
     }
 
     /// Replaces the step, if the method has one.
@@ -235,6 +306,26 @@ impl<'a> GradientMethod<'a> {
     /// ∂r/∂b of the wanted responses at the design `b`, one row for each; `responses` are those of the analysis at `b`.
     pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         (self.differentiate)(self.step.unwrap_or_default(), b, responses, wanted)
+    }
+
+    /// Gradients of weighted sums of responses, as [`Analysis::sum_sensitivities`].
+    pub fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+        self.sums_by(self.step.unwrap_or_default(), b, responses, sums)
+    }
+
+    /// [`GradientMethod::sum_sensitivities`] with another step.
+    pub(super) fn sums_by(
+        &self,
+        step: f64,
+        b: &[f64],
+        responses: &Responses,
+        sums: &[ResponseSum],
+    ) -> Result<DMatrix<f64>> {
+        if let Some(differentiate) = &self.differentiate_sums {
+            return differentiate(b, responses, sums);
+        }
+        let at = ResponseSum::responses_in(sums);
+        Ok(ResponseSum::add_rows(sums, &at, &(self.differentiate)(step, b, responses, &at)?))
     }
 
     /// Estimated errors of these sensitivities: zero for an exact method.

@@ -1,6 +1,6 @@
 //! An analysis that is differentiated by one of its methods.
 
-use super::{Analysis, ContinuousTime, GradientMethod, ResponseAt, Responses};
+use super::{Analysis, ContinuousTime, GradientMethod, ResponseAt, ResponseSum, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -58,6 +58,10 @@ impl<A: Analysis> Analysis for Differentiated<A> {
         self.chosen()?.sensitivities(b, responses, wanted)
     }
 
+    fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+        self.chosen()?.sum_sensitivities(b, responses, sums)
+    }
+
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         self.analysis.curvatures(b, responses, wanted)
     }
@@ -68,6 +72,10 @@ impl<A: Analysis> Analysis for Differentiated<A> {
 
     fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         self.chosen().ok().map(|method| method.name)
+    }
+
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        self.analysis.warnings(b, responses)
     }
 
     fn continuous(&self) -> Option<&dyn ContinuousTime> {

@@ -22,10 +22,11 @@ mod objective;
 mod problem;
 mod problem_scalar;
 mod quantity;
+mod reduced_histories;
 mod sensitivities;
 mod variable;
 
-pub use analysis::{Analysis, ContinuousTime, GradientMethod, Response, ResponseAt, Responses};
+pub use analysis::{Analysis, ContinuousTime, GradientMethod, Response, ResponseAt, ResponseSum, Responses};
 pub use builder::ProblemBuilder;
 pub use closed_form::{Analytic, ClosedForm};
 pub use constraint::{Constraint, Selection, Side};

@@ -222,6 +222,10 @@ impl<A: Analysis> Analysis for Differences<A> {
         std::iter::once(own).chain(self.analysis.gradient_methods()).collect()
     }
 
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        self.analysis.warnings(b, responses)
+    }
+
     fn differentiation(&self, _variables: usize, _wanted: &[ResponseAt]) -> Option<&'static str> {
         Some(self.formula.name())
     }

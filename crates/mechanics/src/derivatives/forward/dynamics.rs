@@ -12,6 +12,7 @@ use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
 use crate::derivatives::seeding::{SeededMechanisms, set_values, take_values};
 use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
+use crate::events::impact::{simultaneous_switches, switch_offset};
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
@@ -107,6 +108,18 @@ where
     Ok(OutputGradients::new(steps.mechanism.outputs.len(), L, chunks))
 }
 
+/// Change of a gap with the design, as a fraction of its terms, below which two events stay at the same time.
+const SIMULTANEOUS: f64 = 1e-6;
+
+/// The event at the end of a step.
+struct ClosedContact {
+    contact: usize,
+    /// Switches that cross zero at the same time.
+    simultaneous: Vec<usize>,
+    /// The state at the end of the step.
+    values: State<f64>,
+}
+
 /// The state of a motion with `L` derivatives, which are propagated along implicit steps.
 struct ForwardSensitivity<'m, T, const L: usize> {
     plain: &'m Mechanism<f64>,
@@ -118,8 +131,8 @@ struct ForwardSensitivity<'m, T, const L: usize> {
     step: Step<T>,
     at: State<T>,
     started: bool,
-    /// The contact that the last step has closed, and the values at its end.
-    closed: Option<(usize, State<f64>)>,
+    /// The event at the end of the last step.
+    closed: Option<ClosedContact>,
     workspace: ElementWorkspace<T>,
     solve_workspace: SolveWorkspace,
     rows: Vec<T>,
@@ -237,19 +250,51 @@ where
             self.differentiate_step_of(step, h);
             h -= T::with(0.0, impact.gap(&self.step.new).derivatives().map(|gap| gap / speed));
         }
+        let simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
+        for &switch in &simultaneous {
+            self.check_simultaneous(step, h, contact, switch)?;
+        }
         self.differentiate_step_of(step, h);
-        self.closed = Some((contact, step.end.clone()));
+        self.closed = Some(ClosedContact { contact, simultaneous, values: step.end.clone() });
         Ok(())
+    }
+
+    /// Checks that the `switch` crosses zero with the `contact` in all designs around: at the end of the step `h`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if the design moves one before the other: each order has a motion of its own.
+    fn check_simultaneous(&mut self, step: &ConvergedStep, h: T, contact: usize, switch: usize) -> Result<()> {
+        let [fixed, moved] = [T::from(step.h), h].map(|h| {
+            self.differentiate_step_of(step, h);
+            self.mechanism.events[switch].gap(&self.step.new).derivatives()
+        });
+        let size = fixed.iter().chain(&moved).fold(0.0, |size: f64, x| size.max(x.abs()));
+        if moved.iter().all(|x| x.abs() <= SIMULTANEOUS * size) {
+            return Ok(());
+        }
+        let [first, second] = [contact, switch].map(|k| &self.plain.events[k].gap.name);
+        let why = format!(
+            "it crosses zero at the same time as `{second}`, t = {:.6e} s, and the design moves one before the other: there is \
+             no derivative",
+            step.end.t
+        );
+        Err(Error::analysis(first, why, "move one of them a little"))
     }
 
     /// Applies the impact or the switch of the contact that the last step has closed, if any.
     fn apply_event(&mut self) -> Result<()> {
-        let Some((contact, values)) = self.closed.take() else { return Ok(()) };
+        let Some(ClosedContact { contact, simultaneous, mut values }) = self.closed.take() else { return Ok(()) };
         let mut state = self.step.new.clone();
         let (plain, mechanism, system) = (self.plain, self.mechanism, &mut self.system);
-        match plain.events[contact].restitution {
-            Some(_) => apply_impact(plain, mechanism, system, contact, &values, &mut state)?,
-            None => apply_switch(plain, mechanism, system, self.settings.step.switch_offset(), &values, &mut state)?,
+        let is_impact = plain.events[contact].restitution.is_some();
+        if is_impact {
+            values = apply_impact(plain, mechanism, system, contact, &values, &mut state)?;
+        }
+        if !is_impact || !simultaneous.is_empty() {
+            let at_event = [&simultaneous[..], &[contact]].concat();
+            let offset = switch_offset(plain, &at_event, &values, self.settings.step.switch_offset());
+            apply_switch(plain, mechanism, system, offset, &values, &mut state)?;
         }
         self.step.restart(&state);
         Ok(())

@@ -20,7 +20,8 @@ use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
 use crate::system::state::State;
 
-/// Applies the impact at contact number `contact` to `state`; `values` is the state in `f64`.
+/// Applies the impact at contact number `contact` to `state`; `values` is the state in `f64`. Returns the state in `f64` after
+/// the impact.
 pub(crate) fn apply_impact<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
@@ -28,7 +29,7 @@ pub(crate) fn apply_impact<T: DerivativeScalar<L>, const L: usize>(
     contact: usize,
     values: &State<f64>,
     state: &mut State<T>,
-) -> Result<()>
+) -> Result<State<f64>>
 where
     Jet2<T>: ElementScalar,
 {
@@ -47,7 +48,8 @@ where
     }
     state.v.iter_mut().zip(&lifted.velocity).for_each(|(v, &change)| *v += change);
     take_values(state, &after);
-    InitialDerivatives::new(plain, mechanism, system).accelerations(&after, state)
+    InitialDerivatives::new(plain, mechanism, system).accelerations(&after, state)?;
+    Ok(after)
 }
 
 /// Applies a switch: sets accelerations and multipliers of `state` to those of the state extrapolated by `offset` (s).

@@ -140,7 +140,6 @@ impl InitialDifferences<'_> {
 
     /// Solves for the derivatives of the unknowns, with the factor of the system: the coordinates of `which` and the
     /// multipliers, whose derivatives must be zero before.
-    ///
     fn solve(
         &mut self,
         differences: &mut [CentralDifference],

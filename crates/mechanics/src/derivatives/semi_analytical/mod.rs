@@ -6,9 +6,11 @@
 //!
 //! The right-hand side is a central difference of the residual in `f64`. The mechanism is built at b ± δ e_k, and the old
 //! state is moved by ± δ dx₀/db_k; the matrix is that of the analysis. The solution is corrected by further differences along
-//! the corrected direction: the first direction violates the linearized constraints, and its error can be large. Assembly, consistent velocities and accelerations,
-//! kinematics, statics and outputs are differentiated in the same way. No dual number is involved: the method checks the
-//! derivatives of the model and of its elements. Use the direct or the adjoint method for anything else.
+//! the corrected direction: the first direction violates the linearized constraints, and its error can be large.
+//!
+//! Assembly, consistent velocities and accelerations, kinematics, statics and outputs are differentiated in the same way. No
+//! dual number is involved: the method checks the derivatives of the model and of its elements. Use the direct or the adjoint
+//! method for anything else.
 //!
 //! The step δ is the fraction ε of the design variable ([`STEP`] by default; ε itself where the variable is zero). The
 //! error of a difference is of the order δ² of the curvature plus 10⁻¹⁶/ε of rounding, relative to the largest term.

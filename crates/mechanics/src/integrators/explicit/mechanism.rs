@@ -5,6 +5,7 @@ use crate::diagnostics::not_finite;
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::events::impact;
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
+use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::stepper::OdeRhs;
@@ -42,6 +43,8 @@ pub struct MechanismRhs<'m> {
     pub state: State<f64>,
     /// Record of the current step, for motions that are differentiated.
     pub record: Option<StepRecord>,
+    /// Violation of the constraints so far.
+    pub drift: ConstraintDrift,
     rows: Vec<[f64; 1]>,
     jets: ElementWorkspace<Jet2<f64>>,
     /// Elements with switching functions.
@@ -92,7 +95,8 @@ impl<'m> MechanismRhs<'m> {
     pub fn new(mechanism: &'m Mechanism<f64>, system: System, state: State<f64>) -> Self {
         let rows = vec![[0.0]; system.size()];
         let (jets, workspace) = (ElementWorkspace::default(), ElementWorkspace::default());
-        let mut rhs = Self { mechanism, system, state, record: None, rows, jets, switching: Vec::new(), workspace };
+        let (drift, switching) = (ConstraintDrift::default(), Vec::new());
+        let mut rhs = Self { mechanism, system, state, record: None, drift, rows, jets, switching, workspace };
         let mut values = Vec::new();
         rhs.switching = (0..mechanism.elements.len())
             .filter(|&k| {
@@ -172,6 +176,16 @@ impl<'m> MechanismRhs<'m> {
     }
 }
 
+impl MechanismRhs<'_> {
+    /// Largest |Φ| (`order` 0) or |Φ̇| (`order` 1) at the current state.
+    fn violation(&mut self, order: usize) -> f64 {
+        self.rows.fill([0.0]);
+        let rows = self.rows.as_flattened_mut();
+        self.system.constraint_rates(self.mechanism, &self.state, order, &mut self.jets, rows);
+        rows.iter().fold(0.0, |largest: f64, row| largest.max(row.abs()))
+    }
+}
+
 impl OdeRhs for MechanismRhs<'_> {
     fn size(&self) -> usize {
         2 * self.state.q.len()
@@ -207,6 +221,8 @@ impl OdeRhs for MechanismRhs<'_> {
         self.system.factorize(self.mechanism, t)?;
         self.correct(0);
         self.correct(1);
+        let violations = [0, 1].map(|order| self.violation(order));
+        self.drift.add(t, violations, [&self.state.q, &self.state.v]);
         let n = self.state.q.len();
         y[..n].copy_from_slice(&self.state.q);
         y[n..].copy_from_slice(&self.state.v);

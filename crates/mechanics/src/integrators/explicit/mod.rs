@@ -6,6 +6,7 @@
 //! | `dop853` | coefficients of the method of order 8 |
 //! | `settings` | method, step control, tolerances |
 //! | `stepper` | one step, its error, dense output |
+//! | `constraint_drift` | violation of the constraints along the steps |
 //! | `switching` | adaptive steps that end where contacts close or open |
 //! | `ode_driver` | step control |
 //! | `ode` | systems of ordinary differential equations |
@@ -14,6 +15,7 @@
 //! [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly) simulates a mechanism with these methods. For
 //! stiff systems, beams and contacts use the implicit steps of [`Dynamics`](crate::integrators::settings::Dynamics).
 
+pub mod constraint_drift;
 pub(crate) mod dop853;
 pub mod mechanism;
 pub mod ode;

@@ -314,6 +314,10 @@ impl Analysis for ScaledAnalysis {
         }))
     }
 
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        self.inner.warnings(&self.scaled.inner(b), &self.original(responses))
+    }
+
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
         self.inner.differentiation(variables, wanted)
     }

@@ -1,12 +1,13 @@
 //! The outputs of a moving mechanism as responses of an optimization problem.
 
-use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use crate::problem::{Analysis, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::{Error, Result};
 use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded, simulate_with_recording};
+use mechanics::analyses::step_comparison::{explicit_step_warning, step_warning};
 use mechanics::checkpointing::ExplicitRecording;
 use mechanics::checkpointing::recording::Recording;
 use mechanics::derivatives::adjoint::{
-    AdjointFunctional, differentiate_backwards_within, differentiate_explicit_recording_backwards,
+    AdjointFunctional, Weighted, differentiate_backwards_within, differentiate_explicit_recording_backwards,
     differentiate_explicitly_backwards_within, differentiate_recording_backwards,
 };
 use mechanics::derivatives::forward::dynamics::{differentiate, differentiate_recorded};
@@ -58,7 +59,8 @@ pub struct Transient<M> {
 /// The steps of an analysis.
 struct StoredSteps {
     design: Vec<f64>,
-    steps: Steps,
+    /// None for a mechanism with events.
+    steps: Option<Steps>,
 }
 
 enum Steps {
@@ -128,11 +130,15 @@ impl<M: ParametricMechanism> Transient<M> {
 
     /// The method for derivatives of the `wanted` responses by this many design variables.
     pub fn differentiation_for(&self, variables: usize, wanted: &[ResponseAt]) -> Differentiation {
+        self.differentiation_of(variables, wanted.len())
+    }
+
+    fn differentiation_of(&self, variables: usize, count: usize) -> Differentiation {
         let cost = match self.settings {
             Integration::Implicit(_) => Cost::IMPLICIT,
             Integration::Explicit(_) => Cost::EXPLICIT,
         };
-        self.differentiation.of(variables, wanted.len(), cost)
+        self.differentiation.of(variables, count, cost)
     }
 
     /// The model.
@@ -147,9 +153,10 @@ impl<M: ParametricMechanism> Transient<M> {
 }
 
 impl<M: ParametricMechanism> Transient<M> {
-    /// The method for these derivatives. The automatic choice excludes the adjoint method for mechanisms with events.
-    fn chosen(&self, b: &[f64], wanted: &[ResponseAt]) -> Result<Differentiation> {
-        let chosen = self.differentiation_for(b.len(), wanted);
+    /// The method for the derivatives of this many responses or sums of responses. The automatic choice excludes the adjoint
+    /// method for mechanisms with events.
+    fn chosen(&self, b: &[f64], count: usize) -> Result<Differentiation> {
+        let chosen = self.differentiation_of(b.len(), count);
         let is_free = self.differentiation == Differentiation::Automatic && chosen == Differentiation::Adjoint;
         Ok(if is_free && self.model.build(b)?.has_events() { Differentiation::Direct } else { chosen })
     }
@@ -174,6 +181,32 @@ impl<M: ParametricMechanism> Transient<M> {
             }
             Differentiation::Direct | Differentiation::Automatic => self.directly((b, stored), &times, wanted, &places),
         }
+    }
+
+    fn sum_sensitivities_by(
+        &self,
+        method: Differentiation,
+        perturbation: f64,
+        (b, stored): (&[f64], &Responses),
+        sums: &[ResponseSum],
+    ) -> Result<DMatrix<f64>> {
+        let at = ResponseSum::responses_in(sums);
+        if method != Differentiation::Adjoint {
+            return Ok(ResponseSum::add_rows(
+                sums,
+                &at,
+                &self.sensitivities_by(method, perturbation, (b, stored), &at)?,
+            ));
+        }
+        let (points, _) = points_of(&at);
+        let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
+        let term = |&(at, weight): &(ResponseAt, f64)| {
+            let point = points.binary_search(&at.point).expect("every point of the sums is among them");
+            Weighted { output: at.response, point, weight }
+        };
+        let functional = |sum: &ResponseSum| AdjointFunctional { terms: sum.terms.iter().map(term).collect() };
+        let all: Vec<_> = sums.iter().map(functional).collect();
+        self.backwards(b, &times, stored, &all)
     }
 
     fn directly(
@@ -214,6 +247,17 @@ impl<M: ParametricMechanism> Transient<M> {
         Ok(recorded_rows(&gradients, b.len(), wanted, places))
     }
 
+    /// The warning about fixed steps that are too long: it costs half an analysis.
+    fn step_warning(&self, b: &[f64], responses: &Responses) -> Result<Option<String>> {
+        let mechanism = self.model.build(b)?;
+        match &self.settings {
+            Integration::Implicit(settings) => step_warning(&mechanism, settings, &self.times, &responses.values),
+            Integration::Explicit(settings) => {
+                explicit_step_warning(&mechanism, settings, &self.times, &responses.values)
+            }
+        }
+    }
+
     /// Derivatives by the adjoint method from the stored steps, or from a new analysis.
     fn backwards(
         &self,
@@ -247,16 +291,15 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         let (history, steps) = match &self.settings {
             // A recording does not contain events.
             Integration::Implicit(settings) if mechanism.has_events() => {
-                let history = simulate(&mechanism, settings, &self.times)?;
-                return Ok(Responses { values: history.values, warnings: history.warnings, trace: None });
+                (simulate(&mechanism, settings, &self.times)?, None)
             }
             Integration::Implicit(settings) => {
                 let (history, steps) = simulate_recorded(&mechanism, settings, &self.times, self.memory)?;
-                (history, Steps::Implicit(steps))
+                (history, Some(Steps::Implicit(steps)))
             }
             Integration::Explicit(settings) => {
                 let (history, steps) = simulate_with_recording(&mechanism, settings, &self.times, self.memory)?;
-                (history, Steps::Explicit(steps))
+                (history, Some(Steps::Explicit(steps)))
             }
         };
         let trace = StoredSteps { design: b.to_vec(), steps };
@@ -264,7 +307,18 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        self.sensitivities_by(self.chosen(b, wanted)?, self.perturbation, (b, responses), wanted)
+        self.sensitivities_by(self.chosen(b, wanted.len())?, self.perturbation, (b, responses), wanted)
+    }
+
+    fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+        self.sum_sensitivities_by(self.chosen(b, sums.len())?, self.perturbation, (b, responses), sums)
+    }
+
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        let mut warnings = responses.warnings.clone();
+        // A design that cannot be built or simulated has no responses.
+        warnings.extend(self.step_warning(b, responses).unwrap_or_default());
+        warnings
     }
 
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {
@@ -278,7 +332,11 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
             }
         };
         let exact = |name, method| GradientMethod::exact(name, by(method, self.perturbation));
-        let mut all = vec![exact("direct", Differentiation::Direct), exact("adjoint", Differentiation::Adjoint)];
+        let sums = |b: &[f64], stored: &Responses, sums: &[ResponseSum]| {
+            self.sum_sensitivities_by(Differentiation::Adjoint, self.perturbation, (b, stored), sums)
+        };
+        let adjoint = exact("adjoint", Differentiation::Adjoint).with_sums(sums);
+        let mut all = vec![exact("direct", Differentiation::Direct), adjoint];
         if matches!(self.settings, Integration::Implicit(_)) {
             let semi = move |step: f64, b: &[f64], stored: &Responses, wanted: &[ResponseAt]| {
                 self.sensitivities_by(Differentiation::SemiAnalytical, step, (b, stored), wanted)
@@ -332,8 +390,8 @@ fn points_of(wanted: &[ResponseAt]) -> (Vec<usize>, Vec<usize>) {
 
 /// The stored steps of the analysis of `b`, if there are any.
 fn steps<'r>(responses: &'r Responses, b: &[f64]) -> Option<&'r Steps> {
-    let stored = responses.trace.as_ref()?.downcast_ref::<StoredSteps>()?;
-    (stored.design == b).then_some(&stored.steps)
+    let stored = responses.trace.as_ref()?.downcast_ref::<StoredSteps>().filter(|stored| stored.design == b)?;
+    stored.steps.as_ref()
 }
 
 #[cfg(test)]

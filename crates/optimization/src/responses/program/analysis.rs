@@ -4,7 +4,7 @@ use super::Program;
 use super::answers::Answers;
 use super::processes::Processes;
 use super::protocol::Answer;
-use crate::problem::{Analysis, ContinuousTime, GradientMethod, ResponseAt, Responses};
+use crate::problem::{Analysis, ContinuousTime, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::storage::Directory;
 use error::{Error, Result};
 use nalgebra::DMatrix;
@@ -181,6 +181,10 @@ impl<A: Analysis> Analysis for WithThreads<A> {
         self.threads.install(|| self.analysis.sensitivities(b, responses, wanted))
     }
 
+    fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
+        self.threads.install(|| self.analysis.sum_sensitivities(b, responses, sums))
+    }
+
     fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
         self.threads.install(|| self.analysis.analyze_many(designs))
     }
@@ -191,6 +195,10 @@ impl<A: Analysis> Analysis for WithThreads<A> {
 
     fn gradient_methods(&self) -> Vec<GradientMethod<'_>> {
         self.analysis.gradient_methods()
+    }
+
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        self.analysis.warnings(b, responses)
     }
 
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {

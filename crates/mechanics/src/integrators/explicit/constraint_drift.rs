@@ -1,0 +1,44 @@
+//! Violation of the constraints along explicit steps.
+
+/// Largest violation of the constraints at the ends of explicit steps, after their projection.
+///
+/// The projection is one least-squares step for positions and one for velocities: what remains is of second order in the
+/// error of the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ConstraintDrift {
+    /// Largest |Φ| in m or rad.
+    pub position: f64,
+    /// Largest |Φ̇| in m/s or rad/s.
+    pub velocity: f64,
+    /// Time in s at which a violation is first larger than [`NOTABLE`] of the largest position or velocity so far, if it is.
+    pub notable_from: Option<f64>,
+    /// Largest position and velocity so far.
+    sizes: [f64; 2],
+}
+
+/// Fraction of the largest position or velocity above which a violation is worth a warning.
+pub const NOTABLE: f64 = 1e-3;
+
+impl ConstraintDrift {
+    /// Records the violations Φ and Φ̇ at the time `t` (s), with the positions and velocities there.
+    pub(crate) fn add(&mut self, t: f64, violations: [f64; 2], states: [&[f64]; 2]) {
+        for (size, state) in self.sizes.iter_mut().zip(states) {
+            *size = state.iter().fold(*size, |size, x| size.max(x.abs()));
+        }
+        // `f64::max` ignores NaN; a state that is not finite is an error elsewhere.
+        (self.position, self.velocity) = (self.position.max(violations[0]), self.velocity.max(violations[1]));
+        let is_notable = violations.iter().zip(self.sizes).any(|(violation, size)| *violation > NOTABLE * size);
+        if is_notable && self.notable_from.is_none() {
+            self.notable_from = Some(t);
+        }
+    }
+
+    /// A sentence about a violation that is worth a warning: how much, when, and what to do.
+    pub fn warning(&self) -> Option<String> {
+        let (from, Self { position, velocity, .. }) = (self.notable_from?, self);
+        Some(format!(
+            "the steps leave the constraints from t = {from:.6e} s on: they are violated by up to {position:.3e} m or rad, their \
+             rates by up to {velocity:.3e} m/s or rad/s. Take shorter steps, steps with a tolerance, or an implicit scheme."
+        ))
+    }
+}
