@@ -19,7 +19,7 @@ const FILES: [&str; 6] =
 
 /// Operations that fail.
 #[derive(Clone, Copy, Debug)]
-enum Fault {
+pub(super) enum Fault {
     None,
     /// The operation of this number.
     Once(usize),
@@ -28,13 +28,13 @@ enum Fault {
 }
 
 /// Operations with the names of their files, in order.
-type Log = Arc<Mutex<Vec<(Operation, String)>>>;
+pub(super) type Log = Arc<Mutex<Vec<(Operation, String)>>>;
 
 /// Files of a folder by name.
-type Files = BTreeMap<String, Vec<u8>>;
+pub(super) type Files = BTreeMap<String, Vec<u8>>;
 
 /// A watch that lets operations fail, and what it sees.
-fn watch(fault: Fault) -> (Watch, Log) {
+pub(super) fn watch(fault: Fault) -> (Watch, Log) {
     let log = Log::default();
     let seen = Arc::clone(&log);
     let watch = move |operation: Operation, name: &str| {
@@ -51,21 +51,22 @@ fn watch(fault: Fault) -> (Watch, Log) {
     (Arc::new(watch), log)
 }
 
-struct Place(PathBuf);
+/// An empty folder that is removed at the end.
+pub(super) struct Place(pub(super) PathBuf);
 
 impl Place {
-    fn new(name: &str) -> Self {
+    pub(super) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("linkwright-faults-{name}-{}", std::process::id()));
         drop(std::fs::remove_dir_all(&path));
         std::fs::create_dir(&path).unwrap();
         Self(path)
     }
 
-    fn directory(&self, watch: &Watch) -> Directory {
+    pub(super) fn directory(&self, watch: &Watch) -> Directory {
         Directory::open(&self.0).unwrap().watched(Arc::clone(watch))
     }
 
-    fn files(&self, folder: &str) -> Files {
+    pub(super) fn files(&self, folder: &str) -> Files {
         let entries = std::fs::read_dir(self.0.join(folder)).into_iter().flatten().flatten();
         let files = entries.filter(|entry| entry.file_type().unwrap().is_file());
         files.map(|entry| (entry.file_name().into_string().unwrap(), std::fs::read(entry.path()).unwrap())).collect()

@@ -100,20 +100,22 @@ pub fn curve(phase: &Phase, rows: &[&Row], x: usize, y: usize) -> Panel {
     panel
 }
 
-/// Horizontal bars with names, for each name several values of the named series.
+/// Horizontal bars with names above them; for each name, a value of each series.
 pub fn bars(quantity: &str, names: &[String], series: &[(&str, Vec<f64>)]) -> Panel {
-    let mut panel = Panel::new(Axis::new(quantity, ""), Axis::new("", "").unlabelled()).legend(Legend::Below);
+    let low = 0.8 - names.len().max(1) as f64;
+    let mut panel = Panel::new(Axis::new(quantity, ""), Axis::new("", "").limits(low - 0.5, 0.5).unlabelled())
+        .legend(Legend::Below);
     let width = 0.6 / series.len().max(1) as f64;
     for (s, (name, values)) in series.iter().enumerate() {
         for (k, value) in values.iter().enumerate().filter(|(_, v)| v.is_finite()) {
             let top = -(k as f64) - s as f64 * width;
             let outline = [[0.0, top], [*value, top], [*value, top - 0.9 * width], [0.0, top - 0.9 * width]];
-            let bar = Mark::region(outline, Colour::of_series(s), 1.0);
-            panel.add(if k == 0 { bar.named(*name) } else { bar });
+            let bar = Mark::region(outline, Colour::of_series(s + 1), 1.0);
+            panel.add(if k == 0 && series.len() > 1 { bar.named(*name) } else { bar });
         }
     }
     for (k, name) in names.iter().enumerate() {
-        panel.add(Mark::text([0.0, -(k as f64)], literal(name), Anchor::Start, [2.0, 2.0]));
+        panel.add(Mark::text([0.0, -(k as f64)], literal(name), Anchor::Start, [1.0, 5.0]));
     }
     panel
 }

@@ -9,6 +9,7 @@ use super::plan::{Conclusion, Phase, Plan, RunResult};
 use super::rows::Rows;
 use super::sample::{analysed, columns, mean_and_deviation};
 use super::sequence::{PointSequence, SequenceKind, uniform};
+use crate::report::figure::literal;
 use crate::report::table::{Cell, Table};
 use crate::{Error, Result};
 
@@ -219,7 +220,7 @@ impl Indices {
                 100.0 * indices[largest][1]
             ));
             let of = |which: usize| indices.iter().map(|index| index[which]).collect();
-            panels.push(bars(&quantity.name, &names, &[("first order *S*", of(0)), ("total *T*", of(1))]));
+            panels.push(bars(&literal(&quantity.name), &names, &[("first order *S*", of(0)), ("total *T*", of(1))]));
         }
         let figures = stacked("Sobol indices", panels, d);
         Ok(Conclusion {
@@ -260,7 +261,11 @@ impl Indices {
             let largest = (0..d).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b])).unwrap_or(0);
             sentences.push(format!("{} changes most with {}.", quantity.name, names[largest]));
             let deviations = effects.iter().map(|effects| mean_and_deviation(effects)[1]).collect();
-            panels.push(bars(&quantity.name, &names, &[("mean |effect| *μ*^*", sizes), ("deviation *σ*", deviations)]));
+            panels.push(bars(
+                &literal(&quantity.name),
+                &names,
+                &[("mean |effect| *μ*^*", sizes), ("deviation *σ*", deviations)],
+            ));
         }
         let figures = stacked("Elementary effects", panels, d);
         Ok(Conclusion {

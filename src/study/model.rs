@@ -360,12 +360,7 @@ fn of_problem(problem: &Problem) -> Vec<Quantity> {
     let quantity = |name: String, unit: &str, measure| Quantity { name, unit: unit.to_owned(), measure };
     let mut all = vec![quantity(objective.name.clone(), &objective.unit, Measure::Objective)];
     let stated: Vec<usize> = outcome::stated_constraints(problem).collect();
-    let name = |j: usize| {
-        let name = outcome::name(problem, j);
-        let is_pair = stated.iter().filter(|&&i| outcome::name(problem, i) == name).count() > 1;
-        let side = if problem.constraints[j].sign() < 0.0 { "lower" } else { "upper" };
-        if is_pair { format!("{name} {side}") } else { name.to_owned() }
-    };
+    let name = |j: usize| constraint_name(problem, j);
     all.extend(
         stated.iter().enumerate().map(|(i, &j)| quantity(name(j), outcome::unit(problem, j), Measure::Constraint(i))),
     );
@@ -381,6 +376,17 @@ fn of_problem(problem: &Problem) -> Vec<Quantity> {
     let mut seen = std::collections::HashSet::new();
     all.retain(|q| seen.insert(q.name.clone()));
     all
+}
+
+/// The name of a constraint; with its side if both sides are limited.
+pub fn constraint_name(problem: &Problem, j: usize) -> String {
+    let name = outcome::name(problem, j);
+    let sides = outcome::stated_constraints(problem).filter(|&i| outcome::name(problem, i) == name).count();
+    match (sides, problem.constraints[j].sign() < 0.0) {
+        (1, _) => name.to_owned(),
+        (_, true) => format!("{name} lower"),
+        (_, false) => format!("{name} upper"),
+    }
 }
 
 /// First of the largest values.

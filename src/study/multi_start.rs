@@ -167,7 +167,10 @@ impl Plan for MultiStart {
                 readable(best, 6),
                 column.unit
             ),
-            format!("There are {} different values of the objective at the end.", groups.len()),
+            match groups.len() {
+                1 => "All optima have the same objective.".to_owned(),
+                n => format!("The optima have {n} different objectives."),
+            },
         ];
         let (first, n) = (objective + WORK, self.start.len());
         let figure = self.figure(rows, &optima, [1, 2], [first, first + 1.min(n - 1)]);

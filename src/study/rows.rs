@@ -68,7 +68,7 @@ fn sealed(object: &str) -> String {
 }
 
 /// The object of a sealed line, if the checksum is right.
-fn opened<'l>(line: &'l str) -> Option<String> {
+fn opened(line: &str) -> Option<String> {
     let (open, check) = line.rsplit_once(",\"check\":\"")?;
     let check = check.strip_suffix("\"}")?;
     (u64::from_str_radix(check, 16).ok()? == fnv1a(open)).then(|| format!("{open}}}"))

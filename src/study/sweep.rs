@@ -6,7 +6,7 @@
 use super::StudyError;
 use super::figures;
 use super::file::{RUNS, StudyFile, StudyKind, Vary};
-use super::model::{ModelSource, constants, toml_number};
+use super::model::{ModelSource, constants, constraint_name, toml_number};
 use super::optimum::{Optimum, WORK, optimize, with_start};
 use super::plan::{Column, Conclusion, Phase, Plan, RunResult, bisection};
 use super::rows::{Row, Rows};
@@ -89,7 +89,7 @@ impl Sweep {
             settings.iter().map(|s| Column::new(format!("{suffix}{}", s.name), &s.unit)).collect();
         columns.extend(Optimum::columns(&model)?);
         let stated: Vec<usize> = outcome::stated_constraints(&problem).collect();
-        columns.extend(stated.iter().map(|&j| Column::new(outcome::name(&problem, j), outcome::unit(&problem, j))));
+        columns.extend(stated.iter().map(|&j| Column::new(constraint_name(&problem, j), outcome::unit(&problem, j))));
         if is_front {
             for s in &settings {
                 columns.push(Column::new(format!("d {}/d {}", problem.objective.name, s.name), ""));

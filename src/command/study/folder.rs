@@ -24,6 +24,21 @@ pub const PAGE: &str = "report.html";
 pub const SUMMARY: &str = "summary.json";
 /// Copies of the study file and of the model with the settings of the study.
 const FILES: [&str; 2] = ["study.toml", "model.toml"];
+/// Tables of rows by phases, and of conclusions.
+const TABLES: [&str; 12] = [
+    "runs",
+    "derivatives",
+    "worst-case",
+    "limits",
+    "samples",
+    "summary",
+    "optima",
+    "methods",
+    "front",
+    "moments",
+    "reliability",
+    "indices",
+];
 /// Largest sizes that are read.
 const RECORD_LIMIT: u64 = 8 << 20;
 const ROWS_LIMIT: u64 = 1 << 36;
@@ -126,7 +141,7 @@ impl StudyFolder {
     ) -> anyhow::Result<(OutputFolder, Option<StoredFile>)> {
         let shown = directory.path().display().to_string();
         let mut folder = OutputFolder::of(directory.clone())?;
-        let own = own_files(study);
+        let own = own_files();
         directory.remove_temporary(&own.iter().map(String::as_str).chain([MANIFEST]).collect::<Vec<_>>())?;
         let known = StudyRecord::read(directory)?.filter(|_| !force);
         let header = study.header();
@@ -243,10 +258,9 @@ impl StudyFolder {
     }
 }
 
-/// Files of every study, and the tables of this one.
-fn own_files(study: &Study) -> Vec<String> {
-    let tables =
-        study.phases().iter().flat_map(|phase| [format!("{}.csv", phase.name), format!("{}.parquet", phase.name)]);
+/// Names of all files that a study of any kind writes.
+fn own_files() -> Vec<String> {
+    let tables = TABLES.iter().flat_map(|name| [format!("{name}.csv"), format!("{name}.parquet")]);
     FILES.iter().chain(&[RECORD, ROWS, PAGE, SUMMARY]).map(|name| (*name).to_owned()).chain(tables).collect()
 }
 

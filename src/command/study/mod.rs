@@ -1,5 +1,7 @@
 //! `linkwright study FILE` and `linkwright study merge DIR…`.
 
+#[cfg(test)]
+mod faults;
 mod folder;
 mod page;
 
@@ -230,6 +232,10 @@ impl Shown {
         let observe = |row: &Row| {
             let mut guard = progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let (folder, progress, failure) = &mut *guard;
+            // After a row that was written in part, no other one is appended.
+            if failure.is_some() {
+                return false;
+            }
             if let Err(error) = folder.append(row).and_then(|()| progress.row(study, row)) {
                 *failure = Some(error);
                 return false;
