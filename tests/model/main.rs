@@ -28,4 +28,5 @@ mod transcripts;
 mod twins;
 mod units;
 mod version1;
+mod vocabulary;
 mod wishes;
