@@ -3,7 +3,7 @@
 use super::output::complain;
 use anyhow::{Context, bail};
 use clap::Args;
-use linkwright::model_file::{Model, read, with_setting};
+use linkwright::model_file::{Model, read, with_files, with_setting};
 use linkwright::problem::{DesignVariable, Problem};
 use linkwright::storage::{Directory, read_file};
 use std::path::{Path, PathBuf};
@@ -64,6 +64,7 @@ impl Edits {
         let mut text =
             String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", path.display()))?;
         let name = path.display().to_string();
+        text = with_files(&name, &text, path.parent().unwrap_or(Path::new("")))?;
         for (key, value) in self.settings()? {
             text = with_setting(&name, &text, &key, &value)?;
         }

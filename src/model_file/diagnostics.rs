@@ -1,6 +1,6 @@
 //! Diagnostics of a model file: their content, collection and display.
 
-use super::limits;
+use super::{attached, limits};
 use crate::Error;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet, normalize_untrusted_str};
 use std::cell::{Cell, RefCell};
@@ -120,8 +120,12 @@ impl fmt::Display for DiagnosticReport {
 impl DiagnosticReport {
     fn rendered(&self, diagnostic: &Diagnostic, level: Level<'_>) -> String {
         let label = Some(diagnostic.label.as_str()).filter(|label| !label.is_empty());
-        let underlined = AnnotationKind::Primary.span(self.first_line(&diagnostic.span)).label(label);
-        let snippet = Snippet::source(&self.text).path(&self.file).annotation(underlined);
+        let span = self.first_line(&diagnostic.span);
+        let (name, part) = attached::part_at(&self.text, span.start);
+        let own = |byte: usize| byte.clamp(part.start, part.end) - part.start;
+        let underlined = AnnotationKind::Primary.span(own(span.start)..own(span.end)).label(label);
+        let path = name.map_or(self.file.clone(), |name| beside(&self.file, name));
+        let snippet = Snippet::source(&self.text[part.clone()]).path(path).annotation(underlined);
         let help = diagnostic.help.as_deref().map(|help| {
             let lines: Vec<String> = help.lines().map(normalize_untrusted_str).collect();
             Level::HELP.message(lines.join("\n"))
@@ -137,6 +141,11 @@ impl DiagnosticReport {
         let line = self.text[start..].find('\n').map_or(self.text.len(), |length| start + length);
         start..end.clamp(start, line)
     }
+}
+
+/// The path of a file in the folder of another one.
+fn beside(file: &str, name: &str) -> String {
+    file.rfind('/').map_or(name.to_owned(), |end| format!("{}/{name}", &file[..end]))
 }
 
 /// Most errors that are shown at once.

@@ -174,9 +174,12 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
         Accepts::Intermediate => json!({ "type": ["number", "string", "object"] }),
         Accepts::Choice(words) => json!({ "enum": words }),
         Accepts::NumberOr(words) => json!({ "anyOf": [{ "type": "number" }, { "enum": words }] }),
-        Accepts::Each => json!({ "type": "object" }),
-        Accepts::Tables if key.name == "design" => {
-            json!({ "type": "object", "additionalProperties": { "$ref": "#/$defs/design.NAME" } })
+        Accepts::Each => {
+            json!({ "anyOf": [{ "type": "object" }, { "type": "array", "items": { "type": "object" } }] })
+        }
+        Accepts::Tables if matches!(key.name, "design" | "table") => {
+            let one = format!("#/$defs/{}.NAME", key.name);
+            json!({ "type": "object", "additionalProperties": { "$ref": one } })
         }
         Accepts::Tables => json!({ "type": "array", "items": { "$ref": format!("#/$defs/{}", key.name) } }),
         Accepts::Table => inner(table, key, all),

@@ -2,6 +2,8 @@
 
 /// Bytes of a file.
 pub const FILE: usize = 1 << 20;
+/// Files that a model includes.
+pub const FILES: usize = 32;
 /// Characters of an expression.
 pub const EXPRESSION: usize = 4096;
 /// Nesting levels of parentheses, signs and powers, and of named expressions.

@@ -2,6 +2,7 @@
 //!
 //! | module | content |
 //! |---|---|
+//! | `attached` | files that a model names: `include`, tables of numbers |
 //! | `diagnostics` | errors and notes about a file, with their locations |
 //! | [`unit`] | units of numbers: `120 mm` |
 //! | `settings` | the TOML of a file: parsing, all settings by their keys, the fingerprint |
@@ -38,6 +39,7 @@
 //! # }
 //! ```
 
+mod attached;
 mod diagnostics;
 mod document;
 pub mod expression;
@@ -47,6 +49,7 @@ mod settings;
 pub mod unit;
 mod version;
 
+pub use attached::with_files;
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
 pub use document::{document, schema, tables};
 pub use file::{Accepts, Key, Model, Need, TableKeys, read};

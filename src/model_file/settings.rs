@@ -1,6 +1,6 @@
 //! The TOML of a model file: parsing, all settings by their keys, and the fingerprint.
 
-use super::{Diagnostic, DiagnosticReport, limits, version};
+use super::{Diagnostic, DiagnosticReport, attached, limits, version};
 use std::collections::BTreeMap;
 use toml::de::{DeTable, DeValue};
 
@@ -13,16 +13,7 @@ pub(super) fn parse(text: &str) -> Result<DeTable<'_>, Diagnostic> {
         let message = format!("a file of {} bytes is too long", text.len());
         return Err(Diagnostic::new(0..0, message).help(format!("at most {} are read", limits::FILE)));
     }
-    let broken = |e: toml::de::Error| {
-        let message = e.message().lines().next().unwrap_or("");
-        let error = |message: &str| Diagnostic::new(e.span().unwrap_or(0..0), message);
-        if message.contains("recurs") {
-            error("tables and lists are nested too deeply").help("a model needs three levels")
-        } else {
-            error(message)
-        }
-    };
-    Ok(DeTable::parse(text).map_err(broken)?.into_inner())
+    attached::parse(text)
 }
 
 /// Hash of a problem: of everything except method, title and bounds of design variables. It does not depend on comments, order of
@@ -34,7 +25,7 @@ pub(super) fn fingerprint(file: &DeTable<'_>) -> u64 {
     version::to_first_version(&mut file);
     for (key, value) in &file {
         match &**key.get_ref() {
-            "method" | "title" => {}
+            "method" | "title" | "include" => {}
             "version" => text += "version1",
             key => {
                 text += key;
@@ -133,7 +124,8 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
             return if exists || parts.len() > 3 {
                 Err(fail(Diagnostic::new(0..0, format!("there is no `{}` in the file", path[..=depth].join(".")))))
             } else {
-                Ok(format!("{}\n\n[{header}]\n{last} = {value}\n", text.trim_end()))
+                let (own, attached) = text.split_at(attached::split(text).0);
+                Ok(format!("{}\n\n[{header}]\n{last} = {value}\n{attached}", own.trim_end()))
             };
         };
         match found.get_ref() {

@@ -190,3 +190,31 @@ proptest! {
         drop(compile(&text));
     }
 }
+
+#[test]
+fn a_choice_and_a_smooth_step_have_the_values_and_derivatives_of_their_branches() {
+    for (text, expected) in [
+        ("if(x < y, 1, 2)", 1.0),
+        ("if(x >= 2, x*y, 0)", 10.0),
+        ("if(x > 2, x*y, -x)", -2.0),
+        ("if(1 > 2, 1/0*x, y)", 5.0),
+        ("1 + if(x > 1, if(y > 9, 7, 8), 9)", 9.0),
+        ("if(x - 5 > 0, sqrt(x - 5), 3)", 3.0),
+        ("sign(-x) + sign(0*y)", -1.0),
+        ("smooth_step(x, 1, 3)", 0.5),
+        ("smooth_step(x, 3, 4) + smooth_step(y, 3, 4)", 1.0),
+        ("smooth_step(time, 0, 1 s)", 0.5),
+        ("smooth_step(3, 2, 6)", 0.103515625),
+    ] {
+        assert!((value(text) - expected).abs() < 1e-12, "{text} is {}", value(text));
+    }
+    let step = compile("if(x > 1, x^2*y, 0) + y*smooth_step(x, 1, 4)").unwrap();
+    let slopes = gradient(|b| step.value(&Inputs::design(b)), &[2.0, 5.0]).1;
+    // With t = 1/3 the slope of 6t⁵ − 15t⁴ + 10t³ is 30 t² (1 − t)².
+    let [t, width] = [1.0 / 3.0, 3.0];
+    let (rise, shape) = (30.0 * t * t * (1.0 - t) * (1.0 - t) / width, t * t * t * (t * (6.0 * t - 15.0) + 10.0));
+    assert!((slopes[0] - (20.0 + 5.0 * rise)).abs() < 1e-12 && (slopes[1] - (4.0 + shape)).abs() < 1e-12, "{slopes:?}");
+    for text in ["if(x, 1, 2)", "if(x > 1, 2)", "x > 1", "smooth_step(x, 1)", "none(x)", "none(x, y)", "if"] {
+        assert!(compile(text).is_err(), "{text}");
+    }
+}

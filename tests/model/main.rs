@@ -35,4 +35,5 @@ mod twins;
 mod units;
 mod version1;
 mod warnings;
+mod vocabulary;
 mod wishes;

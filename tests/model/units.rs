@@ -142,7 +142,8 @@ fn values_are_shown_as_they_are_written() {
     // An explicit unit converts, and the command line takes units.
     let text = with_setting("m", &in_units(), "design.length.unit", "cm").unwrap();
     let text = with_setting("m", &text, "design.length.start", "0.35 m").unwrap();
-    let variable = &parsed(&text).variables()[0];
+    let model = parsed(&text);
+    let variable = &model.variables()[0];
     assert_eq!((variable.unit.as_str(), variable.start, variable.upper), ("cm", 35.0, 80.0));
 }
 

@@ -2,13 +2,17 @@
 
 use super::compiled::{CompiledExpression, Operation};
 use super::dimension::Known;
+use super::function::FUNCTIONS;
 use super::names::{Meaning, Order};
+use super::reduction::REDUCTIONS;
+use super::table::Table;
 use super::tree::{Node, Operator, Tree};
 use super::{MathFunction, Names};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Names that an expression may use besides constants.
 pub struct Scope<'a> {
@@ -68,7 +72,8 @@ impl Names {
             self.visit(k, &mut vec![], &mut order)?;
         }
         self.check_units(tree, scope)?;
-        let mut code = Code { names: self, scope, known: HashMap::new(), operations: vec![], top: 0, height: 0 };
+        let mut code =
+            Code { names: self, scope, known: HashMap::new(), operations: vec![], tables: vec![], top: 0, height: 0 };
         for k in order.list {
             let value = match code.tree(&self.expressions[k]) {
                 // The error is in the expression that uses the name, not in the named one.
@@ -89,7 +94,7 @@ impl Names {
             let message = format!("all expressions together take more than {} operations", limits::ALL_OPERATIONS);
             return Err(Diagnostic::new(tree.span.clone(), message));
         }
-        Ok(CompiledExpression { operations: code.operations, height: code.height })
+        Ok(CompiledExpression { operations: code.operations, tables: code.tables, height: code.height })
     }
 }
 
@@ -108,6 +113,7 @@ struct Code<'a> {
     scope: &'a Scope<'a>,
     known: HashMap<usize, Definition>,
     operations: Vec<Operation>,
+    tables: Vec<Arc<Table>>,
     top: usize,
     height: usize,
 }
@@ -129,6 +135,8 @@ impl Code<'_> {
                 self.binary(Operator::Power, base, &both[1], &tree.span)?
             }
             Node::Call(function, arguments) => self.call(*function, arguments, &tree.span)?,
+            Node::If(with_equal, parts) => self.choice(*with_equal, parts, &tree.span)?,
+            Node::Table(name, argument) => self.table(name, argument, &tree.span)?,
             Node::Reduced(number) => match (self.scope.reduced)(*number) {
                 Some(index) => self.push(Operation::Other(index), &tree.span)?,
                 None => return Err(misplaced(&tree.span)),
@@ -293,6 +301,46 @@ impl Code<'_> {
             }
             _ => self.apply(Operation::OfTwo(function), span),
         }
+    }
+
+    /// A choice between two operands; only the chosen one if the condition is constant.
+    fn choice(
+        &mut self,
+        with_equal: bool,
+        [test, yes, no]: &[Tree; 3],
+        span: &Range<usize>,
+    ) -> Result<Option<f64>, Diagnostic> {
+        if let Some(test) = self.tree(test)? {
+            let holds = test > 0.0 || with_equal && test == 0.0;
+            return self.tree(if holds { yes } else { no });
+        }
+        for part in [yes, no] {
+            if let Some(value) = self.tree(part)? {
+                self.push(Operation::Constant(value), span)?;
+            }
+        }
+        self.top -= 2;
+        self.emit(Operation::Choose(with_equal), span)
+    }
+
+    fn table(&mut self, name: &str, argument: &Tree, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
+        let Some(table) = self.names.tables.get(name) else {
+            let place = span.start..span.start + name.len();
+            let known = FUNCTIONS.iter().map(|f| f.0).chain(REDUCTIONS.iter().map(|r| r.0)).chain(["if"]);
+            let known = known.chain(self.names.tables.keys().map(String::as_str));
+            // An expression with escapes has no exact place.
+            let place = if place.end <= span.end { place } else { span.clone() };
+            return Err(Diagnostic::unknown(place, "function", name, known));
+        };
+        if let Some(x) = self.tree(argument)? {
+            return Ok(Some(table.at(x)));
+        }
+        let known = self.tables.iter().position(|known| Arc::ptr_eq(known, table));
+        let k = known.unwrap_or_else(|| {
+            self.tables.push(table.clone());
+            self.tables.len() - 1
+        });
+        self.apply(Operation::Table(k), span)
     }
 
     fn push(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {

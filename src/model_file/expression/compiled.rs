@@ -1,7 +1,9 @@
 //! Compiled expressions: operations on a stack, over any scalar.
 
-use super::function::MathFunction;
+use super::function::{MathFunction, kinked};
+use super::table::Table as TableFunction;
 use autodiff::Scalar;
+use std::sync::Arc;
 
 /// Inputs of a compiled expression.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +50,10 @@ pub(super) enum Operation {
     Power(f64),
     Of(MathFunction),
     OfTwo(MathFunction),
+    /// A table by its number.
+    Table(usize),
+    /// The second operand where the first one is positive, or zero if the flag is set; otherwise the third one.
+    Choose(bool),
 }
 
 use Operation::*;
@@ -56,6 +62,7 @@ use Operation::*;
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompiledExpression {
     pub(super) operations: Vec<Operation>,
+    pub(super) tables: Vec<Arc<TableFunction>>,
     pub(super) height: usize,
 }
 
@@ -65,17 +72,17 @@ const LOW: usize = 16;
 impl CompiledExpression {
     /// A number.
     pub fn constant(value: f64) -> Self {
-        Self { operations: vec![Constant(value)], height: 1 }
+        Self { operations: vec![Constant(value)], tables: vec![], height: 1 }
     }
 
     /// Design variable number `i`.
     pub fn variable(i: usize) -> Self {
-        Self { operations: vec![Design(i)], height: 1 }
+        Self { operations: vec![Design(i)], tables: vec![], height: 1 }
     }
 
     /// Other name number `i`.
     pub fn other(i: usize) -> Self {
-        Self { operations: vec![Other(i)], height: 1 }
+        Self { operations: vec![Other(i)], tables: vec![], height: 1 }
     }
 
     /// The value for these inputs.
@@ -99,6 +106,17 @@ impl CompiledExpression {
                 Add | Subtract | Multiply | Divide | OfTwo(_) => {
                     top -= 1;
                     stack[top - 1] = two(*operation, stack[top - 1], stack[top]);
+                    continue;
+                }
+                Table(k) => {
+                    stack[top - 1] = self.tables[k].at(stack[top - 1]);
+                    continue;
+                }
+                Choose(with_equal) => {
+                    top -= 2;
+                    let [test, yes, no] = [stack[top - 1], stack[top], stack[top + 1]];
+                    let holds = test.re() > 0.0 || with_equal && test.re() == 0.0;
+                    stack[top - 1] = kinked(if holds { yes } else { no }, test);
                     continue;
                 }
                 _ => {

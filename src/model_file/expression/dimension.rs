@@ -106,6 +106,12 @@ impl Inference<'_> {
             Node::Name(name) => self.of_name(name),
             Node::Negative(inner) => self.of(inner),
             Node::Binary(..) => self.of_chain(tree),
+            Node::If(_, parts) => {
+                self.of(&parts[0])?;
+                let (yes, no) = (self.of(&parts[1])?, self.of(&parts[2])?);
+                same(yes, no, &parts[2])
+            }
+            Node::Table(_, argument) => self.of(argument).map(|_| None),
             Node::Call(function, arguments) => self.of_call(*function, arguments),
             Node::Reduce(reduction, arguments) => {
                 let history = arguments.first().map_or(Ok(None), |history| self.of(history))?;

@@ -25,6 +25,8 @@ pub enum MathFunction {
     Pow,
     Hypot,
     Deg,
+    Sign,
+    SmoothStep,
 }
 
 use MathFunction::*;
@@ -50,6 +52,8 @@ pub const FUNCTIONS: &[(&str, MathFunction, &str)] = &[
     ("pow", Pow, "pow(x, y) is x^y"),
     ("hypot", Hypot, "√(x² + y²)"),
     ("deg", Deg, "an angle in degrees: deg(90) is π/2"),
+    ("sign", Sign, "1, 0 or −1, with a jump at zero"),
+    ("smooth_step", SmoothStep, "smooth_step(x, a, b) rises from 0 below a to 1 above b, twice differentiable"),
 ];
 
 impl MathFunction {
@@ -65,10 +69,14 @@ impl MathFunction {
 
     /// Number of arguments.
     pub fn arguments(self) -> usize {
-        if matches!(self, Atan2 | Min | Max | Pow | Hypot) { 2 } else { 1 }
+        match self {
+            Atan2 | Min | Max | Pow | Hypot => 2,
+            SmoothStep => 3,
+            _ => 1,
+        }
     }
 
-    /// Evaluates a function of one argument.
+    /// Evaluates a function of one argument; a smooth step from 0 to 1.
     pub fn of<S: Scalar>(self, x: S) -> S {
         match self {
             Sin => x.sin(),
@@ -85,6 +93,10 @@ impl MathFunction {
             Ln => x.ln(),
             Abs => x.abs(),
             Deg => x * (std::f64::consts::PI / 180.0),
+            Sign => kinked(S::from(if x.re() == 0.0 { 0.0 } else { x.re().signum() }), x),
+            SmoothStep if x.re() <= 0.0 => kinked(S::from(0.0), x),
+            SmoothStep if x.re() >= 1.0 => kinked(S::from(1.0), x),
+            SmoothStep => kinked(x.powi(3) * (x * (x * 6.0 - 15.0) + 10.0), x),
             Atan2 | Min | Max | Pow | Hypot => x,
         }
     }
@@ -103,6 +115,6 @@ impl MathFunction {
 }
 
 /// The chosen operand, marked as not polynomial for scalars that track the polynomial degree.
-fn kinked<S: Scalar>(chosen: S, difference: S) -> S {
+pub(super) fn kinked<S: Scalar>(chosen: S, difference: S) -> S {
     chosen + difference.abs() * 0.0
 }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `tree` | a parsed expression with its location |
 //! | `function` | `sin`, `hypot`, `deg`, … |
+//! | `table` | functions through given points |
 //! | `reduction` | `peak`, `mean`, `at`, …: of a history to a number |
 //! | `parse` | tokens and precedence: `^` is right-associative and binds tighter than a sign, `-2^2` is −4 |
 //! | `names` | definitions of names: design variables, constants, other expressions |
@@ -29,6 +30,7 @@ mod function;
 mod names;
 mod parse;
 mod reduction;
+mod table;
 mod tree;
 
 pub use compile::{OtherUnit, Scope};
@@ -39,4 +41,5 @@ pub use names::Names;
 pub(crate) use names::check_name;
 pub use parse::TextPlace;
 pub use reduction::{REDUCTIONS, Reduction};
+pub use table::Table;
 pub use tree::{Node, Operator, Tree};

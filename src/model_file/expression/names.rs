@@ -3,11 +3,13 @@
 use super::Tree;
 use super::dimension::Known;
 use super::function::FUNCTIONS;
+use super::table::Table;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Definition of a name.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +30,8 @@ pub struct Names {
     designs: usize,
     /// Units of the values of design variables; SI without one.
     pub(super) units: HashMap<String, Unit>,
+    /// Functions through given points.
+    pub(super) tables: HashMap<String, Arc<Table>>,
     /// Dimensions of constants.
     pub(super) dimensions: HashMap<String, Known>,
     /// Operations of all expressions compiled so far.
@@ -42,7 +46,7 @@ pub(super) struct Order {
 }
 
 /// Reserved names.
-const RESERVED: &[&str] = &["time", "pi", "ground", "kinetic_energy", "potential_energy"];
+const RESERVED: &[&str] = &["time", "pi", "if", "ground", "kinetic_energy", "potential_energy"];
 
 /// Returns `true` if `text` can be a name: a letter or underscore, then letters, digits and underscores.
 fn is_name(text: &str) -> bool {
@@ -66,6 +70,11 @@ impl Names {
     /// The unit of the values of a design variable; `None` if they are in SI.
     pub fn unit_of(&self, design: &str) -> Option<&Unit> {
         self.units.get(design)
+    }
+
+    /// Adds a table, which expressions call as a function.
+    pub fn table(&mut self, name: &str, table: Table) {
+        self.tables.insert(name.to_owned(), Arc::new(table));
     }
 
     /// Adds a constant.
@@ -108,7 +117,7 @@ impl Names {
     /// If it is no valid name, is reserved, or is already defined.
     pub fn check(&self, name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
         check_name(name, span.clone())?;
-        if !self.meanings.contains_key(name) {
+        if !(self.meanings.contains_key(name) || self.tables.contains_key(name)) {
             return Ok(());
         }
         Err(Diagnostic::new(span, format!("the name `{name}` is taken twice")).label("second use"))

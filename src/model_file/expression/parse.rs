@@ -3,13 +3,16 @@
 //! # Sources
 //! Pratt, *Proc. ACM Symp. Principles of Programming Languages* (1973) 41–51.
 
-use super::function::{FUNCTIONS, MathFunction};
+use super::function::MathFunction;
 use super::reduction::{REDUCTIONS, Reduction};
 use super::tree::{Node, Operator, Tree};
 use crate::Readable;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use std::ops::Range;
+
+/// Name of the choice between two operands.
+const IF: &str = "if";
 
 /// Binding power of a sign before an operand: weaker than a power, stronger than a product.
 const SIGN: u8 = 5;
@@ -137,15 +140,35 @@ impl<'t> Parser<'t> {
         }
     }
 
+    /// `if(a > b, x, y)`, after its name.
+    fn choice(&mut self, start: usize, depth: usize) -> Result<Tree, Diagnostic> {
+        let left = self.operand(0, depth + 1)?;
+        let token = self.next();
+        let (is_less, with_equal) = match token.piece {
+            Piece::Compare(is_less, with_equal) => (is_less, with_equal),
+            _ => return Err(unexpected(token, "one of < <= > >=")),
+        };
+        let right = self.operand(0, depth + 1)?;
+        let span = left.span.start..right.span.end.max(left.span.end);
+        let both = if is_less { [right, left] } else { [left, right] };
+        let difference = Tree { node: Node::Binary(Operator::Subtract, Box::new(both)), span };
+        self.take(',', "`,`")?;
+        let yes = self.operand(0, depth + 1)?;
+        self.take(',', "`,`")?;
+        let no = self.operand(0, depth + 1)?;
+        let close = self.take(')', "`)`")?;
+        let node = Node::If(with_equal, Box::new([difference, yes, no]));
+        Ok(Tree { node, span: start..close.span.end })
+    }
+
     /// The arguments of a function, and the call.
     fn call(&mut self, name: &str, token: &Token, depth: usize) -> Result<Tree, Diagnostic> {
         let function = MathFunction::named(name);
         let is_reduction = REDUCTIONS.iter().any(|(known, ..)| *known == name);
-        if function.is_none() && !is_reduction {
-            let known = FUNCTIONS.iter().map(|f| f.0).chain(REDUCTIONS.iter().map(|r| r.0));
-            return Err(Diagnostic::unknown(token.span.clone(), "function", name, known));
-        }
         self.next();
+        if name == IF {
+            return self.choice(token.span.start, depth);
+        }
         let mut arguments = vec![self.operand(0, depth + 1)?];
         while self.peek().piece == Piece::Sign(',') {
             self.next();
@@ -156,6 +179,14 @@ impl<'t> Parser<'t> {
         if let Some(reduction) = Reduction::named(name, arguments.len()) {
             return Ok(Tree { node: Node::Reduce(reduction, arguments), span });
         }
+        if function.is_none() && !is_reduction {
+            let Ok([argument]) = <[Tree; 1]>::try_from(arguments) else {
+                let message = format!("`{name}` is not a function of several arguments");
+                return Err(Diagnostic::new(span, message));
+            };
+            // The name of a table, which is looked up when the expression is compiled.
+            return Ok(Tree { node: Node::Table(name.to_owned(), Box::new(argument)), span });
+        }
         let Some(function) = function else {
             let message = format!("`{name}` takes a history{}, got {} arguments", takes(name), arguments.len());
             return Err(Diagnostic::new(span, message.replace("1 arguments", "1 argument")));
@@ -164,8 +195,21 @@ impl<'t> Parser<'t> {
             let message = format!("`{name}` takes {} arguments, got {}", function.arguments(), arguments.len());
             return Err(Diagnostic::new(span, message.replace("1 arguments", "1 argument")));
         }
+        if function == MathFunction::SmoothStep {
+            return Ok(smooth_step(arguments, span));
+        }
         Ok(Tree { node: Node::Call(function, arguments), span })
     }
+}
+
+/// The smooth step of (x − a)/(b − a).
+fn smooth_step(arguments: Vec<Tree>, span: Range<usize>) -> Tree {
+    let of = |node| Tree { node, span: span.clone() };
+    let minus =
+        |left: &Tree, right: &Tree| of(Node::Binary(Operator::Subtract, Box::new([left.clone(), right.clone()])));
+    let [x, from, to] = [0, 1, 2].map(|k: usize| &arguments[k]);
+    let share = of(Node::Binary(Operator::Divide, Box::new([minus(x, from), minus(to, from)])));
+    of(Node::Call(MathFunction::SmoothStep, vec![share]))
 }
 
 /// What a reduction takes besides the history, in words.
@@ -179,6 +223,7 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
         Piece::Number(value, _) => format!("the number {}", Readable(*value)),
         Piece::Name(name) => format!("the name `{name}`"),
         Piece::Sign(sign) => format!("`{sign}`"),
+        Piece::Compare(..) => "a comparison, which stands in `if(a > b, x, y)` only".to_owned(),
         Piece::End => "the end of the expression".to_owned(),
     };
     Diagnostic::new(token.span.clone(), format!("expected {wanted}, got {got}")).label(format!("expected {wanted}"))
@@ -216,6 +261,8 @@ enum Piece {
     Name(String),
     /// One of `+ - * / ^ ( ) ,`.
     Sign(char),
+    /// A comparison: whether it is less, and whether equal numbers satisfy it.
+    Compare(bool, bool),
     End,
 }
 
@@ -243,6 +290,10 @@ fn tokens(text: &str, place: &TextPlace) -> Result<Vec<Token>, Diagnostic> {
                 (Piece::Name(rest[..length].to_owned()), length)
             }
             '+' | '-' | '*' | '/' | '^' | '(' | ')' | ',' => (Piece::Sign(c), 1),
+            '<' | '>' => {
+                let with_equal = rest[1..].starts_with('=');
+                (Piece::Compare(c == '<', with_equal), 1 + usize::from(with_equal))
+            }
             c => {
                 let error = Diagnostic::new(place.of(at..at + c.len_utf8()), format!("unexpected character `{c}`"));
                 return Err(error

@@ -35,6 +35,10 @@ pub enum Node {
     Binary(Operator, Box<[Tree; 2]>),
     /// A function of arguments, as many as it takes.
     Call(MathFunction, Vec<Tree>),
+    /// The second tree where the first one is positive, otherwise the third one; also where the first one is zero, if the flag is set.
+    If(bool, Box<[Tree; 3]>),
+    /// A table by its name, at a value.
+    Table(String, Box<Tree>),
     /// A reduction of a history, with its numbers.
     Reduce(Reduction, Vec<Tree>),
     /// The value of a reduction, by its number in [`Tree::take_reductions`].
@@ -92,7 +96,8 @@ impl Tree {
         match &self.node {
             Node::Number(_) | Node::Quantity(..) | Node::Reduced(_) => {}
             Node::Name(name) => see(name, &self.span),
-            Node::Negative(inner) => inner.names(see),
+            Node::Negative(inner) | Node::Table(_, inner) => inner.names(see),
+            Node::If(_, parts) => parts.iter().for_each(|tree| tree.names(see)),
             Node::Binary(_, both) => both.iter().for_each(|tree| tree.names(see)),
             Node::Call(_, arguments) | Node::Reduce(_, arguments) => arguments.iter().for_each(|tree| tree.names(see)),
         }
@@ -108,7 +113,8 @@ impl Tree {
     fn take_into(&mut self, found: &mut Vec<Tree>) {
         match &mut self.node {
             Node::Number(_) | Node::Quantity(..) | Node::Name(_) | Node::Reduced(_) => {}
-            Node::Negative(inner) => inner.take_into(found),
+            Node::Negative(inner) | Node::Table(_, inner) => inner.take_into(found),
+            Node::If(_, parts) => parts.iter_mut().for_each(|tree| tree.take_into(found)),
             Node::Binary(_, both) => both.iter_mut().for_each(|tree| tree.take_into(found)),
             Node::Call(_, arguments) => arguments.iter_mut().for_each(|tree| tree.take_into(found)),
             Node::Reduce(..) => {

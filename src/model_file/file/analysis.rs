@@ -158,6 +158,7 @@ pub enum DerivativeSetting {
 pub struct Settings {
     kind: AnalysisKind,
     derivatives: DerivativeSetting,
+    start: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -179,13 +180,14 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usi
         None => (0, DYNAMICS),
     };
     let section = Section::open(value, "[analysis]", &[KEYS, kind.1], file.source())?;
+    let start = if kind.0 == 0 { section.number("start", names)?.unwrap_or(0.0) } else { grid.points[0] };
     let kind = match kind.0 {
         0 => AnalysisKind::Dynamics(dynamics(&section, names, grid, coordinates)?),
         1 => AnalysisKind::Kinematics,
         _ => AnalysisKind::Statics,
     };
     let derivatives = derivatives(&section, names, &kind)?;
-    Ok(Settings { kind, derivatives })
+    Ok(Settings { kind, derivatives, start })
 }
 
 fn difference(section: &Section<'_>, names: &Names) -> Read<Option<f64>> {
@@ -317,6 +319,11 @@ fn implicit(
 }
 
 impl Settings {
+    /// Time at which the motion starts: the first time point, unless `start` of dynamics says otherwise.
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
     /// Returns `true` if the time points are times of a motion, not load cases of statics.
     #[cfg(feature = "report")]
     pub fn is_motion(&self) -> bool {

@@ -110,23 +110,25 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Bo
 fn body(kind: BodyKind, section: &Section<'_>, names: &Names) -> Read<BodySpec> {
     let zero = || CompiledExpression::constant(0.0);
     let one = |key: &str, has: bool| if has { section.expression(key, names, &Scope::DESIGN) } else { Ok(zero()) };
+    // The time stands for the start of the motion, so that a body can begin where its driver does.
+    let state = |key: &str, has: bool| if has { section.expression(key, names, &Scope::MOTION) } else { Ok(zero()) };
     let has_angle = matches!(kind, BodyKind::Rigid | BodyKind::MasslessNode);
     let moves = matches!(kind, BodyKind::Rigid | BodyKind::Point);
     let (position, velocity) = if kind == BodyKind::Slider {
-        ([one("position", true)?, zero(), zero()], [one("velocity", true)?, zero(), zero()])
+        ([state("position", true)?, zero(), zero()], [state("velocity", true)?, zero(), zero()])
     } else {
-        let [x, y] = section.pair("position", names, &Scope::DESIGN)?;
-        let [vx, vy] = if moves { section.pair("velocity", names, &Scope::DESIGN)? } else { [zero(), zero()] };
-        ([x, y, one("angle", has_angle)?], [vx, vy, one("spin", kind == BodyKind::Rigid)?])
+        let [x, y] = section.pair("position", names, &Scope::MOTION)?;
+        let [vx, vy] = if moves { section.pair("velocity", names, &Scope::MOTION)? } else { [zero(), zero()] };
+        ([x, y, state("angle", has_angle)?], [vx, vy, state("spin", kind == BodyKind::Rigid)?])
     };
     let inertia = [one("mass", moves || kind == BodyKind::Slider)?, one("inertia", kind == BodyKind::Rigid)?];
     Ok(BodySpec { name: section.text("name")?, kind, inertia, position, velocity })
 }
 
 impl BodySpec {
-    /// Adds the body to a mechanism.
-    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
-        let value = |expression: &CompiledExpression| expression.value(&Inputs::design(b));
+    /// Adds the body to a mechanism whose motion starts at the time `start`.
+    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S], start: f64) {
+        let value = |expression: &CompiledExpression| expression.value(&Inputs::at(b, S::from(start)));
         let [x, y, theta] = self.position.each_ref().map(value);
         let [mass, inertia] = self.inertia.each_ref().map(value);
         let velocity = self.velocity.each_ref().map(value);

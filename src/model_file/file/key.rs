@@ -43,7 +43,7 @@ pub enum Accepts {
     Table,
     /// Tables `[[name]]`, one for each part.
     Tables,
-    /// Values of each index of copies: a list of words, or a range of whole numbers.
+    /// Values of each index of copies: a list of words, or a range of whole numbers; or a list of tables.
     Each,
 }
 
@@ -99,8 +99,11 @@ pub(crate) const fn default(name: &'static str, accepts: Accepts, value: &'stati
 }
 
 /// The key that replicates a table.
-pub(super) const EACH: Key =
-    optional("each", Accepts::Each, "makes one copy for each value; `{i}`, `{i+1}` in texts are replaced by it");
+pub(super) const EACH: Key = optional(
+    "each",
+    Accepts::Each,
+    "makes one copy for each value, or for each table of a list; `{i}`, `{i+1}` in texts are replaced by it",
+);
 
 impl Key {
     /// Sets the units of the value.
@@ -136,7 +139,7 @@ impl Accepts {
             Self::Intermediate => "intermediate variables",
             Self::Table => "table",
             Self::Tables => "tables",
-            Self::Each => "table of lists",
+            Self::Each => "table of lists, or list of tables",
             Self::Choice(words) => return quoted(words),
             Self::NumberOr(words) => return format!("number or {}", quoted(words)),
         };

@@ -24,6 +24,8 @@ pub struct MechanismTemplate {
 #[derive(Debug)]
 pub struct MechanismSpec {
     gravity: [CompiledExpression; 2],
+    /// Time at which the motion starts.
+    pub start: f64,
     pub bodies: Vec<BodySpec>,
     pub beams: Vec<BeamSpec>,
     pub elements: Vec<ElementSpec>,
@@ -39,7 +41,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let elements = elements::read(file, names, &mut parts)?;
     let gravity = file.pair("gravity", names, &Scope::DESIGN)?;
     if !(bodies.is_empty() && beams.is_empty()) {
-        return Ok(Some(MechanismSpec { gravity, bodies, beams, elements, parts }));
+        return Ok(Some(MechanismSpec { gravity, start: 0.0, bodies, beams, elements, parts }));
     }
     match ["joint", "driver", "force", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
         Some(key) => Err(file.error_at(key, format!("`{key}` without any body or beam")).help("add a [[body]] first")),
@@ -72,7 +74,7 @@ impl ParametricMechanism for MechanismTemplate {
             beams: vec![],
             elements: vec![],
         };
-        spec.bodies.iter().for_each(|body| body.build(&mut context, b));
+        spec.bodies.iter().for_each(|body| body.build(&mut context, b, spec.start));
         spec.beams.iter().for_each(|beam| beam.build(&mut context, b));
         spec.elements.iter().for_each(|part| part.build(&mut context, b));
         let mut sensors = Sensors::new(&spec.parts.points);

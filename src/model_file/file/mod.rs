@@ -69,8 +69,18 @@ use toml::de::DeTable;
 pub(super) const KEYS: &[Key] = &[
     required("version", Accepts::Count, "version of the format: 2; files of version 1 are read, with a note"),
     default("title", Accepts::Text, "", "title for tables and figures"),
+    optional(
+        "include",
+        Accepts::Texts,
+        "files in the folder of this one, or below, whose tables and parts are added to those of this file",
+    ),
     optional("design", Accepts::Tables, "design variables, as tables [design.NAME]"),
     optional("constants", Accepts::Table, "names for numbers: NAME = 1.0, or an expression of others"),
+    optional(
+        "table",
+        Accepts::Tables,
+        "functions through given points, as tables [table.NAME]; expressions call them: NAME(x)",
+    ),
     optional("expressions", Accepts::Table, "names for expressions of design variables, constants and time"),
     optional("gravity", Accepts::Pair, "gravitational acceleration [x, y] in m/s²; none by default").of("m/s²"),
     optional("body", Accepts::Tables, "bodies"),
@@ -91,6 +101,12 @@ pub(super) const KEYS: &[Key] = &[
 /// Declarations of all tables, without the top level of the file.
 pub(super) fn families() -> Vec<TableKeys> {
     let mut all = vec![TableKeys { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN }];
+    all.push(TableKeys {
+        name: "table.NAME",
+        kind: None,
+        about: "a function through given points",
+        keys: naming::TABLE,
+    });
     all.extend(bodies::tables());
     all.extend(beams::TABLES);
     all.extend(element_kinds::tables());
@@ -212,8 +228,9 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let method = source.log.keep(method::read(&section, &names));
     let mechanism = match (mechanism, &grid) {
         (None, _) => None,
-        (Some(mechanism), Some(grid)) => {
+        (Some(mut mechanism), Some(grid)) => {
             let settings = analysis::read(&section, &names, grid, mechanism.coordinates())?;
+            mechanism.start = settings.start();
             Some((Arc::new(mechanism), settings))
         }
         (Some(_), None) => return Err(section.error_at("time", "a mechanism needs time points").help("add [time]")),

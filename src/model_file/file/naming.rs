@@ -3,7 +3,7 @@
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::Readable;
-use crate::model_file::expression::{Names, Scope, Tree};
+use crate::model_file::expression::{Names, Scope, Table, Tree};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
@@ -20,7 +20,20 @@ pub const DESIGN: &[Key] = &[
     default("unit", Accepts::Text, "", "unit for tables and axes; values with units are converted to it"),
 ];
 
-/// Reads `[constants]`, `[design]` and `[expressions]`.
+/// Keys of `[table.NAME]`.
+pub const TABLE: &[Key] = &[
+    optional("x", Accepts::Numbers, "increasing numbers").of_any_unit(),
+    optional("y", Accepts::Numbers, "the values at these numbers").of_any_unit(),
+    optional("file", Accepts::Text, "in place of both: a file with two columns, in the folder of this one or below"),
+    default(
+        "interpolation",
+        Accepts::Choice(&["cubic", "linear"]),
+        "cubic",
+        "between the points: a natural cubic spline, or straight lines; beyond the ends it continues straight",
+    ),
+];
+
+/// Reads `[constants]`, `[design]`, `[table]` and `[expressions]`.
 pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
     let mut names = Names::default();
     let designs = designs(file)?;
@@ -36,6 +49,7 @@ pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
         }
     }
     constants(file, &mut names)?;
+    tables(file, &mut names)?;
     // A variable with errors is defined nevertheless, because other parts of the file name it.
     let read = |(name, section): &(String, Section<'_>)| {
         log.keep(variable(name, section, &names)).unwrap_or_else(|| DesignVariable::new(name, "", 0.0))
@@ -145,6 +159,40 @@ pub fn variable_from(
         return Err(section.error_at("start", message).help("move the start inside or widen the bounds"));
     }
     Ok(DesignVariable::new(name, section.text("unit")?, start).within(lower, upper))
+}
+
+fn tables(file: &Section<'_>, names: &mut Names) -> Read<()> {
+    let Some(value) = file.get("table") else { return Ok(()) };
+    let Some(tables) = value.get_ref().as_table() else {
+        return Err(wrong_type(value, "`table`", "tables [table.NAME]"));
+    };
+    let log = file.source().log;
+    for (word, value) in ordered(tables) {
+        let read = names.check(&word.text, word.span.clone()).and_then(|()| {
+            let section = Section::open(value, &format!("table `{}`", word.text), &[TABLE], file.source())?;
+            let list = |key: &str| match section.numbers(key, names)? {
+                Some(list) => Ok(list),
+                None => Err(section
+                    .error_at(key, format!("{} lacks `{key}`", section.title))
+                    .help("give x and y, or a file")),
+            };
+            let is_cubic = section.choice("interpolation", &[("cubic", true), ("linear", false)])?;
+            let (x, y) = (list("x")?, list("y")?);
+            if x.len() != y.len() {
+                let message = format!("{} has {} x and {} y", section.title, x.len(), y.len());
+                return Err(section.error_at("y", message));
+            }
+            Table::new(x, y, is_cubic).map_err(|_| {
+                let message = format!("`x` of {} must have two or more increasing numbers", section.title);
+                section.error_at("x", message)
+            })
+        });
+        match log.keep(read) {
+            Some(table) => names.table(&word.text, table),
+            None => log.poison(&word.text),
+        }
+    }
+    Ok(())
 }
 
 fn constants(file: &Section<'_>, names: &mut Names) -> Read<()> {

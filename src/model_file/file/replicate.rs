@@ -14,10 +14,15 @@ struct Index {
 }
 
 /// The copies of a table: the table itself, or one copy for each combination of the values in `each`, the last index fastest.
-/// In all texts `{i}` is replaced by the value, and `{i+1}`, `{i-1}`, … by its neighbours if it is a whole number.
+/// `each` may also be a list of tables, with one copy for each of them. In all texts `{i}` is replaced by the value, and `{i+1}`, `{i-1}`, … by its neighbours if it is a whole number.
 pub fn replicate<'a>(table: &DeTable<'a>, span: Range<usize>) -> Read<Vec<DeTable<'a>>> {
     let Some(each) = table.get("each") else { return Ok(vec![table.clone()]) };
-    let Some(entries) = each.get_ref().as_table() else { return Err(wrong_type(each, "`each`", "a table")) };
+    if let Some(list) = each.get_ref().as_array() {
+        return listed(table, list.iter(), each.span(), span);
+    }
+    let Some(entries) = each.get_ref().as_table() else {
+        return Err(wrong_type(each, "`each`", "a table, or a list of tables"));
+    };
     let indices =
         ordered(entries).into_iter().map(|(name, value)| index(name.text, value)).collect::<Read<Vec<_>>>()?;
     let count = indices.iter().try_fold(1usize, |n, index| n.checked_mul(index.values.len()));
@@ -42,6 +47,56 @@ pub fn replicate<'a>(table: &DeTable<'a>, span: Range<usize>) -> Read<Vec<DeTabl
             .flat_map(|t| index.values.iter().map(move |v| (t, v)))
             .map(|(t, v)| copy(t, v))
             .collect::<Read<_>>()?;
+    }
+    Ok(all)
+}
+
+/// One copy for each table of a list: in all texts the names in braces are replaced by the values of the table.
+fn listed<'a, 'v>(
+    table: &DeTable<'a>,
+    list: impl Iterator<Item = &'v Value<'a>>,
+    each: Range<usize>,
+    span: Range<usize>,
+) -> Read<Vec<DeTable<'a>>>
+where
+    'a: 'v,
+{
+    let mut plain = table.clone();
+    plain.remove("each");
+    let size: usize = plain.values().map(text_size).sum();
+    let (mut all, mut first): (Vec<DeTable<'a>>, Option<Vec<String>>) = (vec![], None);
+    for item in list {
+        let Some(entries) = item.get_ref().as_table() else {
+            return Err(wrong_type(item, "an item of `each`", "a table such as { name = \"thigh\", length = 0.4 }"));
+        };
+        let entries = ordered(entries);
+        let names: Vec<String> = {
+            let mut names: Vec<String> = entries.iter().map(|(name, _)| name.text.clone()).collect();
+            names.sort();
+            names
+        };
+        if first.get_or_insert_with(|| names.clone()) != &names {
+            let message = "the tables of `each` have different keys";
+            return Err(Diagnostic::new(item.span(), message).help("give every copy a value of each"));
+        }
+        if all.len() >= limits::PARTS || (all.len() + 1) * size > 16 * limits::FILE {
+            let message = format!("`each` makes more copies than the limit of {}", limits::PARTS);
+            return Err(Diagnostic::new(each, message));
+        }
+        let mut copy = Spanned::new(span.clone(), DeValue::Table(plain.clone()));
+        for (name, value) in entries {
+            let to = match value.get_ref() {
+                DeValue::String(text) => text.to_string(),
+                DeValue::Integer(i) => i.as_str().to_owned(),
+                DeValue::Float(f) => f.as_str().to_owned(),
+                _ => return Err(wrong_type(value, &format!("`{}`", name.text), "a number or a text")),
+            };
+            copy = substituted(&copy, &name.text, &to)?;
+        }
+        match copy.into_inner() {
+            DeValue::Table(table) => all.push(table),
+            _ => unreachable!("a table stays a table"),
+        }
     }
     Ok(all)
 }

@@ -1,0 +1,42 @@
+//! Tables: functions of one number through given points.
+
+use autodiff::Scalar;
+use mechanics::motion::{Motion, TabulatedMotion};
+
+/// A function through points: straight lines, or a natural cubic spline. It continues straight beyond both ends.
+#[derive(Clone, Debug)]
+pub struct Table {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// `None` for straight lines.
+    spline: Option<TabulatedMotion>,
+}
+
+impl PartialEq for Table {
+    fn eq(&self, other: &Self) -> bool {
+        self.x == other.x && self.y == other.y && self.spline.is_some() == other.spline.is_some()
+    }
+}
+
+impl Table {
+    /// A function through the points (x, y).
+    ///
+    /// # Errors
+    /// If there are fewer than two points, or `x` does not increase.
+    pub fn new(x: Vec<f64>, y: Vec<f64>, is_cubic: bool) -> crate::Result<Self> {
+        let spline = TabulatedMotion::new(&x, &y)?;
+        Ok(Self { x, y, spline: is_cubic.then_some(spline) })
+    }
+
+    /// The value at `x`.
+    pub fn at<S: Scalar>(&self, x: S) -> S {
+        if let Some(spline) = &self.spline {
+            return spline.position(&[S::from(1.0)], x);
+        }
+        let i = self.x.partition_point(|&knot| knot <= x.re()).clamp(1, self.x.len() - 1) - 1;
+        let slope = (self.y[i + 1] - self.y[i]) / (self.x[i + 1] - self.x[i]);
+        // Marked as not polynomial for scalars that track the degree: the pieces differ.
+        let kink = (x - self.x[i]).abs() * 0.0;
+        (x - self.x[i]) * slope + self.y[i] + kink
+    }
+}
