@@ -180,6 +180,12 @@ fn numbered(
     Err(last.unwrap_or_else(|| anyhow!("there are too many runs of {name}; give a folder with --out")))
 }
 
+/// The folder of a new run of a model file: the first of NAME, NAME-2, … in the default folder of results without a run.
+#[cfg(feature = "app")]
+pub fn next_folder(model: &Model, text: &str, file: &Path) -> anyhow::Result<RunDirectory> {
+    numbered(&name(file)?, model, text, file, false, &Shown::QUIET)
+}
+
 impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let path = runs::named(&self.folder);

@@ -112,9 +112,11 @@ impl Page {
     /// Waits until an expression is true.
     pub fn wait(&mut self, expression: &str) {
         let begin = Instant::now();
-        while self.value(&format!("Boolean({expression})")) != true {
+        // Before the page is there, the expression may have nothing to read.
+        let tried = format!("(() => {{ try {{ return Boolean({expression}); }} catch {{ return false; }} }})()");
+        while self.value(&tried) != true {
             if begin.elapsed() > WAIT {
-                let state = self.text("JSON.stringify({...document.documentElement.dataset}) + document.querySelector('header').innerText");
+                let state = self.text("document.querySelector('header') && JSON.stringify({...document.documentElement.dataset}) + document.querySelector('header').innerText");
                 panic!("never: {expression}\n{state}");
             }
             std::thread::sleep(Duration::from_millis(20));

@@ -3,6 +3,7 @@
 use crate::browser::browser;
 use crate::devtools::Page;
 use crate::shell::TempFolder;
+use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -42,11 +43,14 @@ impl Server {
         stream
     }
 
-    /// What the server answers to these bytes.
-    fn raw(&self, bytes: &[u8]) -> String {
+    /// What the server answers to these bytes; `is_all` closes this direction after them, as a client that has died.
+    fn raw(&self, bytes: &[u8], is_all: bool) -> String {
         let mut stream = self.connect();
         // The server may close the connection before it has read all.
-        drop(stream.write_all(bytes).and_then(|()| stream.shutdown(Shutdown::Write)));
+        drop(stream.write_all(bytes));
+        if is_all {
+            drop(stream.shutdown(Shutdown::Write));
+        }
         let mut answer = vec![];
         drop(stream.read_to_end(&mut answer));
         String::from_utf8_lossy(&answer).into_owned()
@@ -59,7 +63,7 @@ impl Server {
             text += &format!("host: {}\r\n", self.host);
         }
         headers.iter().for_each(|header| text += &format!("{header}\r\n"));
-        let answer = self.raw(format!("{text}\r\n{body}").as_bytes());
+        let answer = self.raw(format!("{text}\r\n{body}").as_bytes(), false);
         let status = answer.get(9..12).and_then(|code| code.parse().ok()).unwrap_or(0);
         (status, answer.split_once("\r\n\r\n").map_or("", |parts| parts.1).to_owned())
     }
@@ -104,8 +108,10 @@ fn requests_that_are_not_from_the_page_are_refused() {
 
     // Every answer, also a refusal, has the headers that bind the page to itself.
     for path in [server.base.as_str(), "/", "/favicon.ico"] {
-        let answer =
-            server.raw(format!("GET {path} HTTP/1.1\r\nhost: {}\r\nconnection: close\r\n\r\n", server.host).as_bytes());
+        let answer = server.raw(
+            format!("GET {path} HTTP/1.1\r\nhost: {}\r\nconnection: close\r\n\r\n", server.host).as_bytes(),
+            false,
+        );
         for header in
             ["default-src 'none'", "frame-ancestors 'none'", "nosniff", "no-referrer", "no-store", "same-origin"]
         {
@@ -188,7 +194,7 @@ fn malformed_large_and_many_requests_leave_the_server_running() {
                 _ => bytes.extend_from_within(at..),
             }
         }
-        let answer = server.raw(&bytes);
+        let answer = server.raw(&bytes, true);
         *counts.entry(answer.get(9..12).unwrap_or("closed").to_owned()).or_insert(0) += 1;
         assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 "), "{k}: {answer}");
         assert!(!answer.starts_with("HTTP/1.1 5"), "{k}: {answer}");
@@ -230,7 +236,7 @@ fn malformed_large_and_many_requests_leave_the_server_running() {
     let sent = (0..100).take_while(|_| stream.write_all(&chunk).is_ok()).count();
     assert!(sent < 100, "all of 100 MB was read");
     let long = format!("GET {} HTTP/1.1\r\nhost: {}\r\nx: {}\r\n\r\n", server.base, server.host, "y".repeat(1 << 20));
-    assert!(!server.raw(long.as_bytes()).starts_with("HTTP/1.1 200"));
+    assert!(!server.raw(long.as_bytes(), true).starts_with("HTTP/1.1 200"));
     server.assert_alive("large requests");
 
     // A thousand connections at once that say nothing; then they leave.
@@ -314,21 +320,21 @@ fn the_file_is_the_truth_and_pages_are_independent() {
 #[test]
 fn a_long_analysis_is_stopped() {
     let place = TempFolder::new("open-long");
-    place.example("impact-absorber");
-    let long = place.read("impact-absorber.toml").replace("points = 101", "points = 400001");
-    std::fs::write(place.0.join("long.toml"), long).unwrap();
+    place.example("pendulum-chain");
+    // 2 000 s of a motion that the example has for half a second.
+    let text =
+        place.read("pendulum-chain.toml").replace("to = 0.5", "to = 2000.0").replace("points = 51", "points = 50001");
+    std::fs::write(place.0.join("long.toml"), text).unwrap();
     let server = Server::start(&place.0, "long.toml");
     let model = server.get("model");
-    let ask = |k: f64| {
-        server.post(
-            "analyze",
-            &json!({ "page": "p", "revision": model["revision"], "design": [k, 0.3], "derivatives": true }),
-        )
+    let ask = |damping: f64| {
+        let body = json!({ "page": "p", "revision": model["revision"], "design": [damping], "derivatives": false });
+        server.post("analyze", &body)
     };
     std::thread::scope(|scope| {
-        let old = scope.spawn(|| ask(0.4));
+        let old = scope.spawn(|| ask(1.0));
         std::thread::sleep(Duration::from_millis(400));
-        let new = scope.spawn(|| ask(0.5));
+        let new = scope.spawn(|| ask(2.0));
         assert_eq!(old.join().unwrap().0, 409);
         std::thread::sleep(Duration::from_millis(400));
         assert_eq!(server.post("cancel", &json!({ "page": "p" })).0, 200);
@@ -420,5 +426,241 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
             phone.scheme(scheme);
             phone.picture(&folder.join(format!("open-phone-{scheme}.png")), false);
         }
+    }
+}
+
+/// Waits until a value of the server has a property.
+fn wait(server: &Server, route: &str, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+    for _ in 0..3000 {
+        let value = server.get(route);
+        if is_so(&value) {
+            return value;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    panic!("never: {what}\n{}", server.get(route))
+}
+
+/// The number of trial steps of the run, once it rests with this status.
+fn rests(server: &Server, status: &str, tries: impl Fn(usize) -> bool) -> Value {
+    let cycles = |value: &Value| value["run"]["cycles"].as_array().map_or(0, |all| all.len());
+    let found = wait(server, "run", &format!("the run is {status}"), |value| {
+        value["run"]["status"] == status && cycles(value) > 0 && tries(cycles(value) - 1)
+    });
+    found["run"].clone()
+}
+
+/// The run of a page is that of the command, step by step; it can be steered, is stored, and goes on after a kill.
+#[test]
+fn a_run_is_steered_and_goes_on_after_a_kill() {
+    let place = TempFolder::new("open-run");
+    place.example("impact-absorber");
+    place.run(&["optimize", "impact-absorber", "--quiet", "--out", "whole"], 0);
+    std::fs::write(place.0.join("absorber.toml"), place.read("impact-absorber.toml")).unwrap();
+    let server = Server::start(&place.0, "absorber.toml");
+    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
+    let design = start_design(&server.get("model"));
+    act(json!({ "action": "start", "design": design }));
+    let run = rests(&server, "Paused", |tries| tries == 0);
+    assert_eq!(run["fault"], Value::Null, "{run}");
+    act(json!({ "action": "step" }));
+    let one = rests(&server, "Paused", |tries| tries == 1);
+    assert!(one["region"]["lower"].is_array() && !one["rows"].as_array().unwrap().is_empty());
+
+    // Taken back and done again, the step is the same.
+    act(json!({ "action": "back" }));
+    rests(&server, "Paused", |tries| tries == 0);
+    act(json!({ "action": "step" }));
+    let again = rests(&server, "Paused", |tries| tries == 1);
+    assert_eq!(one["cycles"], again["cycles"]);
+
+    // A refused proposal leaves the design and halves the move limits; an accepted one is the design.
+    act(json!({ "action": "refuse" }));
+    let refused =
+        wait(&server, "run", "refused", |value| value["run"]["cycles"][1]["accepted"] == false)["run"].clone();
+    assert_eq!(refused["design"], json!(design));
+    let half = |key: usize| 0.5 * run["factors"][key].as_f64().unwrap();
+    assert_eq!(refused["factors"], json!([half(0), half(1)]));
+    act(json!({ "action": "accept" }));
+    let accepted =
+        wait(&server, "run", "accepted", |value| value["run"]["cycles"][1]["accepted"] == true)["run"].clone();
+    assert_eq!(accepted["design"], one["design"]);
+
+    // A bound is changed in mid-run; a key of the problem, and a bound that excludes the design, are refused.
+    act(json!({ "action": "set", "key": "constraint.travel.at_most", "value": "2" }));
+    let fault = wait(&server, "run", "refused key", |value| value["run"]["fault"].is_string());
+    assert!(fault["run"]["fault"].as_str().unwrap().contains("only bounds and the method"));
+    act(json!({ "action": "set", "key": "design.k.upper", "value": "1e-5" }));
+    let fault = wait(&server, "run", "refused bound", |value| {
+        value["run"]["fault"].as_str().is_some_and(|f| !f.contains("only bounds"))
+    });
+    assert_eq!(fault["run"]["status"], "Paused", "{fault}");
+    act(json!({ "action": "set", "key": "design.c.upper", "value": "0.9" }));
+    let edits = |value: &Value| value["run"]["edits"].to_string();
+    let edited = wait(&server, "run", "edited bound", |value| edits(value).contains("design.c.upper"));
+    assert!(
+        ["taken back", "refused by hand", "accepted by hand"].iter().all(|text| edits(&edited).contains(text)),
+        "{edited}"
+    );
+
+    // Two steps more, then the server is killed. The command lists the run, and another server goes on with it to the end.
+    act(json!({ "action": "step" }));
+    act(json!({ "action": "step" }));
+    let before = rests(&server, "Paused", |tries| tries == 3);
+    drop(server);
+    assert!(place.run(&["runs"], 0).contains("out/absorber"));
+    let server = Server::start(&place.0, "absorber.toml");
+    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
+    assert_eq!(server.get("runs")["stored"][0]["folder"], "out/absorber");
+    act(json!({ "action": "resume", "folder": "../secret" }));
+    wait(&server, "run", "another folder is refused", |value| value["run"]["status"] == "Failed");
+    act(json!({ "action": "resume", "folder": "out/absorber" }));
+    let resumed = rests(&server, "Paused", |tries| tries == 3);
+    assert_eq!(resumed["cycles"], before["cycles"]);
+    // Meanwhile no other process writes into the folder.
+    assert!(place.run(&["resume", "absorber"], 1).contains("another process"));
+    act(json!({ "action": "run" }));
+    let end = rests(&server, "Converged", |_| true);
+    drop(server);
+    let objective = |value: &Value| value["objective"].as_f64().unwrap();
+    let last = objective(end["cycles"].as_array().unwrap().last().unwrap());
+    let summary: Value = serde_json::from_str(&place.read("whole/summary.json")).unwrap();
+    let whole = summary["objective"]["value"].as_f64().unwrap();
+    assert!((last - whole).abs() < 1e-3 * whole, "{last} and {whole}");
+    place.run(&["resume", "absorber", "--quiet"], 0);
+    place.run(&["report", "absorber", "--slice", "0", "--page-only"], 0);
+    let history = place.read("out/absorber/history.jsonl");
+    assert!(history.contains("accepted by hand") && history.contains("design.c.upper"), "{history}");
+}
+
+/// Edited text is kept beside the file until it is saved, also over a restart; a file that changed elsewhere is not overwritten unasked.
+#[test]
+fn edited_text_is_kept_until_it_is_saved() {
+    let place = TempFolder::new("open-edit");
+    place.example("impact-absorber");
+    let file = "impact-absorber.toml";
+    let server = Server::start(&place.0, file);
+    let before = server.get("model");
+    let text = before["text"].as_str().unwrap().to_owned();
+    let edit = |server: &Server, text: &str, base: &Value| {
+        assert_eq!(server.post("edit", &json!({ "text": text, "base": base })).0, 200)
+    };
+    let tight = text.replace("at_most = 1.0", "at_most = 0.9");
+    edit(&server, &tight, &before["base"]);
+    // The picture follows the text, the file does not.
+    let now = server.get("model");
+    assert_eq!((&now["is_unsaved"], now["text"].as_str()), (&json!(true), Some(&*tight)));
+    assert_ne!(now["revision"], before["revision"]);
+    assert_eq!((place.read(file), place.read("impact-absorber.toml.unsaved")), (text.clone(), tight.clone()));
+    // A wrong edit has an error at its line, and the model in force stays.
+    edit(&server, &tight.replace("at_most = 0.9", "at_most ="), &before["base"]);
+    let wrong = server.get("model");
+    assert_eq!(wrong["revision"], now["revision"]);
+    let line = 1 + tight[..tight.find("at_most = 0.9").unwrap()].matches('\n').count();
+    assert_eq!(wrong["errors"][0]["line"], line);
+    edit(&server, &tight, &before["base"]);
+    drop(server);
+
+    // Another session takes the text up. It cannot know which text was edited, and asks.
+    let server = Server::start(&place.0, file);
+    assert_eq!(server.get("model")["text"], tight);
+    assert_eq!(server.post("save", &json!({ "over": false })).0, 409);
+    edit(&server, &tight, &before["base"]);
+    assert_eq!(server.post("save", &json!({ "over": false })), (200, json!({})));
+    assert_eq!(place.read(file), tight);
+    assert!(!place.0.join("impact-absorber.toml.unsaved").exists());
+    let saved = server.get("model");
+    assert_eq!((&saved["is_unsaved"], saved["errors"].as_array().unwrap().len()), (&json!(false), 0));
+
+    // The file changes under the edit.
+    edit(&server, &text, &saved["base"]);
+    let other = tight.replace("at_most = 0.9", "at_most = 0.8");
+    std::fs::write(place.0.join(file), &other).unwrap();
+    wait(&server, "model", "the change is noticed", |value| value["has_changed"] == true);
+    assert_eq!(server.post("save", &json!({ "over": false })).0, 409);
+    assert_eq!(place.read(file), other);
+    assert_eq!(server.post("discard", &json!({})).0, 200);
+    assert_eq!(server.get("model")["text"], other);
+    edit(&server, &text, &saved["base"]);
+    assert_eq!(server.post("save", &json!({ "over": true })).0, 200);
+    assert_eq!(place.read(file), text);
+}
+
+/// In the browser: a point of the mechanism is dragged, a limit is drawn and saved, the text is edited, a run is stepped and paused.
+#[test]
+fn the_page_steers_edits_and_draws() {
+    let Some(program) = browser() else { return };
+    let place = TempFolder::new("open-steer");
+    place.run(&["new", "lift"], 0);
+    let server = Server::start(&place.0, "lift.toml");
+    let mut page = Page::open(&program, &place.0, [1400, 1200]);
+    page.show(&server.address());
+    let settled = "document.documentElement.dataset.settled?.endsWith('differentiated')";
+    page.wait(settled);
+
+    // A limit is drawn on the first history: it is a constraint of the edited text, and of the file once it is saved.
+    let limits = page.value("document.querySelectorAll('.margin').length").as_u64().unwrap();
+    page.click(".plot .tools button");
+    let [x, y] = page.middle(".plot svg");
+    page.drag([x - 60.0, y], [x + 60.0, y]);
+    page.wait(&format!("document.querySelectorAll('.margin').length === {}", limits + 1));
+    assert!(page.text("document.getElementById('text').value").contains("drawn limit 1"));
+    assert!(!place.read("lift.toml").contains("drawn limit"));
+    page.click("#save");
+    page.wait("document.getElementById('save').disabled");
+    let text = place.read("lift.toml");
+    assert!(text.contains("drawn limit 1") && text.contains("at_most"), "{text}");
+    place.run(&["analyze", "lift"], 0);
+
+    // A wrong word in the text: the error has its line, and a button that leads there.
+    let type_text = |page: &mut Page, text: &str| {
+        page.value(&format!("(() => {{ const e = document.getElementById('text'); e.value = {}; e.dispatchEvent(new Event('input')); return 0; }})()", json!(text)));
+    };
+    type_text(&mut page, &text.replacen("[[body]]", "[[boddy]]", 1));
+    page.wait("document.querySelector('#errors button')");
+    assert_eq!(
+        page.text("document.querySelector('#lines .wrong').textContent"),
+        page.text("document.querySelector('#errors button').textContent.replace('line ', '')")
+    );
+    type_text(&mut page, &text);
+    page.wait("!document.querySelector('#errors button') && document.getElementById('save').disabled");
+    page.wait(settled);
+
+    // The run: begun, stepped, run to its end, with the move limits on the sliders on the way.
+    page.click("[data-action=start]");
+    page.wait("document.getElementById('run').dataset.status === 'Paused'");
+    page.click("[data-action=step]");
+    page.wait("document.getElementById('run').dataset.tries === '1' && document.querySelector('.box i')");
+    page.click("[data-action=back]");
+    page.wait("document.getElementById('run').dataset.tries === '0'");
+    page.click("[data-action=run]");
+    page.wait(
+        "['Converged', 'CycleLimit', 'Infeasible', 'Stalled'].includes(document.getElementById('run').dataset.status)",
+    );
+    let cycles = page.value("document.querySelectorAll('#cycles tbody tr').length").as_u64().unwrap();
+    assert!(cycles > 2);
+    assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
+
+    // A point of the shaper is dragged: variables follow, and the point is where the pointer was.
+    place.example("shaper");
+    let shaper = Server::start(&place.0, "shaper.toml");
+    page.show(&shaper.address());
+    page.wait(settled);
+    page.value("(() => { const b = document.querySelector('#stage .controls button'); if (b.textContent === 'Pause') b.click(); \
+        const s = document.querySelector('#stage .controls input'); s.value = 0; s.dispatchEvent(new Event('input')); scrollTo(0, 0); return 0; })()");
+    let designs = "[...document.querySelectorAll('#sliders input[type=range]')].map((e) => Number(e.value))";
+    let before: Vec<f64> = serde_json::from_value(page.value(designs)).unwrap();
+    let points = "[...document.querySelectorAll('#stage .linkage .joints circle')].map((e) => { const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })";
+    let joints: Vec<[f64; 2]> = serde_json::from_value(page.value(points)).unwrap();
+    let moved = joints.iter().any(|[x, y]| {
+        page.drag([*x, *y], [x + 6.0, y - 4.0]);
+        let now: Vec<f64> = serde_json::from_value(page.value(designs)).unwrap();
+        now != before
+    });
+    assert!(moved, "no joint can be dragged");
+    page.wait(settled);
+    assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
+    if let Some(folder) = std::env::var_os("APP_PICTURES") {
+        page.picture(&Path::new(&folder).join("open-dragged.png"), true);
     }
 }

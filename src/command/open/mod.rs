@@ -5,6 +5,7 @@
 //! | `server` | connections, routes and their limits |
 //! | `guard` | which requests are answered: token, host, origin, headers of all answers |
 //! | `session` | the model file, its unsaved edits, and what pages are told about them |
+//! | `optimization` | a run that is watched and steered, in its folder |
 //! | `queue` | requests for analyses: the newest of each page counts, a running one can be stopped |
 //! | `worker` | the process that analyses, so that an analysis can be stopped at any moment |
 //! | `analysis` | the record of an analysed design with its motion and derivatives |
@@ -12,6 +13,7 @@
 
 mod analysis;
 mod guard;
+mod optimization;
 mod queue;
 mod server;
 mod session;

@@ -1,8 +1,9 @@
 //! The server: connections, routes and their limits.
 
 use super::guard::{self, Guard};
+use super::optimization::Action;
 use super::queue::Reply;
-use super::session::Session;
+use super::session::{Saved, Session};
 use anyhow::Context;
 use axum::Router;
 use axum::body::{Body, to_bytes};
@@ -19,6 +20,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
+use tokio::task::spawn_blocking;
 use tokio::time::{sleep, timeout};
 
 /// Largest number of connections at a time; further ones are told to come again.
@@ -35,7 +37,7 @@ const NEWS: Duration = Duration::from_secs(25);
 const WATCH: Duration = Duration::from_millis(300);
 
 /// The parts of the page with their types.
-const FILES: [(&str, &str, &str); 7] = [
+const FILES: [(&str, &str, &str); 10] = [
     ("", "text/html; charset=utf-8", include_str!("page/index.html")),
     (
         "style.css",
@@ -50,6 +52,9 @@ const FILES: [(&str, &str, &str); 7] = [
     ("predict.js", "text/javascript; charset=utf-8", include_str!("page/predict.js")),
     ("mechanism.js", "text/javascript; charset=utf-8", include_str!("page/mechanism.js")),
     ("plots.js", "text/javascript; charset=utf-8", include_str!("page/plots.js")),
+    ("point.js", "text/javascript; charset=utf-8", include_str!("page/point.js")),
+    ("run.js", "text/javascript; charset=utf-8", include_str!("page/run.js")),
+    ("editor.js", "text/javascript; charset=utf-8", include_str!("page/editor.js")),
     ("main.js", "text/javascript; charset=utf-8", include_str!("page/main.js")),
 ];
 
@@ -131,7 +136,7 @@ async fn answer(State(shared): State<Arc<Shared>>, request: Request) -> Response
             ("GET", Some((_, kind, text))) => {
                 ([(header::CONTENT_TYPE, HeaderValue::from_static(kind))], *text).into_response()
             }
-            ("GET", None) => get(&shared.session, route, head.uri.query().unwrap_or_default()).await,
+            ("GET", None) => get(&shared, route, head.uri.query().unwrap_or_default()).await,
             _ => match receive(body).await {
                 Ok(body) => post(&shared.session, route, &body).await,
                 Err(status) => status.into_response(),
@@ -161,9 +166,18 @@ fn json_text(text: String) -> Response {
     ([(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))], text).into_response()
 }
 
-async fn get(session: &Session, route: &str, query: &str) -> Response {
+async fn get(shared: &Arc<Shared>, route: &str, query: &str) -> Response {
+    let session = &shared.session;
     match route {
         "model" => json_text(session.model().to_string()),
+        "run" => json_text(session.run().to_string()),
+        "runs" => {
+            let shared = shared.clone();
+            match spawn_blocking(move || shared.session.stored_runs().to_string()).await {
+                Ok(text) => json_text(text),
+                Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
+            }
+        }
         "news" => {
             let known = query.strip_prefix("after=").and_then(|number| number.parse::<u64>().ok());
             let mut news = session.news();
@@ -195,6 +209,29 @@ struct Cancel {
     page: String,
 }
 
+/// Edited text of the model, and the hash of the text on disk that was edited.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Edit {
+    text: String,
+    base: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Save {
+    /// True if a file that has changed meanwhile is to be replaced.
+    over: bool,
+}
+
+/// The answer to an action that returns nothing, or its error.
+fn done(result: anyhow::Result<()>) -> Response {
+    json_text(match result {
+        Ok(()) => "{}".to_owned(),
+        Err(error) => json!({ "error": guard::message(&error) }).to_string(),
+    })
+}
+
 async fn post(session: &Session, route: &str, body: &str) -> Response {
     match route {
         "analyze" => match serde_json::from_str::<Analyze>(body) {
@@ -212,10 +249,27 @@ async fn post(session: &Session, route: &str, body: &str) -> Response {
         "cancel" => match serde_json::from_str::<Cancel>(body) {
             Ok(cancel) => {
                 session.cancel(&cancel.page);
-                json_text("{}".to_owned())
+                done(Ok(()))
             }
             Err(_) => StatusCode::BAD_REQUEST.into_response(),
         },
+        "run" => match serde_json::from_str::<Action>(body) {
+            Ok(action) => {
+                session.optimize(action);
+                done(Ok(()))
+            }
+            Err(_) => StatusCode::BAD_REQUEST.into_response(),
+        },
+        "edit" => match serde_json::from_str::<Edit>(body) {
+            Ok(edit) => done(session.edit(edit.text, edit.base)),
+            Err(_) => StatusCode::BAD_REQUEST.into_response(),
+        },
+        "save" => match serde_json::from_str::<Save>(body).map(|save| session.save(save.over)) {
+            Ok(Ok(Saved::Changed)) => StatusCode::CONFLICT.into_response(),
+            Ok(result) => done(result.map(|_| ())),
+            Err(_) => StatusCode::BAD_REQUEST.into_response(),
+        },
+        "discard" => done(session.discard()),
         _ => StatusCode::NOT_FOUND.into_response(),
     }
 }

@@ -4,10 +4,14 @@
 //! is saved. The model in force is the last one without errors.
 
 use super::super::model::programs_are_allowed;
+use super::super::output::results;
+use super::super::run_directory::fingerprint;
+use super::super::runs;
+use super::optimization::{Action, Optimization};
 use super::queue::{Queue, Reply};
 use super::worker::ModelLine;
 use anyhow::{Context, bail};
-use linkwright::model_file::{DiagnosticReport, Model, Severity, read};
+use linkwright::model_file::{DiagnosticReport, Model, Severity, read, settings};
 use linkwright::problem::{Constraint, DesignVariable, Goal, Problem, TimeGrid};
 use linkwright::report::outcome;
 use linkwright::storage::{Directory, fnv1a};
@@ -19,6 +23,8 @@ use tokio::sync::watch;
 
 /// Largest size of a model file in bytes.
 const LIMIT: u64 = 2 << 20;
+/// Largest number of stored runs that a page lists.
+const RUNS: usize = 50;
 
 /// The session of a model file, shared by all pages.
 pub struct Session {
@@ -27,6 +33,7 @@ pub struct Session {
     name: String,
     project: Mutex<Project>,
     queue: Queue,
+    optimization: Optimization,
     /// Number of changes that pages have to read.
     news: watch::Sender<u64>,
 }
@@ -36,12 +43,31 @@ struct Project {
     /// Text on disk, and the time and the length by which a change is noticed.
     disk: String,
     stamp: Option<(SystemTime, u64)>,
-    /// Errors of the text on disk; `None` if it is the model in force.
+    /// Text that was edited in a page and is not saved.
+    draft: Option<Draft>,
+    /// Errors of the edited text, or of that on disk; `None` if it is the model in force.
     errors: Option<DiagnosticReport>,
+    /// Text and fingerprint of the model in force.
+    text: String,
+    fingerprint: String,
     /// The description of the model in force for pages; `Null` if there has never been one.
     model: Value,
     /// Number of the model in force.
     revision: u64,
+}
+
+/// Edited text that is not saved.
+struct Draft {
+    text: String,
+    /// Hash of the text on disk that was edited.
+    base: String,
+}
+
+/// The answer to a request to save.
+pub enum Saved {
+    Done,
+    /// The file on disk is not the one that was edited.
+    Changed,
 }
 
 impl Session {
@@ -58,17 +84,29 @@ impl Session {
             arguments.push("--allow-programs".to_owned());
         }
         let program = std::env::current_exe().context("cannot find the program linkwright itself")?;
-        let project = Project { disk: String::new(), stamp: None, errors: None, model: Value::Null, revision: 0 };
+        let project = Project {
+            disk: String::new(),
+            stamp: None,
+            draft: None,
+            errors: None,
+            text: String::new(),
+            fingerprint: String::new(),
+            model: Value::Null,
+            revision: 0,
+        };
+        let news = watch::Sender::new(0);
         let session = Self {
             name: name.to_owned(),
             directory,
             project: Mutex::new(project),
             queue: Queue::start(program, arguments),
-            news: watch::Sender::new(0),
+            optimization: Optimization::new(news.clone()),
+            news,
             path,
         };
-        let text = session.read()?;
-        session.take_text(&mut session.project(), text);
+        session.project().disk = session.read()?;
+        session.take_draft()?;
+        session.update(&mut session.project());
         Ok(session)
     }
 
@@ -92,26 +130,117 @@ impl Session {
         if let Ok(text) = self.read() {
             project.stamp = stamp;
             if text != project.disk {
-                self.take_text(&mut project, text);
+                project.disk = text;
+                self.update(&mut project);
             }
         }
     }
 
-    /// Makes a text that was read from disk the model in force, unless it has errors.
-    fn take_text(&self, project: &mut Project, text: String) {
+    /// Name of the file with text that is not saved.
+    fn unsaved(&self) -> String {
+        format!("{}.unsaved", self.name)
+    }
+
+    /// Takes up the edited text of an earlier session, unless it is that of the file.
+    fn take_draft(&self) -> anyhow::Result<()> {
+        let cannot = || format!("cannot read {}", self.directory.path().join(self.unsaved()).display());
+        let Some(bytes) = self.directory.read(&self.unsaved(), LIMIT).with_context(cannot)? else { return Ok(()) };
+        let text = String::from_utf8(bytes).with_context(cannot)?;
+        let mut project = self.project();
+        if text != project.disk {
+            // Which text was edited is not known: saving asks before it replaces the file.
+            project.draft = Some(Draft { text, base: String::new() });
+        }
+        Ok(())
+    }
+
+    /// Makes the edited text, or that on disk, the model in force, unless it has errors.
+    fn update(&self, project: &mut Project) {
         let file = self.path.display().to_string();
+        let text = project.draft.as_ref().map_or(&project.disk, |draft| &draft.text).clone();
         match read(&file, &text) {
+            Ok(_) if text == project.text => project.errors = None,
             Ok(model) => {
                 project.revision += 1;
                 project.model = description(&model);
+                (project.text, project.fingerprint) = (text.clone(), fingerprint(&model));
                 project.errors = None;
-                let line = serde_json::to_string(&ModelLine { file, text: text.clone() });
-                self.queue.set_model(line.ok());
+                self.queue.set_model(serde_json::to_string(&ModelLine { file, text }).ok());
             }
             Err(report) => project.errors = Some(*report),
         }
-        project.disk = text;
         self.news.send_modify(|number| *number += 1);
+    }
+
+    /// Keeps an edited text beside the file until it is saved; `base` is the hash of the text on disk that was edited.
+    pub fn edit(&self, text: String, base: String) -> anyhow::Result<()> {
+        let mut project = self.project();
+        if text == project.disk {
+            return self.discard_of(&mut project);
+        }
+        let written = self.directory.replace(&self.unsaved(), text.as_bytes(), true);
+        written.with_context(|| format!("cannot write {}", self.unsaved()))?;
+        project.draft = Some(Draft { text, base });
+        self.update(&mut project);
+        Ok(())
+    }
+
+    /// Drops the edited text.
+    pub fn discard(&self) -> anyhow::Result<()> {
+        self.discard_of(&mut self.project())
+    }
+
+    fn discard_of(&self, project: &mut Project) -> anyhow::Result<()> {
+        if self.directory.entry(&self.unsaved())?.is_some() {
+            self.directory.remove(&self.unsaved()).with_context(|| format!("cannot remove {}", self.unsaved()))?;
+        }
+        project.draft = None;
+        self.update(project);
+        Ok(())
+    }
+
+    /// Writes the edited text to the file, also with errors; not if the file has changed since, unless `over` it.
+    pub fn save(&self, over: bool) -> anyhow::Result<Saved> {
+        let mut project = self.project();
+        let on_disk = self.read()?;
+        let Some(draft) = &project.draft else { return Ok(Saved::Done) };
+        if draft.base != hash(&on_disk) && !over {
+            return Ok(Saved::Changed);
+        }
+        let written = self.directory.replace(&self.name, draft.text.as_bytes(), true);
+        written.with_context(|| format!("cannot write {}", self.path.display()))?;
+        project.disk = draft.text.clone();
+        self.discard_of(&mut project).map(|()| Saved::Done)
+    }
+
+    /// Passes an action to the optimization of the model in force.
+    pub fn optimize(&self, action: Action) {
+        let text = self.project().text.clone();
+        self.optimization.act(action, &self.path, &text);
+    }
+
+    /// The optimization.
+    pub fn run(&self) -> Value {
+        json!({ "run": self.optimization.record() })
+    }
+
+    /// The stored runs of the model in force. Reads many files.
+    pub fn stored_runs(&self) -> Value {
+        let (own, text) = {
+            let project = self.project();
+            (project.fingerprint.clone(), project.text.clone())
+        };
+        let all = runs::below(&results()).into_iter();
+        let same = all.filter(|run| same_but_start(&run.text, &text));
+        let stored: Vec<Value> = same.rev().take(RUNS).map(|run| {
+            let result = run.result.as_ref();
+            json!({
+                "folder": run.folder, "begun": run.begun, "method": run.method, "status": run.status, "fault": run.fault,
+                "is_same": run.fingerprint == own,
+                "analyses": result.map(|r| r.analyses), "objective": result.map(|r| r.objective.value),
+            })
+        }).collect();
+        json!({ "stored": stored })
     }
 
     /// What a page shows: the model in force, the text, and its errors.
@@ -123,8 +252,10 @@ impl Session {
             "revision": project.revision,
             "news": *self.news.borrow(),
             "model": project.model,
-            "text": project.disk,
-            "hash": hash(&project.disk),
+            "text": project.draft.as_ref().map_or(&project.disk, |draft| &draft.text),
+            "base": project.draft.as_ref().map_or_else(|| hash(&project.disk), |draft| draft.base.clone()),
+            "is_unsaved": project.draft.is_some(),
+            "has_changed": project.draft.as_ref().is_some_and(|draft| draft.base != hash(&project.disk)),
             "errors": errors,
         })
     }
@@ -146,6 +277,20 @@ impl Session {
     pub fn cancel(&self, page: &str) {
         self.queue.cancel(page);
     }
+}
+
+/// True if two texts have the same settings but for start values, bounds, title and method: their runs can be compared.
+fn same_but_start(one: &str, other: &str) -> bool {
+    let of = |text: &str| {
+        let all = settings("", text).unwrap_or_default().into_iter();
+        let is_free = |key: &String| {
+            let is_variable =
+                key.starts_with("design.") && [".start", ".lower", ".upper"].iter().any(|end| key.ends_with(end));
+            is_variable || key.starts_with("method.") || key == "title"
+        };
+        all.filter(|(key, _)| !is_free(key)).collect::<Vec<_>>()
+    };
+    of(one) == of(other)
 }
 
 /// The hash by which a page names the text that it has edited.

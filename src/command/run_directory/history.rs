@@ -1,10 +1,10 @@
-//! `history.jsonl`: the events of a run, a line for each; lines are only ever appended.
+//! `history.jsonl`: the events of a run, a line for each. Lines are appended; those of trial steps that are taken back are removed.
 //!
 //! | `event` | content |
 //! |---|---|
 //! | `begin` | versions and the hash of the model file |
 //! | `cycle` | an accepted or rejected trial step |
-//! | `edit` | an edit of the model before the run continued |
+//! | `edit` | an edit of the model before the run continued, or a decision by hand |
 //! | `end` | the summary |
 //!
 //! A line is flushed to disk before the state that refers to it. The state names the part of the file up to its last cycle: length
@@ -69,18 +69,7 @@ impl History {
     /// Reads the history of a folder: the part of a state with the lines after it that are no cycles, or all of it.
     pub fn read(directory: &Directory, wanted: Option<&Prefix>) -> anyhow::Result<Self> {
         let place = directory.path().join(HISTORY);
-        let mut read = Self::default();
-        let unreadable = || format!("cannot read {}", place.display());
-        if let Some(file) = directory.reader(HISTORY).with_context(unreadable)? {
-            let mut reader = BufReader::new(file);
-            while let Some(line) = complete_line(&mut reader, &place)? {
-                let is = |event: &str| line.starts_with(format!("{{\"event\":\"{event}\"").as_bytes());
-                if is("cycle") && wanted.is_some_and(|wanted| read.cycles.len() >= wanted.cycles) {
-                    break;
-                }
-                read.take(&line, is("cycle"), is("edit"), &place)?;
-            }
-        }
+        let read = Self::first(directory, wanted.map_or(usize::MAX, |wanted| wanted.cycles))?;
         if let Some(wanted) = wanted.filter(|wanted| **wanted != read.prefix) {
             bail!(
                 "{} is not the history of the state: it has {} cycles in {} bytes with hash {}, expected {} in {} bytes with {}",
@@ -92,6 +81,24 @@ impl History {
                 wanted.bytes,
                 wanted.hash
             );
+        }
+        Ok(read)
+    }
+
+    /// Reads the first cycles of the history of a folder, with the lines after them that are no cycles.
+    pub fn first(directory: &Directory, most: usize) -> anyhow::Result<Self> {
+        let place = directory.path().join(HISTORY);
+        let mut read = Self::default();
+        let unreadable = || format!("cannot read {}", place.display());
+        if let Some(file) = directory.reader(HISTORY).with_context(unreadable)? {
+            let mut reader = BufReader::new(file);
+            while let Some(line) = complete_line(&mut reader, &place)? {
+                let is = |event: &str| line.starts_with(format!("{{\"event\":\"{event}\"").as_bytes());
+                if is("cycle") && read.cycles.len() >= most {
+                    break;
+                }
+                read.take(&line, is("cycle"), is("edit"), &place)?;
+            }
         }
         Ok(read)
     }

@@ -325,6 +325,31 @@ impl RunDirectory {
         Ok(())
     }
 
+    /// Makes an earlier state that of the run, and records why. The state is written before the later cycles are removed from the
+    /// history, so that a kill leaves a state with its history.
+    #[cfg(feature = "app")]
+    pub fn rewind(&mut self, state: &mut State, reason: Change) -> anyhow::Result<()> {
+        let after_tries = state.history.len() - 1;
+        self.record.edits.push(Edit { after_tries, lines: vec![], changes: vec![reason] });
+        self.write_record()?;
+        let directory = self.folder.directory();
+        let history = History::first(directory, state.history.len())?;
+        let text = state_file::sealed(state, &self.record.fingerprint, &history.prefix)?;
+        explained(&self.folder.place(STATE), directory.replace(STATE, text.as_bytes(), true))?;
+        explained(&self.folder.place(PREVIOUS), directory.remove(PREVIOUS))?;
+        self.open_history(history)?;
+        if let Some(active) = &mut self.active {
+            (active.cycles, active.stored, active.text) = (None, Some(state.history.len()), text);
+        }
+        Ok(())
+    }
+
+    /// Lets other processes run in the folder; this one only reads it from now on.
+    #[cfg(feature = "app")]
+    pub fn release(&mut self) {
+        self.active = None;
+    }
+
     /// Appends rows to the table of cycles. The first time, the table is written as a whole.
     fn save_cycles(&mut self, problem: &Problem, state: &State) -> anyhow::Result<()> {
         let place = self.folder.place(CYCLES);

@@ -4,6 +4,9 @@ import * as server from "./server.js";
 import { effects, predict, predictFrame } from "./predict.js";
 import { Mechanism } from "./mechanism.js";
 import { Plot, short, withUnit } from "./plots.js";
+import { draggable } from "./point.js";
+import { Run } from "./run.js";
+import { Editor, limitText } from "./editor.js";
 
 const root = document.documentElement;
 window.addEventListener("error", (event) => { root.dataset.state = `error: ${event.message}`; });
@@ -66,7 +69,8 @@ function buildSliders() {
     const number = make("input", { type: "number", id: `value-${k}`, step: "any", value: design[k] });
     const slider = make("input", { type: "range", min: low, max: high, step: "any", value: design[k], "aria-label": `${variable.name} in ${variable.unit || "no unit"}`, "data-variable": variable.name });
     const ends = make("div", { class: "ends" }, make("span", { text: short(low) }), make("span", { text: short(high) }));
-    const row = make("div", { class: "variable" }, label, number, slider, ends);
+    const box = make("div", { class: "box", title: "move limits of the last step" });
+    const row = make("div", { class: "variable" }, label, number, slider, box, ends);
     slider.addEventListener("input", () => move(k, Number(slider.value)));
     // Arrow keys move by a hundredth of the range; with `step="any"` browsers differ.
     slider.addEventListener("keydown", (event) => {
@@ -79,7 +83,7 @@ function buildSliders() {
     ["pointerenter", "focusin"].forEach((kind) => row.addEventListener(kind, () => choose(k)));
     row.addEventListener("pointerleave", () => { if (!row.contains(document.activeElement)) choose(null); });
     row.addEventListener("focusout", () => choose(null));
-    return { row, slider, number };
+    return { row, slider, number, box };
   });
   by("sliders").replaceChildren(...controls.map((control) => control.row));
 }
@@ -102,7 +106,19 @@ function move(k, value) {
   changed();
 }
 
-export function moveTo(values) {
+// The move limits of a step on the sliders; null for none.
+function showBox(region) {
+  controls.forEach(({ box }, k) => {
+    if (!region) return box.replaceChildren();
+    const [low, high] = range(model.variables[k]);
+    const part = (v) => 100 * Math.min(Math.max((v - low) / (high - low), 0), 1);
+    const mark = make("i");
+    Object.assign(mark.style, { left: `${part(region.lower[k])}%`, width: `${part(region.upper[k]) - part(region.lower[k])}%` });
+    box.replaceChildren(mark);
+  });
+}
+
+function moveTo(values) {
   values.forEach((value, k) => place(k, value));
   changed();
 }
@@ -116,6 +132,7 @@ function changed() {
 }
 
 function schedule() {
+  // One request at a time, until the server would stop it for a newer one.
   clearTimeout(timers.next);
   clearTimeout(timers.rest);
   if (!pending) return send(false);
@@ -125,6 +142,7 @@ function schedule() {
 async function send(derivatives) {
   const mine = { number: sequence, since: performance.now(), derivatives };
   const at = [...design];
+  let again = 0; // time after which a newer design is sent; null after an error of the connection
   pending = mine;
   status(derivatives ? "differentiating" : "analysing", "fair");
   by("cancel").disabled = false;
@@ -148,14 +166,14 @@ async function send(derivatives) {
     last_seconds = (performance.now() - mine.since) / 1000;
     take(record);
   } catch (error) {
-    if (error instanceof server.Outdated) { if (pending === mine && answered < sequence) timers.next = setTimeout(() => send(false), 20); }
-    else status("no connection", "bad", String(error.message));
+    again = error instanceof server.Outdated ? 30 : null;
+    if (again === null) status("no connection", "bad", String(error.message));
   } finally {
     if (pending === mine) {
       pending = null;
       clearInterval(timers.clock);
       by("cancel").disabled = true;
-      if (answered < sequence && !by("status").textContent.startsWith("no ")) schedule();
+      if (answered < sequence && again !== null) timers.next = setTimeout(() => { if (!pending && answered < sequence) send(false); }, again);
       else if (shown && shown.number === sequence && !shown.derivatives && model.objective) timers.rest = setTimeout(() => { if (!pending) send(true); }, REST);
     }
   }
@@ -211,7 +229,7 @@ function showNumbers() {
   if (!shown) return;
   if (model.objective) {
     const { name, unit, goal } = model.objective;
-    const remark = prediction ? `approximation: ${withUnit(prediction.objective, unit)}` : goal;
+    const remark = prediction ? `approximation: ${withUnit(prediction.objective, unit)}` : "\u00a0";
     by("objective").replaceChildren(make("div", {}, make("dt", { text: `${name}, ${goal}` }),
       make("dd", { id: "objective-value", text: withUnit(shown.objective, unit) }), make("dd", { class: "remark", text: remark })));
   }
@@ -309,11 +327,26 @@ function buildPlots() {
   const time = model.time;
   const of = (name, unit, rest) => ({ plot: new Plot(by("plots"), { name, unit, time }), ...rest });
   plots = !time || time.points.length < 2 ? [] : [
-    ...model.outputs.flatMap((output, h) => (output.changes ? [of(output.name, output.unit, { output: h })] : [])),
+    ...model.outputs.flatMap((output, h) => {
+      if (!output.changes) return [];
+      const one = of(output.name, output.unit, { output: h });
+      if (model.objective) one.plot.drawable((relation, ends) => editor.replace(limitText(editor.area.value, output.name, relation, ends, 4)));
+      return [one];
+    }),
     ...model.constraints.flatMap((c, j) => (c.changes && c.output === null ? [of(`${c.name} (constrained)`, c.unit, { constraint: j })] : [])),
   ];
   by("histories").hidden = plots.length === 0;
 }
+
+const editor = new Editor({ text: by("text"), marks: by("lines"), save: by("save"), discard: by("discard"), state: by("source-state"), errors: by("errors") });
+const run = new Run(by("run"), { design: () => design, show: (values) => { if (model && values.length === design.length) moveTo(values); }, box: showBox });
+
+draggable(mechanism, () => ({
+  base,
+  ranges: model.variables.map((v) => range(v)[1] - range(v)[0]),
+  lower: model.variables.map((v) => v.lower ?? -Infinity),
+  upper: model.variables.map((v) => v.upper ?? Infinity),
+}), moveTo);
 
 async function load() {
   const answer = await server.model();
@@ -339,9 +372,11 @@ async function load() {
     buildSliders();
     buildPlots();
     by("pinned").hidden = true;
-    by("numbers").hidden = by("moves").hidden = !model.objective;
+    by("numbers").hidden = by("moves").hidden = by("run").hidden = !model.objective;
     changed();
   }
+  editor.show(answer);
+  await run.update();
   fault(report || model?.fault);
   if (!answer.model) status("errors in the file", "bad");
   return answer.news;

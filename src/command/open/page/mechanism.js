@@ -127,7 +127,13 @@ export class Mechanism {
 
   // Sets what is drawn under a name: the parts, and a function that gives the numbers of a frame, or null for nothing.
   set(key, parts, numbers, className = key) {
-    this.groups.get(key)?.node.remove();
+    const old = this.groups.get(key);
+    const shape = JSON.stringify(parts);
+    if (old && numbers && old.shape === shape) {
+      old.numbers = numbers;
+      return this.draw(old);
+    }
+    old?.node.remove();
     this.groups.delete(key);
     if (!numbers) return;
     const order = layout(parts);
@@ -135,9 +141,9 @@ export class Mechanism {
     const named = Object.fromEntries(Object.keys(made).map((name) => [name, element("g", { class: name })]));
     node.append(...Object.values(named));
     const nodes = order.map(({ name }) => named[name].appendChild(made[name]()));
-    this.groups.set(key, { node, nodes, order, numbers });
+    this.groups.set(key, { node, nodes, order, numbers, shape });
     if (!this.window) this.fit();
-    if (key === "linkwright" || key === "analysed") this.svg.append(node); else this.svg.prepend(node);
+    if (key === "analysed") this.svg.append(node); else this.svg.prepend(node);
     this.draw(this.groups.get(key));
   }
 
@@ -187,8 +193,7 @@ export class Mechanism {
 
   // The point of the mechanism's plane at a place on the screen.
   unplace(clientX, clientY) {
-    const box = this.svg.getBoundingClientRect();
-    const [x, y] = [((clientX - box.left) / box.width) * WIDTH, ((clientY - box.top) / box.height) * this.height];
+    const { x, y } = new DOMPoint(clientX, clientY).matrixTransform(this.svg.getScreenCTM().inverse());
     return [this.middle[0] + (x - WIDTH / 2) / this.scale, this.middle[1] - (y - this.height / 2) / this.scale];
   }
 
@@ -211,8 +216,7 @@ export class Mechanism {
 
   // Arrows from the points of the mechanism by the derivative of the frame times `step`; `slopes(frame)` or null for none.
   arrows(parts, slopes, step) {
-    this.groups.get("arrows")?.node.remove();
-    this.groups.delete("arrows");
+    this.set("arrows", null, null);
     const base = this.groups.get("analysed");
     if (!slopes || !base) return;
     const points = handles(parts);

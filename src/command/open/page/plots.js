@@ -27,9 +27,11 @@ export class Plot {
     caption.append(name, " ", small);
     small.textContent = unit;
     this.svg = element("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": `${name} over ${time.name}` });
-    figure.append(caption, this.svg);
+    this.tools = document.createElement("div");
+    this.tools.className = "tools";
+    figure.append(this.tools, caption, this.svg);
     place.append(figure);
-    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null });
+    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g") });
   }
 
   // Points of a series under a key; null removes it.
@@ -40,6 +42,53 @@ export class Plot {
   // Limits: relation, value, and the window of time in which they hold.
   limit(limits) {
     this.limits = limits;
+  }
+
+  // Lets a limit be drawn with the pointer: `drawn` gets its relation and its two ends.
+  drawable(drawn) {
+    let [relation, from] = [null, null];
+    const buttons = [["≤", "Draw an upper limit"], ["≥", "Draw a lower limit"]].map(([sign, text]) => {
+      const button = document.createElement("button");
+      Object.assign(button, { type: "button", textContent: sign, title: text, ariaLabel: `${text} of ${this.name}`, ariaPressed: "false" });
+      button.dataset.relation = sign;
+      button.addEventListener("click", () => arm(relation === sign ? null : sign));
+      return button;
+    });
+    const arm = (sign) => {
+      [relation, from] = [sign, null];
+      this.figure.classList.toggle("drawing", sign !== null);
+      buttons.forEach((button) => { button.ariaPressed = String(button.dataset.relation === sign); });
+    };
+    const point = (event) => {
+      const box = this.svg.getBoundingClientRect();
+      const [x, y] = [((event.clientX - box.left) / box.width) * WIDTH, ((event.clientY - box.top) / box.height) * HEIGHT];
+      const { points } = this.time;
+      const [first, last] = [points[0], points[points.length - 1]];
+      const t = first + ((x - LEFT) / (WIDTH - LEFT - RIGHT)) * (last - first);
+      return [Math.min(Math.max(t, first), last), this.range[1] - ((y - TOP) / (HEIGHT - TOP - BOTTOM)) * (this.range[1] - this.range[0])];
+    };
+    const line = element("path", { class: "drawn" });
+    this.svg.addEventListener("pointerdown", (event) => {
+      if (!relation) return;
+      event.preventDefault();
+      from = point(event);
+      this.svg.setPointerCapture(event.pointerId);
+    });
+    this.svg.addEventListener("pointermove", (event) => {
+      if (!from) return;
+      const to = point(event);
+      line.setAttribute("d", `M${this.x(from[0])} ${this.y(from[1])}L${this.x(to[0])} ${this.y(to[1])}`);
+      this.svg.append(line);
+    });
+    this.svg.addEventListener("pointerup", (event) => {
+      if (!from) return;
+      const ends = [from, point(event)].sort((a, b) => a[0] - b[0]);
+      const sign = relation;
+      line.remove();
+      arm(null);
+      if (ends[1][0] - ends[0][0] > 0.01 * (this.time.points[this.time.points.length - 1] - this.time.points[0])) drawn(sign, ends);
+    });
+    this.tools.replaceChildren(...buttons);
   }
 
   x(t) {
@@ -67,8 +116,28 @@ export class Plot {
     if (!fits) this.range = wanted;
   }
 
+  // Draws the series anew, and the axes if they have changed.
   draw() {
     this.scale();
+    const axes = JSON.stringify([this.range, this.limits]);
+    if (axes !== this.axes) {
+      this.axes = axes;
+      this.drawAxes();
+    }
+    const { points } = this.time;
+    this.lines.replaceChildren(...[...this.series].map(([key, { className, points: at, values }]) => {
+      let [d, pen] = ["", "M"];
+      values.forEach((v, i) => {
+        if (v === null || !Number.isFinite(v)) { pen = "M"; return; }
+        d += `${pen}${this.x(points[at ? at[i] : i]).toFixed(1)} ${this.y(v).toFixed(1)}`;
+        pen = "L";
+      });
+      return element("path", { class: className, d, "data-series": key });
+    }));
+    if (this.moment !== undefined) this.now(this.moment);
+  }
+
+  drawAxes() {
     const { points } = this.time;
     const [first, last, bottom] = [points[0], points[points.length - 1], HEIGHT - BOTTOM];
     const parts = [];
@@ -91,19 +160,8 @@ export class Plot {
       parts.push(element("path", { class: "limit", d: `M${from} ${y}H${to}` }));
     });
     parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: bottom - TOP }));
-    this.series.forEach(({ className, points: at, values }, key) => {
-      let [d, pen] = ["", "M"];
-      values.forEach((v, i) => {
-        if (v === null || !Number.isFinite(v)) { pen = "M"; return; }
-        d += `${pen}${this.x(points[at ? at[i] : i]).toFixed(1)} ${this.y(v).toFixed(1)}`;
-        pen = "L";
-      });
-      parts.push(element("path", { class: className, d, "data-series": key }));
-    });
     this.cursor = element("path", { class: "now" });
-    parts.push(this.cursor);
-    this.svg.replaceChildren(...parts);
-    if (this.moment !== undefined) this.now(this.moment);
+    this.svg.replaceChildren(...parts, this.lines, this.cursor);
   }
 
   // The time of the picture.

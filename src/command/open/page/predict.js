@@ -52,7 +52,7 @@ export function effects(base, k, model) {
     if (i < 0) return;
     const sign = relation === "≥" ? 1 : relation === "≤" ? -1 : -Math.sign(rows.values[i] - limit);
     const size = Math.max(Math.abs(limit), ...rows.values.map(Math.abs));
-    all.push({ name: `margin of ${name}`, unit, slope: sign * rows.by[k][i], size });
+    all.push({ name: `margin of ${name} ${relation} ${Number(limit.toPrecision(4))}`, unit, slope: sign * rows.by[k][i], size });
   });
   return all;
 }

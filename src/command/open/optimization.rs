@@ -1,0 +1,389 @@
+//! An optimization that is watched and steered: a thread that owns the folder of the run and does one trial step after another.
+//!
+//! The run is stored as `linkwright optimize` stores it, after each trial step, so that `resume`, `report` and `runs` know it. A
+//! trial step that is taken back, and a decision by hand, are recorded like edits of the model.
+
+use super::super::model::{located, with_program};
+use super::super::output::results;
+use super::super::run_directory::{Change, RunDirectory};
+use super::super::{optimize, runs};
+use super::guard::message;
+use anyhow::{Context, bail, ensure};
+use linkwright::model_file::{Model, read, with_setting};
+use linkwright::problem::{AnalyzedDesign, Problem};
+use linkwright::report::outcome;
+use linkwright::sao::{Cycle, State, Status, presets};
+use linkwright::storage::Directory;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::{Arc, Mutex, MutexGuard};
+use tokio::sync::watch;
+
+/// Steps that can be taken back.
+const MEMORY: usize = 200;
+/// Factor of the move limits after a proposal was refused by hand.
+const REFUSED: f64 = 0.5;
+
+/// What a page asks of a run.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "action", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Action {
+    /// Analyses the design, and stores it as the start of a new run.
+    Start {
+        design: Vec<f64>,
+    },
+    /// Continues a run of this model file from its folder.
+    Resume {
+        folder: String,
+    },
+    Run,
+    Pause,
+    /// One trial step.
+    Step,
+    /// Takes the last trial step back.
+    Back,
+    /// Accepts the proposal that the method has rejected.
+    Accept,
+    /// Refuses the proposal that the method has accepted, and halves the move limits.
+    Refuse,
+    /// Gives a setting of the model another value: a bound or a key of the method.
+    Set {
+        key: String,
+        value: String,
+    },
+    /// Ends the run; its folder stays.
+    Close,
+}
+
+/// The run of a session: none, or a thread with the run.
+pub struct Optimization {
+    /// The record for pages; `Null` without a run.
+    record: Arc<Mutex<Value>>,
+    thread: Mutex<Option<Sender<Action>>>,
+    news: watch::Sender<u64>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+impl Optimization {
+    /// No run; `news` counts what pages have to read.
+    pub fn new(news: watch::Sender<u64>) -> Self {
+        Self { record: Arc::default(), thread: Mutex::default(), news }
+    }
+
+    /// The run as pages show it.
+    pub fn record(&self) -> Value {
+        lock(&self.record).clone()
+    }
+
+    /// Passes an action to the run; `file` and `text` are those of the model in force.
+    pub fn act(&self, action: Action, file: &Path, text: &str) {
+        let mut thread = lock(&self.thread);
+        let is_new = matches!(action, Action::Start { .. } | Action::Resume { .. });
+        if is_new {
+            let (sender, receiver) = channel();
+            let (record, news) = (self.record.clone(), self.news.clone());
+            let (file, text) = (file.to_owned(), text.to_owned());
+            // The former run ends when its sender is dropped.
+            *thread = Some(sender);
+            std::thread::spawn(move || {
+                let publish = |value: Value| {
+                    *lock(&record) = value;
+                    news.send_modify(|number| *number += 1);
+                };
+                publish(json!({ "status": "Starting" }));
+                match SteeredRun::begin(action, &file, &text) {
+                    Ok(run) => run.serve(&receiver, &publish),
+                    Err(error) => publish(json!({ "status": "Failed", "fault": message(&error) })),
+                }
+            });
+        } else if matches!(action, Action::Close) {
+            *thread = None;
+            *lock(&self.record) = Value::Null;
+            self.news.send_modify(|number| *number += 1);
+        } else if let Some(sender) = &*thread {
+            drop(sender.send(action));
+        }
+    }
+}
+
+/// A run with its folder.
+struct SteeredRun {
+    folder: RunDirectory,
+    model: Model,
+    problem: Problem,
+    text: String,
+    state: State,
+    /// States before the last trial steps, the newest last.
+    earlier: Vec<State>,
+    is_running: bool,
+    /// Error of the last action.
+    fault: Option<String>,
+}
+
+impl SteeredRun {
+    /// A new run from a design, or a stored one.
+    fn begin(action: Action, file: &Path, text: &str) -> anyhow::Result<Self> {
+        match action {
+            Action::Start { design } => Self::start(design, file, text),
+            Action::Resume { folder } => Self::resume(&folder),
+            _ => bail!("there is no run"),
+        }
+    }
+
+    fn start(design: Vec<f64>, file: &Path, text: &str) -> anyhow::Result<Self> {
+        let name = file.display().to_string();
+        let mut text = text.to_owned();
+        let variables = read(&name, &text)?.variables().to_vec();
+        ensure!(design.len() == variables.len(), "the design is not one of this model; load the page again");
+        for (variable, value) in variables.iter().zip(&design) {
+            if *value != variable.start {
+                text = with_setting(&name, &text, &format!("design.{}.start", variable.name), &format!("{value:?}"))?;
+            }
+        }
+        let model = with_program(read(&name, &text)?, file);
+        let problem = located(&model, model.problem())?;
+        let mut folder = optimize::next_folder(&model, &text, file)?;
+        let mut state = located(&model, model.method().start(&problem))?;
+        folder.save(&model, &problem, &mut state)?;
+        Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None })
+    }
+
+    /// Continues the run in a folder of the default folder of results.
+    fn resume(name: &str) -> anyhow::Result<Self> {
+        let known = runs::below(&results()).into_iter().find(|run| run.folder == name);
+        let known = known.with_context(|| format!("there is no run {name} in {}", results().display()))?;
+        Self::reopened(Directory::open(Path::new(&known.folder))?, None)
+    }
+
+    /// The run of a folder, with an edited model if there is one.
+    fn reopened(directory: Directory, edited: Option<&str>) -> anyhow::Result<Self> {
+        let (mut folder, mut model, mut text) = RunDirectory::claim(directory)?;
+        if let Some(edited) = edited {
+            folder.edit(edited)?;
+            (model, text) = (read("model.toml", edited)?, edited.to_owned());
+        }
+        let problem = located(&model, model.problem())?;
+        let state = folder.resume(&model, &problem, &text, false)?;
+        let mut state = match state {
+            Some(state) => state,
+            None => located(&model, model.method().start(&problem))?,
+        };
+        (state.status, state.reason) = model.method().stop.test(&problem, &state);
+        folder.save(&model, &problem, &mut state)?;
+        Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None })
+    }
+
+    /// Acts until the page closes the run or begins another one.
+    fn serve(mut self, actions: &Receiver<Action>, publish: &dyn Fn(Value)) {
+        loop {
+            publish(self.record());
+            let action = match actions.try_recv() {
+                Ok(action) => action,
+                Err(TryRecvError::Disconnected) => return,
+                Err(TryRecvError::Empty) if self.is_running => Action::Step,
+                Err(TryRecvError::Empty) => match actions.recv() {
+                    Ok(action) => action,
+                    Err(_) => return,
+                },
+            };
+            let (is_step, was_running) = (matches!(action, Action::Step), self.is_running);
+            self.fault = None;
+            // An edit opens the folder again, which this process still has claimed.
+            let done = match action {
+                Action::Set { key, value } => match self.changed(&key, &value) {
+                    Ok(Ok(changed)) => {
+                        self = changed;
+                        Ok(())
+                    }
+                    Ok(Err(error)) => Err(error),
+                    Err(error) => {
+                        publish(json!({ "status": "Failed", "fault": message(&error) }));
+                        return;
+                    }
+                },
+                other => self.act(other),
+            };
+            self.is_running = match &done {
+                Ok(()) if is_step => was_running && self.state.status == Status::Running,
+                Ok(()) => self.is_running,
+                Err(_) => false,
+            };
+            self.fault = done.err().map(|error| message(&error));
+        }
+    }
+
+    fn act(&mut self, action: Action) -> anyhow::Result<()> {
+        match action {
+            Action::Run => self.is_running = self.state.status == Status::Running,
+            Action::Pause => self.is_running = false,
+            Action::Step => self.step()?,
+            Action::Back => self.back()?,
+            Action::Accept => self.accept()?,
+            Action::Refuse => self.refuse()?,
+            Action::Start { .. } | Action::Resume { .. } | Action::Set { .. } | Action::Close => {}
+        }
+        Ok(())
+    }
+
+    /// One trial step, which is stored.
+    fn step(&mut self) -> anyhow::Result<()> {
+        ensure!(
+            self.state.status == Status::Running,
+            "the run has ended; change a setting or take a step back to go on"
+        );
+        let mut before = self.state.clone();
+        self.state = self.model.method().step(&self.problem, before.clone())?;
+        // The trace of an analysis is large, and the derivatives have the same bits without it.
+        before.responses.trace = None;
+        self.earlier.push(before);
+        if self.earlier.len() > MEMORY {
+            self.earlier.remove(0);
+        }
+        self.store()
+    }
+
+    fn store(&mut self) -> anyhow::Result<()> {
+        let summary = self.folder.save(&self.model, &self.problem, &mut self.state)?;
+        if self.state.status != Status::Running {
+            self.folder.finish(&self.problem, &self.state, &summary)?;
+        }
+        Ok(())
+    }
+
+    fn back(&mut self) -> anyhow::Result<()> {
+        let state = self.earlier.last().cloned().context("there is no step of this session to take back")?;
+        self.replace(state.clone(), state, "trial step taken back")?;
+        self.earlier.pop();
+        Ok(())
+    }
+
+    /// Makes `state` that of the run. Its history continues that of `base`, a state of this run before its last trial step.
+    fn replace(&mut self, mut base: State, mut state: State, decision: &str) -> anyhow::Result<()> {
+        self.problem.check_design(&state.design).context("the bounds exclude the earlier design")?;
+        (base.fingerprint, state.fingerprint) = (self.problem.fingerprint(), self.problem.fingerprint());
+        (state.status, state.reason) = self.model.method().stop.test(&self.problem, &state);
+        let number = self.state.history.len() - 1;
+        let change = Change { key: decision.to_owned(), before: Some(format!("trial step {number}")), after: None };
+        self.folder.rewind(&mut base, change)?;
+        self.state = state;
+        self.store()
+    }
+
+    /// The last trial step, for a decision by hand.
+    fn last(&self) -> anyhow::Result<Cycle> {
+        ensure!(
+            self.model.method().automatic.is_none(),
+            "the automatic method decides itself which proposals it accepts; set method.preset to another method, such as slp"
+        );
+        let last = self.state.history.last().filter(|cycle| cycle.cycle > 0);
+        last.cloned().context("there is no proposal yet")
+    }
+
+    fn refuse(&mut self) -> anyhow::Result<()> {
+        let mut cycle = self.last()?;
+        ensure!(cycle.accepted, "the proposal was rejected already");
+        let counters = self.state.counters;
+        let mut state = self.earlier.last().cloned().context("the proposal is not one of this session")?;
+        cycle.accepted = false;
+        let base = state.clone();
+        state.history.push(cycle);
+        state.counters = counters;
+        state.factors.iter_mut().for_each(|factor| *factor *= REFUSED);
+        self.replace(base, state, "proposal refused by hand")
+    }
+
+    fn accept(&mut self) -> anyhow::Result<()> {
+        let mut cycle = self.last()?;
+        ensure!(!cycle.accepted, "the proposal was accepted already");
+        ensure!(cycle.failure.is_none(), "the proposal could not be analysed");
+        let AnalyzedDesign { design, responses, evaluation } = self.problem.analyze_design(&cycle.design)?;
+        let mut state = self.state.clone();
+        cycle.accepted = true;
+        state.last_step = Some(design.iter().zip(&state.design).map(|(to, from)| to - from).collect());
+        state.history.pop();
+        let base = State { history: state.history.clone(), ..self.state.clone() };
+        state.history.push(cycle);
+        state.data = None;
+        (state.design, state.responses, state.evaluation) = (design, responses, evaluation);
+        self.replace(base, state, "proposal accepted by hand")
+    }
+
+    /// The run with another value of a setting, or itself with the reason why the setting is refused. An error of the files
+    /// ends the run.
+    fn changed(&mut self, key: &str, value: &str) -> anyhow::Result<anyhow::Result<Self>> {
+        let checked = || {
+            let is_own = key.starts_with("method.")
+                || (key.starts_with("design.") && (key.ends_with(".lower") || key.ends_with(".upper")));
+            ensure!(is_own, "during a run, only bounds and the method can be changed; begin a new run for `{key}`");
+            let text = with_setting("model.toml", &self.text, key, value)?;
+            let model = read("model.toml", &text)?;
+            let problem = located(&model, model.problem())?;
+            problem.check_design(&self.state.design).context("the bounds exclude the present design")?;
+            model.method().check(&problem)?;
+            anyhow::Ok(text)
+        };
+        let text = match checked() {
+            Ok(text) => text,
+            Err(error) => return Ok(Err(error)),
+        };
+        let directory = self.folder.folder().directory().clone();
+        self.folder.release();
+        let mut again = Self::reopened(directory, Some(&text))?;
+        again.earlier = std::mem::take(&mut self.earlier);
+        again.is_running = self.is_running && again.state.status == Status::Running;
+        Ok(Ok(again))
+    }
+
+    /// The run as pages show it.
+    fn record(&mut self) -> Value {
+        let folder = self.folder.folder().directory().path().display().to_string();
+        let Self { problem, state, model, text, .. } = &*self;
+        let bound = problem.objective.peak().map(|peak| peak.variable);
+        let own = |values: &[f64]| -> Vec<f64> {
+            values.iter().enumerate().filter(|(k, _)| Some(*k) != bound).map(|(_, v)| *v).collect()
+        };
+        let cycles = (0..state.history.len()).map(|k| {
+            let cycle = &state.history[k];
+            json!({
+                "cycle": cycle.cycle, "accepted": cycle.accepted, "design": own(&cycle.design),
+                "objective": outcome::objective_of_step(problem, state, k).ok(),
+                "predicted": outcome::predicted_objective(problem, cycle),
+                "violation": cycle.violation_pct,
+                "objective_error": cycle.objective_error_pct, "constraint_error": cycle.constraint_error_pct,
+                "retained": cycle.retained.len(), "active": cycle.active.len(), "failure": cycle.failure,
+            })
+        });
+        let name = |row: linkwright::problem::RowId| problem.row_in_words(row);
+        let last = state.history.last();
+        let rows = last.and_then(|cycle| Some((cycle, cycle.prediction.as_ref()?))).map(|(cycle, prediction)| {
+            let multiplier = |row| cycle.active.iter().find(|a| a.row == row).map(|a| a.multiplier);
+            let rows = cycle.retained.iter().enumerate().map(|(i, row)| {
+                json!({ "row": name(*row), "predicted": prediction.rows.get(i), "computed": prediction.analysed.get(i), "multiplier": multiplier(*row) })
+            });
+            rows.collect::<Vec<_>>()
+        });
+        let region = last.and_then(|cycle| cycle.region.as_ref());
+        json!({
+            "folder": folder,
+            "status": if self.is_running { "Running".to_owned() } else if state.status == Status::Running { "Paused".to_owned() } else { format!("{:?}", state.status) },
+            "reason": state.reason,
+            "fault": self.fault,
+            "design": own(&state.design),
+            "cycles": cycles.collect::<Vec<_>>(),
+            "rows": rows,
+            "region": region.map(|region| json!({ "lower": own(&region.lower), "upper": own(&region.upper) })),
+            "factors": own(&state.factors),
+            "steerable": model.method().automatic.is_none(),
+            "method": linkwright::model_file::settings("", text).ok().and_then(|all| all.get("method.preset").map(|name| name.trim_matches('"').to_owned())),
+            "methods": presets().iter().map(|preset| preset.name).collect::<Vec<_>>(),
+            "analyses": state.counters.analyses, "sensitivity_analyses": state.counters.sensitivity_analyses,
+            "edits": self.folder.record().edits,
+            "can_go_back": !self.earlier.is_empty(),
+        })
+    }
+}

@@ -1,0 +1,77 @@
+// Drags a point of the mechanism: the least change of the design variables that moves the point to the pointer.
+//
+// Minimizes |J Δ − d|² + ε Σ (Δ_k / s_k)², with J = ∂x/∂b of the point at the frame of the picture, d the distance of the target from the
+// point of the differentiated design, and s_k the range of variable k. A variable beyond its bound is set to it, and the others are computed
+// again.
+
+import { handles } from "./mechanism.js";
+
+// Regularization, relative to the largest diagonal entry of J S² Jᵀ.
+const EPSILON = 1e-6;
+// Reach of the pointer in pixels.
+const REACH = 24;
+
+export function leastSquares(columns, ranges, distance, low, high) {
+  const n = columns.length;
+  const step = new Array(n).fill(0);
+  const free = new Set(Array.from({ length: n }, (_, k) => k));
+  for (;;) {
+    const rest = [0, 1].map((i) => distance[i] - columns.reduce((sum, c, k) => sum + (free.has(k) ? 0 : c[i] * step[k]), 0));
+    let [a, b, c] = [0, 0, 0];
+    free.forEach((k) => {
+      const [x, y] = columns[k].map((v) => v * ranges[k]);
+      a += x * x; b += x * y; c += y * y;
+    });
+    const mu = EPSILON * Math.max(a, c);
+    const det = (a + mu) * (c + mu) - b * b;
+    if (!(det > 0)) break;
+    const w = [((c + mu) * rest[0] - b * rest[1]) / det, ((a + mu) * rest[1] - b * rest[0]) / det];
+    let fixed = false;
+    [...free].forEach((k) => { step[k] = ranges[k] ** 2 * (columns[k][0] * w[0] + columns[k][1] * w[1]); });
+    [...free].forEach((k) => {
+      const inside = Math.min(Math.max(step[k], low[k]), high[k]);
+      if (inside !== step[k]) { step[k] = inside; free.delete(k); fixed = true; }
+    });
+    if (!fixed || free.size === 0) break;
+  }
+  return step;
+}
+
+// `at()` gives { base, ranges, lower, upper }; `propose(design)` shows a design.
+export function draggable(mechanism, at, propose) {
+  const { svg } = mechanism;
+  let held = null;
+  const nearest = (event) => {
+    const { base } = at();
+    if (!base?.derivatives?.motion || !mechanism.window) return null;
+    const numbers = base.motion.frames[mechanism.frame];
+    const screen = svg.getScreenCTM();
+    const all = handles(base.motion.parts).map(({ at: i }) => {
+      const [x, y] = mechanism.place(numbers[i], numbers[i + 1]);
+      const shown = new DOMPoint(x, y).matrixTransform(screen);
+      return { i, far: Math.hypot(shown.x - event.clientX, shown.y - event.clientY) };
+    });
+    const best = all.sort((a, b) => a.far - b.far)[0];
+    return best && best.far <= REACH ? best.i : null;
+  };
+  svg.addEventListener("pointerdown", (event) => {
+    const i = nearest(event);
+    if (i === null) return;
+    event.preventDefault();
+    mechanism.play(false);
+    svg.setPointerCapture(event.pointerId);
+    held = { i, frame: mechanism.frame };
+  });
+  svg.addEventListener("pointermove", (event) => {
+    if (!held) { svg.style.cursor = nearest(event) === null ? "" : "grab"; return; }
+    const { base, ranges, lower, upper } = at();
+    const { i, frame } = held;
+    const numbers = base.motion.frames[frame];
+    const target = mechanism.unplace(event.clientX, event.clientY);
+    const columns = base.derivatives.motion.map((rows) => [rows[frame][i], rows[frame][i + 1]]);
+    const step = leastSquares(columns, ranges, [target[0] - numbers[i], target[1] - numbers[i + 1]],
+      base.design.map((b, k) => lower[k] - b), base.design.map((b, k) => upper[k] - b));
+    propose(base.design.map((b, k) => b + step[k]));
+  });
+  ["pointerup", "pointercancel"].forEach((kind) => svg.addEventListener(kind, () => { held = null; }));
+}

@@ -1,0 +1,108 @@
+// The optimization: controls, its cycles, move limits on the sliders, predicted beside computed responses, stored runs.
+
+import * as server from "./server.js";
+import { short } from "./plots.js";
+
+const make = (name, attributes = {}, ...children) => {
+  const made = document.createElement(name);
+  Object.entries(attributes).forEach(([key, value]) => (key === "text" ? (made.textContent = value) : made.setAttribute(key, value)));
+  made.append(...children);
+  return made;
+};
+const cells = (row, values) => row.append(...values.map((v) => make("td", typeof v === "number" || v === null ? { class: "number", text: short(v) } : { text: v })));
+const table = (heads, rows) => [make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", text })))), make("tbody", {}, ...rows)];
+
+export class Run {
+  // `design()` is that of the sliders, `show(design)` puts one on them, `box(region)` draws the move limits.
+  constructor(place, { design, show, box }) {
+    Object.assign(this, { place, design, show, box, record: null, shown: null });
+    this.buttons = Object.fromEntries(["start", "run", "pause", "step", "back", "accept", "refuse", "close"].map((action) => {
+      const button = place.querySelector(`[data-action=${action}]`);
+      button.addEventListener("click", () => this.act(action === "start" ? { action, design: design() } : { action }));
+      return [action, button];
+    }));
+    const stored = place.querySelector("#stored-runs");
+    stored.addEventListener("toggle", () => { if (stored.open) this.list(); });
+    this.method = place.querySelector("#method");
+    this.method.addEventListener("change", () => this.act({ action: "set", key: "method.preset", value: this.method.value }));
+    place.querySelector("#setting").addEventListener("submit", (event) => {
+      event.preventDefault();
+      const [key, value] = ["key", "value"].map((name) => event.target.elements[name].value.trim());
+      if (key && value) this.act({ action: "set", key, value });
+    });
+  }
+
+  async act(action) {
+    await server.post("run", action);
+  }
+
+  // Reads the run; called after each change on the server.
+  async update() {
+    const { run } = await server.get("run");
+    this.record = run;
+    const find = (id) => this.place.querySelector(id);
+    const is_there = Boolean(run?.cycles);
+    const { status } = run ?? { status: "none" };
+    const pill = find("#run-status");
+    pill.textContent = { none: "no run", CycleLimit: "Cycle limit" }[status] ?? status;
+    pill.className = `pill ${status === "Converged" ? "good" : ["Failed", "Infeasible", "Stalled"].includes(status) ? "bad" : "fair"}`;
+    this.place.dataset.status = status;
+    this.place.dataset.tries = is_there ? run.cycles.length - 1 : "";
+    find("#run-note").textContent = run ? [run.folder && `in ${run.folder}`, run.reason, run.fault].filter(Boolean).join("; ") : "Starts at the design on the sliders.";
+    const last = is_there ? run.cycles[run.cycles.length - 1] : null;
+    const paused = status === "Paused";
+    this.buttons.run.disabled = this.buttons.step.disabled = !paused;
+    this.buttons.pause.disabled = status !== "Running";
+    this.buttons.back.disabled = !run?.can_go_back || status === "Running";
+    this.buttons.accept.disabled = !(run?.steerable && last && last.cycle > 0 && !last.accepted && !last.failure) || status === "Running";
+    this.buttons.refuse.disabled = !(run?.steerable && last && last.cycle > 0 && last.accepted && run.can_go_back) || status === "Running";
+    this.buttons.close.disabled = !run;
+    this.method.disabled = !is_there || status === "Running";
+    if (is_there) {
+      this.method.replaceChildren(...run.methods.map((name) => make("option", { value: name, text: name })));
+      this.method.value = run.method ?? "automatic";
+    }
+    find("#run-tables").hidden = !is_there;
+    if (is_there) this.tables(run);
+    this.box(is_there && status !== "Converged" ? run.region : null);
+    // The sliders follow the accepted design of the run.
+    const key = is_there ? `${run.folder} ${run.cycles.length} ${run.design}` : null;
+    if (key && key !== this.shown) { this.shown = key; this.show(run.design); }
+  }
+
+  // Reads the stored runs; there may be many.
+  async list() {
+    const { stored } = await server.get("runs");
+    this.place.querySelector("#stored").replaceChildren(...table(["folder", "method", "status", "analyses", "objective", ""], stored.map((one) => {
+      const row = make("tr");
+      cells(row, [one.folder, one.method, one.status, one.analyses, one.objective]);
+      const go = make("button", { type: "button", text: "Resume" });
+      go.disabled = one.status === "Running" || one.status === "Damaged";
+      go.addEventListener("click", () => this.act({ action: "resume", folder: one.folder }));
+      row.append(make("td", {}, go));
+      return row;
+    })));
+  }
+
+  tables(run) {
+    const find = (id) => this.place.querySelector(id);
+    const verdict = (c) => (c.failure ? "analysis failed" : c.cycle === 0 ? "start" : c.accepted ? "accepted" : "rejected");
+    find("#cycles").replaceChildren(...table(["cycle", "step", "objective", "predicted", "violation %", "E_f %", "E_g %", "retained rows", "active"], run.cycles.map((c) => {
+      const row = make("tr");
+      cells(row, [c.cycle, verdict(c), c.objective, c.predicted, c.violation, c.objective_error, c.constraint_error, c.retained, c.active]);
+      row.tabIndex = 0;
+      row.title = "shows this design on the sliders";
+      row.addEventListener("click", () => this.show(c.design));
+      row.addEventListener("keydown", (event) => { if (event.key === "Enter") this.show(c.design); });
+      return row;
+    })));
+    const rows = (run.rows ?? []).filter((r) => r.multiplier || r.predicted > 0.9 || r.computed > 0.9).sort((a, b) => (b.multiplier ?? 0) - (a.multiplier ?? 0)).slice(0, 40);
+    find("#rows").replaceChildren(...table(["constraint", "predicted ĝ", "computed ĝ", "multiplier"], rows.map((r) => {
+      const row = make("tr");
+      cells(row, [r.row, r.predicted ?? null, r.computed ?? null, r.multiplier ?? null]);
+      return row;
+    })));
+    find("#edits").replaceChildren(...run.edits.map((edit) => make("li", { text:
+      `after ${edit.after_tries} trial steps: ${edit.changes.map((c) => (c.after === null ? `${c.key} (${c.before})` : `${c.key}: ${c.before ?? "default"} → ${c.after}`)).join(", ")}` })));
+  }
+}
