@@ -421,7 +421,7 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
         let folder = Path::new(&folder);
         for scheme in ["light", "dark"] {
             page.scheme(scheme);
-            page.value("document.querySelector('#sliders input[type=range]').focus()");
+            page.value("document.querySelector('#sliders input[type=range]').focus(); scrollTo(0, 0)");
             page.picture(&folder.join(format!("open-{scheme}.png")), true);
             phone.scheme(scheme);
             phone.picture(&folder.join(format!("open-phone-{scheme}.png")), false);

@@ -1,7 +1,7 @@
 //! Requests for analyses. The newest request of a page replaces its older ones, and stops a running one that takes long.
 
 use std::io::{BufRead, BufReader, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -153,7 +153,7 @@ struct Worker {
 }
 
 impl Worker {
-    fn start(program: &PathBuf, arguments: &[String], model: &str, number: u64) -> std::io::Result<Self> {
+    fn start(program: &Path, arguments: &[String], model: &str, number: u64) -> std::io::Result<Self> {
         let mut command = Command::new(program);
         command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut process = command.spawn()?;
@@ -182,7 +182,7 @@ impl Drop for Worker {
 }
 
 /// Hands requests to the worker, one at a time in their order, until the queue is dropped.
-fn serve((waiting, news): &(Mutex<Waiting>, Condvar), program: &PathBuf, arguments: &[String]) {
+fn serve((waiting, news): &(Mutex<Waiting>, Condvar), program: &Path, arguments: &[String]) {
     let mut worker: Option<Worker> = None;
     loop {
         let (job, model, number) = {

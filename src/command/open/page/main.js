@@ -50,9 +50,13 @@ function status(word, kind, note = "") {
   by("note").textContent = note;
 }
 
-function fault(text) {
-  by("fault").hidden = !text;
-  by("fault").textContent = text ?? "";
+// Errors of the file and of the present design; each stays until its own reason is gone.
+const faults = { file: null, design: null };
+function fault(kind, text) {
+  faults[kind] = text || null;
+  const all = Object.values(faults).filter(Boolean);
+  by("fault").hidden = all.length === 0;
+  by("fault").textContent = all.join("\n\n");
 }
 
 // ---- Sliders
@@ -156,12 +160,12 @@ async function send(derivatives) {
     if (mine.number < answered) return;
     answered = mine.number;
     if (record.error) {
-      fault(record.error);
+      fault("design", record.error);
       status("no analysis here", "bad", "the picture is that of the last good design");
       root.dataset.answered = mine.number;
       return;
     }
-    fault(model.fault);
+    fault("design", null);
     record.number = mine.number;
     last_seconds = (performance.now() - mine.since) / 1000;
     take(record);
@@ -377,7 +381,7 @@ async function load() {
   }
   editor.show(answer);
   await run.update();
-  fault(report || model?.fault);
+  fault("file", report || model?.fault);
   if (!answer.model) status("errors in the file", "bad");
   return answer.news;
 }
