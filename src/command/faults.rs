@@ -19,7 +19,7 @@ const FILES: [&str; 6] =
 
 /// Operations that fail.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Fault {
+enum Fault {
     None,
     /// The operation of this number.
     Once(usize),
@@ -28,13 +28,13 @@ pub(super) enum Fault {
 }
 
 /// Operations with the names of their files, in order.
-pub(super) type Log = Arc<Mutex<Vec<(Operation, String)>>>;
+type Log = Arc<Mutex<Vec<(Operation, String)>>>;
 
 /// Files of a folder by name.
-pub(super) type Files = BTreeMap<String, Vec<u8>>;
+type Files = BTreeMap<String, Vec<u8>>;
 
 /// A watch that lets operations fail, and what it sees.
-pub(super) fn watch(fault: Fault) -> (Watch, Log) {
+fn watch(fault: Fault) -> (Watch, Log) {
     let log = Log::default();
     let seen = Arc::clone(&log);
     let watch = move |operation: Operation, name: &str| {
@@ -51,22 +51,21 @@ pub(super) fn watch(fault: Fault) -> (Watch, Log) {
     (Arc::new(watch), log)
 }
 
-/// An empty folder that is removed at the end.
-pub(super) struct Place(pub(super) PathBuf);
+struct Place(PathBuf);
 
 impl Place {
-    pub(super) fn new(name: &str) -> Self {
+    fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("linkwright-faults-{name}-{}", std::process::id()));
         drop(std::fs::remove_dir_all(&path));
         std::fs::create_dir(&path).unwrap();
         Self(path)
     }
 
-    pub(super) fn directory(&self, watch: &Watch) -> Directory {
+    fn directory(&self, watch: &Watch) -> Directory {
         Directory::open(&self.0).unwrap().watched(Arc::clone(watch))
     }
 
-    pub(super) fn files(&self, folder: &str) -> Files {
+    fn files(&self, folder: &str) -> Files {
         let entries = std::fs::read_dir(self.0.join(folder)).into_iter().flatten().flatten();
         let files = entries.filter(|entry| entry.file_type().unwrap().is_file());
         files.map(|entry| (entry.file_name().into_string().unwrap(), std::fs::read(entry.path()).unwrap())).collect()

@@ -129,31 +129,6 @@ fn a_study_that_is_killed_by_a_signal_is_continued() {
     assert!(place.read("killed/rows.jsonl") == place.read("whole/rows.jsonl"));
 }
 
-/// Ctrl-C: the runs that have begun are finished, and the exit code says that the study was interrupted.
-#[test]
-#[cfg(unix)]
-fn an_interrupted_study_says_how_to_continue() {
-    let place = place("interrupted", &SAMPLE.replace("count = 40", "count = 200000"));
-    let child = Command::new(env!("CARGO_BIN_EXE_linkwright"))
-        .args(["study", "s", "--out", "d"])
-        .current_dir(&place.0)
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
-    let rows = place.0.join("d/rows.jsonl");
-    while std::fs::metadata(&rows).map_or(0, |file| file.len()) < 20_000 {
-        std::thread::yield_now();
-    }
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    let errors = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(130), "{errors}");
-    assert!(errors.contains("the same command again continues the study in d"), "{errors}");
-    let stored = place.read("d/rows.jsonl");
-    assert!(stored.ends_with('\n') && stored.lines().count() > 100);
-}
-
 #[test]
 fn parts_joined_are_the_whole() {
     let place = place("parts", SAMPLE);

@@ -1,7 +1,5 @@
 //! `linkwright study FILE` and `linkwright study merge DIR…`.
 
-#[cfg(test)]
-mod faults;
 mod folder;
 mod page;
 
