@@ -105,14 +105,14 @@ fn zigzag([from, to]: [[f64; 2]; 2], width: f64) -> Vec<[f64; 2]> {
     [from, at(0.2, 0.0)].into_iter().chain((0..STROKES).map(stroke)).chain([at(0.8, 0.0), to]).collect()
 }
 
-/// A line with an arrowhead at its end, as one line. The head has a quarter of the length of the line.
+/// A line with an arrowhead at its end, as one line. The head has a sixth of the length of the line.
 pub(crate) fn headed(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let [.., before, tip] = line else { return line.to_vec() };
     let length: f64 = line.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum();
     let angle = (tip[1] - before[1]).atan2(tip[0] - before[0]);
     let side = |turn: f64| {
         let (s, c) = (angle + turn).sin_cos();
-        [tip[0] - 0.25 * length * c, tip[1] - 0.25 * length * s]
+        [tip[0] - length / 6.0 * c, tip[1] - length / 6.0 * s]
     };
     line.iter().copied().chain([side(0.45), *tip, side(-0.45)]).collect()
 }
