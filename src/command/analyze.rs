@@ -1,11 +1,12 @@
 //! `linkwright analyze FILE` and `linkwright sensitivities FILE`.
 
+use super::analysis_page::analysis_page;
 use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{changed, design, load, located};
 use super::optimize::Digits;
-use super::output::{say, warn};
-use super::run_directory::{NamedValue, Nearest};
+use super::output::{complain, say, warn};
+use super::run_directory::{NamedValue, Nearest, PAGE};
 use super::tables;
 use clap::Args;
 use linkwright::model_file::Model;
@@ -40,7 +41,7 @@ struct DesignArguments {
   linkwright analyze absorber --json | jq .outputs
 
 Prints the objective, minimum, maximum and last value of every output with their times, and each constraint at its smallest margin; with
---out, writes responses.csv and constraints.csv.")]
+--out, writes responses.csv, constraints.csv and report.html, a page with the mechanism in motion and all histories.")]
 pub struct Analyze {
     #[command(flatten)]
     given: DesignArguments,
@@ -171,10 +172,10 @@ impl OutputRange {
 }
 
 /// The outputs as a table: times only where values change with time.
-fn ranges(outputs: &[OutputRange], time: &str, digits: usize) -> linkwright::Result<Table> {
+fn ranges(title: &str, outputs: &[OutputRange], time: &str, digits: usize) -> linkwright::Result<Table> {
     let at = format!("at {time}");
     let columns = ["output", "unit", "minimum", at.as_str(), "maximum", at.as_str(), "at the end"];
-    let mut table = Table::new("", columns);
+    let mut table = Table::new(title, columns);
     for output in outputs {
         let text = |value: f64| Cell::Text(readable(value, digits));
         let when = |timed: TimedValue| timed.time.map_or(Cell::Empty, text);
@@ -192,6 +193,22 @@ fn ranges(outputs: &[OutputRange], time: &str, digits: usize) -> linkwright::Res
     Ok(table)
 }
 
+/// Constraints as a table, in their own terms.
+fn limits(constraints: &[outcome::ConstraintValue], digits: usize) -> linkwright::Result<Table> {
+    let mut table = Table::new("Constraints", ["constraint", "unit", "value", "", "limit", "status"]);
+    for c in constraints {
+        table.push([
+            c.name.as_str().into(),
+            c.unit.as_str().into(),
+            Cell::Text(readable(c.value, digits)),
+            c.relation().into(),
+            Cell::Text(readable(c.limit, digits)),
+            c.status().into(),
+        ])?;
+    }
+    Ok(table)
+}
+
 impl Analyze {
     /// Analyses a file without an objective.
     fn simulate(&self, model: &Model) -> anyhow::Result<()> {
@@ -203,6 +220,7 @@ impl Analyze {
         let outputs: Vec<OutputRange> =
             all.map(|((name, unit, grid), v)| OutputRange::new(name, unit, grid.and(times), v)).collect();
         let time = model.grid().map_or("time", |grid| grid.name.as_str());
+        let listed = ranges("Outputs", &outputs, time, self.given.digits.count())?;
         if self.json {
             let values = model.variables().iter().zip(&design);
             let named =
@@ -222,7 +240,7 @@ impl Analyze {
             say(&serde_json::to_string(&record)?)?;
         } else {
             self.given.say(model.title())?;
-            self.given.say(ranges(&outputs, time, self.given.digits.count())?.text().trim_end())?;
+            self.given.say(ranges("", &outputs, time, self.given.digits.count())?.text().trim_end())?;
         }
         let mut table = Table::new("Responses", std::iter::once(time).chain(model.output_names().map(|o| o.0)));
         for p in 0..times.map_or(1, <[f64]>::len) {
@@ -230,8 +248,22 @@ impl Analyze {
             let value = |values: &Vec<f64>| values.get(p).map_or(Cell::Empty, |v| Cell::from(*v));
             table.push(std::iter::once(at).chain(responses.values.iter().map(value)))?;
         }
-        self.given.write("responses.csv", &table.csv(), !self.json)
+        self.given.write("responses.csv", &table.csv(), !self.json)?;
+        if self.given.out.is_none() {
+            return Ok(());
+        }
+        let tables = vec![listed];
+        let words = in_words(model.variables().iter().zip(&design), self.given.digits.count());
+        let page = analysis_page(model, &design, &responses.values, &words, tables)?;
+        self.given.write(PAGE, &page, !self.json)
     }
+}
+
+/// The values of design variables in words.
+fn in_words<'v>(values: impl Iterator<Item = (&'v DesignVariable, &'v f64)>, digits: usize) -> String {
+    let words: Vec<String> =
+        values.map(|(v, value)| format!("{} = {}", v.name, with_unit(*value, &v.unit, digits))).collect();
+    if words.is_empty() { "Analysis".to_owned() } else { format!("Analysis at {}", words.join(", ")) }
 }
 
 /// `analyze --json`.
@@ -278,12 +310,24 @@ impl Analyze {
                 self.given.say(&constraint.text(self.given.digits.count()))?;
             }
             let time = problem.grids.first().map_or("time", |grid| grid.name.as_str());
-            let table = ranges(&outputs, time, self.given.digits.count())?;
+            let table = ranges("", &outputs, time, self.given.digits.count())?;
             self.given.say(table.text().trim_end())?;
         }
         self.given.write("responses.csv", &tables::responses(problem, responses)?.csv(), !self.json)?;
         let constraints = tables::constraints(problem, design, evaluation)?;
-        self.given.write("constraints.csv", &constraints.csv(), !self.json)
+        self.given.write("constraints.csv", &constraints.csv(), !self.json)?;
+        if self.given.out.is_none() {
+            return Ok(());
+        }
+        let digits = self.given.digits.count();
+        let time = problem.grids.first().map_or("time", |grid| grid.name.as_str());
+        let mut tables = vec![ranges("Outputs", &analysed.outputs(), time, digits)?];
+        if !problem.constraints.is_empty() {
+            tables.push(limits(&outcome::constraints(problem, design, evaluation), digits)?);
+        }
+        let own = model.variables().iter().zip(design);
+        let page = analysis_page(&model, design, &responses.values, &in_words(own, digits), tables)?;
+        self.given.write(PAGE, &page, !self.json)
     }
 }
 

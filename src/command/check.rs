@@ -10,6 +10,9 @@ use linkwright::gradient_check::{GradientCheck, GradientStatus};
 use linkwright::model_file::Model;
 use linkwright::problem::{Evaluation, Problem};
 use linkwright::report::gradient_check::{table, text};
+use linkwright::report::number::{DIGITS, with_unit};
+use linkwright::report::outcome;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -51,17 +54,20 @@ pub struct Check {
     #[arg(long, value_delimiter = ',', value_name = "NAME=VALUE")]
     at: Vec<String>,
     /// Folder for derivatives.csv
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Print nothing on standard output
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
 }
 
 impl Check {
     pub fn run(&self) -> anyhow::Result<()> {
         let (problem, model) = self.problem()?;
         let b = design(&problem, &self.at)?;
-        if !self.json {
+        if !self.json && !self.quiet {
             let here = problem.analyze(&b).and_then(|responses| problem.evaluate(&b, &responses));
-            describe(&problem, &located(model.as_ref(), here)?)?;
+            describe(&problem, &b, &located(model.as_ref(), here)?)?;
         }
         let numbers = self.numbers(&problem)?;
         let checked = located(model.as_ref(), problem.check_responses(&b, self.points, &numbers))?;
@@ -69,13 +75,13 @@ impl Check {
         if self.json {
             table.json_lines().iter().try_for_each(|line| say(line))?;
             say(&counts(&checked).to_string())?;
-        } else {
+        } else if !self.quiet {
             say(text(&problem, &checked, self.all).trim_end())?;
             say(&summary(&checked))?;
         }
         if let Some(out) = &self.out {
             let file = OutputFolder::create(out)?.write("derivatives.csv", table.csv().as_bytes())?;
-            if !self.json {
+            if !self.json && !self.quiet {
                 say(&format!("The table is in {}", file.display()))?;
             }
         }
@@ -105,20 +111,20 @@ impl Check {
     }
 }
 
-fn describe(problem: &Problem, here: &Evaluation) -> anyhow::Result<()> {
+fn describe(problem: &Problem, design: &[f64], here: &Evaluation) -> anyhow::Result<()> {
+    // The two sides of a limit are one constraint, and those that bound the peak of the objective are none.
+    let constraints: BTreeSet<&str> = outcome::stated_constraints(problem).map(|j| outcome::name(problem, j)).collect();
     say(&format!(
         "{}: {} design variables, {} responses, {} constraints, {} time points",
         problem.name,
         problem.n(),
         problem.responses.len(),
-        problem.constraints.len(),
+        constraints.len(),
         problem.grids.first().map_or(0, |grid| grid.len()),
     ))?;
-    let (unit, violation) = (&problem.objective.unit, here.max_violation_pct());
-    say(&format!(
-        "At this design the objective is {:.5e} {unit} and the largest violation {violation:.2} %.",
-        here.objective
-    ))
+    let value = with_unit(outcome::objective(problem, design, here), &problem.objective.unit, DIGITS);
+    let violation = here.max_violation_pct();
+    say(&format!("At this design the objective is {value} and the largest violation {violation:.2} %."))
 }
 
 const STATUSES: [GradientStatus; 6] = [

@@ -9,6 +9,7 @@
 //! | `folder` | folders into which commands write, with the list of their files |
 //! | `budget` | memory and time, estimated from the sizes of a problem |
 //! | `progress`, `eta` | the table of cycles during a run, and the estimated time to its end |
+//! | `analysis_page` | the page of an analysis |
 //! | `tables` | cycles, histories and derivatives as tables |
 //! | `model`, `output` | reading of model files; standard output and standard error, dates and durations |
 //!
@@ -16,6 +17,7 @@
 //! message says what to do), 2 wrong arguments, 3 an optimization that ended without a solution,
 //! 130 interrupted by Ctrl-C.
 
+mod analysis_page;
 mod analyze;
 #[cfg(test)]
 #[path = "../../fuzz/src/any_folder.rs"]

@@ -43,12 +43,15 @@ pub struct Report {
     /// Write only the page, no figure files
     #[arg(long)]
     page_only: bool,
+    /// Print nothing on standard output
+    #[arg(short, long)]
+    quiet: bool,
 }
 
 impl Report {
     pub fn run(&self) -> anyhow::Result<()> {
         let place = write_report(&super::runs::named(&self.folder), self.slice, !self.page_only)?;
-        say(&format!("Wrote {}", place.display()))
+        if self.quiet { Ok(()) } else { say(&format!("Wrote {}", place.display())) }
     }
 }
 
@@ -111,7 +114,12 @@ fn of_run(
     let begun = Instant::now();
     let run = OptimizationReport::new(model.title(), problem, state)?;
     let slice = sample(problem, state, slice.map(usize::from), begun.elapsed());
-    let (section, motion) = mechanism(model, state)?;
+    let first = &state.history[0].design;
+    let mut designs = vec![("first design", first.as_slice())];
+    if *first != state.design {
+        designs.push(("last design", &state.design));
+    }
+    let (section, motion) = mechanism(model, &designs)?;
     Ok((run.page(slice.as_ref(), section.into_iter().collect())?, motion))
 }
 
@@ -124,15 +132,13 @@ fn sample(problem: &Problem, state: &State, wanted: Option<usize>, one: Duration
     Slice::sample(problem, state, count).ok().flatten()
 }
 
-/// The animated mechanism at the first and at the last design; `None` for a model without a mechanism.
-fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<PageSection>, Option<Animation>)> {
+/// The animated mechanism at titled designs; `None` for a model without a mechanism.
+pub fn mechanism(
+    model: &Model,
+    designs: &[(&str, &[f64])],
+) -> anyhow::Result<(Option<PageSection>, Option<Animation>)> {
     let (Some(times), Some(grid)) = (model.drawing_times(), model.grid()) else { return Ok((None, None)) };
-    let first = &state.history[0].design;
-    let mut designs = vec![("first design", first)];
-    if *first != state.design {
-        designs.push(("last design", &state.design));
-    }
-    let drawn = match model.drawings(&designs.iter().map(|(_, b)| b.as_slice()).collect::<Vec<_>>(), &times) {
+    let drawn = match model.drawings(&designs.iter().map(|(_, b)| *b).collect::<Vec<_>>(), &times) {
         Ok(Some(drawn)) => drawn,
         Ok(None) => return Ok((None, None)),
         Err(error) => {
@@ -154,7 +160,8 @@ fn mechanism(model: &Model, state: &State) -> anyhow::Result<(Option<PageSection
     let time = QuantityLabel::literal(&grid.name, &grid.unit);
     // A mechanism without a visible body has no animation.
     let Ok(motion) = Animation::new(literal(&description), axes, times, scenes) else { return Ok((None, None)) };
-    let motion = motion.lasting(shown)?.over(time).compared();
+    let motion = motion.lasting(shown)?.over(time);
+    let motion = if designs.len() > 1 { motion.compared() } else { motion };
     Ok((Some(PageSection::new("mechanism", "Mechanism").html(motion.fragment())), Some(motion)))
 }
 

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `attached` | files that a model names: `include`, tables of numbers |
 //! | `diagnostics` | errors and notes about a file, with their locations |
-//! | [`unit`] | units of numbers: `120 mm` |
+//! | [`unit`](mod@unit) | units of numbers: `120 mm` |
 //! | `settings` | the TOML of a file: parsing, all settings by their keys, the fingerprint |
 //! | `version` | versions of the format and renamed words |
 //! | `limits` | sizes beyond which a file is rejected |

@@ -156,7 +156,22 @@ fn the_page_answers_the_pointer_and_prints_whole() {
       [...table.querySelectorAll('.tools button')].forEach((button) => button.click());
       root.copied = table.dataset.copied.split('\\n')[0].split('\\t').length + ' columns';
       root.table = table.dataset.saved.split('\\n')[0];
-      figure.querySelector('.tools button').click();
+      figure.querySelector('.tools:not(.zoom) button').click();
+      const press = (node, key, shiftKey) => node.dispatchEvent(new KeyboardEvent('keydown', { key, shiftKey, bubbles: true }));
+      const drawing = document.querySelector('.scenes svg'), seen = [], frame = document.querySelector('figure[data-frame]');
+      const still = frame.dataset.frame;
+      [['+'], ['+'], ['ArrowRight', true], ['-'], ['0']].forEach(([key, shift]) => { press(drawing, key, shift); seen.push(drawing.dataset.zoom); });
+      root.zoom = seen.join(' ');
+      figure.querySelector('.zoom button').click();
+      root.magnified = svg.dataset.zoom + ' ' + svg.classList.contains('zoomed') + ' ' + (frame.dataset.frame === still);
+      const inside = svg.viewBox.baseVal, small = svg.getBoundingClientRect();
+      const place = (x, y) => ({ clientX: small.left + (x - inside.x) / inside.width * small.width, clientY: small.top + (y - inside.y) / inside.height * small.height, bubbles: true });
+      svg.dispatchEvent(new PointerEvent('pointermove', place(left + 0.5 * width, top + 0.5 * height)));
+      root.again = figure.querySelector('.readout').textContent.slice(0, 12);
+      const before = svg.viewBox.baseVal.x;
+      svg.dispatchEvent(new PointerEvent('pointerdown', place(left + 0.5 * width, top)));
+      svg.dispatchEvent(new PointerEvent('pointermove', { ...place(left + 0.6 * width, top), buttons: 1 }));
+      root.dragged = svg.viewBox.baseVal.x < before;
       root.plot = figure.dataset.saved.split('\\n').length;
       window.dispatchEvent(new Event('beforeprint'));
       root.closed = document.querySelectorAll('details:not([open])').length;
@@ -184,5 +199,11 @@ fn the_page_answers_the_pointer_and_prints_whole() {
     assert_eq!(attribute(&dom, "data-copied"), "8 columns");
     assert_eq!(attribute(&dom, "data-table"), "variable,unit,first,last,change in %,lower bound,upper bound,remark");
     assert!(attribute(&dom, "data-plot").parse::<usize>().unwrap() > 2 * 151);
+    // The keys zoom by 1.5, Shift with an arrow moves, 0 shows all; neither disturbs the animation.
+    assert_eq!(attribute(&dom, "data-zoom"), "1.50 2.25 2.25 1.50 1.00");
+    assert_eq!(attribute(&dom, "data-magnified"), "1.50 true true");
+    // The pointer reads the same value in the enlarged figure, and drags it.
+    assert_eq!(attribute(&dom, "data-again"), readout.chars().take(12).collect::<String>());
+    assert_eq!(attribute(&dom, "data-dragged"), "true");
     assert_eq!(attribute(&dom, "data-closed"), "0");
 }

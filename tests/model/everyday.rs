@@ -184,3 +184,27 @@ fn wrong_drives_are_errors_with_the_place_in_the_file() {
         "{shown}"
     );
 }
+
+#[test]
+fn an_analysis_makes_a_page_with_the_mechanism_and_its_histories() {
+    let place = TempFolder::new("analysis-page");
+    place.run(&["new", "lift"], 0);
+    let said = place.run(&["analyze", "lift", "--out", "here"], 0);
+    assert!(said.contains("report.html"), "{said}");
+    let page = place.read("here/report.html");
+    for part in ["linkwright-animation", "Histories over time", "<caption>Constraints", "Analysis at "] {
+        assert!(page.contains(part), "{part}");
+    }
+    for address in ["http:", "https:", "src=", "@import", "url(h"] {
+        assert!(!page.contains(address), "{address}");
+    }
+    assert!(page.len() < 1 << 20, "{} bytes", page.len());
+
+    // A file without an objective is a simulation, and has a page, too.
+    let text = place.read("lift.toml");
+    let end = text.find("[objective]").unwrap();
+    std::fs::write(place.0.join("still.toml"), &text[..end]).unwrap();
+    place.run(&["analyze", "still", "--out", "still", "--quiet"], 0);
+    let page = place.read("still/report.html");
+    assert!(page.contains("linkwright-animation") && !page.contains("<caption>Constraints"));
+}

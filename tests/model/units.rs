@@ -1,5 +1,6 @@
 //! Units in numbers: the same problem in SI and in other units, how values are shown, and messages about wrong units.
 
+use linkwright::model_file::unit::Unit;
 use linkwright::model_file::{Model, read, with_setting};
 use linkwright::problem::Problem;
 use linkwright::report::outcome;
@@ -38,7 +39,7 @@ length = 0.3
 [[force]]
 name = "motor"
 kind = "load"
-coordinate = "arm.theta"
+b = "arm.theta"
 generalized_force = "load*sin(6.283185307179586*time)"
 [time]
 to = 0.5
@@ -52,7 +53,7 @@ value = "arm.y"
 unit = "m"
 [[output]]
 name = "tension"
-value = "spring.force"
+value = "spring.tension"
 [objective]
 minimize = "range(height)"
 [[constraint]]
@@ -222,4 +223,42 @@ fn a_plain_number_may_stand_for_any_unit() {
         assert!(in_units().contains(from), "{from}");
         parsed(&in_units().replacen(from, to, 1));
     }
+}
+
+#[test]
+fn units_have_the_factors_of_their_definitions() {
+    for (text, si, shown, base) in [
+        ("mm", 1e-3, "mm", "m"),
+        ("kN*m/rad", 1e3, "kN·m/rad", "m²·kg/s²/rad"),
+        ("N/mm^2", 1e6, "N/mm²", "kg/m/s²"),
+        ("m/s²", 1.0, "m/s²", "m/s²"),
+        ("km/h", 1.0 / 3.6, "km/h", "m/s"),
+        ("in", 0.0254, "in", "m"),
+        ("cm⁴", 1e-8, "cm⁴", "m⁴"),
+        ("N/m^1.5", 1.0, "N/m^1.5", "kg/m^0.5/s²"),
+        ("GPa", 1e9, "GPa", "kg/m/s²"),
+        ("kg", 1.0, "kg", "kg"),
+        ("rpm", std::f64::consts::PI / 30.0, "rpm", "rad/s"),
+    ] {
+        let unit = Unit::parse(text).unwrap();
+        assert!((unit.to_si(1.0) / si - 1.0).abs() < 1e-15, "{text}: {}", unit.to_si(1.0));
+        assert_eq!((unit.text.as_str(), unit.dimension.base_units().as_str()), (shown, base), "{text}");
+        assert!((unit.of_si(unit.to_si(0.7)) / 0.7 - 1.0).abs() < 1e-15);
+    }
+    assert_eq!([Unit::parse("mm").unwrap().to_si(120.0), Unit::parse("kg").unwrap().to_si(0.3)], [0.12, 0.3]);
+    for text in ["", "xm", "kin", "m/", "m^", "m^x", "m(2)", "mkg", "m/1"] {
+        assert_eq!(Unit::parse(text), None, "{text}");
+    }
+    // A name after a sign begins another operand.
+    assert_eq!(Unit::at_start("mm*width").map(|(unit, length)| (unit.text, length)), Some(("mm".into(), 2)));
+    assert_eq!(Unit::at_start("N*m + 1").map(|(_, length)| length), Some(3));
+}
+
+#[test]
+fn revolutions_per_second_are_no_angular_velocity() {
+    let of = |text: &str| Unit::parse(text).unwrap().dimension;
+    assert!(!of("Hz").is_written_like(of("rad/s")) && of("rpm").is_written_like(of("rad/s")));
+    assert!(of("N*m").is_written_like(of("N*m/rad")) && of("Hz").is_like(of("rad/s")));
+    assert_eq!(of("kN").to_string(), "a force");
+    assert_eq!(of("N/m").to_string(), "a value in kg/s²");
 }

@@ -138,3 +138,22 @@ fn a_body_begins_where_its_driver_does() {
         assert!((found - expected).abs() < 1e-6, "{start}: {found} {expected}");
     }
 }
+
+#[test]
+#[cfg(feature = "report")]
+fn loads_and_drives_have_arrows() {
+    let text = "version = 2\n[[body]]\nname = \"crank\"\nmass = 1\ninertia = 0.01\nposition = [0.3, 0]\n[[joint]]\nname = \"pin\"\na = \"ground\"\n\
+        b = { body = \"crank\", at = [-0.3, 0] }\n[[driver]]\nname = \"motor\"\ncoordinate = \"crank.theta\"\nmotion = \"60 rpm*time\"\n\
+        [[force]]\nname = \"push\"\nkind = \"force\"\nat = { body = \"crank\", at = [0.2, 0] }\ndirection = \"90 deg\"\nforce = \"5 N\"\n\
+        [time]\nto = 0.5\npoints = 51\n[analysis]\nkind = \"kinematics\"\n[[output]]\nname = \"x\"\nvalue = \"crank.x\"\n";
+    let frames = parsed(text).drawings(&[&[]], &[0.0, 0.25]).unwrap().unwrap().remove(0);
+    // The motor turns around the pin on the ground; the force ends at its point and keeps its direction.
+    let [turn, force] = &frames[1].arrows[..] else { panic!("{:?}", frames[1].arrows) };
+    let radii: Vec<f64> = turn.iter().map(|p| p[0].hypot(p[1])).collect();
+    assert!(radii.iter().all(|r| (r - radii[0]).abs() < 1e-9 && *r > 0.0), "{radii:?}");
+    let [from, tip] = force[..] else { panic!("{force:?}") };
+    assert!(
+        tip[0].abs() < 1e-6 && (tip[1] - 0.5).abs() < 1e-6 && (from[0] - tip[0]).abs() < 1e-9 && from[1] < tip[1],
+        "{force:?}"
+    );
+}

@@ -177,7 +177,17 @@ pub(crate) fn check_name(name: &str, span: Range<usize>) -> Result<(), Diagnosti
         return Err(Diagnostic::new(span, format!("`{name}` cannot be a name")).help(help));
     }
     if RESERVED.contains(&name) || FUNCTIONS.iter().any(|f| f.0 == name) {
-        return Err(Diagnostic::new(span, format!("the name `{name}` is reserved")).help("choose another name"));
+        let meaning = match name {
+            "time" => "the time",
+            "ground" => "the body at rest",
+            "kinetic_energy" | "potential_energy" => "a measure of the mechanism",
+            "pi" => "a number",
+            _ => "a function",
+        };
+        let error = Diagnostic::new(span, format!("the name `{name}` is reserved"));
+        return Err(
+            error.help(format!("`{name}` is {meaning} in expressions; choose another name, such as `{name}_1`"))
+        );
     }
     Ok(())
 }

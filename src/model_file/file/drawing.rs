@@ -2,16 +2,17 @@
 
 use super::Model;
 use super::bodies::BodyKind;
-use super::elements::ElementSpec;
+use super::elements::{ElementSpec, InputSpec};
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::outputs::OutputSpec;
-use super::parts::{CoordinateRef, FrameRef, PointRef};
+use super::parts::{CoordinateRef, FrameCoordinate, FrameRef, PointRef};
 use crate::Result;
 use crate::model_file::expression::Inputs;
 use crate::problem::TimeGrid;
 use crate::report::plots::Linkage;
 use mechanics::elements::Symbol;
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Least number of frames of a motion; a coarser time grid is refined for the drawing.
@@ -142,6 +143,8 @@ struct GuideRanges {
     sliders: [f64; 2],
     /// Lowest height of all bodies.
     floor: f64,
+    /// Length of the arrows of loads and drives.
+    arrow: f64,
 }
 
 impl GuideRanges {
@@ -162,7 +165,16 @@ impl GuideRanges {
             sliders = state.sliders.iter().fold(sliders, |range, v| grown(range, *v));
             floor = state.poses.iter().fold(floor, |low, pose| low.min(pose[1]));
         }
-        Self { guides: guides.into_iter().map(|g| widened(g, 0.25)).collect(), sliders: widened(sliders, 0.2), floor }
+        let mut frame = [NOTHING; 2];
+        for state in motions.iter().flatten() {
+            let corners = state.poses.iter().map(|pose| [pose[0], pose[1]]).chain(state.attachments());
+            for point in corners.chain([[0.0; 2]]) {
+                frame = [grown(frame[0], point[0]), grown(frame[1], point[1])];
+            }
+        }
+        let size = frame.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+        let guides = guides.into_iter().map(|g| widened(g, 0.25)).collect();
+        Self { guides, sliders: widened(sliders, 0.2), floor, arrow: if size > 0.0 { 0.14 * size } else { 0.14 } }
     }
 }
 
@@ -204,7 +216,63 @@ impl DrawnState<'_> {
             linkage.sliders.push((self.point(b), angle));
         }
         self.draw_slides(ranges, &mut linkage);
+        let elements = &self.mechanism.spec.elements;
+        linkage.arrows = elements.iter().filter_map(|part| self.arrow(part, ranges)).collect();
         linkage
+    }
+
+    /// Places of all points of elements.
+    fn attachments(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.mechanism.spec.elements.iter().flat_map(ElementSpec::points).map(|point| self.point(point))
+    }
+
+    /// The arrow of a drive or load that is not drawn otherwise: along the direction of a force at its point, along a driven coordinate, or
+    /// around a point for a rotation. It shows the positive direction, not the size.
+    fn arrow(&self, part: &ElementSpec, ranges: &GuideRanges) -> Option<Vec<[f64; 2]>> {
+        let is_load = part.inputs.iter().any(|input| matches!(input, InputSpec::Time(_) | InputSpec::State(_)));
+        if !is_load || symbol(part) != Symbol::None {
+            return None;
+        }
+        let along = |[x, y]: [f64; 2], angle: f64| {
+            let (s, c) = angle.sin_cos();
+            vec![[x - ranges.arrow * c, y - ranges.arrow * s], [x, y]]
+        };
+        let mut points = part.points();
+        if let (Some(point), None, Some(direction)) = (points.next(), points.next(), part.numbers().next()) {
+            return Some(along(self.point(point), direction.value(&Inputs::design(self.mechanism.design))));
+        }
+        let is_moving = |place: &CoordinateRef| !matches!(place, CoordinateRef::Of(FrameRef::Ground, _));
+        let driven = part.coordinates().filter(is_moving).last()?;
+        match driven {
+            CoordinateRef::Slider(k) => Some(along([self.sliders[k], self.row(k, ranges)], 0.0)),
+            CoordinateRef::Of(frame, FrameCoordinate::X) => Some(along(self.position(frame, [0.0; 2]), 0.0)),
+            CoordinateRef::Of(frame, FrameCoordinate::Y) => Some(along(self.position(frame, [0.0; 2]), FRAC_PI_2)),
+            CoordinateRef::Of(frame, FrameCoordinate::Theta) => {
+                let ([x, y], radius) = (self.hinge(frame), 0.35 * ranges.arrow);
+                let at = |k: u32| {
+                    let (s, c) = (-0.5 + 0.25 * f64::from(k)).sin_cos();
+                    [x + radius * c, y + radius * s]
+                };
+                Some((0..=16).map(at).collect())
+            }
+        }
+    }
+
+    /// The joint of a body on the ground, or its origin if it has none.
+    fn hinge(&self, frame: FrameRef) -> [f64; 2] {
+        let on_ground =
+            self.mechanism.spec.elements.iter().filter(|part| symbol(part) == Symbol::Pin).find_map(|part| {
+                let points: Vec<&PointRef> = part.points().take(2).collect();
+                let own = points.iter().find(|point| point.frame == frame)?;
+                points.iter().any(|point| point.frame == FrameRef::Ground).then(|| self.point(own))
+            });
+        on_ground.unwrap_or_else(|| self.position(frame, [0.0; 2]))
+    }
+
+    /// Height at which a one-coordinate body is drawn.
+    fn row(&self, k: usize, ranges: &GuideRanges) -> f64 {
+        let [low, high] = ranges.sliders;
+        ranges.floor - 0.35 * (high - low) * (k + usize::from(!self.poses.is_empty())) as f64
     }
 
     fn draw_body(&self, body: usize, linkage: &mut Linkage) {
@@ -269,7 +337,7 @@ impl DrawnState<'_> {
     /// Draws one-coordinate bodies below each other, each on its guide; a spring to the ground is fixed at its left end.
     fn draw_slides(&self, ranges: &GuideRanges, linkage: &mut Linkage) {
         let [low, high] = ranges.sliders;
-        let row = |k: usize| ranges.floor - 0.35 * (high - low) * (k + usize::from(!self.poses.is_empty())) as f64;
+        let row = |k: usize| self.row(k, ranges);
         let anchor = |k: usize| [low - 0.3 * (high - low), row(k)];
         for (k, place) in self.sliders.iter().enumerate() {
             linkage.guides.push([[low, row(k)], [high, row(k)]]);

@@ -41,6 +41,7 @@
     ["sliders", move],
     ["ground", move],
     ["joints", move],
+    ["arrows", curve],
   ];
 
   function arrange(group, frame) {

@@ -3,7 +3,7 @@
 use super::Scene;
 use crate::report::figure::markup::plain;
 use crate::report::figure::short;
-use crate::report::plots::Linkage;
+use crate::report::plots::{Linkage, headed};
 use maud::{Markup, html};
 
 /// Width of a scene in units of its view box.
@@ -12,7 +12,7 @@ const WIDTH: f64 = 480.0;
 const MARGIN: f64 = 26.0;
 
 /// Parts of a frame in drawing order, with the names that `player.js` uses.
-const PARTS: [&str; 8] = ["guides", "plates", "bars", "springs", "masses", "sliders", "ground", "joints"];
+const PARTS: [&str; 9] = ["guides", "plates", "bars", "springs", "masses", "sliders", "ground", "joints", "arrows"];
 
 /// Transformation from coordinates of the mechanism to those of the view box, with one scale for both axes.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +42,7 @@ impl Viewport {
     }
 
     /// The numbers of a frame, part by part: flat lists of coordinates; for a slider also its angle in degrees.
-    pub fn frame(&self, linkage: &Linkage) -> [Vec<Vec<f64>>; 8] {
+    pub fn frame(&self, linkage: &Linkage) -> [Vec<Vec<f64>>; 9] {
         let curves = |bodies: &[Vec<[f64; 2]>]| bodies.iter().map(|body| self.flat(body)).collect();
         let ends = |pairs: &[[[f64; 2]; 2]]| pairs.iter().map(|pair| self.flat(pair)).collect();
         let points = |points: &[[f64; 2]]| points.iter().map(|p| self.flat(&[*p])).collect();
@@ -59,6 +59,7 @@ impl Viewport {
             linkage.sliders.iter().map(slider).collect(),
             points(&linkage.ground_joints),
             points(&linkage.joints),
+            linkage.arrows.iter().map(|arrow| self.flat(&headed(arrow))).collect(),
         ]
     }
 
@@ -107,7 +108,7 @@ fn shape(part: &str, at: &[f64]) -> Markup {
     let moved = || format!("translate({} {})", at[0], at[1]);
     match part {
         "plates" => html! { path d=(path(at, true)) {} },
-        "bars" | "guides" => html! { path d=(path(at, false)) {} },
+        "bars" | "guides" | "arrows" => html! { path d=(path(at, false)) {} },
         "springs" => html! { path d=(spring(at)) {} },
         "sliders" => html! {
             g transform={ (moved()) " rotate(" (at[2]) ")" } {

@@ -114,7 +114,8 @@ window.addEventListener("DOMContentLoaded", () => {
     const move = (event) => {
       const box = one.svg.getBoundingClientRect();
       const view = one.svg.viewBox.baseVal;
-      const [x, y] = [((event.clientX - box.left) / box.width) * view.width, ((event.clientY - box.top) / box.height) * view.height];
+      const x = view.x + ((event.clientX - box.left) / box.width) * view.width;
+      const y = view.y + ((event.clientY - box.top) / box.height) * view.height;
       const panel = one.panels.find(({ frame: [left, top, width, height] }) => x >= left && x <= left + width && y >= top && y <= top + height);
       if (!panel) return figures.forEach(clear);
       const value = back((x - panel.frame[0]) / panel.frame[2], panel.x, panel.log[0]);
@@ -128,7 +129,68 @@ window.addEventListener("DOMContentLoaded", () => {
     one.svg.addEventListener("pointerleave", () => figures.forEach(clear));
   });
 
-  // A printed page shows its collapsed parts, too.
+  // Figures and mechanisms: buttons, the keys + - 0 and the wheel with Ctrl zoom; the pointer drags, and Shift with arrows moves.
+  document.querySelectorAll("figure svg").forEach((svg) => {
+    const view = svg.viewBox.baseVal;
+    const whole = [view.x, view.y, view.width, view.height];
+    const set = ([x, y, width, height]) => {
+      const part = width / whole[2];
+      const inside = (at, low, size, own) => Math.min(Math.max(at, low), low + size - own);
+      const at = [inside(x, whole[0], whole[2], width), inside(y, whole[1], whole[3], height), width, height];
+      svg.setAttribute("viewBox", (part >= 1 ? whole : at).join(" "));
+      svg.dataset.zoom = (1 / Math.min(part, 1)).toPrecision(3);
+      svg.classList.toggle("zoomed", part < 1);
+    };
+    const zoom = (factor, [u, v] = [0.5, 0.5]) => {
+      const [width, height] = [view.width / factor, view.height / factor];
+      if (whole[2] / width > 64) return;
+      set([view.x + u * (view.width - width), view.y + v * (view.height - height), width, height]);
+    };
+    const pan = (dx, dy) => set([view.x + dx * view.width, view.y + dy * view.height, view.width, view.height]);
+    const keys = (event) => {
+      const by = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[event.key];
+      if (by && event.shiftKey) pan(...by);
+      else if (event.key === "+" || event.key === "=") zoom(1.5);
+      else if (event.key === "-") zoom(1 / 1.5);
+      else if (event.key === "0") set(whole);
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    };
+    svg.setAttribute("tabindex", "0");
+    svg.addEventListener("keydown", keys);
+    svg.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && !event.metaKey) return;
+      const box = svg.getBoundingClientRect();
+      zoom(Math.exp(-event.deltaY / 300), [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height]);
+      event.preventDefault();
+    }, { passive: false });
+    let from = null;
+    svg.addEventListener("pointerdown", (event) => { from = svg.classList.contains("zoomed") ? [event.clientX, event.clientY] : null; });
+    svg.addEventListener("pointermove", (event) => {
+      if (!from || event.buttons === 0) return;
+      const box = svg.getBoundingClientRect();
+      pan((from[0] - event.clientX) / box.width, (from[1] - event.clientY) / box.height);
+      from = [event.clientX, event.clientY];
+    });
+    window.addEventListener("pointerup", () => { from = null; });
+    window.addEventListener("beforeprint", () => set(whole));
+    const labelled = (text, label, act) => {
+      const made = button(text, act);
+      made.setAttribute("aria-label", label);
+      made.title = label;
+      return made;
+    };
+    const place = tools(
+      labelled("+", "Zoom in", () => zoom(1.5)),
+      labelled("\u2212", "Zoom out", () => zoom(1 / 1.5)),
+      labelled("1:1", "Show the whole figure", () => set(whole)),
+    );
+    place.classList.add("zoom");
+    svg.after(place);
+  });
+
+  // A printed page shows its collapsed parts, and whole figures.
   let closed = [];
   window.addEventListener("beforeprint", () => {
     closed = [...document.querySelectorAll("details:not([open])")];

@@ -24,6 +24,8 @@ pub struct Linkage {
     pub springs: Vec<[[f64; 2]; 2]>,
     /// Point masses.
     pub masses: Vec<[f64; 2]>,
+    /// Arrows of loads and drives: lines from their beginning to the tip, straight or bent.
+    pub arrows: Vec<Vec<[f64; 2]>>,
     /// Texts near points, such as names of links.
     pub notes: Vec<(String, [f64; 2])>,
 }
@@ -32,7 +34,7 @@ impl Linkage {
     pub(crate) fn check(&self) -> Result<()> {
         let bodies = self.bars.len() + self.plates.len() + self.sliders.len() + self.masses.len();
         check::not_empty("bodies of the mechanism", bodies)?;
-        for body in self.bars.iter().chain(&self.plates) {
+        for body in self.bars.iter().chain(&self.plates).chain(&self.arrows) {
             check::finite_points("body of the mechanism", body)?;
         }
         let points = self.points();
@@ -66,6 +68,9 @@ impl Linkage {
         panel.extend(self.sliders.iter().map(|&(at, angle)| Mark::symbol(at, MarkSymbol::Slider(angle))));
         panel.extend(self.ground_joints.iter().map(|&at| Mark::symbol(at, MarkSymbol::GroundJoint)));
         panel.extend(self.joints.iter().map(|&at| Mark::symbol(at, MarkSymbol::Joint)));
+        for arrow in &self.arrows {
+            panel.add(Mark::curve(headed(arrow), Stroke::solid(Colour::VERMILLION, 1.1)));
+        }
         panel.extend(self.notes.iter().map(|(text, at)| Mark::note(*at, text)));
     }
 
@@ -83,7 +88,7 @@ impl Linkage {
     }
 
     pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
-        let bodies = self.bars.iter().chain(&self.plates).flatten();
+        let bodies = self.bars.iter().chain(&self.plates).chain(&self.arrows).flatten();
         bodies.chain(self.points()).copied().chain(self.sliders.iter().map(|slider| slider.0)).collect()
     }
 }
@@ -98,6 +103,18 @@ fn zigzag([from, to]: [[f64; 2]; 2], width: f64) -> Vec<[f64; 2]> {
     let stroke =
         |k: usize| at(0.2 + 0.6 * (k as f64 + 0.5) / STROKES as f64, if k.is_multiple_of(2) { 1.0 } else { -1.0 });
     [from, at(0.2, 0.0)].into_iter().chain((0..STROKES).map(stroke)).chain([at(0.8, 0.0), to]).collect()
+}
+
+/// A line with an arrowhead at its end, as one line. The head has a sixth of the length of the line.
+pub(crate) fn headed(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let [.., before, tip] = line else { return line.to_vec() };
+    let length: f64 = line.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum();
+    let angle = (tip[1] - before[1]).atan2(tip[0] - before[0]);
+    let side = |turn: f64| {
+        let (s, c) = (angle + turn).sin_cos();
+        [tip[0] - length / 6.0 * c, tip[1] - length / 6.0 * s]
+    };
+    line.iter().copied().chain([side(0.45), *tip, side(-0.45)]).collect()
 }
 
 /// Draws mechanisms side by side in one scale: positions of one design, or several designs.

@@ -76,7 +76,9 @@ impl OptimizationReport<'_> {
                 remark.unwrap_or_default().into(),
             ])?;
         }
-        let (n, m) = (self.problem.n(), outcome::stated_constraints(self.problem).count());
+        // The two sides of a limit are one constraint.
+        let names = outcome::stated_constraints(self.problem).map(|j| outcome::name(self.problem, j));
+        let (n, m) = (self.problem.n(), names.collect::<std::collections::BTreeSet<_>>().len());
         let text = format!(
             "{} is {} over {n} design variable{}, subject to {m} constraint{}.",
             self.problem.objective.name,
