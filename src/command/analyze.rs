@@ -5,7 +5,7 @@ use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{changed, design, load, located};
 use super::optimize::Digits;
-use super::output::{complain, say, warn};
+use super::output::{say, warn};
 use super::run_directory::{NamedValue, Nearest, PAGE};
 use super::tables;
 use clap::Args;

@@ -34,6 +34,6 @@ mod transcripts;
 mod twins;
 mod units;
 mod version1;
-mod warnings;
 mod vocabulary;
+mod warnings;
 mod wishes;
