@@ -256,7 +256,7 @@ impl StudyFile {
     /// # Errors
     /// The first errors of the file with their locations.
     pub fn read(file: &str, text: &str) -> Result<Self, Box<DiagnosticReport>> {
-        let read = read_document(file, text, |table, source| of_table(table, source))?;
+        let read = read_document(file, text, of_table)?;
         Ok(Self { file: file.to_owned(), text: text.to_owned(), ..read })
     }
 

@@ -148,7 +148,7 @@ pub trait Plan: Send + Sync {
 /// Returns for each wave its numbers.
 pub fn bisection(n: usize) -> Vec<Vec<usize>> {
     let mut waves: Vec<Vec<usize>> = vec![];
-    let mut open: Vec<Range<usize>> = if n == 0 { vec![] } else { vec![0..n] };
+    let mut open: Vec<Range<usize>> = (n > 0).then_some(0..n).into_iter().collect();
     while !open.is_empty() {
         let middle = |range: &Range<usize>| range.start + (range.len() - 1) / 2;
         waves.push(open.iter().map(middle).collect());
