@@ -22,7 +22,7 @@ pub fn all(references: &[Reference]) -> Vec<Series> {
     let dead = ("benchmarks/elastica", ("y", 10.0));
     let follower = ("benchmarks/follower-force", ("theta", 10.0));
     let elements = "elements = 100 => elements = {}";
-    let spinning = "elements = 8 => elements = {} | step = 0.05 => step = 0.002";
+    let spinning = "elements = 8 => elements = {} | step = 0.01 => step = 0.002";
     vec![
         series(single, "order 5, fixed step", RK5, [0.04, 0.02, 0.01], 5.0),
         series(single, "order 8, fixed step", RK8, [0.1, 0.05, 0.04], 8.0),

@@ -221,10 +221,10 @@ def main(program):
         angle = reference(model, "angle", 10, change)
         own = implicit(model, "step = 2e-3", "angle", 10, [('..40"', f'..{n}"')])
         line(f"`a02`, N = {n}, angle at 10 s", 1e-3, *(first_within(run, angle, 1e-3, 4e-3) for run in (four_bars(n), own)))
-    edits = 'elements = 8 => elements = 32\\nshear = "plain" | step = 0.05 => step = 0.001'
+    edits = 'elements = 8 => elements = 32\\nshear = "plain" | step = 0.01 => step = 0.001'
     lag = reference("spinning-beam", "across", 7.5, edits)
     shorter = [("elements = 8", 'elements = 32\nshear = "plain"'), ("to = 15\npoints = 31", "to = 7.5\npoints = 16")]
-    own = implicit("spinning-beam", "step = 0.05", "across", 7.5, shorter)
+    own = implicit("spinning-beam", "step = 0.01", "across", 7.5, shorter)
     line("`spinning-beam`, 32 beams, lag at 7.5 s", 1e-3, *(first_within(run, lag, 1e-3, 5e-2) for run in (spin_up(32), own)))
 
 

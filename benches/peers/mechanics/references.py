@@ -282,12 +282,12 @@ def offset_slider_crank():
 
 def spin_up():
     # Lag and shortening of the tip while the speed rises: Exudyn 1.13.6, 32 beams, generalized-alpha, steps of 1 ms (exudyn_mechanics.py).
-    change = "elements = 8 => elements = 32\\nshear = \"plain\" | step = 0.05 => step = 0.001"
+    change = "elements = 8 => elements = 32\\nshear = \"plain\" | step = 0.01 => step = 0.001"
     for name, value in EXUDYN_SPIN_UP:
         row("spinning-beam", name, 7.5, value, "Exudyn 1.13.6, 32 beams", change=change)
     # A linearly elastic bar that rotates at constant speed: tan(λ L)/λ − L with λ² = ρ ω²/EA. After 15 s the mean of a residual vibration.
     wave = mp.sqrt(mp.mpf("1.2") * 36 / mp.mpf("2.8e7"))
-    row("spinning-beam", "along", 15, mp.tan(wave * 10) / wave - 10, "closed form of the steady state", change="step = 0.05 => step = 0.005")
+    row("spinning-beam", "along", 15, mp.tan(wave * 10) / wave - 10, "closed form of the steady state", change="step = 0.01 => step = 0.005")
 
 
 def roll_up():
