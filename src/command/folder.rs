@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 pub const MANIFEST: &str = "files.json";
 /// The file by which a folder is the folder of a run.
 pub const RUN: &str = "run.json";
+/// The file by which a folder is the folder of a study.
+pub const STUDY: &str = "study.json";
 /// Largest size of the list in bytes.
 const LIMIT: u64 = 16 << 20;
 

@@ -196,6 +196,19 @@ fn a_damaged_row_is_named_and_other_folders_are_left_alone() {
 }
 
 #[test]
+fn a_run_does_not_begin_in_the_folder_of_a_study() {
+    let place = place("study-and-run", SAMPLE);
+    place.run(&["study", "s", "-o", "out/bar", "-q"], 0);
+    let rows = place.read("out/bar/rows.jsonl");
+    for arguments in [&["optimize", "bar", "-o", "out/bar"][..], &["optimize", "bar", "-o", "out/bar", "--force"]] {
+        assert!(place.run(arguments, 1).contains("has a study in it"), "{arguments:?}");
+    }
+    assert!(place.run(&["optimize", "bar"], 0).contains("Results are in out/bar-2"));
+    assert_eq!(place.read("out/bar/rows.jsonl"), rows);
+    place.run(&["study", "s", "-o", "out/bar", "-q"], 0);
+}
+
+#[test]
 fn a_failed_run_is_a_row_with_its_reason() {
     let study = "version = 1\nmodel = \"bar.toml\"\nkind = \"grid\"\n[vary.width]\nfrom = -1\nto = 1\npoints = 3\n";
     let place = place("failed", study);

@@ -209,6 +209,8 @@ fn wrong_units_say_what_was_expected() {
         };
         assert!(report.contains(message), "{to}: {report}");
         assert!(report.contains("m.toml:") && report.contains('^'), "{report}");
+        let is_consequence = !message.contains("the start has none") && report.contains("the start has none");
+        assert!(!is_consequence, "{to}: {report}");
     }
 }
 

@@ -19,7 +19,7 @@ pub use lock::{Claim, LOCK};
 pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary, changes, fingerprint, shown_cycle};
 
 use super::budget::Sizes;
-use super::folder::{MANIFEST, OutputFolder, RUN};
+use super::folder::{MANIFEST, OutputFolder, RUN, STUDY};
 use super::model::{located, parsed, with_program};
 use super::output::complain;
 use super::tables;
@@ -427,6 +427,9 @@ fn look(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
     let shown = directory.path().display();
     remove_temporary(directory)?;
     let names = directory.names().with_context(|| format!("cannot read {shown}"))?;
+    if names.iter().any(|name| name == STUDY) {
+        return Err(Occupied(format!("{shown} has a study in it; give another folder")).into());
+    }
     let has_run = names.iter().any(|name| name == RUN);
     let mut folder = OutputFolder::of(directory.clone())?;
     if has_run && !force {

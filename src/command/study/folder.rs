@@ -3,7 +3,7 @@
 //! Rows are appended to `rows.jsonl` as runs end, each in one piece. When a study ends, the file is replaced by one with the rows in their
 //! order, so that its bytes do not depend on the number of threads and on interruptions.
 
-use crate::command::folder::{MANIFEST, OutputFolder};
+use crate::command::folder::{MANIFEST, OutputFolder, STUDY};
 use crate::command::output::now;
 use crate::command::run_directory::{Claim, LOCK, Occupied, changes};
 use anyhow::{Context, bail};
@@ -14,8 +14,6 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::time::{Duration, Instant};
 
-/// The record by which a folder is the folder of a study.
-pub const RECORD: &str = "study.json";
 /// The rows.
 pub const ROWS: &str = "rows.jsonl";
 /// The page.
@@ -69,8 +67,8 @@ pub struct StudyRecord {
 impl StudyRecord {
     /// Reads the record of a folder; `None` if it has none.
     pub fn read(directory: &Directory) -> anyhow::Result<Option<Self>> {
-        let place = directory.path().join(RECORD);
-        let bytes = directory.read(RECORD, RECORD_LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
+        let place = directory.path().join(STUDY);
+        let bytes = directory.read(STUDY, RECORD_LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
         let Some(bytes) = bytes else { return Ok(None) };
         let record: Self =
             serde_json::from_slice(&bytes).with_context(|| format!("{} is not readable", place.display()))?;
@@ -189,7 +187,7 @@ impl StudyFolder {
             begun: now()?,
         };
         let text = serde_json::to_string_pretty(&record)?;
-        explained(&folder.place(RECORD), directory.replace(RECORD, text.as_bytes(), true))?;
+        explained(&folder.place(STUDY), directory.replace(STUDY, text.as_bytes(), true))?;
         Ok((folder, None))
     }
 
@@ -261,7 +259,7 @@ impl StudyFolder {
 /// Names of all files that a study of any kind writes.
 fn own_files() -> Vec<String> {
     let tables = TABLES.iter().flat_map(|name| [format!("{name}.csv"), format!("{name}.parquet")]);
-    FILES.iter().chain(&[RECORD, ROWS, PAGE, SUMMARY]).map(|name| (*name).to_owned()).chain(tables).collect()
+    FILES.iter().chain(&[STUDY, ROWS, PAGE, SUMMARY]).map(|name| (*name).to_owned()).chain(tables).collect()
 }
 
 /// The row file of a folder; `None` without a complete header.

@@ -38,21 +38,29 @@ pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
     let mut names = Names::default();
     let designs = designs(file)?;
     let log = file.source().log;
+    // Variables whose units are wrong: their numbers cannot be checked.
+    let mut without_unit = vec![];
     for (name, design) in &designs {
         log.locate(name, design.span.clone());
         if log.keep(names.check(name, design.span.clone())).is_none() {
             log.poison_all();
         }
-        match log.keep(unit_of(design)).flatten() {
-            Some(unit) => names.design_in(name, unit),
-            None => names.design(name),
+        match log.keep(unit_of(design)) {
+            Some(Some(unit)) => names.design_in(name, unit),
+            Some(None) => names.design(name),
+            None => {
+                names.design(name);
+                without_unit.push(name);
+            }
         }
     }
     constants(file, &mut names)?;
     tables(file, &mut names)?;
     // A variable with errors is defined nevertheless, because other parts of the file name it.
     let read = |(name, section): &(String, Section<'_>)| {
-        log.keep(variable(name, section, &names)).unwrap_or_else(|| DesignVariable::new(name, "", 0.0))
+        let is_known = !without_unit.contains(&name);
+        let variable = is_known.then(|| log.keep(variable(name, section, &names))).flatten();
+        variable.unwrap_or_else(|| DesignVariable::new(name, "", 0.0))
     };
     let variables = designs.iter().map(read).collect();
     expressions(file, &mut names)?;
