@@ -127,7 +127,7 @@ impl Problem {
         Ok((values, evaluation.objective, constraints, violation, responses.warnings))
     }
 
-    /// The same for many designs, one row of each array for each: NaN where the analysis failed, with the reason.
+    /// Analyses of many designs, one row of each array for each: NaN where the analysis failed, with the reason.
     #[expect(clippy::type_complexity, reason = "one tuple for one call of the Python part")]
     fn analyze_many<'py>(
         &self,

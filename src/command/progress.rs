@@ -154,7 +154,7 @@ struct StatusLine {
 
 struct SharedLine {
     begun: Instant,
-    /// What is being done, and the estimated time to the end.
+    /// The current task, and the estimated time to the end.
     text: Mutex<Option<(String, String)>>,
     has_ended: AtomicBool,
 }

@@ -304,7 +304,7 @@ impl Unit {
     }
 }
 
-/// What a key or an operand takes: one of several units, as in "N/m or N·m/rad".
+/// The units that a key or an operand takes, from a text such as "N/m or N·m/rad".
 pub fn alternatives(units: &str) -> Vec<Unit> {
     units.split(" or ").filter_map(Unit::parse).collect()
 }

@@ -104,7 +104,7 @@ pub fn stated(problem: &Problem, objective: f64) -> f64 {
     if problem.objective.goal == Goal::Maximize { -objective } else { objective }
 }
 
-/// What is done with the objective: `minimized` or `maximized`.
+/// The direction of the objective in words: `minimized` or `maximized`.
 pub fn goal(problem: &Problem) -> &'static str {
     if problem.objective.goal == Goal::Maximize { "maximized" } else { "minimized" }
 }

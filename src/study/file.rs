@@ -141,7 +141,7 @@ pub fn study_tables() -> Vec<TableKeys> {
     ]
 }
 
-/// What varies.
+/// The varied quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vary {
     /// Its name, with its place.

@@ -58,7 +58,7 @@ pub fn toml_number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// What a name of a study stands for.
+/// A quantity of the model that a study varies, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Named {
     /// A design variable.
@@ -115,7 +115,7 @@ pub struct Evaluator {
 enum Form {
     /// All names are design variables, or constants that were made design variables: their indices.
     Problem(Box<Problem>, Vec<usize>),
-    /// The same without an objective.
+    /// A model without an objective.
     Simulation(Box<Model>, Vec<usize>),
     /// The file is read again with the values of the constants.
     Text,
@@ -273,7 +273,7 @@ impl Evaluator {
     }
 }
 
-/// Whether a name is a design variable or a constant, and its value in the file.
+/// The kind of a name, design variable or constant, and its value in the file.
 pub fn named(source: &ModelSource, model: &Model, name: &str) -> std::result::Result<(Named, f64), StudyError> {
     if let Some(variable) = model.variables().iter().find(|v| v.name == name) {
         return Ok((Named::Variable, variable.start));

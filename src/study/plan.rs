@@ -82,7 +82,7 @@ impl Phase {
     }
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunResult {
     /// A value for each column, or for the first ones; NaN where there is none.
@@ -114,7 +114,7 @@ impl RunResult {
     }
 }
 
-/// What a study answers: text, tables and pictures.
+/// The conclusions of a study: text, tables and pictures.
 #[derive(Clone, Debug, Default)]
 pub struct Conclusion {
     /// Sentences, the most important one first.

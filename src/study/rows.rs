@@ -17,7 +17,7 @@ pub struct Row {
     pub run: usize,
     /// A value for each column of the phase; `None` if there is none.
     pub values: Vec<Option<f64>>,
-    /// How the run ended: `done`, the status of an optimization, or `failed`.
+    /// The end of the run: `done`, the status of an optimization, or `failed`.
     pub status: String,
     /// The reason of a failure; empty otherwise.
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -5,7 +5,7 @@
 use crate::{Error, Result};
 use std::sync::LazyLock;
 
-/// How points fill the unit cube.
+/// A way to fill the unit cube with points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SequenceKind {
     /// Independent uniform numbers.

@@ -43,7 +43,7 @@ impl Server {
         stream
     }
 
-    /// What the server answers to these bytes; `is_all` closes this direction after them, as a client that has died.
+    /// The answer of the server to these bytes; `is_all` closes this direction after them, as a client that has died.
     fn raw(&self, bytes: &[u8], is_all: bool) -> String {
         let mut stream = self.connect();
         // The server may close the connection before it has read all.

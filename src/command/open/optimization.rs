@@ -26,7 +26,7 @@ const MEMORY: usize = 200;
 /// Factor of the move limits after a proposal was refused by hand.
 const REFUSED: f64 = 0.5;
 
-/// What a page asks of a run.
+/// A request of a page about a run.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "action", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Action {

@@ -243,7 +243,7 @@ impl Session {
         json!({ "stored": stored })
     }
 
-    /// What a page shows: the model in force, the text, and its errors.
+    /// The model in force, the text and its errors, as a page shows them.
     pub fn model(&self) -> Value {
         let project = self.project();
         let errors = project.errors.as_ref().map_or_else(Vec::new, diagnostics);

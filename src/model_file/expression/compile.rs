@@ -30,7 +30,7 @@ pub struct Scope<'a> {
     pub suggestions: &'a dyn Fn() -> Vec<String>,
     /// Units that the expression may have, as in "N/m or N·m/rad"; no check if empty.
     pub units: &'a str,
-    /// What is known of the units of other names.
+    /// Known units of other names.
     pub other_units: &'a dyn Fn(&str) -> Option<OtherUnit>,
 }
 

@@ -212,7 +212,7 @@ fn smooth_step(arguments: Vec<Tree>, span: Range<usize>) -> Tree {
     of(Node::Call(MathFunction::SmoothStep, vec![share]))
 }
 
-/// What a reduction takes besides the history, in words.
+/// Arguments of a reduction besides the history, in words.
 fn takes(name: &str) -> &'static str {
     let has_number = REDUCTIONS.iter().any(|(known, _, has_number, _)| *known == name && *has_number);
     if has_number { ", a number, and optionally two times" } else { ", and optionally two times" }

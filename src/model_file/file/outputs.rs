@@ -74,7 +74,7 @@ pub struct OutputSpec {
     pub unit: String,
     /// The unit of the values, if `unit` is not just a label.
     pub shown_in: Option<Unit>,
-    /// What is known of the dimension.
+    /// The dimension, as far as it is known.
     known: Option<Known>,
     pub expression: CompiledExpression,
     measures: Vec<MeasureRef>,
@@ -275,7 +275,7 @@ impl OutputSpec {
         }
     }
 
-    /// What is known of the unit of the output in formulas.
+    /// The dimension of the output in formulas, as far as it is known.
     pub fn other_unit(&self) -> Option<OtherUnit> {
         Some(OtherUnit { known: self.known?, shown: self.shown_in.clone() })
     }

@@ -172,7 +172,7 @@ impl QuantityContext<'_> {
         self.names.compile(tree, &scope)
     }
 
-    /// What is known of the unit of an output.
+    /// The dimension of an output, as far as it is known.
     fn other_unit(&self, name: &str) -> Option<OtherUnit> {
         self.outputs.iter().find(|output| output.name == name)?.other_unit()
     }

@@ -95,7 +95,7 @@ impl<'a> OptimizationReport<'a> {
     }
 }
 
-/// What became of a trial step.
+/// The outcome of a trial step.
 fn verdict(cycle: &Cycle) -> &'static str {
     match (&cycle.failure, cycle.accepted) {
         (Some(_), _) => "analysis failed",

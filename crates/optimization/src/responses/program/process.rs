@@ -10,9 +10,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How much of the standard error is kept for messages, in bytes.
+/// Largest part of the standard error in messages, in bytes.
 const KEPT: usize = 4096;
-/// How long a program may take to end after its input has ended.
+/// Longest time from the end of its input to the end of a program.
 const FAREWELL: Duration = Duration::from_millis(500);
 
 /// A running program with threads that write to and read from it, so that a time limit holds for both.
@@ -23,7 +23,7 @@ pub struct Process {
     complaints: Arc<Mutex<Vec<u8>>>,
 }
 
-/// What the standard output gave.
+/// A line of the standard output, or its end.
 enum Incoming {
     Line(Vec<u8>),
     TooLong,
@@ -77,7 +77,7 @@ impl Process {
     /// Sends a request and waits for its answer.
     ///
     /// # Errors
-    /// What the program did in place of it: it ended, was late, or wrote too much.
+    /// The reason why there is no line: the program ended, was late, or wrote too much.
     pub fn ask(&mut self, request: Vec<u8>, limit: Duration) -> Result<Vec<u8>, String> {
         match self.lines.try_recv() {
             Ok(Incoming::Line(line)) => return Err(format!("it wrote `{}` without a request", shown(&line))),
@@ -96,7 +96,7 @@ impl Process {
         }
     }
 
-    /// How the program ended, with the end of its standard error.
+    /// The exit status of the program in words, with the end of its standard error.
     fn end(&mut self) -> String {
         let how = match self.wait(FAREWELL) {
             Some(status) => format!("it ended with {status}"),
