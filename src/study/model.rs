@@ -58,7 +58,7 @@ pub fn toml_number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// A quantity of the model that a study varies, by its name.
+/// Kind of a name in the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Named {
     /// A design variable.

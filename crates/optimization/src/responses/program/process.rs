@@ -23,7 +23,7 @@ pub struct Process {
     complaints: Arc<Mutex<Vec<u8>>>,
 }
 
-/// A line of the standard output, or its end.
+/// A line of the standard output, or the note that it is too long.
 enum Incoming {
     Line(Vec<u8>),
     TooLong,
