@@ -69,9 +69,51 @@ fn two_switches_in_time_near_each_other_in_closed_form() {
 }
 
 #[test]
-#[ignore = "of two switches at the same position, the second one is not recorded as an event"]
 fn two_switches_in_position_near_each_other_in_closed_form() {
     check_near_each_other([(false, 1.0), (false, 1.017)]);
+}
+
+/// A mass b₀ with the velocity b₁ and, beyond the position b₃, the force b₂.
+struct OnePush;
+
+impl ParametricMechanism for OnePush {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let mass = m.point_mass("mass", b[0], zero, zero);
+        m.set_velocity(mass.x, b[1]);
+        let ground = m.ground().x;
+        m.add("push", Push { by_time: false }, &[mass.x], &b[2..4]);
+        m.switch("begin", Driver(Fixed), &[ground, mass.x], &[b[3]])?;
+        let place = m.coordinate_sensor("place", ground, mass.x);
+        let position = m.measure(place, "position")?;
+        m.output("position", &[position]);
+        Ok(m)
+    }
+}
+
+/// A step that ends shortly before the switch has a solution with the force and one without it if the force pushes across the
+/// switch, and none if it pushes back. The event is at the switch: its time is exact, whatever the force.
+#[test]
+fn a_force_that_pushes_across_or_back_begins_at_its_switch() {
+    for force in [-3.0, -0.1, 0.1, 2.0, 30.0, 1000.0] {
+        for at in [1.0, 1.0004, 1.017, 1.0199] {
+            for settings in [fixed(0.01), fixed(0.013), Dynamics::adaptive(1e-4)] {
+                let (b, t) = ([1.3, 2.0, force, at], 0.6);
+                let what = format!("{force} N at {at} m, {settings:?}");
+                let history = simulate(&OnePush.build(&b).unwrap(), &settings, &[t]).unwrap();
+                let [event] = &history.impacts[..] else { panic!("{what}: {:?}", history.impacts) };
+                assert!((event.t - at / b[1]).abs() < 1e-12, "{what}: {} {}", event.t, at / b[1]);
+                let place = |b: &[f64]| {
+                    let since = t - b[3] / b[1];
+                    b[1] * t + 0.5 * b[2] / b[0] * since * since
+                };
+                let size = place(&b).abs().max(1.0);
+                let (found, closed) = (history.values[0][0], place(&b));
+                assert!((found - closed).abs() < 1e-6 * size, "{what}: {found} {closed}");
+            }
+        }
+    }
 }
 
 fn check_near_each_other(switches: [(bool, f64); 2]) {

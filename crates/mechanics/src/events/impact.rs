@@ -192,6 +192,12 @@ pub(crate) const TIME_ROUNDING: f64 = 1024.0 * f64::EPSILON;
 /// Rounding of a position, as a fraction of its size.
 const POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
+/// Rounding of the gap of a `switch` at `state`, the end of a step `h` (s).
+pub(crate) fn gap_rounding(switch: &EventElement<f64>, state: &State<f64>, h: f64) -> f64 {
+    let largest = switch.gap.coordinates.iter().map(|&i| state.q[i].abs()).fold(0.0, f64::max);
+    TIME_ROUNDING * (state.t.abs() + h) * switch.rate(state, &state.v).abs() + POSITION_ROUNDING * largest
+}
+
 /// The switches that cross zero at the same time as event number `event`, up to rounding.
 ///
 /// `state` is the state at the event, at the end of a step `h` (s).
@@ -203,9 +209,7 @@ pub(crate) fn simultaneous_switches(
 ) -> Vec<usize> {
     let is_simultaneous = |k: &usize| {
         let switch = &mechanism.events[*k];
-        let largest = switch.gap.coordinates.iter().map(|&i| state.q[i].abs()).fold(0.0, f64::max);
-        let rounding = TIME_ROUNDING * (state.t.abs() + h) * switch.rate(state, &state.v).abs();
-        switch.gap(state).abs() <= rounding + POSITION_ROUNDING * largest
+        switch.gap(state).abs() <= gap_rounding(switch, state, h)
     };
     let switches = (0..mechanism.events.len()).filter(|&k| k != event && mechanism.events[k].restitution.is_none());
     switches.filter(is_simultaneous).collect()

@@ -1,13 +1,19 @@
 //! Location of events in implicit steps: a step ends where a rigid contact closes or a switch crosses zero.
 
 use crate::events::event::Event;
-use crate::events::impact::{TIME_ROUNDING, apply_impact, apply_switch, simultaneous_switches, switch_offset};
+use crate::events::impact::{
+    TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, simultaneous_switches, switch_offset,
+};
 use crate::integrators::generalized_alpha::Integrator;
 use crate::integrators::settings::StepSize;
+use crate::system::state::State;
 use crate::{Error, Result};
 
 /// Largest number of trial steps in the search for the time at which a contact closes.
 const MAX_TRIALS: usize = 100;
+
+/// Part of the estimated rest of the way to a switch that a trial step covers.
+const MOST: f64 = 0.99;
 
 /// Shortest time between two impacts of a contact, in nominal steps.
 const SHORTEST_FLIGHT: f64 = 1e-6;
@@ -93,11 +99,12 @@ impl EventLocator {
     pub fn locate(&mut self, integrator: &mut Integrator<'_>, mut h: f64) -> Result<f64> {
         let mut later = Vec::new();
         while let Some(contact) = self.first_closed(integrator, h, &later) {
+            let earlier = self.closed.map(|_| integrator.step.clone());
             let Some(found) = self.close(integrator, contact, h)? else {
                 later.push(contact);
                 continue;
             };
-            if let Some(other) = self.closed {
+            if let (Some(other), Some(step)) = (self.closed, earlier) {
                 let both_are_impacts = [contact, other].iter().all(|&k| is_impact(integrator, k));
                 let rounding =
                     if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (h + integrator.step.new.t.abs());
@@ -106,7 +113,7 @@ impl EventLocator {
                 }
                 if found >= h - rounding {
                     // The other one is the first, or a switch crosses zero with it.
-                    integrator.solve(h)?;
+                    integrator.step = step;
                     later.push(contact);
                     continue;
                 }
@@ -149,16 +156,35 @@ impl EventLocator {
 
     /// Repeats the step so that it ends where `contact` closes, within the step `h` or shortly after it.
     ///
-    /// Uses the Illinois method. Returns the length of the step in s, or `None` if the contact does not close.
+    /// Returns the length of the step in s, or `None` if the contact does not close.
+    fn close(&self, integrator: &mut Integrator<'_>, contact: usize, h: f64) -> Result<Option<f64>> {
+        let [begin, end] = self.openings(integrator, contact, h);
+        if !(begin > 0.0) {
+            return Err(lasting_contact(integrator, contact));
+        }
+        let found = match is_impact(integrator, contact) {
+            true => self.close_gap(integrator, contact, h, [begin, end])?,
+            false => self.end_before_switch(integrator, contact, h, [begin, end])?,
+        };
+        let is_short = found.is_some_and(|found| found <= SHORTEST_FLIGHT * self.step.nominal());
+        if is_short && self.opened == Some(contact) {
+            return Err(lasting_contact(integrator, contact));
+        }
+        Ok(found)
+    }
+
+    /// Repeats the step so that it ends where the gap of a rigid contact closes, by the Illinois method.
     ///
     /// # Sources
     ///
     /// Dowell & Jarratt, *BIT* 11 (1971) 168–174.
-    fn close(&self, integrator: &mut Integrator<'_>, contact: usize, h: f64) -> Result<Option<f64>> {
-        let [begin, mut end] = self.openings(integrator, contact, h);
-        if !(begin > 0.0) {
-            return Err(lasting_contact(integrator, contact));
-        }
+    fn close_gap(
+        &self,
+        integrator: &mut Integrator<'_>,
+        contact: usize,
+        h: f64,
+        [begin, mut end]: [f64; 2],
+    ) -> Result<Option<f64>> {
         let mut longest = h;
         if end > 0.0 {
             longest = h + 2.0 * h * end / (begin - end);
@@ -177,10 +203,9 @@ impl EventLocator {
                 break;
             }
             trial = root;
-            // A step to a time shortly after a switch may have no solution on either side of the switch.
-            let solved = integrator.solve(trial).is_ok();
-            let open = if solved { self.openings(integrator, contact, trial)[1] } else { -low[1] };
-            if solved && open.abs() <= small || high[0] - low[0] <= 4.0 * f64::EPSILON * high[0] {
+            integrator.solve(trial)?;
+            let open = self.openings(integrator, contact, trial)[1];
+            if open.abs() <= small || high[0] - low[0] <= 4.0 * f64::EPSILON * high[0] {
                 break;
             }
             // The Illinois method halves the value at the retained end, which moves the next estimate towards it.
@@ -189,36 +214,97 @@ impl EventLocator {
                 high[1] *= 0.5;
             } else {
                 high = [trial, open];
-                low[1] *= if solved { 0.5 } else { 1.0 };
+                low[1] *= 0.5;
             }
         }
-        if integrator.solve(trial).is_err() {
-            trial = low[0];
-            integrator.solve(trial)?;
-        }
-        if self.opened == Some(contact) && trial <= SHORTEST_FLIGHT * self.step.nominal() {
-            return Err(lasting_contact(integrator, contact));
-        }
-        self.end_before_switch(integrator, contact, trial).map(Some)
+        integrator.solve(trial)?;
+        Ok(Some(trial))
     }
 
-    /// Shortens the step `h` by the size of rounding errors until it ends before the switch, with the forces before
-    /// the switch.
-    fn end_before_switch(&self, integrator: &mut Integrator<'_>, contact: usize, mut h: f64) -> Result<f64> {
-        if integrator.mechanism.events[contact].restitution.is_none() {
-            let mut less = f64::EPSILON * (h + integrator.step.new.t.abs());
-            for _ in 0..8 {
-                let [_, open] = self.openings(integrator, contact, h);
-                if open > 0.0 {
-                    break;
-                }
-                h -= less;
-                less *= 2.0;
-                integrator.solve(h)?;
+    /// Repeats the step so that it ends shortly before a switch crosses zero, by the size of rounding errors.
+    ///
+    /// Where the force jumps at the switch, a step that ends near the switch has two solutions, with the force before and after
+    /// it, if the force pushes across the switch; if it pushes back, a step that ends shortly after has none. The
+    /// solution before the switch is followed: each trial covers most of the rest of the way, estimated by the secant, and starts
+    /// from the last solution. A trial without such a solution is too long.
+    fn end_before_switch(
+        &self,
+        integrator: &mut Integrator<'_>,
+        switch: usize,
+        h: f64,
+        [begin, end]: [f64; 2],
+    ) -> Result<Option<f64>> {
+        let (mut root, mut part) = (h * begin / (begin - end), MOST);
+        let mut before = Before { h: 0.0, opening: begin, state: integrator.step.old.clone() };
+        let mut longest = h;
+        if end > 0.0 {
+            longest = 2.0 * root - h;
+            before = Before { h, opening: end, state: integrator.step.new.clone() };
+        }
+        for _ in 0..MAX_TRIALS {
+            let trial = before.h + part * (root.min(longest) - before.h);
+            if !(trial > before.h) {
+                break;
+            }
+            let opening = match before.solve(integrator, trial) {
+                Ok(()) => self.openings(integrator, switch, trial)[1],
+                Err(_) => 0.0,
+            };
+            if !(opening > 0.0) {
+                part *= 0.5;
+                continue;
+            }
+            root = trial + (trial - before.h) * opening / (before.opening - opening);
+            if !(root > trial) {
+                root = longest; // it opens further
+            }
+            before = Before { h: trial, opening, state: integrator.step.new.clone() };
+            part = MOST;
+            if is_at_switch(integrator, switch, trial) {
+                return Ok(Some(trial));
             }
         }
-        Ok(h)
+        if before.h == 0.0 {
+            return Err(lasting_contact(integrator, switch));
+        }
+        before.solve(integrator, before.h)?;
+        if before.h >= h * (1.0 - CLOSED_GAP) {
+            // The switch opens again, or the step ends before it.
+            before.solve(integrator, h)?;
+            return Ok(None);
+        }
+        Ok(Some(before.h))
     }
+}
+
+/// The end of a trial step before a switch.
+struct Before {
+    /// Length of the step in s.
+    h: f64,
+    /// Opening of the switch.
+    opening: f64,
+    state: State<f64>,
+}
+
+impl Before {
+    /// Solves the step `h` (s) from accelerations and multipliers extrapolated linearly from the beginning of the step and this
+    /// end.
+    fn solve(&self, integrator: &mut Integrator<'_>, h: f64) -> Result<()> {
+        let share = if self.h > 0.0 { (h - self.h) / self.h } else { 0.0 };
+        let step = &mut integrator.step;
+        let extrapolate = |to: &mut [f64], old: &[f64], end: &[f64]| {
+            to.iter_mut().zip(old.iter().zip(end)).for_each(|(to, (old, end))| *to = end + share * (end - old));
+        };
+        extrapolate(&mut step.new.a, &step.old.a, &self.state.a);
+        extrapolate(&mut step.new.l, &step.old.l, &self.state.l);
+        integrator.solve_from_guess(h)
+    }
+}
+
+/// True if the step `h` (s) ends at a switch, up to half of the rounding within which others count as simultaneous.
+fn is_at_switch(integrator: &Integrator<'_>, switch: usize, h: f64) -> bool {
+    let (switch, end) = (&integrator.mechanism.events[switch], &integrator.step.new);
+    switch.gap(end).abs() <= 0.5 * gap_rounding(switch, end, h)
 }
 
 fn is_impact(integrator: &Integrator<'_>, contact: usize) -> bool {

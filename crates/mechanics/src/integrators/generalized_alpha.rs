@@ -304,9 +304,17 @@ impl<'m> Integrator<'m> {
     ///
     /// [`Error::Analysis`] naming the equation with the largest residual and the time.
     pub fn solve(&mut self, h: f64) -> Result<()> {
-        let (position, velocity) = self.scheme.newmark_coefficients(h);
         self.step.new.t = self.step.old.t + h;
         self.predictor.predict(&mut self.step.new);
+        self.solve_from_guess(h)
+    }
+
+    /// [`Integrator::solve`] where Newton's iteration starts from the accelerations and multipliers in `step.new`.
+    ///
+    /// Where a force jumps within the step, the step may have two solutions, with the force on and off; the iteration finds
+    /// the one near its start.
+    pub(crate) fn solve_from_guess(&mut self, h: f64) -> Result<()> {
+        let (position, velocity) = self.scheme.newmark_coefficients(h);
         if self.system.allows_redundancy() {
             self.step.new.l.fill(0.0); // so that the multipliers have the least norm
         }
