@@ -1,6 +1,7 @@
 //! The choice of derivatives in a model file.
 
 use linkwright::approximation::CycleData;
+use linkwright::gradient_check::GradientStatus;
 use linkwright::model_file::read;
 use linkwright::problem::{Problem, ResponseAt};
 
@@ -132,4 +133,32 @@ fn functionals_of_histories_have_one_gradient_by_the_adjoint_method() {
         assert!((a - b).abs() < 1e-9 * a.abs(), "{direct:?} {adjoint:?}");
     }
     assert_eq!(problem.responses.last().unwrap().name, "rms (value)");
+}
+
+/// Derivatives of adaptive steps are those of the steps at this design. `check` compares them with differences of motions by
+/// the same steps: differences of motions by other steps deviate by the discretization error, here 1e-4 and more. All
+/// methods differentiate the steps up to the last output time, whatever times are wanted.
+#[test]
+fn derivatives_of_adaptive_steps_are_right_at_every_tolerance() {
+    for name in ["impact-absorber", "nonlinear-absorber", "pendulum-chain", "vehicle-suspension"] {
+        let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let file = std::fs::read_to_string(path).unwrap();
+        for tolerance in ["1e-5", "1e-8"] {
+            let lines = file.lines().map(|line| match line.starts_with("tolerance") {
+                true => format!("tolerance = {tolerance}\n"),
+                false => format!("{line}\n"),
+            });
+            let problem = problem(&lines.collect::<String>()).unwrap();
+            let b: Vec<f64> = problem.start().iter().map(|b| 1.037 * b).collect();
+            let checked = problem.check_sensitivities(&b, 3).unwrap();
+            let of_design = checked.derivatives.iter().map(|d| (d.computed[0] - d.computed[1]).abs());
+            // Close to the limit of stability the differences of the energy of the pendulums are inaccurate, and say so.
+            assert_eq!(checked.count(GradientStatus::Wrong), 0, "{name} at {tolerance}");
+            assert!(checked.count(GradientStatus::Unclear) <= 2, "{name} at {tolerance}");
+            assert!(of_design.fold(0.0, f64::max) < 1e-9, "{name} at {tolerance}: direct and adjoint differ");
+        }
+    }
+    let implicit = text("kind = \"dynamics\"\ntolerance = 1e-5\n", "automatic");
+    let problem = problem(&implicit).unwrap();
+    problem.check_sensitivities(&problem.start(), 4).unwrap().expect_right();
 }

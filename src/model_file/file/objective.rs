@@ -343,6 +343,10 @@ impl Analysis for RememberedStart {
         if b == self.design { Ok(self.responses.clone()) } else { self.analysis.analyze(b) }
     }
 
+    fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        self.analysis.analyze_around(b, designs)
+    }
+
     fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
         self.analysis.warnings(b, responses)
     }

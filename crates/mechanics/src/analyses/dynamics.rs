@@ -11,7 +11,7 @@ use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
 use crate::integrators::explicit::{Explicit, OdeDriver};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
-use crate::mechanism::element::Role;
+use crate::mechanism::element::{ElementDescriptor, Family, Role};
 use crate::system::state::State;
 
 pub use crate::integrators::settings::{
@@ -78,6 +78,46 @@ pub fn simulate_recorded(
     let mut recording = Recording::of(&stepper, memory);
     let outcome = record_outputs(mechanism, stepper, times, Some(&mut recording.store))?;
     Ok((finished(outcome, settings), recording))
+}
+
+/// Lengths in s of the steps by which [`simulate`] advances `mechanism` to the last of `times`.
+///
+/// # Errors
+///
+/// As [`simulate`].
+pub fn implicit_step_lengths(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<Vec<f64>> {
+    let mut stepper = TimeStepper::new(mechanism, settings, times)?;
+    let mut lengths = Vec::new();
+    for &t in times {
+        while stepper.is_before(t) {
+            lengths.push(stepper.advance()?);
+        }
+    }
+    Ok(lengths)
+}
+
+/// Simulates as [`simulate`], by steps of the given `lengths` (s) instead of those of the settings.
+///
+/// The derivatives of a motion by adaptive steps are those of its steps. This is the function that they differentiate, for a
+/// neighbouring design. The steps do not end at events.
+///
+/// # Errors
+///
+/// As [`simulate`].
+pub fn simulate_by_given_steps(
+    mechanism: &Mechanism<f64>,
+    settings: &Dynamics,
+    lengths: &[f64],
+    times: &[f64],
+) -> Result<History> {
+    let stepper = TimeStepper::new(mechanism, settings, times)?.with_given_steps(lengths);
+    Ok(finished(record_outputs(mechanism, stepper, times, None)?, settings))
+}
+
+/// Returns whether the mechanism has a contact, near which steps may depend on the motion.
+pub fn has_contacts(mechanism: &Mechanism<f64>) -> bool {
+    let is_contact = |descriptor: &ElementDescriptor| descriptor.family == Family::Contact;
+    mechanism.has_events() || mechanism.elements.iter().any(|e| e.element.descriptor().is_some_and(is_contact))
 }
 
 /// The history of a simulation by implicit steps with its events.

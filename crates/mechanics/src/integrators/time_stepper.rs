@@ -23,6 +23,8 @@ pub struct TimeStepper<'m> {
     /// True if the current step ends at a time of the grid of fixed steps.
     pub(crate) is_on_grid: bool,
     settings: Dynamics,
+    /// Lengths of the first steps in s, if they are given.
+    given: Vec<f64>,
     end: f64,
     /// Length of the next trial step in s.
     pub(crate) next: f64,
@@ -71,6 +73,7 @@ impl<'m> TimeStepper<'m> {
             locator,
             is_on_grid: false,
             settings: *settings,
+            given: Vec::new(),
             end,
             next,
             length: 0.0,
@@ -78,6 +81,11 @@ impl<'m> TimeStepper<'m> {
             grid_steps: 0,
             failed_steps: 0,
         })
+    }
+
+    /// Takes the first steps with these `lengths` (s), instead of those of the settings; events do not end them.
+    pub(crate) fn with_given_steps(self, lengths: &[f64]) -> Self {
+        Self { given: lengths.to_vec(), ..self }
     }
 
     /// Takes steps until the current one ends at or after `t` (s).
@@ -103,9 +111,13 @@ impl<'m> TimeStepper<'m> {
             return Err(too_many_steps(self.integrator.step.new.t));
         }
         self.steps += 1;
-        self.length = match self.settings.step {
-            StepSize::Fixed(h) => self.advance_fixed(h)?,
-            StepSize::Adaptive { tolerance, longest, .. } => self.advance_adaptive(tolerance, longest)?,
+        self.length = match (self.given.get(self.steps - 1), self.settings.step) {
+            (Some(&h), _) => {
+                self.integrator.solve(h)?;
+                h
+            }
+            (None, StepSize::Fixed(h)) => self.advance_fixed(h)?,
+            (None, StepSize::Adaptive { tolerance, longest, .. }) => self.advance_adaptive(tolerance, longest)?,
         };
         Ok(self.length)
     }

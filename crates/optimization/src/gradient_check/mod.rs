@@ -100,7 +100,7 @@ pub fn check(
     Error::check_length("sizes of the design variables", b.len(), scales.len())?;
     let (here, again) = (analysis.analyze(b)?, analysis.analyze(b)?);
     let (names, derivatives): (Vec<_>, Vec<_>) = by_methods(methods, b, &here, wanted)?.into_iter().unzip();
-    let samples = DifferenceSamples::along_all(analysis, b, scales);
+    let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, scales);
     let mut checked = Vec::with_capacity(wanted.len() * b.len());
     for (row, &at) in wanted.iter().enumerate() {
         let (first, value) = (checked.len(), here.at(at));

@@ -1,7 +1,8 @@
 //! Responses at designs on both sides of a design, as samples for finite differences.
 
-use crate::problem::{Analysis, ResponseAt, Responses};
+use crate::problem::{ResponseAt, Responses};
 use autodiff::differences::StepValues;
+use error::Result;
 
 /// Steps of extrapolated differences for each variable.
 const STEPS: usize = 11;
@@ -13,10 +14,14 @@ const FIRST: f64 = 1e-2;
 pub struct DifferenceSamples(Vec<(f64, [Responses; 2])>);
 
 impl DifferenceSamples {
-    /// Analyses designs around `b` along every variable by [`Analysis::analyze_many`]; `scales` are the sizes of the variables.
+    /// Analyses designs around `b` along every variable by `analyze`; `scales` are the sizes of the variables.
     ///
     /// Designs that cannot be analysed are omitted.
-    pub fn along_all(analysis: &dyn Analysis, b: &[f64], scales: &[f64]) -> Vec<Self> {
+    pub fn along_all(
+        analyze: impl FnOnce(&[Vec<f64>]) -> Vec<Result<Responses>>,
+        b: &[f64],
+        scales: &[f64],
+    ) -> Vec<Self> {
         let distance = |i: usize, k: usize| {
             let wanted = FIRST * scales[i] * 0.5f64.powi(k as i32);
             (b[i] + wanted) - b[i] // the distance that the sum represents
@@ -30,7 +35,7 @@ impl DifferenceSamples {
         };
         let designs: Vec<Vec<f64>> = steps.iter().flat_map(|&(i, h)| [moved(i, h), moved(i, -h)]).collect();
         let mut all: Vec<Self> = b.iter().map(|_| Self(vec![])).collect();
-        let mut analysed = analysis.analyze_many(&designs).into_iter();
+        let mut analysed = analyze(&designs).into_iter();
         for (i, h) in steps {
             if let (Some(Ok(ahead)), Some(Ok(behind))) = (analysed.next(), analysed.next()) {
                 all[i].0.push((h, [ahead, behind]));

@@ -169,8 +169,8 @@ const MARGIN: f64 = 10.0;
 /// Deviation that is ignored, relative to the largest scaled derivative of the response: rounding of terms that cancel.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Relative deviation that is always allowed. The steps of an adaptive analysis are frozen for derivatives, and differences
-/// see other steps: both differ by the discretization error.
+/// Relative deviation that is always allowed. Steps that end at contacts are frozen for derivatives, and differences see other
+/// steps: both differ by the discretization error.
 const ALLOWED: f64 = 5e-6;
 
 /// Largest error estimate that counts for the analysis' own method, the first, relative to the largest scaled derivative of

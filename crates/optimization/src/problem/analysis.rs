@@ -142,6 +142,15 @@ pub trait Analysis: Send + Sync {
         designs.par_iter().map(one).collect()
     }
 
+    /// All responses at each of many designs near the design `b`, as functions whose derivatives at `b` are
+    /// [`Analysis::sensitivities`].
+    ///
+    /// Gradient checks call it. An analysis that chooses its steps by the design, and whose derivatives are those of the chosen
+    /// steps, takes the steps of `b` at all designs. The default is [`Analysis::analyze_many`].
+    fn analyze_around(&self, _b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        self.analyze_many(designs)
+    }
+
     /// ∂r/∂b of the wanted responses: one row for each, n columns. `responses` is the result of [`Analysis::analyze`] at `b`.
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>>;
 
@@ -213,6 +222,10 @@ macro_rules! forward_analysis {
 
                 fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
                     (**self).analyze_many(designs)
+                }
+
+                fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+                    (**self).analyze_around(b, designs)
                 }
 
                 fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

@@ -54,6 +54,10 @@ impl<A: Analysis> Analysis for Differentiated<A> {
         self.analysis.analyze_many(designs)
     }
 
+    fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        self.analysis.analyze_around(b, designs)
+    }
+
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.chosen()?.sensitivities(b, responses, wanted)
     }

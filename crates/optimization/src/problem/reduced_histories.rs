@@ -124,6 +124,14 @@ impl Reduction {
         }
     }
 
+    /// Appends the functionals to the responses at each of the `designs`.
+    fn append_to_all(&self, designs: &[Vec<f64>], mut all: Vec<Result<Responses>>) -> Vec<Result<Responses>> {
+        for (b, responses) in designs.iter().zip(&mut all) {
+            responses.iter_mut().for_each(|responses| self.append(b, responses));
+        }
+        all
+    }
+
     fn is_of_analysis(&self, at: &ResponseAt) -> bool {
         at.response < self.first
     }
@@ -146,11 +154,11 @@ impl Analysis for ReducedHistories {
     }
 
     fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
-        let mut all = self.analysis.analyze_many(designs);
-        for (b, responses) in designs.iter().zip(&mut all) {
-            responses.iter_mut().for_each(|responses| self.reduction.append(b, responses));
-        }
-        all
+        self.reduction.append_to_all(designs, self.analysis.analyze_many(designs))
+    }
+
+    fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        self.reduction.append_to_all(designs, self.analysis.analyze_around(b, designs))
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

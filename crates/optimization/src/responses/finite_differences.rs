@@ -176,7 +176,7 @@ impl<A: Analysis> Differences<A> {
 
     fn noise_aware_at(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let scales: Vec<f64> = b.iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() }).collect();
-        let samples = DifferenceSamples::along_all(&self.analysis, b, &scales);
+        let samples = DifferenceSamples::along_all(|designs| self.analysis.analyze_many(designs), b, &scales);
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
         for (i, samples) in samples.iter().enumerate() {
             for (row, &at) in wanted.iter().enumerate() {

@@ -2,7 +2,10 @@
 
 use crate::problem::{Analysis, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::{Error, Result};
-use mechanics::analyses::dynamics::{Dynamics, simulate, simulate_recorded, simulate_with_recording};
+use mechanics::analyses::dynamics::{
+    Dynamics, StepSize, has_contacts, implicit_step_lengths, simulate, simulate_by_given_steps, simulate_explicitly,
+    simulate_recorded, simulate_with_recording, simulate_with_steps,
+};
 use mechanics::analyses::step_comparison::{explicit_step_warning, step_warning};
 use mechanics::checkpointing::ExplicitRecording;
 use mechanics::checkpointing::recording::Recording;
@@ -16,9 +19,10 @@ use mechanics::derivatives::history::OutputGradients;
 use mechanics::derivatives::method::{Cost, Differentiation};
 use mechanics::derivatives::second_order::{HessianPart, differentiate_recorded_twice, differentiate_twice};
 use mechanics::derivatives::semi_analytical::{self, differentiate_semi_analytically};
-use mechanics::integrators::explicit::Explicit;
+use mechanics::integrators::explicit::{Explicit, StepControl};
 use mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Time integration of a motion, with its settings.
@@ -223,7 +227,9 @@ impl<M: ParametricMechanism> Transient<M> {
                 return Ok(recorded_rows(&gradients, b.len(), wanted, places));
             }
             (Integration::Implicit(settings), _) => differentiate(model, b, settings, times)?,
-            (Integration::Explicit(settings), _) => differentiate_explicitly(model, b, settings, times)?,
+            (Integration::Explicit(settings), _) => {
+                differentiate_explicitly(model, b, &self.with_steps_of_analysis(b, settings)?, times)?
+            }
         };
         Ok(super::gradient_rows(&history, b.len(), wanted, places))
     }
@@ -278,10 +284,40 @@ impl<M: ParametricMechanism> Transient<M> {
                 differentiate_explicit_recording_backwards(model, b, settings, times, wanted, steps)?
             }
             (Integration::Explicit(settings), _) => {
-                differentiate_explicitly_backwards_within(self.memory, model, b, settings, times, wanted)?
+                let settings = self.with_steps_of_analysis(b, settings)?;
+                differentiate_explicitly_backwards_within(self.memory, model, b, &settings, times, wanted)?
             }
         };
         Ok(rows)
+    }
+}
+
+impl<M: ParametricMechanism> Transient<M> {
+    /// The settings with the steps of the whole analysis at `b`: adaptive steps up to an earlier time would be others.
+    fn with_steps_of_analysis(&self, b: &[f64], settings: &Explicit) -> Result<Explicit> {
+        if !matches!(settings.step_control, StepControl::Adaptive { .. }) {
+            return Ok(settings.clone());
+        }
+        let (_, steps) = simulate_with_steps(&self.model.build(b)?, settings, &self.times)?;
+        Ok(settings.clone().with_step_control(StepControl::Given(steps)))
+    }
+
+    /// Lengths in s of adaptive steps at the design `b`, which derivatives do not vary.
+    ///
+    /// `None` for fixed steps, and if steps end at events or, explicit ones, at contacts: then the motion determines their lengths.
+    fn adaptive_steps(&self, b: &[f64]) -> Option<Vec<f64>> {
+        let mechanism = self.model.build(b).ok()?;
+        match &self.settings {
+            Integration::Implicit(settings) => {
+                let is_adaptive = matches!(settings.step, StepSize::Adaptive { .. }) && !mechanism.has_events();
+                is_adaptive.then(|| implicit_step_lengths(&mechanism, settings, &self.times).ok())?
+            }
+            Integration::Explicit(settings) => {
+                let is_adaptive = matches!(settings.step_control, StepControl::Adaptive { .. });
+                let is_free = is_adaptive && !has_contacts(&mechanism);
+                is_free.then(|| Some(simulate_with_steps(&mechanism, settings, &self.times).ok()?.1))?
+            }
+        }
     }
 }
 
@@ -304,6 +340,22 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         };
         let trace = StoredSteps { design: b.to_vec(), steps };
         Ok(Responses { values: history.values, warnings: history.warnings, trace: Some(Arc::new(trace)) })
+    }
+
+    fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        let Some(steps) = self.adaptive_steps(b) else { return self.analyze_many(designs) };
+        let one = |design: &Vec<f64>| {
+            let mechanism = self.model.build(design)?;
+            let history = match &self.settings {
+                Integration::Implicit(settings) => simulate_by_given_steps(&mechanism, settings, &steps, &self.times)?,
+                Integration::Explicit(settings) => {
+                    let settings = settings.clone().with_step_control(StepControl::Given(steps.clone()));
+                    simulate_explicitly(&mechanism, &settings, &self.times)?
+                }
+            };
+            Ok(Responses { values: history.values, warnings: history.warnings, trace: None })
+        };
+        designs.par_iter().map(one).collect()
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
