@@ -5,6 +5,7 @@ mod series;
 #[path = "../../examples/mechanics_benchmarks/table.rs"]
 mod table;
 
+use linkwright::model_file::read;
 use table::{comparison, compute, orders, outside, references};
 
 const MODELS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/models");
@@ -40,4 +41,20 @@ fn the_benchmarks_meet_their_references_and_are_on_the_page() {
     }
     assert_on_page("table of references", &comparison(&references, &values));
     assert_on_page("table of orders", &table);
+}
+
+/// Without numerical damping the errors of the reactions change sign from step to step and grow in every singular position, until
+/// Newton's iteration fails.
+#[test]
+fn a02_without_numerical_damping_fails_with_the_remedy() {
+    let text = std::fs::read_to_string(format!("{MODELS}/benchmarks/a02.toml")).unwrap();
+    let text = text.replace("1..40", "1..2");
+    let analyze = |radius: &str| {
+        let text = text.replace("spectral_radius = 0.9", &format!("spectral_radius = {radius}"));
+        let problem = read("a02.toml", &text).unwrap_or_else(|report| panic!("{report}")).problem().unwrap();
+        problem.analyze(&problem.start())
+    };
+    let error = analyze("1.0").unwrap_err().to_string();
+    assert!(error.contains("add numerical damping, a spectral radius below 1"), "{error}");
+    assert!(analyze("0.99").is_ok());
 }

@@ -36,10 +36,11 @@ impl EnergyDrift {
     /// A sentence about a loss that is worth a warning: how much, when, and what to do.
     pub fn warning(&self) -> Option<String> {
         let from = self.notable_from?;
-        let (verb, percent) = (if self.largest < 0.0 { "loses" } else { "gains" }, 100.0 * self.relative().abs());
+        let (verb, damping) = if self.largest < 0.0 { ("loses", "less") } else { ("gains", "more") };
+        let percent = 100.0 * self.relative().abs();
         Some(format!(
             "the motion {verb} {:.3e} J, {percent:.2} % of its largest kinetic energy, although nothing in the mechanism does \
-             work or dissipates: more than {:.0} % from t = {from:.6e} s on. Take shorter steps or a smaller tolerance, or less \
+             work or dissipates: more than {:.0} % from t = {from:.6e} s on. Take shorter steps or a smaller tolerance, or {damping} \
              numerical damping; if the change is sudden, the mechanism passes a singular position there.",
             self.largest.abs(),
             100.0 * NOTABLE,

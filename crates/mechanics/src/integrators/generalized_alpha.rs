@@ -57,6 +57,17 @@ impl GeneralizedAlpha {
         Self { alpha_m, alpha_f, beta: (1.0 + shift).powi(2) / 4.0, gamma: 0.5 + shift }
     }
 
+    /// True if the spectral radius at infinite frequency is 1.
+    ///
+    /// Errors of the reactions of joints then change sign from step to step and do not decay. Singular positions amplify them.
+    ///
+    /// # Sources
+    ///
+    /// Cardona & Géradin, *Comput. Struct.* 33 (1989) 801–820.
+    pub fn is_undamped(&self) -> bool {
+        self.gamma <= 0.5
+    }
+
     /// Derivative of the new auxiliary acceleration with respect to the new acceleration.
     pub(crate) fn ratio(&self) -> f64 {
         (1.0 - self.alpha_f) / (1.0 - self.alpha_m)
@@ -368,6 +379,13 @@ impl<'m> Integrator<'m> {
         self.system.assemble(self.mechanism, &self.step.new, linearization, &mut self.rows);
         let what = diagnostics::dominant_residual(&self.system, self.mechanism, &self.step.new, &self.rows);
         let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
-        Error::analysis(what, why, "take a smaller step, or a stiffer or heavier design")
+        let remedy = match self.scheme.is_undamped() && !self.step.new.l.is_empty() {
+            true => {
+                "add numerical damping, a spectral radius below 1: without it, errors of the reactions of joints change sign \
+                 from step to step and do not decay"
+            }
+            false => "take a smaller step, or a stiffer or heavier design",
+        };
+        Error::analysis(what, why, remedy)
     }
 }
