@@ -6,7 +6,7 @@ use linkwright::mechanics::motion::Fixed;
 use linkwright::model_file::{read, tables};
 use linkwright::problem::{Problem, ResponseAt};
 
-const BASE: &str = r#"
+pub(crate) const BASE: &str = r#"
 version = 2
 gravity = [0, -9.81]
 [design.p]
@@ -47,7 +47,7 @@ const FUNCTIONS: &[&str] = &[
 ];
 
 /// A force that observes both bodies, for elements with a function of state.
-struct Observed;
+pub(crate) struct Observed;
 
 impl StateFunction for Observed {
     fn generalized_force<T: Scalar>(&self, _p: &[T], _t: T, q: &[T], _v: &[T]) -> T {
@@ -56,7 +56,7 @@ impl StateFunction for Observed {
 }
 
 /// An element between the bodies of the base with all inputs at their typical values, each parameter a design variable.
-fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
+pub(crate) fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
     let (mut variables, mut keys) = (String::new(), String::new());
     let mut points = ["{ body = 'one', at = ['p/3', 0.1] }", "{ body = 'two', at = [-0.2, '-p/15'] }"].into_iter();
     let mut coordinates = ["'one.theta'", "'two.theta'", "'ground.theta'"].into_iter();

@@ -3,6 +3,7 @@
 mod any_text;
 #[cfg(feature = "cli")]
 mod browser;
+mod combinations;
 mod commands;
 mod derivatives;
 #[cfg(feature = "app")]

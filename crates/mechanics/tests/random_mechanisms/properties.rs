@@ -174,10 +174,15 @@ const FLOOR: f64 = 0.1;
 /// Fraction of the largest derivative of all outputs that is lost to rounding in stiff mechanisms.
 const LOST: f64 = 1e-6;
 
+/// Fraction of the largest second derivative of all outputs that is lost to rounding, divided by the tolerance. In mechanism 2812 the
+/// largest is 9e9 1/s², and a second derivative of zero varies from −2 to −5 1/s² if the design changes by 1e-13.
+const LOST_TWICE: f64 = 1e-4;
+
 /// The differences of the residual lose digits where large terms cancel, see docs/sensitivities.md.
 const SEMI: f64 = 2e-3;
 
-/// Stages of fixed steps enter a contact, whose stiffness has a vertical tangent there: differences are inaccurate.
+/// Stages of fixed steps enter a contact, whose stiffness has a vertical tangent there: differences are inaccurate, those of
+/// whole analyses and those of the residual.
 const KINKED: f64 = 2e-2;
 
 fn implicit(h: f64, scheme: GeneralizedAlpha) -> Dynamics {
@@ -256,7 +261,8 @@ fn check_implicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mu
         let mut methods = vec![("direct", EXACT, rows_of(&direct)), ("adjoint", EXACT, rows_of_matrix(&adjoint))];
         // Where the differences of stiff residuals diverge, an error says so.
         if let Ok(semi) = differentiate_semi_analytically(model, b, &settings, &TIMES, STEP) {
-            methods.push(("semi-analytical", SEMI, rows_of(&semi)));
+            let tolerance = if model.class == Class::Contact { KINKED } else { SEMI };
+            methods.push(("semi-analytical", tolerance, rows_of(&semi)));
         } else {
             findings.unclear += 1;
         }
@@ -304,7 +310,7 @@ fn check_second(
     let (n, points) = (b.len(), twice.times.len());
     let scaled = all.iter().enumerate().map(|(i, entry)| (entry.value * b[i % n].abs().max(1e-2)).abs());
     let tolerance = if label.starts_with("Flexible") { 1e-4 } else { 1e-5 };
-    let floor = FLOOR.max(LOST * scaled.fold(0.0, f64::max));
+    let floor = FLOOR.max(LOST_TWICE * scaled.fold(0.0, f64::max));
     for output in 0..twice.names.len() {
         let entries = (0..points).flat_map(|p| (0..n).map(move |k| (p, k)));
         let at = |p: usize, k: usize| (output * points + p) * n + k;
@@ -320,8 +326,8 @@ fn check_second(
             let exact = twice.second_derivatives(output, p)[k];
             if !((exact - difference.value).abs() <= 20.0 * difference.error + tolerance * unit) {
                 findings.wrong.push(format!(
-                    "{label}: second derivative of output {output} at point {p} by variable {k} is {exact:.9e}, differences {:.9e} ± {:.1e}, unit {unit:.2e}",
-                    difference.value, difference.error
+                    "{label}: second derivative of output {output} ({}) at point {p} by variable {k} is {exact:.9e}, differences {:.9e} ± {:.1e}, unit {unit:.2e}",
+                    twice.names[output], difference.value, difference.error
                 ));
             }
         }
