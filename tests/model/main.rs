@@ -10,6 +10,7 @@ mod devtools;
 mod diagnostics;
 mod documentation;
 mod edits;
+mod events;
 mod everyday;
 mod expressions;
 mod folders;

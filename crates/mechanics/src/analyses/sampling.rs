@@ -3,7 +3,8 @@
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{MeasuredQuantity, Mechanism};
-use crate::system::state::{State, evaluate, gather};
+use crate::events::held_outputs::HeldOutputs;
+use crate::system::state::{State, evaluate, gather, measure};
 use crate::{Result, diagnostics};
 use autodiff::Scalar;
 use std::ops::Mul;
@@ -175,10 +176,8 @@ impl<T: StateScalar> Sampler<T> {
         self.measured.fill(T::from(0.0));
         for &(index, first) in &self.elements {
             let instance = &mechanism.elements[index];
-            gather(instance, state, &mut self.workspace);
-            let local = ElementState { p: &instance.parameters, ..self.workspace.local(state.t) };
             let count = instance.element.measures().len();
-            T::measure(instance.element.as_ref(), &local, &mut self.measured[first..first + count]);
+            measure(instance, state, &mut self.workspace, &mut self.measured[first..first + count]);
         }
     }
 }
@@ -204,7 +203,20 @@ impl OutputRecorder {
     ///
     /// [`Error::Analysis`](crate::Error::Analysis) if a prescribed motion or an output is not finite.
     pub fn record(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+        self.record_held(mechanism, state, None)
+    }
+
+    /// [`Self::record`] with the outputs that are `held` since an event.
+    pub fn record_held(
+        &mut self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        held: Option<&HeldOutputs<f64>>,
+    ) -> Result<()> {
         self.sampler.outputs(mechanism, state, &mut self.outputs);
+        if let Some(held) = held {
+            held.replace(&mut self.outputs);
+        }
         diagnostics::check(mechanism, state, &self.outputs)?;
         self.series.iter_mut().zip(&self.outputs).for_each(|(series, &value)| series.push(value));
         Ok(())
@@ -244,7 +256,7 @@ pub(crate) fn energy_in<T: StateScalar>(
     workspace: &mut ElementWorkspace<T>,
 ) -> [T; 2] {
     let mut total = [T::from(0.0); 2];
-    for instance in &mechanism.elements {
+    for instance in mechanism.elements.iter().filter(|instance| state.modes.is_active(instance)) {
         gather(instance, state, workspace);
         let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
         let energy = T::energy(instance.element.as_ref(), &local);
