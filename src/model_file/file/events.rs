@@ -96,7 +96,9 @@ fn event(section: &Section<'_>, names: &Names, parts: &Parts, elements: &[Elemen
 fn check_condition(tree: &Tree, condition: &MeasuredFormula, parts: &Parts) -> Read<()> {
     if condition.measures.is_empty() && !condition.expression.uses_time() {
         let message = "this condition does not change during the motion";
-        return Err(Diagnostic::new(tree.span.clone(), message).help("compare a measure or `time`, as in \"stone.y < 0\""));
+        return Err(
+            Diagnostic::new(tree.span.clone(), message).help("compare a measure or `time`, as in \"stone.y < 0\"")
+        );
     }
     let is_other = |measure: &MeasureRef| match measure {
         MeasureRef::KineticEnergy | MeasureRef::PotentialEnergy => true,
@@ -136,7 +138,9 @@ fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec])
             let kind = elements[k].kind.descriptor.kind;
             let message = format!("`{}` is of kind `{kind}` and cannot be {verb}", word.text);
             let help = match (change, elements[k].kind.descriptor.family) {
-                (Change::Release, Family::Drive) => "take a driver of kind `relative` against the ground, which can let go",
+                (Change::Release, Family::Drive) => {
+                    "take a driver of kind `relative` against the ground, which can let go"
+                }
                 (Change::Release, _) => "forces have `switch_on` and `switch_off`",
                 (_, Family::Joint | Family::Drive) => "a joint lets go by `release`; it cannot close again",
                 _ => "take a compliant contact, with stiffness and damping",

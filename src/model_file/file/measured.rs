@@ -43,13 +43,8 @@ impl MeasuredFormula {
         };
         let suggestions = || parts.map(measures::suggestions).unwrap_or_default();
         let other_units = |text: &str| measures::unit(&measures::find(text, parts?)?, parts?);
-        let scope = Scope {
-            place,
-            others: &others,
-            suggestions: &suggestions,
-            other_units: &other_units,
-            ..Scope::MOTION
-        };
+        let scope =
+            Scope { place, others: &others, suggestions: &suggestions, other_units: &other_units, ..Scope::MOTION };
         let known = names.dimension(&tree, &scope)?;
         let expression = names.compile(&finish(tree, known)?, &scope)?;
         Ok(Self { expression, measures: found.into_inner() })

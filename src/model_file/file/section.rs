@@ -164,7 +164,8 @@ impl<'a> Section<'a> {
     /// The names of a key: one text, or a list of them.
     pub fn names(&self, key: &str) -> Read<Vec<Word>> {
         let Some(value) = self.get(key) else { return Ok(vec![]) };
-        let word = |value: &Value<'_>| -> Read<Word> { Ok(Word { text: text(value, key)?.to_owned(), span: value.span() }) };
+        let word =
+            |value: &Value<'_>| -> Read<Word> { Ok(Word { text: text(value, key)?.to_owned(), span: value.span() }) };
         match value.get_ref().as_array() {
             Some(list) => list.iter().map(word).collect(),
             None => Ok(vec![word(value)?]),

@@ -1,9 +1,9 @@
 //! States between steps, and named outputs of a state.
 
 use crate::elements::element::{ElementState, ElementWorkspace};
+use crate::events::held_outputs::HeldOutputs;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{MeasuredQuantity, Mechanism};
-use crate::events::held_outputs::HeldOutputs;
 use crate::system::state::{State, evaluate, gather, measure};
 use crate::{Result, diagnostics};
 use autodiff::Scalar;
@@ -27,6 +27,7 @@ pub fn interpolate<T: StateScalar>(old: &State<T>, new: &State<T>, t: f64, at: &
         blend(old, new, &Weights::inside(ends, t), at);
     }
     at.t = T::from(t);
+    at.modes.copy_from(&new.modes);
 }
 
 /// Writes the weighted sum of two states to `at`.

@@ -29,9 +29,10 @@ pub enum Action {
 
 /// Condition and effects of an event.
 pub(crate) struct When<S> {
-    /// Function g whose rise through zero is the event: its quantities and, unless it is their sum, its formula.
+    /// Quantities of the function g whose rise through zero is the event.
     terms: Vec<Term<S>>,
-    formula: Option<Arc<dyn AnyFormula>>,
+    /// The function g of these quantities and of the time.
+    formula: Arc<dyn AnyFormula>,
     /// Elements of the quantities, by their number in the mechanism.
     measured: Vec<(usize, ElementInstance<S>)>,
     /// Switches of elements, and whether the element is active after the event.
@@ -51,8 +52,9 @@ pub(crate) struct When<S> {
 ///
 /// Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems* (2004), Section 7.3.
 impl<S: Scalar> Mechanism<S> {
-    /// Adds an event: the `formula` of the `terms` becomes positive. An element has its first change of state as the effect
-    /// of an event: until then it is inactive if this change is [`Action::Activate`].
+    /// Adds an event: the `formula` of the `terms` becomes positive.
+    ///
+    /// An element is inactive at the start if the first action on it, in the order of the events, is [`Action::Activate`].
     ///
     /// # Errors
     ///
@@ -86,7 +88,7 @@ impl<S: Scalar> Mechanism<S> {
             }
         }
         let is_terminal = actions.contains(&Action::Terminate);
-        let formula: Option<Arc<dyn AnyFormula>> = Some(Arc::new(formula));
+        let formula: Arc<dyn AnyFormula> = Arc::new(formula);
         let when = When { terms: terms.to_vec(), formula, measured, changes, is_terminal };
         let gap = ElementInstance::new(name, Arc::new(NoGap), &[], &[], 0);
         self.events.push(EventElement { gap, restitution: None, when: Some(when) });
@@ -129,10 +131,7 @@ impl<T: StateScalar> When<T> {
             measures[number] * term.weight
         };
         let terms: Vec<T> = self.terms.iter().map(quantity).collect();
-        match &self.formula {
-            Some(formula) => T::formula(formula.as_ref(), state.t, &terms),
-            None => terms.iter().copied().sum(),
-        }
+        T::formula(self.formula.as_ref(), state.t, &terms)
     }
 
     /// Rate of the function in 1/s with the velocities `v`, by a central difference. Multipliers are constant in it.

@@ -367,7 +367,12 @@ impl<S: Scalar> Mechanism<S> {
     /// Adds a named output: a formula of time and of weighted quantities.
     pub fn output_formula(&mut self, name: impl Into<String>, formula: impl Formula, terms: &[Term<S>]) {
         let formula: Arc<dyn AnyFormula> = Arc::new(formula);
-        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: Some(formula), held_from: None });
+        self.outputs.push(OutputData {
+            name: name.into(),
+            terms: terms.to_vec(),
+            formula: Some(formula),
+            held_from: None,
+        });
     }
 
     /// Returns whether `other` has the same coordinates, elements and outputs, connected in the same way.

@@ -99,7 +99,10 @@ pub(crate) fn measure<T: StateScalar>(
     let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
     T::measure(instance.element.as_ref(), &local, out);
     if !state.modes.is_active(instance) {
-        let loads = out.iter_mut().zip(instance.element.measures()).filter(|(_, m)| m.unit.split(" or ").any(|unit| LOADS.contains(&unit)));
+        let loads = out
+            .iter_mut()
+            .zip(instance.element.measures())
+            .filter(|(_, m)| m.unit.split(" or ").any(|unit| LOADS.contains(&unit)));
         loads.for_each(|(value, _)| *value = T::from(0.0));
     }
 }

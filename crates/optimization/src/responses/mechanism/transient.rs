@@ -279,9 +279,7 @@ impl<M: ParametricMechanism> Transient<M> {
         let values: Vec<Vec<f64>> = responses.values.iter().enumerate().map(series).collect();
         match &self.settings {
             Integration::Implicit(settings) => step_warning(&mechanism, settings, &self.times, &values),
-            Integration::Explicit(settings) => {
-                explicit_step_warning(&mechanism, settings, &self.times, &values)
-            }
+            Integration::Explicit(settings) => explicit_step_warning(&mechanism, settings, &self.times, &values),
         }
     }
 
