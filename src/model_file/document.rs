@@ -166,9 +166,12 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
         Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
         Accepts::Numbers => json!({ "$ref": "#/$defs/numbers" }),
         Accepts::Texts => json!({ "type": "array", "items": { "type": "string" } }),
+        Accepts::Names => {
+            json!({ "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }] })
+        }
         Accepts::Count => json!({ "type": "integer", "minimum": 0 }),
         Accepts::Flag => json!({ "type": "boolean" }),
-        Accepts::Text | Accepts::Name | Accepts::Coordinate => json!({ "type": "string" }),
+        Accepts::Text | Accepts::Name | Accepts::Coordinate | Accepts::Condition => json!({ "type": "string" }),
         Accepts::Marker => json!({ "type": ["string", "object"] }),
         Accepts::Motion => json!({ "anyOf": [number(), { "$ref": "#/$defs/motion" }] }),
         Accepts::Intermediate => json!({ "type": ["number", "string", "object"] }),

@@ -8,6 +8,7 @@ mod beams;
 mod derivatives;
 mod drift;
 mod elements;
+mod events;
 mod explicit;
 mod failures;
 mod four_bar;

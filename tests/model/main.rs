@@ -11,6 +11,7 @@ mod devtools;
 mod diagnostics;
 mod documentation;
 mod edits;
+mod events;
 mod everyday;
 mod expressions;
 mod folders;

@@ -46,6 +46,22 @@ impl Tree {
     /// # Errors
     /// If the text is not an expression, too long or too deeply nested.
     pub fn parse(text: &str, place: TextPlace) -> Result<Self, Diagnostic> {
+        Self::parse_by(text, place, |parser| parser.operand(0, 0))
+    }
+
+    /// Parses a comparison such as `a > b`: the difference that is positive where it holds.
+    ///
+    /// # Errors
+    /// As [`Tree::parse`].
+    pub fn parse_condition(text: &str, place: TextPlace) -> Result<Self, Diagnostic> {
+        Self::parse_by(text, place, |parser| Ok(parser.comparison(0)?.0))
+    }
+
+    fn parse_by(
+        text: &str,
+        place: TextPlace,
+        parse: impl FnOnce(&mut Parser<'_>) -> Result<Self, Diagnostic>,
+    ) -> Result<Self, Diagnostic> {
         if text.len() > limits::EXPRESSION {
             let message = format!("an expression of {} characters is too long", text.len());
             let help = format!("at most {} characters; define parts of it in [expressions]", limits::EXPRESSION);
@@ -53,7 +69,7 @@ impl Tree {
         }
         let tokens = tokens(text, &place)?;
         let mut parser = Parser { tokens: &tokens, at: 0 };
-        let tree = parser.operand(0, 0)?;
+        let tree = parse(&mut parser)?;
         match parser.peek() {
             Token { piece: Piece::End, .. } => Ok(tree),
             token => Err(parser.no_unit(token).unwrap_or_else(|| unexpected(token, "an operator or the end"))),
@@ -140,8 +156,8 @@ impl<'t> Parser<'t> {
         }
     }
 
-    /// `if(a > b, x, y)`, after its name.
-    fn choice(&mut self, start: usize, depth: usize) -> Result<Tree, Diagnostic> {
+    /// `a > b`: the difference that is positive where it holds, and whether it holds where they are equal.
+    fn comparison(&mut self, depth: usize) -> Result<(Tree, bool), Diagnostic> {
         let left = self.operand(0, depth + 1)?;
         let token = self.next();
         let (is_less, with_equal) = match token.piece {
@@ -151,7 +167,12 @@ impl<'t> Parser<'t> {
         let right = self.operand(0, depth + 1)?;
         let span = left.span.start..right.span.end.max(left.span.end);
         let both = if is_less { [right, left] } else { [left, right] };
-        let difference = Tree { node: Node::Binary(Operator::Subtract, Box::new(both)), span };
+        Ok((Tree { node: Node::Binary(Operator::Subtract, Box::new(both)), span }, with_equal))
+    }
+
+    /// `if(a > b, x, y)`, after its name.
+    fn choice(&mut self, start: usize, depth: usize) -> Result<Tree, Diagnostic> {
+        let (difference, with_equal) = self.comparison(depth)?;
         self.take(',', "`,`")?;
         let yes = self.operand(0, depth + 1)?;
         self.take(',', "`,`")?;
@@ -223,7 +244,7 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
         Piece::Number(value, _) => format!("the number {}", Readable(*value)),
         Piece::Name(name) => format!("the name `{name}`"),
         Piece::Sign(sign) => format!("`{sign}`"),
-        Piece::Compare(..) => "a comparison, which stands in `if(a > b, x, y)` only".to_owned(),
+        Piece::Compare(..) => "a comparison, which stands in `if(a > b, x, y)` and in `when` only".to_owned(),
         Piece::End => "the end of the expression".to_owned(),
     };
     Diagnostic::new(token.span.clone(), format!("expected {wanted}, got {got}")).label(format!("expected {wanted}"))

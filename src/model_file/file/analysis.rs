@@ -1,7 +1,7 @@
 //! `[time]` and `[analysis]`: time points and the analysis of the mechanism.
 
 use super::key::{Accepts, Key, TableKeys, default, optional, required};
-use super::mechanism::MechanismTemplate;
+use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::section::{Read, Section};
 use crate::Readable;
 use crate::Result;
@@ -169,7 +169,7 @@ enum AnalysisKind {
 }
 
 /// Reads `[analysis]`.
-pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usize) -> Read<Settings> {
+pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, mechanism: &MechanismSpec) -> Read<Settings> {
     let Some(value) = file.get("analysis") else {
         let help = "for instance [analysis] with kind = \"dynamics\" and step = 1e-3";
         return Err(file.error_at("analysis", "a mechanism needs [analysis]").help(help));
@@ -182,12 +182,34 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usi
     let section = Section::open(value, "[analysis]", &[KEYS, kind.1], file.source())?;
     let start = if kind.0 == 0 { section.number("start", names)?.unwrap_or(0.0) } else { grid.points[0] };
     let kind = match kind.0 {
-        0 => AnalysisKind::Dynamics(dynamics(&section, names, grid, coordinates)?),
+        0 => AnalysisKind::Dynamics(dynamics(&section, names, grid, mechanism.coordinates())?),
         1 => AnalysisKind::Kinematics,
         _ => AnalysisKind::Statics,
     };
     let derivatives = derivatives(&section, names, &kind)?;
+    if !mechanism.events.is_empty() {
+        check_events(&section, &kind, derivatives)?;
+    }
     Ok(Settings { kind, derivatives, start })
+}
+
+/// Checks that the analysis of a mechanism with events has them, and the derivatives through them.
+fn check_events(section: &Section<'_>, kind: &AnalysisKind, derivatives: DerivativeSetting) -> Read<()> {
+    let (key, message, help) = match (kind, derivatives) {
+        (AnalysisKind::Kinematics | AnalysisKind::Statics, _) => {
+            ("kind", "events belong to a motion over time", "use kind = \"dynamics\"")
+        }
+        (AnalysisKind::Dynamics(Integration::Explicit(_)), _) => {
+            ("scheme", "explicit schemes know no events", "use scheme = \"generalized-alpha\" or \"hht\"")
+        }
+        (_, DerivativeSetting::By("adjoint" | "semi-analytical", _)) => (
+            "derivatives",
+            "these derivatives do not pass through events",
+            "use derivatives = \"direct\", which are exact through events, or \"automatic\", which chooses them",
+        ),
+        _ => return Ok(()),
+    };
+    Err(section.error_at(key, message).help(help))
 }
 
 fn difference(section: &Section<'_>, names: &Names) -> Read<Option<f64>> {
@@ -336,7 +358,10 @@ impl Settings {
         let analysis: Box<dyn Analysis> = match &self.kind {
             AnalysisKind::Kinematics => Box::new(KinematicResponses::new(model, Assembly::default(), times)?),
             AnalysisKind::Statics => Box::new(StaticResponses::new(model, Statics::default(), times)?),
-            AnalysisKind::Dynamics(integration) => Box::new(Transient::new(model, integration.clone(), times)?),
+            AnalysisKind::Dynamics(integration) => {
+                let numbers = model.numbers();
+                Box::new(Transient::new(model, integration.clone(), times)?.with_numbers(numbers))
+            }
         };
         let responses = analysis.analyze(b)?;
         let warnings = analysis.warnings(b, &responses);
@@ -353,7 +378,9 @@ impl Settings {
                 self.derivatives.build(parts, StaticResponses::new(model, Statics::default(), times)?)
             }
             AnalysisKind::Dynamics(integration) => {
-                self.derivatives.build(parts, Transient::new(model, integration.clone(), times)?)
+                let numbers = model.numbers();
+                let analysis = Transient::new(model, integration.clone(), times)?.with_numbers(numbers);
+                self.derivatives.build(parts, analysis)
             }
         }
     }

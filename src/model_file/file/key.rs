@@ -27,6 +27,10 @@ pub enum Accepts {
     Text,
     /// Several texts.
     Texts,
+    /// A comparison of expressions of time and motion.
+    Condition,
+    /// A name, or several names.
+    Names,
     /// A name.
     Name,
     /// The name of a body, beam node or point, or a table with `body` and `at`.
@@ -133,6 +137,8 @@ impl Accepts {
             Self::Flag => "true or false",
             Self::Text => "text",
             Self::Texts => "list of texts",
+            Self::Condition => "comparison",
+            Self::Names => "name, or a list of names",
             Self::Name => "name",
             Self::Marker => "point",
             Self::Coordinate => "coordinate",

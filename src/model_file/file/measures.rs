@@ -80,7 +80,7 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
                 };
                 [node("first"), node("last")].concat()
             }
-            None => vec![],
+            Some(NamedPart::Event(_)) | None => vec![],
         }
     };
     parts.order.iter().flat_map(of).chain(["kinetic_energy".into(), "potential_energy".into()]).collect()

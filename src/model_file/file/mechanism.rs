@@ -3,6 +3,7 @@
 use super::beams::{self, BeamSpec};
 use super::bodies::{self, BodySpec};
 use super::elements::{self, ElementSpec};
+use super::events::{self, EventSpec};
 use super::measures::Sensors;
 use super::outputs::OutputSpec;
 use super::parts::{BuildContext, Parts};
@@ -29,6 +30,7 @@ pub struct MechanismSpec {
     pub bodies: Vec<BodySpec>,
     pub beams: Vec<BeamSpec>,
     pub elements: Vec<ElementSpec>,
+    pub events: Vec<EventSpec>,
     pub parts: Parts,
 }
 
@@ -39,11 +41,12 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let beams = beams::read(file, names, &mut parts)?;
     bodies::read_points(file, names, &mut parts)?;
     let elements = elements::read(file, names, &mut parts)?;
+    let events = events::read(file, names, &mut parts, &elements)?;
     let gravity = file.pair("gravity", names, &Scope::DESIGN)?;
     if !(bodies.is_empty() && beams.is_empty()) {
-        return Ok(Some(MechanismSpec { gravity, start: 0.0, bodies, beams, elements, parts }));
+        return Ok(Some(MechanismSpec { gravity, start: 0.0, bodies, beams, elements, events, parts }));
     }
-    match ["joint", "driver", "force", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
+    match ["joint", "driver", "force", "event", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
         Some(key) => Err(file.error_at(key, format!("`{key}` without any body or beam")).help("add a [[body]] first")),
         None => Ok(None),
     }
@@ -61,6 +64,11 @@ impl MechanismTemplate {
     pub fn new(spec: &Arc<MechanismSpec>, outputs: &Arc<Vec<OutputSpec>>) -> Self {
         Self { spec: spec.clone(), outputs: outputs.clone() }
     }
+
+    /// For each output, true if it is a number: its value at an event.
+    pub fn numbers(&self) -> Vec<bool> {
+        self.outputs.iter().map(|output| !output.is_transient).collect()
+    }
 }
 
 impl ParametricMechanism for MechanismTemplate {
@@ -73,11 +81,15 @@ impl ParametricMechanism for MechanismTemplate {
             sliders: vec![],
             beams: vec![],
             elements: vec![],
+            events: vec![],
         };
         spec.bodies.iter().for_each(|body| body.build(&mut context, b, spec.start));
         spec.beams.iter().for_each(|beam| beam.build(&mut context, b));
         spec.elements.iter().for_each(|part| part.build(&mut context, b));
         let mut sensors = Sensors::new(&spec.parts.points);
+        for event in &spec.events {
+            event.build(&mut sensors, &mut context, b)?;
+        }
         for output in self.outputs.iter() {
             output.build(&mut sensors, &mut context, b)?;
         }

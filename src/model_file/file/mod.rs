@@ -7,7 +7,8 @@
 //! | `naming` | design variables, constants, named expressions |
 //! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
 //! | `mechanism` | the mechanism as a pure function of the design |
-//! | `measures`, `outputs` | measured quantities, and outputs as formulas of them |
+//! | `measures`, `measured`, `outputs` | measured quantities, formulas of them, and outputs |
+//! | `events` | events by a condition |
 //! | `analysis`, `program` | time points and analysis; analysis by another program |
 //! | `quantity`, `objective`, `constraints` | objective and constraints as formulas of outputs |
 //! | `method` | the optimization method |
@@ -21,8 +22,10 @@ mod constraints;
 mod drawing;
 mod element_kinds;
 mod elements;
+mod events;
 mod feedback;
 mod key;
+mod measured;
 mod measures;
 mod mechanism;
 mod method;
@@ -89,6 +92,7 @@ pub(super) const KEYS: &[Key] = &[
     optional("joint", Accepts::Tables, "joints between bodies"),
     optional("driver", Accepts::Tables, "prescribed motions"),
     optional("force", Accepts::Tables, "forces"),
+    optional("event", Accepts::Tables, "events: joints that let go, forces that are switched, the end of the motion"),
     optional("time", Accepts::Table, "the time points of all histories"),
     optional("series", Accepts::Table, "series of numbers, one for each time point: NAME = [ … ]"),
     optional("analysis", Accepts::Table, "analysis of the mechanism, or by another program"),
@@ -110,6 +114,7 @@ pub(super) fn families() -> Vec<TableKeys> {
     all.extend(bodies::tables());
     all.extend(beams::TABLES);
     all.extend(element_kinds::tables());
+    all.extend(events::TABLES);
     all.extend(motion::TABLES.iter().chain(analysis::TABLES).chain([&program::TABLE]).chain(outputs::TABLES));
     all.extend(objective::TABLES.iter().chain(constraints::TABLES).chain(method::TABLES));
     all
@@ -229,7 +234,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let mechanism = match (mechanism, &grid) {
         (None, _) => None,
         (Some(mut mechanism), Some(grid)) => {
-            let settings = analysis::read(&section, &names, grid, mechanism.coordinates())?;
+            let settings = analysis::read(&section, &names, grid, &mechanism)?;
             mechanism.start = settings.start();
             Some((Arc::new(mechanism), settings))
         }
@@ -368,7 +373,7 @@ impl Model {
             }
             (_, grid) => {
                 let grids: Vec<_> = self.outputs.iter().map(|o| grid.as_ref().filter(|_| o.is_transient)).collect();
-                let formulas = Formulas(self.outputs.iter().map(|o| o.expression.clone()).collect());
+                let formulas = Formulas(self.outputs.iter().map(|o| o.formula.expression.clone()).collect());
                 Analytic::new(formulas, &grids).analyze(design)
             }
         }
@@ -401,7 +406,7 @@ impl Model {
             (Some((mechanism, settings)), Some(grid)) => {
                 settings.build(parts, MechanismTemplate::new(mechanism, &self.outputs), &grid.points)
             }
-            _ => parts.build_analytic(Formulas(self.outputs.iter().map(|o| o.expression.clone()).collect())),
+            _ => parts.build_analytic(Formulas(self.outputs.iter().map(|o| o.formula.expression.clone()).collect())),
         }
     }
 }

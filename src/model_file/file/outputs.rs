@@ -1,8 +1,11 @@
 //! `[[output]]`: responses of the analysis.
 
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
-use super::measures::{self, MeasureRef, Sensors};
-use super::parts::{BuildContext, Parts, position_or_push};
+use super::measured::MeasuredFormula;
+#[cfg(feature = "report")]
+use super::measures::MeasureRef;
+use super::measures::Sensors;
+use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section, Value, Word, constant, find, ordered, tree};
 use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, OtherUnit, Scope, Tree};
@@ -10,9 +13,6 @@ use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use autodiff::Scalar;
-use mechanics::mechanism::Formula;
-use mechanics::mechanism::Term;
-use std::cell::RefCell;
 use toml::de::DeValue;
 
 const KEYS: &[Key] = &[
@@ -23,6 +23,11 @@ const KEYS: &[Key] = &[
         "program",
         Accepts::Choice(&["history", "number"]),
         "in place of `value`, with the analysis `program`: its answer is a number for each time point, or one number",
+    ),
+    optional(
+        "at_event",
+        Accepts::Name,
+        "an event: the output is a number, its value just before this event; of `time` it is the time of the event",
     ),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
     SHOWN_IN,
@@ -76,8 +81,9 @@ pub struct OutputSpec {
     pub shown_in: Option<Unit>,
     /// The dimension, as far as it is known.
     known: Option<Known>,
-    pub expression: CompiledExpression,
-    measures: Vec<MeasureRef>,
+    pub formula: MeasuredFormula,
+    /// Number of the event at which the output has its value.
+    event: Option<usize>,
     /// `true` if the output has a value at each time point.
     pub is_transient: bool,
     pub intermediates: Intermediates,
@@ -131,37 +137,30 @@ fn output(
         let message = "there is no program that could compute this output";
         return Err(section.error_at("program", message).help("give a `value`, or [analysis] with kind = \"program\""));
     }
-    let found = RefCell::new(vec![]);
-    let others = |text: &str| {
-        let measure = measures::find(text, parts?)?;
-        Some(position_or_push(&mut found.borrow_mut(), measure))
-    };
-    let suggestions = || parts.map(measures::suggestions).unwrap_or_default();
-    let other_units = |text: &str| measures::unit(&measures::find(text, parts?)?, parts?);
-    let scope = Scope {
-        place: "`value`",
-        others: &others,
-        suggestions: &suggestions,
-        other_units: &other_units,
-        ..Scope::MOTION
-    };
     let Some(tree) = section.tree("value")? else {
         return Err(section.error_at("value", format!("{} lacks `value`", section.title)));
     };
-    let (known, shown_in) = (names.dimension(&tree, &scope)?, shown_in(section)?);
-    let tree = match &shown_in {
-        Some(unit) => converted(tree, known, unit)?,
-        None => tree,
+    let (shown_in, mut known) = (shown_in(section)?, None);
+    let formula = MeasuredFormula::compile(tree, "`value`", names, parts, |tree, dimension| {
+        known = dimension;
+        match &shown_in {
+            Some(unit) => converted(tree, dimension, unit),
+            None => Ok(tree),
+        }
+    })?;
+    let event = match (section.word("at_event")?, parts) {
+        (None, _) => None,
+        (Some(word), Some(parts)) => Some(parts.event(&word)?),
+        (Some(word), None) => return Err(Diagnostic::new(word.span, "events belong to a mechanism")),
     };
-    let expression = names.compile(&tree, &scope)?;
     Ok(OutputSpec {
         name,
         unit: shown_in.as_ref().map_or_else(|| section.text("unit"), |unit| Ok(unit.text.clone()))?,
         known: shown_in.as_ref().map(|unit| Known { dimension: unit.dimension, is_firm: true }).or(known),
         shown_in,
-        is_transient: parts.is_some() || expression.uses_time(),
-        expression,
-        measures: found.into_inner(),
+        is_transient: event.is_none() && (parts.is_some() || formula.expression.uses_time()),
+        formula,
+        event,
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
 }
@@ -172,6 +171,9 @@ fn output_of_program(
     names: &Names,
     variables: &[DesignVariable],
 ) -> Read<OutputSpec> {
+    if section.has("at_event") {
+        return Err(section.error_at("at_event", "events belong to a mechanism, and a program computes this output"));
+    }
     if section.has("shown_in") {
         return Err(section
             .error_at("shown_in", "the program gives its outputs as they are shown")
@@ -191,8 +193,8 @@ fn output_of_program(
         shown_in: None,
         known: None,
         is_transient: section.choice("program", &[("history", true), ("number", false)])?,
-        expression: CompiledExpression::constant(0.0),
-        measures: vec![],
+        formula: MeasuredFormula::constant(0.0),
+        event: None,
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
 }
@@ -268,8 +270,8 @@ impl OutputSpec {
             unit: String::new(),
             shown_in: None,
             known: None,
-            expression: CompiledExpression::other(0),
-            measures: vec![measure],
+            formula: MeasuredFormula::of_measure(measure),
+            event: None,
             is_transient: true,
             intermediates: Intermediates::Identity,
         }
@@ -282,42 +284,14 @@ impl OutputSpec {
 
     /// Adds the output to a mechanism.
     pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, context: &mut BuildContext<S>, b: &[S]) -> Result<()> {
-        let mut terms: Vec<Term<S>> = vec![];
-        let mut counts = vec![];
-        for measure in &self.measures {
-            let of_one = sensors.terms(measure, context, b)?;
-            counts.push(of_one.len());
-            terms.extend(of_one);
+        let (terms, formula) = self.formula.build(sensors, context, b)?;
+        match formula {
+            None => context.mechanism.output(&self.name, &terms),
+            Some(formula) => context.mechanism.output_formula(&self.name, formula, &terms),
         }
-        if self.measures.len() == 1 && self.expression.is_other(0) {
-            context.mechanism.output(&self.name, &terms);
-            return Ok(());
+        if let Some(event) = self.event {
+            context.mechanism.hold_output(context.events[event]);
         }
-        let used = self.expression.uses();
-        for &i in &used {
-            terms.push(sensors.design(i, context, b)?);
-        }
-        let formula = MeasureFormula { expression: self.expression.clone().with_design(&used), counts };
-        context.mechanism.output_formula(&self.name, formula, &terms);
         Ok(())
-    }
-}
-
-/// A formula of quantities, each a sum of `counts` terms, followed by design variables.
-struct MeasureFormula {
-    expression: CompiledExpression,
-    counts: Vec<usize>,
-}
-
-impl Formula for MeasureFormula {
-    fn value<T: Scalar>(&self, t: T, x: &[T]) -> T {
-        let mut rest = x;
-        let sum = |count: &usize| {
-            let (terms, remaining) = rest.split_at(*count);
-            rest = remaining;
-            terms.iter().copied().sum()
-        };
-        let others: Vec<T> = self.counts.iter().map(sum).collect();
-        self.expression.value(&Inputs { design: rest, time: t, others: &others })
     }
 }

@@ -6,6 +6,7 @@ use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::elements::{Added, ElementDescriptor};
+use mechanics::events::EventIndex;
 use mechanics::mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -31,6 +32,7 @@ pub enum NamedPart {
     Point(usize),
     /// A joint, drive or force with its descriptor.
     Element(usize, &'static ElementDescriptor),
+    Event(usize),
 }
 
 /// A reference to a point: a frame and coordinates in it.
@@ -92,6 +94,15 @@ impl Parts {
 
     pub fn get(&self, name: &str) -> Option<&NamedPart> {
         self.named.get(name)
+    }
+
+    /// The number of the event of that name.
+    pub fn event(&self, word: &Word) -> Read<usize> {
+        if let Some(NamedPart::Event(k)) = self.named.get(&word.text) {
+            return Ok(*k);
+        }
+        let known = self.order.iter().filter(|name| matches!(self.named[*name], NamedPart::Event(_)));
+        Err(Diagnostic::unknown(word.span.clone(), "event", &word.text, known.map(String::as_str)))
     }
 
     /// The frame of that name: `ground`, a body, a beam node such as `rod.first`, `rod.last`, `rod.3`.
@@ -196,6 +207,7 @@ pub struct BuildContext<S> {
     pub sliders: Vec<Coordinate>,
     pub beams: Vec<(Vec<Body>, Vec<ElementIndex>)>,
     pub elements: Vec<Added>,
+    pub events: Vec<EventIndex>,
 }
 
 impl<S: Scalar> BuildContext<S> {

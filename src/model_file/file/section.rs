@@ -154,6 +154,24 @@ impl<'a> Section<'a> {
         }
     }
 
+    /// The comparison of a key, as the difference that is positive where it holds.
+    pub fn condition(&self, key: &str) -> Read<Option<Tree>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let text = text(value, key)?;
+        Tree::parse_condition(text, self.source.text_place(value, text)).map(Some)
+    }
+
+    /// The names of a key: one text, or a list of them.
+    pub fn names(&self, key: &str) -> Read<Vec<Word>> {
+        let Some(value) = self.get(key) else { return Ok(vec![]) };
+        let word =
+            |value: &Value<'_>| -> Read<Word> { Ok(Word { text: text(value, key)?.to_owned(), span: value.span() }) };
+        match value.get_ref().as_array() {
+            Some(list) => list.iter().map(word).collect(),
+            None => Ok(vec![word(value)?]),
+        }
+    }
+
     /// The expressions of a key: one, or a list of them.
     pub fn trees(&self, key: &str) -> Read<Vec<Tree>> {
         let Some(value) = self.get(key) else { return Ok(vec![]) };

@@ -38,7 +38,7 @@ impl FileSource<'_> {
     }
 
     /// Location of a quoted text without its quotes.
-    fn text_place(self, value: &Value<'_>, text: &str) -> TextPlace {
+    pub fn text_place(self, value: &Value<'_>, text: &str) -> TextPlace {
         let span = value.span();
         let quoted = self.text.get(span.clone()).unwrap_or("");
         if quoted.len() == text.len() + 2 && &quoted[1..=text.len()] == text {

@@ -6,6 +6,8 @@ use crate::analyses::sampling::{OutputRecorder, interpolate};
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
+use crate::events::held_outputs::HeldOutputs;
+use crate::events::when::not_happened;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
 use crate::integrators::explicit::{Explicit, OdeDriver};
@@ -58,7 +60,7 @@ impl History {
 /// step does not converge. Settings that [`Dynamics::check`] rejects.
 pub fn simulate(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<History> {
     let outcome = record_outputs(mechanism, TimeStepper::new(mechanism, settings, times)?, times, None)?;
-    Ok(finished(outcome, settings))
+    finished(outcome, settings)
 }
 
 /// Simulates as [`simulate`] and records the steps in at most `memory` bytes for derivatives.
@@ -77,7 +79,7 @@ pub fn simulate_recorded(
     let stepper = TimeStepper::new(mechanism, settings, times)?;
     let mut recording = Recording::of(&stepper, memory);
     let outcome = record_outputs(mechanism, stepper, times, Some(&mut recording.store))?;
-    Ok((finished(outcome, settings), recording))
+    Ok((finished(outcome, settings)?, recording))
 }
 
 /// Lengths in s of the steps by which [`simulate`] advances `mechanism` to the last of `times`.
@@ -121,11 +123,30 @@ pub fn has_contacts(mechanism: &Mechanism<f64>) -> bool {
 }
 
 /// The history of a simulation by implicit steps with its events.
-fn finished((history, stepper): (History, TimeStepper<'_>), settings: &Dynamics) -> History {
-    let work = stepper.work();
+///
+/// # Errors
+///
+/// [`Error::Analysis`](crate::Error::Analysis) naming an event that has not happened although an output is held from it on.
+fn finished((history, stepper): (History, TimeStepper<'_>), settings: &Dynamics) -> Result<History> {
+    let (mechanism, state) = (stepper.integrator.mechanism, &stepper.integrator.step.new);
+    let (work, has_ended, last) = (stepper.work(), stepper.has_ended(), stepper.locator.closed);
+    let is_open = |k: &usize| mechanism.events[*k].when.is_some() && !state.modes.has_happened(*k) && last != Some(*k);
+    let mut warnings = Vec::new();
+    for event in (0..mechanism.events.len()).filter(is_open) {
+        let name = &mechanism.events[event].gap.name;
+        if mechanism.outputs.iter().any(|output| output.held_from == Some(event)) {
+            return Err(not_happened(name, stepper.end()));
+        }
+        if !has_ended {
+            warnings.push(format!("{name}: this event has not happened until t = {:.6e} s", stepper.end()));
+        }
+    }
+    let end = last.filter(|_| has_ended).map(|k| Event { contact: mechanism.events[k].gap.name.clone(), t: state.t });
     let mut history = History { impacts: stepper.locator.events, work, ..history };
+    history.impacts.extend(end);
+    history.warnings.extend(warnings);
     history.warnings.extend(interpolated_outputs(settings, &history.times));
-    history
+    Ok(history)
 }
 
 /// Number of output times in one step from which the interpolation between the ends of steps is worth a warning.
@@ -208,6 +229,11 @@ trait Simulation: Checkpointable {
 
     /// The current state.
     fn state(&self) -> &State<f64>;
+
+    /// Outputs that keep their value from an event on.
+    fn held(&self) -> Option<&HeldOutputs<f64>> {
+        None
+    }
 }
 
 impl Simulation for TimeStepper<'_> {
@@ -216,12 +242,18 @@ impl Simulation for TimeStepper<'_> {
     }
 
     fn sample(&mut self, t: f64, _y: &mut Vec<f64>, at: &mut State<f64>) -> Result<()> {
-        interpolate(&self.integrator.step.old, &self.integrator.step.new, t, at);
+        let step = &self.integrator.step;
+        let t = if self.has_ended() { t.min(step.new.t) } else { t };
+        interpolate(&step.old, &step.new, t, at);
         Ok(())
     }
 
     fn state(&self) -> &State<f64> {
         &self.integrator.step.old
+    }
+
+    fn held(&self) -> Option<&HeldOutputs<f64>> {
+        self.locator.held.as_ref()
     }
 }
 
@@ -259,7 +291,7 @@ fn record_outputs<S: Simulation>(
         }
         store.iter_mut().for_each(|store| store.mark_output(t));
         simulation.sample(t, &mut y, &mut at)?;
-        recorder.record(mechanism, &at)?;
+        recorder.record_held(mechanism, &at, simulation.held())?;
         energy.add(mechanism, &at);
     }
     let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());

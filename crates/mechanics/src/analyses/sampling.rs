@@ -1,9 +1,10 @@
 //! States between steps, and named outputs of a state.
 
 use crate::elements::element::{ElementState, ElementWorkspace};
+use crate::events::held_outputs::HeldOutputs;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{MeasuredQuantity, Mechanism};
-use crate::system::state::{State, evaluate, gather};
+use crate::system::state::{State, evaluate, gather, measure};
 use crate::{Result, diagnostics};
 use autodiff::Scalar;
 use std::ops::Mul;
@@ -26,6 +27,7 @@ pub fn interpolate<T: StateScalar>(old: &State<T>, new: &State<T>, t: f64, at: &
         blend(old, new, &Weights::inside(ends, t), at);
     }
     at.t = T::from(t);
+    at.modes.copy_from(&new.modes);
 }
 
 /// Writes the weighted sum of two states to `at`.
@@ -175,10 +177,8 @@ impl<T: StateScalar> Sampler<T> {
         self.measured.fill(T::from(0.0));
         for &(index, first) in &self.elements {
             let instance = &mechanism.elements[index];
-            gather(instance, state, &mut self.workspace);
-            let local = ElementState { p: &instance.parameters, ..self.workspace.local(state.t) };
             let count = instance.element.measures().len();
-            T::measure(instance.element.as_ref(), &local, &mut self.measured[first..first + count]);
+            measure(instance, state, &mut self.workspace, &mut self.measured[first..first + count]);
         }
     }
 }
@@ -204,7 +204,20 @@ impl OutputRecorder {
     ///
     /// [`Error::Analysis`](crate::Error::Analysis) if a prescribed motion or an output is not finite.
     pub fn record(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+        self.record_held(mechanism, state, None)
+    }
+
+    /// [`Self::record`] with the outputs that are `held` since an event.
+    pub fn record_held(
+        &mut self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        held: Option<&HeldOutputs<f64>>,
+    ) -> Result<()> {
         self.sampler.outputs(mechanism, state, &mut self.outputs);
+        if let Some(held) = held {
+            held.replace(&mut self.outputs);
+        }
         diagnostics::check(mechanism, state, &self.outputs)?;
         self.series.iter_mut().zip(&self.outputs).for_each(|(series, &value)| series.push(value));
         Ok(())
@@ -244,7 +257,7 @@ pub(crate) fn energy_in<T: StateScalar>(
     workspace: &mut ElementWorkspace<T>,
 ) -> [T; 2] {
     let mut total = [T::from(0.0); 2];
-    for instance in &mechanism.elements {
+    for instance in mechanism.elements.iter().filter(|instance| state.modes.is_active(instance)) {
         gather(instance, state, workspace);
         let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
         let energy = T::energy(instance.element.as_ref(), &local);

@@ -52,7 +52,10 @@ impl StepComparison {
             same.map(|k| SMALL * sizes[k]).fold(sizes[output].max(rounding), f64::max)
         };
         let compared = (0..values.len()).filter_map(|output| {
-            let change = |p: usize| (values[output][p] - coarse[output][p]).abs();
+            // A held output is compared at its event.
+            let is_held = mechanism.outputs[output].held_from.is_some();
+            let at = |p: usize| if is_held { times.len() - 1 } else { p };
+            let change = |p: usize| (values[output][at(p)] - coarse[output][at(p)]).abs();
             let relative = root_mean_square(&mut (0..times.len()).map(change)) / size(output);
             let largest = (0..times.len()).max_by(|&p, &q| change(p).total_cmp(&change(q)))?;
             Some(Self { output, relative, largest: change(largest), time: times[largest] })

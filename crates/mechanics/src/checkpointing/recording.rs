@@ -127,7 +127,7 @@ impl Checkpointable for TimeStepper<'_> {
     }
 
     fn write(&self, to: &mut Vec<f64>) {
-        let State { t, q, v, a, l } = &self.integrator.step.new;
+        let State { t, q, v, a, l, .. } = &self.integrator.step.new;
         to.extend([*t, self.length]);
         [q, v, a, l].into_iter().for_each(|values| to.extend_from_slice(values));
     }

@@ -95,6 +95,11 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
         matches!(self.constructor, Constructor::RigidContact(_))
     }
 
+    /// Returns whether it prescribes the motion of one coordinate, which is then no unknown.
+    pub fn is_prescribed(&self) -> bool {
+        matches!(self.constructor, Constructor::Prescribed)
+    }
+
     /// Adds an element to a mechanism.
     ///
     /// * `values`: one value per input of the descriptor, in its order.

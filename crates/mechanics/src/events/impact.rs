@@ -43,13 +43,19 @@ impl<T: StateScalar> EventElement<T>
 where
     Jet2<T>: ElementScalar,
 {
-    /// The gap in m or rad.
+    /// The gap in m or rad; of an event by a condition, minus the function that becomes positive.
     pub fn gap(&self, state: &State<T>) -> T {
+        if let Some(when) = &self.when {
+            return -when.value(state);
+        }
         self.evaluate(state, T::from(0.0)).constraint[0]
     }
 
     /// Rate of the gap in m/s or rad/s with the velocities `v` of all coordinates.
     pub fn rate(&self, state: &State<T>, v: &[T]) -> T {
+        if let Some(when) = &self.when {
+            return -when.rate(state, v);
+        }
         let (zero, one) = (T::from(0.0), T::from(1.0));
         let constant = |x: T| Jet2::new(x, zero, zero);
         let coordinates = &self.gap.coordinates;
@@ -212,14 +218,20 @@ pub(crate) fn simultaneous_switches(
         switch.gap(state).abs() <= gap_rounding(switch, state, h)
     };
     let switches = (0..mechanism.events.len()).filter(|&k| k != event && mechanism.events[k].restitution.is_none());
-    switches.filter(is_simultaneous).collect()
+    let to_come = switches.filter(|&k| !state.modes.has_happened(k));
+    to_come.filter(is_simultaneous).collect()
 }
 
 /// Time after the event at `state` at which forces are evaluated: `longest` (s), but less than half of the time to the next
-/// switch other than those `at_event`.
+/// switch other than those `at_event`. It is zero if all of these are events by a condition, whose effects do not depend on
+/// the sign of a function.
 pub(crate) fn switch_offset(mechanism: &Mechanism<f64>, at_event: &[usize], state: &State<f64>, longest: f64) -> f64 {
+    if at_event.iter().all(|&k| mechanism.events[k].when.is_some()) {
+        return 0.0;
+    }
     let others = (0..mechanism.events.len()).filter(|k| !at_event.contains(k));
-    let switches = others.map(|k| &mechanism.events[k]).filter(|event| event.restitution.is_none());
+    let is_switch = |event: &&EventElement<f64>| event.restitution.is_none() && event.when.is_none();
+    let switches = others.map(|k| &mechanism.events[k]).filter(is_switch);
     let times = switches.map(|switch| -switch.gap(state) / switch.rate(state, &state.v));
     times.filter(|time| *time > 0.0).fold(longest, |offset, time| offset.min(0.5 * time))
 }
@@ -267,8 +279,8 @@ pub(crate) fn apply_impact(
 /// [`Error::Unsupported`] if the mechanism has a rigid contact or a switch.
 pub(crate) fn refuse<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
     mechanism.events.first().map_or(Ok(()), |impact| {
-        let why = format!("{analysis} know no impacts");
-        let remedy = "simulate the motion by implicit steps, or remove the contact";
+        let why = format!("{analysis} know no impacts and events");
+        let remedy = "take implicit steps with direct derivatives, or remove the contact or event";
         Err(Error::unsupported(&impact.gap.name, why, remedy))
     })
 }

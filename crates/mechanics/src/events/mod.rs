@@ -1,14 +1,22 @@
-//! Events: impacts of rigid contacts, and switches of forces.
+//! Events: impacts of rigid contacts, switches of forces, and events by a condition.
 //!
 //! | file | contents |
 //! |---|---|
 //! | `event` | contacts and switches of a mechanism, the record of an event |
 //! | `impact` | jump of the velocities at an impact, accelerations after a switch |
+//! | `when` | events by a condition: joints that let go, forces that are switched, the end of a motion |
+//! | `modes` | elements that are active, events that have happened |
+//! | `held_outputs` | outputs that keep their value from an event on |
 //!
-//! [`Dynamics`](crate::integrators::settings::Dynamics) handles events. Explicit steps, kinematics, equilibria and adjoint
-//! derivatives reject mechanisms with events.
+//! [`Dynamics`](crate::integrators::settings::Dynamics) handles events, with derivatives by direct differentiation. Explicit
+//! steps, kinematics, equilibria, adjoint and semi-analytical derivatives reject mechanisms with events.
 
 pub(crate) mod event;
+pub(crate) mod held_outputs;
 pub(crate) mod impact;
+pub(crate) mod modes;
+pub(crate) mod when;
 
 pub use event::Event;
+pub use modes::Modes;
+pub use when::{Action, EventIndex};

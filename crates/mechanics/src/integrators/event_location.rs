@@ -1,6 +1,7 @@
 //! Location of events in implicit steps: a step ends where a rigid contact closes or a switch crosses zero.
 
 use crate::events::event::Event;
+use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
     TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, simultaneous_switches, switch_offset,
 };
@@ -34,6 +35,8 @@ pub(crate) struct EventLocator {
     pub opened: Option<usize>,
     /// Switches that cross zero at the time of the event at the beginning of the current step.
     simultaneous: Vec<usize>,
+    /// Outputs that keep their value from an event on.
+    pub held: Option<HeldOutputs<f64>>,
     step: StepSize,
 }
 
@@ -54,7 +57,8 @@ impl EventLocator {
                 return Err(Error::analysis(&impact.gap.name, why, "start with the contact open"));
             }
         }
-        Ok(Self { events: Vec::new(), closed: None, opened: None, simultaneous: Vec::new(), step })
+        let held = HeldOutputs::new(integrator.mechanism);
+        Ok(Self { events: Vec::new(), closed: None, opened: None, simultaneous: Vec::new(), held, step })
     }
 
     /// Applies the event at the end of the last step, of the length `h` (s), if any, to the state from which the next step
@@ -69,6 +73,10 @@ impl EventLocator {
         self.simultaneous = simultaneous_switches(mechanism, contact, &state, h);
         let mut at_event = self.simultaneous.clone();
         at_event.push(contact);
+        if let Some(held) = &mut self.held {
+            held.hold(mechanism, &at_event, &state);
+        }
+        state.modes.apply(mechanism, &at_event);
         let (system, is_impact) = (&mut integrator.system, mechanism.events[contact].restitution.is_some());
         if is_impact {
             apply_impact(system, mechanism, contact, &mut state)?;
@@ -87,6 +95,15 @@ impl EventLocator {
             }
         }
         Ok(())
+    }
+
+    /// Returns whether the last step, of the length `h` (s), ends at an event that ends the motion.
+    pub fn has_ended(&self, integrator: &Integrator<'_>, h: f64) -> bool {
+        let (mechanism, state) = (integrator.mechanism, &integrator.step.new);
+        let is_terminal = |k: usize| mechanism.events[k].when.as_ref().is_some_and(|when| when.is_terminal);
+        self.closed.is_some_and(|contact| {
+            is_terminal(contact) || simultaneous_switches(mechanism, contact, state, h).into_iter().any(is_terminal)
+        })
     }
 
     /// Repeats the step `h` so that it ends when the first contact closes. Returns the length of the step in s.
@@ -138,6 +155,9 @@ impl EventLocator {
             true => [impact.rate(old, &old.v), (after - passed) / h],
             false => [before, after],
         };
+        if impact.when.is_some() && (old.modes.has_happened(contact) || begin <= 0.0) {
+            return [1.0, 1.0]; // it has happened, or its condition holds already
+        }
         let side = if impact.restitution.is_none() && begin < 0.0 { -1.0 } else { 1.0 };
         [side * begin, side * end]
     }

@@ -133,6 +133,7 @@ impl<T: StateScalar> Step<T> {
     pub fn accept(&mut self) {
         std::mem::swap(&mut self.old, &mut self.new);
         std::mem::swap(&mut self.old_auxiliary, &mut self.new_auxiliary);
+        self.new.modes.copy_from(&self.old.modes);
     }
 
     /// Replaces the end of the step by `state`, from which the motion restarts after an event.

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     fn state(t: f64, a: f64) -> State<f64> {
-        State { t, q: vec![0.0], v: vec![0.0], a: vec![a], l: vec![2.0 * a] }
+        State { t, q: vec![0.0], v: vec![0.0], a: vec![a], l: vec![2.0 * a], modes: Default::default() }
     }
 
     #[test]

@@ -96,9 +96,14 @@ impl<'m> TimeStepper<'m> {
         Ok(())
     }
 
-    /// Returns whether the current step ends before `t` (s).
+    /// Returns whether the current step ends at an event that ends the motion.
+    pub fn has_ended(&self) -> bool {
+        self.locator.has_ended(&self.integrator, self.length)
+    }
+
+    /// Returns whether the motion goes on and the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
-        is_before(self.settings.start, self.integrator.step.new.t, t)
+        !self.has_ended() && is_before(self.settings.start, self.integrator.step.new.t, t)
     }
 
     /// Takes one step. Returns its length in s.

@@ -4,6 +4,7 @@ pub mod element;
 pub mod frame;
 pub mod scalars;
 
+use crate::events::when::When;
 use crate::mechanism::element::{AnyElement, Element};
 use crate::motion::{AnyMotion, Fixed, Motion};
 use autodiff::{Dual4, Dual8, HyperDual4, Scalar};
@@ -86,6 +87,7 @@ pub(crate) struct CoordinateData<S> {
     pub is_driven_twice: bool,
 }
 
+#[derive(Clone)]
 pub(crate) struct ElementInstance<S> {
     pub name: String,
     pub element: Arc<dyn AnyElement>,
@@ -93,10 +95,12 @@ pub(crate) struct ElementInstance<S> {
     pub first_multiplier: usize,
     pub num_constraints: usize,
     pub parameters: Vec<S>,
+    /// Number of its entry in [`Mechanism::switches`], if events activate or deactivate it.
+    pub switch: Option<usize>,
 }
 
 impl<S: Scalar> ElementInstance<S> {
-    fn new(
+    pub(crate) fn new(
         name: String,
         element: Arc<dyn AnyElement>,
         coordinates: &[Coordinate],
@@ -105,16 +109,18 @@ impl<S: Scalar> ElementInstance<S> {
     ) -> Self {
         let (num_constraints, parameters) = (element.num_constraints(), parameters.to_vec());
         let coordinates = coordinates.iter().map(|c| c.0).collect();
-        Self { name, element, coordinates, first_multiplier, num_constraints, parameters }
+        Self { name, element, coordinates, first_multiplier, num_constraints, parameters, switch: None }
     }
 }
 
-/// An element with events: a rigid contact, open as long as its gap is positive, or a switch.
+/// An element with events: a rigid contact, open as long as its gap is positive, a switch, or an event by a condition.
 pub(crate) struct EventElement<S> {
     /// The constraint with one equation, the gap; its multiplier is the impulse.
     pub gap: ElementInstance<S>,
     /// Coefficient of restitution; `None` for a switch.
     pub restitution: Option<S>,
+    /// Condition and effects of an event that happens once; the gap then has only its name.
+    pub when: Option<When<S>>,
 }
 
 /// A named scalar response: a weighted sum of quantities, or a formula of them.
@@ -122,6 +128,8 @@ pub(crate) struct OutputData<S> {
     pub name: String,
     pub terms: Vec<Term<S>>,
     pub formula: Option<Arc<dyn AnyFormula>>,
+    /// Event from which on the output keeps its value.
+    pub held_from: Option<usize>,
 }
 
 /// An output as a function of time and measured quantities, written once over the scalar type.
@@ -177,6 +185,8 @@ pub struct Mechanism<S> {
     pub(crate) multipliers: usize,
     pub(crate) outputs: Vec<OutputData<S>>,
     pub(crate) events: Vec<EventElement<S>>,
+    /// For each element that events activate or deactivate, true if it is active at the start.
+    pub(crate) switches: Vec<bool>,
     pub(crate) gravity: [S; 2],
     ground: Body,
 }
@@ -199,6 +209,7 @@ impl<S: Scalar> Mechanism<S> {
             multipliers: 0,
             outputs: Vec::new(),
             events: Vec::new(),
+            switches: Vec::new(),
             gravity: [zero; 2],
             ground,
         };
@@ -315,7 +326,7 @@ impl<S: Scalar> Mechanism<S> {
         restitution: Option<S>,
     ) {
         let gap = ElementInstance::new(name, gap, coordinates, parameters, 0);
-        self.events.push(EventElement { gap, restitution });
+        self.events.push(EventElement { gap, restitution, when: None });
     }
 
     /// The measure `name` of an element, with weight one.
@@ -350,13 +361,18 @@ impl<S: Scalar> Mechanism<S> {
 
     /// Adds a named output: a weighted sum of quantities.
     pub fn output(&mut self, name: impl Into<String>, terms: &[Term<S>]) {
-        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: None });
+        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: None, held_from: None });
     }
 
     /// Adds a named output: a formula of time and of weighted quantities.
     pub fn output_formula(&mut self, name: impl Into<String>, formula: impl Formula, terms: &[Term<S>]) {
         let formula: Arc<dyn AnyFormula> = Arc::new(formula);
-        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: Some(formula) });
+        self.outputs.push(OutputData {
+            name: name.into(),
+            terms: terms.to_vec(),
+            formula: Some(formula),
+            held_from: None,
+        });
     }
 
     /// Returns whether `other` has the same coordinates, elements and outputs, connected in the same way.
@@ -370,11 +386,12 @@ impl<S: Scalar> Mechanism<S> {
             && self.elements.len() == other.elements.len()
             && self.outputs.len() == other.outputs.len()
             && self.events.len() == other.events.len()
+            && self.switches == other.switches
             && self.elements.iter().zip(&other.elements).all(same_connection)
             && self.coordinates.iter().zip(&other.coordinates).all(|(a, b)| a.motion.is_some() == b.motion.is_some())
     }
 
-    /// Returns whether the mechanism has rigid contacts or switches.
+    /// Returns whether the mechanism has rigid contacts, switches or events by a condition.
     pub fn has_events(&self) -> bool {
         !self.events.is_empty()
     }

@@ -46,7 +46,7 @@ impl System {
         }
     }
 
-    /// Overwrites the constraint rows with the constraints (`order` 0) or their time derivative of `order` 1 or 2 along the
+    /// Overwrites the constraint rows of active elements with the constraints (`order` 0) or their time derivative of `order` 1 or 2 along the
     /// motion.
     pub fn constraint_rates<T: StateScalar>(
         &self,
@@ -60,7 +60,8 @@ impl System {
     {
         let (zero, one) = (T::from(0.0), T::from(1.0));
         let constant = |&x: &T| Jet2::new(x, zero, zero);
-        for instance in mechanism.elements.iter().filter(|instance| instance.num_constraints > 0) {
+        let constraints = mechanism.elements.iter().filter(|instance| instance.num_constraints > 0);
+        for instance in constraints.filter(|instance| state.modes.is_active(instance)) {
             workspace.p.clear();
             workspace.p.extend(instance.parameters.iter().map(constant));
             workspace.q.clear();
@@ -108,6 +109,16 @@ impl System {
         for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
             let constraint = instance.num_constraints > 0;
             if map.active.is_empty() || (linearization.projection && !constraint) {
+                continue;
+            }
+            if !state.modes.is_active(instance) {
+                // λ = 0 for each multiplier.
+                let n = instance.coordinates.len();
+                for (&r, &equation) in map.active.iter().zip(&map.equations).filter(|(r, _)| **r >= n) {
+                    rows[equation][0] += state.l[instance.first_multiplier + r - n] * linearization.constraint_scale;
+                    let slot = self.factor.slot(equation, equation);
+                    self.factor.entries_mut()[slot] += linearization.constraint_scale;
+                }
                 continue;
             }
             gather(instance, state, &mut self.workspace);
@@ -163,6 +174,9 @@ impl System {
         for (instance, map) in
             mechanism.elements.iter().zip(&self.maps).filter(|(instance, _)| instance.num_constraints > 0)
         {
+            if !state.modes.is_active(instance) {
+                continue;
+            }
             gather(instance, state, &mut workspace);
             let (width, n) = (map.active.len() + 1, instance.coordinates.len());
             columns.resize((n + instance.num_constraints) * width, 0.0);

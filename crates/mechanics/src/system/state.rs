@@ -1,6 +1,7 @@
 //! The state of a mechanism at one time, and the residual of one element at a state.
 
-use crate::elements::element::ElementWorkspace;
+use crate::elements::element::{ElementState, ElementWorkspace};
+use crate::events::modes::Modes;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementInstance, Mechanism};
 
@@ -17,6 +18,8 @@ pub struct State<T> {
     pub a: Vec<T>,
     /// Multipliers: reactions of the joints, one per constraint equation.
     pub l: Vec<T>,
+    /// Elements that are active, and events that have happened.
+    pub modes: Modes,
 }
 
 impl<T: StateScalar> State<T> {
@@ -29,6 +32,7 @@ impl<T: StateScalar> State<T> {
             v: mechanism.coordinates.iter().map(|c| c.velocity).collect(),
             a: vec![zero; mechanism.coordinates.len()],
             l: vec![zero; mechanism.multipliers],
+            modes: Modes::initial(mechanism),
         };
         state.prescribe(mechanism);
         state
@@ -50,6 +54,7 @@ impl<T: StateScalar> State<T> {
         self.v.copy_from_slice(&other.v);
         self.a.copy_from_slice(&other.a);
         self.l.copy_from_slice(&other.l);
+        self.modes.copy_from(&other.modes);
     }
 }
 
@@ -69,7 +74,7 @@ pub(crate) fn gather<T: StateScalar>(
         .extend_from_slice(&state.l[instance.first_multiplier..instance.first_multiplier + instance.num_constraints]);
 }
 
-/// Evaluates the residual of an element into `workspace`.
+/// Evaluates the residual of an element into `workspace`. That of an inactive element is its multipliers.
 pub(crate) fn evaluate<T: StateScalar>(
     instance: &ElementInstance<T>,
     state: &State<T>,
@@ -77,4 +82,30 @@ pub(crate) fn evaluate<T: StateScalar>(
 ) {
     gather(instance, state, workspace);
     T::residual_of(instance.element.as_ref(), &instance.parameters, state.t, workspace);
+    if !state.modes.is_active(instance) {
+        workspace.dynamics.fill(T::from(0.0));
+        workspace.constraint.copy_from_slice(&workspace.l);
+    }
 }
+
+/// Evaluates the measures of an element. Forces, torques and powers of an inactive element are zero.
+pub(crate) fn measure<T: StateScalar>(
+    instance: &ElementInstance<T>,
+    state: &State<T>,
+    workspace: &mut ElementWorkspace<T>,
+    out: &mut [T],
+) {
+    gather(instance, state, workspace);
+    let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+    T::measure(instance.element.as_ref(), &local, out);
+    if !state.modes.is_active(instance) {
+        let loads = out
+            .iter_mut()
+            .zip(instance.element.measures())
+            .filter(|(_, m)| m.unit.split(" or ").any(|unit| LOADS.contains(&unit)));
+        loads.for_each(|(value, _)| *value = T::from(0.0));
+    }
+}
+
+/// Units of measures that an inactive element does not have.
+const LOADS: [&str; 3] = ["N", "N·m", "W"];

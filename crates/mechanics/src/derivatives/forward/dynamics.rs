@@ -12,6 +12,7 @@ use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
 use crate::derivatives::seeding::{SeededMechanisms, set_values, take_values};
 use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
+use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{simultaneous_switches, switch_offset};
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::{Factor, SolveWorkspace};
@@ -138,6 +139,7 @@ struct ForwardSensitivity<'m, T, const L: usize> {
     rows: Vec<T>,
     changes: Vec<[f64; L]>,
     sampler: Sampler<T>,
+    held: Option<HeldOutputs<T>>,
     outputs: Vec<T>,
     /// Of the outputs, by time, output and design variable.
     derivatives: Vec<f64>,
@@ -172,6 +174,7 @@ where
             rows,
             changes,
             sampler: Sampler::new(mechanism),
+            held: HeldOutputs::new(mechanism),
             outputs: Vec::new(),
             derivatives: Vec::with_capacity(times.len() * mechanism.outputs.len() * L),
         };
@@ -287,12 +290,17 @@ where
         let Some(ClosedContact { contact, simultaneous, mut values }) = self.closed.take() else { return Ok(()) };
         let mut state = self.step.new.clone();
         let (plain, mechanism, system) = (self.plain, self.mechanism, &mut self.system);
+        let at_event = [&simultaneous[..], &[contact]].concat();
+        if let Some(held) = &mut self.held {
+            held.hold(mechanism, &at_event, &state);
+        }
+        state.modes.apply(mechanism, &at_event);
+        values.modes.apply(plain, &at_event);
         let is_impact = plain.events[contact].restitution.is_some();
         if is_impact {
             values = apply_impact(plain, mechanism, system, contact, &values, &mut state)?;
         }
         if !is_impact || !simultaneous.is_empty() {
-            let at_event = [&simultaneous[..], &[contact]].concat();
             let offset = switch_offset(plain, &at_event, &values, self.settings.step.switch_offset());
             apply_switch(plain, mechanism, system, offset, &values, &mut state)?;
         }
@@ -300,11 +308,26 @@ where
         Ok(())
     }
 
+    /// Returns whether the last step ends at an event that ends the motion.
+    fn has_ended(&self) -> bool {
+        let is_terminal = |k: &usize| self.plain.events[*k].when.as_ref().is_some_and(|when| when.is_terminal);
+        self.closed.as_ref().is_some_and(|closed| closed.simultaneous.iter().chain([&closed.contact]).any(is_terminal))
+    }
+
     /// Records the derivatives of the outputs at the times that the step has reached.
     fn record_outputs(&mut self) -> Result<()> {
-        while let Some(t) = self.times.next_until(self.step.new.t.value()) {
-            interpolate(&self.step.old, &self.step.new, t, &mut self.at);
+        let (end, has_ended) = (self.step.new.t.value(), self.has_ended());
+        // After the end of the motion the outputs keep their values.
+        while let Some(t) = self.times.next_until(if has_ended { f64::INFINITY } else { end }) {
+            if has_ended && t >= end {
+                self.at.copy_from(&self.step.new);
+            } else {
+                interpolate(&self.step.old, &self.step.new, t, &mut self.at);
+            }
             self.sampler.outputs(self.mechanism, &self.at, &mut self.outputs);
+            if let Some(held) = &self.held {
+                held.replace(&mut self.outputs);
+            }
             check_finite(self.mechanism, &self.outputs, t)?;
             self.derivatives.extend(self.outputs.iter().flat_map(|output| output.derivatives()));
         }

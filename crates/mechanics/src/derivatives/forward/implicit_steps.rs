@@ -193,7 +193,7 @@ struct RecordedSimulation<'m> {
 impl RecordedSimulation<'_> {
     /// Takes a step, unless the last output time has been reached. Returns its length in s.
     fn advance(&mut self) -> Result<Option<f64>> {
-        if self.times.is_done() {
+        if self.times.is_done() || self.stepper.has_ended() {
             return Ok(None);
         }
         let h = self.stepper.advance()?;
@@ -203,9 +203,11 @@ impl RecordedSimulation<'_> {
 
     fn record_outputs(&mut self) -> Result<()> {
         let (mechanism, step) = (self.stepper.integrator.mechanism, &self.stepper.integrator.step);
-        while let Some(t) = self.times.next_until(step.new.t) {
-            interpolate(&step.old, &step.new, t, &mut self.at);
-            self.recorder.record(mechanism, &self.at)?;
+        let (end, has_ended) = (step.new.t, self.stepper.has_ended());
+        // After the end of the motion the outputs keep their values.
+        while let Some(t) = self.times.next_until(if has_ended { f64::INFINITY } else { end }) {
+            interpolate(&step.old, &step.new, if has_ended { t.min(end) } else { t }, &mut self.at);
+            self.recorder.record_held(mechanism, &self.at, self.stepper.locator.held.as_ref())?;
         }
         Ok(())
     }

@@ -55,6 +55,8 @@ pub struct Transient<M> {
     model: M,
     settings: Integration,
     times: Vec<f64>,
+    /// For each output, true if it is one number, its value at the last time.
+    numbers: Vec<bool>,
     memory: usize,
     differentiation: Differentiation,
     perturbation: f64,
@@ -95,6 +97,7 @@ impl<M: ParametricMechanism> Transient<M> {
             model,
             settings,
             times: times.to_vec(),
+            numbers: Vec::new(),
             memory: 1 << 28,
             differentiation: Differentiation::Automatic,
             perturbation: semi_analytical::STEP,
@@ -107,6 +110,22 @@ impl<M: ParametricMechanism> Transient<M> {
     /// adjoint method.
     pub fn with_memory(self, bytes: usize) -> Self {
         Self { memory: bytes, ..self }
+    }
+
+    /// Makes the outputs for which `numbers` is true numbers: their values at the last time, such as the value at an event
+    /// from which on they are held.
+    pub fn with_numbers(self, numbers: Vec<bool>) -> Self {
+        Self { numbers, ..self }
+    }
+
+    /// Returns whether output `h` is one number.
+    fn is_number(&self, h: usize) -> bool {
+        self.numbers.get(h).copied().unwrap_or(false)
+    }
+
+    /// The response at its time point: numbers are at the last one.
+    fn in_history(&self, at: &ResponseAt) -> ResponseAt {
+        if self.is_number(at.response) { ResponseAt { point: self.times.len() - 1, ..*at } } else { *at }
     }
 
     /// Replaces the method of differentiation.
@@ -172,6 +191,7 @@ impl<M: ParametricMechanism> Transient<M> {
         (b, stored): (&[f64], &Responses),
         wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
+        let wanted: &[ResponseAt] = &wanted.iter().map(|at| self.in_history(at)).collect::<Vec<_>>();
         let (points, places) = points_of(wanted);
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         match method {
@@ -202,9 +222,11 @@ impl<M: ParametricMechanism> Transient<M> {
                 &self.sensitivities_by(method, perturbation, (b, stored), &at)?,
             ));
         }
+        let at: Vec<_> = at.iter().map(|at| self.in_history(at)).collect();
         let (points, _) = points_of(&at);
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         let term = |&(at, weight): &(ResponseAt, f64)| {
+            let at = self.in_history(&at);
             let point = points.binary_search(&at.point).expect("every point of the sums is among them");
             Weighted { output: at.response, point, weight }
         };
@@ -256,11 +278,14 @@ impl<M: ParametricMechanism> Transient<M> {
     /// The warning about fixed steps that are too long: it costs half an analysis.
     fn step_warning(&self, b: &[f64], responses: &Responses) -> Result<Option<String>> {
         let mechanism = self.model.build(b)?;
+        let series = |(h, values): (usize, &Vec<f64>)| match values.first() {
+            Some(&number) if self.is_number(h) => vec![number; self.times.len()],
+            _ => values.clone(),
+        };
+        let values: Vec<Vec<f64>> = responses.values.iter().enumerate().map(series).collect();
         match &self.settings {
-            Integration::Implicit(settings) => step_warning(&mechanism, settings, &self.times, &responses.values),
-            Integration::Explicit(settings) => {
-                explicit_step_warning(&mechanism, settings, &self.times, &responses.values)
-            }
+            Integration::Implicit(settings) => step_warning(&mechanism, settings, &self.times, &values),
+            Integration::Explicit(settings) => explicit_step_warning(&mechanism, settings, &self.times, &values),
         }
     }
 
@@ -339,7 +364,12 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
             }
         };
         let trace = StoredSteps { design: b.to_vec(), steps };
-        Ok(Responses { values: history.values, warnings: history.warnings, trace: Some(Arc::new(trace)) })
+        let mut values = history.values;
+        for (h, series) in values.iter_mut().enumerate().filter(|(h, _)| self.is_number(*h)) {
+            series.drain(..self.times.len() - 1);
+            debug_assert_eq!(series.len(), 1, "output {h} is a number");
+        }
+        Ok(Responses { values, warnings: history.warnings, trace: Some(Arc::new(trace)) })
     }
 
     fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
@@ -401,6 +431,7 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
     /// Hessians along implicit steps; `None` for explicit ones.
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
         let Integration::Implicit(settings) = &self.settings else { return Ok(None) };
+        let wanted: &[ResponseAt] = &wanted.iter().map(|at| self.in_history(at)).collect::<Vec<_>>();
         let (points, at) = points_of(wanted);
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
         let history = match steps(responses, b) {

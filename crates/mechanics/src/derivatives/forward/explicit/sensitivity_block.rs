@@ -236,7 +236,7 @@ impl<'m> DualOutputs<'m> {
     fn new(mechanism: &'m Mechanism<Dual8>, values: &State<f64>) -> Self {
         let zeros = |x: &[f64]| vec![ZERO; x.len()];
         let [q, v, a, l] = [&values.q, &values.v, &values.a, &values.l].map(|x| zeros(x));
-        let state = State { t: Dual8::constant(values.t), q, v, a, l };
+        let state = State { t: Dual8::constant(values.t), q, v, a, l, modes: values.modes.clone() };
         Self { mechanism, state, sampler: Sampler::new(mechanism), values: Vec::new() }
     }
 

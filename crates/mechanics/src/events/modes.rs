@@ -1,0 +1,48 @@
+//! Discrete part of a state: which elements are active, and which events have happened.
+
+use crate::mechanism::{ElementInstance, Mechanism};
+use autodiff::Scalar;
+
+/// Elements that are active, and events that have happened. Both lists are empty for a mechanism without
+/// [`Mechanism::when`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Modes {
+    /// For each element that an event activates or deactivates, true if it is active.
+    active: Vec<bool>,
+    /// For each event, true if it has happened.
+    happened: Vec<bool>,
+}
+
+impl Modes {
+    /// Modes at the start of the motion.
+    pub(crate) fn initial<T>(mechanism: &Mechanism<T>) -> Self {
+        let has_modes = mechanism.events.iter().any(|event| event.when.is_some());
+        let events = if has_modes { mechanism.events.len() } else { 0 };
+        Self { active: mechanism.switches.clone(), happened: vec![false; events] }
+    }
+
+    /// Returns whether an element is active. The residual of an inactive one is λ = 0, without forces.
+    pub(crate) fn is_active<T>(&self, instance: &ElementInstance<T>) -> bool {
+        instance.switch.is_none_or(|switch| self.active.get(switch).copied().unwrap_or(true))
+    }
+
+    /// Returns whether event number `event` has happened.
+    pub(crate) fn has_happened(&self, event: usize) -> bool {
+        self.happened.get(event).copied().unwrap_or(false)
+    }
+
+    /// Applies the changes of the `events`, which happen now.
+    pub(crate) fn apply<T: Scalar>(&mut self, mechanism: &Mechanism<T>, events: &[usize]) {
+        for &event in events {
+            let Some(when) = &mechanism.events[event].when else { continue };
+            self.happened[event] = true;
+            when.changes.iter().for_each(|&(switch, is_active)| self.active[switch] = is_active);
+        }
+    }
+
+    /// Copies `other` without allocating.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.active.clone_from(&other.active);
+        self.happened.clone_from(&other.happened);
+    }
+}

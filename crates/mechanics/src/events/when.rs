@@ -1,0 +1,164 @@
+//! Events by a condition: joints that let go, forces that are switched on and off, the end of a motion.
+
+use crate::elements::element::ElementWorkspace;
+use crate::mechanism::element::{Element, ElementState};
+use crate::mechanism::scalars::StateScalar;
+use crate::mechanism::{
+    AnyFormula, ElementIndex, ElementInstance, EventElement, Formula, MeasuredQuantity, Mechanism, Term,
+};
+use crate::system::state::{State, measure};
+use crate::{Error, Result};
+use autodiff::Scalar;
+use std::sync::Arc;
+
+/// An event of a mechanism, by number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct EventIndex(pub(crate) usize);
+
+/// Effect of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Action {
+    /// Makes an element active, which is inactive before.
+    Activate(ElementIndex),
+    /// Makes an element inactive: a force ends, a joint lets go.
+    Deactivate(ElementIndex),
+    /// Ends the motion. Outputs keep the values that they have at the event.
+    Terminate,
+}
+
+/// Condition and effects of an event.
+pub(crate) struct When<S> {
+    /// Quantities of the function g whose rise through zero is the event.
+    terms: Vec<Term<S>>,
+    /// The function g of these quantities and of the time.
+    formula: Arc<dyn AnyFormula>,
+    /// Elements of the quantities, by their number in the mechanism.
+    measured: Vec<(usize, ElementInstance<S>)>,
+    /// Switches of elements, and whether the element is active after the event.
+    pub changes: Vec<(usize, bool)>,
+    /// True if the event ends the motion.
+    pub is_terminal: bool,
+}
+
+/// # Events by a condition
+///
+/// An event happens once, when a function g of time and measured quantities becomes positive. At the time T(b) of the event
+/// g(x(T, b), T, b) = 0, so that dT/db = −(∂g/∂b + g_x ∂x/∂b)/ġ. A step ends at T, and the forces and joints after T are
+/// other ones. Positions and velocities are continuous. Derivatives by direct differentiation are exact for the discrete
+/// motion.
+///
+/// # Sources
+///
+/// Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems* (2004), Section 7.3.
+impl<S: Scalar> Mechanism<S> {
+    /// Adds an event: the `formula` of the `terms` becomes positive.
+    ///
+    /// An element is inactive at the start if the first action on it, in the order of the events, is [`Action::Activate`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Definition`] if the formula uses an energy or a driving force, or if an action activates a joint: a joint
+    /// that closes is an impact.
+    pub fn when(
+        &mut self,
+        name: impl Into<String>,
+        formula: impl Formula,
+        terms: &[Term<S>],
+        actions: &[Action],
+    ) -> Result<EventIndex> {
+        let (name, mut measured) = (name.into(), Vec::new());
+        for term in terms {
+            let MeasuredQuantity::Measure { element, .. } = term.source else {
+                let why = "its condition uses an energy or the force of a driver";
+                return Err(Error::definition(name, why, "use positions, velocities or reactions"));
+            };
+            measured.push((element, self.elements[element].clone()));
+        }
+        let mut changes = Vec::new();
+        for action in actions {
+            match *action {
+                Action::Activate(element) if self.elements[element.0].num_constraints > 0 => {
+                    let why = format!("it activates the joint `{}`", self.elements[element.0].name);
+                    return Err(Error::definition(name, why, "activate forces only: a joint that closes is an impact"));
+                }
+                Action::Activate(element) => changes.push((self.switch_of(element, false), true)),
+                Action::Deactivate(element) => changes.push((self.switch_of(element, true), false)),
+                Action::Terminate => {}
+            }
+        }
+        let is_terminal = actions.contains(&Action::Terminate);
+        let formula: Arc<dyn AnyFormula> = Arc::new(formula);
+        let when = When { terms: terms.to_vec(), formula, measured, changes, is_terminal };
+        let gap = ElementInstance::new(name, Arc::new(NoGap), &[], &[], 0);
+        self.events.push(EventElement { gap, restitution: None, when: Some(when) });
+        Ok(EventIndex(self.events.len() - 1))
+    }
+
+    /// Makes the output that was added last keep the value that it has at the `event`, from the event on.
+    ///
+    /// With the time as its formula it is the time of the event. Its derivatives include that of the time of the event.
+    pub fn hold_output(&mut self, event: EventIndex) {
+        if let Some(output) = self.outputs.last_mut() {
+            output.held_from = Some(event.0);
+        }
+    }
+
+    /// The switch of an element, which begins in the state `is_active` if it is a new one.
+    fn switch_of(&mut self, element: ElementIndex, is_active: bool) -> usize {
+        if let Some(switch) = self.elements[element.0].switch {
+            return switch;
+        }
+        let switch = Some(self.switches.len());
+        self.switches.push(is_active);
+        self.elements[element.0].switch = switch;
+        let measured = self.events.iter_mut().filter_map(|event| event.when.as_mut()).flat_map(|w| &mut w.measured);
+        measured.filter(|(number, _)| *number == element.0).for_each(|(_, instance)| instance.switch = switch);
+        self.switches.len() - 1
+    }
+}
+
+impl<T: StateScalar> When<T> {
+    /// The function g of the condition.
+    pub fn value(&self, state: &State<T>) -> T {
+        let (mut workspace, mut measures) = (ElementWorkspace::default(), Vec::new());
+        let quantity = |term: &Term<T>| {
+            let MeasuredQuantity::Measure { element, measure: number } = term.source else { return T::from(0.0) };
+            let (_, instance) = self.measured.iter().find(|(k, _)| *k == element).expect("it is stored");
+            measures.clear();
+            measures.resize(instance.element.measures().len(), T::from(0.0));
+            measure(instance, state, &mut workspace, &mut measures);
+            measures[number] * term.weight
+        };
+        let terms: Vec<T> = self.terms.iter().map(quantity).collect();
+        T::formula(self.formula.as_ref(), state.t, &terms)
+    }
+
+    /// Rate of the function in 1/s with the velocities `v`, by a central difference. Multipliers are constant in it.
+    pub fn rate(&self, state: &State<T>, v: &[T]) -> T {
+        let at = |offset: f64| {
+            let mut moved = state.clone();
+            moved.t += offset;
+            moved.q.iter_mut().zip(v).for_each(|(q, &v)| *q += v * offset);
+            moved.v.iter_mut().zip(&state.a).for_each(|(v, &a)| *v += a * offset);
+            self.value(&moved)
+        };
+        (at(RATE_STEP) - at(-RATE_STEP)) * (0.5 / RATE_STEP)
+    }
+}
+
+/// Time step in s of the rate of a condition, which is an estimate: it separates events at the same time.
+const RATE_STEP: f64 = 1e-6;
+
+/// Takes the place of the gap in an event with a condition.
+struct NoGap;
+
+impl Element for NoGap {
+    fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
+}
+
+/// Error of an output at an event that has not happened until the time `t` (s).
+pub(crate) fn not_happened(name: &str, t: f64) -> Error {
+    let why = format!("it has not happened until the last time point, t = {t:.6e} s, and an output is its value there");
+    Error::analysis(name, why, "extend the time points, or change its condition or the design")
+}

@@ -1,0 +1,177 @@
+//! `[[event]]`: joints that let go, forces that are switched on and off, the end of the motion.
+
+use super::elements::ElementSpec;
+use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
+use super::measured::MeasuredFormula;
+use super::measures::{MeasureRef, Sensors};
+use super::parts::{BuildContext, NamedPart, Parts};
+use super::section::{Read, Section, Word};
+use crate::Result;
+use crate::model_file::Diagnostic;
+use crate::model_file::expression::{Names, Tree};
+use autodiff::Scalar;
+use mechanics::elements::{Added, Family};
+use mechanics::events::Action;
+
+const KEYS: &[Key] = &[
+    required("name", Accepts::Name, "name, unique in the file"),
+    required(
+        "when",
+        Accepts::Condition,
+        "comparison of measures, numbers and `time`, such as \"stone.y < 0\"; the event happens once, when it becomes true",
+    ),
+    optional("release", Accepts::Names, "joints, or `relative` and `length` drivers, that let go"),
+    optional(
+        "switch_on",
+        Accepts::Names,
+        "forces that begin; at the start they are off, unless an event before this one in the file switches them off",
+    ),
+    optional("switch_off", Accepts::Names, "forces that end"),
+    default("terminal", Accepts::Flag, "false", "whether the motion ends; all outputs then keep their values"),
+    EACH,
+];
+
+/// Declarations for documentation and schema.
+pub const TABLES: &[TableKeys] = &[TableKeys {
+    name: "event",
+    kind: None,
+    about: "an event by a condition, which changes the mechanism or ends the motion",
+    keys: KEYS,
+}];
+
+/// Change of an element at an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Change {
+    Release,
+    SwitchOn,
+    SwitchOff,
+}
+
+/// An event by a condition.
+#[derive(Clone, Debug)]
+pub struct EventSpec {
+    name: String,
+    /// Function that becomes positive at the event.
+    condition: MeasuredFormula,
+    /// Changes of elements, by their numbers.
+    changes: Vec<(Change, usize)>,
+    is_terminal: bool,
+}
+
+/// Reads the events and enters their names.
+pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts, elements: &[ElementSpec]) -> Read<Vec<EventSpec>> {
+    let mut count = 0;
+    file.read_each("event", |table, span| {
+        let section = Section::of(table, span, "event", &[KEYS], file.source())?;
+        let event = event(&section, names, parts, elements)?;
+        parts.add(&section.need_word("name")?, NamedPart::Event(count))?;
+        count += 1;
+        Ok(event)
+    })
+}
+
+fn event(section: &Section<'_>, names: &Names, parts: &Parts, elements: &[ElementSpec]) -> Read<EventSpec> {
+    let Some(tree) = section.condition("when")? else {
+        return Err(section.error_at("when", format!("{} lacks `when`", section.title)));
+    };
+    let condition = MeasuredFormula::compile(tree.clone(), "`when`", names, Some(parts), |tree, _| Ok(tree))?;
+    check_condition(&tree, &condition, parts)?;
+    let mut changes: Vec<(Change, usize)> = vec![];
+    for (key, change) in
+        [("release", Change::Release), ("switch_on", Change::SwitchOn), ("switch_off", Change::SwitchOff)]
+    {
+        for word in section.names(key)? {
+            let element = changed(&word, change, parts, elements)?;
+            if changes.iter().any(|(_, other)| *other == element) {
+                let message = format!("`{}` is changed twice by one event", word.text);
+                return Err(Diagnostic::new(word.span, message).help("name each part once"));
+            }
+            changes.push((change, element));
+        }
+    }
+    Ok(EventSpec { name: section.text("name")?, condition, changes, is_terminal: section.flag("terminal")? })
+}
+
+/// Checks that a condition can change during the motion, and that it is a function of state.
+fn check_condition(tree: &Tree, condition: &MeasuredFormula, parts: &Parts) -> Read<()> {
+    if condition.measures.is_empty() && !condition.expression.uses_time() {
+        let message = "this condition does not change during the motion";
+        return Err(
+            Diagnostic::new(tree.span.clone(), message).help("compare a measure or `time`, as in \"stone.y < 0\"")
+        );
+    }
+    let is_other = |measure: &MeasureRef| match measure {
+        MeasureRef::KineticEnergy | MeasureRef::PotentialEnergy => true,
+        MeasureRef::Element(k, _) => {
+            parts.elements().any(|(number, descriptor)| number == *k && descriptor.kind == "coordinate")
+        }
+        _ => false,
+    };
+    if condition.measures.iter().any(is_other) {
+        let message = "the condition of an event cannot use an energy or the force of a `coordinate` driver";
+        let help = "use positions, velocities, accelerations, or measures of other joints and forces";
+        return Err(Diagnostic::new(tree.span.clone(), message).help(help));
+    }
+    Ok(())
+}
+
+/// The number of an element that can change in this way.
+fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec]) -> Read<usize> {
+    let can = |element: &ElementSpec| match (change, element.kind.descriptor.family) {
+        (Change::Release, Family::Joint) => true,
+        (Change::Release, Family::Drive) => !element.kind.is_prescribed(),
+        (Change::SwitchOn | Change::SwitchOff, Family::Force | Family::Contact) => !element.kind.is_rigid_contact(),
+        _ => false,
+    };
+    let number = |name: &str| match parts.get(name) {
+        Some(NamedPart::Element(k, _)) => Some(*k),
+        _ => None,
+    };
+    let (verb, what) = match change {
+        Change::Release => ("released", "joint"),
+        Change::SwitchOn => ("switched on", "force"),
+        Change::SwitchOff => ("switched off", "force"),
+    };
+    match number(&word.text) {
+        Some(k) if can(&elements[k]) => Ok(k),
+        Some(k) => {
+            let kind = elements[k].kind.descriptor.kind;
+            let message = format!("`{}` is of kind `{kind}` and cannot be {verb}", word.text);
+            let help = match (change, elements[k].kind.descriptor.family) {
+                (Change::Release, Family::Drive) => {
+                    "take a driver of kind `relative` against the ground, which can let go"
+                }
+                (Change::Release, _) => "forces have `switch_on` and `switch_off`",
+                (_, Family::Joint | Family::Drive) => "a joint lets go by `release`; it cannot close again",
+                _ => "take a compliant contact, with stiffness and damping",
+            };
+            Err(Diagnostic::new(word.span.clone(), message).help(help))
+        }
+        None => {
+            let known = parts.order.iter().filter(|name| number(name).is_some_and(|k| can(&elements[k])));
+            Err(Diagnostic::unknown(word.span.clone(), what, &word.text, known.map(String::as_str)))
+        }
+    }
+}
+
+impl EventSpec {
+    /// Adds the event to a mechanism.
+    pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, context: &mut BuildContext<S>, b: &[S]) -> Result<()> {
+        let (terms, formula) = self.condition.build(sensors, context, b)?;
+        let formula = formula.expect("the condition is a difference");
+        let action = |&(change, element): &(Change, usize)| {
+            let Added::Element(element) = context.elements[element] else { unreachable!("such a part was refused") };
+            match change {
+                Change::SwitchOn => Action::Activate(element),
+                Change::Release | Change::SwitchOff => Action::Deactivate(element),
+            }
+        };
+        let mut actions: Vec<Action> = self.changes.iter().map(action).collect();
+        if self.is_terminal {
+            actions.push(Action::Terminate);
+        }
+        let event = context.mechanism.when(&self.name, formula, &terms, &actions)?;
+        context.events.push(event);
+        Ok(())
+    }
+}

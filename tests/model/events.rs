@@ -1,0 +1,184 @@
+//! Events of model files: a throw with its known optimum, the trebuchet, and mistakes.
+
+use linkwright::model_file::read;
+use linkwright::problem::{Problem, ResponseAt};
+
+/// A stone thrown with 20 m/s at an angle; a wind pushes it from a given time on.
+const THROW: &str = r#"
+version = 2
+gravity = [0, -9.81]
+[design]
+angle = { start = 0.4, lower = 0.1, upper = 1.4, unit = "rad" }
+gust = { start = 0.5, lower = 0.1, upper = 1.0, unit = "s" }
+[[body]]
+name = "stone"
+kind = "point"
+mass = 2
+position = [0, 0]
+velocity = ["20*cos(angle)", "20*sin(angle)"]
+[[force]]
+name = "wind"
+kind = "load"
+b = "stone.x"
+generalized_force = 3
+[[event]]
+name = "blow"
+when = "time > gust"
+switch_on = "wind"
+[[event]]
+name = "landing"
+when = "stone.y < 0"
+terminal = true
+[time]
+to = 5
+points = 11
+[analysis]
+kind = "dynamics"
+step = 0.01
+[[output]]
+name = "range"
+value = "stone.x"
+at_event = "landing"
+unit = "m"
+[[output]]
+name = "duration"
+value = "time"
+at_event = "landing"
+[[output]]
+name = "x"
+value = "stone.x"
+[objective]
+maximize = "range"
+[[constraint]]
+name = "duration"
+value = "duration"
+at_most = 3.5
+[[constraint]]
+name = "gust"
+value = "gust"
+at_least = 0.5
+"#;
+
+fn problem(text: &str) -> Problem {
+    read("m.toml", text).unwrap_or_else(|report| panic!("{report}")).problem().unwrap()
+}
+
+/// Range, duration and their derivatives by the angle and the time of the gust, in closed form.
+fn throw([angle, gust]: [f64; 2]) -> [[f64; 3]; 2] {
+    let (sin, cos) = angle.sin_cos();
+    let (duration, rate, push) = (40.0 * sin / 9.81, 40.0 * cos / 9.81, 1.5);
+    let blown = duration - gust;
+    let range = 20.0 * cos * duration + 0.5 * push * blown * blown;
+    let by_angle = -20.0 * sin * duration + 20.0 * cos * rate + push * blown * rate;
+    [[range, by_angle, -push * blown], [duration, rate, 0.0]]
+}
+
+#[test]
+fn outputs_at_events_are_numbers_with_exact_derivatives() {
+    let problem = problem(THROW);
+    let b = [0.7, 0.6];
+    let responses = problem.analyze(&b).unwrap();
+    let all = [0, 1].map(|response| ResponseAt { response, point: 0 });
+    let rows = problem.sensitivities(&b, &responses, &all).unwrap();
+    for (h, [value, by_angle, by_gust]) in throw(b).into_iter().enumerate() {
+        assert_eq!(responses.values[h].len(), 1);
+        assert!((responses.values[h][0] - value).abs() < 1e-9, "{h}: {} {value}", responses.values[h][0]);
+        for (i, exact) in [by_angle, by_gust].into_iter().enumerate() {
+            assert!((rows[(h, i)] - exact).abs() < 1e-8, "{h} by {i}: {} {exact}", rows[(h, i)]);
+        }
+    }
+    // The history keeps its value after the landing.
+    assert_eq!(responses.values[2][10], responses.values[0][0]);
+}
+
+#[test]
+fn the_farthest_throw_is_the_one_of_the_closed_form() {
+    let model = read("m.toml", THROW).unwrap_or_else(|report| panic!("{report}"));
+    let outcome = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
+    assert!(outcome.status.is_success(), "{:?}", outcome.status);
+    let best = (0..13_000).map(|k| 0.1 + k as f64 * 1e-4).max_by(|a, b| {
+        let range = |angle: &f64| throw([*angle, 0.5])[0][0];
+        range(a).total_cmp(&range(b))
+    });
+    let (found, best) = (outcome.design, best.unwrap());
+    assert!((found[0] - best).abs() < 1e-3 && (found[1] - 0.5).abs() < 1e-6, "{found:?} {best}");
+}
+
+#[test]
+fn the_trebuchet_is_solved_in_at_most_fifteen_analyses() {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/models/trebuchet.toml")).unwrap();
+    let model = read("trebuchet.toml", &text).unwrap_or_else(|report| panic!("{report}"));
+    let problem = model.problem().unwrap();
+    let outcome = model.method().solve(&problem, |_| ()).unwrap();
+    assert!(outcome.status.is_success(), "{:?}", outcome.status);
+    let analyses = outcome.counters.analyses;
+    assert!(analyses <= 15, "{analyses} analyses");
+    for (found, expected) in outcome.design.iter().zip([3.0918, 3.8334, 1.1134]) {
+        assert!((found - expected).abs() < 1e-3, "{:?}", outcome.design);
+    }
+    // No design around it throws farther.
+    let range = |design: &[f64]| problem.analyze(design).unwrap().values[0][0];
+    let best = range(&outcome.design);
+    assert!((best - 141.65).abs() < 0.01, "{best}");
+    for i in 0..3 {
+        for change in [-0.01, 0.01] {
+            let mut other = outcome.design.clone();
+            other[i] += change;
+            assert!(range(&other) < best, "{i} {change}");
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_the_trebuchet_equal_differences() {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/models/trebuchet.toml")).unwrap();
+    let problem = problem(&text);
+    let b = problem.start();
+    let responses = problem.analyze(&b).unwrap();
+    let all = [0, 1, 2, 3].map(|response| ResponseAt { response, point: 0 });
+    let rows = problem.sensitivities(&b, &responses, &all).unwrap();
+    for i in 0..b.len() {
+        let at = |change: f64| {
+            let mut moved = b.clone();
+            moved[i] += change;
+            problem.analyze(&moved).unwrap().values
+        };
+        let (low, high, h) = (at(-1e-5), at(1e-5), 2e-5);
+        for (k, (low, high)) in low.iter().zip(&high).take(all.len()).enumerate() {
+            let (ours, theirs) = (rows[(k, i)], (high[0] - low[0]) / h);
+            assert!((ours - theirs).abs() < 1e-5 * theirs.abs().max(1.0), "{k} by {i}: {ours} {theirs}");
+        }
+    }
+}
+
+/// The mistake in the file, its replacement, and what the message and the line that it shows contain.
+const MISTAKES: &[[&str; 4]] = &[
+    ["switch_on = \"wind\"", "switch_on = \"winds\"", "did you mean `wind`", "switch_on"],
+    ["switch_on = \"wind\"", "release = \"wind\"", "cannot be released", "release"],
+    ["switch_on = \"wind\"", "switch_on = [\"wind\", \"wind\"]", "changed twice by one event", "switch_on"],
+    ["time > gust", "gust > 0.3", "does not change during the motion", "when"],
+    ["time > gust", "time - gust", "one of < <= > >=", "when"],
+    ["time > gust", "kinetic_energy > 5", "cannot use an energy", "when"],
+    ["at_event = \"landing\"", "at_event = \"landin\"", "did you mean `landing`", "at_event"],
+    ["name = \"blow\"", "name = \"wind\"", "taken twice", "name"],
+    ["step = 0.01", "step = 0.01\nderivatives = \"adjoint\"", "do not pass through events", "derivatives"],
+    ["step = 0.01", "scheme = \"rk8\"\ntolerance = 1e-9", "explicit schemes know no events", "scheme"],
+];
+
+#[test]
+fn every_mistake_is_shown_at_its_place() {
+    for [good, bad, message, line] in MISTAKES {
+        assert!(THROW.contains(good), "{good}");
+        let report = read("m.toml", &THROW.replacen(good, bad, 1)).map(drop).expect_err(bad).to_string();
+        assert!(report.contains(message) && report.contains(line), "{bad}:\n{report}");
+    }
+}
+
+#[test]
+fn an_event_that_does_not_happen_is_shown_at_its_part() {
+    let model = read("m.toml", &THROW.replacen("to = 5", "to = 1", 1)).unwrap_or_else(|report| panic!("{report}"));
+    let problem = model.problem().unwrap();
+    let error = problem.analyze(&problem.start()).map(drop).unwrap_err();
+    let report = model.locate(&error).expect("the event is a part of the file").to_string();
+    assert!(report.contains("landing") && report.contains("has not happened"), "{report}");
+}
