@@ -25,6 +25,8 @@ const LEAST: f64 = 1e-4;
 const LONGER: usize = 20;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
+/// First-order change over a length, relative to F, below which a direction need not be explored.
+const NEGLIGIBLE: f64 = 1e-10;
 /// Largest residual at the start, relative to the largest change of the objective.
 const AT_START: f64 = 1e-9;
 /// Largest step over the lengths, and largest box, of a stalled run.
@@ -96,12 +98,17 @@ impl StopTest<'_> {
         range(RECENT).min(objective.abs()).max(LEAST * (range(LONGER) * range(self.objectives.len())).sqrt())
     }
 
+    /// A change of the objective that does not matter at all.
+    pub fn negligible(&self) -> f64 {
+        let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
+        (NEGLIGIBLE * self.objective_unit()).max(ROUNDING[1] * objective)
+    }
+
     /// The reason in words if the run has converged.
     pub fn converged(&self) -> Option<String> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let Optimality { residual, complementarity, largest_change } = self.optimality;
-        let is_small = self.violation_in_terms <= IN_TERMS[0] || self.violation <= IN_TERMS[1];
-        if self.violation > FEASIBLE || !is_small || !self.is_compatible {
+        if !is_feasible(self.violation, self.violation_in_terms) || !self.is_compatible {
             return None;
         }
         if self.objectives.len() == 1 {
@@ -124,6 +131,11 @@ impl StopTest<'_> {
             )
         })
     }
+}
+
+/// True if a converged design may have this violation, in units of the rows and in the terms of its row.
+pub(super) fn is_feasible(violation: f64, in_terms: f64) -> bool {
+    violation <= FEASIBLE && (in_terms <= IN_TERMS[0] || violation <= IN_TERMS[1])
 }
 
 /// The reason in words if the steps have become too small.
