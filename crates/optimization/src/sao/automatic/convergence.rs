@@ -13,7 +13,7 @@ const IN_TERMS: [f64; 2] = [1e-5, 1e-9];
 /// length was underestimated, and grow by up to ten a cycle.
 const PREDICTED: [f64; 2] = [1e-6, 1e-13];
 /// Largest first-order decrease R, relative to F.
-const RESIDUAL: f64 = 1e-3;
+const RESIDUAL: f64 = 3e-4;
 /// Largest Σ |λᵢ cᵢ|, relative to F.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
@@ -21,7 +21,7 @@ const RECENT: usize = 4;
 /// Least F, relative to the geometric mean of the ranges of the objective in the run and over the last [`LONGER`] accepted
 /// designs.
 const LEAST: f64 = 1e-4;
-/// Number of accepted designs of the shorter range. A start with a huge objective must not count for ever.
+/// Number of accepted designs of the shorter range, without the start. A start with a huge objective must not count for ever.
 const LONGER: usize = 20;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
@@ -95,7 +95,8 @@ impl StopTest<'_> {
             let recent = &self.objectives[self.objectives.len().saturating_sub(count)..];
             spread(recent.iter().copied())
         };
-        range(RECENT).min(objective.abs()).max(LEAST * (range(LONGER) * range(self.objectives.len())).sqrt())
+        let longer = LONGER.min(self.objectives.len().saturating_sub(1));
+        range(RECENT).min(objective.abs()).max(LEAST * (range(longer) * range(self.objectives.len())).sqrt())
     }
 
     /// A change of the objective that does not matter at all.

@@ -448,6 +448,9 @@ impl<'a> Situation<'a> {
         if (0..self.n()).any(|j| self.is_unknown(j)) {
             return Some(self.displacement(DISPLACEMENTS[0], |j| self.is_unknown(j)));
         }
+        if self.memory.rejections > 0 {
+            return None;
+        }
         let (design, lengths, widths) = (&self.state.design, &self.units.lengths, &self.memory.widths);
         let slope = self.here.lagrangian_slope(&self.here.balanced(self.problem, design, lengths));
         let is_free = |j: usize| {
@@ -462,19 +465,12 @@ impl<'a> Situation<'a> {
         let gradients = rows.map(|i| scaled(&|j| self.here.jacobian[(i, j)] * lengths[j]));
         let step = |one: &[f64], other: &[f64]| scaled(&|j| (one[j] - other[j]) / lengths[j]);
         let steps = self.memory.points.windows(2).map(|ends| step(&ends[1].design, &ends[0].design));
-        let rejected = self.memory.rejected.iter().map(|point| step(&point.design, design));
-        let mut known: Vec<DVector<f64>> = vec![];
-        for vector in gradients.chain(steps).chain(rejected) {
-            let rest = without(&vector, &known);
-            if rest.norm() > INDEPENDENT * vector.norm() {
-                known.push(rest.normalize());
-            }
-        }
-        let descent = without(&scaled(&|j| -slope[j] * lengths[j]), &known);
-        let largest = descent.amax();
-        if !(largest > negligible) {
+        // The active rows stay active to first order; of the rest, what is left of it by the steps is new.
+        let descent = without(&scaled(&|j| -slope[j] * lengths[j]), &basis(gradients));
+        if !(without(&descent, &basis(steps)).amax() > negligible) {
             return None;
         }
+        let largest = descent.amax();
         let size = (0..self.n()).map(|j| widths[j] / lengths[j] * largest / descent[j].abs()).fold(f64::INFINITY, f64::min);
         let region = self.sides(widths);
         let moved = |j: usize| design[j] + size * lengths[j] * descent[j] / largest;
@@ -655,6 +651,18 @@ impl<'a> Situation<'a> {
         });
         Some(ObservedLagrangian { value, gradient })
     }
+}
+
+/// Orthonormal vectors that span the given ones.
+fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
+    let mut basis = vec![];
+    for vector in vectors {
+        let rest = without(&vector, &basis);
+        if rest.norm() > INDEPENDENT * vector.norm() {
+            basis.push(rest.normalize());
+        }
+    }
+    basis
 }
 
 /// A vector without its components along orthonormal ones.
