@@ -239,11 +239,9 @@ impl Problem {
         // The rows of the history that have been observed. The end of a run need not add one.
         let (mut state, mut rows) = match state {
             Some(state) => {
-                let mut state = state.0.clone();
-                method.check(problem).map_err(|error| raise(py, &error))?;
-                (state.status, state.reason) = begun(method, problem, &state);
+                let state = state.0.clone();
                 let rows = state.history.len();
-                (state, rows)
+                (self.located(py, || method.restart(problem, state))?, rows)
             }
             None => (self.located(py, || method.start_at(problem, start))?, 0),
         };
@@ -360,17 +358,6 @@ fn with_functions(
     problem.analysis =
         if analysis.has_derivatives() { Box::new(analysis) } else { Box::new(differences(analysis, &name, step)?) };
     Ok(problem)
-}
-
-/// The status of a run that continues.
-fn begun(method: &Method, problem: &linkwright::problem::Problem, state: &linkwright::sao::State) -> (Status, String) {
-    let (status, reason) = method.stop.test(problem, state);
-    // The automatic method has a stop test of its own.
-    if method.automatic.is_some() && status != Status::CycleLimit {
-        (Status::Running, String::new())
-    } else {
-        (status, reason)
-    }
 }
 
 /// The smallest model with this `[method]`, from which the method is taken: a `Method` cannot be copied.

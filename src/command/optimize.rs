@@ -280,14 +280,14 @@ impl Shown {
         let show = self.show();
         let progress = Progress::new(problem, show, model.method().stop, self.digits.count());
         progress.head()?;
-        let mut state = match state {
+        let state = match state {
             Some(state) => state,
             None => {
                 progress.analysing_the_start();
                 located(model, model.method().start(problem))?
             }
         };
-        (state.status, state.reason) = model.method().stop.test(problem, &state);
+        let mut state = model.method().restart(problem, state)?;
         let mut summary = folder.save(model, problem, &mut state)?;
         progress.cycle(&state, 0)?;
         let before = state.history.len();

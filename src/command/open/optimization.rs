@@ -169,11 +169,11 @@ impl SteeredRun {
         }
         let problem = located(&model, model.problem())?;
         let state = folder.resume(&model, &problem, &text, false)?;
-        let mut state = match state {
+        let state = match state {
             Some(state) => state,
             None => located(&model, model.method().start(&problem))?,
         };
-        (state.status, state.reason) = model.method().stop.test(&problem, &state);
+        let mut state = model.method().restart(&problem, state)?;
         folder.save(&model, &problem, &mut state)?;
         Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None })
     }
@@ -266,7 +266,7 @@ impl SteeredRun {
     fn replace(&mut self, mut base: State, mut state: State, decision: &str) -> anyhow::Result<()> {
         self.problem.check_design(&state.design).context("the bounds exclude the earlier design")?;
         (base.fingerprint, state.fingerprint) = (self.problem.fingerprint(), self.problem.fingerprint());
-        (state.status, state.reason) = self.model.method().stop.test(&self.problem, &state);
+        let state = self.model.method().restart(&self.problem, state)?;
         let number = self.state.history.len() - 1;
         let change = Change { key: decision.to_owned(), before: Some(format!("trial step {number}")), after: None };
         self.folder.rewind(&mut base, change)?;

@@ -24,12 +24,7 @@ impl Method {
     ///
     /// As [`step`](Self::step); also if settings are out of range, or if the state belongs to another problem.
     pub fn resume(&self, problem: &Problem, mut state: State, mut observe: impl FnMut(&State)) -> Result<State> {
-        self.check(problem)?;
-        state.check(problem)?;
-        (state.status, state.reason) = match self.automatic {
-            Some(_) => self.stop.cycle_limit(&state),
-            None => self.stop.test(problem, &state),
-        };
+        state = self.restart(problem, state)?;
         while state.status == Status::Running {
             state = self.step(problem, state)?;
             observe(&state);
@@ -71,6 +66,8 @@ impl Method {
             previous: vec![],
             data: None,
             automatic: None,
+            points: vec![],
+            confirmation: None,
             counters: Counters { analyses: 1, ..Default::default() },
             status: Status::Running,
             reason: String::new(),
@@ -122,11 +119,13 @@ impl Method {
         state.history.push(cycle);
         (state.factors, state.globalization) = (factors, globalization);
         match (verdict, analyzed) {
-            (Verdict::Accept, Ok(accepted)) => state.advance(accepted, data.sensitivities, self.memory()),
+            (Verdict::Accept, Ok(accepted)) => {
+                self.keep(problem, &mut state, &data);
+                state.advance(accepted, data.sensitivities, self.memory());
+            }
             _ => state.data = Some(data),
         }
-        (state.status, state.reason) = self.stop.test(problem, &state);
-        Ok(state)
+        self.conclude(problem, state)
     }
 
     fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<CycleData> {

@@ -4,6 +4,7 @@
 //! one [`State`]. It can be written to a file, and a run that continues from the file has the same bits.
 
 mod automatic;
+mod confirmation;
 mod conservatism;
 mod cycle;
 mod driver;
@@ -26,6 +27,7 @@ pub use automatic::{
     AcceptedPoint, Automatic, AutomaticState, Candidate, FilterEntry, Number, NumberGroup, NumberId, RejectedPoint,
     Scores,
 };
+pub use confirmation::Confirmation;
 pub use conservatism::Conservatism;
 pub use cycle::{ActiveRow, Cycle, Prediction};
 pub use filter::{Filter, FilteredConservatism};

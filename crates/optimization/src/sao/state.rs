@@ -1,6 +1,6 @@
 //! The state of a run: one record that can be written to a file.
 
-use super::{AutomaticState, Cycle, GlobalizationState, state_shape};
+use super::{AcceptedPoint, AutomaticState, Confirmation, Cycle, GlobalizationState, state_shape};
 use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
@@ -75,6 +75,12 @@ pub struct State {
     /// Data of the automatic method; `None` for other methods, and before the first cycle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub automatic: Option<AutomaticState>,
+    /// The last accepted designs before the current one with their derivatives, for a confirmation of the end.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<AcceptedPoint>,
+    /// The last confirmation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confirmation: Option<Confirmation>,
     /// All trial steps so far, cycle 0 first.
     pub history: Vec<Cycle>,
     /// Numbers of analyses and iterations so far.

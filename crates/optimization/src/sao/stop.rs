@@ -20,6 +20,9 @@ pub struct Stop {
     /// not converged. The relative error of the objective is of second order in it, so that √accuracy is a strict
     /// value. Ten times that value detects runs that stall, and does not change the number of cycles in any table of the paper.
     pub residual: f64,
+    /// True if the end of a run is [confirmed](super::Confirmation) by the automatic method, at the cost of a sensitivity analysis
+    /// and a few analyses.
+    pub confirm: bool,
     /// Largest number of cycles, accepted or not.
     pub max_cycles: usize,
     /// Largest move-limit factor below which the run has stalled.
@@ -28,14 +31,14 @@ pub struct Stop {
 
 impl Default for Stop {
     fn default() -> Self {
-        Self { accuracy: 1e-5, residual: 0.03, max_cycles: 100, smallest_factor: 1e-7 }
+        Self { accuracy: 1e-5, residual: 0.03, confirm: true, max_cycles: 100, smallest_factor: 1e-7 }
     }
 }
 
 impl Stop {
     /// The paper's test of objective and violation alone. If move limits shrink quickly, it ends a run too early.
     pub fn as_published() -> Self {
-        Self { residual: f64::INFINITY, ..Self::default() }
+        Self { residual: f64::INFINITY, confirm: false, ..Self::default() }
     }
 
     /// Checks the settings.
@@ -57,7 +60,7 @@ impl Stop {
     }
 
     /// The status after the last cycle of `state`, and the reason in words.
-    pub fn test(&self, problem: &Problem, state: &State) -> (Status, String) {
+    pub(super) fn test(&self, problem: &Problem, state: &State) -> (Status, String) {
         let Some(last) = state.history.last() else { return (Status::Running, String::new()) };
         if let Some(verdict) = self.settled(problem, state, last) {
             return verdict;

@@ -13,7 +13,7 @@ const IN_TERMS: [f64; 2] = [1e-5, 1e-9];
 /// length was underestimated, and grow by up to ten a cycle.
 const PREDICTED: [f64; 2] = [1e-6, 1e-13];
 /// Largest first-order decrease R, relative to F.
-const RESIDUAL: f64 = 1e-3;
+const RESIDUAL: f64 = 3e-4;
 /// Largest Σ |λᵢ cᵢ|, relative to F.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
@@ -21,10 +21,12 @@ const RECENT: usize = 4;
 /// Least F, relative to the geometric mean of the ranges of the objective in the run and over the last [`LONGER`] accepted
 /// designs.
 const LEAST: f64 = 1e-4;
-/// Number of accepted designs of the shorter range. A start with a huge objective must not count for ever.
+/// Number of accepted designs of the shorter range, without the start. A start with a huge objective must not count for ever.
 const LONGER: usize = 20;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
+/// First-order change over a length, relative to F, below which a direction need not be explored.
+const NEGLIGIBLE: f64 = 1e-10;
 /// Largest residual at the start, relative to the largest change of the objective.
 const AT_START: f64 = 1e-9;
 /// Largest step over the lengths, and largest box, of a stalled run.
@@ -93,15 +95,21 @@ impl StopTest<'_> {
             let recent = &self.objectives[self.objectives.len().saturating_sub(count)..];
             spread(recent.iter().copied())
         };
-        range(RECENT).min(objective.abs()).max(LEAST * (range(LONGER) * range(self.objectives.len())).sqrt())
+        let longer = LONGER.min(self.objectives.len().saturating_sub(1));
+        range(RECENT).min(objective.abs()).max(LEAST * (range(longer) * range(self.objectives.len())).sqrt())
+    }
+
+    /// A change of the objective that does not matter at all.
+    pub fn negligible(&self) -> f64 {
+        let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
+        (NEGLIGIBLE * self.objective_unit()).max(ROUNDING[1] * objective)
     }
 
     /// The reason in words if the run has converged.
     pub fn converged(&self) -> Option<String> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let Optimality { residual, complementarity, largest_change } = self.optimality;
-        let is_small = self.violation_in_terms <= IN_TERMS[0] || self.violation <= IN_TERMS[1];
-        if self.violation > FEASIBLE || !is_small || !self.is_compatible {
+        if !is_feasible(self.violation, self.violation_in_terms) || !self.is_compatible {
             return None;
         }
         if self.objectives.len() == 1 {
@@ -124,6 +132,11 @@ impl StopTest<'_> {
             )
         })
     }
+}
+
+/// True if a converged design may have this violation, in units of the rows and in the terms of its row.
+pub(super) fn is_feasible(violation: f64, in_terms: f64) -> bool {
+    violation <= FEASIBLE && (in_terms <= IN_TERMS[0] || violation <= IN_TERMS[1])
 }
 
 /// The reason in words if the steps have become too small.

@@ -4,8 +4,8 @@ use super::super::trial::{Proposal as Record, Trial};
 use super::super::{Cycle, Method, Region, State, Status, Verdict};
 use super::acceptance::{Decision, FilterEntry, Merit, Step, widths_after_acceptance, widths_after_rejection};
 use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
-use super::convergence::{Optimality, StopTest, stalled};
-use super::lengths::{Units, start_lengths};
+use super::convergence::{Optimality, StopTest, is_feasible, stalled};
+use super::lengths::{Units, spread, start_lengths};
 use super::linearized::Linearized;
 use super::numbers::{NumberGroup, collect, find};
 use super::quasi_newton::damped_bfgs;
@@ -28,6 +28,13 @@ const BETTER: f64 = 0.99;
 /// Lengths within which the violation must be stationary. A length may be underestimated, above all for a variable that
 /// started at zero.
 const WIDE: f64 = 100.0;
+/// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
+const NEAR_BOUND: f64 = 1e-6;
+/// Part of a direction that is new, from which on it counts as another direction.
+const INDEPENDENT: f64 = 1e-2;
+/// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
+const RECENT: usize = 4;
+const LEAST_WIDTH: f64 = 1e-3;
 /// Fraction of the half width within which a variable counts as at its move limit.
 const AT_LIMIT: f64 = 1e-3;
 
@@ -154,19 +161,42 @@ impl Automatic {
         state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
         let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
         let lengths = start_lengths(problem, &state.design, state.evaluation.objective, &here);
-        let mut memory = AutomaticState { widths: lengths.clone(), start_lengths: lengths, ..Default::default() };
+        let points = std::mem::take(&mut state.points);
+        let mut memory =
+            AutomaticState { widths: lengths.clone(), start_lengths: lengths, points, ..Default::default() };
         self.store(problem, state, &data, &mut memory);
         Ok((memory, data))
     }
 
+    /// Prepares a state without data of this method for [`step`](Self::step), in a box of the extent of its last designs. True if its
+    /// design is feasible.
+    pub(in crate::sao) fn begin_at(&self, method: &Method, problem: &Problem, state: &mut State) -> Result<bool> {
+        let (mut memory, data) = self.begin(method, problem, state)?;
+        for (j, width) in memory.widths.iter_mut().enumerate() {
+            let last = memory.points.iter().rev().take(RECENT).map(|point| point.design[j]);
+            *width = spread(last).clamp(LEAST_WIDTH * *width, *width);
+        }
+        let situation = Situation::new(self, problem, state, &data, &memory);
+        let holds = is_feasible(situation.violation, situation.violation_in_terms());
+        (state.automatic, state.data) = (Some(memory), Some(data));
+        Ok(holds)
+    }
+
     /// Stores the current design with its numbers.
     fn store(&self, problem: &Problem, state: &State, data: &CycleData, memory: &mut AutomaticState) {
+        memory.points.push(AcceptedPoint::new(problem, state, data));
+        let surplus = memory.points.len().saturating_sub(self.memory + 1);
+        memory.points.drain(..surplus);
+    }
+}
+
+impl AcceptedPoint {
+    /// The design of a state, whose retained rows are differentiated.
+    pub(in crate::sao) fn new(problem: &Problem, state: &State, data: &CycleData) -> Self {
         let State { design, responses, evaluation, .. } = state;
         let slopes = Linearized::new(problem, (design, responses, evaluation), data).slopes(problem.constraints.len());
         let numbers = collect(problem, design, (responses, evaluation), data);
-        memory.points.push(AcceptedPoint { design: design.clone(), numbers, slopes });
-        let surplus = memory.points.len().saturating_sub(self.memory + 1);
-        memory.points.drain(..surplus);
+        Self { design: design.clone(), numbers, slopes }
     }
 }
 
@@ -208,6 +238,12 @@ impl<'a> Situation<'a> {
 
     fn current(&self) -> &AcceptedPoint {
         self.memory.points.last().expect("the current design is stored")
+    }
+
+    /// The largest violation in the terms of its row.
+    fn violation_in_terms(&self) -> f64 {
+        let violations = self.state.evaluation.violations();
+        self.units.violation_in_terms(&violations, self.current(), &self.memory.start_lengths)
     }
 
     /// The surrogate of this kind at the current design; `None` for the Lagrangian before a step along which it bends up.
@@ -292,11 +328,7 @@ impl<'a> Situation<'a> {
         let λ = &proposal.solution.multipliers;
         let test = StopTest {
             violation: self.violation,
-            violation_in_terms: self.units.violation_in_terms(
-                &self.state.evaluation.violations(),
-                self.current(),
-                &self.memory.start_lengths,
-            ),
+            violation_in_terms: self.violation_in_terms(),
             is_compatible: restoration.is_none(),
             predicted: self.state.evaluation.objective - proposal.predicted.objective,
             at_limit: proposal.at_limit.contains(&true),
@@ -306,10 +338,11 @@ impl<'a> Situation<'a> {
         // Where the objective has no slope at all, the start may as well be a maximum or a saddle point.
         let is_flat = objectives.len() == 1 && self.here.slope.iter().all(|g| *g == 0.0);
         if is_flat && self.violation == 0.0 {
-            return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0]))));
+            return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0], |_| true))));
         }
         if let Some(reason) = test.converged() {
-            return Ok(Next::End(Status::Converged, reason));
+            let unexplored = self.unexplored(test.negligible());
+            return Ok(unexplored.map_or(Next::End(Status::Converged, reason), |p| Next::Analyse(Box::new(p))));
         }
         let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
         if let Some(reason) = stalled(&step, &self.memory.widths, &self.units.lengths) {
@@ -347,16 +380,12 @@ impl<'a> Situation<'a> {
             .collect();
         let values = surrogate.values(&design);
         let violations = self.violations(&values.rows);
-        let at_limit = (0..self.n()).map(|j| {
-            let near = AT_LIMIT * widths[j];
-            (region.is_limit[j][0] && design[j] - region.lower[j] <= near)
-                || (region.is_limit[j][1] && region.upper[j] - design[j] <= near)
-        });
+        let at_limit = self.at_limit(&design, &region);
         Ok(Proposal {
             predicted: Merit::new(values.objective, &violations, &self.units),
             restoration,
             is_displacement: false,
-            at_limit: at_limit.collect(),
+            at_limit,
             solution: Solution {
                 x: design.clone(),
                 objective: values.objective,
@@ -408,15 +437,69 @@ impl<'a> Situation<'a> {
             );
             return Ok(Some(Next::End(Status::Infeasible, reason)));
         }
-        Ok(Some(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[futile])))))
+        Ok(Some(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[futile], |_| true)))))
     }
 
-    /// A step in a generic direction, by this part of the lengths, that leaves a stationary point.
-    fn displacement(&self, size: f64) -> Proposal {
+    /// A step in directions of which nothing is known but the slope, for a design that seems to be an optimum; `None` if there is none.
+    ///
+    /// A curvature that no step has shown is a guess. Where a length was underestimated, it is far too large: the step and the
+    /// predicted decrease are then far too small. A variable on which nothing ever depended to first order may be at a maximum.
+    fn unexplored(&self, negligible: f64) -> Option<Proposal> {
+        if (0..self.n()).any(|j| self.is_unknown(j)) {
+            return Some(self.displacement(DISPLACEMENTS[0], |j| self.is_unknown(j)));
+        }
+        if self.memory.rejections > 0 {
+            return None;
+        }
+        let (design, lengths, widths) = (&self.state.design, &self.units.lengths, &self.memory.widths);
+        let slope = self.here.lagrangian_slope(&self.here.balanced(self.problem, design, lengths));
+        let is_free = |j: usize| {
+            let variable = &self.problem.variables[j];
+            let distance = if slope[j] > 0.0 { design[j] - variable.lower } else { variable.upper - design[j] };
+            distance > NEAR_BOUND * lengths[j]
+        };
+        let scaled = |v: &dyn Fn(usize) -> f64| -> DVector<f64> {
+            DVector::from_fn(self.n(), |j, _| if is_free(j) { v(j) } else { 0.0 })
+        };
+        let rows = (0..self.here.c.len()).filter(|&i| self.here.is_active(i, lengths));
+        let gradients = rows.map(|i| scaled(&|j| self.here.jacobian[(i, j)] * lengths[j]));
+        let step = |one: &[f64], other: &[f64]| scaled(&|j| (one[j] - other[j]) / lengths[j]);
+        let steps = self.memory.points.windows(2).map(|ends| step(&ends[1].design, &ends[0].design));
+        // The active rows stay active to first order; of the rest, what is left of it by the steps is new.
+        let descent = without(&scaled(&|j| -slope[j] * lengths[j]), &basis(gradients));
+        if !(without(&descent, &basis(steps)).amax() > negligible) {
+            return None;
+        }
+        let largest = descent.amax();
+        let size = (0..self.n()).map(|j| widths[j] / lengths[j] * largest / descent[j].abs()).fold(f64::INFINITY, f64::min);
+        let region = self.sides(widths);
+        let moved = |j: usize| design[j] + size * lengths[j] * descent[j] / largest;
+        let to = (0..self.n()).map(|j| moved(j).clamp(region.lower[j], region.upper[j])).collect();
+        Some(self.by_linear_surrogate(to, region))
+    }
+
+    /// True for a variable that never moved because nothing ever depended on it to first order.
+    fn is_unknown(&self, j: usize) -> bool {
+        let (variable, points) = (&self.problem.variables[j], &self.memory.points);
+        let mut accepted = self.state.history.iter().filter(|c| c.accepted);
+        let is_flat = |point: &AcceptedPoint| {
+            point.slopes.iter().all(|slope| slope[j] == 0.0) && point.numbers.iter().all(|r| r.gradient[j] == 0.0)
+        };
+        variable.upper > variable.lower
+            && accepted.all(|c| c.design[j] == self.state.design[j])
+            && self.here.slope[j] == 0.0
+            && points.iter().all(is_flat)
+    }
+
+    /// A step of some variables in a generic direction, by this part of the lengths, that leaves a stationary point.
+    fn displacement(&self, size: f64, is_moved: impl Fn(usize) -> bool) -> Proposal {
         let region = self.sides(&self.units.lengths);
         let tries = self.memory.stationary.len() + self.memory.rejections;
         let design: Vec<f64> = (0..self.n())
             .map(|j| {
+                if !is_moved(j) {
+                    return self.state.design[j];
+                }
                 // Fractions of multiples of the golden ratio are spread evenly.
                 let fraction = (0.618_033_988_749_894_9 * (1 + j + 7 * tries) as f64).fract();
                 let sign = if fraction < 0.5 { -1.0 } else { 1.0 };
@@ -428,12 +511,20 @@ impl<'a> Situation<'a> {
                 if inside { there } else { (here - sign * size).clamp(lower, upper) }
             })
             .collect();
+        let proposal = self.by_linear_surrogate(design, region);
+        let predicted = Merit { violation: f64::INFINITY, ..proposal.predicted };
+        Proposal { predicted, is_displacement: true, ..proposal }
+    }
+
+    /// A design that is no solution of a subproblem, with the prediction of the linear surrogate.
+    fn by_linear_surrogate(&self, design: Vec<f64>, region: Region) -> Proposal {
         let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
         let values = surrogate.values(&design);
+        let violations = self.violations(&values.rows);
         let solution = Solution {
             x: design.clone(),
             objective: values.objective,
-            multipliers: vec![0.0; values.rows.len()],
+            multipliers: self.here.balanced(self.problem, &self.state.design, &self.units.lengths),
             rows: values.rows,
             lower_multipliers: vec![],
             upper_multipliers: vec![],
@@ -444,9 +535,20 @@ impl<'a> Situation<'a> {
             relaxed_rows: vec![],
             kkt: KktResidual::default(),
         };
-        let predicted = Merit { objective: solution.objective, violation: f64::INFINITY };
-        let at_limit = vec![false; self.n()];
-        Proposal { design, region, at_limit, solution, restoration: None, predicted, is_displacement: true }
+        let predicted = Merit::new(solution.objective, &violations, &self.units);
+        let at_limit = self.at_limit(&design, &region);
+        Proposal { design, region, at_limit, solution, restoration: None, predicted, is_displacement: false }
+    }
+
+    /// Marks the variables that are at a move limit.
+    fn at_limit(&self, design: &[f64], region: &Region) -> Vec<bool> {
+        let one = |j: usize| {
+            let here = self.state.design[j];
+            let near = AT_LIMIT * (region.upper[j] - here).max(here - region.lower[j]);
+            (region.is_limit[j][0] && design[j] - region.lower[j] <= near)
+                || (region.is_limit[j][1] && region.upper[j] - design[j] <= near)
+        };
+        (0..self.n()).map(one).collect()
     }
 
     fn step(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> Step {
@@ -549,4 +651,26 @@ impl<'a> Situation<'a> {
         });
         Some(ObservedLagrangian { value, gradient })
     }
+}
+
+/// Orthonormal vectors that span the given ones.
+fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
+    let mut basis = vec![];
+    for vector in vectors {
+        let rest = without(&vector, &basis);
+        if rest.norm() > INDEPENDENT * vector.norm() {
+            basis.push(rest.normalize());
+        }
+    }
+    basis
+}
+
+/// A vector without its components along orthonormal ones.
+fn without(vector: &DVector<f64>, known: &[DVector<f64>]) -> DVector<f64> {
+    let mut rest = vector.clone();
+    // The second time removes what rounding left.
+    for _ in 0..2 {
+        known.iter().for_each(|k| rest.axpy(-k.dot(&rest), k, 1.0));
+    }
+    rest
 }

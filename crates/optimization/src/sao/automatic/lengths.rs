@@ -115,7 +115,7 @@ impl Units {
 }
 
 /// Largest minus smallest of the values.
-pub(super) fn spread(values: impl Iterator<Item = f64>) -> f64 {
+pub(in crate::sao) fn spread(values: impl Iterator<Item = f64>) -> f64 {
     let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     (most - least).max(0.0)
 }

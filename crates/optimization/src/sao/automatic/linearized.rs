@@ -4,6 +4,9 @@ use crate::approximation::CycleData;
 use crate::problem::{Evaluation, Problem, Responses, RowId};
 use nalgebra::DMatrix;
 
+/// Distance from a limit or bound, in lengths, within which it is active.
+const ACTIVE: f64 = 1e-6;
+
 /// Values and first derivatives of the objective and of the retained rows c = ĝ − 1.
 pub(super) struct Linearized {
     /// Retained rows.
@@ -56,17 +59,20 @@ impl Linearized {
         slopes
     }
 
+    /// True for an equality, and for a row whose distance from its limit is negligible beside its terms.
+    pub fn is_active(&self, i: usize, lengths: &[f64]) -> bool {
+        let terms = || self.jacobian.row(i).iter().zip(lengths).map(|(g, l)| g.abs() * l).sum::<f64>();
+        self.equality[i] || self.c[i] > -ACTIVE * terms()
+    }
+
     /// Multipliers of the active rows by least squares over the variables off their bounds, in lengths.
     pub fn balanced(&self, problem: &Problem, b: &[f64], lengths: &[f64]) -> Vec<f64> {
-        const ACTIVE: f64 = 1e-6;
         let is_free = |&j: &usize| {
             let (variable, near) = (&problem.variables[j], ACTIVE * lengths[j]);
             b[j] - variable.lower > near && variable.upper - b[j] > near
         };
         let free: Vec<usize> = (0..b.len()).filter(is_free).collect();
-        let unit = |i: usize| self.jacobian.row(i).iter().zip(lengths).map(|(g, l)| g.abs() * l).sum::<f64>();
-        let active: Vec<usize> =
-            (0..self.c.len()).filter(|&i| self.equality[i] || self.c[i] > -ACTIVE * unit(i)).collect();
+        let active: Vec<usize> = (0..self.c.len()).filter(|&i| self.is_active(i, lengths)).collect();
         let gradients =
             DMatrix::from_fn(free.len(), active.len(), |k, a| self.jacobian[(active[a], free[k])] * lengths[free[k]]);
         let slope: Vec<f64> = free.iter().map(|&j| self.slope[j] * lengths[j]).collect();

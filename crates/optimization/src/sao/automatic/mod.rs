@@ -28,6 +28,7 @@ mod surrogate;
 
 pub use acceptance::FilterEntry;
 pub use candidates::{AcceptedPoint, Candidate};
+pub(in crate::sao) use lengths::spread;
 pub use numbers::{Number, NumberGroup, NumberId};
 pub use selection::Scores;
 

@@ -1,0 +1,206 @@
+//! Confirmation of the end of a run: does the automatic method find a better design from there?
+//!
+//! Methods that approximate in first derivatives can settle where no optimum is: steps become short by move limits, asymptotes or
+//! conservatism, or the start says nothing about the lengths of the variables. Whether a design is an optimum is therefore
+//! decided in one place for all methods: the [automatic method](super::Automatic) continues from the design where a run has
+//! settled, with the derivatives that are known. The end is confirmed if that leads to no better design.
+
+use super::automatic::{AcceptedPoint, Automatic, spread};
+use super::{Method, State, Status, Stop};
+use crate::approximation::CycleData;
+use crate::problem::Problem;
+use error::Result;
+use serde::{Deserialize, Serialize};
+
+/// Number of accepted designs whose derivatives are kept for a confirmation.
+const KEPT: usize = 8;
+/// Largest number of trial steps of a confirmation.
+const MOST_TRIALS: usize = 30;
+/// Violation by which a run may exceed the violation that the automatic method calls stationary.
+const LARGER: f64 = 1.01;
+/// Number of accepted designs over which the recent change of the objective is taken.
+const RECENT: usize = 20;
+/// Least unit of the objective, as a fraction of its change.
+const LEAST: f64 = 1e-4;
+/// Least step of a variable, relative to itself, by which a run still moves.
+const NO_STEP: f64 = 1e-12;
+
+/// The end of the automatic method from the design of a run that had settled.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Confirmation {
+    /// Number of trial steps of the run before it.
+    pub trials: usize,
+    /// [`Problem::fingerprint`] of the problem, whose bounds may be changed later.
+    pub fingerprint: u64,
+    /// Objective where it began.
+    pub from: f64,
+    /// True if the design where it began is feasible by the stop test of the automatic method.
+    pub is_feasible: bool,
+    /// Largest violation where it began, in units of its constraint.
+    pub violation_before: f64,
+    /// Analyses and sensitivity analyses that it needed.
+    pub work: [usize; 2],
+    /// How it ended.
+    pub status: Status,
+    /// The reason in words.
+    pub reason: String,
+    /// Objective at its end.
+    pub objective: f64,
+    /// Largest violation there, in the same units.
+    pub violation: f64,
+    /// Change of the objective over the run, relative to which a difference of the objective is judged.
+    pub unit: f64,
+}
+
+impl Confirmation {
+    /// True if the run has done nothing since then.
+    fn is_of(&self, problem: &Problem, state: &State) -> bool {
+        self.fingerprint == problem.fingerprint() && self.trials == state.history.len()
+    }
+
+    /// True if another confirmation may end otherwise: the run has come half the way to the better design, or has become twice as
+    /// long.
+    fn is_outdated(&self, problem: &Problem, state: &State) -> bool {
+        let gap = self.from - self.objective;
+        let is_better = self.status == Status::Converged && gap > 0.0;
+        let is_nearer = is_better && state.evaluation.objective - self.objective <= 0.5 * gap;
+        self.fingerprint != problem.fingerprint() || is_nearer || state.history.len() >= 2 * self.trials
+    }
+
+    /// The status that is confirmed, with the reason; `None` if a better design is near or the question is open.
+    fn verdict(&self, accuracy: f64) -> Option<(Status, String)> {
+        match self.status {
+            Status::Converged if self.is_feasible && self.from - self.objective <= accuracy * self.unit => {
+                let [analyses, sensitivities] = self.work;
+                let reason = format!(
+                    "the automatic method confirms the design with {analyses} analyses and {sensitivities} sensitivity \
+                     analyses: {}",
+                    self.reason
+                );
+                Some((Status::Converged, reason))
+            }
+            Status::Infeasible if self.violation_before <= LARGER * self.violation => {
+                Some((Status::Infeasible, self.reason.clone()))
+            }
+            _ => None,
+        }
+    }
+
+    /// What it found, for a run that ends without success.
+    fn in_words(&self) -> String {
+        match self.status {
+            Status::Converged => format!("from here the automatic method reaches the objective {:.9e}", self.objective),
+            _ => "the automatic method does not confirm an optimum from here either".to_owned(),
+        }
+    }
+}
+
+impl Method {
+    /// The status of a run after its last trial step. Convergence, infeasibility and stalling are confirmed.
+    ///
+    /// # Errors
+    ///
+    /// Those of the sensitivities and of the subproblem solver.
+    pub(super) fn conclude(&self, problem: &Problem, mut state: State) -> Result<State> {
+        let (status, reason) = self.stop.test(problem, &state);
+        (state.status, state.reason) = (status, reason);
+        if !self.stop.confirm || matches!(status, Status::Running | Status::CycleLimit) {
+            return Ok(state);
+        }
+        let is_at_end = status == Status::Stalled || has_stopped(&state);
+        let known = match state.confirmation.take() {
+            Some(known) if known.is_of(problem, &state) => known,
+            Some(known) if !is_at_end && !known.is_outdated(problem, &state) => {
+                state.confirmation = Some(known);
+                (state.status, state.reason) = self.stop.cycle_limit(&state);
+                return Ok(state);
+            }
+            _ => confirm(problem, &mut state)?,
+        };
+        (state.status, state.reason) = match known.verdict(self.stop.accuracy) {
+            Some((Status::Converged, reason)) if status == Status::Converged => {
+                (Status::Converged, format!("{}; {reason}", state.reason))
+            }
+            Some(verdict) => verdict,
+            None if is_at_end => {
+                let reason = if status == Status::Stalled { &state.reason } else { "the steps have become zero" };
+                (Status::Stalled, format!("{reason}; {}", known.in_words()))
+            }
+            None => self.stop.cycle_limit(&state),
+        };
+        state.confirmation = Some(known);
+        Ok(state)
+    }
+
+    /// The status of a run for the problem and the settings as they are now, when it is to be continued.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step); also if settings are out of range, or if the state belongs to another problem.
+    pub fn restart(&self, problem: &Problem, mut state: State) -> Result<State> {
+        self.check(problem)?;
+        state.check(problem)?;
+        if self.automatic.is_none() {
+            return self.conclude(problem, state);
+        }
+        // Its stop test is the beginning of a cycle.
+        (state.status, state.reason) = self.stop.cycle_limit(&state);
+        Ok(state)
+    }
+
+    /// Keeps the derivatives at the design of a state, before it moves on, for a later confirmation.
+    pub(super) fn keep(&self, problem: &Problem, state: &mut State, data: &CycleData) {
+        if self.stop.confirm {
+            state.points.push(AcceptedPoint::new(problem, state, data));
+            let surplus = state.points.len().saturating_sub(KEPT);
+            state.points.drain(..surplus);
+        }
+    }
+}
+
+/// True if the last trial step was none.
+fn has_stopped(state: &State) -> bool {
+    let zero = |(step, b): (&f64, &f64)| step.abs() <= NO_STEP * b.abs();
+    let is_accepted = state.history.last().is_some_and(|c| c.accepted && c.cycle > 0);
+    is_accepted && state.last_step.as_ref().is_some_and(|step| step.iter().zip(&state.design).all(zero))
+}
+
+/// Continues with the automatic method from the design of a state until it ends.
+fn confirm(problem: &Problem, state: &mut State) -> Result<Confirmation> {
+    let history: Vec<_> = state.history.iter().filter(|cycle| cycle.accepted).cloned().collect();
+    let max_cycles = history.len() - 1 + MOST_TRIALS;
+    let method = Method::automatic().with_stop(Stop { max_cycles, ..Stop::default() });
+    let mut run = State { history, data: None, automatic: None, confirmation: None, ..state.clone() };
+    (run.status, run.reason) = (Status::Running, String::new());
+    let begin = run.counters;
+    let is_feasible = Automatic::default().begin_at(&method, problem, &mut run)?;
+    while run.status == Status::Running {
+        run = method.step(problem, run)?;
+    }
+    let end = run.counters;
+    state.counters = end;
+    let objectives: Vec<f64> = run.history.iter().filter(|cycle| cycle.accepted).map(|cycle| cycle.objective).collect();
+    let violation = |state: &State| state.evaluation.max_violation_pct().max(0.0);
+    Ok(Confirmation {
+        trials: state.history.len(),
+        fingerprint: problem.fingerprint(),
+        from: state.evaluation.objective,
+        is_feasible,
+        violation_before: violation(state),
+        work: [end.analyses - begin.analyses, end.sensitivity_analyses - begin.sensitivity_analyses],
+        status: run.status,
+        objective: run.evaluation.objective,
+        violation: violation(&run),
+        reason: run.reason,
+        unit: unit(&objectives),
+    })
+}
+
+/// The smaller one of the objective and its change over a run. A start with a huge objective must not count for ever; an objective
+/// of zero is reached in parts of its change.
+fn unit(objectives: &[f64]) -> f64 {
+    let range = |count: usize| spread(objectives[objectives.len().saturating_sub(count)..].iter().copied());
+    let whole = range(objectives.len());
+    let change = (range(RECENT) * whole).sqrt().max(LEAST * whole);
+    objectives.last().map_or(0.0, |last| last.abs().min(change).max(LEAST * change))
+}
