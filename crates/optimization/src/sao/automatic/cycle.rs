@@ -471,7 +471,8 @@ impl<'a> Situation<'a> {
             return None;
         }
         let largest = descent.amax();
-        let size = (0..self.n()).map(|j| widths[j] / lengths[j] * largest / descent[j].abs()).fold(f64::INFINITY, f64::min);
+        let size =
+            (0..self.n()).map(|j| widths[j] / lengths[j] * largest / descent[j].abs()).fold(f64::INFINITY, f64::min);
         let region = self.sides(widths);
         let moved = |j: usize| design[j] + size * lengths[j] * descent[j] / largest;
         let to = (0..self.n()).map(|j| moved(j).clamp(region.lower[j], region.upper[j])).collect();
