@@ -1,6 +1,7 @@
 //! Optimization compared with published optima, iterates and tables.
 
 mod automatic;
+mod claims;
 mod cli;
 mod derivatives;
 mod documented;

@@ -14,6 +14,7 @@ const KEYS: &[Key] = &[
     default("preset", Accepts::Text, DEFAULT_PRESET, "a method by name; `linkwright compare --list` lists all"),
     optional("accuracy", Accepts::Number, "relative change of the objective, and violation, below which the run ends"),
     optional("residual", Accepts::Number, "residual of the optimality conditions below which the run may end"),
+    optional("confirm", Accepts::Flag, "whether the automatic method confirms the end of a run; yes by default"),
     optional("max_cycles", Accepts::Count, "largest number of cycles"),
     optional("smallest_factor", Accepts::Number, "move-limit factor below which the run has stalled"),
     optional(
@@ -102,6 +103,9 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
     number("accuracy", &mut method.stop.accuracy)?;
     number("residual", &mut method.stop.residual)?;
     number("smallest_factor", &mut method.stop.smallest_factor)?;
+    if section.has("confirm") {
+        method.stop.confirm = section.flag("confirm")?;
+    }
     if let Some(count) = section.count("max_cycles", 1_000_000)? {
         method.stop.max_cycles = count;
     }

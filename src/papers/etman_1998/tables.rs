@@ -4,8 +4,13 @@ use crate::cases::{impact_absorber, slider_crank};
 use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
 use crate::problem::Problem;
 use crate::report::table::{Cell, Printed, Table};
-use crate::sao::{Cycle, Method, State};
+use crate::sao::{Cycle, Method, State, Stop};
 use error::Result;
+
+/// The paper's method with its stop test.
+fn published() -> Method {
+    Method::slp().with_stop(Stop::as_published())
+}
 
 /// A table with a row for each cycle.
 fn history(title: &str, columns: &[&str], state: &State, row: impl Fn(&Cycle) -> Vec<Cell>) -> Result<Table> {
@@ -22,7 +27,7 @@ fn history(title: &str, columns: &[&str], state: &State, row: impl Fn(&Cycle) ->
 /// # Errors
 /// If the run fails.
 pub fn table1(problem: Problem, observe: &mut Observer) -> Result<ReproducedTable> {
-    let state = Method::slp().solve(&problem, |s| observe("table1", s))?;
+    let state = published().solve(&problem, |s| observe("table1", s))?;
     let columns = [
         "cycle",
         "accepted",
@@ -50,7 +55,7 @@ pub fn table1(problem: Problem, observe: &mut Observer) -> Result<ReproducedTabl
 
 pub(super) fn table2(observe: &mut Observer) -> Result<ReproducedTable> {
     let problem = impact_absorber::comfort()?;
-    let state = Method::slp().solve(&problem, |s| observe("table2", s))?;
+    let state = published().solve(&problem, |s| observe("table2", s))?;
     let columns = [
         "cycle",
         "accepted",
@@ -92,7 +97,7 @@ pub(super) fn table3() -> Result<ReproducedTable> {
 
 pub(super) fn table4(observe: &mut Observer) -> Result<ReproducedTable> {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START)?;
-    let state = Method::slp().solve(&problem, |s| observe("table4", s))?;
+    let state = published().solve(&problem, |s| observe("table4", s))?;
     let columns =
         ["cycle", "accepted", "active_move_limits", "max_variable_change_pct", "objective_error_pct", "objective"];
     let row = |c: &Cycle| {

@@ -113,7 +113,7 @@ pub fn simulate_by_given_steps(
     times: &[f64],
 ) -> Result<History> {
     let stepper = TimeStepper::new(mechanism, settings, times)?.with_given_steps(lengths);
-    Ok(finished(record_outputs(mechanism, stepper, times, None)?, settings))
+    finished(record_outputs(mechanism, stepper, times, None)?, settings)
 }
 
 /// Returns whether the mechanism has a contact, near which steps may depend on the motion.

@@ -95,6 +95,10 @@ impl Globalization for Conservatism {
         Error::check_option("tolerance of conservatism", "at least 0", self.tolerance, self.tolerance >= 0.0)
     }
 
+    fn keeps_feasible(&self) -> bool {
+        true
+    }
+
     fn start(&self, problem: &Problem, first: &Evaluation) -> GlobalizationState {
         self.initial(problem, first)
     }

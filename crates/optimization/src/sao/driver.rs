@@ -3,7 +3,7 @@
 use super::trial::Proposal;
 use super::{Counters, Cycle, Method, STATE_VERSION, State, Status, Trial, Verdict, optimality};
 use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, SubproblemBox};
-use crate::problem::{AnalyzedDesign, Problem};
+use crate::problem::{AnalyzedDesign, Problem, RowId};
 use error::Result;
 
 impl Method {
@@ -105,9 +105,18 @@ impl Method {
         let from = (&state.design[..], &state.evaluation);
         let trial = Trial::new(problem, &self.screening, from, state.last_step.as_deref(), &proposal);
         let (mut globalization, mut factors) = (state.globalization.clone(), state.factors.clone());
-        let verdict =
-            trial.outcome.as_ref().map_or(Verdict::Reject, |_| self.globalization.judge(&trial, &mut globalization));
-        if verdict != Verdict::IncreaseConservatism {
+        // Rows that were not retained, but decide about the proposal: the cycle is repeated with them.
+        let missed = match &proposal.analyzed {
+            Ok(next) if self.globalization.keeps_feasible() => {
+                self.screening.missed(problem, &data.retained, &next.evaluation)
+            }
+            _ => vec![],
+        };
+        let verdict = match &trial.outcome {
+            Some(_) if missed.is_empty() => self.globalization.judge(&trial, &mut globalization),
+            _ => Verdict::Reject,
+        };
+        if verdict != Verdict::IncreaseConservatism && missed.is_empty() {
             self.move_limits.update(&mut factors, &trial, verdict);
         }
         let mut cycle = Cycle::new(problem, state.cycles() + 1, &state.factors, &trial, verdict, &proposal);
@@ -123,14 +132,20 @@ impl Method {
                 self.keep(problem, &mut state, &data);
                 state.advance(accepted, data.sensitivities, self.memory());
             }
-            _ => state.data = Some(data),
+            _ if missed.is_empty() => state.data = Some(data),
+            _ => state.data = Some(self.differentiate_rows(problem, &mut state, [data.retained, missed].concat())?),
         }
         self.conclude(problem, state)
     }
 
     fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<CycleData> {
+        let retained = self.screening.retain(problem, &state.evaluation);
+        self.differentiate_rows(problem, state, retained)
+    }
+
+    fn differentiate_rows(&self, problem: &Problem, state: &mut State, mut retained: Vec<RowId>) -> Result<CycleData> {
+        retained.sort_unstable();
         let State { design, responses, evaluation, .. } = &*state;
-        let retained = self.screening.retain(problem, evaluation);
         let second_order = self.approximation.wants_curvature();
         let data = CycleData::differentiate(problem, design, responses, evaluation, retained, second_order)?;
         state.counters.sensitivity_analyses += usize::from(data.has_derivatives());

@@ -61,10 +61,12 @@ impl Filter {
         }
         let predicted = trial.objective_before - trial.approximate_objective;
         let must_decrease = predicted > noise && predicted >= before[0] * before[0] * trial.objective_before.abs();
-        if must_decrease && h >= before[0] && trial.objective_before - f < self.fraction * predicted - noise {
+        let decreases = must_decrease && trial.objective_before - f >= self.fraction * predicted - noise;
+        if must_decrease && !decreases && h >= before[0] {
             return false;
         }
-        if !must_decrease {
+        // A step that is accepted for its violation must not be undone by the next one: the filter holds where it began.
+        if !decreases {
             state.filter.retain(|&[hi, fi]| hi < before[0] || fi < before[1]);
             if before[0] > 0.0 {
                 state.filter.push(before);

@@ -35,6 +35,10 @@ pub trait Globalization: Send + Sync + std::fmt::Debug {
     fn check(&self) -> Result<()> {
         Ok(())
     }
+    /// True if accepted designs are to be feasible at all time points, retained or not.
+    fn keeps_feasible(&self) -> bool {
+        false
+    }
     /// The state at the start design.
     fn start(&self, _problem: &Problem, _first: &Evaluation) -> GlobalizationState {
         GlobalizationState::default()
@@ -89,6 +93,10 @@ impl Globalization for StayFeasible {
     fn check(&self) -> Result<()> {
         let limit = self.violation_pct;
         Error::check_option("violation above which a cycle is rejected", "not negative", limit, limit >= 0.0)
+    }
+
+    fn keeps_feasible(&self) -> bool {
+        true
     }
 
     fn judge(&self, trial: &Trial, _: &mut GlobalizationState) -> Verdict {

@@ -67,6 +67,18 @@ impl Screening {
         retained
     }
 
+    /// Rows that were not retained, but are violated at a proposed design: the screening was wrong about them.
+    ///
+    /// Constraints in continuous time have a row for each peak at the start of the cycle and no others.
+    pub(super) fn missed(&self, problem: &Problem, retained: &[RowId], proposed: &Evaluation) -> Vec<RowId> {
+        const VIOLATED: f64 = 1e-7;
+        let is_missed = |row: &RowId| {
+            let constraint = &problem.constraints[row.constraint];
+            !constraint.is_continuous && proposed.value_of(*row) > 1.0 + VIOLATED && !retained.contains(row)
+        };
+        self.retain(problem, proposed).into_iter().filter(is_missed).collect()
+    }
+
     /// The retained points of one history.
     fn points(&self, g: &[f64], selection: Selection) -> Vec<usize> {
         let critical = |p: &usize| self.is_critical(g[*p]);

@@ -28,6 +28,7 @@ pub(super) fn check(state: &State, problem: &Problem) -> Result<()> {
     }
     state.previous.iter().try_for_each(|point| check_previous(point, problem))?;
     state.data.as_ref().map_or(Ok(()), |data| check_data(data, &state.evaluation, problem))?;
+    state.points.iter().try_for_each(|point| point.check(problem))?;
     if let (Some(memory), Some(data)) = (&state.automatic, &state.data) {
         let State { design, responses, evaluation, .. } = state.clone();
         memory.check(problem, &AnalyzedDesign { design, responses, evaluation }, data)?;

@@ -9,8 +9,8 @@ use error::{Error, Result};
 /// A run has converged if an accepted cycle meets three conditions: the relative change of the objective is below
 /// [`accuracy`](Self::accuracy), no constraint is violated by more than that, and the residual of the optimality
 /// conditions at the start of the cycle ([`Cycle::residual`]) is at most [`residual`](Self::residual). Short steps by
-/// small move limits, near asymptotes or high conservatism therefore do not count as convergence.
-/// [`Stop::as_published`] has the first two conditions alone.
+/// small move limits, near asymptotes or high conservatism therefore do not count as convergence. The end is then
+/// [confirmed](super::Confirmation). [`Stop::as_published`] has the first two conditions alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Relative change of the objective over an accepted cycle, and violation (as a fraction), below which the run has
@@ -88,7 +88,7 @@ impl Stop {
         cycle.accepted && change < self.accuracy && cycle.violation_pct / 100.0 < self.accuracy
     }
 
-    /// Status and reason, if the run is at its end.
+    /// Status and reason, if the run seems to be at its end.
     fn settled(&self, problem: &Problem, state: &State, last: &Cycle) -> Option<(Status, String)> {
         if !last.accepted || last.cycle == 0 {
             return None;

@@ -1,6 +1,6 @@
 //! Check of the method's data from a file.
 
-use super::AutomaticState;
+use super::{AcceptedPoint, AutomaticState};
 use super::numbers::collect;
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem};
@@ -14,19 +14,11 @@ impl AutomaticState {
     /// [`Error::Length`] or [`Error::Definition`] with the name of the part.
     pub(in crate::sao) fn check(&self, problem: &Problem, here: &AnalyzedDesign, data: &CycleData) -> Result<()> {
         let (n, m) = (problem.n(), problem.constraints.len());
-        let length =
-            |what: &str, expected, found| Error::check_length(&format!("{what} of the state"), expected, found);
         length("start lengths", n, self.start_lengths.len())?;
         length("widths", n, self.widths.len())?;
         let positive = |v: &[f64]| v.iter().all(|v| *v > 0.0 && v.is_finite());
         require(positive(&self.start_lengths) && positive(&self.widths), "a length is not positive")?;
-        for point in &self.points {
-            length("stored design", n, point.design.len())?;
-            length("slopes", m, point.slopes.len())?;
-            point.slopes.iter().try_for_each(|slope| length("slope", n, slope.len()))?;
-            point.numbers.iter().try_for_each(|number| length("gradient", n, number.gradient.len()))?;
-            require(point.numbers.is_sorted_by(|a, b| a.id < b.id), "the numbers of a design are not sorted")?;
-        }
+        self.points.iter().try_for_each(|point| point.check(problem))?;
         let last = self.points.last().filter(|point| point.design == here.design);
         let expected = collect(problem, &here.design, (&here.responses, &here.evaluation), data);
         let same = |numbers: &[super::Number]| numbers.iter().map(|a| a.id).eq(expected.iter().map(|b| b.id));
@@ -38,6 +30,26 @@ impl AutomaticState {
         }
         require(self.scores.groups.is_sorted_by(|a, b| a.0 < b.0), "the scores are not sorted")
     }
+}
+
+impl AcceptedPoint {
+    /// Rejects a stored design whose parts do not have the shape of the problem.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] or [`Error::Definition`] with the name of the part.
+    pub(in crate::sao) fn check(&self, problem: &Problem) -> Result<()> {
+        let (n, m) = (problem.n(), problem.constraints.len());
+        length("stored design", n, self.design.len())?;
+        length("slopes", m, self.slopes.len())?;
+        self.slopes.iter().try_for_each(|slope| length("slope", n, slope.len()))?;
+        self.numbers.iter().try_for_each(|number| length("gradient", n, number.gradient.len()))?;
+        require(self.numbers.is_sorted_by(|a, b| a.id < b.id), "the numbers of a design are not sorted")
+    }
+}
+
+fn length(what: &str, expected: usize, found: usize) -> Result<()> {
+    Error::check_length(&format!("{what} of the state"), expected, found)
 }
 
 fn require(holds: bool, why: &str) -> Result<()> {

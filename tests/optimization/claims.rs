@@ -1,0 +1,127 @@
+//! What a run claims is true, for every preset: convergence, infeasibility, and the problem as it is when a run is continued.
+
+use linkwright::autodiff::Scalar;
+use linkwright::cases::suite::{self, Transformation, Verdict};
+use linkwright::cases::{find, impact_absorber};
+use linkwright::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity};
+use linkwright::sao::{Method, Preset, Status, Stop, preset, presets};
+
+fn all_presets() -> Vec<&'static Preset> {
+    presets().iter().collect()
+}
+
+/// The runs whose claims are false.
+fn false_claims(problems: &[&str], transformations: &[&str], presets: &[&'static Preset]) -> Vec<String> {
+    let entries: Vec<_> = problems.iter().map(|name| find(name).unwrap()).collect();
+    let transformations: Vec<_> = transformations.iter().map(|text| Transformation::parse(text).unwrap()).collect();
+    let runs = suite::run(&entries, &transformations, presets).unwrap();
+    let wrong = runs.iter().filter(|run| run.judgement.is_some_and(|j| j.verdict == Verdict::False));
+    wrong.map(|run| format!("{} on {}, {}", run.method, run.problem, run.transformation)).collect()
+}
+
+#[test]
+fn a_length_from_the_start_is_no_unit_of_convergence() {
+    let wrong = false_claims(&["far-minimum", "hs25"], &["standard"], &all_presets());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_small_objective_is_no_sign_of_convergence() {
+    let wrong = false_claims(&["small-objective", "hs57"], &["standard"], &all_presets());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn feasible_problems_are_not_called_infeasible() {
+    let wrong = false_claims(&["hs53", "hs71"], &["standard"], &all_presets());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_variable_on_which_nothing_depended_is_moved() {
+    // The start of HS 33 has x₂ = 0, where all slopes by it vanish; its bound hides the better design.
+    let wrong = false_claims(&["hs33"], &["standard"], &all_presets());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_curvature_that_no_step_has_shown_is_no_proof() {
+    let automatic = [preset("automatic").unwrap()];
+    // Beside a saddle, where a constant hides the small slope; from a start at which the objective is 2e8.
+    let wrong = false_claims(&["saddle"], &["offset=1e4"], &automatic);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let wrong = false_claims(
+        &["exponential-growth", "redundant-equalities"],
+        &["random=0.6,seed=2", "random=0.6,seed=3", "random=0.3,seed=3"],
+        &automatic,
+    );
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn the_stop_test_is_made_with_the_problem_as_it_is() {
+    let free = impact_absorber::peak_acceleration().unwrap();
+    let optimum = Method::automatic().solve(&free, |_| ()).unwrap();
+    let k = free.variables.iter().position(|v| v.name == "damping c").unwrap();
+    for name in ["slp", "gcmma", "automatic"] {
+        let method = (preset(name).unwrap().method)();
+        let mut problem = impact_absorber::peak_acceleration().unwrap();
+        problem.variables[k].upper = 0.8 * optimum.design[k];
+        problem.variables[k].start = problem.variables[k].start.min(problem.variables[k].upper);
+        let end = method.solve(&problem, |_| ()).unwrap();
+        assert_eq!(end.status, Status::Converged, "{name}: {}", end.reason);
+        let same = method.resume(&problem, end.clone(), |_| ()).unwrap();
+        assert_eq!((same.status, same.counters), (end.status, end.counters), "{name}");
+        problem.variables[k].upper = free.variables[k].upper;
+        let moved = method.resume(&problem, end.clone().complete(None, &problem).unwrap(), |_| ()).unwrap();
+        assert!(moved.cycles() > end.cycles(), "{name}: {}", moved.reason);
+        assert!(moved.evaluation.objective < end.evaluation.objective, "{name}");
+    }
+}
+
+#[test]
+fn the_stop_test_of_the_paper_is_not_confirmed() {
+    let problem = impact_absorber::peak_acceleration().unwrap();
+    let published = Method::slp().with_stop(Stop::as_published()).solve(&problem, |_| ()).unwrap();
+    assert!(published.confirmation.is_none());
+    assert_eq!((published.counters.analyses, published.counters.sensitivity_analyses), (5, 4));
+    let confirmed = Method::slp().solve(&problem, |_| ()).unwrap();
+    assert_eq!(confirmed.status, Status::Converged, "{}", confirmed.reason);
+    let confirmation = confirmed.confirmation.unwrap();
+    assert_eq!(confirmation.from, confirmed.evaluation.objective);
+    assert_eq!(confirmed.counters.analyses, 5 + confirmation.work[0]);
+}
+
+/// Svanberg's cantilever: weight and deflection of five segments.
+struct Cantilever;
+
+impl ClosedForm for Cantilever {
+    fn response<S: Scalar>(&self, h: usize, b: &[S], _: S) -> S {
+        let factors = [61.0, 37.0, 19.0, 7.0, 1.0];
+        let sum = |term: &dyn Fn(usize) -> S| (0..5).fold(S::from(0.0), |sum, k| sum + term(k));
+        if h == 0 { sum(&|k| b[k] * 0.0624) } else { sum(&|k| b[k].powi(-3) * factors[k]) }
+    }
+}
+
+fn cantilever(start: f64) -> Problem {
+    let mut parts = ProblemBuilder::new("cantilever");
+    (1..=5).for_each(|k| {
+        parts.variable(DesignVariable::new(format!("x{k}"), "m", start).within(0.1, 100.0));
+    });
+    let [weight, deflection] = ["weight", "deflection"].map(|name| parts.constant(name, ""));
+    parts.minimize("weight", "", Quantity::response(None, weight));
+    parts.subject_to(Constraint::at_most("deflection", 1.0, Quantity::response(None, deflection)));
+    parts.build_analytic(Cantilever).unwrap()
+}
+
+#[test]
+fn conservative_methods_stay_feasible_although_screening_removes_the_constraint() {
+    for name in ["gcmma", "linear-conservative"] {
+        // At 8 the deflection is a quarter of its limit, below the cut-off.
+        for start in [6.0, 8.0, 20.0] {
+            let end = (preset(name).unwrap().method)().solve(&cantilever(start), |_| ()).unwrap();
+            let worst = end.history.iter().filter(|c| c.accepted).map(|c| c.violation_pct).fold(f64::MIN, f64::max);
+            assert!(worst < 1e-4, "{name} from {start}: {worst} %");
+        }
+    }
+}
