@@ -253,3 +253,63 @@ fn mistakes_have_a_place_in_the_study_file() {
     }
     assert!(!place.0.join("out").exists());
 }
+
+/// A limit on the size of files acts as a full disk: it is reached by the rows, or only by a table, the summary or the page.
+#[cfg(target_os = "linux")]
+#[test]
+fn on_a_full_disk_finished_runs_are_kept_and_the_same_command_continues() {
+    let place = place("full", &SAMPLE.replace("count = 40", "count = 400"));
+    place.run(&["study", "s", "--quiet", "--out", "whole"], 0);
+    let size = |name: &str| place.0.join("whole").join(name).metadata().unwrap().len();
+    let largest = std::fs::read_dir(place.0.join("whole")).unwrap().map(|f| f.unwrap().metadata().unwrap().len()).max();
+    // The unit of the limit is 512 or 1024 bytes, as the shell has it.
+    let limits = [4, size("rows.jsonl") / 2 / 1024, largest.unwrap() / 1024 - 1];
+    for limit in limits {
+        let out = format!("cut-{limit}");
+        let script = format!(
+            "trap '' XFSZ; ulimit -f {limit}; exec {} study s --quiet --out {out}",
+            env!("CARGO_BIN_EXE_linkwright")
+        );
+        let output = Command::new("sh").args(["-c", &script]).current_dir(&place.0).output().unwrap();
+        let shown = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{limit}: {shown}");
+        assert!(shown.starts_with(&format!("error: cannot write {out}/")), "{shown}");
+        assert!(shown.contains("finished runs are kept") && shown.contains("File too large"), "{shown}");
+        let kept = place.read(&format!("{out}/rows.jsonl")).lines().count();
+        assert!(kept > 10, "{limit}: {kept} lines of rows.jsonl");
+        place.run(&["study", "s", "--quiet", "--out", &out], 0);
+        for file in ["rows.jsonl", "runs.csv", "summary.csv", "summary.json", "report.html"] {
+            assert_eq!(place.read(&format!("{out}/{file}")), place.read(&format!("whole/{file}")), "{limit}: {file}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_study_after_the_runs_that_have_begun() {
+    let place = place("ctrl-c", &SAMPLE.replace("count = 40", "count = 4000"));
+    place.run(&["study", "s", "--quiet", "--out", "whole"], 0);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_linkwright"))
+        .args(["study", "s", "--json", "--jobs", "1", "--out", "cut"])
+        .current_dir(&place.0)
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The signal arrives after the first row: the handler is there, and the full pipe holds the study until this program reads on.
+    let mut lines = std::io::BufReader::new(child.stdout.take().unwrap());
+    std::io::BufRead::read_line(&mut lines, &mut String::new()).unwrap();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    std::io::copy(&mut lines, &mut std::io::sink()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let shown = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{shown}");
+    assert!(shown.contains("stopping after the runs that have begun"), "{shown}");
+    assert!(shown.contains("the same command again continues the study in cut"), "{shown}");
+    assert!(!place.0.join("cut/report.html").exists());
+    let kept = place.read("cut/rows.jsonl").lines().count();
+    assert!(kept > 1 && kept < 4001, "{kept} lines of rows.jsonl");
+    let shown = place.run(&["study", "s", "--out", "cut"], 0);
+    assert!(shown.contains(&format!("{} runs are done already, {} are missing", kept - 1, 4001 - kept)), "{shown}");
+    assert_eq!(place.read("cut/rows.jsonl"), place.read("whole/rows.jsonl"));
+}

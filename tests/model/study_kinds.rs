@@ -185,6 +185,42 @@ at_most = 0.5
     assert_eq!(study.run(part, Part::WHOLE, &|_| true).unwrap(), found);
 }
 
+/// Squared distances from the corners of a triangle: with limits e₁, e₂ below 1 both constraints are active, so that the optimum is the
+/// intersection of two circles that is nearer to the third corner.
+#[test]
+fn a_pareto_front_of_three_objectives_is_the_exact_surface() {
+    let model = r#"
+[design]
+x = { start = 0.3, lower = -2, upper = 2 }
+y = { start = 0.3, lower = -2, upper = 2 }
+[objective]
+name = "F"
+minimize = "x^2 + y^2"
+[[constraint]]
+name = "first"
+value = "(x - 1)^2 + y^2"
+at_most = 0.8
+[[constraint]]
+name = "second"
+value = "x^2 + (y - 1)^2"
+at_most = 0.8
+"#;
+    let range = "from = 0.6\nto = 0.9\npoints = 4\n";
+    let study = study(model, &format!("kind = \"pareto\"\n[vary.first]\n{range}[vary.second]\n{range}"));
+    let found = rows(&study);
+    let front = table(&study, &found, "front");
+    assert_eq!(front.len(), 16, "no point dominates another one");
+    for record in &front {
+        let [f, e1, e2] = ["F", "first", "second"].map(|key| number(record, key));
+        let k = (e1 - e2) / 2.0;
+        let x = ((1.0 - k) - ((1.0 - k).powi(2) - 2.0 * (1.0 + k * k - e1)).sqrt()) / 2.0;
+        let exact = x * x + (x + k).powi(2);
+        assert!((f - exact).abs() < 1e-4, "{exact} {record}");
+    }
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(one.install(|| rows(&study)), found);
+}
+
 /// Minimize x² + p/x over x: x* = (p/2)^(1/3), for a constant p, and with x fixed.
 #[test]
 fn a_sweep_follows_the_exact_optimum() {
