@@ -194,7 +194,8 @@ fn responses_that_are_not_finite_later_reject_the_cycle_halve_the_limits_and_the
     assert_eq!((failed.cycle, next.cycle), (1, 1), "the same cycle is repeated");
     assert_eq!(next.factors[0], 0.5 * failed.factors[0]);
     assert!(next.accepted && next.failure.is_none());
-    assert_eq!(state.counters.analyses, state.history.len(), "a failed analysis is counted too");
+    let confirmation = state.confirmation.as_ref().map_or(0, |c| c.work[0]);
+    assert_eq!(state.counters.analyses, state.history.len() + confirmation, "a failed analysis is counted too");
     assert!(state.design[0] > 2.5 && state.design[0] <= 2.75, "the run continues up to the edge: {:?}", state.design);
     assert_ne!(state.status, Status::Running);
 }
@@ -253,6 +254,7 @@ fn a_problem_without_a_feasible_design_is_relaxed_reported_and_ends_as_infeasibl
     assert!(last.relaxation > 0.1, "{last:?}");
     assert_eq!(state.status, Status::Infeasible, "{}", state.reason);
     assert!(state.reason.contains("no design within the move limits is feasible"), "{}", state.reason);
+    assert!(state.reason.contains("the violation is stationary here: low enough at time 3 s"), "{}", state.reason);
     // Both constraints are violated by two thirds at b = 1/3: 1 + (1 − b)/1 = 1 + (3 b − 0.6)/0.6.
     assert!((state.design[0] - 1.0 / 3.0).abs() < 1e-6 && (last.relaxation - 2.0 / 3.0).abs() < 1e-6);
     assert!(state.reason.contains("6.7e-1"), "{}", state.reason);

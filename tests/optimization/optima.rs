@@ -34,13 +34,13 @@ fn the_impact_absorber_with_either_objective() {
     let peak = impact_absorber::peak_acceleration().unwrap();
     let state = Method::slp().solve(&peak, |_| ()).unwrap();
     assert_optimum(&peak, &state, &impact_absorber::peak_acceleration_optimum(), 1e-5);
-    assert_eq!([state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses], [5, 6, 5]);
+    assert_eq!([state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses], [5, 6, 6]);
     assert!(state.counters.subproblem_iterations >= 5);
 
     let comfort = impact_absorber::comfort().unwrap();
     let state = Method::slp().solve(&comfort, |_| ()).unwrap();
     assert_optimum(&comfort, &state, &impact_absorber::comfort_optimum(), 1e-4);
-    assert_eq!([state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses], [8, 9, 8]);
+    assert_eq!([state.cycles(), state.counters.analyses, state.counters.sensitivity_analyses], [8, 9, 9]);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 //! decided in one place for all methods: the [automatic method](super::Automatic) continues from the design where a run has
 //! settled, with the derivatives that are known. The end is confirmed if that leads to no better design.
 
-use super::automatic::{AcceptedPoint, Automatic, spread};
+use super::automatic::{AcceptedPoint, Automatic, Continuation, spread};
 use super::{Method, State, Status, Stop};
 use crate::approximation::CycleData;
 use crate::problem::Problem;
@@ -18,7 +18,7 @@ const KEPT: usize = 8;
 const MOST_TRIALS: usize = 30;
 /// Violation by which a run may exceed the violation that the automatic method calls stationary.
 const LARGER: f64 = 1.01;
-/// Number of accepted designs over which the recent change of the objective is taken.
+/// Least number of accepted designs over which the recent change of the objective is taken; it is half of a longer run.
 const RECENT: usize = 20;
 /// Least unit of the objective, as a fraction of its change.
 const LEAST: f64 = 1e-4;
@@ -34,7 +34,7 @@ pub struct Confirmation {
     pub fingerprint: u64,
     /// Objective where it began.
     pub from: f64,
-    /// True if the design where it began is feasible by the stop test of the automatic method.
+    /// True if the design where it began is feasible by the stop test of the automatic method, to the accuracy of the run.
     pub is_feasible: bool,
     /// Largest violation where it began, in units of its constraint.
     pub violation_before: f64,
@@ -67,30 +67,29 @@ impl Confirmation {
         self.fingerprint != problem.fingerprint() || is_nearer || state.history.len() >= 2 * self.trials
     }
 
-    /// The status that is confirmed, with the reason; `None` if a better design is near or the question is open.
-    fn verdict(&self, accuracy: f64) -> Option<(Status, String)> {
-        match self.status {
-            Status::Converged if self.is_feasible && self.from - self.objective <= accuracy * self.unit => {
-                let [analyses, sensitivities] = self.work;
-                let reason = format!(
-                    "the automatic method confirms the design with {analyses} analyses and {sensitivities} sensitivity \
-                     analyses: {}",
-                    self.reason
-                );
-                Some((Status::Converged, reason))
-            }
-            Status::Infeasible if self.violation_before <= LARGER * self.violation => {
-                Some((Status::Infeasible, self.reason.clone()))
-            }
-            _ => None,
-        }
+    /// The status that is confirmed; `None` if a better design is near or the question is open.
+    fn verdict(&self, accuracy: f64) -> Option<Status> {
+        let is_confirmed = match self.status {
+            Status::Converged => self.is_feasible && self.from - self.objective <= accuracy * self.unit,
+            Status::Infeasible => self.violation_before <= LARGER * self.violation,
+            _ => false,
+        };
+        is_confirmed.then_some(self.status)
     }
 
-    /// What it found, for a run that ends without success.
-    fn in_words(&self) -> String {
-        match self.status {
-            Status::Converged => format!("from here the automatic method reaches the objective {:.9e}", self.objective),
-            _ => "the automatic method does not confirm an optimum from here either".to_owned(),
+    /// What it found, for a run that ends with this verdict.
+    fn in_words(&self, verdict: Option<Status>) -> String {
+        let [analyses, sensitivities] = self.work;
+        let work = format!("{analyses} analyses and {sensitivities} sensitivity analyses");
+        match (verdict, self.status) {
+            (Some(Status::Converged), _) => {
+                format!("the automatic method confirms the design with {work}: {}", self.reason)
+            }
+            (Some(_), _) => format!("from here the automatic method ends, with {work}, where {}", self.reason),
+            (None, Status::Converged) => {
+                format!("from here the automatic method reaches the objective {:.9e} with {work}", self.objective)
+            }
+            (None, _) => format!("with {work} the automatic method does not confirm an optimum from here either"),
         }
     }
 }
@@ -115,18 +114,15 @@ impl Method {
                 (state.status, state.reason) = self.stop.cycle_limit(&state);
                 return Ok(state);
             }
-            _ => confirm(problem, &mut state)?,
+            _ => confirm(problem, &mut state, self.stop.accuracy)?,
         };
-        (state.status, state.reason) = match known.verdict(self.stop.accuracy) {
-            Some((Status::Converged, reason)) if status == Status::Converged => {
-                (Status::Converged, format!("{}; {reason}", state.reason))
-            }
-            Some(verdict) => verdict,
-            None if is_at_end => {
-                let reason = if status == Status::Stalled { &state.reason } else { "the steps have become zero" };
-                (Status::Stalled, format!("{reason}; {}", known.in_words()))
-            }
-            None => self.stop.cycle_limit(&state),
+        let verdict = known.verdict(self.stop.accuracy);
+        (state.status, state.reason) = if verdict.is_some() || is_at_end {
+            let is_refuted = verdict.is_none() && status != Status::Stalled;
+            let reason = if is_refuted { "the steps have become zero" } else { &state.reason };
+            (verdict.unwrap_or(Status::Stalled), format!("{reason}; {}", known.in_words(verdict)))
+        } else {
+            self.stop.cycle_limit(&state)
         };
         state.confirmation = Some(known);
         Ok(state)
@@ -166,20 +162,25 @@ fn has_stopped(state: &State) -> bool {
 }
 
 /// Continues with the automatic method from the design of a state until it ends.
-fn confirm(problem: &Problem, state: &mut State) -> Result<Confirmation> {
+fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<Confirmation> {
     let history: Vec<_> = state.history.iter().filter(|cycle| cycle.accepted).cloned().collect();
     let max_cycles = history.len() - 1 + MOST_TRIALS;
     let method = Method::automatic().with_stop(Stop { max_cycles, ..Stop::default() });
     let mut run = State { history, data: None, automatic: None, confirmation: None, ..state.clone() };
     (run.status, run.reason) = (Status::Running, String::new());
     let begin = run.counters;
-    let is_feasible = Automatic::default().begin_at(&method, problem, &mut run)?;
+    let Continuation { is_feasible, largest_change } =
+        Automatic::default().begin_at(&method, problem, &mut run, accuracy)?;
+    let objectives: Vec<f64> = run.history.iter().map(|cycle| cycle.objective).collect();
+    let unit = unit(&objectives, largest_change);
+    if let Some(memory) = &mut run.automatic {
+        memory.tolerance = accuracy * unit;
+    }
     while run.status == Status::Running {
         run = method.step(problem, run)?;
     }
     let end = run.counters;
     state.counters = end;
-    let objectives: Vec<f64> = run.history.iter().filter(|cycle| cycle.accepted).map(|cycle| cycle.objective).collect();
     let violation = |state: &State| state.evaluation.max_violation_pct().max(0.0);
     Ok(Confirmation {
         trials: state.history.len(),
@@ -192,15 +193,16 @@ fn confirm(problem: &Problem, state: &mut State) -> Result<Confirmation> {
         objective: run.evaluation.objective,
         violation: violation(&run),
         reason: run.reason,
-        unit: unit(&objectives),
+        unit,
     })
 }
 
-/// The smaller one of the objective and its change over a run. A start with a huge objective must not count for ever; an objective
-/// of zero is reached in parts of its change.
-fn unit(objectives: &[f64]) -> f64 {
+/// The smaller one of the objective and its change over a run, the last of its objectives at a design whose slopes allow a change by
+/// `by_slopes` over the lengths. A start with a huge objective must not count for ever; an objective of zero is reached in parts of
+/// its change.
+fn unit(objectives: &[f64], by_slopes: f64) -> f64 {
     let range = |count: usize| spread(objectives[objectives.len().saturating_sub(count)..].iter().copied());
     let whole = range(objectives.len());
-    let change = (range(RECENT) * whole).sqrt().max(LEAST * whole);
+    let change = (range(RECENT.max(objectives.len() / 2)) * whole).sqrt().max(by_slopes.min(whole)).max(LEAST * whole);
     objectives.last().map_or(0.0, |last| last.abs().min(change).max(LEAST * change))
 }

@@ -25,6 +25,8 @@ const LEAST: f64 = 1e-4;
 const LONGER: usize = 20;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
+/// Part of the change of the objective that does not matter, below which each of the sums does not matter.
+const OF_TOLERANCE: f64 = 0.1;
 /// First-order change over a length, relative to F, below which a direction need not be explored.
 const NEGLIGIBLE: f64 = 1e-10;
 /// Largest residual at the start, relative to the largest change of the objective.
@@ -65,7 +67,7 @@ impl Optimality {
         Self {
             residual: (0..b.len()).map(one).sum(),
             complementarity: multipliers.iter().zip(&here.c).map(|(λ, c)| (λ * c).abs()).sum(),
-            largest_change: here.slope.iter().zip(lengths).map(|(g, l)| (g * l).abs()).sum(),
+            largest_change: largest_change(&here.slope, lengths),
         }
     }
 }
@@ -85,6 +87,8 @@ pub(super) struct StopTest<'a> {
     pub optimality: Optimality,
     /// Objectives of the accepted designs, the newest last.
     pub objectives: &'a [f64],
+    /// Change of the objective that does not matter.
+    pub tolerance: f64,
 }
 
 impl StopTest<'_> {
@@ -109,7 +113,7 @@ impl StopTest<'_> {
     pub fn converged(&self) -> Option<String> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let Optimality { residual, complementarity, largest_change } = self.optimality;
-        if !is_feasible(self.violation, self.violation_in_terms) || !self.is_compatible {
+        if !is_feasible(self.violation, self.violation_in_terms, 1.0) || !self.is_compatible {
             return None;
         }
         if self.objectives.len() == 1 {
@@ -118,10 +122,16 @@ impl StopTest<'_> {
                 .then(|| "the start satisfies the optimality conditions".to_owned());
         }
         let unit = self.objective_unit();
+        let tolerance = OF_TOLERANCE * self.tolerance;
         let allowed = |fraction: f64, rounding: f64| (fraction * unit).max(rounding * objective);
-        let holds = self.predicted.abs() <= allowed(PREDICTED[usize::from(self.at_limit)], ROUNDING[0])
-            && residual <= allowed(RESIDUAL, ROUNDING[1])
-            && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]);
+        let prediction = if self.at_limit {
+            allowed(PREDICTED[1], ROUNDING[0])
+        } else {
+            allowed(PREDICTED[0], ROUNDING[0]).max(tolerance)
+        };
+        let holds = self.predicted.abs() <= prediction
+            && residual <= allowed(RESIDUAL, ROUNDING[1]).max(tolerance)
+            && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance);
         holds.then(|| {
             format!(
                 "a step predicts a change of the objective by {:.1e}, the optimality conditions hold to {:.1e} and the \
@@ -134,9 +144,21 @@ impl StopTest<'_> {
     }
 }
 
-/// True if a converged design may have this violation, in units of the rows and in the terms of its row.
-pub(super) fn is_feasible(violation: f64, in_terms: f64) -> bool {
+/// True if a converged design may have this violation, in units of the rows and in the terms of its row. The limits are those of
+/// the automatic method times `factor`.
+pub(super) fn is_feasible(violation: f64, in_terms: f64, factor: f64) -> bool {
+    let (violation, in_terms) = (violation / factor, in_terms / factor);
     violation <= FEASIBLE && (in_terms <= IN_TERMS[0] || violation <= IN_TERMS[1])
+}
+
+/// The factor by which the limits of [`is_feasible`] are larger for a run with this accuracy.
+pub(super) fn feasibility_factor(accuracy: f64) -> f64 {
+    (accuracy / FEASIBLE).max(1.0)
+}
+
+/// Σ |∂ⱼF| ℓⱼ.
+pub(super) fn largest_change(slope: &[f64], lengths: &[f64]) -> f64 {
+    slope.iter().zip(lengths).map(|(g, l)| (g * l).abs()).sum()
 }
 
 /// The reason in words if the steps have become too small.

@@ -4,7 +4,7 @@ use super::super::trial::{Proposal as Record, Trial};
 use super::super::{Cycle, Method, Region, State, Status, Verdict};
 use super::acceptance::{Decision, FilterEntry, Merit, Step, widths_after_acceptance, widths_after_rejection};
 use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
-use super::convergence::{Optimality, StopTest, is_feasible, stalled};
+use super::convergence::{Optimality, StopTest, feasibility_factor, is_feasible, largest_change, stalled};
 use super::lengths::{Units, spread, start_lengths};
 use super::linearized::Linearized;
 use super::numbers::{NumberGroup, collect, find};
@@ -32,6 +32,8 @@ const WIDE: f64 = 100.0;
 const NEAR_BOUND: f64 = 1e-6;
 /// Part of a direction that is new, from which on it counts as another direction.
 const INDEPENDENT: f64 = 1e-2;
+/// Part of a length, and of the largest change of a row over the lengths, that counts as none.
+const NO_EFFECT: f64 = 1e-6;
 /// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
 const RECENT: usize = 4;
 const LEAST_WIDTH: f64 = 1e-3;
@@ -160,7 +162,9 @@ impl Automatic {
         let data = method.differentiate(problem, &at)?;
         state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
         let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
-        let lengths = start_lengths(problem, &state.design, state.evaluation.objective, &here);
+        // Another method may have left a variable that started at zero beside it.
+        let start = state.history.first().map_or(&state.design, |start| &start.design);
+        let lengths = start_lengths(problem, start, state.evaluation.objective, &here);
         let points = std::mem::take(&mut state.points);
         let mut memory =
             AutomaticState { widths: lengths.clone(), start_lengths: lengths, points, ..Default::default() };
@@ -168,18 +172,26 @@ impl Automatic {
         Ok((memory, data))
     }
 
-    /// Prepares a state without data of this method for [`step`](Self::step), in a box of the extent of its last designs. True if its
-    /// design is feasible.
-    pub(in crate::sao) fn begin_at(&self, method: &Method, problem: &Problem, state: &mut State) -> Result<bool> {
+    /// Prepares a state without data of this method for [`step`](Self::step), in a box of the extent of its last designs. The
+    /// accuracy is that of the run that is continued.
+    pub(in crate::sao) fn begin_at(
+        &self,
+        method: &Method,
+        problem: &Problem,
+        state: &mut State,
+        accuracy: f64,
+    ) -> Result<Continuation> {
         let (mut memory, data) = self.begin(method, problem, state)?;
         for (j, width) in memory.widths.iter_mut().enumerate() {
             let last = memory.points.iter().rev().take(RECENT).map(|point| point.design[j]);
             *width = spread(last).clamp(LEAST_WIDTH * *width, *width);
         }
         let situation = Situation::new(self, problem, state, &data, &memory);
-        let holds = is_feasible(situation.violation, situation.violation_in_terms());
+        let factor = feasibility_factor(accuracy);
+        let is_feasible = is_feasible(situation.violation, situation.violation_in_terms(), factor);
+        let largest_change = largest_change(&situation.here.slope, &situation.units.lengths);
         (state.automatic, state.data) = (Some(memory), Some(data));
-        Ok(holds)
+        Ok(Continuation { is_feasible, largest_change })
     }
 
     /// Stores the current design with its numbers.
@@ -188,6 +200,14 @@ impl Automatic {
         let surplus = memory.points.len().saturating_sub(self.memory + 1);
         memory.points.drain(..surplus);
     }
+}
+
+/// The design where a run of another method is continued.
+pub(in crate::sao) struct Continuation {
+    /// True if it is feasible, to the accuracy of the run.
+    pub is_feasible: bool,
+    /// Σ |∂F/∂bⱼ| ℓⱼ.
+    pub largest_change: f64,
 }
 
 impl AcceptedPoint {
@@ -334,6 +354,7 @@ impl<'a> Situation<'a> {
             at_limit: proposal.at_limit.contains(&true),
             optimality: Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths),
             objectives: &objectives,
+            tolerance: self.memory.tolerance,
         };
         // Where the objective has no slope at all, the start may as well be a maximum or a saddle point.
         let is_flat = objectives.len() == 1 && self.here.slope.iter().all(|g| *g == 0.0);
@@ -479,17 +500,19 @@ impl<'a> Situation<'a> {
         Some(self.by_linear_surrogate(to, region))
     }
 
-    /// True for a variable that never moved because nothing ever depended on it to first order.
+    /// True for a variable that never moved because nothing ever depended on it to first order, except for what rounding leaves.
     fn is_unknown(&self, j: usize) -> bool {
-        let (variable, points) = (&self.problem.variables[j], &self.memory.points);
+        let (variable, lengths) = (&self.problem.variables[j], &self.units.lengths);
         let mut accepted = self.state.history.iter().filter(|c| c.accepted);
-        let is_flat = |point: &AcceptedPoint| {
-            point.slopes.iter().all(|slope| slope[j] == 0.0) && point.numbers.iter().all(|r| r.gradient[j] == 0.0)
+        let has_no_effect = |slope: &Vec<f64>| {
+            let largest = slope.iter().zip(lengths).map(|(g, l)| (g * l).abs()).fold(0.0, f64::max);
+            slope[j].abs() * lengths[j] <= NO_EFFECT * largest
         };
+        let mut points = self.memory.points.iter();
         variable.upper > variable.lower
-            && accepted.all(|c| c.design[j] == self.state.design[j])
-            && self.here.slope[j] == 0.0
-            && points.iter().all(is_flat)
+            && accepted.all(|c| (c.design[j] - self.state.design[j]).abs() <= NO_EFFECT * lengths[j])
+            && has_no_effect(&self.here.slope)
+            && points.all(|p| p.slopes.iter().chain(p.numbers.iter().map(|r| &r.gradient)).all(has_no_effect))
     }
 
     /// A step of some variables in a generic direction, by this part of the lengths, that leaves a stationary point.

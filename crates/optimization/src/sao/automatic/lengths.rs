@@ -6,6 +6,8 @@ use crate::problem::{Evaluation, Problem};
 
 /// Fraction of a bounded variable's range that a start length has at least.
 const LEAST_OF_RANGE: f64 = 0.02;
+/// A length from slopes is at most this times the median of the others. Slopes beside a point where they vanish are very small.
+const LARGEST: f64 = 1e6;
 /// Gradients below this fraction of the largest one do not determine a length.
 const NEGLIGIBLE: f64 = 1e-12;
 /// Least objective per unit of violation, as a fraction of the range of the objective.
@@ -36,11 +38,15 @@ pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: 
         } else {
             b[j].abs()
         };
-        if known > 0.0 { Some(known) } else { seen(j) }
+        (known > 0.0).then_some(known)
     };
-    let known: Vec<Option<f64>> = (0..n).map(one).collect();
-    let other = median(known.iter().flatten().copied().collect()).unwrap_or(1.0);
-    known.into_iter().map(|d| d.unwrap_or(other)).collect()
+    let mut lengths: Vec<Option<f64>> = (0..n).map(one).collect();
+    let largest = median(lengths.iter().flatten().copied().collect()).map_or(f64::INFINITY, |d| LARGEST * d);
+    for (j, length) in lengths.iter_mut().enumerate().filter(|(_, length)| length.is_none()) {
+        *length = seen(j).filter(|d| *d <= largest);
+    }
+    let other = median(lengths.iter().flatten().copied().collect()).unwrap_or(1.0);
+    lengths.into_iter().map(|d| d.unwrap_or(other)).collect()
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

@@ -28,6 +28,7 @@ mod surrogate;
 
 pub use acceptance::FilterEntry;
 pub use candidates::{AcceptedPoint, Candidate};
+pub(in crate::sao) use cycle::Continuation;
 pub(in crate::sao) use lengths::spread;
 pub use numbers::{Number, NumberGroup, NumberId};
 pub use selection::Scores;
@@ -98,6 +99,9 @@ pub struct AutomaticState {
     pub rejected: Vec<RejectedPoint>,
     /// Violations at stationary points of the violation that the run has left.
     pub stationary: Vec<f64>,
+    /// Change of the objective that does not matter, where the run of another method is continued; zero otherwise.
+    #[serde(default)]
+    pub tolerance: f64,
 }
 
 /// A rejected design with the numbers of the current cycle.

@@ -18,6 +18,7 @@ impl AutomaticState {
         length("widths", n, self.widths.len())?;
         let positive = |v: &[f64]| v.iter().all(|v| *v > 0.0 && v.is_finite());
         require(positive(&self.start_lengths) && positive(&self.widths), "a length is not positive")?;
+        require(self.tolerance >= 0.0 && self.tolerance.is_finite(), "the tolerance is not a positive number or zero")?;
         self.points.iter().try_for_each(|point| point.check(problem))?;
         let last = self.points.last().filter(|point| point.design == here.design);
         let expected = collect(problem, &here.design, (&here.responses, &here.evaluation), data);
