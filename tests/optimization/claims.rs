@@ -10,6 +10,10 @@ fn all_presets() -> Vec<&'static Preset> {
     presets().iter().collect()
 }
 
+fn suite_problem(name: &str) -> Problem {
+    Transformation::default().build(find(name).unwrap()).unwrap()
+}
+
 /// The runs whose claims are false.
 fn false_claims(problems: &[&str], transformations: &[&str], presets: &[&'static Preset]) -> Vec<String> {
     let entries: Vec<_> = problems.iter().map(|name| find(name).unwrap()).collect();
@@ -123,5 +127,18 @@ fn conservative_methods_stay_feasible_although_screening_removes_the_constraint(
             let worst = end.history.iter().filter(|c| c.accepted).map(|c| c.violation_pct).fold(f64::MIN, f64::max);
             assert!(worst < 1e-4, "{name} from {start}: {worst} %");
         }
+    }
+}
+
+#[test]
+fn an_optimum_is_an_optimum_when_it_is_the_start() {
+    // Slopes at a free minimum are rounding errors.
+    for name in ["hs1", "hs2", "hs21", "hs35", "hs39", "hs43", "hs76"] {
+        let mut problem = suite_problem(name);
+        let end = Method::automatic().solve(&problem, |_| ()).unwrap();
+        problem.variables.iter_mut().zip(&end.design).for_each(|(variable, b)| variable.start = *b);
+        let again = Method::automatic().solve(&problem, |_| ()).unwrap();
+        assert_eq!(again.status, Status::Converged, "{name}: {}", again.reason);
+        assert!(again.counters.analyses <= 20, "{name}: {}", again.counters.analyses);
     }
 }

@@ -29,8 +29,10 @@ const ROUNDING: [f64; 2] = [1e-14, 1e-12];
 const OF_TOLERANCE: f64 = 0.1;
 /// First-order change over a length, relative to F, below which a direction need not be explored.
 const NEGLIGIBLE: f64 = 1e-10;
-/// Largest residual at the start, relative to the largest change of the objective.
+/// Largest residual at the start: relative to the largest change of the objective by its slopes, and relative to F if rejected steps
+/// have shown a curvature that predicts no better design.
 const AT_START: f64 = 1e-9;
+const AFTER_TRIALS: f64 = 1e-6;
 /// Largest step over the lengths, and largest box, of a stalled run.
 const STALLED: [f64; 2] = [1e-12, 1e-13];
 
@@ -66,7 +68,7 @@ impl Optimality {
         };
         Self {
             residual: (0..b.len()).map(one).sum(),
-            complementarity: multipliers.iter().zip(&here.c).map(|(λ, c)| (λ * c).abs()).sum(),
+            complementarity: multipliers.iter().zip(&here.c).fold(0.0, |sum, (λ, c)| sum + (λ * c).abs()),
             largest_change: largest_change(&here.slope, lengths),
         }
     }
@@ -87,6 +89,8 @@ pub(super) struct StopTest<'a> {
     pub optimality: Optimality,
     /// Objectives of the accepted designs, the newest last.
     pub objectives: &'a [f64],
+    /// Largest change of the objective by a rejected step from the current design.
+    pub rejected_change: f64,
     /// Change of the objective that does not matter.
     pub tolerance: f64,
 }
@@ -117,7 +121,10 @@ impl StopTest<'_> {
             return None;
         }
         if self.objectives.len() == 1 {
-            let largest = AT_START * largest_change;
+            let by_slopes = (AT_START * largest_change).max(ROUNDING[1] * objective);
+            let is_known = !self.at_limit && self.predicted.abs() <= PREDICTED[1].max(ROUNDING[0]) * objective;
+            let by_trials = if is_known { AFTER_TRIALS * objective.min(self.rejected_change) } else { 0.0 };
+            let largest = by_slopes.max(by_trials);
             return (residual <= largest && complementarity <= largest)
                 .then(|| "the start satisfies the optimality conditions".to_owned());
         }

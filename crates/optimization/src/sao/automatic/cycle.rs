@@ -354,6 +354,7 @@ impl<'a> Situation<'a> {
             at_limit: proposal.at_limit.contains(&true),
             optimality: Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths),
             objectives: &objectives,
+            rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
         };
         // Where the objective has no slope at all, the start may as well be a maximum or a saddle point.
@@ -594,6 +595,13 @@ impl<'a> Situation<'a> {
         }
         let filter = self.memory.filter.iter().map(|e| Merit::new(e.objective, &e.violations, &self.units));
         self.step(proposal, analyzed).decide(filter)
+    }
+
+    /// The largest change of the objective by a rejected step from the current design.
+    fn rejected_change(&self) -> f64 {
+        let rejected = self.state.history.iter().rev().take_while(|cycle| !cycle.accepted);
+        let change = |cycle: &Cycle| (cycle.objective - self.state.evaluation.objective).abs();
+        rejected.map(change).filter(|change| change.is_finite()).fold(0.0, f64::max)
     }
 
     fn filter_entry(&self) -> FilterEntry {
