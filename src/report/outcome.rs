@@ -11,6 +11,8 @@ use crate::sao::{Cycle, State};
 const SATISFIED: f64 = 1e-5;
 /// Distance from the limit, relative to the size, up to which a constraint counts as active.
 const ACTIVE: f64 = 1e-3;
+/// Part of the range of the objective, and of the scale of a constraint, by which a design is better than another one.
+const BETTER: f64 = 1e-4;
 
 /// The objective at a design: of a maximum its own value, of a min–max objective the largest |f| over the time points.
 ///
@@ -54,6 +56,13 @@ pub fn objective_of_step(problem: &Problem, state: &State, k: usize) -> Result<f
         }
         None => Ok(cycle.objective),
     }
+}
+
+/// The trial step with a better design than the last one, by more than 1e-4, with its objective; see [`State::better_than_last`].
+pub fn better_than_last<'s>(problem: &Problem, state: &'s State) -> Option<(&'s Cycle, f64)> {
+    let better = state.better_than_last(BETTER)?;
+    let k = state.history.iter().position(|cycle| std::ptr::eq(cycle, better))?;
+    Some((better, objective_of_step(problem, state, k).unwrap_or(better.objective)))
 }
 
 /// The objective of each trial step of a run, in the order of its history.

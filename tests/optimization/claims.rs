@@ -4,7 +4,7 @@ use linkwright::autodiff::Scalar;
 use linkwright::cases::suite::{self, Transformation, Verdict};
 use linkwright::cases::{find, impact_absorber};
 use linkwright::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity};
-use linkwright::sao::{Method, Preset, Status, Stop, preset, presets};
+use linkwright::sao::{Method, Preset, State, Status, Stop, preset, presets};
 
 fn all_presets() -> Vec<&'static Preset> {
     presets().iter().collect()
@@ -96,26 +96,36 @@ fn the_stop_test_of_the_paper_is_not_confirmed() {
     assert_eq!(confirmed.counters.analyses, 6 + confirmation.work[0]);
 }
 
-/// Svanberg's cantilever: weight and deflection of five segments.
-struct Cantilever;
+/// Svanberg's cantilever: a measure of the weight, and the deflection of five segments.
+struct Cantilever {
+    /// −1 for the mirror image, whose responses have the opposite sign.
+    sign: f64,
+}
 
 impl ClosedForm for Cantilever {
     fn response<S: Scalar>(&self, h: usize, b: &[S], _: S) -> S {
         let factors = [61.0, 37.0, 19.0, 7.0, 1.0];
         let sum = |term: &dyn Fn(usize) -> S| (0..5).fold(S::from(0.0), |sum, k| sum + term(k));
-        if h == 0 { sum(&|k| b[k] * 0.0624) } else { sum(&|k| b[k].powi(-3) * factors[k]) }
+        let value = if h == 0 { sum(&|k| b[k] * b[k] * 0.0624) } else { sum(&|k| b[k].powi(-3) * factors[k]) };
+        value * self.sign
     }
 }
 
-fn cantilever(start: f64) -> Problem {
+fn cantilever(start: f64, is_mirrored: bool) -> Problem {
     let mut parts = ProblemBuilder::new("cantilever");
     (1..=5).for_each(|k| {
         parts.variable(DesignVariable::new(format!("x{k}"), "m", start).within(0.1, 100.0));
     });
     let [weight, deflection] = ["weight", "deflection"].map(|name| parts.constant(name, ""));
-    parts.minimize("weight", "", Quantity::response(None, weight));
-    parts.subject_to(Constraint::at_most("deflection", 1.0, Quantity::response(None, deflection)));
-    parts.build_analytic(Cantilever).unwrap()
+    let limited = Quantity::response(None, deflection);
+    if is_mirrored {
+        parts.maximize("weight", "", Quantity::response(None, weight));
+        parts.subject_to(Constraint::at_least("deflection", -1.0, limited));
+    } else {
+        parts.minimize("weight", "", Quantity::response(None, weight));
+        parts.subject_to(Constraint::at_most("deflection", 1.0, limited));
+    }
+    parts.build_analytic(Cantilever { sign: if is_mirrored { -1.0 } else { 1.0 } }).unwrap()
 }
 
 #[test]
@@ -123,7 +133,7 @@ fn conservative_methods_stay_feasible_although_screening_removes_the_constraint(
     for name in ["gcmma", "linear-conservative"] {
         // At 8 the deflection is a quarter of its limit, below the cut-off.
         for start in [6.0, 8.0, 20.0] {
-            let end = (preset(name).unwrap().method)().solve(&cantilever(start), |_| ()).unwrap();
+            let end = (preset(name).unwrap().method)().solve(&cantilever(start, false), |_| ()).unwrap();
             let worst = end.history.iter().filter(|c| c.accepted).map(|c| c.violation_pct).fold(f64::MIN, f64::max);
             assert!(worst < 1e-4, "{name} from {start}: {worst} %");
         }
@@ -141,4 +151,45 @@ fn an_optimum_is_an_optimum_when_it_is_the_start() {
         assert_eq!(again.status, Status::Converged, "{name}: {}", again.reason);
         assert!(again.counters.analyses <= 20, "{name}: {}", again.counters.analyses);
     }
+}
+
+#[test]
+fn a_mirror_image_has_the_same_designs() {
+    // Two candidates of the automatic method, powers and BFGS, do not know the sign with which a response is used.
+    for preset in presets().iter().filter(|preset| preset.name != "automatic") {
+        let run = |is_mirrored| (preset.method)().solve(&cantilever(5.0, is_mirrored), |_| ()).unwrap();
+        let (one, other) = (run(false), run(true));
+        let designs = |state: &State| state.history.iter().map(|c| c.design.clone()).collect::<Vec<_>>();
+        assert_eq!(designs(&one), designs(&other), "{}", preset.name);
+        assert_eq!(one.status, other.status, "{}", preset.name);
+    }
+}
+
+#[test]
+fn a_run_at_its_limit_tells_trial_steps_and_accepted_ones() {
+    let stop = Stop { max_cycles: 3, ..Stop::default() };
+    let end = Method { stop, ..Method::slp() }.solve(&cantilever(5.0, false), |_| ()).unwrap();
+    assert!(end.reason.starts_with("3 trial steps are done, "), "{}", end.reason);
+    assert!(end.reason.contains(&format!("{} of them accepted", end.cycles())), "{}", end.reason);
+}
+
+#[test]
+fn the_best_design_of_a_run_is_known_although_it_is_not_the_last() {
+    let mut count = 0;
+    for name in ["hs43", "hs100", "hs21"] {
+        let problem = suite_problem(name);
+        for preset in presets() {
+            let method = (preset.method)().with_stop(Stop { max_cycles: 3, ..Stop::default() });
+            let end = method.solve(&problem, |_| ()).unwrap();
+            let last = end.history.iter().rfind(|c| c.accepted).unwrap();
+            let better = end.better_than_last(1e-4);
+            let is_better =
+                |c: &&linkwright::sao::Cycle| c.violation_pct <= 1e-2 && c.objective < last.objective - 1e-2;
+            let expected = end.history.iter().filter(is_better).map(|c| c.objective).fold(f64::INFINITY, f64::min);
+            let found = better.map_or(f64::INFINITY, |c| c.objective);
+            assert!(last.violation_pct > 1e-2 || found <= expected, "{name}, {}: {found} {expected}", preset.name);
+            count += usize::from(better.is_some());
+        }
+    }
+    assert!(count > 5, "some runs end at a design that violates a constraint: {count}");
 }

@@ -6,7 +6,7 @@ use anyhow::{Context, anyhow, bail};
 use linkwright::cases::suite::{Claim, Suite, SuiteRun, Transformation, Verdict, problems, run};
 use linkwright::cases::{AnalysisCounts, CatalogueEntry, find};
 use linkwright::report::suite::{profiles, runs, summary};
-use linkwright::report::table::Table;
+use linkwright::report::table::{Cell, Table};
 use linkwright::sao::Preset;
 use rayon::prelude::*;
 use std::path::Path;
@@ -71,6 +71,13 @@ impl Comparison<'_> {
         folder.write_figure("performance-profile", &performance)?;
         folder.write_figure("data-profile", &data)?;
         self.show(&all[..ours], &table, &totals)?;
+        if transformations.len() > 1 {
+            let table = by_transformation(&title, &all)?;
+            folder.write("transformations.csv", table.csv().as_bytes())?;
+            if !self.json {
+                say(&table.text())?;
+            }
+        }
         if !self.json {
             say(&format!("Runs, summary and profiles are in {}", out.display()))?;
         }
@@ -105,6 +112,37 @@ impl Comparison<'_> {
         let sets = self.transformations.iter().map(|text| Transformation::parse_set(text));
         Ok(sets.collect::<Result<Vec<_>, _>>()?.concat())
     }
+}
+
+/// Table with a row for each transformation, all methods together: numbers of runs by verdict, median and sum of the work of solved
+/// runs.
+fn by_transformation(title: &str, all: &[SuiteRun]) -> linkwright::Result<Table> {
+    let columns =
+        ["transformation", "runs", "solved", "local_optimum", "honest_end", "false", "median_work", "sum_work"];
+    let mut table = Table::new(title, columns);
+    let mut done: Vec<Transformation> = vec![];
+    for run in all {
+        let transformation = run.transformation;
+        if done.contains(&transformation) {
+            continue;
+        }
+        done.push(transformation);
+        let same: Vec<&SuiteRun> = all.iter().filter(|r| r.transformation == transformation).collect();
+        let count = |v: Verdict| same.iter().filter(|r| r.judgement.is_some_and(|j| j.verdict == v)).count();
+        let mut work: Vec<usize> = same.iter().filter(|r| r.is_solved()).map(|r| r.work.total()).collect();
+        work.sort_unstable();
+        table.push([
+            transformation.to_string().as_str().into(),
+            same.len().into(),
+            work.len().into(),
+            count(Verdict::LocalOptimum).into(),
+            count(Verdict::HonestEnd).into(),
+            count(Verdict::False).into(),
+            work.get(work.len() / 2).map_or(Cell::Empty, |w| (*w).into()),
+            work.iter().sum::<usize>().into(),
+        ])?;
+    }
+    Ok(table)
 }
 
 /// Reads and judges the runs of other programs, such as `benches/peers/optimizers.csv`.

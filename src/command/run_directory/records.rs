@@ -188,11 +188,25 @@ pub struct Summary {
     #[serde(default)]
     at_bounds: Vec<String>,
     pub constraints: Vec<Nearest>,
+    /// The trial step with the best design, if that is better than the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    best: Option<BestStep>,
     /// Warnings of the analysis of this design; at the end of a run also those that take further analyses.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// Edits of the model during the run.
     pub edits: Vec<Edit>,
+}
+
+/// The best design of a run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct BestStep {
+    /// Number of its cycle.
+    cycle: usize,
+    accepted: bool,
+    objective: f64,
+    violation_pct: f64,
+    design: Vec<f64>,
 }
 
 /// A number with its name and unit.
@@ -250,6 +264,13 @@ impl Summary {
             value: outcome::objective(problem, &state.design, &state.evaluation),
         };
         let constraints = outcome::constraints(problem, &state.design, &state.evaluation);
+        let best = outcome::better_than_last(problem, state).map(|(cycle, objective)| BestStep {
+            cycle: cycle.cycle,
+            accepted: cycle.accepted,
+            objective,
+            violation_pct: cycle.violation_pct,
+            design: cycle.design.clone(),
+        });
         let at_bounds = state.design.iter().enumerate().filter_map(|(k, &value)| {
             let bound = outcome::at_bound(problem, k, value)?;
             Some(format!("{} is {bound}", problem.variables[k].name))
@@ -274,6 +295,7 @@ impl Summary {
             design: problem.variables.iter().zip(&state.design).map(named).collect(),
             at_bounds: at_bounds.collect(),
             constraints: constraints.into_iter().map(|c| Nearest::new(problem, c)).collect(),
+            best,
             warnings: state.responses.warnings.clone(),
             edits: edits.to_vec(),
         }
@@ -300,11 +322,38 @@ impl Summary {
         // The variable that bounds a peak is the objective itself.
         lines.extend(self.design.iter().filter(|b| self.peak_bound.as_ref() != Some(&b.name)).map(row));
         lines.extend(self.constraints.iter().map(|c| c.text(digits)));
+        lines.extend(self.best.as_ref().map(|best| self.best_in_words(best, digits)));
         lines
             .extend(self.at_bounds.iter().map(|text| format!("Note: {text}; a wider bound may give a better design.")));
         lines.extend(self.warnings.iter().map(|text| format!("Warning: {text}")));
         lines.join("\n")
     }
+}
+
+impl Summary {
+    /// The best design, with the arguments that continue from it.
+    fn best_in_words(&self, best: &BestStep, digits: usize) -> String {
+        let what = if best.accepted { "cycle" } else { "a rejected step of cycle" };
+        let start = self
+            .design
+            .iter()
+            .zip(&best.design)
+            .map(|(named, b)| format!(" --start {}", argument(&format!("{}={b}", named.name))));
+        format!(
+            "Note: the best design is that of {what} {}: {} {}, largest violation {} %. Start there with{}",
+            best.cycle,
+            self.objective.name,
+            with_unit(best.objective, &self.objective.unit, digits),
+            readable(best.violation_pct.max(0.0), digits),
+            start.collect::<String>()
+        )
+    }
+}
+
+/// An argument as it is typed into a shell.
+fn argument(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_.-=".contains(c);
+    if text.chars().all(is_plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 impl Nearest {

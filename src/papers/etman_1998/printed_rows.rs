@@ -83,6 +83,7 @@ fn trial<'a>(
         to,
         last_step,
         at_limit,
+        is_bounded: vec![true; base.design.len()],
         objective_before: 0.0,
         violation_before: base.violation_pct.max(0.0) / 100.0,
         approximate_violation: 0.0,

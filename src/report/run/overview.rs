@@ -11,7 +11,8 @@ impl OptimizationReport<'_> {
     /// The head of the page: title, status and main results.
     pub(super) fn head(&self) -> Page {
         let (problem, state) = (self.problem, self.state);
-        let (word, badge, lead) = self.status();
+        let (word, badge, mut lead) = self.status();
+        lead.extend(self.better());
         let (before, after) = self.objective();
         let unit = |value: f64| format!("{} {}", number(value), problem.objective.unit).trim_end().to_owned();
         let changed = change(before, after).map_or_else(String::new, |c| format!(", {}", percent(c)));
@@ -29,6 +30,20 @@ impl OptimizationReport<'_> {
                 state.counters.analyses.to_string(),
                 format!("{} sensitivity analyses, {iterations}", state.counters.sensitivity_analyses),
             )
+    }
+
+    /// A sentence about the best design, if that is not the last one.
+    fn better(&self) -> Option<String> {
+        let (cycle, objective) = outcome::better_than_last(self.problem, self.state)?;
+        let step = if cycle.accepted { "cycle" } else { "a rejected step of cycle" };
+        let value = format!("{} {}", number(objective), self.problem.objective.unit);
+        Some(format!(
+            " The best design is that of {step} {}: {} {}, largest violation {} %.",
+            cycle.cycle,
+            self.problem.objective.name,
+            value.trim_end(),
+            number(cycle.violation_pct.max(0.0))
+        ))
     }
 
     fn status(&self) -> (&'static str, Badge, String) {

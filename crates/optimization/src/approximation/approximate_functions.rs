@@ -40,17 +40,22 @@ impl ApproximateFunctions<'_> {
     /// F̃ and the wanted rows; zero for the other rows.
     pub fn values<S: ProblemScalar + Evaluates>(&self, b: &[S], wanted: impl Fn(usize) -> bool) -> (S, Vec<S>) {
         let responses: Vec<S> = self.models.responses.iter().map(|(_, model)| S::of(&**model, b)).collect();
-        let value = |signed: SignedQuantity, p, direct: &DirectModel| match direct {
+        let negated: Vec<Option<S>> =
+            self.models.negated.iter().map(|model| model.as_ref().map(|m| S::of(&**m, b))).collect();
+        let value = |signed: SignedQuantity, p, direct: &DirectModel, function: usize| match direct {
             Some(model) => S::of(&**model, b),
             None => signed.value(p, &self.problem.grids, b, |h, p| {
-                responses[self.models.index_of(self.problem.response_at(h, p))]
+                let at = self.problem.response_at(h, p);
+                let k = self.models.index_of(at);
+                let opposite = negated[k].filter(|_| self.models.decreasing[function].binary_search(&at).is_ok());
+                opposite.unwrap_or(responses[k])
             }),
         };
         let distance = self.conservatism.iter().any(|rho| *rho != 0.0).then(|| self.distance(b));
         let conservative =
             |v: S, i: usize| distance.map_or(v, |w| if self.rho(i) == 0.0 { v } else { v + w * self.rho(i) });
         let quadratic = self.curvature.as_ref().map_or(S::from(0.0), |c| c.at(b));
-        let objective = value(self.problem.objective.signed(), 0, &self.models.objective);
+        let objective = value(self.problem.objective.signed(), 0, &self.models.objective, 0);
         let objective = conservative(objective + quadratic, 0);
         let row = |(i, r): (usize, &RowId)| {
             if !wanted(i) {
@@ -63,7 +68,7 @@ impl ApproximateFunctions<'_> {
                     let here = constraint.signed().value_at(&responses, b, S::from(moving.peak.time));
                     constraint.normalized(here) + moving.rise(b, &self.origin)
                 }
-                None => constraint.normalized(value(constraint.signed(), r.point, &self.models.rows[i])),
+                None => constraint.normalized(value(constraint.signed(), r.point, &self.models.rows[i], i + 1)),
             };
             conservative(g, r.constraint + 1) - 1.0
         };

@@ -19,6 +19,10 @@ use std::sync::Arc;
 pub struct Linear;
 
 impl Approximation for Linear {
+    fn is_odd(&self) -> bool {
+        true
+    }
+
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let (here, intermediates) = (&expansion.here, expansion.intermediates.clone());
         let slope = expansion.intermediate_gradient()?;

@@ -64,6 +64,11 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
     fn memory(&self) -> usize {
         0
     }
+    /// True if the model of −r is the negative of the model of r. Others, such as convex approximations, are fitted to a response
+    /// with the sign with which it enters an objective or a constraint: a problem and its mirror image have the same solution.
+    fn is_odd(&self) -> bool {
+        false
+    }
     /// True if it uses second derivatives of the analysis.
     fn wants_curvature(&self) -> bool {
         false
@@ -116,6 +121,23 @@ impl<M: FittedModel> AnyModel for M {
     fn domain(&self) -> Option<&[Vec<f64>; 2]> { FittedModel::domain(self) }
     fn constant(&self) -> Option<f64> { FittedModel::constant(self) }
     fn term(&self, k: usize, x: f64) -> Term { FittedModel::term(self, k, x) }
+}
+
+/// The negative of a model.
+pub(crate) struct Negated(pub Arc<dyn AnyModel>);
+
+#[rustfmt::skip]
+impl AnyModel for Negated {
+    fn real(&self, b: &[f64]) -> f64 { -self.0.real(b) }
+    fn dual(&self, b: &[Dual]) -> Dual { -self.0.dual(b) }
+    fn hyper_dual(&self, b: &[HyperDual]) -> HyperDual { -self.0.hyper_dual(b) }
+    fn degree(&self, b: &[PolynomialDegree]) -> PolynomialDegree { -self.0.degree(b) }
+    fn domain(&self) -> Option<&[Vec<f64>; 2]> { self.0.domain() }
+    fn constant(&self) -> Option<f64> { self.0.constant().map(|c| -c) }
+    fn term(&self, k: usize, x: f64) -> Term {
+        let Term { value, slope, curvature } = self.0.term(k, x);
+        Term { value: -value, slope: -slope, curvature: -curvature }
+    }
 }
 
 /// Number types with which a stored model can be evaluated.

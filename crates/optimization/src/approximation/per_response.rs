@@ -56,6 +56,10 @@ impl Approximation for PerResponse {
         self.every().map(Approximation::memory).max().unwrap_or(0)
     }
 
+    fn is_odd(&self) -> bool {
+        self.every().all(Approximation::is_odd)
+    }
+
     fn wants_curvature(&self) -> bool {
         self.every().any(Approximation::wants_curvature)
     }

@@ -54,6 +54,10 @@ impl Approximation for FullQuadratic {
         !matches!(self.hessian, Hessian::Bfgs(_))
     }
 
+    fn is_odd(&self) -> bool {
+        self.hessian == Hessian::Exact
+    }
+
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let here = expansion.here;
         let scale = &expansion.subproblem_box.scale;
@@ -84,33 +88,27 @@ fn exact_entry(expansion: &Expansion, i: usize, j: usize) -> f64 {
 
 /// B by damped BFGS updates, the oldest step first, in scaled variables.
 ///
-/// The first matrix is the spherical curvature of the oldest step, or zero if that is negative.
+/// The first matrix is the spherical curvature of the newest step along which the function bends up; without one the matrix is
+/// zero.
 fn bfgs(expansion: &Expansion) -> DMatrix<f64> {
     let scale = &expansion.subproblem_box.scale;
     let n = scale.len();
     let samples: Vec<Sample> = expansion.before.iter().rev().copied().chain([expansion.here]).collect();
     let step = |w: &[Sample]| DVector::from_fn(n, |k, _| (w[1].design[k] - w[0].design[k]) / scale[k]);
     let change = |w: &[Sample]| DVector::from_fn(n, |k, _| (w[1].gradient[k] - w[0].gradient[k]) * scale[k]);
-    let mut matrix: Option<DMatrix<f64>> = None;
-    for pair in samples.windows(2) {
-        let (s, y) = (step(pair), change(pair));
-        let length = s.norm_squared();
-        if length == 0.0 {
-            continue;
-        }
-        let b = matrix.unwrap_or_else(|| DMatrix::identity(n, n) * (s.dot(&y) / length).max(0.0));
-        let bs = &b * &s;
+    let pairs: Vec<[DVector<f64>; 2]> = samples.windows(2).map(|w| [step(w), change(w)]).collect();
+    let spherical = pairs.iter().rev().map(|[s, y]| s.dot(y) / s.norm_squared()).find(|c| *c > 0.0 && c.is_finite());
+    let mut b = DMatrix::identity(n, n) * spherical.unwrap_or(0.0);
+    for [s, y] in &pairs {
+        let bs = &b * s;
         let sbs = s.dot(&bs);
-        let θ = if s.dot(&y) >= 0.2 * sbs { 1.0 } else { 0.8 * sbs / (sbs - s.dot(&y)) };
+        let θ = if s.dot(y) >= 0.2 * sbs { 1.0 } else { 0.8 * sbs / (sbs - s.dot(y)) };
         let damped = y * θ + &bs * (1.0 - θ);
         let along = s.dot(&damped);
-        matrix = Some(if sbs > 0.0 && along > 0.0 {
-            b - &bs * bs.transpose() / sbs + &damped * damped.transpose() / along
-        } else {
-            b
-        });
+        if sbs > 0.0 && along > 0.0 {
+            b += &damped * damped.transpose() / along - &bs * bs.transpose() / sbs;
+        }
     }
-    let b = matrix.unwrap_or_else(|| DMatrix::zeros(n, n));
     DMatrix::from_fn(n, n, |i, j| 0.5 * (b[(i, j)] + b[(j, i)]) / (scale[i] * scale[j]))
 }
 
@@ -163,6 +161,17 @@ mod tests {
         let h = hessian(|b| model.hyper_dual(b), &[1.0, 2.0]).2;
         // Eigenvalues ±4 become 4 and 0: all entries 2.
         assert!(h.iter().all(|v| (v - 2.0).abs() < 1e-12), "{h}");
+    }
+
+    #[test]
+    fn bfgs_bends_up_although_its_oldest_step_bends_down() {
+        let approximation = FullQuadratic { hessian: Hessian::Bfgs(3) };
+        let wave = |b: &[HyperDual]| b[0] * b[0] * b[0] * b[0] - b[0] * b[0] * 2.0 + b[1] * b[1];
+        // From a maximum in x to a minimum of the wave.
+        let case = Case::of(wave, &[1.1, 0.5], &[-2.0, -2.0], &[2.0, 2.0]).after(&[0.7, 0.8]).after(&[0.1, 1.0]);
+        let model = case.fit(&approximation).unwrap();
+        let h = hessian(|b| model.hyper_dual(b), &[1.1, 0.5]).2;
+        assert!(h.clone().symmetric_eigenvalues().min() > 0.1, "{h}");
     }
 
     #[test]

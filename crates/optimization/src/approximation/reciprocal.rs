@@ -20,6 +20,10 @@ use std::sync::Arc;
 pub struct Reciprocal;
 
 impl Approximation for Reciprocal {
+    fn is_odd(&self) -> bool {
+        true
+    }
+
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let form = |(k, &slope): (usize, &f64)| {
             if expansion.subproblem_box.keeps_sign(k) {

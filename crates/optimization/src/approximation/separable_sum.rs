@@ -39,11 +39,11 @@ impl SeparableSum {
         if !finite || all.models.peaks.iter().any(Option::is_some) || all.retained.iter().any(|r| all.is_equality(r)) {
             return None;
         }
-        let objective = share(all, all.problem.objective.signed(), 0, &all.models.objective, all.rho(0))?;
+        let objective = share(all, 0, (all.problem.objective.signed(), 0), &all.models.objective, all.rho(0))?;
         let mut functions = vec![objective];
-        for (row, direct) in all.retained.iter().zip(&all.models.rows) {
+        for (i, (row, direct)) in all.retained.iter().zip(&all.models.rows).enumerate() {
             let constraint = &all.problem.constraints[row.constraint];
-            let mut one = share(all, constraint.signed(), row.point, direct, 0.0)?;
+            let mut one = share(all, i + 1, (constraint.signed(), row.point), direct, 0.0)?;
             one.constant = (one.constant - constraint.signed_limit()) / constraint.scale;
             one.models.iter_mut().for_each(|(c, _)| *c /= constraint.scale);
             one.slopes.iter_mut().for_each(|s| *s /= constraint.scale);
@@ -80,11 +80,11 @@ impl SeparableSum {
     }
 }
 
-/// A quantity as a sum, before it is normalized.
+/// A quantity as a sum, before it is normalized; function 0 is the objective, function i + 1 is row i.
 fn share(
     all: &ApproximateFunctions,
-    signed: SignedQuantity,
-    p: usize,
+    function: usize,
+    (signed, p): (SignedQuantity, usize),
     direct: &DirectModel,
     conservatism: f64,
 ) -> Option<SeparableFunction> {
@@ -93,7 +93,7 @@ fn share(
         return Some(SeparableFunction { constant: model.constant()?, models, slopes: vec![], conservatism });
     }
     let used = all.problem.responses_of(signed.quantity, p);
-    let model = |at: &ResponseAt| &all.models.responses[all.models.index_of(*at)].1;
+    let model = |at: &ResponseAt| all.models.model_for(function, *at);
     let models: Vec<&Arc<dyn AnyModel>> = used.iter().map(model).collect();
     let explicit = ExplicitQuantity { problem: all.problem, signed, p, used: &used };
     let mut z: Vec<f64> = models.iter().map(|m| m.real(&all.origin)).collect();

@@ -12,14 +12,25 @@ pub struct SubproblemBox {
     pub lower: Vec<f64>,
     /// Upper sides of the search subregion.
     pub upper: Vec<f64>,
-    /// A scale for each variable, constant during a run: its range, else |its start|, else 1.
+    /// A scale for each variable: its range; without one, the extent of all designs so far, at least |its start| or, if that is
+    /// zero, 1.
     pub scale: Vec<f64>,
 }
 
 impl SubproblemBox {
     /// Creates the box of a cycle after the accepted designs `history`.
     pub fn new(problem: &Problem, history: Vec<Vec<f64>>, (lower, upper): (Vec<f64>, Vec<f64>)) -> Self {
-        Self { history, lower, upper, scale: problem.scales() }
+        let extent = |k: usize| {
+            let side = |from: f64, pick: fn(f64, f64) -> f64| history.iter().map(|b| b[k]).fold(from, pick);
+            side(f64::NEG_INFINITY, f64::max) - side(f64::INFINITY, f64::min)
+        };
+        let mut scale = problem.scales();
+        for (k, variable) in problem.variables.iter().enumerate() {
+            if !(variable.upper - variable.lower).is_finite() {
+                scale[k] = scale[k].max(extent(k));
+            }
+        }
+        Self { history, lower, upper, scale }
     }
 
     /// True if variable k can neither reach zero nor change its sign in this cycle.

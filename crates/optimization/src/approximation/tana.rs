@@ -41,6 +41,10 @@ impl Approximation for Tana {
         1
     }
 
+    fn is_odd(&self) -> bool {
+        true
+    }
+
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let here = expansion.here;
         let away = |p: f64| if p.abs() < 1e-3 { 1e-3f64.copysign(p) } else { p };

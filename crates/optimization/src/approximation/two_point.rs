@@ -63,6 +63,10 @@ impl Approximation for TwoPointExponential {
         1
     }
 
+    fn is_odd(&self) -> bool {
+        true
+    }
+
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let form = |(&slope, exponent): (&f64, f64)| match exponent {
             1.0 => UnivariateForm::linear(slope),

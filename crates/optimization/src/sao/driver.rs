@@ -107,10 +107,11 @@ impl Method {
         let (mut globalization, mut factors) = (state.globalization.clone(), state.factors.clone());
         // Rows that were not retained, but decide about the proposal: the cycle is repeated with them.
         let missed = match &proposal.analyzed {
-            Ok(next) if self.globalization.keeps_feasible() => {
-                self.screening.missed(problem, &data.retained, &next.evaluation)
+            Ok(next) => {
+                let all = self.globalization.keeps_feasible();
+                self.screening.missed(problem, &data.retained, &next.evaluation, all)
             }
-            _ => vec![],
+            Err(_) => vec![],
         };
         let verdict = match &trial.outcome {
             Some(_) if missed.is_empty() => self.globalization.judge(&trial, &mut globalization),

@@ -140,6 +140,7 @@ mod tests {
                 to: &[2.0],
                 last_step: None,
                 at_limit: &[false],
+                is_bounded: vec![true],
                 objective_before: 2.0,
                 violation_before: before.max(0.0) / 100.0,
                 approximate_violation: 0.0,

@@ -69,12 +69,14 @@ impl Screening {
 
     /// Rows that were not retained, but are violated at a proposed design: the screening was wrong about them.
     ///
-    /// Constraints in continuous time have a row for each peak at the start of the cycle and no others.
-    pub(super) fn missed(&self, problem: &Problem, retained: &[RowId], proposed: &Evaluation) -> Vec<RowId> {
+    /// Of a constraint with retained rows only if `all`: other time points are otherwise left to the next cycle. Constraints in
+    /// continuous time have a row for each peak at the start of the cycle and no others.
+    pub(super) fn missed(&self, problem: &Problem, retained: &[RowId], proposed: &Evaluation, all: bool) -> Vec<RowId> {
         const VIOLATED: f64 = 1e-7;
         let is_missed = |row: &RowId| {
             let constraint = &problem.constraints[row.constraint];
-            !constraint.is_continuous && proposed.value_of(*row) > 1.0 + VIOLATED && !retained.contains(row)
+            let is_known = |other: &RowId| if all { other == row } else { other.constraint == row.constraint };
+            !constraint.is_continuous && proposed.value_of(*row) > 1.0 + VIOLATED && !retained.iter().any(is_known)
         };
         self.retain(problem, proposed).into_iter().filter(is_missed).collect()
     }

@@ -1,5 +1,6 @@
 //! The state of a run: one record that can be written to a file.
 
+use super::automatic::spread;
 use super::{AcceptedPoint, AutomaticState, Confirmation, Cycle, GlobalizationState, state_shape};
 use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
@@ -197,6 +198,36 @@ impl State {
     pub(super) fn multipliers(&self) -> Vec<(RowId, f64)> {
         let last = self.history.iter().rev().find(|c| c.accepted);
         last.map_or_else(Vec::new, |cycle| cycle.active.iter().map(|a| (a.row, a.multiplier)).collect())
+    }
+
+    /// The trial step with the best design if that is better than the last accepted one; not every method descends.
+    ///
+    /// Better is a smaller objective, by more than `tolerance` × the range of the objective over the accepted designs, among the
+    /// designs that violate no constraint by more than `tolerance` (a fraction of its scale); if the last design violates one, any
+    /// design that does not, or the one with a violation smaller by more than `tolerance`. The objective of a min–max problem is the
+    /// peak. Of equals it is the earliest one.
+    pub fn better_than_last(&self, tolerance: f64) -> Option<&Cycle> {
+        let objective = |cycle: &Cycle| cycle.peak.unwrap_or(cycle.objective);
+        let merit = |cycle: &Cycle| {
+            let violation = cycle.violation_pct / 100.0;
+            if violation <= tolerance { [0.0, objective(cycle)] } else { [violation, 0.0] }
+        };
+        let accepted = self.history.iter().filter(|cycle| cycle.accepted);
+        let range = spread(accepted.clone().map(objective));
+        let last = merit(accepted.last()?);
+        let gain = |cycle: &&Cycle| {
+            let [violation, objective] = merit(cycle);
+            if last[0] > 0.0 {
+                last[0] - violation > tolerance
+            } else {
+                violation == 0.0 && last[1] - objective > tolerance * range
+            }
+        };
+        let order = |a: &&Cycle, b: &&Cycle| {
+            let ([v, f], [w, g]) = (merit(a), merit(b));
+            v.total_cmp(&w).then(f.total_cmp(&g))
+        };
+        self.history.iter().filter(|cycle| cycle.failure.is_none()).filter(gain).min_by(order)
     }
 
     /// Number of accepted cycles.

@@ -77,7 +77,11 @@ impl Stop {
     pub(super) fn cycle_limit(&self, state: &State) -> (Status, String) {
         let trials = state.history.len() - 1;
         if trials >= self.max_cycles {
-            return (Status::CycleLimit, format!("{trials} cycles are done; continue with a larger number of cycles"));
+            let accepted = state.history.iter().filter(|cycle| cycle.accepted).count() - 1;
+            let reason = format!(
+                "{trials} trial steps are done, {accepted} of them accepted; continue with a larger number of cycles"
+            );
+            return (Status::CycleLimit, reason);
         }
         (Status::Running, String::new())
     }

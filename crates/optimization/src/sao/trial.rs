@@ -36,6 +36,8 @@ pub struct Trial<'a> {
     pub last_step: Option<&'a [f64]>,
     /// True for variables that ended at a move limit (not at a bound of the design space).
     pub at_limit: &'a [bool],
+    /// True for variables with a finite range.
+    pub is_bounded: Vec<bool>,
     /// Objective at the start of the cycle.
     pub objective_before: f64,
     /// Largest violation there, as a fraction, at least zero.
@@ -90,6 +92,7 @@ impl<'a> Trial<'a> {
             to: &solution.x,
             last_step,
             at_limit,
+            is_bounded: problem.variables.iter().map(|v| (v.upper - v.lower).is_finite()).collect(),
             objective_before: before.objective,
             violation_before: before.max_violation_pct().max(0.0) / 100.0,
             approximate_objective: solution.objective,

@@ -17,7 +17,8 @@ fn check_width(width: f64) -> Result<()> {
 
 /// Fixed move limits: `width` × the scale of the variable on both sides.
 ///
-/// A rejected cycle halves them until the next accepted one, since the same step would be proposed again.
+/// A rejected cycle halves them until the next accepted one, since the same step would be proposed again. The start says little
+/// about the scale of a variable without range: its limits are doubled by each step that ends at one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedLimits {
     /// Half the width of the region in scales of the variable; with 1 it contains the whole range of a bounded variable.
@@ -43,9 +44,15 @@ impl MoveLimits for FixedLimits {
         scaled_box(problem, b, factors)
     }
 
-    fn update(&self, factors: &mut [f64], _: &Trial, verdict: Verdict) {
-        let next = |f: f64| if verdict == Verdict::Accept { self.width } else { 0.5 * f };
-        factors.iter_mut().for_each(|f| *f = next(*f));
+    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
+        for (k, factor) in factors.iter_mut().enumerate() {
+            *factor = match verdict {
+                Verdict::Accept if trial.at_limit[k] && !trial.is_bounded[k] => 2.0 * factor.max(self.width),
+                Verdict::Accept if trial.is_bounded[k] => self.width,
+                Verdict::Accept => factor.max(self.width),
+                _ => 0.5 * *factor,
+            };
+        }
     }
 }
 
@@ -66,7 +73,7 @@ pub struct TrustRegion {
     pub merit: Merit,
     /// First half width in scales of the variable.
     pub initial: f64,
-    /// Largest half width.
+    /// Largest half width of a variable that has a range. The start says little about the scale of the others.
     pub cap: f64,
     /// Ratio below which the box shrinks.
     pub poor: f64,
@@ -146,6 +153,8 @@ impl MoveLimits for TrustRegion {
         } else {
             1.0
         };
-        factors.iter_mut().for_each(|f| *f = (*f * factor).min(self.cap));
+        for (f, is_bounded) in factors.iter_mut().zip(&trial.is_bounded) {
+            *f = if *is_bounded { (*f * factor).min(self.cap) } else { *f * factor };
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Check of the method's data from a file.
 
-use super::{AcceptedPoint, AutomaticState};
 use super::numbers::collect;
+use super::{AcceptedPoint, AutomaticState};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem};
 use error::{Error, Result};
