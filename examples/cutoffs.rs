@@ -20,10 +20,10 @@ fn main() -> Result<()> {
     let head = format!("{:>6} {:>8} {:>14}", "cycles", "analyses", "most points");
     println!("{:<14} {head}   {head}", "cut-off");
     let near = Selection::NearMaxima(2);
-    let cut = |c: f64| (format!("{:.0} %", 100.0 * c), Screening { cutoff: Some(c), selection: near });
+    let cut = |c: f64| (format!("{:.0} %", 100.0 * c), Screening { selection: near, ..Screening::above(c) });
     let mut rows: Vec<_> = [0.5, 0.6, 0.7, 0.8, 0.9, 0.95].map(cut).into();
-    rows.push(("none".to_owned(), Screening { cutoff: None, selection: near }));
-    rows.push(("none, all".to_owned(), Screening { cutoff: None, selection: Selection::All }));
+    rows.push(("none".to_owned(), Screening { selection: near, ..Screening::all() }));
+    rows.push(("none, all".to_owned(), Screening::all()));
     for (name, screening) in rows {
         print!("{name:<14}");
         for (problem, optimum) in problems.iter().zip(&optima) {

@@ -80,7 +80,7 @@ fn main() -> Result<()> {
             run(&format!("{name}: {linearized:?}"), &StressConstrained { linearized, ..setup.clone() }, &method())?;
         }
         for neighbours in [0, 1, 2] {
-            let screening = Screening { cutoff: Some(0.5), selection: Selection::NearMaxima(neighbours) };
+            let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::above(0.5) };
             run(&format!("{name}: {neighbours} neighbours"), setup, &Method { screening, ..method() })?;
         }
         for cutoff in [0.5, 0.7, 0.9] {

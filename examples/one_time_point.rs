@@ -8,13 +8,12 @@
 use linkwright::Result;
 use linkwright::cases::impact_absorber;
 use linkwright::problem::Selection;
-use linkwright::sao::{Cycle, Method, Screening, State, Stop};
+use linkwright::sao::{Cycle, Method, Screening, State};
 
 fn run(neighbours: usize) -> Result<State> {
-    let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
+    let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::as_published() };
     // The paper's stop test. With the optimality conditions as a further condition the run takes 37 cycles.
-    Method { screening, stop: Stop::as_published(), ..Method::slp() }
-        .solve(&impact_absorber::peak_acceleration()?, |_| ())
+    Method { screening, ..Method::as_published() }.solve(&impact_absorber::peak_acceleration()?, |_| ())
 }
 
 /// The steps of one variable over the accepted cycles.

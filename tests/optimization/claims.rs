@@ -86,7 +86,7 @@ fn the_stop_test_is_made_with_the_problem_as_it_is() {
 #[test]
 fn the_stop_test_of_the_paper_is_not_confirmed() {
     let problem = impact_absorber::peak_acceleration().unwrap();
-    let published = Method::slp().with_stop(Stop::as_published()).solve(&problem, |_| ()).unwrap();
+    let published = Method::as_published().solve(&problem, |_| ()).unwrap();
     assert!(published.confirmation.is_none());
     assert_eq!((published.counters.analyses, published.counters.sensitivity_analyses), (6, 5));
     let confirmed = Method::slp().solve(&problem, |_| ()).unwrap();
@@ -174,6 +174,12 @@ fn a_run_at_its_limit_tells_trial_steps_and_accepted_ones() {
 }
 
 #[test]
+fn an_end_that_is_worse_than_an_earlier_design_is_not_confirmed() {
+    let wrong = false_claims(&["saddle", "hs93"], &["standard"], &all_presets());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
 fn the_best_design_of_a_run_is_known_although_it_is_not_the_last() {
     let mut count = 0;
     for name in ["hs43", "hs100", "hs21"] {
@@ -191,5 +197,5 @@ fn the_best_design_of_a_run_is_known_although_it_is_not_the_last() {
             count += usize::from(better.is_some());
         }
     }
-    assert!(count > 5, "some runs end at a design that violates a constraint: {count}");
+    assert!(count > 2, "some runs end at a design that violates a constraint: {count}");
 }

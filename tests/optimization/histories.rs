@@ -4,7 +4,7 @@
 
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::problem::{Intermediates, Problem, Selection};
-use linkwright::sao::{Cycle, Method, RelativeLimits, Screening, State, Stop};
+use linkwright::sao::{Cycle, Method, RelativeLimits, Screening, State};
 use std::fmt::Write;
 
 fn percent(value: f64) -> String {
@@ -45,9 +45,8 @@ fn run(method: &Method, problem: &Problem) -> String {
 
 /// With the paper's stop test, which does not use the optimality conditions: with them the oscillation lasts 37 cycles.
 fn neighbours(count: usize) -> Method {
-    let screening = Screening { selection: Selection::NearMaxima(count), ..Screening::default() };
-    let stop = Stop::as_published();
-    Method { screening, stop, ..Method::slp() }
+    let screening = Screening { selection: Selection::NearMaxima(count), ..Screening::as_published() };
+    Method { screening, ..Method::as_published() }
 }
 
 #[test]

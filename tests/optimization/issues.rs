@@ -4,7 +4,7 @@ use linkwright::autodiff::{PolynomialDegree, Scalar, degree};
 use linkwright::cases::impact_absorber;
 use linkwright::function;
 use linkwright::problem::{
-    ClosedForm, Constraint, DesignVariable, Functional, MeanExcess, Point, ProblemBuilder, Quantity, Selection,
+    ClosedForm, Constraint, DesignVariable, Functional, MeanExcess, Point, ProblemBuilder, Quantity,
 };
 use linkwright::sao::{Method, Screening, Status};
 
@@ -12,7 +12,7 @@ use linkwright::sao::{Method, Screening, Status};
 /// objective stalled, seven percent from the optimum, and the run was reported as converged.
 #[test]
 fn without_a_cutoff_the_full_grid_leads_to_the_optimum_as_well() {
-    let screening = Screening { cutoff: None, selection: Selection::All };
+    let screening = Screening::all();
     let method = Method { screening, ..Method::slp() };
     let cases = [
         (impact_absorber::peak_acceleration().unwrap(), impact_absorber::peak_acceleration_optimum()),

@@ -2,7 +2,7 @@
 
 use linkwright::cases::impact_absorber::{self, ClosedFormMotion};
 use linkwright::prelude::*;
-use linkwright::problem::{Goal, RowId, Selection, Side};
+use linkwright::problem::{Goal, RowId, Side};
 use linkwright::sao::{Parameter, PostOptimal};
 use linkwright::{Error, Result};
 
@@ -70,7 +70,7 @@ fn a_window_has_rows_inside_only() {
         let inside = here.responses.values[0][p] / 0.3;
         assert!(if points.contains(&p) { (g - inside).abs() < 1e-12 } else { *g == 0.0 }, "{p}: {g}");
     }
-    let all = Screening { cutoff: None, selection: Selection::All }.retain(&problem, &here.evaluation);
+    let all = Screening::all().retain(&problem, &here.evaluation);
     assert_eq!(all, points.iter().map(|&point| RowId { constraint: 0, point }).collect::<Vec<_>>());
     let end = solve(&problem);
     let beyond = |p: usize| end.responses.values[0][p] > 0.3 + 1e-4;

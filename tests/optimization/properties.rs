@@ -221,7 +221,7 @@ proptest! {
         let problem = one_history(g.len());
         let evaluation = Evaluation { objective: 0.0, constraints: vec![g.clone()], equalities: vec![], peaks: vec![] };
         for selection in [Selection::All, Selection::NearMaxima(neighbours)] {
-            let retained = Screening { cutoff, selection }.retain(&problem, &evaluation);
+            let retained = Screening { cutoff, selection, ..Screening::default() }.retain(&problem, &evaluation);
             let is_retained = |p: usize| retained.iter().any(|row| row.point == p);
             prop_assert!(retained.is_sorted(), "in order and once each: {retained:?}");
             for p in (0..g.len()).filter(|&p| g[p] > 1.0) {

@@ -4,12 +4,12 @@ use crate::cases::{impact_absorber, slider_crank};
 use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
 use crate::problem::Problem;
 use crate::report::table::{Cell, Printed, Table};
-use crate::sao::{Cycle, Method, State, Stop};
+use crate::sao::{Cycle, Method, State};
 use error::Result;
 
 /// The paper's method with its stop test.
 fn published() -> Method {
-    Method::slp().with_stop(Stop::as_published())
+    Method::as_published()
 }
 
 /// A table with a row for each cycle.

@@ -3,12 +3,13 @@
 //! Methods that approximate in first derivatives can settle where no optimum is: steps become short by move limits, asymptotes or
 //! conservatism, or the start says nothing about the lengths of the variables. Whether a design is an optimum is therefore
 //! decided in one place for all methods: the [automatic method](super::Automatic) continues from the design where a run has
-//! settled, with the derivatives that are known. The end is confirmed if that leads to no better design.
+//! settled, with the derivatives that are known, or from an earlier design of the run if that is clearly better. The end is
+//! confirmed if that leads to no better design.
 
 use super::automatic::{AcceptedPoint, Automatic, Continuation, spread};
-use super::{Method, State, Status, Stop};
+use super::{Cycle, Method, State, Status, Stop};
 use crate::approximation::CycleData;
-use crate::problem::Problem;
+use crate::problem::{AnalyzedDesign, Problem};
 use error::Result;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,8 @@ const LARGER: f64 = 1.01;
 const RECENT: usize = 20;
 /// Least unit of the objective, as a fraction of its change.
 const LEAST: f64 = 1e-4;
+/// Least gain, as a fraction of the range of the objective, for which an earlier design is where a confirmation begins.
+const CLEARLY: f64 = 0.01;
 /// Least step of a variable, relative to itself, by which a run still moves.
 const NO_STEP: f64 = 1e-12;
 
@@ -32,11 +35,14 @@ pub struct Confirmation {
     pub trials: usize,
     /// [`Problem::fingerprint`] of the problem, whose bounds may be changed later.
     pub fingerprint: u64,
-    /// Objective where it began.
+    /// The cycle where it began if that is not the last one: an earlier design was better.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub begun_at: Option<usize>,
+    /// Objective where the run had settled.
     pub from: f64,
     /// True if the design where it began is feasible by the stop test of the automatic method, to the accuracy of the run.
     pub is_feasible: bool,
-    /// Largest violation where it began, in units of its constraint.
+    /// Largest violation where the run had settled, in units of its constraint.
     pub violation_before: f64,
     /// Analyses and sensitivity analyses that it needed.
     pub work: [usize; 2],
@@ -67,10 +73,11 @@ impl Confirmation {
         self.fingerprint != problem.fingerprint() || is_nearer || state.history.len() >= 2 * self.trials
     }
 
-    /// The status that is confirmed; `None` if a better design is near or the question is open.
+    /// The status that is confirmed; `None` if a better design is known or the question is open.
     fn verdict(&self, accuracy: f64) -> Option<Status> {
+        let is_best = self.begun_at.is_none() && self.from - self.objective <= accuracy * self.unit;
         let is_confirmed = match self.status {
-            Status::Converged => self.is_feasible && self.from - self.objective <= accuracy * self.unit,
+            Status::Converged => self.is_feasible && is_best,
             Status::Infeasible => self.violation_before <= LARGER * self.violation,
             _ => false,
         };
@@ -81,15 +88,17 @@ impl Confirmation {
     fn in_words(&self, verdict: Option<Status>) -> String {
         let [analyses, sensitivities] = self.work;
         let work = format!("{analyses} analyses and {sensitivities} sensitivity analyses");
+        let begin =
+            self.begun_at.map_or_else(|| "here".to_owned(), |cycle| format!("the better design of cycle {cycle}"));
         match (verdict, self.status) {
             (Some(Status::Converged), _) => {
                 format!("the automatic method confirms the design with {work}: {}", self.reason)
             }
-            (Some(_), _) => format!("from here the automatic method ends, with {work}, where {}", self.reason),
+            (Some(_), _) => format!("from {begin} the automatic method ends, with {work}, where {}", self.reason),
             (None, Status::Converged) => {
-                format!("from here the automatic method reaches the objective {:.9e} with {work}", self.objective)
+                format!("from {begin} the automatic method reaches the objective {:.9e} with {work}", self.objective)
             }
-            (None, _) => format!("with {work} the automatic method does not confirm an optimum from here either"),
+            (None, _) => format!("with {work} the automatic method does not confirm an optimum from {begin} either"),
         }
     }
 }
@@ -161,14 +170,21 @@ fn has_stopped(state: &State) -> bool {
     is_accepted && state.last_step.as_ref().is_some_and(|step| step.iter().zip(&state.design).all(zero))
 }
 
-/// Continues with the automatic method from the design of a state until it ends.
+/// Continues with the automatic method from the design of a state, or from a clearly better one before it, until it ends.
 fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<Confirmation> {
-    let history: Vec<_> = state.history.iter().filter(|cycle| cycle.accepted).cloned().collect();
+    let better = clearly_better(state, accuracy);
+    let mut history: Vec<_> = state.history.iter().filter(|cycle| cycle.accepted).cloned().collect();
+    history.extend(better.map(|cycle| Cycle { accepted: true, ..cycle.clone() }));
     let max_cycles = history.len() - 1 + MOST_TRIALS;
     let method = Method::automatic().with_stop(Stop { max_cycles, ..Stop::default() });
     let mut run = State { history, data: None, automatic: None, confirmation: None, ..state.clone() };
     (run.status, run.reason) = (Status::Running, String::new());
     let begin = run.counters;
+    if let Some(cycle) = better {
+        AnalyzedDesign { design: run.design, responses: run.responses, evaluation: run.evaluation } =
+            problem.analyze_design(&cycle.design)?;
+        run.counters.analyses += 1;
+    }
     let Continuation { is_feasible, largest_change } =
         Automatic::default().begin_at(&method, problem, &mut run, accuracy)?;
     let objectives: Vec<f64> = run.history.iter().map(|cycle| cycle.objective).collect();
@@ -180,11 +196,11 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<Confir
         run = method.step(problem, run)?;
     }
     let end = run.counters;
-    state.counters = end;
     let violation = |state: &State| state.evaluation.max_violation_pct().max(0.0);
-    Ok(Confirmation {
+    let confirmation = Confirmation {
         trials: state.history.len(),
         fingerprint: problem.fingerprint(),
+        begun_at: better.map(|cycle| cycle.cycle),
         from: state.evaluation.objective,
         is_feasible,
         violation_before: violation(state),
@@ -194,7 +210,19 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<Confir
         violation: violation(&run),
         reason: run.reason,
         unit,
-    })
+    };
+    state.counters = end;
+    Ok(confirmation)
+}
+
+/// The best design of a run if it is better than the last one by more than the accuracy can explain.
+fn clearly_better(state: &State, accuracy: f64) -> Option<&Cycle> {
+    let range = spread(state.history.iter().filter(|cycle| cycle.accepted).map(|cycle| cycle.objective));
+    let is_clear = |cycle: &&Cycle| {
+        let is_equally_feasible = state.evaluation.max_violation_pct() <= 100.0 * accuracy;
+        !is_equally_feasible || state.evaluation.objective - cycle.objective > CLEARLY * range
+    };
+    state.better_than_last(accuracy).filter(is_clear)
 }
 
 /// The smaller one of the objective and its change over a run, the last of its objectives at a design whose slopes allow a change by

@@ -2,7 +2,7 @@
 
 use super::{Automatic, ErrorBased, Globalization, MoveLimits, RelativeLimits, Screening, State, Stop};
 use crate::approximation::{Approximation, CycleData, LagrangianCurvature, Linear};
-use crate::problem::{AnalyzedDesign, Evaluation, Problem, RowId, Selection};
+use crate::problem::{AnalyzedDesign, Evaluation, Problem, RowId};
 use error::Result;
 use nlp::SubproblemSolver;
 
@@ -64,9 +64,14 @@ impl Method {
         }
     }
 
+    /// [`Method::slp`] as the paper has it: the end is not confirmed, and no cycle is repeated with rows that screening removed.
+    pub fn as_published() -> Self {
+        Self { screening: Screening::as_published(), stop: Stop::as_published(), ..Self::slp() }
+    }
+
     /// The automatic method, which needs no choice of approximation.
     pub fn automatic() -> Self {
-        let screening = Screening { cutoff: None, selection: Selection::All };
+        let screening = Screening::all();
         Self { automatic: Some(Automatic::default()), screening, ..Self::slp() }
     }
 

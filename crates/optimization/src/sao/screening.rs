@@ -16,16 +16,29 @@ pub struct Screening {
     pub cutoff: Option<f64>,
     /// Time points of a history, unless its constraint has a selection of its own.
     pub selection: Selection,
+    /// Repeats a cycle whose proposal violates a constraint without retained rows, with these rows.
+    pub repeats: bool,
 }
 
 impl Default for Screening {
-    /// The paper's screening: 70 % of the limit, two time points before and after each local maximum.
+    /// The paper's screening, which retains rows above 70 % of the limit, at two time points before and after each local maximum;
+    /// and cycles are repeated with violated rows that it has removed.
     fn default() -> Self {
-        Self { cutoff: Some(0.7), selection: Selection::NearMaxima(2) }
+        Self { cutoff: Some(0.7), selection: Selection::NearMaxima(2), repeats: true }
     }
 }
 
 impl Screening {
+    /// The default without repetitions: what the screening has removed and is violated is retained in the next cycle.
+    pub fn as_published() -> Self {
+        Self { repeats: false, ..Self::default() }
+    }
+
+    /// All rows at all time points.
+    pub fn all() -> Self {
+        Self { cutoff: None, selection: Selection::All, repeats: false }
+    }
+
     /// Retains rows above this cut-off, at the time points near local maxima that the paper retains.
     pub fn above(cutoff: f64) -> Self {
         Self { cutoff: Some(cutoff), ..Self::default() }
@@ -73,6 +86,9 @@ impl Screening {
     /// continuous time have a row for each peak at the start of the cycle and no others.
     pub(super) fn missed(&self, problem: &Problem, retained: &[RowId], proposed: &Evaluation, all: bool) -> Vec<RowId> {
         const VIOLATED: f64 = 1e-7;
+        if !self.repeats {
+            return vec![];
+        }
         let is_missed = |row: &RowId| {
             let constraint = &problem.constraints[row.constraint];
             let is_known = |other: &RowId| if all { other == row } else { other.constraint == row.constraint };
@@ -120,7 +136,7 @@ mod tests {
     #[test]
     fn a_plateau_counts_once_and_without_cutoff_all_maxima_stay() {
         assert_eq!(points(&[0.0, 0.9, 0.9, 0.0], 0.7, 0), [1]);
-        let all = Screening { cutoff: None, selection: Selection::All };
+        let all = Screening::all();
         assert_eq!(all.points(&[-5.0, 0.2], Selection::All), [0, 1]);
     }
 }

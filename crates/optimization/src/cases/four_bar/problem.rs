@@ -150,9 +150,9 @@ impl StressConstrained {
 /// The accuracy is a hundredth of the discretization error of time step and mesh.
 pub fn method() -> Method {
     Method {
-        screening: Screening { cutoff: Some(0.5), ..Screening::default() },
+        screening: Screening { cutoff: Some(0.5), ..Screening::as_published() },
         stop: Stop { accuracy: 1e-4, ..Stop::as_published() },
-        ..Method::slp()
+        ..Method::as_published()
     }
 }
 
