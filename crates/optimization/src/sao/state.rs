@@ -212,9 +212,9 @@ impl State {
             let violation = cycle.violation_pct / 100.0;
             if violation <= tolerance { [0.0, objective(cycle)] } else { [violation, 0.0] }
         };
-        let accepted = self.history.iter().filter(|cycle| cycle.accepted);
+        let mut accepted = self.history.iter().filter(|cycle| cycle.accepted);
         let range = spread(accepted.clone().map(objective));
-        let last = merit(accepted.last()?);
+        let last = merit(accepted.next_back()?);
         let gain = |cycle: &&Cycle| {
             let [violation, objective] = merit(cycle);
             if last[0] > 0.0 {
