@@ -1,5 +1,6 @@
 //! `linkwright check FILE` and `linkwright check PROBLEM`.
 
+use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{design, is_file, load, located};
 use super::output::say;
@@ -12,6 +13,7 @@ use linkwright::problem::{Evaluation, Problem};
 use linkwright::report::gradient_check::{table, text};
 use linkwright::report::number::{DIGITS, with_unit};
 use linkwright::report::outcome;
+use linkwright::sao::Method;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -59,11 +61,14 @@ pub struct Check {
     /// Print nothing on standard output
     #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
+    #[command(flatten)]
+    budget: Budget,
 }
 
 impl Check {
     pub fn run(&self) -> anyhow::Result<()> {
         let (problem, model) = self.problem()?;
+        self.budget.check_table(&problem, model.as_ref().map_or(&Method::default(), Model::method))?;
         let b = design(&problem, &self.at)?;
         if !self.json && !self.quiet {
             let here = problem.analyze(&b).and_then(|responses| problem.evaluate(&b, &responses));

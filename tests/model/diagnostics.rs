@@ -38,3 +38,12 @@ fn spans_outside_the_text_are_shown() {
         assert!(report(text, span).to_string().contains("m.toml"));
     }
 }
+
+#[test]
+fn a_body_with_a_mistake_is_not_missing() {
+    let text = "version = 2\n[[body]]\nname = 'a'\nmass = 1\ninertia = 1\nomega = 2\n[[force]]\nname = 'f'\nkind = 'force'\n\
+                at = 'a'\ndirection = 0\nforce = 1\n[time]\nto = 1\npoints = 2\n[analysis]\nkind = 'dynamics'\nstep = 0.1\n";
+    let report = linkwright::model_file::read("m.toml", text).map(|_| ()).unwrap_err();
+    assert_eq!(report.diagnostics.len(), 1, "{report}");
+    assert!(report.to_string().contains("no key `omega`"), "{report}");
+}

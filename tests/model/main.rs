@@ -15,6 +15,8 @@ mod events;
 mod everyday;
 mod expressions;
 mod folders;
+mod forces;
+mod frequencies;
 mod kinds;
 mod limits;
 mod mechanics_benchmarks;

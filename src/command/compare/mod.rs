@@ -3,8 +3,9 @@
 mod suite;
 
 use self::suite::{Comparison, SuiteName};
+use super::budget::Budget;
 use super::folder::OutputFolder;
-use super::model::{is_file, load};
+use super::model::{is_file, load, located};
 use super::output::{results, say};
 use clap::Args;
 use linkwright::cases::suite::Suite;
@@ -62,14 +63,43 @@ pub struct Compare {
     #[arg(long, visible_alias = "method", value_name = "METHODS", value_delimiter = ',')]
     methods: Vec<String>,
     /// Folder for tables and figures [default: out/compare]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print a line of JSON for each row instead of the table
     #[arg(long, conflicts_with = "list")]
     json: bool,
+    /// Print nothing on standard output
+    #[arg(short, long, conflicts_with_all = ["json", "list"])]
+    quiet: bool,
     /// Print the names of problems and methods
     #[arg(long)]
     list: bool,
+    #[command(flatten)]
+    budget: Budget,
+}
+
+/// What is printed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Shown {
+    Text,
+    Json,
+    Nothing,
+}
+
+impl Shown {
+    /// Prints a table, as text or as a line of JSON for each row.
+    fn table(self, table: &Table) -> anyhow::Result<()> {
+        match self {
+            Self::Text => say(&table.text()),
+            Self::Json => table.json_lines().iter().try_for_each(|line| say(line)),
+            Self::Nothing => Ok(()),
+        }
+    }
+
+    /// Prints a line that is no part of the JSON.
+    fn text(self, line: &str) -> anyhow::Result<()> {
+        if self == Self::Text { say(line) } else { Ok(()) }
+    }
 }
 
 impl Compare {
@@ -81,7 +111,7 @@ impl Compare {
         let out = self.out.clone().unwrap_or_else(|| results().join("compare"));
         if let Some(suite) = self.suite {
             let (transformations, peers) = (&self.transform[..], self.peers.as_deref());
-            return Comparison { suite, transformations, methods: &methods, peers, json: self.json }.run(&out);
+            return Comparison { suite, transformations, methods: &methods, peers, show: self.shown() }.run(&out);
         }
         if let Some(path) = self.problem.as_deref().filter(|name| is_file(name)) {
             return self.file(Path::new(path), &methods, &out);
@@ -107,7 +137,10 @@ impl Compare {
     /// Runs the methods on the problem of a model file; prints and writes the table.
     fn file(&self, path: &Path, methods: &[&'static Preset], out: &Path) -> anyhow::Result<()> {
         let (model, _) = load(path)?;
-        let rows = file_runs(&model, methods)?;
+        let problem = located(&model, model.problem())?;
+        self.budget.check(&problem, model.method())?;
+        methods.iter().try_for_each(|preset| self.budget.check(&problem, &(preset.method)()))?;
+        let rows = file_runs(&model, &problem, methods);
         let table = file_table(&model, &rows)?;
         self.show(&table)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -116,18 +149,26 @@ impl Compare {
         self.end("The table is", out)
     }
 
+    fn shown(&self) -> Shown {
+        match (self.json, self.quiet) {
+            (true, _) => Shown::Json,
+            (_, true) => Shown::Nothing,
+            _ => Shown::Text,
+        }
+    }
+
     fn show(&self, table: &Table) -> anyhow::Result<()> {
-        if self.json { table.json_lines().iter().try_for_each(|line| say(line)) } else { say(&table.text()) }
+        self.shown().table(table)
     }
 
     /// Prints the reasons why methods did not run.
     fn notes<'a>(&self, rejected: impl Iterator<Item = (&'a str, &'a str)>) -> anyhow::Result<()> {
-        let mut rejected = rejected.filter(|_| !self.json);
+        let mut rejected = rejected.filter(|_| self.shown() == Shown::Text);
         rejected.try_for_each(|(method, why)| say(&format!("Note: {method} refused: {why}")))
     }
 
     fn end(&self, what: &str, out: &Path) -> anyhow::Result<()> {
-        if self.json { Ok(()) } else { say(&format!("{what} in {}", out.display())) }
+        self.shown().text(&format!("{what} in {}", out.display()))
     }
 
     /// Runs the methods on one problem; prints and writes the table and the figure.
@@ -189,17 +230,16 @@ struct FinalState {
 const OWN: &str = "(the file's)";
 
 /// Runs the method of the file and the given ones on its problem, in parallel. All use the stop test of the file.
-fn file_runs(model: &Model, presets: &[&'static Preset]) -> linkwright::Result<Vec<FileRun>> {
-    let problem = model.problem()?;
+fn file_runs(model: &Model, problem: &Problem, presets: &[&'static Preset]) -> Vec<FileRun> {
     let stop = model.method().stop;
-    let own = [file_run(OWN, model.method(), &problem)];
+    let own = [file_run(OWN, model.method(), problem)];
     let others: Vec<FileRun> = presets
         .par_iter()
-        .map(|preset| file_run(preset.name, &Method { stop, ..(preset.method)() }, &problem))
+        .map(|preset| file_run(preset.name, &Method { stop, ..(preset.method)() }, problem))
         .collect();
     let mut all: Vec<FileRun> = own.into_iter().chain(others).collect();
     all.sort_by_key(FileRun::rank);
-    Ok(all)
+    all
 }
 
 fn file_run(method: &'static str, settings: &Method, problem: &Problem) -> FileRun {

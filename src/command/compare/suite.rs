@@ -1,7 +1,7 @@
 //! `linkwright compare --suite SUITE`.
 
+use super::Shown;
 use crate::command::folder::OutputFolder;
-use crate::command::output::say;
 use anyhow::{Context, anyhow, bail};
 use linkwright::cases::suite::{Claim, Suite, SuiteRun, Transformation, Verdict, problems, run};
 use linkwright::cases::{AnalysisCounts, CatalogueEntry, find};
@@ -44,7 +44,7 @@ pub struct Comparison<'a> {
     pub transformations: &'a [String],
     pub methods: &'a [&'static Preset],
     pub peers: Option<&'a Path>,
-    pub json: bool,
+    pub show: Shown,
 }
 
 impl Comparison<'_> {
@@ -70,17 +70,15 @@ impl Comparison<'_> {
         let [performance, data] = profiles(&all)?;
         folder.write_figure("performance-profile", &performance)?;
         folder.write_figure("data-profile", &data)?;
-        self.show(&all[..ours], &table, &totals)?;
+        self.show_runs(&all[..ours], &table, &totals)?;
         if transformations.len() > 1 {
             let table = by_transformation(&title, &all)?;
             folder.write("transformations.csv", table.csv().as_bytes())?;
-            if !self.json {
-                say(&table.text())?;
+            if self.show == Shown::Text {
+                self.show.table(&table)?;
             }
         }
-        if !self.json {
-            say(&format!("Runs, summary and profiles are in {}", out.display()))?;
-        }
+        self.show.text(&format!("Runs, summary and profiles are in {}", out.display()))?;
         let wrong = all[..ours].iter().filter(|r| r.judgement.is_some_and(|j| j.verdict == Verdict::False)).count();
         if wrong > 0 {
             bail!("{wrong} of {ours} runs end with a false statement; `runs.csv` lists them with the verdict FALSE");
@@ -89,9 +87,9 @@ impl Comparison<'_> {
     }
 
     /// Prints all runs as JSON, or the runs that are not solved (all runs of a single method) and the summary as text.
-    fn show(&self, ours: &[SuiteRun], table: &Table, totals: &Table) -> anyhow::Result<()> {
-        if self.json {
-            return table.json_lines().iter().try_for_each(|line| say(line));
+    fn show_runs(&self, ours: &[SuiteRun], table: &Table, totals: &Table) -> anyhow::Result<()> {
+        if self.show != Shown::Text {
+            return self.show.table(table);
         }
         let is_shown = |r: &&SuiteRun| {
             let verdict = r.judgement.map(|j| j.verdict);
@@ -100,9 +98,9 @@ impl Comparison<'_> {
         let shown: Vec<&SuiteRun> = ours.iter().filter(is_shown).collect();
         if !shown.is_empty() {
             let title = if self.methods.len() == 1 { "Runs" } else { "Runs with a false statement" };
-            say(&runs(title, shown)?.text())?;
+            self.show.table(&runs(title, shown)?)?;
         }
-        say(&totals.text())
+        self.show.table(totals)
     }
 
     fn transformations(&self) -> anyhow::Result<Vec<Transformation>> {

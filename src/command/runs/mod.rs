@@ -6,8 +6,10 @@
 mod comparison;
 mod entry;
 
+use super::folder::OutputFolder;
 use super::output::{results, say};
 use super::run_directory::Summary;
+use anyhow::bail;
 use clap::Args;
 use comparison::RunComparison;
 use entry::RunEntry;
@@ -31,11 +33,18 @@ pub struct Runs {
     /// Print a line of JSON for each run, or for the comparison
     #[arg(long)]
     json: bool,
+    /// Folder for the list as runs.csv
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print nothing on standard output
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
 }
 
 impl Runs {
     pub fn run(&self) -> anyhow::Result<()> {
         match self.folders.as_slice() {
+            [_, _] if self.out.is_some() => bail!("`--out` writes a list of runs, not a comparison of two"),
             [a, b] => self.compare(&named(a), &named(b)),
             [folder] => self.list(folder),
             _ => self.list(&results()),
@@ -49,6 +58,12 @@ impl Runs {
             folder.display()
         );
         let runs = below(folder);
+        if let Some(out) = &self.out {
+            OutputFolder::create(out)?.write("runs.csv", listing(folder, &runs)?.csv().as_bytes())?;
+        }
+        if self.quiet {
+            return Ok(());
+        }
         if self.json {
             return runs.iter().try_for_each(|run| say(&serde_json::to_string(run)?));
         }
@@ -62,10 +77,11 @@ impl Runs {
 
     fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
         let comparison = RunComparison::new(a, b)?;
-        if self.json {
-            return say(&serde_json::to_string(&comparison)?);
+        match (self.json, self.quiet) {
+            (true, _) => say(&serde_json::to_string(&comparison)?),
+            (_, true) => Ok(()),
+            _ => say(&comparison.text()?),
         }
-        say(&comparison.text()?)
     }
 }
 

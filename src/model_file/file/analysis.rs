@@ -11,7 +11,7 @@ use crate::model_file::{Diagnostic, limits};
 use crate::problem::Responses;
 use crate::problem::{Analysis, Differentiated, Problem, ProblemBuilder, TimeGrid};
 use crate::responses::Differences;
-use crate::responses::mechanism::{Integration, KinematicResponses, StaticResponses, Transient};
+use crate::responses::mechanism::{Integration, KinematicResponses, ModalResponses, StaticResponses, Transient};
 use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize};
 use mechanics::analyses::statics::Statics;
 use mechanics::initial_conditions::Assembly;
@@ -357,7 +357,14 @@ impl Settings {
     pub fn analyze(&self, model: MechanismTemplate, times: &[f64], b: &[f64]) -> Result<Responses> {
         let analysis: Box<dyn Analysis> = match &self.kind {
             AnalysisKind::Kinematics => Box::new(KinematicResponses::new(model, Assembly::default(), times)?),
-            AnalysisKind::Statics => Box::new(StaticResponses::new(model, Statics::default(), times)?),
+            AnalysisKind::Statics => {
+                let frequencies = model.frequencies();
+                let outputs = StaticResponses::new(model, Statics::default(), times)?;
+                match frequencies {
+                    Some(frequencies) => Box::new(ModalResponses::new(outputs, frequencies)),
+                    None => Box::new(outputs),
+                }
+            }
             AnalysisKind::Dynamics(integration) => {
                 let numbers = model.numbers();
                 Box::new(Transient::new(model, integration.clone(), times)?.with_numbers(numbers))
@@ -375,7 +382,12 @@ impl Settings {
                 self.derivatives.build(parts, KinematicResponses::new(model, Assembly::default(), times)?)
             }
             AnalysisKind::Statics => {
-                self.derivatives.build(parts, StaticResponses::new(model, Statics::default(), times)?)
+                let frequencies = model.frequencies();
+                let outputs = StaticResponses::new(model, Statics::default(), times)?;
+                match frequencies {
+                    Some(frequencies) => self.derivatives.build(parts, ModalResponses::new(outputs, frequencies)),
+                    None => self.derivatives.build(parts, outputs),
+                }
             }
             AnalysisKind::Dynamics(integration) => {
                 let numbers = model.numbers();

@@ -1,12 +1,14 @@
 //! `[[beam]]`: rows of flexible elements.
 
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
+use super::motion::{self, TimeFunction};
 use super::parts::{BuildContext, FrameRef, NamedPart, Parts};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::model_file::limits;
 use autodiff::Scalar;
 use mechanics::elements::{BeamSection, Shear};
+use std::f64::consts::FRAC_PI_2;
 
 const COMMON: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file; its nodes are NAME.first, NAME.2, …, NAME.last"),
@@ -26,6 +28,8 @@ const COMMON: &[Key] = &[
         .of("m/s"),
     default("spin", Accepts::Expression, "0", "initial angular velocity of all nodes, rad/s").of("rad/s"),
     default("shear", Accepts::Choice(&["flexible", "rigid", "plain"]), "flexible", "shear stiffness of the elements"),
+    optional("load_x", Accepts::Motion, "distributed load along x of the plane per unloaded length, N/m").of("N/m"),
+    optional("load_y", Accepts::Motion, "distributed load along y of the plane per unloaded length, N/m").of("N/m"),
     EACH,
 ];
 const MATERIAL: &[Key] = &[
@@ -91,6 +95,8 @@ pub struct BeamSpec {
     inertia: Option<CompiledExpression>,
     /// Initial velocities of both ends and angular velocity of all nodes; `None` if none is given.
     velocity: Option<([[CompiledExpression; 2]; 2], CompiledExpression)>,
+    /// Distributed loads with their directions in rad.
+    loads: Vec<(f64, TimeFunction)>,
 }
 
 /// Reads the beams and enters their names.
@@ -132,6 +138,8 @@ fn beam(
     let own_inertia = !material.is_empty() && section.has("inertia");
     let moves = ["velocity_from", "velocity_to", "spin"].iter().any(|key| section.has(key));
     let velocity = |key: &str| section.pair(key, names, &Scope::DESIGN);
+    let loads = [("load_x", 0.0), ("load_y", FRAC_PI_2)].into_iter().filter(|(key, _)| section.has(key));
+    let load = |(key, direction): (&str, f64)| Ok((direction, motion::read(section, key, names)?));
     Ok(BeamSpec {
         name: section.text("name")?,
         kind,
@@ -149,6 +157,7 @@ fn beam(
             )),
             false => None,
         },
+        loads: loads.map(load).collect::<Read<_>>()?,
         inertia: own_inertia.then(|| section.expression("inertia", names, &Scope::DESIGN)).transpose()?,
     })
 }
@@ -160,6 +169,16 @@ impl BeamSpec {
         let ends = self.ends.map(|end| end.map(|frame| context.frame(frame)));
         let span = [self.from.each_ref().map(value), self.to.each_ref().map(value)];
         let beam = context.mechanism.beam(&self.name, span, ends, self.elements, &self.section(value), self.shear);
+        let [dx, dy] = [0, 1].map(|k: usize| span[1][k] - span[0][k]);
+        let length = (dx * dx + dy * dy).sqrt() * (1.0 / self.elements as f64);
+        for (direction, load) in &self.loads {
+            let parameters: Vec<S> = load.parameters.iter().map(value).collect();
+            for (k, nodes) in beam.0.windows(2).enumerate() {
+                let name = format!("{} load on element {}", self.name, k + 1);
+                let (nodes, geometry) = ([nodes[0], nodes[1]], [length, S::from(*direction)]);
+                context.mechanism.line_load(&name, nodes, geometry, load.law.clone(), &parameters);
+            }
+        }
         if let Some((ends, spin)) = &self.velocity {
             let ([from, to], spin) = (ends.each_ref().map(|end| end.each_ref().map(value)), value(spin));
             for (k, node) in beam.0.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Forces and torques that depend on time and motion.
 
-use super::parts::{BuildContext, CoordinateRef, NamedPart, Parts, position_or_push};
+use super::parts::{BuildContext, CoordinateRef, FrameCoordinate, NamedPart, Parts, PointRef, position_or_push};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
@@ -16,12 +16,60 @@ pub struct Feedback {
     parameters: Vec<CompiledExpression>,
 }
 
-/// A formula of parameters, time, and positions and velocities of the observed coordinates.
+/// A formula of parameters, time, and positions and velocities of observed coordinates and points.
 #[derive(Clone, Debug)]
 pub struct ObservedFormula {
     expression: CompiledExpression,
-    /// For each motion input of the expression: index of the observed coordinate, and whether it is its velocity.
-    inputs: Vec<(usize, bool)>,
+    inputs: Vec<MotionInput>,
+}
+
+/// A motion input of a formula; coordinates are indices of observed ones.
+#[derive(Clone, Debug)]
+struct MotionInput {
+    of: Observed,
+    is_rate: bool,
+}
+
+#[derive(Clone, Debug)]
+enum Observed {
+    Coordinate(usize),
+    /// A point of a body: x (0) or y (1), the coordinates of the body, and the position in its axes.
+    Point {
+        axis: usize,
+        body: [usize; 3],
+        at: [CompiledExpression; 2],
+    },
+}
+
+impl MotionInput {
+    fn value<T: Scalar>(&self, p: &[T], q: &[T], v: &[T]) -> T {
+        match &self.of {
+            Observed::Coordinate(k) => {
+                if self.is_rate {
+                    v[*k]
+                } else {
+                    q[*k]
+                }
+            }
+            Observed::Point { axis, body, at } => {
+                let [x, y] = at.each_ref().map(|expression| expression.value(&Inputs::design(p)));
+                let (sin, cos) = q[body[2]].sin_cos();
+                let lever = [cos * x - sin * y, sin * x + cos * y];
+                match (self.is_rate, *axis) {
+                    (false, axis) => q[body[axis]] + lever[axis],
+                    (true, 0) => v[body[0]] - v[body[2]] * lever[1],
+                    (true, _) => v[body[1]] + v[body[2]] * lever[0],
+                }
+            }
+        }
+    }
+
+    fn expressions(&mut self) -> impl Iterator<Item = &mut CompiledExpression> {
+        match &mut self.of {
+            Observed::Coordinate(_) => [].iter_mut(),
+            Observed::Point { at, .. } => at.iter_mut(),
+        }
+    }
 }
 
 /// Largest number of motion inputs without heap allocation at every evaluation.
@@ -29,7 +77,7 @@ const FEW: usize = 16;
 
 impl StateFunction for ObservedFormula {
     fn generalized_force<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T {
-        let input = |&(k, is_rate): &(usize, bool)| if is_rate { v[k] } else { q[k] };
+        let input = |input: &MotionInput| input.value(p, q, v);
         let value = |others: &[T]| self.expression.value(&Inputs { design: p, time: t, others });
         if self.inputs.len() > FEW {
             return value(&self.inputs.iter().map(input).collect::<Vec<T>>());
@@ -42,19 +90,42 @@ impl StateFunction for ObservedFormula {
 
 /// The force or torque at `key` of a section.
 pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> Read<Feedback> {
-    let (observed, inputs) = (RefCell::<Vec<CoordinateRef>>::default(), RefCell::<Vec<(usize, bool)>>::default());
+    let found = RefCell::<Vec<(String, Motion)>>::default();
     let others = |text: &str| {
-        let (place, is_rate) = find(text, parts)?;
-        let k = position_or_push(&mut observed.borrow_mut(), place);
-        Some(position_or_push(&mut inputs.borrow_mut(), (k, is_rate)))
+        let mut found = found.borrow_mut();
+        if let Some(k) = found.iter().position(|(known, _)| known == text) {
+            return Some(k);
+        }
+        found.push((text.to_owned(), find(text, parts)?));
+        Some(found.len() - 1)
     };
     let suggestions = || suggestions(parts);
     let scope = Scope { others: &others, suggestions: &suggestions, ..Scope::MOTION };
     let expression = section.expression(key, names, &scope)?;
-    let used = expression.uses();
+    let mut observed = vec![];
+    let mut inputs: Vec<MotionInput> = found
+        .into_inner()
+        .into_iter()
+        .map(|(_, Motion { of, is_rate })| {
+            let of = match of {
+                MotionOf::Coordinate(place) => Observed::Coordinate(position_or_push(&mut observed, place)),
+                MotionOf::Point(PointRef { frame, at }, axis) => {
+                    let place = |axis| position_or_push(&mut observed, CoordinateRef::Of(frame, axis));
+                    let body = [FrameCoordinate::X, FrameCoordinate::Y, FrameCoordinate::Theta].map(place);
+                    Observed::Point { axis, body, at }
+                }
+            };
+            MotionInput { of, is_rate }
+        })
+        .collect();
+    let mut used = expression.uses();
+    used.extend(inputs.iter_mut().flat_map(MotionInput::expressions).flat_map(|at| at.uses()));
+    used.sort_unstable();
+    used.dedup();
+    let expression = expression.with_design(&used);
+    inputs.iter_mut().flat_map(MotionInput::expressions).for_each(|at| *at = at.clone().with_design(&used));
     let parameters = used.iter().map(|&i| CompiledExpression::variable(i)).collect();
-    let law = ObservedFormula { expression: expression.with_design(&used), inputs: inputs.into_inner() };
-    Ok(Feedback { law, observed: observed.into_inner(), parameters })
+    Ok(Feedback { law: ObservedFormula { expression, inputs }, observed, parameters })
 }
 
 impl Feedback {
@@ -68,17 +139,39 @@ impl Feedback {
 /// Names of velocities and of their coordinates.
 const RATES: [(&str, &str); 3] = [("vx", "x"), ("vy", "y"), ("omega", "theta")];
 
-/// The coordinate of a name such as `crank.theta` or `cart.position`, and whether the name is that of its velocity, such as
-/// `crank.omega` or `cart.velocity`.
-fn find(text: &str, parts: &Parts) -> Option<(CoordinateRef, bool)> {
+/// A motion that a name stands for: a position, or its rate.
+struct Motion {
+    of: MotionOf,
+    is_rate: bool,
+}
+
+enum MotionOf {
+    Coordinate(CoordinateRef),
+    /// x (0) or y (1) of a point.
+    Point(PointRef, usize),
+}
+
+/// The motion of a name: `crank.theta`, `cart.position`, `tip.x`, or a rate such as `crank.omega`, `cart.velocity`, `tip.vx`.
+fn find(text: &str, parts: &Parts) -> Option<Motion> {
     let (owner, what) = text.rsplit_once('.')?;
     if let Some(NamedPart::Slider(k)) = parts.get(owner) {
-        return matches!(what, "position" | "velocity").then_some((CoordinateRef::Slider(*k), what == "velocity"));
+        let of = MotionOf::Coordinate(CoordinateRef::Slider(*k));
+        return matches!(what, "position" | "velocity").then_some(Motion { of, is_rate: what == "velocity" });
     }
-    match RATES.iter().find(|(rate, _)| *rate == what) {
-        Some((_, position)) => Some((parts.find_coordinate(&format!("{owner}.{position}"))?, true)),
-        None => Some((parts.find_coordinate(text)?, false)),
+    let rate = RATES.iter().find(|(rate, _)| *rate == what);
+    let (is_rate, what) = (rate.is_some(), rate.map_or(what, |(_, position)| position));
+    if let Some(NamedPart::Point(k)) = parts.get(owner) {
+        let point = &parts.points[*k];
+        let of = match what {
+            "x" => MotionOf::Point(point.clone(), 0),
+            "y" => MotionOf::Point(point.clone(), 1),
+            "theta" => MotionOf::Coordinate(CoordinateRef::Of(point.frame, FrameCoordinate::Theta)),
+            _ => return None,
+        };
+        return Some(Motion { of, is_rate });
     }
+    let of = MotionOf::Coordinate(parts.find_coordinate(&format!("{owner}.{what}"))?);
+    Some(Motion { of, is_rate })
 }
 
 fn suggestions(parts: &Parts) -> Vec<String> {
@@ -86,7 +179,7 @@ fn suggestions(parts: &Parts) -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
             Some(NamedPart::Slider(_)) => all(&["position", "velocity"]),
-            Some(NamedPart::Frame(_)) => all(&["x", "y", "theta", "vx", "vy", "omega"]),
+            Some(NamedPart::Frame(_) | NamedPart::Point(_)) => all(&["x", "y", "theta", "vx", "vy", "omega"]),
             _ => vec![],
         }
     };

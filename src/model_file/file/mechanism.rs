@@ -10,6 +10,7 @@ use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
+use crate::responses::mechanism::NaturalFrequency;
 use autodiff::Scalar;
 use mechanics::mechanism::{Mechanism, ParametricMechanism};
 use std::sync::Arc;
@@ -43,7 +44,10 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let elements = elements::read(file, names, &mut parts)?;
     let events = events::read(file, names, &mut parts, &elements)?;
     let gravity = file.pair("gravity", names, &Scope::DESIGN)?;
-    if !(bodies.is_empty() && beams.is_empty()) {
+    // Parts with mistakes are in the file, but not in the lists.
+    let is_empty =
+        |key: &str| file.get(key).is_none_or(|value| value.get_ref().as_array().is_some_and(|all| all.is_empty()));
+    if !(is_empty("body") && is_empty("beam")) {
         return Ok(Some(MechanismSpec { gravity, start: 0.0, bodies, beams, elements, events, parts }));
     }
     match ["joint", "driver", "force", "event", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
@@ -68,6 +72,12 @@ impl MechanismTemplate {
     /// For each output, true if it is a number: its value at an event.
     pub fn numbers(&self) -> Vec<bool> {
         self.outputs.iter().map(|output| !output.is_transient).collect()
+    }
+
+    /// For each output the natural frequency that it is, if any; `None` if no output is one.
+    pub fn frequencies(&self) -> Option<Vec<Option<NaturalFrequency>>> {
+        let all: Vec<Option<NaturalFrequency>> = self.outputs.iter().map(|output| output.frequency).collect();
+        all.iter().any(Option::is_some).then_some(all)
     }
 }
 

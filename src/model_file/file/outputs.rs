@@ -12,13 +12,20 @@ use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, Ot
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
+use crate::responses::mechanism::NaturalFrequency;
 use autodiff::Scalar;
+use std::f64::consts::PI;
 use toml::de::DeValue;
 
 const KEYS: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file"),
     optional("value", Accepts::Quantity, "a formula of measures such as `crank.theta`, of the design and of `time`")
         .of_any_unit(),
+    optional(
+        "frequency",
+        Accepts::Count,
+        "in place of `value`, with the analysis `statics`: number of a natural frequency, from 1, the lowest; in rad/s",
+    ),
     optional(
         "program",
         Accepts::Choice(&["history", "number"]),
@@ -82,6 +89,8 @@ pub struct OutputSpec {
     /// The dimension, as far as it is known.
     known: Option<Known>,
     pub formula: MeasuredFormula,
+    /// The natural frequency that it is, in place of the formula.
+    pub frequency: Option<NaturalFrequency>,
     /// Number of the event at which the output has its value.
     event: Option<usize>,
     /// `true` if the output has a value at each time point.
@@ -100,6 +109,8 @@ pub fn read(
 ) -> Read<Vec<OutputSpec>> {
     let mut outputs: Vec<OutputSpec> = vec![];
     let points = grid.map_or(1, TimeGrid::len);
+    let kind = file.get("analysis").and_then(|value| value.get_ref().as_table()?.get("kind")?.get_ref().as_str());
+    let is_static = parts.is_some() && kind == Some("statics");
     let (factor, of) =
         if points >= variables.len() { (points, "time points") } else { (variables.len(), "design variables") };
     let most = limits::VALUES / factor.max(1);
@@ -119,7 +130,7 @@ pub fn read(
         }
         outputs.push(match has_program {
             true => output_of_program(word.text, &section, names, variables)?,
-            false => output(word.text, &section, names, parts, variables)?,
+            false => output(word.text, &section, names, parts, variables, is_static)?,
         });
         Ok(())
     })?;
@@ -132,10 +143,18 @@ fn output(
     names: &Names,
     parts: Option<&Parts>,
     variables: &[DesignVariable],
+    is_static: bool,
 ) -> Read<OutputSpec> {
     if section.has("program") {
         let message = "there is no program that could compute this output";
         return Err(section.error_at("program", message).help("give a `value`, or [analysis] with kind = \"program\""));
+    }
+    if section.has("frequency") {
+        if !is_static {
+            let message = "natural frequencies are those of small vibrations about a static equilibrium";
+            return Err(section.error_at("frequency", message).help("use [analysis] with kind = \"statics\""));
+        }
+        return natural_frequency(name, section, names, variables);
     }
     let Some(tree) = section.tree("value")? else {
         return Err(section.error_at("value", format!("{} lacks `value`", section.title)));
@@ -160,6 +179,7 @@ fn output(
         shown_in,
         is_transient: event.is_none() && (parts.is_some() || formula.expression.uses_time()),
         formula,
+        frequency: None,
         event,
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
@@ -194,6 +214,47 @@ fn output_of_program(
         known: None,
         is_transient: section.choice("program", &[("history", true), ("number", false)])?,
         formula: MeasuredFormula::constant(0.0),
+        frequency: None,
+        event: None,
+        intermediates: intermediates(section, "linear_in", names, variables)?,
+    })
+}
+
+fn natural_frequency(
+    name: String,
+    section: &Section<'_>,
+    names: &Names,
+    variables: &[DesignVariable],
+) -> Read<OutputSpec> {
+    if let Some(key) = ["value", "at_event"].into_iter().find(|key| section.has(key)) {
+        return Err(section.error_at(key, format!("`{key}` and `frequency` exclude each other")));
+    }
+    let number = section.count("frequency", limits::ELEMENTS)?.unwrap_or(1);
+    let Some(mode) = number.checked_sub(1) else {
+        return Err(section.error_at("frequency", "natural frequencies are counted from 1, the lowest one"));
+    };
+    let natural = Unit::parse("rad/s").expect("it is a unit");
+    let shown_in = shown_in(section)?;
+    if let Some(unit) = shown_in.as_ref().filter(|unit| !unit.dimension.is_like(natural.dimension)) {
+        let message = format!("a natural frequency is in rad/s, and cannot be shown in {}", unit.text);
+        return Err(section.error_at("shown_in", message));
+    }
+    let dimension = shown_in.as_ref().map_or(natural.dimension, |unit| unit.dimension);
+    // Revolutions per second are no angular velocity.
+    let of_turns = if dimension.is_written_like(natural.dimension) { 1.0 } else { 2.0 * PI };
+    let unit = shown_in.as_ref().map_or(1.0, |unit| of_turns * unit.to_si(1.0));
+    Ok(OutputSpec {
+        name,
+        unit: match &shown_in {
+            Some(unit) => unit.text.clone(),
+            None if section.has("unit") => section.text("unit")?,
+            None => "rad/s".to_owned(),
+        },
+        known: Some(Known { dimension, is_firm: true }),
+        shown_in,
+        is_transient: true,
+        formula: MeasuredFormula::constant(0.0),
+        frequency: Some(NaturalFrequency { mode, unit }),
         event: None,
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
@@ -271,6 +332,7 @@ impl OutputSpec {
             shown_in: None,
             known: None,
             formula: MeasuredFormula::of_measure(measure),
+            frequency: None,
             event: None,
             is_transient: true,
             intermediates: Intermediates::Identity,

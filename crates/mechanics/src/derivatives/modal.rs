@@ -67,6 +67,14 @@ pub fn differentiate_modes<M: ParametricMechanism>(
     differentiate_seeded(&mechanism, &build_chunks(model, b, &mechanism)?, b.len(), about, t)
 }
 
+/// Squares ω² of the natural angular frequencies in rad²/s², increasing, without derivatives.
+///
+/// # Errors
+/// As [`differentiate_modes`].
+pub fn squared_frequencies(mechanism: &Mechanism<f64>, about: About, t: f64) -> Result<Vec<f64>> {
+    Ok(differentiate_seeded(mechanism, &[], 0, about, t)?.squares)
+}
+
 /// Differentiates the modes. Not generic over the model: compiled once, in this crate.
 fn differentiate_seeded(
     mechanism: &Mechanism<f64>,

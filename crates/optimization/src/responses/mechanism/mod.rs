@@ -1,11 +1,13 @@
 //! Outputs of a mechanism, or of an ordinary differential equation, as responses of an optimization problem.
 
 mod gradient_check;
+mod modal;
 mod ode;
 mod quasi_static;
 mod transient;
 
 pub use gradient_check::{AnalysisSettings, check_model};
+pub use modal::{ModalResponses, NaturalFrequency};
 pub use ode::{OdeModel, OdeResponses};
 pub use quasi_static::{InstantAnalysis, KinematicResponses, QuasiStaticResponses, StaticResponses};
 pub use transient::{Integration, Transient};

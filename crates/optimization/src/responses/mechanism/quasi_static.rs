@@ -31,9 +31,9 @@ pub type KinematicResponses<M> = QuasiStaticResponses<M, Assembly>;
 ///
 /// Response h is the mechanism's output h, on the grid `times`.
 pub struct QuasiStaticResponses<M, P> {
-    model: M,
-    settings: P,
-    times: Vec<f64>,
+    pub(super) model: M,
+    pub(super) settings: P,
+    pub(super) times: Vec<f64>,
     differentiation: Differentiation,
 }
 
@@ -202,7 +202,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
         &self.times[..wanted.iter().map(|at| at.point + 1).max().unwrap_or(0)]
     }
 
-    fn sensitivities_by(
+    pub(super) fn sensitivities_by(
         &self,
         method: Differentiation,
         step: f64,

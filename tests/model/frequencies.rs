@@ -1,0 +1,87 @@
+//! Natural frequencies as outputs of model files.
+
+use linkwright::model_file::read;
+use linkwright::problem::{Problem, ResponseAt};
+use std::f64::consts::PI;
+
+/// Two masses in a row, on springs of the same stiffness.
+fn chain(outputs: &str) -> String {
+    format!(
+        "version = 2\n[design]\nmass = {{ start = 2, lower = 1, upper = 4 }}\nstiffness = {{ start = 500, lower = 100, upper = 900 }}\n\
+         [time]\nat = [0]\n[analysis]\nkind = 'statics'\n\
+         [[body]]\nname = 'one'\nkind = 'slider'\nmass = 'mass'\n[[body]]\nname = 'two'\nkind = 'slider'\nmass = 'mass'\n\
+         [[force]]\nname = 'first'\nkind = 'coordinate-spring'\nb = 'one'\nstiffness = 'stiffness'\n\
+         [[force]]\nname = 'second'\nkind = 'coordinate-spring'\na = 'one'\nb = 'two'\nstiffness = 'stiffness'\n{outputs}"
+    )
+}
+
+const OUTPUTS: &str = "[[output]]\nname = 'w1'\nfrequency = 1\n[[output]]\nname = 'x'\nvalue = 'one.position + 3*mass'\n\
+                       [[output]]\nname = 'f2'\nfrequency = 2\nshown_in = 'Hz'\n";
+
+fn problem(text: &str) -> Problem {
+    read("m.toml", text).unwrap_or_else(|report| panic!("{text}\n{report}")).problem().unwrap()
+}
+
+#[test]
+fn frequencies_of_a_chain_and_their_derivatives_are_exact() {
+    let problem = problem(&chain(&format!("{OUTPUTS}[objective]\nmaximize = 'final(w1)'\n")));
+    let b = problem.start();
+    let here = problem.analyze(&b).unwrap();
+    let root = f64::sqrt(500.0 / 2.0);
+    let factor = [-1.0, 1.0].map(|sign| f64::sqrt((3.0 + sign * f64::sqrt(5.0)) / 2.0));
+    let expected = [root * factor[0], 6.0, root * factor[1] / (2.0 * PI)];
+    let at = [0, 1, 2].map(|response| ResponseAt { response, point: 0 });
+    for (at, expected) in at.iter().zip(expected) {
+        assert!((here.at(*at) - expected).abs() < 1e-12 * expected, "{:?}", here.values);
+    }
+    let gradients = problem.sensitivities(&b, &here, &at).unwrap();
+    for (row, w) in [(0, expected[0]), (2, expected[2])] {
+        assert!((gradients[(row, 0)] + w / (2.0 * 2.0)).abs() < 1e-11 * w, "{gradients}");
+        assert!((gradients[(row, 1)] - w / (2.0 * 500.0)).abs() < 1e-13 * w, "{gradients}");
+    }
+    assert!((gradients[(1, 0)] - 3.0).abs() < 1e-12, "{gradients}");
+}
+
+#[test]
+fn the_lightest_chain_above_a_frequency() {
+    // The frequency of 2 Hz binds: stiffness/mass = (4π)² · 2/(3 − √5); the lightest mass is 1 kg.
+    let wish = "[objective]\nminimize = 'mass + 0.01*stiffness'\n[[constraint]]\nname = 'resonance'\nvalue = 'f'\nat_least = '2 Hz'\n";
+    let model =
+        read("m.toml", &chain(&format!("[[output]]\nname = 'f'\nfrequency = 1\nshown_in = 'Hz'\n{wish}"))).unwrap();
+    let problem = model.problem().unwrap();
+    let end = model.method().solve(&problem, |_| ()).unwrap();
+    let stiffness = f64::powi(4.0 * PI, 2) * 2.0 / (3.0 - f64::sqrt(5.0));
+    assert!((end.design[0] - 1.0).abs() < 1e-6 && (end.design[1] / stiffness - 1.0).abs() < 1e-6, "{:?}", end.design);
+}
+
+#[test]
+fn equal_frequencies_are_named() {
+    let text =
+        chain("[[output]]\nname = 'w'\nfrequency = 1\n[objective]\nmaximize = 'final(w)'\n").replace("a = 'one'\n", "");
+    let problem = problem(&text);
+    let responses = problem.analyze(&problem.start()).unwrap();
+    assert!(responses.warnings.iter().any(|w| w.contains("natural frequencies 1 to 2 are equal")), "{responses:?}");
+}
+
+#[test]
+fn what_is_no_frequency_is_explained() {
+    let message = |outputs: &str| match read("m.toml", &chain(outputs)) {
+        Err(report) => report.to_string(),
+        Ok(_) => panic!("{outputs} is read"),
+    };
+    for (outputs, words) in [
+        ("[[output]]\nname = 'w'\nfrequency = 0\n", "counted from 1"),
+        ("[[output]]\nname = 'w'\nfrequency = 1\nvalue = 'one.position'\n", "exclude each other"),
+        ("[[output]]\nname = 'w'\nfrequency = 1\nshown_in = 'mm'\n", "cannot be shown in mm"),
+    ] {
+        assert!(message(outputs).contains(words), "{}", message(outputs));
+    }
+    let of_motion = chain("[[output]]\nname = 'w'\nfrequency = 1\n")
+        .replace("kind = 'statics'", "kind = 'dynamics'\nstep = 1e-3")
+        .replace("at = [0]", "to = 1\npoints = 3");
+    let report = read("m.toml", &of_motion).map(|_| ()).unwrap_err().to_string();
+    assert!(report.contains("about a static equilibrium") && report.contains("kind = \"statics\""), "{report}");
+    let problem = problem(&chain("[[output]]\nname = 'w'\nfrequency = 3\n[objective]\nmaximize = 'final(w)'\n"));
+    let error = problem.analyze(&problem.start()).unwrap_err().to_string();
+    assert!(error.contains("natural frequency 3") && error.contains("only 2"), "{error}");
+}
