@@ -3,7 +3,6 @@
 use super::StaticResponses;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
-use mechanics::analyses::statics::Statics;
 use mechanics::derivatives::method::Differentiation;
 use mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes, squared_frequencies};
 use mechanics::derivatives::semi_analytical;
@@ -50,8 +49,7 @@ impl<M: ParametricMechanism> ModalResponses<M> {
     }
 
     fn about(&self) -> About {
-        let settings: &Statics = &self.outputs.settings;
-        About::Equilibrium(settings.clone())
+        About::Equilibrium(self.outputs.settings)
     }
 
     fn frequency(&self, at: ResponseAt) -> Option<NaturalFrequency> {
