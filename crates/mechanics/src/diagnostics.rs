@@ -1,6 +1,6 @@
 //! Names the element or coordinate behind a singular, non-finite or diverging system.
 
-use crate::elements::element::{ElementWorkspace, JacobianWorkspace, TangentWeights};
+use crate::elements::element::{ElementState, ElementWorkspace, JacobianWorkspace, TangentWeights};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, evaluate, gather};
@@ -102,6 +102,28 @@ pub(crate) fn check_finite<T: StateScalar>(mechanism: &Mechanism<T>, outputs: &[
         let why = format!("the output is {} at t = {t:.6e} s", outputs[k].value());
         Err(Error::analysis(&mechanism.outputs[k].name, why, "check the element that it measures"))
     })
+}
+
+/// Checks that the constraints of an assembled mechanism are satisfied in the intended way.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming the joint, with the explanation of
+/// [`Element::diagnose_assembly`](crate::elements::Element::diagnose_assembly).
+pub(crate) fn check_assembly(mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+    let mut workspace = ElementWorkspace::default();
+    let is_closed = |instance: &&ElementInstance<f64>| instance.num_constraints > 0 && state.modes.is_active(instance);
+    for instance in mechanism.elements.iter().filter(is_closed) {
+        gather(instance, state, &mut workspace);
+        let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+        if let Some(why) = instance.element.diagnose_assembly(&local) {
+            let why = format!("{why} at t = {:.6e} s", state.t);
+            let remedy =
+                "change the initial orientations of its bodies, so that they are nearer to the intended assembly";
+            return Err(Error::analysis(&instance.name, why, remedy));
+        }
+    }
+    Ok(())
 }
 
 /// Factorizes the matrix assembled at `state`.

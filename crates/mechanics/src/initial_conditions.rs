@@ -51,8 +51,21 @@ pub struct Projection {
 ///
 /// # Errors
 ///
-/// [`Error::Analysis`] naming the joint that cannot be closed, or joints that depend on each other in this position only.
+/// [`Error::Analysis`] naming the joint that cannot be closed, joints that depend on each other in this position only, or a
+/// joint that is closed in a wrong way, such as with opposite axes.
 pub fn assemble(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    settings: Assembly,
+) -> Result<Projection> {
+    let projection = assemble_nearest(system, mechanism, state, settings)?;
+    diagnostics::check_assembly(mechanism, state)?;
+    Ok(projection)
+}
+
+/// Moves the free coordinates of `state` to the nearest point that satisfies the constraints, see [`assemble`].
+fn assemble_nearest(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,

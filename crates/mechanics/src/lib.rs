@@ -1,8 +1,10 @@
-//! Planar rigid and flexible multibody dynamics, with exact derivatives with respect to design parameters.
+//! Planar and spatial multibody dynamics of rigid and flexible bodies, with exact derivatives with respect to design
+//! parameters.
 //!
 //! Every element is one residual, generic over the scalar type. Mass, stiffness and constraint matrices, consistent
 //! velocities and accelerations, and design derivatives follow from it by automatic differentiation. Units are SI and
-//! radians. Coordinates are absolute: every body and every beam node has x, y and θ.
+//! radians. Coordinates are absolute: every body and every beam node has x, y and θ, or x, y, z and four Euler parameters in
+//! space ([`elements::spatial`]).
 //!
 //! Write a mechanism as a [`ParametricMechanism`], a function of the design variables. [`ParametricMechanism::build`] in `f64`
 //! gives a [`Mechanism`] for an analysis; the functions of [`derivatives`] take the parametric mechanism itself.
@@ -61,17 +63,22 @@ pub use error::{Error, Result};
 pub use initial_conditions::{Assembly, Statics};
 pub use integrators::explicit::Explicit;
 pub use integrators::{Dynamics, GeneralizedAlpha, InitialAcceleration, InitialConfiguration, Newton, StepSize, Work};
-pub use mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism, ParametricMechanism, Pose};
+pub use mechanism::{
+    Body, Body3, Coordinate, ElementIndex, EulerSequence, Marker, Marker3, Mechanism, ParametricMechanism, Pose, Pose3,
+    Rotation,
+};
 
 /// The names that most programs with mechanisms need: `use linkwright_mechanics::prelude::*;`.
 pub mod prelude {
     pub use crate::derivatives::forward::dynamics::differentiate;
+    pub use crate::elements::spatial::{BeamSection3, LoadKind3, MassProperties3};
     pub use crate::elements::{Element, ElementState};
     pub use crate::motion::{ConstantSpeed, Motion};
     pub use crate::{
-        Assembly, Body, Coordinate, Dynamics, ElementIndex, Error, Explicit, GeneralizedAlpha, History,
-        InitialAcceleration, InitialConfiguration, Marker, Mechanism, Modes, Newton, ParametricMechanism, Pose, Result,
-        Statics, StepSize, Work, equilibria, kinematics, modes, simulate, simulate_explicitly,
+        Assembly, Body, Body3, Coordinate, Dynamics, ElementIndex, Error, EulerSequence, Explicit, GeneralizedAlpha,
+        History, InitialAcceleration, InitialConfiguration, Marker, Marker3, Mechanism, Modes, Newton,
+        ParametricMechanism, Pose, Pose3, Result, Rotation, Statics, StepSize, Work, equilibria, kinematics, modes,
+        simulate, simulate_explicitly,
     };
     pub use autodiff::Scalar;
 }

@@ -227,8 +227,8 @@ trait Simulation: Checkpointable {
     /// Writes the state at the time `t` (s) in the current step to `at`; `y` is workspace.
     fn sample(&mut self, t: f64, y: &mut Vec<f64>, at: &mut State<f64>) -> Result<()>;
 
-    /// The current state.
-    fn state(&self) -> &State<f64>;
+    /// The state at the start, before the first step.
+    fn start(&self) -> State<f64>;
 
     /// Outputs that keep their value from an event on.
     fn held(&self) -> Option<&HeldOutputs<f64>> {
@@ -248,8 +248,8 @@ impl Simulation for TimeStepper<'_> {
         Ok(())
     }
 
-    fn state(&self) -> &State<f64> {
-        &self.integrator.step.old
+    fn start(&self) -> State<f64> {
+        self.integrator.step.old.clone()
     }
 
     fn held(&self) -> Option<&HeldOutputs<f64>> {
@@ -269,8 +269,13 @@ impl Simulation for OdeDriver<MechanismRhs<'_>> {
         Ok(())
     }
 
-    fn state(&self) -> &State<f64> {
-        &self.stepper.rhs.state
+    fn start(&self) -> State<f64> {
+        // The choice of the first step has left its trial in the state of the right-hand side.
+        let (rhs, y) = (&self.stepper.rhs, &self.stepper.old);
+        let (q, v) = y.split_at(rhs.state.q.len());
+        let mut state = State { t: self.stepper.t[0], q: q.to_vec(), v: v.to_vec(), ..rhs.state.clone() };
+        state.prescribe(rhs.mechanism);
+        state
     }
 }
 
@@ -282,7 +287,7 @@ fn record_outputs<S: Simulation>(
     mut store: Option<&mut TrajectoryStore<S::Checkpoint>>,
 ) -> Result<(History, S)> {
     let mut recorder = OutputRecorder::new(mechanism, times.len());
-    let (mut y, mut at) = (Vec::new(), simulation.state().clone());
+    let (mut y, mut at) = (Vec::new(), simulation.start());
     let mut energy = EnergyWatch::new(mechanism, &at);
     for &t in times {
         while simulation.is_before(t) {
@@ -318,6 +323,7 @@ fn negative_coefficients(mechanism: &Mechanism<f64>) -> Vec<String> {
             };
             at += match input.role {
                 Role::Marker => 2,
+                Role::Marker3 => 7,
                 Role::Parameter | Role::Gravity => 1,
                 _ => continue,
             };

@@ -3,11 +3,13 @@
 use crate::Result;
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::initial_conditions::Projection;
+use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::stepper::OdeRhs;
-use crate::integrators::generalized_alpha::Step;
+use crate::integrators::generalized_alpha::{Step, WITHOUT_HISTORY};
 use crate::integrators::predictor::Predictor;
+use crate::integrators::step_events::StepEvents;
 use crate::integrators::time_stepper::TimeStepper;
 use crate::system::System;
 use crate::system::state::State;
@@ -54,23 +56,46 @@ impl Recording {
         self.store.steps()
     }
 
-    /// Copies the end of step `k` (from 0) to `state`. Returns the length of the step in s.
-    pub(crate) fn load(&self, k: usize, state: &mut State<f64>) -> f64 {
-        state.read(self.store.row(k))
+    /// Copies the end of step `k` (from 0) to `state`. Returns the length of the step and its events.
+    pub(crate) fn load(&self, k: usize, state: &mut State<f64>) -> StepRecord {
+        StepRecord::read(self.store.row(k), state)
     }
 }
 
-impl State<f64> {
-    /// Reads the stored `row` of a step. Returns the length of the step in s.
-    pub(crate) fn read(&mut self, row: &[f64]) -> f64 {
-        self.t = row[0];
+/// Length of a recorded step, and its relation to events.
+///
+/// A row of a recording has the time at the end, the length, positions, velocities, accelerations and multipliers. In a
+/// mechanism with events follow the values of [`StepEvents`], the modes, and the auxiliary accelerations at the end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct StepRecord {
+    /// Length in s.
+    pub h: f64,
+    /// Events at its ends.
+    pub events: StepEvents,
+}
+
+impl StepRecord {
+    /// Reads the stored `row` of a step: its end to `state`.
+    pub fn read(row: &[f64], state: &mut State<f64>) -> Self {
+        state.t = row[0];
         let mut rest = &row[2..];
-        for to in [&mut self.q, &mut self.v, &mut self.a, &mut self.l] {
+        for to in [&mut state.q, &mut state.v, &mut state.a, &mut state.l] {
             let (these, others) = rest.split_at(to.len());
             to.copy_from_slice(these);
             rest = others;
         }
-        row[1]
+        if rest.is_empty() {
+            let events = StepEvents { is_on_grid: true, since_event: WITHOUT_HISTORY, ..StepEvents::default() };
+            return Self { h: row[1], events };
+        }
+        let (events, rest) = rest.split_at(StepEvents::VALUES);
+        state.modes.read(rest);
+        Self { h: row[1], events: StepEvents::read(events) }
+    }
+
+    /// Auxiliary accelerations at the end of the step, for `coordinates` coordinates of a mechanism with events.
+    pub fn auxiliary(row: &[f64], coordinates: usize) -> &[f64] {
+        &row[row.len() - coordinates..]
     }
 }
 
@@ -83,6 +108,8 @@ pub struct ImplicitCheckpoint {
     curvature: f64,
     next: f64,
     length: f64,
+    locator: EventLocator,
+    events: StepEvents,
     /// Numbers of steps, grid steps, failed steps and iterations.
     counts: [usize; 4],
 }
@@ -106,6 +133,8 @@ impl Checkpointable for TimeStepper<'_> {
             curvature: integrator.curvature,
             next: self.next,
             length: self.length,
+            locator: self.locator.clone(),
+            events: self.events,
             counts: [self.steps, self.grid_steps, self.failed_steps, integrator.iterations],
         }
     }
@@ -122,19 +151,28 @@ impl Checkpointable for TimeStepper<'_> {
         integrator.predictor.clone_from(&checkpoint.predictor);
         integrator.curvature = checkpoint.curvature;
         (self.next, self.length) = (checkpoint.next, checkpoint.length);
+        self.locator.clone_from(&checkpoint.locator);
+        self.events = checkpoint.events;
         [self.steps, self.grid_steps, self.failed_steps, integrator.iterations] = checkpoint.counts;
         Ok(())
     }
 
     fn write(&self, to: &mut Vec<f64>) {
-        let State { t, q, v, a, l, .. } = &self.integrator.step.new;
+        let State { t, q, v, a, l, modes } = &self.integrator.step.new;
         to.extend([*t, self.length]);
         [q, v, a, l].into_iter().for_each(|values| to.extend_from_slice(values));
+        if self.integrator.mechanism.has_events() {
+            self.events.write(to);
+            modes.write(to);
+            to.extend_from_slice(self.integrator.step.auxiliary());
+        }
     }
 
     fn width(&self) -> usize {
-        let State { q, l, .. } = &self.integrator.step.new;
-        2 + 3 * q.len() + l.len()
+        let State { q, l, modes, .. } = &self.integrator.step.new;
+        let events =
+            if self.integrator.mechanism.has_events() { StepEvents::VALUES + modes.width() + q.len() } else { 0 };
+        2 + 3 * q.len() + l.len() + events
     }
 }
 

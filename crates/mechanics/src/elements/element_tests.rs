@@ -33,7 +33,7 @@ pub fn moving<'a>(p: &'a [f64], q: &'a [f64], v: &'a [f64], l: &'a [f64]) -> Ele
     ElementState { t: 0.0, p, q, v, a: &REST[..q.len()], l }
 }
 
-const REST: [f64; 8] = [0.0; 8];
+const REST: [f64; 16] = [0.0; 16];
 
 /// Asserts that numbers agree to rounding.
 #[track_caller]

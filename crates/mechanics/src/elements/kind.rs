@@ -2,7 +2,7 @@
 
 use crate::elements::forces::feedback_force::StateFunction;
 use crate::mechanism::element::{AnyElement, ElementDescriptor, Role};
-use crate::mechanism::{Coordinate, ElementIndex, Marker, Mechanism};
+use crate::mechanism::{Coordinate, ElementIndex, Marker, Marker3, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 use std::sync::Arc;
@@ -35,6 +35,8 @@ impl<F, L> std::fmt::Debug for ElementKind<F, L> {
 pub enum InputValue<S, F, L> {
     /// A point; of inputs that are bodies, any point of the body.
     Marker(Marker<S>),
+    /// A point with axes in space; of inputs that are bodies, any point of the body.
+    Marker3(Marker3<S>),
     /// A coordinate.
     Coordinate(Coordinate),
     /// A parameter.
@@ -125,8 +127,16 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
                 (Role::Translations, InputValue::Marker(marker)) => {
                     coordinates.extend([marker.body.x, marker.body.y]);
                 }
+                (Role::Marker3, InputValue::Marker3(marker)) => {
+                    coordinates.extend(marker.body.coordinates());
+                    parameters.extend(marker.parameters());
+                }
+                (Role::Body3, InputValue::Marker3(marker)) => coordinates.extend(marker.body.coordinates()),
+                (Role::Translations3, InputValue::Marker3(marker)) => {
+                    coordinates.extend([marker.body.x, marker.body.y, marker.body.z]);
+                }
                 (Role::Coordinate, InputValue::Coordinate(coordinate)) => coordinates.push(coordinate),
-                (Role::Parameter, InputValue::Parameter(value)) => parameters.push(value),
+                (Role::Parameter | Role::Gravity, InputValue::Parameter(value)) => parameters.push(value),
                 (Role::TimeFunction, InputValue::TimeFunction(function, own)) => {
                     of_time = Some(function);
                     parameters.extend(own);

@@ -1,4 +1,5 @@
-//! Elements of a mechanism in families: bodies, joints, drives, forces, contacts, beams and sensors.
+//! Elements of a mechanism in families: bodies, joints, drives, forces, contacts, beams and sensors; those of spatial
+//! mechanisms are in [`spatial`].
 //!
 //! Each file holds one element: its residual, its declaration ([`ElementDescriptor`]), the method of
 //! [`Mechanism`](crate::mechanism::Mechanism) that adds it, and a test with numbers. [`kinds`] lists those that model files
@@ -15,6 +16,7 @@ pub mod joints;
 pub mod kind;
 pub(crate) mod line;
 pub mod sensors;
+pub mod spatial;
 
 pub use crate::mechanism::element;
 pub use beams::*;

@@ -36,6 +36,11 @@ impl<T: StateScalar> HeldOutputs<T> {
         }
     }
 
+    /// The value of an output at its event, if that has happened.
+    pub fn value(&self, output: usize) -> Option<&T> {
+        self.values[output].as_ref()
+    }
+
     /// Replaces the `outputs` whose events have happened by their values at these.
     pub fn replace(&self, outputs: &mut [T]) {
         for (output, held) in outputs.iter_mut().zip(&self.values) {

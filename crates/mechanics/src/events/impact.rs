@@ -107,24 +107,70 @@ where
         jump: &Jump<T>,
         rows: &mut [T],
     ) -> T {
-        let zero = T::from(0.0);
-        let mut still = before.clone();
-        still.a.fill(zero);
-        still.l.fill(zero);
-        let mut forces = vec![zero; rows.len()];
-        let mut workspace = ElementWorkspace::default();
-        system.residual(mechanism, &still, 1.0, &mut workspace, &mut forces);
-        still.a.copy_from_slice(&jump.velocity);
-        still.l.copy_from_slice(&jump.joints);
-        system.residual(mechanism, &still, 1.0, &mut workspace, rows);
-        rows.iter_mut().zip(&forces).for_each(|(row, &force)| *row -= force);
+        let after = joint_rows(system, mechanism, before, jump, rows);
         self.add_impulse(system, before, jump.contact, rows);
-        let mut after = before.clone();
-        after.v.iter_mut().zip(&jump.velocity).for_each(|(v, &change)| *v += change);
-        system.constraint_rates(mechanism, &after, 1, &mut ElementWorkspace::default(), rows);
-        let restitution = self.restitution.unwrap_or(zero);
+        let restitution = self.restitution.unwrap_or(T::from(0.0));
         self.rate(before, &after.v) + self.rate(before, &before.v) * restitution
     }
+}
+
+/// Residual of a jump without a contact, from the state `before`: writes M Δv + Φ_qᵀ Λ and Φ̇ of the joints with the new
+/// velocities to `rows`, by equation. Returns the state with these velocities.
+pub(crate) fn joint_rows<T: StateScalar>(
+    system: &System,
+    mechanism: &Mechanism<T>,
+    before: &State<T>,
+    jump: &Jump<T>,
+    rows: &mut [T],
+) -> State<T>
+where
+    Jet2<T>: ElementScalar,
+{
+    let zero = T::from(0.0);
+    let mut still = before.clone();
+    still.a.fill(zero);
+    still.l.fill(zero);
+    let mut forces = vec![zero; rows.len()];
+    let mut workspace = ElementWorkspace::default();
+    system.residual(mechanism, &still, 1.0, &mut workspace, &mut forces);
+    still.a.copy_from_slice(&jump.velocity);
+    still.l.copy_from_slice(&jump.joints);
+    system.residual(mechanism, &still, 1.0, &mut workspace, rows);
+    rows.iter_mut().zip(&forces).for_each(|(row, &force)| *row -= force);
+    let mut after = before.clone();
+    after.v.iter_mut().zip(&jump.velocity).for_each(|(v, &change)| *v += change);
+    system.constraint_rates(mechanism, &after, 1, &mut ElementWorkspace::default(), rows);
+    after
+}
+
+/// Factorizes M and Φ_q at `state`.
+pub(crate) fn factorize_jump(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+    let mut free = state.clone();
+    free.l.fill(0.0);
+    system.assemble(mechanism, &free, Linearization::accelerations(), &mut vec![[0.0]; system.size()]);
+    system.factorize(mechanism, state.t)
+}
+
+/// Makes the velocities of `state` consistent with the joints, by impulses of the joints. Returns the jump.
+///
+/// The steps hold the joints in their positions; the velocities have errors of the order h² along the reactions, which depend
+/// on the length of the last step. A joint that lets go at an event leaves them free.
+pub(crate) fn make_consistent(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+) -> Result<Jump<f64>> {
+    let mut jump = Jump::none(state);
+    if mechanism.multipliers > 0 {
+        factorize_jump(system, mechanism, state)?;
+        let mut rows = vec![0.0; system.size()];
+        joint_rows(system, mechanism, state, &jump, &mut rows);
+        let mut changes: Vec<[f64; 1]> = rows.iter().map(|row| [*row]).collect();
+        system.factor().solve(&mut changes);
+        jump.add(system, |equation| -changes[equation][0], 0.0);
+        state.v.iter_mut().zip(&jump.velocity).for_each(|(v, change)| *v += change);
+    }
+    Ok(jump)
 }
 
 /// The factorized equations of an impact: the matrix of the accelerations, bordered by row and column of the contact.
@@ -149,11 +195,8 @@ impl BorderedSystem {
         impact: &EventElement<f64>,
         before: &State<f64>,
     ) -> Result<Self> {
+        factorize_jump(system, mechanism, before)?;
         let mut response = vec![[0.0]; system.size()];
-        let mut free = before.clone();
-        free.l.fill(0.0); // M and Φ_q alone
-        system.assemble(mechanism, &free, Linearization::accelerations(), &mut response);
-        system.factorize(mechanism, before.t)?;
         let mut direction = vec![0.0; system.size()];
         impact.add_impulse(system, before, 1.0, &mut direction);
         response.iter_mut().zip(&direction).for_each(|(to, from)| *to = [*from]);
@@ -280,7 +323,7 @@ pub(crate) fn apply_impact(
 pub(crate) fn refuse<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
     mechanism.events.first().map_or(Ok(()), |impact| {
         let why = format!("{analysis} know no impacts and events");
-        let remedy = "take implicit steps with direct derivatives, or remove the contact or event";
+        let remedy = "take implicit steps, or remove the contact or event";
         Err(Error::unsupported(&impact.gap.name, why, remedy))
     })
 }

@@ -8,8 +8,8 @@
 //! | `modes` | elements that are active, events that have happened |
 //! | `held_outputs` | outputs that keep their value from an event on |
 //!
-//! [`Dynamics`](crate::integrators::settings::Dynamics) handles events, with derivatives by direct differentiation. Explicit
-//! steps, kinematics, equilibria, adjoint and semi-analytical derivatives reject mechanisms with events.
+//! [`Dynamics`](crate::integrators::settings::Dynamics) handles events, with derivatives by all methods; only switches have no
+//! semi-analytical ones. Explicit steps, kinematics and equilibria reject mechanisms with events.
 
 pub(crate) mod event;
 pub(crate) mod held_outputs;

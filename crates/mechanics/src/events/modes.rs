@@ -40,6 +40,22 @@ impl Modes {
         }
     }
 
+    /// Number of values that [`Modes::write`] appends.
+    pub(crate) fn width(&self) -> usize {
+        self.active.len() + self.happened.len()
+    }
+
+    /// Appends the modes to a row of a recording, 1 for true and 0 for false.
+    pub(crate) fn write(&self, to: &mut Vec<f64>) {
+        to.extend(self.active.iter().chain(&self.happened).map(|&is_set| f64::from(u8::from(is_set))));
+    }
+
+    /// Reads the modes from the values of [`Modes::write`].
+    pub(crate) fn read(&mut self, values: &[f64]) {
+        let modes = self.active.iter_mut().chain(&mut self.happened);
+        modes.zip(values).for_each(|(mode, value)| *mode = *value != 0.0);
+    }
+
     /// Copies `other` without allocating.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.active.clone_from(&other.active);

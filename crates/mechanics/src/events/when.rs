@@ -45,8 +45,8 @@ pub(crate) struct When<S> {
 ///
 /// An event happens once, when a function g of time and measured quantities becomes positive. At the time T(b) of the event
 /// g(x(T, b), T, b) = 0, so that dT/db = −(∂g/∂b + g_x ∂x/∂b)/ġ. A step ends at T, and the forces and joints after T are
-/// other ones. Positions and velocities are continuous. Derivatives by direct differentiation are exact for the discrete
-/// motion.
+/// other ones. Positions and velocities are continuous, but for the errors of the steps: velocities are made consistent with the
+/// joints before the event. Derivatives are exact for the discrete motion.
 ///
 /// # Sources
 ///

@@ -3,7 +3,7 @@
 use crate::events::event::Event;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
-    TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, simultaneous_switches, switch_offset,
+    TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, make_consistent, simultaneous_switches, switch_offset,
 };
 use crate::integrators::generalized_alpha::Integrator;
 use crate::integrators::settings::StepSize;
@@ -26,6 +26,7 @@ const CLOSED_GAP: f64 = 1e-6;
 const SAME_TIME: f64 = 16.0 * f64::EPSILON;
 
 /// Events of a motion, and the contacts or switches at the two ends of the current step.
+#[derive(Clone)]
 pub(crate) struct EventLocator {
     /// Events so far.
     pub events: Vec<Event>,
@@ -76,8 +77,11 @@ impl EventLocator {
         if let Some(held) = &mut self.held {
             held.hold(mechanism, &at_event, &state);
         }
-        state.modes.apply(mechanism, &at_event);
         let (system, is_impact) = (&mut integrator.system, mechanism.events[contact].restitution.is_some());
+        if !is_impact {
+            make_consistent(system, mechanism, &mut state)?;
+        }
+        state.modes.apply(mechanism, &at_event);
         if is_impact {
             apply_impact(system, mechanism, contact, &mut state)?;
         }

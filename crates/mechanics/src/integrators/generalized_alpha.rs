@@ -23,10 +23,17 @@ use std::ops::{Add, Mul};
 /// and the equations of motion and the constraints hold at the end of the step. For a constant mass matrix and
 /// α_m = 0 this is the HHT-α method, M w₁ + (1−α) f(q₁) + α f(q₀) = 0.
 ///
+/// **Steps of other lengths.** The auxiliary acceleration is that of another time, w(t) = q̈(t + (α_m − α_f) h) up to h². In a
+/// step h that follows a longer one, w₀ − q̈₀ is therefore multiplied by the ratio of the lengths. The two steps
+/// after an event, where the acceleration jumps, begin with w₀ = q̈₀ and are those of [`GeneralizedAlpha::without_history`].
+/// Without these rules, the steps around an event have errors of the velocities of the order h² that depend on the place of
+/// the event between two times of the grid, and derivatives of second order do not converge.
+///
 /// # Sources
 ///
 /// Arnold & Brüls, *Multibody Syst. Dyn.* 18 (2007) 185–202; Hilber, Hughes & Taylor, *Earthq. Eng.
-/// Struct. Dyn.* 5 (1977) 283–292; Chung & Hulbert, *J. Appl. Mech.* 60 (1993) 371–375.
+/// Struct. Dyn.* 5 (1977) 283–292; Chung & Hulbert, *J. Appl. Mech.* 60 (1993) 371–375; for the time of w, Arnold, Brüls &
+/// Cardona, *Numer. Math.* 129 (2015) 149–179.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeneralizedAlpha {
     /// Weight of the old auxiliary acceleration.
@@ -55,6 +62,24 @@ impl GeneralizedAlpha {
     fn of(alpha_m: f64, alpha_f: f64) -> Self {
         let shift = alpha_f - alpha_m;
         Self { alpha_m, alpha_f, beta: (1.0 + shift).powi(2) / 4.0, gamma: 0.5 + shift }
+    }
+
+    /// The method of a step that begins with w₀ = q̈₀ after an event.
+    ///
+    /// It is Newmark's method with γ = ½ and β + (α_m − α_f)/2, to which a generalized-α step with
+    /// w₀ = q̈₀ + (α_m − α_f)(q̈₁ − q̈₀) is equal.
+    pub fn without_history(&self) -> Self {
+        Self { alpha_m: 0.0, alpha_f: 0.0, beta: self.beta + 0.5 * self.lead(), gamma: 0.5 }
+    }
+
+    /// The method of the step that begins `steps` steps after an event.
+    pub(crate) fn after_event(&self, steps: usize) -> Self {
+        if steps < WITHOUT_HISTORY { self.without_history() } else { *self }
+    }
+
+    /// The time to which the auxiliary acceleration belongs, after that of the state, in steps.
+    pub(crate) fn lead(&self) -> f64 {
+        self.alpha_m - self.alpha_f
     }
 
     /// True if the spectral radius at infinite frequency is 1.
@@ -120,13 +145,94 @@ pub struct Step<T> {
     pub new: State<T>,
     old_auxiliary: Vec<T>,
     new_auxiliary: Vec<T>,
+    /// Lengths in s of the previous step, if there is one, and of this one.
+    lengths: [Option<T>; 2],
+    /// Numbers of steps since the last event at the two ends, up to [`WITHOUT_HISTORY`]; that number if there was no event.
+    since_event: [usize; 2],
+}
+
+/// Number of steps after an event that begin without a history. The second one is longer than the first one by a factor
+/// without limit: a history would be extrapolated by it.
+pub(crate) const WITHOUT_HISTORY: usize = 2;
+
+/// Relative difference of the lengths of two steps that are equal but for rounding.
+const SAME_LENGTH: f64 = 1e-9;
+
+/// Factor of the history in a step of the given `length` (s) after a `previous` one; `None` if it is 1.
+///
+/// It is the ratio of the lengths in a step that is shorter than the one before. Histories are not extrapolated to longer steps:
+/// after a contact, that would amplify jumps of the acceleration.
+pub(crate) fn history_factor<T: StateScalar>(length: T, previous: T) -> Option<T> {
+    let ratio = length * previous.recip();
+    (ratio.value() < 1.0 - SAME_LENGTH).then_some(ratio)
 }
 
 impl<T: StateScalar> Step<T> {
     /// A step that ends at the `start` of the motion.
     pub fn from(start: State<T>) -> Self {
-        let auxiliary = start.a.clone();
-        Self { new: start.clone(), old: start, new_auxiliary: auxiliary.clone(), old_auxiliary: auxiliary }
+        let (new, auxiliary) = (start.clone(), start.a.clone());
+        let (lengths, since_event) = ([None, None], [WITHOUT_HISTORY; 2]);
+        Self { new, old: start, new_auxiliary: auxiliary.clone(), old_auxiliary: auxiliary, lengths, since_event }
+    }
+
+    /// A step that ends at the state `end` with these auxiliary accelerations, after a step of the given length (s), and
+    /// `since_event` steps after an event.
+    pub(crate) fn ending_at(end: State<T>, auxiliary: Vec<T>, length: Option<f64>, since_event: usize) -> Self {
+        let lengths = [None, length.map(T::from)];
+        Self { lengths, since_event: [since_event; 2], new_auxiliary: auxiliary, ..Self::from(end) }
+    }
+
+    /// Auxiliary accelerations at the end.
+    pub(crate) fn auxiliary(&self) -> &[T] {
+        &self.new_auxiliary
+    }
+
+    /// A step that begins where this one does, in the state `old` + `by` · `rates.old`, where `rates` and `length_rate` are the
+    /// derivatives of this step and of the length of the step before.
+    pub(crate) fn moved(&self, rates: &Self, old: State<T>, length_rate: f64, by: f64) -> Self {
+        let auxiliary = self.old_auxiliary.iter().zip(&rates.old_auxiliary).map(|(&w, &rate)| w + rate * by).collect();
+        let lengths = [self.lengths[0].map(|length| length + length_rate * by), None];
+        Self { old, old_auxiliary: auxiliary, lengths, ..self.clone() }
+    }
+
+    /// Sets the end of this step of derivatives to the difference of two ends, divided by `width`, without the multipliers.
+    pub(crate) fn set_end_difference(&mut self, [above, below]: [&Self; 2], width: f64, length: T) {
+        let ends = [(&above.new.q, &below.new.q), (&above.new.v, &below.new.v), (&above.new.a, &below.new.a)];
+        let to = [&mut self.new.q, &mut self.new.v, &mut self.new.a];
+        let auxiliary = (&mut self.new_auxiliary, (&above.new_auxiliary, &below.new_auxiliary));
+        for (to, (above, below)) in to.into_iter().zip(ends).chain([auxiliary]) {
+            let differences = above.iter().zip(below).map(|(&above, &below)| (above - below) * (1.0 / width));
+            to.iter_mut().zip(differences).for_each(|(to, difference)| *to = difference);
+        }
+        self.lengths[1] = Some(length);
+    }
+
+    /// Length in s, if the step is not the start of a motion.
+    pub(crate) fn length(&self) -> Option<T> {
+        self.lengths[1]
+    }
+
+    /// Numbers of steps since the last event, up to [`WITHOUT_HISTORY`], at the two ends.
+    pub(crate) fn steps_since_event(&self) -> [usize; 2] {
+        self.since_event
+    }
+
+    /// Returns whether this step begins without a history.
+    pub(crate) fn is_without_history(&self) -> bool {
+        self.since_event[0] < WITHOUT_HISTORY
+    }
+
+    /// The method of this step in a motion by the method `scheme`.
+    pub(crate) fn scheme(&self, scheme: &GeneralizedAlpha) -> GeneralizedAlpha {
+        scheme.after_event(self.since_event[0])
+    }
+
+    /// Factor of w₀ − q̈₀ in a step of the given `length` (s); `None` if it is 1.
+    fn history_factor(&self, length: T) -> Option<T> {
+        if self.is_without_history() {
+            return Some(T::from(0.0));
+        }
+        history_factor(length, self.lengths[0]?)
     }
 
     /// Makes the end of the step the beginning of the next one.
@@ -134,12 +240,14 @@ impl<T: StateScalar> Step<T> {
         std::mem::swap(&mut self.old, &mut self.new);
         std::mem::swap(&mut self.old_auxiliary, &mut self.new_auxiliary);
         self.new.modes.copy_from(&self.old.modes);
+        self.lengths = [self.lengths[1], None];
+        self.since_event = [self.since_event[1], (self.since_event[1] + 1).min(WITHOUT_HISTORY)];
     }
 
     /// Replaces the end of the step by `state`, from which the motion restarts after an event.
     pub fn restart(&mut self, state: &State<T>) {
         self.new.copy_from(state);
-        self.new_auxiliary.copy_from_slice(&state.a);
+        self.since_event[1] = 0;
     }
 
     /// Integrates to the end of the step `h` (s), with the free accelerations `self.new.a` and multipliers `self.new.l`.
@@ -170,10 +278,15 @@ impl<T: StateScalar> Step<T> {
     ) where
         T: Mul<H, Output = T>,
     {
+        let (length, lead) = (T::from(1.0) * h, self.end_lead(scheme));
+        self.lengths[1] = Some(length);
+        let (scheme, factor) = (self.scheme(scheme), self.history_factor(length));
         let (ratio, [old, auxiliary]) = (scheme.ratio(), scheme.history());
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
-            let (q0, v0, w0) = (self.old.q[i], self.old.v[i], self.old_auxiliary[i]);
-            let history = self.old.a[i] * old + w0 * auxiliary;
+            let (q0, v0, a0) = (self.old.q[i], self.old.v[i], self.old.a[i]);
+            let w0 = self.old_auxiliary[i];
+            let w0 = factor.map_or(w0, |factor| a0 + (w0 - a0) * factor);
+            let history = a0 * old + w0 * auxiliary;
             let predicted = q0 + v0 * h + w0 * (h * h * (0.5 - scheme.beta));
             let w1 = match coordinate.motion {
                 Some(_) if prescribed == Prescribed::Newmark => {
@@ -181,14 +294,22 @@ impl<T: StateScalar> Step<T> {
                 }
                 _ => self.new.a[i] * ratio + history,
             };
-            self.new_auxiliary[i] = w1;
             match coordinate.motion {
-                Some(_) if prescribed == Prescribed::Exact => continue,
-                Some(_) => self.new.a[i] = (w1 - history) * (1.0 / ratio),
+                Some(_) if prescribed == Prescribed::Newmark => self.new.a[i] = (w1 - history) * (1.0 / ratio),
+                Some(_) => {}
                 None => self.new.q[i] = predicted + w1 * (h * h * scheme.beta),
             }
-            self.new.v[i] = v0 + (w0 * (1.0 - scheme.gamma) + w1 * scheme.gamma) * h;
+            if coordinate.motion.is_none() || prescribed == Prescribed::Newmark {
+                self.new.v[i] = v0 + (w0 * (1.0 - scheme.gamma) + w1 * scheme.gamma) * h;
+            }
+            self.new_auxiliary[i] = lead.map_or(w1, |lead| w1 + (self.new.a[i] - a0) * lead);
         }
+    }
+
+    /// Lead of the auxiliary acceleration at the end of a step without history, which adds it by (q̈₁ − q̈₀); `None` for other
+    /// steps, whose formulas have it.
+    fn end_lead(&self, scheme: &GeneralizedAlpha) -> Option<f64> {
+        self.is_without_history().then(|| scheme.lead())
     }
 
     /// Adds `change(equation)` to accelerations and multipliers only; call [`Step::integrate`] after it.
@@ -203,14 +324,15 @@ impl<T: StateScalar> Step<T> {
 
     /// Adds `change(equation)` to accelerations and multipliers, and its effect to positions and velocities.
     pub fn correct(&mut self, system: &System, scheme: &GeneralizedAlpha, h: f64, change: impl Fn(usize) -> T) {
-        let (position, velocity) = scheme.newmark_coefficients(h);
+        let auxiliary = self.end_lead(scheme).map_or(scheme.ratio(), |lead| 1.0 + lead);
+        let (position, velocity) = self.scheme(scheme).newmark_coefficients(h);
         for (equation, unknown) in system.unknowns().iter().enumerate() {
             let change = change(equation);
             match *unknown {
                 Unknown::Multiplier(m) => self.new.l[m] += change,
                 Unknown::Coordinate(i) => {
                     self.new.a[i] += change;
-                    self.new_auxiliary[i] += change * scheme.ratio();
+                    self.new_auxiliary[i] += change * auxiliary;
                     self.new.v[i] += change * velocity;
                     self.new.q[i] += change * position;
                 }
@@ -304,7 +426,7 @@ impl<'m> Integrator<'m> {
 
     /// Factorizes the matrix at the end of the step, for the derivatives of the converged step.
     pub fn linearize(&mut self, h: f64) -> Result<()> {
-        let (position, velocity) = self.scheme.newmark_coefficients(h);
+        let (position, velocity) = self.step.scheme(&self.scheme).newmark_coefficients(h);
         let linearization = Linearization::step(position, velocity);
         self.system.assemble(self.mechanism, &self.step.new, linearization, &mut self.rows);
         diagnostics::factorize(&mut self.system, self.mechanism, &self.step.new)
@@ -326,7 +448,7 @@ impl<'m> Integrator<'m> {
     /// Where a force jumps within the step, the step may have two solutions, with the force on and off; the iteration finds
     /// the one near its start.
     pub(crate) fn solve_from_guess(&mut self, h: f64) -> Result<()> {
-        let (position, velocity) = self.scheme.newmark_coefficients(h);
+        let (position, velocity) = self.step.scheme(&self.scheme).newmark_coefficients(h);
         if self.system.allows_redundancy() {
             self.step.new.l.fill(0.0); // so that the multipliers have the least norm
         }

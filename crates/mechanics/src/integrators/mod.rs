@@ -6,6 +6,7 @@
 //! | `predictor` | extrapolation of accelerations to the next step |
 //! | `settings` | settings of a dynamic analysis, limits and counts of steps |
 //! | `event_location` | steps that end at an event |
+//! | `step_events` | events at the ends of a step |
 //! | `time_stepper` | implicit steps with step control and events |
 //! | `explicit` | explicit Runge–Kutta methods of orders 5 and 8 |
 
@@ -14,6 +15,7 @@ pub mod explicit;
 pub mod generalized_alpha;
 pub mod predictor;
 pub mod settings;
+pub(crate) mod step_events;
 pub mod time_stepper;
 
 pub use generalized_alpha::{GeneralizedAlpha, Newton, Prescribed};

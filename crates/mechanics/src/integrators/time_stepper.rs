@@ -8,6 +8,7 @@ use crate::integrators::generalized_alpha::Integrator;
 use crate::integrators::settings::{
     Dynamics, InitialAcceleration, InitialConfiguration, MOST_STEPS, StepSize, Work, is_before, too_many_steps,
 };
+use crate::integrators::step_events::StepEvents;
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
@@ -21,7 +22,9 @@ pub struct TimeStepper<'m> {
     pub projection: Projection,
     pub(crate) locator: EventLocator,
     /// True if the current step ends at a time of the grid of fixed steps.
-    pub(crate) is_on_grid: bool,
+    is_on_grid: bool,
+    /// Events at the ends of the current step.
+    pub(crate) events: StepEvents,
     settings: Dynamics,
     /// Lengths of the first steps in s, if they are given.
     given: Vec<f64>,
@@ -72,6 +75,7 @@ impl<'m> TimeStepper<'m> {
             projection,
             locator,
             is_on_grid: false,
+            events: StepEvents::default(),
             settings: *settings,
             given: Vec::new(),
             end,
@@ -124,6 +128,10 @@ impl<'m> TimeStepper<'m> {
             (None, StepSize::Fixed(h)) => self.advance_fixed(h)?,
             (None, StepSize::Adaptive { tolerance, longest, .. }) => self.advance_adaptive(tolerance, longest)?,
         };
+        let ([is_moved, has_moved_history], [since_event, _]) =
+            (self.events.moves(), self.integrator.step.steps_since_event());
+        let (closed, is_on_grid) = (self.locator.closed, self.is_on_grid);
+        self.events = StepEvents { closed, is_on_grid, since_event, is_moved, has_moved_history };
         Ok(self.length)
     }
 

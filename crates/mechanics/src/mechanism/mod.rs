@@ -2,7 +2,14 @@
 
 pub mod element;
 pub mod frame;
+pub(crate) mod frame3;
+pub mod rotation;
 pub mod scalars;
+mod spatial;
+pub(crate) mod vector;
+
+pub use rotation::{EulerSequence, Rotation};
+pub use spatial::{Body3, Marker3, Pose3};
 
 use crate::events::when::When;
 use crate::mechanism::element::{AnyElement, Element};
@@ -187,8 +194,11 @@ pub struct Mechanism<S> {
     pub(crate) events: Vec<EventElement<S>>,
     /// For each element that events activate or deactivate, true if it is active at the start.
     pub(crate) switches: Vec<bool>,
-    pub(crate) gravity: [S; 2],
+    pub(crate) gravity: [S; 3],
     ground: Body,
+    ground3: Option<Body3>,
+    /// Coordinates whose initial values follow from those of bodies.
+    dependents: Vec<spatial::DependentCoordinate<S>>,
 }
 
 impl<S: Scalar> Default for Mechanism<S> {
@@ -210,8 +220,10 @@ impl<S: Scalar> Mechanism<S> {
             outputs: Vec::new(),
             events: Vec::new(),
             switches: Vec::new(),
-            gravity: [zero; 2],
+            gravity: [zero; 3],
             ground,
+            ground3: None,
+            dependents: Vec::new(),
         };
         mechanism.ground = mechanism.massless_node("ground", Pose { x: zero, y: zero, theta: zero });
         mechanism.ground.coordinates().into_iter().for_each(|c| mechanism.fix(c));
@@ -220,7 +232,7 @@ impl<S: Scalar> Mechanism<S> {
 
     /// A mechanism with the ground only, and the gravitational acceleration (`gx`, `gy`) in m/s² for its bodies.
     pub fn with_gravity(gx: S, gy: S) -> Self {
-        Self { gravity: [gx, gy], ..Self::new() }
+        Self { gravity: [gx, gy, S::from(0.0)], ..Self::new() }
     }
 
     /// The ground: the body at rest at the origin.
@@ -266,6 +278,7 @@ impl<S: Scalar> Mechanism<S> {
     /// Sets the initial velocity of a coordinate.
     pub fn set_velocity(&mut self, coordinate: Coordinate, velocity: S) {
         self.coordinates[coordinate.0].velocity = velocity;
+        self.update_dependents();
     }
 
     /// Names and positions of all coordinates, in the order in which they were added.

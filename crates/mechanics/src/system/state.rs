@@ -2,6 +2,7 @@
 
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::events::modes::Modes;
+use crate::mechanism::element::AnyElement;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementInstance, Mechanism};
 
@@ -99,12 +100,15 @@ pub(crate) fn measure<T: StateScalar>(
     let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
     T::measure(instance.element.as_ref(), &local, out);
     if !state.modes.is_active(instance) {
-        let loads = out
-            .iter_mut()
-            .zip(instance.element.measures())
-            .filter(|(_, m)| m.unit.split(" or ").any(|unit| LOADS.contains(&unit)));
-        loads.for_each(|(value, _)| *value = T::from(0.0));
+        clear_loads(instance.element.as_ref(), out);
     }
+}
+
+/// Sets the forces, torques and powers among the measures of an inactive `element` to zero.
+pub(crate) fn clear_loads<T: StateScalar>(element: &dyn AnyElement, measures: &mut [T]) {
+    let is_load = |unit: &str| unit.split(" or ").any(|unit| LOADS.contains(&unit));
+    let loads = measures.iter_mut().zip(element.measures()).filter(|(_, measure)| is_load(measure.unit));
+    loads.for_each(|(value, _)| *value = T::from(0.0));
 }
 
 /// Units of measures that an inactive element does not have.

@@ -71,6 +71,24 @@ impl AdjointState {
         }
     }
 
+    /// Adds the transpose of w₀ = q̈₀ + `factor` (w − q̈₀), the auxiliary acceleration in a step that is shorter than the one
+    /// before: on return, derivatives with respect to auxiliary accelerations are those with respect to w.
+    pub fn rescale_auxiliary(&mut self, factor: f64) {
+        for (a, w) in self.a.iter_mut().zip(&mut self.w) {
+            add(a, 1.0 - factor, w);
+            w.iter_mut().for_each(|w| *w *= factor);
+        }
+    }
+
+    /// Propagates the lead of the auxiliary acceleration at the end of a step without history, w₁ = q̈₁ + `lead` (q̈₁ − q̈₀), to
+    /// the accelerations at its ends. The rest of the transpose is that of w₁ = q̈₁.
+    pub fn propagate_lead(&mut self, before: &mut Self, lead: f64) {
+        for ((w, a), old) in self.w.iter().zip(&mut self.a).zip(&mut before.a) {
+            add(a, lead, w);
+            add(old, -lead, w);
+        }
+    }
+
     /// Derivative with respect to the new acceleration of a free coordinate, which determines its position and velocity.
     pub fn by_acceleration(&self, scheme: &GeneralizedAlpha, h: f64, i: usize) -> BatchValues {
         let (position, velocity) = scheme.newmark_coefficients(h);

@@ -119,6 +119,8 @@ impl AdjointBatch {
 
 /// Derivatives of an equation with respect to a coordinate that are the same in every state.
 struct ConstantDerivatives {
+    /// Number of the element.
+    element: usize,
     equation: usize,
     is_constraint: bool,
     coordinate: usize,
@@ -176,8 +178,10 @@ impl SystemVjp {
         batches: &mut [&mut AdjointBatch],
     ) {
         let Self { variables, constants, weights, element } = self;
-        for ConstantDerivatives { equation, is_constraint, coordinate, values: [stiffness, damping, mass] } in constants
-        {
+        let is_active = |constant: &&ConstantDerivatives| state.modes.is_active(&mechanism.elements[constant.element]);
+        for constant in constants.iter().filter(is_active) {
+            let ConstantDerivatives { equation, is_constraint, coordinate, values: [stiffness, damping, mass], .. } =
+                constant;
             let scale = if *is_constraint { constraint_scale } else { 1.0 };
             for AdjointBatch { state, multipliers, .. } in batches.iter_mut().map(|batch| &mut **batch) {
                 let psi = &multipliers[*equation];
@@ -237,7 +241,7 @@ fn constants(mechanism: &Mechanism<f64>, activity: &Activity, system: &System) -
             let mass = if activity.motions[coordinate] { mass } else { 0.0 };
             let (is_constraint, values) = (row >= instance.coordinates.len(), [stiffness, damping, mass]);
             if values != [0.0; 3] {
-                constants.push(ConstantDerivatives { equation, is_constraint, coordinate, values });
+                constants.push(ConstantDerivatives { element: k, equation, is_constraint, coordinate, values });
             }
         }
     }

@@ -3,16 +3,18 @@
 use crate::analyses::dynamics::{Dynamics, InitialAcceleration, is_before, simulate_recorded};
 use crate::analyses::sampling::{Weights, interpolate};
 use crate::checkpointing::recording::Recording;
+use crate::checkpointing::recording::StepRecord;
 use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::derivatives::adjoint::adjoint_state::AdjointState;
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
+use crate::derivatives::adjoint::event_window::EventWindow;
 use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
 use crate::derivatives::adjoint::problem::{
     AdjointFunctional, AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
+use crate::derivatives::forward::implicit_steps::ConvergedStep;
 use crate::derivatives::indeterminate::check_outputs;
-use crate::events::impact;
-use crate::integrators::generalized_alpha::Prescribed;
+use crate::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed, Step, history_factor};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::ParametricMechanism;
 use crate::system::linearization::Linearization;
@@ -30,8 +32,7 @@ use nalgebra::DMatrix;
 ///
 /// # Errors
 /// As [`differentiate`](crate::derivatives::forward::dynamics::differentiate), and
-/// [`Error::Definition`](crate::Error::Definition) if a response refers to a missing output or time point, or if the
-/// mechanism has impacts.
+/// [`Error::Definition`](crate::Error::Definition) if a response refers to a missing output or time point.
 pub fn differentiate_backwards<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
@@ -46,7 +47,8 @@ pub fn differentiate_backwards<M: ParametricMechanism>(
 /// reverse pass as well.
 ///
 /// If the steps do not fit into the memory, checkpoints are stored and steps are integrated again, with the same bits. Memory
-/// for √n of n steps costs one more analysis.
+/// for √n of n steps costs one more analysis. The steps around an event are in memory at once, in addition: with adaptive steps these
+/// are all steps from the first event on.
 ///
 /// # Errors
 /// As [`differentiate_backwards`], and [`Error::Definition`](crate::Error::Definition) if the memory does not hold four
@@ -86,12 +88,11 @@ fn solve(
     times: &[f64],
     recording: &Recording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
-    impact::refuse(&problem.mechanism, "adjoint derivatives")?;
     check_outputs(&recording.system, &problem.mechanism, &recording.start)?;
     let mut steps = ReverseImplicitSteps::new(problem, recording, settings, times)?;
     propagate_backwards(problem, &mut steps)?;
     let statistics = ReplayStatistics::of(recording.steps(), &steps.playback);
-    let ReverseImplicitSteps { mut batches, mut system, .. } = steps;
+    let ReverseImplicitSteps { mut batches, mut system, window, .. } = steps;
     let mut all: Vec<&mut AdjointBatch> = batches.iter_mut().collect();
     all.iter_mut().for_each(|batch| batch.state.join_accelerations());
     let mut initial = InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system);
@@ -99,7 +100,7 @@ fn solve(
         initial.accelerations(&mut system, &recording.start, &mut all)?;
     }
     initial.start(&mut system, &recording.start, &recording.projection, settings.initial_configuration, &mut all)?;
-    Ok((problem.gradients(&batches), statistics))
+    Ok((problem.gradients(&batches) + window.gradients, statistics))
 }
 
 /// The recorded implicit steps of a motion, with the adjoint states of all responses.
@@ -116,10 +117,12 @@ struct ReverseImplicitSteps<'m> {
     before: Vec<AdjointState>,
     old: State<f64>,
     new: State<f64>,
-    /// Number of the step whose end is in `old`, and its length in s.
-    old_step: Option<(usize, f64)>,
-    /// Length of the step in s.
-    h: f64,
+    /// Number of the step whose end is in `old`, and its record.
+    old_step: Option<(usize, StepRecord)>,
+    /// Record of the step.
+    step: StepRecord,
+    /// The steps around an event, up to the current one.
+    window: EventWindow,
     at: State<f64>,
     adjoint_at: AdjointState,
 }
@@ -143,7 +146,8 @@ impl<'m> ReverseImplicitSteps<'m> {
             old: state(),
             new: state(),
             old_step: None,
-            h: 0.0,
+            step: StepRecord::default(),
+            window: EventWindow::new(problem),
             at: state(),
             adjoint_at: AdjointState::new(mechanism),
             problem,
@@ -154,22 +158,64 @@ impl<'m> ReverseImplicitSteps<'m> {
         })
     }
 
+    /// The method of the current step.
+    fn scheme(&self) -> GeneralizedAlpha {
+        self.settings.scheme.after_event(self.step.events.since_event)
+    }
+
+    /// Assembles and factorizes the matrix of the current step; returns its linearization.
+    fn factorize(&mut self) -> Result<Linearization> {
+        let (position, velocity) = self.scheme().newmark_coefficients(self.step.h);
+        let linearization = Linearization::step(position, velocity);
+        self.system.assemble(&self.problem.mechanism, &self.new, linearization, &mut self.rows);
+        diagnostics::factorize(&mut self.system, &self.problem.mechanism, &self.new)?;
+        Ok(linearization)
+    }
+
+    /// Adds the current step to those around an event; with the first of them, propagates the adjoint states to its beginning.
+    fn propagate_around_event(&mut self) -> Result<()> {
+        self.factorize()?;
+        let (factor, StepRecord { h, events }) = (self.system.factor().clone(), self.step);
+        self.window.steps.push(ConvergedStep { h, end: self.new.clone(), factor, events });
+        if events.begins_with_event() {
+            return Ok(());
+        }
+        let (auxiliary, length) = match self.old_step {
+            Some((number, StepRecord { h, .. })) => {
+                let row = self.playback.row(number)?;
+                (StepRecord::auxiliary(row, self.old.q.len()).to_vec(), Some(h))
+            }
+            None => (self.old.a.clone(), None),
+        };
+        let begin = Step::ending_at(self.old.clone(), auxiliary, length, events.since_event);
+        self.window.propagate(self.problem, &self.system, self.settings, &begin, &mut self.batches)
+    }
+
     /// Propagates the adjoint state of one batch by the formulas of the step.
     fn apply_step_formulas(&mut self, batch: usize) {
-        let Dynamics { scheme, prescribed, .. } = self.settings;
+        let Dynamics { prescribed, .. } = self.settings;
         let AdjointProblem { mechanism, activity, .. } = self.problem;
+        let (scheme, h) = (&self.scheme(), self.step.h);
         let (AdjointBatch { state, design, .. }, before) = (&mut self.batches[batch], &mut self.before[batch]);
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             if coordinate.motion.is_none() {
-                state.propagate_free(before, scheme, self.h, i);
+                state.propagate_free(before, scheme, h, i);
             } else if activity.motions[i] {
                 let position = match prescribed {
                     Prescribed::Exact => state.q[i],
-                    Prescribed::Newmark => state.propagate_prescribed(before, scheme, self.h, i),
+                    Prescribed::Newmark => state.propagate_prescribed(before, scheme, h, i),
                 };
                 let adjoints = [&position, &state.v[i], &state.a[i]];
                 design.add_motion(mechanism, i, self.new.t, *prescribed, adjoints);
             }
+        }
+        let previous = self.old_step.map(|(_, previous)| previous.h);
+        let factor = match self.step.events.is_without_history() {
+            true => Some(0.0),
+            false => previous.and_then(|previous| history_factor(h, previous)),
+        };
+        if let Some(factor) = factor {
+            before.rescale_auxiliary(factor);
         }
         std::mem::swap(state, before);
         before.clear();
@@ -183,14 +229,14 @@ impl ReverseSteps for ReverseImplicitSteps<'_> {
 
     fn load_step(&mut self, k: usize) -> Result<()> {
         match self.old_step {
-            Some((number, h)) if number == k => {
+            Some((number, step)) if number == k => {
                 std::mem::swap(&mut self.old, &mut self.new);
-                self.h = h;
+                self.step = step;
             }
-            _ => self.h = self.new.read(self.playback.row(k)?),
+            _ => self.step = StepRecord::read(self.playback.row(k)?, &mut self.new),
         }
         self.old_step = match k.checked_sub(1) {
-            Some(number) => Some((number, self.old.read(self.playback.row(number)?))),
+            Some(number) => Some((number, StepRecord::read(self.playback.row(number)?, &mut self.old))),
             None => {
                 self.old.copy_from(&self.recording.start);
                 None
@@ -207,6 +253,14 @@ impl ReverseSteps for ReverseImplicitSteps<'_> {
         let weights = Weights::of([self.old.t, self.new.t], t);
         interpolate(&self.old, &self.new, t, &mut self.at);
         for term in terms {
+            if self.window.is_held(self.problem, &self.new, term.output) {
+                self.window.add_held(term);
+                continue;
+            }
+            if self.step.events.depends_on_event() {
+                self.window.add_output(t, term);
+                continue;
+            }
             let (batch, before) = (&mut self.batches[term.batch], &mut self.before[term.batch]);
             std::mem::swap(&mut batch.state, &mut self.adjoint_at);
             batch.add_output(&self.problem.mechanism, &self.at, term, &mut self.vjp.element);
@@ -218,14 +272,19 @@ impl ReverseSteps for ReverseImplicitSteps<'_> {
     }
 
     fn propagate_to_step_start(&mut self) -> Result<()> {
-        let (mechanism, scheme) = (&self.problem.mechanism, &self.settings.scheme);
-        let (position, velocity) = scheme.newmark_coefficients(self.h);
-        let linearization = Linearization::step(position, velocity);
-        self.system.assemble(mechanism, &self.new, linearization, &mut self.rows);
-        diagnostics::factorize(&mut self.system, mechanism, &self.new)?;
+        if self.step.events.depends_on_event() {
+            return self.propagate_around_event();
+        }
+        let linearization = self.factorize()?;
+        let (mechanism, scheme, h) = (&self.problem.mechanism, self.scheme(), self.step.h);
+        if self.step.events.is_without_history() {
+            let lead = self.settings.scheme.lead();
+            let ends = self.batches.iter_mut().zip(&mut self.before);
+            ends.for_each(|(batch, before)| batch.state.propagate_lead(before, lead));
+        }
         for batch in &mut self.batches {
             batch.solve(&mut self.system, |adjoint, unknown| match unknown {
-                Unknown::Coordinate(i) => adjoint.by_acceleration(scheme, self.h, i),
+                Unknown::Coordinate(i) => adjoint.by_acceleration(&scheme, h, i),
                 Unknown::Multiplier(m) => adjoint.l[m],
             });
         }
@@ -238,6 +297,7 @@ impl ReverseSteps for ReverseImplicitSteps<'_> {
     fn load_start(&mut self) -> Result<()> {
         self.old.copy_from(&self.recording.start);
         self.new.copy_from(&self.recording.start);
+        self.step = StepRecord::default();
         Ok(())
     }
 }

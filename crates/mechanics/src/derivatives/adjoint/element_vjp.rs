@@ -4,7 +4,7 @@ use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::mechanism::ElementInstance;
 use crate::mechanism::scalars::{Dual8, ElementScalar, StateScalar};
-use crate::system::state::State;
+use crate::system::state::{State, clear_loads};
 use autodiff::WIDTH;
 
 /// A variable of an element, by its local number.
@@ -33,6 +33,8 @@ pub(crate) enum ElementRows {
 pub(crate) struct ElementVjp {
     workspace: ElementWorkspace<Dual8>,
     rows: Vec<Dual8>,
+    /// True if an event has deactivated the element, or is to activate it.
+    is_inactive: bool,
 }
 
 impl ElementVjp {
@@ -76,6 +78,7 @@ impl ElementVjp {
     }
 
     fn load(&mut self, instance: &ElementInstance<f64>, state: &State<f64>) {
+        self.is_inactive = !state.modes.is_active(instance);
         let multipliers = &state.l[instance.first_multiplier..instance.first_multiplier + instance.num_constraints];
         for (to, from) in [(&mut self.workspace.p, &instance.parameters[..]), (&mut self.workspace.l, multipliers)] {
             to.clear();
@@ -108,13 +111,22 @@ impl ElementVjp {
         match rows {
             ElementRows::Residual => {
                 Dual8::residual(element, t, &mut self.workspace);
-                self.rows.extend(self.workspace.dynamics.iter().chain(&self.workspace.constraint));
+                let ElementWorkspace { dynamics, constraint, l, .. } = &mut self.workspace;
+                if self.is_inactive {
+                    dynamics.fill(Dual8::constant(0.0));
+                    constraint.copy_from_slice(l);
+                }
+                self.rows.extend(dynamics.iter().chain(constraint.iter()));
             }
             ElementRows::Measures => {
                 self.rows.resize(element.measures().len(), Dual8::constant(0.0));
                 let local: ElementState<'_, Dual8> = self.workspace.local(t);
                 Dual8::measure(element, &local, &mut self.rows);
+                if self.is_inactive {
+                    clear_loads(element, &mut self.rows);
+                }
             }
+            ElementRows::Energy if self.is_inactive => self.rows.extend([Dual8::constant(0.0); 2]),
             ElementRows::Energy => {
                 let energy = Dual8::energy(element, &self.workspace.local(t));
                 self.rows.extend([energy.kinetic, energy.potential]);

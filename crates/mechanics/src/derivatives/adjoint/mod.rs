@@ -15,6 +15,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `dynamics` | motions by implicit steps |
+//! | `event_window` | steps around an event |
 //! | `explicit` | motions by explicit steps |
 //! | `instants` | equilibria, and kinematics with inverse dynamics |
 //! | `initial_conditions` | transposes of assembly, consistent velocities and accelerations, initial equilibrium |
@@ -28,6 +29,7 @@ pub(crate) mod adjoint_state;
 pub(crate) mod batch;
 pub(crate) mod dynamics;
 pub(crate) mod element_vjp;
+pub(crate) mod event_window;
 pub(crate) mod explicit;
 pub(crate) mod initial_conditions;
 pub(crate) mod instants;

@@ -4,7 +4,7 @@ use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::checkpointing::trajectory_store::Checkpointable;
 use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
 use crate::derivatives::adjoint::batch::AdjointBatch;
-use crate::derivatives::seeding::{Activity, build_chunks};
+use crate::derivatives::seeding::{Activity, build_chunks, build_seeded};
 use crate::mechanism::scalars::Dual8;
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::{Error, Result};
@@ -80,7 +80,9 @@ pub(crate) struct AdjointProblem<'t> {
     /// For each of the times, the outputs that enter responses.
     pub terms: Vec<Vec<OutputTerm>>,
     /// The mechanism once per chunk of seeded design variables.
-    chunks: Vec<Mechanism<Dual8>>,
+    pub chunks: Vec<Mechanism<Dual8>>,
+    /// The mechanism in dual numbers without seeds, if it has events.
+    pub unseeded: Option<Mechanism<Dual8>>,
     responses: usize,
     variables: usize,
 }
@@ -100,11 +102,18 @@ impl<'t> AdjointProblem<'t> {
         let mechanism = model.build(b)?;
         check(responses, mechanism.outputs.len(), times.len())?;
         let chunks = build_chunks(model, b, &mechanism)?;
+        let constant: Vec<Dual8> = b.iter().map(|&value| Dual8::constant(value)).collect();
+        let unseeded = mechanism.has_events().then(|| build_seeded(model, &constant, &mechanism)).transpose()?;
         let activity = Activity::of(&chunks, &mechanism);
         let terms = terms_by_time(responses, times.len());
         let count = terms.iter().rposition(|terms| !terms.is_empty()).map_or(0, |last| last + 1);
         let (times, responses, variables) = (&times[..count], responses.len(), b.len());
-        Ok(Self { mechanism, activity, times, terms, chunks, responses, variables })
+        Ok(Self { mechanism, activity, times, terms, chunks, unseeded, responses, variables })
+    }
+
+    /// Zero gradients of the responses, a row each.
+    pub fn no_gradients(&self) -> DMatrix<f64> {
+        DMatrix::zeros(self.responses, self.variables)
     }
 
     /// Number of batches of responses.
@@ -116,7 +125,7 @@ impl<'t> AdjointProblem<'t> {
     /// parameters and the initial state.
     pub fn gradients<'b>(&self, batches: impl IntoIterator<Item = &'b AdjointBatch>) -> DMatrix<f64> {
         let batches: Vec<_> = batches.into_iter().collect();
-        let mut rows = DMatrix::zeros(self.responses, self.variables);
+        let mut rows = self.no_gradients();
         for (c, chunk) in self.chunks.iter().enumerate() {
             for (k, batch) in batches.iter().enumerate() {
                 batch.design.add_gradients(chunk, &batch.state, &mut rows, [k * BATCH, c * WIDTH]);

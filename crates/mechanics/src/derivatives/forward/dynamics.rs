@@ -5,7 +5,7 @@ use crate::analyses::sampling::{Sampler, interpolate};
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
-use crate::derivatives::forward::saltation::{apply_impact, apply_switch};
+use crate::derivatives::forward::saltation::{apply_impact, apply_switch, make_consistent};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
@@ -113,23 +113,32 @@ where
 const SIMULTANEOUS: f64 = 1e-6;
 
 /// The event at the end of a step.
-struct ClosedContact {
-    contact: usize,
+pub(crate) struct ClosedContact {
+    pub contact: usize,
     /// Switches that cross zero at the same time.
-    simultaneous: Vec<usize>,
+    pub simultaneous: Vec<usize>,
     /// The state at the end of the step.
-    values: State<f64>,
+    pub values: State<f64>,
+}
+
+/// The error of two events at the time `t` (s), of which the design moves one before the other.
+pub(crate) fn separated(first: &str, second: &str, t: f64) -> Error {
+    let why = format!(
+        "it crosses zero at the same time as `{second}`, t = {t:.6e} s, and the design moves one before the other: there is no \
+         derivative"
+    );
+    Error::analysis(first, why, "move one of them a little")
 }
 
 /// The state of a motion with `L` derivatives, which are propagated along implicit steps.
-struct ForwardSensitivity<'m, T, const L: usize> {
+pub(crate) struct ForwardSensitivity<'m, T, const L: usize> {
     plain: &'m Mechanism<f64>,
     mechanism: &'m Mechanism<T>,
     /// The equations, for their numbering and rows.
     system: System,
     settings: &'m Dynamics,
     times: OutputTimes<'m>,
-    step: Step<T>,
+    pub step: Step<T>,
     at: State<T>,
     started: bool,
     /// The event at the end of the last step.
@@ -139,10 +148,10 @@ struct ForwardSensitivity<'m, T, const L: usize> {
     rows: Vec<T>,
     changes: Vec<[f64; L]>,
     sampler: Sampler<T>,
-    held: Option<HeldOutputs<T>>,
+    pub held: Option<HeldOutputs<T>>,
     outputs: Vec<T>,
     /// Of the outputs, by time, output and design variable.
-    derivatives: Vec<f64>,
+    pub derivatives: Vec<f64>,
 }
 
 impl<'m, T: DerivativeScalar<L>, const L: usize> ForwardSensitivity<'m, T, L>
@@ -158,28 +167,39 @@ where
     ) -> Result<Self> {
         let ImplicitSteps { mechanism: plain, system, start: values, projection, .. } = steps;
         let state = InitialDerivatives::new(plain, mechanism, system).start(values, projection, settings)?;
-        let (rows, changes) = (vec![T::from(0.0); system.size()], vec![[0.0; L]; system.size()]);
-        let mut sensitivity = Self {
+        let mut sensitivity = Self::after(plain, mechanism, system, (Step::from(state), settings), times);
+        sensitivity.started = false;
+        sensitivity.record_outputs()?;
+        Ok(sensitivity)
+    }
+
+    /// Sensitivity at the end of a `step` of a motion, whose later output times are `times` (s).
+    pub fn after(
+        plain: &'m Mechanism<f64>,
+        mechanism: &'m Mechanism<T>,
+        system: &System,
+        (step, settings): (Step<T>, &'m Dynamics),
+        times: &'m [f64],
+    ) -> Self {
+        Self {
             plain,
             mechanism,
             solve_workspace: system.solve_workspace(),
             system: system.clone(),
             settings,
             times: OutputTimes::new(settings.start, times),
-            at: state.clone(),
-            step: Step::from(state),
-            started: false,
+            at: step.new.clone(),
+            step,
+            started: true,
             closed: None,
             workspace: ElementWorkspace::default(),
-            rows,
-            changes,
+            rows: vec![T::from(0.0); system.size()],
+            changes: vec![[0.0; L]; system.size()],
             sampler: Sampler::new(mechanism),
             held: HeldOutputs::new(mechanism),
             outputs: Vec::new(),
             derivatives: Vec::with_capacity(times.len() * mechanism.outputs.len() * L),
-        };
-        sensitivity.record_outputs()?;
-        Ok(sensitivity)
+        }
     }
 
     /// Propagates the derivatives from the beginning of a step to its end.
@@ -190,13 +210,21 @@ where
         }
         self.started = true;
         let begin = self.step.old.t;
-        match step.closed {
+        match step.events.closed {
             Some(contact) => self.close_contact(step, contact)?,
-            None if begin.is_constant() || !step.is_on_grid => self.differentiate_step(step),
+            None if begin.is_constant() || !step.events.is_on_grid => self.differentiate_step(step),
             // The beginning depends on the design, the end does not.
             None => self.differentiate_step_of(step, -begin + step.end.t),
         }
         Ok(())
+    }
+
+    /// Propagates the derivatives along the `steps`, and records those of the outputs that these reach.
+    pub fn propagate_along(&mut self, steps: &[ConvergedStep]) -> Result<()> {
+        steps.iter().try_for_each(|step| {
+            self.advance(step)?;
+            self.record_outputs()
+        })
     }
 
     /// Differentiates a step whose length does not depend on the design.
@@ -229,7 +257,7 @@ where
 
     /// Solves for the corrections of accelerations and multipliers at the end of a step `h`.
     fn solve_changes(&mut self, h: f64, factor: &Factor) {
-        let (position, _) = self.settings.scheme.newmark_coefficients(h);
+        let (position, _) = self.step.scheme(&self.settings.scheme).newmark_coefficients(h);
         self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, &mut self.rows);
         self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
         factor.solve_in(&mut self.changes, &mut self.solve_workspace);
@@ -277,12 +305,7 @@ where
             return Ok(());
         }
         let [first, second] = [contact, switch].map(|k| &self.plain.events[k].gap.name);
-        let why = format!(
-            "it crosses zero at the same time as `{second}`, t = {:.6e} s, and the design moves one before the other: there is \
-             no derivative",
-            step.end.t
-        );
-        Err(Error::analysis(first, why, "move one of them a little"))
+        Err(separated(first, second, step.end.t))
     }
 
     /// Applies the impact or the switch of the contact that the last step has closed, if any.
@@ -294,9 +317,12 @@ where
         if let Some(held) = &mut self.held {
             held.hold(mechanism, &at_event, &state);
         }
+        let is_impact = plain.events[contact].restitution.is_some();
+        if !is_impact {
+            values = make_consistent(plain, mechanism, system, &values, &mut state)?;
+        }
         state.modes.apply(mechanism, &at_event);
         values.modes.apply(plain, &at_event);
-        let is_impact = plain.events[contact].restitution.is_some();
         if is_impact {
             values = apply_impact(plain, mechanism, system, contact, &values, &mut state)?;
         }
@@ -340,9 +366,6 @@ where
     Jet2<T>: ElementScalar,
 {
     fn propagate(&mut self, block: &StepBlock) -> Result<()> {
-        block.steps().iter().try_for_each(|step| {
-            self.advance(step)?;
-            self.record_outputs()
-        })
+        self.propagate_along(block.steps())
     }
 }

@@ -2,10 +2,11 @@
 
 use crate::analyses::dynamics::{Dynamics, Work, is_before};
 use crate::analyses::sampling::{OutputRecorder, interpolate};
-use crate::checkpointing::recording::Recording;
+use crate::checkpointing::recording::{Recording, StepRecord};
 use crate::derivatives::propagation::StepSource;
 use crate::initial_conditions::Projection;
 use crate::integrators::generalized_alpha::GeneralizedAlpha;
+use crate::integrators::step_events::StepEvents;
 use crate::integrators::time_stepper::TimeStepper;
 use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
@@ -26,10 +27,8 @@ pub(crate) struct ConvergedStep {
     pub end: State<f64>,
     /// The factorized matrix at the end.
     pub factor: Factor,
-    /// The contact that closes at the end.
-    pub closed: Option<usize>,
-    /// True if the end is at a given time, which does not depend on the design.
-    pub is_on_grid: bool,
+    /// Events at its ends.
+    pub events: StepEvents,
 }
 
 /// Consecutive converged steps.
@@ -137,15 +136,16 @@ impl<'m> ImplicitSteps<'m> {
                 let stepper = &simulation.stepper;
                 step.h = h;
                 step.end.copy_from(&stepper.integrator.step.new);
-                (step.closed, step.is_on_grid) = (stepper.locator.closed, stepper.is_on_grid);
+                step.events = stepper.events;
             }
             StepOrigin::Recording { next, end, .. } if next == end => return Ok(false),
             StepOrigin::Recording { recording, next, .. } => {
-                step.h = recording.load(*next, &mut step.end);
+                StepRecord { h: step.h, events: step.events } = recording.load(*next, &mut step.end);
                 *next += 1;
             }
         }
-        let (position, velocity) = self.scheme.newmark_coefficients(step.h);
+        let scheme = self.scheme.after_event(step.events.since_event);
+        let (position, velocity) = scheme.newmark_coefficients(step.h);
         self.system.assemble(self.mechanism, &step.end, Linearization::step(position, velocity), &mut self.rows);
         diagnostics::factorize(&mut self.system, self.mechanism, &step.end)?;
         self.system.swap_factor(&mut step.factor);
@@ -166,7 +166,7 @@ impl StepSource for ImplicitSteps<'_> {
 
     fn block(&mut self) -> StepBlock {
         let (end, factor) = (self.start.clone(), self.system.factor().clone());
-        let step = ConvergedStep { h: 0.0, end, factor, closed: None, is_on_grid: true };
+        let step = ConvergedStep { h: 0.0, end, factor, events: StepEvents::default() };
         StepBlock { storage: vec![step; BLOCK_LENGTH], count: 0 }
     }
 

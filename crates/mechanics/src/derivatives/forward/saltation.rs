@@ -16,7 +16,7 @@ use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::seeding::take_values;
 use crate::events::impact::{self, BorderedSystem, Jump};
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
+use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2, StateScalar};
 use crate::system::System;
 use crate::system::state::State;
 
@@ -36,9 +36,7 @@ where
     let mut after = values.clone();
     let jump = impact::apply_impact(system, plain, contact, &mut after)?;
     let bordered = BorderedSystem::new(system, plain, &plain.events[contact], values)?;
-    let lift = |x: &[f64]| x.iter().map(|&x| T::from(x)).collect();
-    let mut lifted =
-        Jump { velocity: lift(&jump.velocity), joints: lift(&jump.joints), contact: T::from(jump.contact) };
+    let mut lifted = lift(&jump);
     let mut rows = vec![T::from(0.0); system.size()];
     for _ in 0..T::ORDER {
         let off = mechanism.events[contact].rows(system, mechanism, state, &lifted, &mut rows);
@@ -50,6 +48,39 @@ where
     take_values(state, &after);
     InitialDerivatives::new(plain, mechanism, system).accelerations(&after, state)?;
     Ok(after)
+}
+
+/// Makes the velocities of `state` consistent with the joints; `values` is the state in `f64`. Returns the state in `f64` with
+/// these velocities.
+pub(crate) fn make_consistent<T: DerivativeScalar<L>, const L: usize>(
+    plain: &Mechanism<f64>,
+    mechanism: &Mechanism<T>,
+    system: &mut System,
+    values: &State<f64>,
+    state: &mut State<T>,
+) -> Result<State<f64>>
+where
+    Jet2<T>: ElementScalar,
+{
+    let mut after = values.clone();
+    let jump = impact::make_consistent(system, plain, &mut after)?;
+    let mut lifted = lift(&jump);
+    let mut rows = vec![T::from(0.0); system.size()];
+    for _ in 0..if plain.multipliers > 0 { T::ORDER } else { 0 } {
+        impact::joint_rows(system, mechanism, state, &lifted, &mut rows);
+        let mut changes: Vec<[f64; L]> = rows.iter().map(DerivativeScalar::derivatives).collect();
+        system.factor().solve(&mut changes);
+        lifted.add(system, |equation| -T::with(0.0, changes[equation]), T::from(0.0));
+    }
+    state.v.iter_mut().zip(&lifted.velocity).for_each(|(v, &change)| *v += change);
+    take_values(state, &after);
+    Ok(after)
+}
+
+/// A jump without derivatives.
+fn lift<T: StateScalar>(jump: &Jump<f64>) -> Jump<T> {
+    let lift = |x: &[f64]| x.iter().map(|&x| T::from(x)).collect();
+    Jump { velocity: lift(&jump.velocity), joints: lift(&jump.joints), contact: T::from(jump.contact) }
 }
 
 /// Applies a switch: sets accelerations and multipliers of `state` to those of the state extrapolated by `offset` (s).

@@ -29,6 +29,8 @@ pub(crate) struct CentralDifference {
     size: f64,
     moved: State<f64>,
     values: [Vec<f64>; 2],
+    /// Derivative of the time of the states that are moved; zero unless it is the time of an event.
+    pub time_rate: f64,
 }
 
 impl CentralDifference {
@@ -67,7 +69,14 @@ impl CentralDifference {
         let ((above, first), (below, second)) = (at(distance)?, at(-distance)?);
         let rounded = 0.5 * (above - below); // of the design variables, in floating point
         let moved = State::built(&first, 0.0);
-        Ok(Self { mechanisms: [first, second], width: 2.0 * rounded, size, moved, values: Default::default() })
+        Ok(Self {
+            mechanisms: [first, second],
+            width: 2.0 * rounded,
+            size,
+            moved,
+            values: Default::default(),
+            time_rate: 0.0,
+        })
     }
 
     /// Size of the design variable: its absolute value, or 1 where it is zero.
@@ -85,10 +94,22 @@ impl CentralDifference {
         let width = self.width;
         for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
             shift(&mut self.moved, values, sensitivity, sign * (0.5 * width));
+            self.moved.t += sign * (0.5 * width) * self.time_rate;
             evaluate(&self.mechanisms[side], &self.moved, &mut self.values[side]);
         }
         let [above, below] = &self.values;
         above.iter().zip(below).map(move |(above, below)| (above - below) / width)
+    }
+
+    /// 2 δ in the unit of the design variable.
+    pub fn width(&self) -> f64 {
+        self.width
+    }
+
+    /// The mechanisms at both sides, each with its distance from the design.
+    pub fn sides(&self) -> [(&Mechanism<f64>, f64); 2] {
+        let [above, below] = &self.mechanisms;
+        [(above, 0.5 * self.width), (below, -0.5 * self.width)]
     }
 
     /// Derivatives of the state in which the mechanism is built, prescribed coordinates at the time `t`.
@@ -117,6 +138,23 @@ impl CentralDifference {
 
 fn vectors_of(state: &mut State<f64>) -> [&mut Vec<f64>; 4] {
     [&mut state.q, &mut state.v, &mut state.a, &mut state.l]
+}
+
+/// The state `values` + `by` · `sensitivity`, whose time has the derivative `time_rate`.
+pub(crate) fn moved_state(values: &State<f64>, sensitivity: &State<f64>, time_rate: f64, by: f64) -> State<f64> {
+    let mut moved = values.clone();
+    shift(&mut moved, values, sensitivity, by);
+    moved.t += by * time_rate;
+    moved
+}
+
+/// Sets `to` to the difference of two states, divided by `width`.
+pub(crate) fn set_difference(to: &mut State<f64>, [above, below]: [&State<f64>; 2], width: f64) {
+    let above = [&above.q, &above.v, &above.a, &above.l];
+    let below = [&below.q, &below.v, &below.a, &below.l];
+    for (to, (above, below)) in vectors_of(to).into_iter().zip(above.into_iter().zip(below)) {
+        to.iter_mut().zip(above.iter().zip(below)).for_each(|(to, (above, below))| *to = (above - below) / width);
+    }
 }
 
 /// `moved` = `values` + `by` · `sensitivity`.

@@ -1,16 +1,17 @@
 //! Semi-analytical differentiation of a motion by implicit steps.
 
 use crate::analyses::dynamics::Dynamics;
-use crate::analyses::sampling::{Sampler, interpolate};
+use crate::analyses::sampling::{Sampler, interpolate, interpolate_inside};
 use crate::checkpointing::recording::Recording;
+use crate::derivatives::forward::dynamics::{ClosedContact, separated};
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
-use crate::derivatives::semi_analytical::central_difference::CentralDifference;
+use crate::derivatives::semi_analytical::central_difference::{CentralDifference, moved_state, set_difference};
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::elements::element::ElementWorkspace;
-use crate::events::impact;
+use crate::events::impact::{apply_impact, apply_switch, make_consistent, simultaneous_switches, switch_offset};
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::SolveWorkspace;
 use crate::mechanism::{Mechanism, ParametricMechanism};
@@ -23,8 +24,8 @@ use crate::{Error, Result};
 ///
 /// # Errors
 /// As [`simulate`](crate::analyses::dynamics::simulate); [`Error::Option`](crate::Error::Option) for a step that is not
-/// between 0 and 1; [`Error::Definition`](crate::Error::Definition) if the design decides which elements are built, or
-/// if the mechanism has impacts.
+/// between 0 and 1; [`Error::Definition`](crate::Error::Definition) if the design decides which elements are built;
+/// [`Error::Unsupported`](crate::Error::Unsupported) if the mechanism has a [switch](crate::Mechanism::switch).
 pub fn differentiate_semi_analytically<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
@@ -66,7 +67,7 @@ fn propagate_differences(
     steps: &mut ImplicitSteps<'_>,
 ) -> Result<OutputGradients> {
     let (plain, start) = (steps.mechanism, steps.start.clone());
-    impact::refuse(plain, "semi-analytical derivatives")?;
+    refuse_switches(plain)?;
     check_outputs(&steps.system, plain, &start)?;
     let mut initial = InitialDifferences { plain, system: &mut steps.system };
     let states = initial.start(&mut differences, &start, &steps.projection, settings)?;
@@ -85,6 +86,16 @@ const PASSES: usize = 4;
 const SETTLED: f64 = 1e-9;
 const UNSETTLED: f64 = 1e-3;
 
+/// Checks that the mechanism has no switch: the force jumps between the states on both sides of the design.
+fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
+    let mut switches = mechanism.events.iter().filter(|event| event.restitution.is_none() && event.when.is_none());
+    switches.next().map_or(Ok(()), |switch| {
+        let why = "semi-analytical derivatives take differences across the jump of the force at a switch";
+        let remedy = "take direct or adjoint derivatives, or an event that activates the force";
+        Err(Error::unsupported(&switch.gap.name, why, remedy))
+    })
+}
+
 /// The derivatives of a motion with respect to one design variable, which are propagated along implicit steps.
 struct DifferenceSensitivity<'m> {
     difference: CentralDifference,
@@ -92,11 +103,18 @@ struct DifferenceSensitivity<'m> {
     system: System,
     settings: &'m Dynamics,
     times: OutputTimes<'m>,
-    /// The state at both ends of the step.
-    old: State<f64>,
-    new: State<f64>,
-    /// The derivatives of the state at both ends.
+    /// The states at both ends of the step.
+    values: Step<f64>,
+    /// Their derivatives.
     sensitivity: Step<f64>,
+    /// Derivatives of the times of both ends. They are zero unless an end is at an event.
+    time_rates: [f64; 2],
+    /// Derivatives of the lengths of the step before and of this one.
+    length_rates: [f64; 2],
+    /// The event at the end of the last step.
+    closed: Option<ClosedContact>,
+    /// Derivatives of the outputs that keep the value of an event which has happened.
+    held: Vec<Option<f64>>,
     started: bool,
     at: State<f64>,
     sensitivity_at: State<f64>,
@@ -126,8 +144,11 @@ impl<'m> DifferenceSensitivity<'m> {
             system: system.clone(),
             settings,
             times: OutputTimes::new(settings.start, times),
-            old: start.clone(),
-            new: start.clone(),
+            values: Step::from(start.clone()),
+            time_rates: [0.0; 2],
+            length_rates: [0.0; 2],
+            closed: None,
+            held: vec![None; plain.outputs.len()],
             at: start.clone(),
             sensitivity_at: sensitivity.clone(),
             sensitivity: Step::from(sensitivity),
@@ -141,25 +162,48 @@ impl<'m> DifferenceSensitivity<'m> {
     }
 
     /// Propagates the derivatives from the beginning of a step to its end.
+    fn advance(&mut self, step: &ConvergedStep) -> Result<()> {
+        self.apply_event()?;
+        if self.started {
+            self.sensitivity.accept();
+            self.values.accept();
+        }
+        self.started = true;
+        (self.time_rates[0], self.length_rates[0]) = (self.time_rates[1], self.length_rates[1]);
+        let Dynamics { scheme, prescribed, .. } = self.settings;
+        self.values.new.a.copy_from_slice(&step.end.a);
+        self.values.integrate(self.plain, scheme, *prescribed, step.h);
+        self.values.new.copy_from(&step.end);
+        let Step { old, new, .. } = &mut self.sensitivity;
+        new.a.copy_from_slice(&old.a);
+        new.l.copy_from_slice(&old.l);
+        match step.events.closed {
+            Some(contact) => self.close_contact(step, contact),
+            // The end is at a given time.
+            None if step.events.is_on_grid => self.differentiate_step(step, -self.time_rates[0]),
+            None => self.differentiate_step(step, 0.0),
+        }
+    }
+
+    /// Differentiates a step whose length has the derivative `rate`.
     ///
     /// The derivatives of accelerations and multipliers start from those of the last step, and are corrected by the
     /// differenced residual until the correction is small. The first difference is taken along a direction that violates the
     /// linearized constraints and stretches stiff elements; its error grows with the cube of this violation. The next one is
     /// taken along a direction that satisfies them.
-    fn advance(&mut self, step: &ConvergedStep) -> Result<()> {
-        if self.started {
-            self.sensitivity.accept();
-        }
-        self.started = true;
-        std::mem::swap(&mut self.old, &mut self.new);
-        self.new.copy_from(&step.end);
+    fn differentiate_step(&mut self, step: &ConvergedStep, rate: f64) -> Result<()> {
+        self.length_rates[1] = rate;
+        self.time_rates[1] = self.time_rates[0] + rate;
+        self.difference.time_rate = self.time_rates[1];
         let Dynamics { scheme, prescribed, .. } = self.settings;
-        let (h, Step { old, new, .. }) = (step.h, &mut self.sensitivity);
-        new.t = step.end.t;
-        new.a.copy_from_slice(&old.a);
-        new.l.copy_from_slice(&old.l);
-        self.difference.prescribe(new, |mechanism, state| state.prescribe_positions(mechanism, *prescribed));
-        self.sensitivity.integrate_prescribed(self.plain, scheme, *prescribed, h);
+        self.sensitivity.new.t = step.end.t;
+        if step.events.depends_on_event() {
+            self.integrate_moved(step);
+        } else {
+            let new = &mut self.sensitivity.new;
+            self.difference.prescribe(new, |mechanism, state| state.prescribe_positions(mechanism, *prescribed));
+            self.sensitivity.integrate_prescribed(self.plain, scheme, *prescribed, step.h);
+        }
         let mut correction = f64::INFINITY;
         for pass in 0..PASSES {
             correction = self.correct(step);
@@ -170,10 +214,121 @@ impl<'m> DifferenceSensitivity<'m> {
         if correction <= UNSETTLED * self.scale() { Ok(()) } else { Err(self.failure(correction)) }
     }
 
+    /// Differentiates the formulas of a step whose length or time depends on an event: differences of two steps.
+    fn integrate_moved(&mut self, step: &ConvergedStep) {
+        let Self { difference, values, sensitivity, settings, time_rates, length_rates, .. } = self;
+        let moved = difference.sides().map(|(mechanism, by)| {
+            let old = moved_state(&values.old, &sensitivity.old, time_rates[0], by);
+            let mut moved = values.moved(sensitivity, old, length_rates[0], by);
+            let accelerations = step.end.a.iter().zip(&sensitivity.new.a);
+            moved.new.a.iter_mut().zip(accelerations).for_each(|(to, (a, rate))| *to = a + by * rate);
+            moved.integrate(mechanism, &settings.scheme, settings.prescribed, step.h + by * length_rates[1]);
+            moved
+        });
+        sensitivity.set_end_difference(moved.each_ref(), difference.width(), step.h);
+    }
+
+    /// Differentiates a step that ends when `contact` closes, at a time that depends on the design.
+    fn close_contact(&mut self, step: &ConvergedStep, contact: usize) -> Result<()> {
+        let simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
+        self.differentiate_step(step, 0.0)?;
+        let fixed = self.gap_rate(step, contact);
+        let others: Vec<f64> = simultaneous.iter().map(|&event| self.gap_rate(step, event)).collect();
+        let mut rate = step.h / self.difference.size();
+        self.differentiate_step(step, rate)?;
+        let speed = (self.gap_rate(step, contact) - fixed) / rate;
+        let name = &self.plain.events[contact].gap.name;
+        if speed == 0.0 || !speed.is_finite() {
+            let why = format!("it is touched with zero speed at t = {:.6e} s: there is no derivative", step.end.t);
+            return Err(Error::analysis(name, why, "change the design a little"));
+        }
+        rate = -fixed / speed;
+        for _ in 0..2 {
+            self.differentiate_step(step, rate)?;
+            rate -= self.gap_rate(step, contact) / speed;
+        }
+        self.differentiate_step(step, rate)?;
+        for (&event, fixed) in simultaneous.iter().zip(others) {
+            let moved = self.gap_rate(step, event);
+            if moved.abs() > UNSETTLED * fixed.abs().max(moved.abs()) {
+                return Err(separated(name, &self.plain.events[event].gap.name, step.end.t));
+            }
+        }
+        self.closed = Some(ClosedContact { contact, simultaneous, values: step.end.clone() });
+        Ok(())
+    }
+
+    /// Derivative of the gap of an event at the end of the step.
+    fn gap_rate(&mut self, step: &ConvergedStep, event: usize) -> f64 {
+        let gap = |mechanism: &Mechanism<f64>, state: &State<f64>, out: &mut Vec<f64>| {
+            out.clear();
+            out.push(mechanism.events[event].gap(state));
+        };
+        self.difference.derivatives(&step.end, &self.sensitivity.new, gap).sum()
+    }
+
+    /// Applies the event at the end of the last step, if any, to the state and to the states on both sides of it.
+    fn apply_event(&mut self) -> Result<()> {
+        let Some(ClosedContact { contact, simultaneous, values }) = self.closed.take() else { return Ok(()) };
+        let at_event = [&simultaneous[..], &[contact]].concat();
+        self.hold_outputs(&at_event, &values);
+        let Self { difference, sensitivity, plain, settings, time_rates, .. } = self;
+        let is_impact = plain.events[contact].restitution.is_some();
+        let mut offset = None;
+        let mut apply = |mechanism: &Mechanism<f64>, mut state: State<f64>| -> Result<State<f64>> {
+            // The matrix of the equations has the constant masses of its mechanism.
+            let mut system = System::at(mechanism, settings.start)?;
+            if !is_impact {
+                make_consistent(&mut system, mechanism, &mut state)?;
+            }
+            state.modes.apply(plain, &at_event);
+            if is_impact {
+                apply_impact(&mut system, mechanism, contact, &mut state)?;
+            }
+            if !is_impact || !simultaneous.is_empty() {
+                let longest = settings.step.switch_offset();
+                let offset = *offset.get_or_insert_with(|| switch_offset(plain, &at_event, &state, longest));
+                apply_switch(&mut system, mechanism, offset, &mut state)?;
+            }
+            Ok(state)
+        };
+        let after = apply(plain, values.clone())?;
+        let [above, below] =
+            difference.sides().map(|(m, by)| apply(m, moved_state(&values, &sensitivity.new, time_rates[1], by)));
+        let mut derivatives = sensitivity.new.clone();
+        set_difference(&mut derivatives, [&above?, &below?], difference.width());
+        sensitivity.restart(&derivatives);
+        self.values.restart(&after);
+        Ok(())
+    }
+
+    /// Differentiates the outputs that are held from one of the `events` on, in the state `values` before it.
+    fn hold_outputs(&mut self, events: &[usize], values: &State<f64>) {
+        let is_held = |from: Option<usize>| from.is_some_and(|event| events.contains(&event));
+        if !self.plain.outputs.iter().any(|output| is_held(output.held_from)) {
+            return;
+        }
+        let sampler = &mut self.sampler;
+        let derivatives = self.difference.derivatives(values, &self.sensitivity.new, |mechanism, state, outputs| {
+            sampler.outputs(mechanism, state, outputs);
+        });
+        for ((held, output), derivative) in self.held.iter_mut().zip(&self.plain.outputs).zip(derivatives) {
+            if is_held(output.held_from) {
+                held.get_or_insert(derivative);
+            }
+        }
+    }
+
+    /// Returns whether the last step ends at an event that ends the motion.
+    fn has_ended(&self) -> bool {
+        let is_terminal = |k: &usize| self.plain.events[*k].when.as_ref().is_some_and(|when| when.is_terminal);
+        self.closed.as_ref().is_some_and(|closed| closed.simultaneous.iter().chain([&closed.contact]).any(is_terminal))
+    }
+
     /// Corrects the derivatives at the end of a step; returns the largest correction of a position.
     fn correct(&mut self, ConvergedStep { h, end, factor, .. }: &ConvergedStep) -> f64 {
         let scheme = &self.settings.scheme;
-        let (position, _) = scheme.newmark_coefficients(*h);
+        let (position, _) = self.sensitivity.scheme(scheme).newmark_coefficients(*h);
         let (system, workspace, size) = (&self.system, &mut self.workspace, self.changes.len());
         let derivatives = self.difference.derivatives(end, &self.sensitivity.new, |mechanism, state, rows| {
             rows.resize(size, 0.0);
@@ -190,7 +345,7 @@ impl<'m> DifferenceSensitivity<'m> {
     /// variable by its own size.
     fn scale(&self) -> f64 {
         let largest = |all: &[f64]| all.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        largest(&self.sensitivity.new.q).max(largest(&self.new.q) / self.difference.size())
+        largest(&self.sensitivity.new.q).max(largest(&self.values.new.q) / self.difference.size())
     }
 
     /// The error of differences that do not settle: the derivatives would be noise.
@@ -198,7 +353,7 @@ impl<'m> DifferenceSensitivity<'m> {
         let why = format!(
             "the differences of the residual do not settle at t = {:.6e} s: the last correction of a position's derivative is \
              {correction:.1e}",
-            self.new.t
+            self.values.new.t
         );
         Error::analysis(
             "the semi-analytical derivative",
@@ -207,18 +362,43 @@ impl<'m> DifferenceSensitivity<'m> {
         )
     }
 
+    /// Interpolates the state and its derivatives at the time `t` (s) in the step.
+    fn sample(&mut self, t: f64) {
+        let Self { difference, values, sensitivity, at, sensitivity_at, time_rates, .. } = self;
+        interpolate(&values.old, &values.new, t, at);
+        difference.time_rate = 0.0;
+        if *time_rates == [0.0; 2] {
+            (sensitivity.old.t, sensitivity.new.t) = (values.old.t, values.new.t);
+            return interpolate(&sensitivity.old, &sensitivity.new, t, sensitivity_at);
+        }
+        let moved = difference.sides().map(|(_, by)| {
+            let old = moved_state(&values.old, &sensitivity.old, time_rates[0], by);
+            let new = moved_state(&values.new, &sensitivity.new, time_rates[1], by);
+            let mut moved = at.clone();
+            interpolate_inside(&old, &new, t, &mut moved);
+            moved
+        });
+        set_difference(sensitivity_at, moved.each_ref(), difference.width());
+    }
+
     /// Records the derivatives of the outputs at the times that the step has reached.
     fn record_outputs(&mut self) -> Result<()> {
-        while let Some(t) = self.times.next_until(self.new.t) {
-            interpolate(&self.old, &self.new, t, &mut self.at);
-            (self.sensitivity.old.t, self.sensitivity.new.t) = (self.old.t, self.new.t);
-            interpolate(&self.sensitivity.old, &self.sensitivity.new, t, &mut self.sensitivity_at);
+        let (end, has_ended) = (self.values.new.t, self.has_ended());
+        // After the end of the motion the outputs keep their values.
+        while let Some(t) = self.times.next_until(if has_ended { f64::INFINITY } else { end }) {
+            if has_ended && t >= end {
+                self.at.copy_from(&self.values.new);
+                self.sensitivity_at.copy_from(&self.sensitivity.new);
+                self.difference.time_rate = self.time_rates[1];
+            } else {
+                self.sample(t);
+            }
             let (from, sampler) = (self.derivatives.len(), &mut self.sampler);
             let derivatives =
                 self.difference.derivatives(&self.at, &self.sensitivity_at, |mechanism, state, outputs| {
                     sampler.outputs(mechanism, state, outputs);
                 });
-            self.derivatives.extend(derivatives);
+            self.derivatives.extend(derivatives.zip(&self.held).map(|(derivative, held)| held.unwrap_or(derivative)));
             if let Some(k) = self.derivatives[from..].iter().position(|derivative| !derivative.is_finite()) {
                 let why = format!("its semi-analytical derivative is not finite at t = {t:.6e} s");
                 let remedy = "take a shorter step of the differences, or the direct or adjoint method";

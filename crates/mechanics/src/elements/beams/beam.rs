@@ -1,19 +1,23 @@
 //! A geometrically exact planar beam element with two nodes.
 
 use crate::elements::beams::section::{BeamSection, Shear};
+use crate::elements::beams::shape::BeamShape;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
-use crate::mechanism::{Body, ElementIndex, Mechanism, Pose, Term};
+use crate::mechanism::{Body, ElementIndex, Mechanism, Term};
 use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
-/// A two-node Simo–Reissner beam element, straight when unloaded, with large displacements and rotations.
+/// A two-node Simo–Reissner beam element with large displacements and rotations.
 ///
 /// Strains at the mid-point, with θ = (θ_i + θ_j)/2 and the distance (Δx, Δy) of the nodes:
 ///
 /// $$ a = \frac{\Delta x\cos\theta + \Delta y\sin\theta}{\ell},\quad
 ///    \gamma = \frac{-\Delta x\sin\theta + \Delta y\cos\theta}{\ell},\quad
 ///    \kappa = \frac{\theta_j - \theta_i}{\ell},\qquad
-///    U = \tfrac{\ell}{2}\left(EA(a-1)^2 + GA^*\gamma^2 + EI\kappa^2\right) $$
+///    U = \tfrac{\ell}{2}\left(EA(a-1)^2 + 2 N_0 (a-1) + GA^*\gamma^2 + EI(\kappa-\varphi_0/\ell)^2\right) $$
+///
+/// where N₀ is the normal force at the unloaded length, a prestress, and φ₀ the angle from the first to the second node without
+/// load. An unloaded arc is a polygon of such elements, whose length is their chord.
 ///
 /// The consistent mass is that of linear interpolation; it is constant, planar beams have no gyroscopic terms.
 ///
@@ -36,6 +40,8 @@ element_inputs!(BeamInputs {
     bending: required("N·m²", 20.0, "bending stiffness EI"),
     mass: required("kg/m", 0.5, "mass per length"),
     inertia: required("kg·m", 0.01, "rotary inertia per length"),
+    turn: optional("0", "rad", 0.1, "angle from the first to the second node without load"),
+    tension: optional("0", "N", 2.0, "normal force at the unloaded length"),
     gravity_x: gravity(),
     gravity_y: gravity(),
 });
@@ -75,9 +81,9 @@ impl<T: Scalar> SectionForces<T> {
         let (dx, dy) = ((q[3] - q[0]) * inverse, (q[4] - q[1]) * inverse);
         let (stretch, shear) = (dx * cos + dy * sin, dy * cos - dx * sin);
         Self {
-            normal_force: p.axial() * (stretch - 1.0),
+            normal_force: p.axial() * (stretch - 1.0) + p.tension(),
             shear_force: p.shear() * shear,
-            moment: p.bending() * (q[5] - q[2]) * inverse,
+            moment: p.bending() * (q[5] - q[2] - p.turn()) * inverse,
             stretch,
             shear,
             cos,
@@ -121,8 +127,8 @@ impl Element for Beam {
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let (s, p, v) = (SectionForces::of(x), BeamInputs(x.p), x.v);
         let length = p.length();
-        let strain = s.normal_force * (s.stretch - 1.0) + s.shear_force * s.shear;
-        let bend = s.moment * (x.q[5] - x.q[2]);
+        let strain = (s.normal_force + p.tension()) * (s.stretch - 1.0) + s.shear_force * s.shear;
+        let bend = s.moment * (x.q[5] - x.q[2] - p.turn());
         let square = |k: usize| v[k] * v[k] + v[k] * v[3 + k] + v[3 + k] * v[3 + k];
         let weight = p.gravity_x() * (x.q[0] + x.q[3]) + p.gravity_y() * (x.q[1] + x.q[4]);
         Energy {
@@ -143,12 +149,15 @@ impl<S: Scalar> Mechanism<S> {
     pub fn beam_element(
         &mut self,
         name: &str,
-        [i, j]: [Body; 2],
+        nodes: [Body; 2],
         length: S,
         section: &BeamSection<S>,
         shear: Shear,
     ) -> ElementIndex {
-        let parameters = section.parameters(length, shear, self.gravity);
+        self.shaped_element(name, nodes, section.parameters(length, shear, [S::from(0.0); 2], self.gravity))
+    }
+
+    fn shaped_element(&mut self, name: &str, [i, j]: [Body; 2], parameters: [S; 10]) -> ElementIndex {
         self.add_object(name.into(), Beam::object(), &[i.x, i.y, i.theta, j.x, j.y, j.theta], &parameters)
     }
 
@@ -159,18 +168,29 @@ impl<S: Scalar> Mechanism<S> {
     pub fn beam(
         &mut self,
         name: &str,
-        [from, to]: [[S; 2]; 2],
+        span: [[S; 2]; 2],
         ends: [Option<Body>; 2],
         elements: usize,
         section: &BeamSection<S>,
         shear: Shear,
     ) -> (Vec<Body>, Vec<ElementIndex>) {
-        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-        let (length, theta) = ((dx * dx + dy * dy).sqrt(), dy.atan2(dx));
+        let zero = S::from(0.0);
+        self.curved_beam(name, BeamShape { span, rise: zero, tension: zero }, ends, elements, section, shear)
+    }
+
+    /// Adds a beam as [`Mechanism::beam`] whose unloaded shape is an arc, with a prestress.
+    pub fn curved_beam(
+        &mut self,
+        name: &str,
+        shape: BeamShape<S>,
+        ends: [Option<Body>; 2],
+        elements: usize,
+        section: &BeamSection<S>,
+        shear: Shear,
+    ) -> (Vec<Body>, Vec<ElementIndex>) {
         let mut nodes = Vec::with_capacity(elements + 1);
         for k in 0..=elements {
-            let fraction = k as f64 / elements as f64;
-            let pose = Pose { x: from[0] + dx * fraction, y: from[1] + dy * fraction, theta };
+            let pose = shape.pose(k as f64 / elements as f64);
             let shared = if k == 0 {
                 ends[0]
             } else if k == elements {
@@ -180,17 +200,16 @@ impl<S: Scalar> Mechanism<S> {
             };
             nodes.push(match shared {
                 Some(end) => {
-                    Body { theta: self.coordinate(format!("{name}.{}.theta", k + 1), theta, S::from(0.0)), ..end }
+                    Body { theta: self.coordinate(format!("{name}.{}.theta", k + 1), pose.theta, S::from(0.0)), ..end }
                 }
                 None => self.massless_node(&format!("{name}.{}", k + 1), pose),
             });
         }
-        let piece = length * (1.0 / elements as f64);
-        let indices = (0..elements)
-            .map(|k| {
-                self.beam_element(&format!("{name} element {}", k + 1), [nodes[k], nodes[k + 1]], piece, section, shear)
-            })
-            .collect();
+        let own = [-shape.angle() * (1.0 / elements as f64), shape.tension];
+        let parameters = section.parameters(shape.element_length(elements), shear, own, self.gravity);
+        let element = |k: usize| format!("{name} element {}", k + 1);
+        let indices =
+            (0..elements).map(|k| self.shaped_element(&element(k), [nodes[k], nodes[k + 1]], parameters)).collect();
         (nodes, indices)
     }
 
@@ -221,7 +240,7 @@ mod tests {
     use super::*;
     use crate::elements::element_tests::{at, close, energies, measured, rows};
 
-    const P: [f64; 8] = [2.0, 1000.0, 300.0, 60.0, 3.0, 0.5, 0.0, -10.0];
+    const P: [f64; 10] = [2.0, 1000.0, 300.0, 60.0, 3.0, 0.5, 0.0, 0.0, 0.0, -10.0];
 
     #[test]
     fn stretched_bent_and_sheared_by_hand() {
@@ -233,6 +252,18 @@ mod tests {
         close(&rows(&Beam, &x).0, &[-10.0, 24.0, torque - 6.0, 10.0, 36.0, torque + 6.0]);
         // ½ ℓ (N a + V γ + M κ) = 0.1 + 0.12 + 0.6, and the weight of 6 kg lifted by 0.02 m.
         close(&energies(&Beam, &x), &[0.0, 0.82 + 1.2]);
+    }
+
+    #[test]
+    fn curved_and_prestressed_by_hand() {
+        // As above with the unloaded angle 0.15 and the prestress 5: N = 15, M = 60 (0.2 − 0.15)/2 = 1.5.
+        let mut p = P;
+        (p[6], p[7]) = (0.15, 5.0);
+        let x = at(&p, &[0.0, 0.0, -0.1, 2.02, 0.04, 0.1], &[]);
+        let torque = 15.0 * 0.02 - 6.06;
+        close(&measured(&Beam, &x), &[1.5 - torque, 1.5 + torque, 15.0, 6.0]);
+        // ½ 10 · 0.02 + 5 · 0.02 + 0.12 + ½ 1.5 · 0.05, and the weight.
+        close(&energies(&Beam, &x), &[0.0, 0.1 + 0.1 + 0.12 + 0.0375 + 1.2]);
     }
 
     #[test]

@@ -16,6 +16,18 @@ pub enum Shear {
     Plain,
 }
 
+impl Shear {
+    /// GA* of an element of the given length with the shear stiffness GA_s and the bending stiffness EI.
+    pub(crate) fn stiffness<S: Scalar>(self, length: S, shear: S, bending: S) -> S {
+        let bending_flexibility = length * length / (bending * 12.0);
+        match self {
+            Self::Flexible => (shear.recip() + bending_flexibility).recip(),
+            Self::Rigid => bending_flexibility.recip(),
+            Self::Plain => shear,
+        }
+    }
+}
+
 /// The area, made negative or zero if the lengths of the section are inadmissible, so that the element rejects it.
 fn signed<S: Scalar>(area: S, is_admissible: bool) -> S {
     if is_admissible == (area.re() > 0.0) { area } else { -area }
@@ -63,15 +75,10 @@ impl<S: Scalar> BeamSection<S> {
         }
     }
 
-    pub(crate) fn parameters(&self, length: S, shear: Shear, gravity: [S; 2]) -> [S; 8] {
-        let bending_flexibility = length * length / (self.bending * 12.0);
-        let shear_stiffness = match shear {
-            Shear::Flexible => (self.shear.recip() + bending_flexibility).recip(),
-            Shear::Rigid => bending_flexibility.recip(),
-            Shear::Plain => self.shear,
-        };
-        let [gx, gy] = gravity;
-        [length, self.axial, shear_stiffness, self.bending, self.mass, self.inertia, gx, gy]
+    pub(crate) fn parameters(&self, length: S, shear: Shear, [turn, tension]: [S; 2], gravity: [S; 3]) -> [S; 10] {
+        let shear_stiffness = shear.stiffness(length, self.shear, self.bending);
+        let [gx, gy, _] = gravity;
+        [length, self.axial, shear_stiffness, self.bending, self.mass, self.inertia, turn, tension, gx, gy]
     }
 }
 
@@ -93,7 +100,7 @@ mod tests {
     #[test]
     fn shear_flexibilities_add() {
         let section = BeamSection { axial: 1.0, shear: 6.0, bending: 1.0, mass: 1.0, inertia: 1.0 };
-        let shear = |how| section.parameters(2.0, how, [0.0; 2])[2];
+        let shear = |how| section.parameters(2.0, how, [0.0; 2], [0.0; 3])[2];
         close(&[shear(Shear::Plain), shear(Shear::Rigid), shear(Shear::Flexible)], &[6.0, 3.0, 2.0]);
     }
 

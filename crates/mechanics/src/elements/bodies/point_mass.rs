@@ -66,7 +66,7 @@ impl<S: Scalar> Mechanism<S> {
             y: self.coordinate(format!("{name}.y"), y, zero),
             theta: self.ground().theta,
         };
-        let [gx, gy] = self.gravity;
+        let [gx, gy, _] = self.gravity;
         self.add_object(name.into(), PointMass::object(), &[body.x, body.y], &[mass, gx, gy]);
         body
     }

@@ -71,7 +71,7 @@ impl<S: Scalar> Mechanism<S> {
     /// Adds a rigid body with its centre of mass at `pose`.
     pub fn body(&mut self, name: &str, mass: S, inertia: S, pose: Pose<S>) -> Body {
         let body = self.massless_node(name, pose);
-        let [gx, gy] = self.gravity;
+        let [gx, gy, _] = self.gravity;
         self.add_object(name.into(), RigidBody::object(), &body.coordinates(), &[mass, inertia, gx, gy]);
         body
     }

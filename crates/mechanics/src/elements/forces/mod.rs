@@ -11,6 +11,7 @@ pub(crate) mod load;
 pub(crate) mod point_force;
 pub(crate) mod rope;
 pub(crate) mod spring_damper;
+pub(crate) mod variable_damper;
 pub(crate) mod variable_spring;
 
 pub use actuator::Actuator;
@@ -24,6 +25,7 @@ pub use load::Load;
 pub use point_force::PointForce;
 pub use rope::Rope;
 pub use spring_damper::SpringDamper;
+pub use variable_damper::VariableDamper;
 pub use variable_spring::VariableSpring;
 
 use crate::elements::kind::ElementKind;
@@ -36,6 +38,7 @@ pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
         ElementKind::plain(SpringDamper::object()),
         ElementKind::plain(CoordinateSpring::object()),
         ElementKind::of_time(&variable_spring::DESCRIPTOR, |stiffness| Arc::new(VariableSpring(stiffness))),
+        ElementKind::of_time(&variable_damper::DESCRIPTOR, |damping| Arc::new(VariableDamper(damping))),
         ElementKind::plain(Rope::object()),
         ElementKind::plain(Bushing::object()),
         ElementKind::of_time(&actuator::DESCRIPTOR, |tension| Arc::new(Actuator(tension))),

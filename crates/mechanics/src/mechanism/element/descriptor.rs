@@ -94,6 +94,13 @@ pub enum Role {
     Body,
     /// A body whose rotation does not matter: its coordinates x, y.
     Translations,
+    /// A point with axes on a body in space: the coordinates x, y, z, e₀ to e₃ of the body, and seven parameters, the
+    /// point's body-fixed x, y, z in m and the Euler parameters of its axes.
+    Marker3,
+    /// A body in space: its coordinates x, y, z, e₀ to e₃.
+    Body3,
+    /// A body in space whose rotation does not matter: its coordinates x, y, z.
+    Translations3,
     /// One coordinate.
     Coordinate,
     /// One design-dependent number.
@@ -124,6 +131,21 @@ impl Input {
     /// A body of which only the translations matter.
     pub const fn translations(name: &'static str, about: &'static str) -> Self {
         Self::of(name, Role::Translations, "", about)
+    }
+
+    /// A point with axes on a body in space.
+    pub const fn marker3(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Marker3, "", about)
+    }
+
+    /// A body in space.
+    pub const fn body3(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Body3, "", about)
+    }
+
+    /// A body in space of which only the translations matter.
+    pub const fn translations3(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Translations3, "", about)
     }
 
     /// A coordinate.
@@ -207,7 +229,7 @@ macro_rules! as_object {
 ///
 /// Each line names an input and a constructor of [`Input`](crate::mechanism::element::Input) with its remaining arguments.
 /// The view wraps the parameters `x.p` of an [`ElementState`](crate::mechanism::element::ElementState): a parameter is read
-/// as `T`, a point as `[T; 2]`, a function's own parameters as a slice.
+/// as `T`, a point as `[T; 2]`, a point with axes in space as `[T; 7]`, a function's own parameters as a slice.
 ///
 /// ```
 /// use linkwright_mechanics::element_inputs;
@@ -244,6 +266,13 @@ macro_rules! element_inputs {
             [self.0[$at], self.0[$at + 1]]
         }
         $crate::element_inputs!(@view $at + 2; $($rest)*);
+    };
+    (@view $at:expr; $name:ident: marker3, $($rest:tt)*) => {
+        #[inline(always)]
+        fn $name(self) -> [T; 7] {
+            [0, 1, 2, 3, 4, 5, 6].map(|k| self.0[$at + k])
+        }
+        $crate::element_inputs!(@view $at + 7; $($rest)*);
     };
     (@view $at:expr; $name:ident: required, $($rest:tt)*) => {
         #[inline(always)]

@@ -40,6 +40,8 @@ pub trait AnyElement:
     fn validate_parameters(&self, p: &[f64]) -> Option<String>;
     /// See [`Element::diagnose_state`].
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String>;
+    /// See [`Element::diagnose_assembly`].
+    fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String>;
     /// See [`Element::switching_functions`].
     fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>);
     /// See [`Element::is_sensor`].
@@ -113,6 +115,9 @@ impl<E: Element> AnyElement for E {
     }
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
         Element::diagnose_state(self, x)
+    }
+    fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String> {
+        Element::diagnose_assembly(self, x)
     }
     fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
         Element::switching_functions(self, x, out);

@@ -129,6 +129,13 @@ pub trait Element: Send + Sync + 'static {
         None
     }
 
+    /// Describes a wrong solution of the element's constraints, and the remedy: axes that should coincide and are opposite.
+    ///
+    /// Called after the assembly of a mechanism.
+    fn diagnose_assembly(&self, _x: &ElementState<'_, f64>) -> Option<String> {
+        None
+    }
+
     /// Appends the values of functions whose zeros are the states in which the residual is not smooth: the depth of a contact.
     ///
     /// Explicit steps end there, so that values and derivatives keep their accuracy. The number of functions is constant.

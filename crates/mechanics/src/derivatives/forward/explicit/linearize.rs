@@ -4,6 +4,7 @@ use crate::derivatives::forward::explicit::constraint::{ConstraintDerivative, Co
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::seeding::Activity;
 use crate::elements::element::{ElementWorkspace, Variable};
+use crate::events::modes::Modes;
 use crate::integrators::explicit::mechanism::Projected;
 use crate::mechanism::scalars::{Dual4, Dual8, ElementScalar};
 use crate::mechanism::{ElementInstance, Mechanism};
@@ -77,7 +78,8 @@ pub(crate) struct ElementWorkspaces {
 }
 
 impl Linearizer {
-    /// Linearizer with respect to the state and the active parameters.
+    /// Linearizer with respect to the state and the active parameters. Elements that are inactive at the start of the motion
+    /// have no derivatives.
     pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System) -> Self {
         let n = mechanism.coordinates.len();
         let moving: Vec<usize> = activity.moving_coordinates().collect();
@@ -86,6 +88,9 @@ impl Linearizer {
         let elements: Vec<_> = (0..mechanism.elements.len()).map(element).collect();
         let mut constants = [(); 3].map(|()| Entries::new(3 * n));
         for (k, (instance, element)) in mechanism.elements.iter().zip(&elements).enumerate() {
+            if element.rows.is_empty() {
+                continue;
+            }
             let is_differentiated =
                 |entry: &&ConstantEntry| activity.is_differentiated(mechanism, instance.coordinates[entry.coordinate]);
             for entry in system.coefficients(k).iter().filter(is_differentiated) {
@@ -246,7 +251,7 @@ impl LinearizedElement {
     ) -> Self {
         let (instance, n) = (&mechanism.elements[k], mechanism.coordinates.len());
         let (mut variables, is_constraint) = (Vec::new(), instance.num_constraints > 0);
-        if system.rows_of(k).next().is_none() {
+        if system.rows_of(k).next().is_none() || !Modes::initial(mechanism).is_active(instance) {
             return Self { variables, rows: Vec::new(), constraint_variables: Vec::new() };
         }
         let mut add = |kind, local, source| variables.push(DifferentiatedVariable { kind, local, source });

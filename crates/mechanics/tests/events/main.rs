@@ -1,0 +1,5 @@
+//! Motions with events: orders of convergence, and derivatives by every method.
+
+mod methods;
+mod models;
+mod orders;

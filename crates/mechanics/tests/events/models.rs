@@ -1,0 +1,165 @@
+//! Mechanisms with impacts, switched forces and joints that let go.
+
+use autodiff::Scalar;
+use linkwright_mechanics::elements::Revolute;
+use linkwright_mechanics::events::Action;
+use linkwright_mechanics::mechanism::Formula;
+use linkwright_mechanics::motion::{Fixed, Harmonic};
+use linkwright_mechanics::{Mechanism, ParametricMechanism, Pose, Result};
+
+/// A weighted sum of quantities and of the time: Σ wᵢ xᵢ + w t.
+pub struct Linear(pub Vec<f64>, pub f64);
+
+impl Formula for Linear {
+    fn value<T: Scalar>(&self, t: T, x: &[T]) -> T {
+        x.iter().zip(&self.0).fold(t * self.1, |sum, (x, w)| sum + *x * *w)
+    }
+}
+
+/// A mass of 1 kg on a spring of the stiffness b₀, let go at b₁, that bounces on a rigid stop at b₂ with the restitution b₃.
+pub struct Bouncing;
+
+pub const BOUNCING: [f64; 4] = [9.0, 1.0, 0.35, 0.8];
+
+impl ParametricMechanism for Bouncing {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let mass = m.point_mass("mass", S::from(1.0), b[1], zero);
+        let ground = m.ground();
+        m.coordinate_spring("spring", ground.x, mass.x, [b[0], zero, zero, zero]);
+        m.rigid_stop("stop", ground.x, mass.x, b[2], b[3]);
+        outputs(&mut m, mass.x)?;
+        Ok(m)
+    }
+}
+
+/// Position and velocity of the mass at the time `t`, between its first and its second impact.
+pub fn bouncing<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
+    let rate = b[0].sqrt();
+    let side = (b[1] * b[1] - b[2] * b[2]).sqrt();
+    let angle = rate * t - side.atan2(b[2]);
+    let (sin, cos) = angle.sin_cos();
+    [b[2] * cos + b[3] * side * sin, rate * (b[3] * side * cos - b[2] * sin)]
+}
+
+/// A mass of 1 kg on a spring of the stiffness b₀, let go at b₁, that the force b₃ pushes from its passage of b₂ on.
+pub struct Pushed;
+
+pub const PUSHED: [f64; 4] = [9.0, 1.0, 0.35, -4.0];
+
+impl ParametricMechanism for Pushed {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let mass = m.point_mass("mass", S::from(1.0), b[1], zero);
+        let ground = m.ground();
+        m.coordinate_spring("spring", ground.x, mass.x, [b[0], zero, zero, zero]);
+        let push = m.load("push", ground.x, mass.x, Fixed, &[b[3]]);
+        let motion = m.coordinate_sensor("motion", ground.x, mass.x);
+        let place = m.sensor("place", ground.at(b[2], zero));
+        let terms = [m.measure(place, "x")?, m.measure(motion, "position")?];
+        m.when("begin", Linear(vec![1.0, -1.0], 0.0), &terms, &[Action::Activate(push)])?;
+        outputs(&mut m, mass.x)?;
+        Ok(m)
+    }
+}
+
+fn outputs<S: Scalar>(m: &mut Mechanism<S>, coordinate: linkwright_mechanics::Coordinate) -> Result<()> {
+    let ground = m.ground().x;
+    let sensor = m.coordinate_sensor("mass", ground, coordinate);
+    for what in ["position", "velocity"] {
+        let term = m.measure(sensor, what)?;
+        m.output(what, &[term]);
+    }
+    Ok(())
+}
+
+/// Position and velocity of the mass at the time `t` after the passage.
+pub fn pushed<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
+    let rate = b[0].sqrt();
+    let side = (b[1] * b[1] - b[2] * b[2]).sqrt();
+    let (sin, cos) = (rate * t - side.atan2(b[2])).sin_cos();
+    let shift = b[3] / b[0];
+    [shift + (b[2] - shift) * cos - side * sin, -rate * ((b[2] - shift) * sin + side * cos)]
+}
+
+/// A bob of 2 kg on a string of the length b₀ that starts at rest at the angle b₁ from the vertical, under the gravity b₂. The
+/// string lets go where the bob is b₃ to the right of the pivot. The motion ends b₄ below the pivot.
+pub struct Sling;
+
+pub const SLING: [f64; 5] = [1.3, -1.2, 9.81, 0.6, 2.1];
+
+impl ParametricMechanism for Sling {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[2]);
+        let (sin, cos) = b[1].sin_cos();
+        let bob = m.point_mass("bob", S::from(2.0), b[0] * sin, -b[0] * cos);
+        let ground = m.ground();
+        let string = m.distance_constraint("string", ground.origin(), bob.origin(), b[0]);
+        let sensor = m.sensor("motion", bob.origin());
+        let [x, y] = [m.measure(sensor, "x")?, m.measure(sensor, "y")?];
+        let fixed = m.sensor("limits", ground.at(b[3], b[4]));
+        let [right, low] = [m.measure(fixed, "x")?, m.measure(fixed, "y")?];
+        let let_go = m.when("release", Linear(vec![1.0, -1.0], 0.0), &[x, right], &[Action::Deactivate(string)])?;
+        let landing = m.when("landing", Linear(vec![-1.0, -1.0], 0.0), &[y, low], &[Action::Terminate])?;
+        m.output("x", &[x]);
+        m.output_formula("duration", Linear(vec![], 1.0), &[]);
+        m.hold_output(landing);
+        m.output("release height", &[y]);
+        m.hold_output(let_go);
+        let tension = m.measure(string, "tension")?;
+        m.output("tension", &[tension]);
+        let (kinetic, potential) = (m.kinetic_energy(), m.potential_energy());
+        m.output("energy", &[kinetic, potential]);
+        Ok(m)
+    }
+}
+
+/// Range at the landing and height at the release in closed form.
+pub fn sling<S: Scalar>(b: &[S]) -> [S; 2] {
+    let sin = b[3] / b[0];
+    let cos = (-(sin * sin) + 1.0).sqrt();
+    let speed = (b[2] * b[0] * 2.0 * (cos - b[1].cos())).sqrt();
+    let (vx, vy, height) = (speed * cos, speed * sin, -b[0] * cos);
+    let drop = height + b[4];
+    let flight = (vy + (vy * vy + b[2] * drop * 2.0).sqrt()) / b[2];
+    [b[3] + vx * flight, height]
+}
+
+/// Two hinged bars hanging from a shaken pivot, the lower one near an inclined wall.
+///
+/// Design: mass, inertia and half length of both bars, position and angle of the wall, restitution, amplitude and frequency of
+/// the pivot, gravity.
+pub struct DoublePendulum;
+
+pub const BARS: [f64; 9] = [1.2, 0.05, 0.35, -0.9, 1.45, 0.6, 0.06, 3.0, 9.81];
+
+impl ParametricMechanism for DoublePendulum {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[8]);
+        let pivot = m.massless_node("pivot", Pose { x: zero, y: zero, theta: zero });
+        m.drive(pivot.x, Harmonic, &[zero, b[6], b[7], zero]);
+        m.fix(pivot.y);
+        m.fix(pivot.theta);
+        let angle = S::from(-0.3);
+        let (sin, cos) = angle.sin_cos();
+        let upper = m.body("upper", b[0], b[1], Pose { x: b[2] * cos, y: b[2] * sin, theta: angle });
+        let lower = m.body("lower", b[0], b[1], Pose { x: b[2] * cos * 3.0, y: b[2] * sin * 3.0, theta: angle });
+        m.add("hinge", Revolute, &[pivot.coordinates(), upper.coordinates()].concat(), &[zero, zero, -b[2], zero]);
+        let knee = m.revolute("knee", upper.at(b[2], zero), lower.at(-b[2], zero));
+        let ground = m.ground();
+        m.rigid_wall("wall", ground.at(b[3], zero), -b[4], lower.at(b[2], zero), b[5]);
+        let sensor = m.coordinate_sensor("angle", ground.theta, lower.theta);
+        let [position, velocity] = [m.measure(sensor, "position")?, m.measure(sensor, "velocity")?];
+        m.output("angle", &[position]);
+        m.output("velocity", &[velocity]);
+        let reaction = m.measure(knee, "force_x")?;
+        m.output("reaction", &[reaction]);
+        let (kinetic, potential) = (m.kinetic_energy(), m.potential_energy());
+        m.output("energy", &[kinetic, potential]);
+        Ok(m)
+    }
+}
