@@ -85,7 +85,7 @@ pub fn methods(analysis: &dyn Analysis) -> Vec<GradientMethod<'_>> {
 /// sizes of the design variables in their units. For each variable 22 analyses are made, in parallel; a design near `b` that
 /// cannot be analysed only costs accuracy.
 ///
-/// A method after the first that returns [`Error::Unsupported`] is omitted, such as the adjoint method where there are impacts.
+/// A method after the first that returns [`Error::Unsupported`] is omitted, such as the semi-analytical method where there are switches.
 ///
 /// # Errors
 ///

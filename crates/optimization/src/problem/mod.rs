@@ -23,6 +23,7 @@ mod problem;
 mod problem_scalar;
 mod quantity;
 mod reduced_histories;
+mod scaling;
 mod sensitivities;
 mod variable;
 
@@ -47,5 +48,6 @@ pub use problem_scalar::ProblemScalar;
 pub use problem_scalar::{AnyFunction, AnyFunctional, AnyMap};
 pub(crate) use quantity::QuantityForm;
 pub use quantity::{Quantity, SignedQuantity};
+pub use scaling::ScalingAdvice;
 pub use sensitivities::Sensitivities;
 pub use variable::DesignVariable;

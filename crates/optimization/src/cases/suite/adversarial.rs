@@ -8,7 +8,7 @@ use crate::cases::Solution::{Infeasible, Optima, Unbounded};
 use crate::cases::{CatalogueEntry, Optimum};
 use crate::function;
 use crate::problem::{DesignVariable, Problem, ProblemBuilder, Quantity};
-use std::f64::consts::LN_10;
+use std::f64::consts::{FRAC_1_SQRT_2, LN_10};
 
 const OURS: &str = "ours";
 /// ln 20.
@@ -76,6 +76,19 @@ problems! {
         start [0.1];
         minimize |[x]| x - x.ln() * 10.0;
         solution Optima(&[exact(10.0 - 10.0 * LN_10, &[10.0])]);
+    oblique_saddle as "oblique-saddle" "Valley with two minima, from a point of its plane of symmetry"
+        start [1.0, 1.0];
+        minimize |[x1, x2]| sq(x1 + x2) * 0.5 - sq(x1 - x2) * 0.25 + (x1 - x2).powi(4) * 0.0625;
+        solution Optima(&[
+            exact(-0.25, &[FRAC_1_SQRT_2, -FRAC_1_SQRT_2]),
+            exact(-0.25, &[-FRAC_1_SQRT_2, FRAC_1_SQRT_2]),
+        ]);
+    maximum_on_a_line as "maximum-on-a-line" "Product of two lengths of given sum, from the largest product"
+        start [1.0, 1.0];
+        within [(0.0, 2.0)];
+        minimize |[x1, x2]| x1 * x2;
+        subject to [equal(x1 + x2 - 2.0)];
+        solution Optima(&[exact(0.0, &[2.0, 0.0]), exact(0.0, &[0.0, 2.0])]);
     small_and_large_variables as "small-and-large-variables" "Variables of 1e-6 and 1e6"
         start [1e-7, 1e5];
         minimize |[x1, x2]| sq(x1 * 1e6 - 2.0) + sq(x2 * 1e-6 - 3.0);

@@ -2,7 +2,7 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `hs_bounds`, `hs_inequalities`, `hs_equalities`, `hs_mixed`, `hs_larger` | problems of Hock & Schittkowski |
+//! | `hs_bounds`, `hs_inequalities`, `hs_equalities`, `hs_mixed`, `hs_larger`, `hs_applications` | problems of Hock & Schittkowski |
 //! | `adversarial` | problems that mislead optimizers |
 //! | `semi_infinite` | constraints on a parameter, Chebyshev fits |
 //! | `statement` | statement of a problem, and the macro in which the lists are written |
@@ -15,6 +15,7 @@
 //! bound.
 
 mod adversarial;
+mod hs_applications;
 mod hs_bounds;
 mod hs_equalities;
 mod hs_inequalities;
@@ -55,12 +56,13 @@ impl Suite {
 }
 
 /// The lists, in the order in which they are shown.
-const LISTS: [&[CatalogueEntry]; 8] = [
+const LISTS: [&[CatalogueEntry]; 9] = [
     hs_bounds::PROBLEMS,
     hs_inequalities::PROBLEMS,
     hs_equalities::PROBLEMS,
     hs_mixed::PROBLEMS,
     hs_larger::PROBLEMS,
+    hs_applications::PROBLEMS,
     adversarial::PROBLEMS,
     adversarial::EXPLICIT,
     semi_infinite::PROBLEMS,

@@ -3,7 +3,7 @@
 use crate::problem::{Analysis, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::{Error, Result};
 use mechanics::analyses::dynamics::{
-    Dynamics, StepSize, has_contacts, implicit_step_lengths, simulate, simulate_by_given_steps, simulate_explicitly,
+    Dynamics, StepSize, has_contacts, implicit_step_lengths, simulate_by_given_steps, simulate_explicitly,
     simulate_recorded, simulate_with_recording, simulate_with_steps,
 };
 use mechanics::analyses::step_comparison::{explicit_step_warning, step_warning};
@@ -350,10 +350,6 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let mechanism = self.model.build(b)?;
         let (history, steps) = match &self.settings {
-            // A recording does not contain events.
-            Integration::Implicit(settings) if mechanism.has_events() => {
-                (simulate(&mechanism, settings, &self.times)?, None)
-            }
             Integration::Implicit(settings) => {
                 let (history, steps) = simulate_recorded(&mechanism, settings, &self.times, self.memory)?;
                 (history, Some(Steps::Implicit(steps)))

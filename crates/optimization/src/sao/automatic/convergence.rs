@@ -12,8 +12,8 @@ const IN_TERMS: [f64; 2] = [1e-5, 1e-9];
 /// Largest predicted decrease, relative to F: in general, and while a move limit is active. Limits may be small because a
 /// length was underestimated, and grow by up to ten a cycle.
 const PREDICTED: [f64; 2] = [1e-6, 1e-13];
-/// Largest first-order decrease R, relative to F.
-const RESIDUAL: f64 = 3e-4;
+/// Largest first-order decrease R, relative to F: in general, and where the step is zero.
+const RESIDUAL: [f64; 2] = [1e-4, 3e-4];
 /// Largest Σ |λᵢ cᵢ|, relative to F.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
@@ -113,8 +113,8 @@ impl StopTest<'_> {
         (NEGLIGIBLE * self.objective_unit()).max(ROUNDING[1] * objective)
     }
 
-    /// The reason in words if the run has converged.
-    pub fn converged(&self) -> Option<String> {
+    /// The reason in words if the run has converged. `is_last` says that no other step can be made.
+    pub fn converged(&self, is_last: bool) -> Option<String> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let Optimality { residual, complementarity, largest_change } = self.optimality;
         if !is_feasible(self.violation, self.violation_in_terms, 1.0) || !self.is_compatible {
@@ -137,7 +137,7 @@ impl StopTest<'_> {
             allowed(PREDICTED[0], ROUNDING[0]).max(tolerance)
         };
         let holds = self.predicted.abs() <= prediction
-            && residual <= allowed(RESIDUAL, ROUNDING[1]).max(tolerance)
+            && residual <= allowed(RESIDUAL[usize::from(is_last)], ROUNDING[1]).max(tolerance)
             && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance);
         holds.then(|| {
             format!(

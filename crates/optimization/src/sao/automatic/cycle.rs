@@ -1,5 +1,7 @@
 //! One cycle of the automatic method.
 
+mod exploration;
+
 use super::super::trial::{Proposal as Record, Trial};
 use super::super::{Cycle, Method, Region, State, Status, Verdict};
 use super::acceptance::{Decision, FilterEntry, Merit, Step, widths_after_acceptance, widths_after_rejection};
@@ -8,7 +10,7 @@ use super::convergence::{Optimality, StopTest, feasibility_factor, is_feasible, 
 use super::lengths::{Units, spread, start_lengths};
 use super::linearized::Linearized;
 use super::numbers::{NumberGroup, collect, find};
-use super::quasi_newton::damped_bfgs;
+use super::quasi_newton::{Pair, damped_bfgs};
 use super::restoration::{is_incompatible, is_stationary, least_violation, reach};
 use super::selection::{Observation, ObservedLagrangian, discount};
 use super::surrogate::{BoxedSurrogate, Surrogate};
@@ -17,7 +19,7 @@ use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem, RowId};
 use error::Result;
 use nalgebra::{DMatrix, DVector};
-use nlp::{Curvature, KktResidual, Solution, Sqp, SubproblemSolver};
+use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
 
 /// Displacements from a stationary point in lengths: the second one if the first one led back.
 const DISPLACEMENTS: [f64; 2] = [0.1, 0.5];
@@ -28,12 +30,6 @@ const BETTER: f64 = 0.99;
 /// Lengths within which the violation must be stationary. A length may be underestimated, above all for a variable that
 /// started at zero.
 const WIDE: f64 = 100.0;
-/// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
-const NEAR_BOUND: f64 = 1e-6;
-/// Part of a direction that is new, from which on it counts as another direction.
-const INDEPENDENT: f64 = 1e-2;
-/// Part of a length, and of the largest change of a row over the lengths, that counts as none.
-const NO_EFFECT: f64 = 1e-6;
 /// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
 const RECENT: usize = 4;
 const LEAST_WIDTH: f64 = 1e-3;
@@ -61,8 +57,17 @@ struct Proposal {
     /// t*, if the linearized rows are incompatible.
     restoration: Option<f64>,
     predicted: Merit,
-    /// True for a step that leaves a stationary point of the violation.
-    is_displacement: bool,
+    purpose: Purpose,
+}
+
+/// The reason why a design is analysed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    Improvement,
+    /// To see the curvature of the Lagrangian in a direction; accepted if it bends down.
+    Curvature,
+    /// To leave a stationary point or to move a variable on which nothing depends; always accepted.
+    Displacement,
 }
 
 /// The surrogate of a cycle: which models it has.
@@ -109,7 +114,7 @@ impl Automatic {
         // What follows changes the state.
         let factors: Vec<f64> = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
         let step: Vec<f64> = proposal.design.iter().zip(&state.design).map(|(to, from)| to - from).collect();
-        let is_displaced = proposal.is_displacement;
+        let purpose = proposal.purpose;
         let Proposal { region, at_limit, solution, .. } = proposal;
         let record = Record { data: &data, region, solution, distance: 0.0, at_limit, analyzed };
         let verdict = if decision == Decision::Rejected { Verdict::Reject } else { Verdict::Accept };
@@ -119,6 +124,7 @@ impl Automatic {
         drop(trial);
         cycle.residual = None;
         let Record { at_limit, analyzed, .. } = record;
+        memory.explorations += usize::from(purpose == Purpose::Curvature);
         state.counters.analyses += 1;
         state.counters.subproblem_iterations += cycle.iterations;
         state.history.push(cycle);
@@ -128,12 +134,13 @@ impl Automatic {
                 if decision == Decision::Violation {
                     memory.filter.push(entry);
                 }
-                if is_displaced {
-                    memory.stationary.extend((violation > 0.0).then_some(violation));
+                if purpose == Purpose::Improvement {
+                    widths_after_acceptance(&mut memory.widths, &step, &at_limit, ratio);
+                } else {
+                    let left = purpose == Purpose::Displacement && violation > 0.0;
+                    memory.stationary.extend(left.then_some(violation));
                     memory.filter.clear();
                     memory.widths.iter_mut().zip(&lengths).for_each(|(w, l)| *w = w.max(DISPLACEMENTS[0] * l));
-                } else {
-                    widths_after_acceptance(&mut memory.widths, &step, &at_limit, ratio);
                 }
                 (memory.rejections, memory.rejected) = (0, vec![]);
                 state.counters.sensitivity_analyses += usize::from(next.has_derivatives());
@@ -141,6 +148,7 @@ impl Automatic {
                 self.store(problem, &state, &next, &mut memory);
                 state.data = Some(next);
             }
+            _ if purpose == Purpose::Curvature => state.data = Some(data),
             (analyzed, _) => {
                 widths_after_rejection(&mut memory.widths, &step, analyzed.is_ok() && memory.rejections == 0);
                 memory.rejections += 1;
@@ -287,12 +295,13 @@ impl<'a> Situation<'a> {
         Some(surrogate)
     }
 
-    /// The damped BFGS matrix of Σ wᵣ r(b) over all numbers, with today's weights wᵣ = ∂(F + Σ λᵢ cᵢ)/∂r.
-    fn lagrangian_matrix(&self, surrogate: &Surrogate) -> Option<DMatrix<f64>> {
+    /// The steps between the stored designs and the changes of ∂L/∂b along them, L = F + Σ λᵢ cᵢ, in lengths. The weight of each
+    /// number in L is the one at the current design.
+    fn lagrangian_pairs(&self, surrogate: &Surrogate, multipliers: &[f64]) -> Vec<Pair> {
         let (n, points) = (self.n(), &self.memory.points);
         let numbers = &self.current().numbers;
         let values: Vec<f64> = numbers.iter().map(|number| number.value).collect();
-        let weights = surrogate.number_weights(&self.last_multipliers(), &values);
+        let weights = surrogate.number_weights(multipliers, &values);
         let mut changes = vec![vec![0.0; n]; points.len() - 1];
         for (number, weight) in numbers.iter().zip(weights).filter(|(_, w)| *w != 0.0) {
             for (sum, change) in changes.iter_mut().zip(gradient_changes(self.problem, points, number)) {
@@ -305,8 +314,13 @@ impl<'a> Situation<'a> {
             let step = DVector::from_fn(n, |j, _| (ends[1].design[j] - ends[0].design[j]) / l[j]);
             [step, DVector::from_fn(n, |j, _| change[j] * l[j])]
         };
-        let pairs: Vec<_> = points.windows(2).zip(&changes).map(pair).filter(|[s, _]| s.norm() > 0.0).collect();
-        let scaled = if pairs.is_empty() { None } else { damped_bfgs(&pairs) }?;
+        points.windows(2).zip(&changes).map(pair).filter(|[s, _]| s.norm() > 0.0).collect()
+    }
+
+    /// The damped BFGS matrix of the Lagrangian; `None` before a step along which it bends up.
+    fn lagrangian_matrix(&self, surrogate: &Surrogate) -> Option<DMatrix<f64>> {
+        let scaled = damped_bfgs(&self.lagrangian_pairs(surrogate, &self.last_multipliers()))?;
+        let (n, l) = (self.n(), &self.units.lengths);
         Some(DMatrix::from_fn(n, n, |i, j| scaled[(i, j)] / l[i] / l[j]))
     }
 
@@ -362,12 +376,13 @@ impl<'a> Situation<'a> {
         if is_flat && self.violation == 0.0 {
             return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0], |_| true))));
         }
-        if let Some(reason) = test.converged() {
+        let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
+        let stalled = stalled(&step, &self.memory.widths, &self.units.lengths);
+        if let Some(reason) = test.converged(stalled.is_some()) {
             let unexplored = self.unexplored(test.negligible());
             return Ok(unexplored.map_or(Next::End(Status::Converged, reason), |p| Next::Analyse(Box::new(p))));
         }
-        let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
-        if let Some(reason) = stalled(&step, &self.memory.widths, &self.units.lengths) {
+        if let Some(reason) = stalled {
             return Ok(Next::End(Status::Stalled, reason));
         }
         Ok(Next::Analyse(Box::new(proposal)))
@@ -401,12 +416,11 @@ impl<'a> Situation<'a> {
             .map(|(x, (l, u))| x.clamp(*l, *u))
             .collect();
         let values = surrogate.values(&design);
-        let violations = self.violations(&values.rows);
         let at_limit = self.at_limit(&design, &region);
         Ok(Proposal {
-            predicted: Merit::new(values.objective, &violations, &self.units),
+            predicted: self.merit(values.objective, &values.rows),
             restoration,
-            is_displacement: false,
+            purpose: Purpose::Improvement,
             at_limit,
             solution: Solution {
                 x: design.clone(),
@@ -422,14 +436,14 @@ impl<'a> Situation<'a> {
         })
     }
 
-    /// The largest violation of each constraint from values of the retained rows.
-    fn violations(&self, rows: &[f64]) -> Vec<f64> {
+    /// The merit with these values of the objective and the retained rows.
+    fn merit(&self, objective: f64, rows: &[f64]) -> Merit {
         let mut violations = vec![f64::NEG_INFINITY; self.problem.constraints.len()];
         for ((row, c), equality) in self.here.rows.iter().zip(rows).zip(&self.here.equality) {
             let v = &mut violations[row.constraint];
             *v = v.max(if *equality { c.abs() } else { *c });
         }
-        violations
+        Merit::new(objective, &violations, &self.units)
     }
 
     /// A displacement or the end if the violation is stationary here; `None` if it is not.
@@ -462,109 +476,6 @@ impl<'a> Situation<'a> {
         Ok(Some(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[futile], |_| true)))))
     }
 
-    /// A step in directions of which nothing is known but the slope, for a design that seems to be an optimum; `None` if there is none.
-    ///
-    /// A curvature that no step has shown is a guess. Where a length was underestimated, it is far too large: the step and the
-    /// predicted decrease are then far too small. A variable on which nothing ever depended to first order may be at a maximum.
-    fn unexplored(&self, negligible: f64) -> Option<Proposal> {
-        if (0..self.n()).any(|j| self.is_unknown(j)) {
-            return Some(self.displacement(DISPLACEMENTS[0], |j| self.is_unknown(j)));
-        }
-        if self.memory.rejections > 0 {
-            return None;
-        }
-        let (design, lengths, widths) = (&self.state.design, &self.units.lengths, &self.memory.widths);
-        let slope = self.here.lagrangian_slope(&self.here.balanced(self.problem, design, lengths));
-        let is_free = |j: usize| {
-            let variable = &self.problem.variables[j];
-            let distance = if slope[j] > 0.0 { design[j] - variable.lower } else { variable.upper - design[j] };
-            distance > NEAR_BOUND * lengths[j]
-        };
-        let scaled = |v: &dyn Fn(usize) -> f64| -> DVector<f64> {
-            DVector::from_fn(self.n(), |j, _| if is_free(j) { v(j) } else { 0.0 })
-        };
-        let rows = (0..self.here.c.len()).filter(|&i| self.here.is_active(i, lengths));
-        let gradients = rows.map(|i| scaled(&|j| self.here.jacobian[(i, j)] * lengths[j]));
-        let step = |one: &[f64], other: &[f64]| scaled(&|j| (one[j] - other[j]) / lengths[j]);
-        let steps = self.memory.points.windows(2).map(|ends| step(&ends[1].design, &ends[0].design));
-        // The active rows stay active to first order; of the rest, what is left of it by the steps is new.
-        let descent = without(&scaled(&|j| -slope[j] * lengths[j]), &basis(gradients));
-        if !(without(&descent, &basis(steps)).amax() > negligible) {
-            return None;
-        }
-        let largest = descent.amax();
-        let size =
-            (0..self.n()).map(|j| widths[j] / lengths[j] * largest / descent[j].abs()).fold(f64::INFINITY, f64::min);
-        let region = self.sides(widths);
-        let moved = |j: usize| design[j] + size * lengths[j] * descent[j] / largest;
-        let to = (0..self.n()).map(|j| moved(j).clamp(region.lower[j], region.upper[j])).collect();
-        Some(self.by_linear_surrogate(to, region))
-    }
-
-    /// True for a variable that never moved because nothing ever depended on it to first order, except for what rounding leaves.
-    fn is_unknown(&self, j: usize) -> bool {
-        let (variable, lengths) = (&self.problem.variables[j], &self.units.lengths);
-        let mut accepted = self.state.history.iter().filter(|c| c.accepted);
-        let has_no_effect = |slope: &Vec<f64>| {
-            let largest = slope.iter().zip(lengths).map(|(g, l)| (g * l).abs()).fold(0.0, f64::max);
-            slope[j].abs() * lengths[j] <= NO_EFFECT * largest
-        };
-        let mut points = self.memory.points.iter();
-        variable.upper > variable.lower
-            && accepted.all(|c| (c.design[j] - self.state.design[j]).abs() <= NO_EFFECT * lengths[j])
-            && has_no_effect(&self.here.slope)
-            && points.all(|p| p.slopes.iter().chain(p.numbers.iter().map(|r| &r.gradient)).all(has_no_effect))
-    }
-
-    /// A step of some variables in a generic direction, by this part of the lengths, that leaves a stationary point.
-    fn displacement(&self, size: f64, is_moved: impl Fn(usize) -> bool) -> Proposal {
-        let region = self.sides(&self.units.lengths);
-        let tries = self.memory.stationary.len() + self.memory.rejections;
-        let design: Vec<f64> = (0..self.n())
-            .map(|j| {
-                if !is_moved(j) {
-                    return self.state.design[j];
-                }
-                // Fractions of multiples of the golden ratio are spread evenly.
-                let fraction = (0.618_033_988_749_894_9 * (1 + j + 7 * tries) as f64).fract();
-                let sign = if fraction < 0.5 { -1.0 } else { 1.0 };
-                let size =
-                    size * self.units.lengths[j] * (0.5 + fraction) * 0.25f64.powi(self.memory.rejections as i32);
-                let (here, lower, upper) = (self.state.design[j], region.lower[j], region.upper[j]);
-                let there = here + sign * size;
-                let inside = (lower..=upper).contains(&there);
-                if inside { there } else { (here - sign * size).clamp(lower, upper) }
-            })
-            .collect();
-        let proposal = self.by_linear_surrogate(design, region);
-        let predicted = Merit { violation: f64::INFINITY, ..proposal.predicted };
-        Proposal { predicted, is_displacement: true, ..proposal }
-    }
-
-    /// A design that is no solution of a subproblem, with the prediction of the linear surrogate.
-    fn by_linear_surrogate(&self, design: Vec<f64>, region: Region) -> Proposal {
-        let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
-        let values = surrogate.values(&design);
-        let violations = self.violations(&values.rows);
-        let solution = Solution {
-            x: design.clone(),
-            objective: values.objective,
-            multipliers: self.here.balanced(self.problem, &self.state.design, &self.units.lengths),
-            rows: values.rows,
-            lower_multipliers: vec![],
-            upper_multipliers: vec![],
-            iterations: 0,
-            evaluations: nlp::Evaluations::default(),
-            status: nlp::Status::Relaxed,
-            relaxation: None,
-            relaxed_rows: vec![],
-            kkt: KktResidual::default(),
-        };
-        let predicted = Merit::new(solution.objective, &violations, &self.units);
-        let at_limit = self.at_limit(&design, &region);
-        Proposal { design, region, at_limit, solution, restoration: None, predicted, is_displacement: false }
-    }
-
     /// Marks the variables that are at a move limit.
     fn at_limit(&self, design: &[f64], region: &Region) -> Vec<bool> {
         let one = |j: usize| {
@@ -590,8 +501,10 @@ impl<'a> Situation<'a> {
     }
 
     fn decide(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> Decision {
-        if proposal.is_displacement {
-            return Decision::Decrease;
+        match proposal.purpose {
+            Purpose::Improvement => {}
+            Purpose::Curvature if !self.bends_down(proposal, analyzed) => return Decision::Rejected,
+            Purpose::Curvature | Purpose::Displacement => return Decision::Decrease,
         }
         let filter = self.memory.filter.iter().map(|e| Merit::new(e.objective, &e.violations, &self.units));
         self.step(proposal, analyzed).decide(filter)
@@ -683,26 +596,4 @@ impl<'a> Situation<'a> {
         });
         Some(ObservedLagrangian { value, gradient })
     }
-}
-
-/// Orthonormal vectors that span the given ones.
-fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
-    let mut basis = vec![];
-    for vector in vectors {
-        let rest = without(&vector, &basis);
-        if rest.norm() > INDEPENDENT * vector.norm() {
-            basis.push(rest.normalize());
-        }
-    }
-    basis
-}
-
-/// A vector without its components along orthonormal ones.
-fn without(vector: &DVector<f64>, known: &[DVector<f64>]) -> DVector<f64> {
-    let mut rest = vector.clone();
-    // The second time removes what rounding left.
-    for _ in 0..2 {
-        known.iter().for_each(|k| rest.axpy(-k.dot(&rest), k, 1.0));
-    }
-    rest
 }

@@ -45,7 +45,9 @@ use serde::{Deserialize, Serialize};
 /// correction through rejected designs. The stop test is made in units of what was seen: scaling the objective,
 /// constraints or variables, or adding a constant to the objective, changes the run by rounding only.
 ///
-/// The result is a first-order point. A run may also end at a stationary point of the violation: it then reports
+/// The result satisfies the first-order conditions. Before the run ends, the Lagrangian is evaluated beside the design in
+/// directions along the active rows that no step had, or in which the steps show no positive curvature: at a saddle point or a
+/// maximum the run goes on. Not all directions are tried, so that this is no proof. A run may also end at a stationary point of the violation: it then reports
 /// [`Status::Infeasible`](super::Status::Infeasible), which says nothing about other regions.
 ///
 /// # Sources
@@ -99,6 +101,9 @@ pub struct AutomaticState {
     pub rejected: Vec<RejectedPoint>,
     /// Violations at stationary points of the violation that the run has left.
     pub stationary: Vec<f64>,
+    /// Number of analyses beside a design that seemed to be an optimum, to see the curvature in a direction.
+    #[serde(default)]
+    pub explorations: usize,
     /// Change of the objective that does not matter, where the run of another method is continued; zero otherwise.
     #[serde(default)]
     pub tolerance: f64,

@@ -1,0 +1,303 @@
+//! Steps in directions of which nothing is known, from a design that satisfies the first-order conditions.
+//!
+//! The conditions hold at saddle points and maxima, too. What the run has shown says more: a curvature of the Lagrangian on the
+//! tangent space of the active rows that is not positive, or a tangent direction that no step had. The value of the Lagrangian beside
+//! the design, in this direction, decides before the run ends: if it is less, the run goes on from there.
+
+use super::super::candidates::AcceptedPoint;
+use super::super::quasi_newton::{Pair, sr1};
+use super::{Kind, Proposal, Purpose, Situation};
+use crate::problem::AnalyzedDesign;
+use crate::sao::Region;
+use nalgebra::{DMatrix, DVector};
+use nlp::{KktResidual, Solution};
+
+/// Displacement of variables on which nothing depended, and a step that shows a curvature, in lengths.
+const DISPLACEMENT: f64 = 0.1;
+const STEP: f64 = 0.01;
+/// First-order decrease of the objective by such a step, in negligible changes, where there is a slope.
+const MATTERS: f64 = 1e6;
+/// Largest number of steps of a run that show a curvature.
+const MOST_EXPLORATIONS: usize = 3;
+/// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
+const NEAR_BOUND: f64 = 1e-6;
+/// Part of a direction that is new, from which on it counts as another direction.
+const INDEPENDENT: f64 = 1e-2;
+/// Part of a length, and of the largest change of a row over the lengths, that counts as none.
+const NO_EFFECT: f64 = 1e-6;
+/// Part of the Lagrangian, and of its largest curvature, that is rounding.
+const ROUNDING: f64 = 1e-12;
+/// Least curvature relative to the largest one that counts as positive.
+const FLAT: f64 = 1e-6;
+
+/// The directions in which a design can move to first order, in lengths.
+struct Tangent<'a> {
+    situation: &'a Situation<'a>,
+    /// Multipliers of the active rows, and the slope of the Lagrangian with them.
+    multipliers: Vec<f64>,
+    slope: Vec<f64>,
+    /// Orthonormal gradients of the active rows over the free variables.
+    normals: Vec<DVector<f64>>,
+    /// Those of the equalities and of the rows on which the Lagrangian depends. The others may become inactive.
+    binding: Vec<DVector<f64>>,
+}
+
+impl<'a> Tangent<'a> {
+    /// Changes of the objective up to `negligible` do not matter.
+    fn new(situation: &'a Situation<'a>, negligible: f64) -> Self {
+        let (design, lengths, here) = (&situation.state.design, &situation.units.lengths, &situation.here);
+        let multipliers = here.balanced(situation.problem, design, lengths);
+        let slope = here.lagrangian_slope(&multipliers);
+        let mut tangent = Self { situation, multipliers, slope, normals: vec![], binding: vec![] };
+        let gradient = |i: usize| tangent.free(|j| here.jacobian[(i, j)] * lengths[j]);
+        let is_binding = |i: &usize| here.equality[*i] || tangent.multipliers[*i] * gradient(*i).amax() > negligible;
+        let active = || (0..here.c.len()).filter(|&i| here.is_active(i, lengths));
+        let binding = basis(active().filter(is_binding).map(gradient));
+        (tangent.normals, tangent.binding) = (basis(active().map(gradient)), binding);
+        tangent
+    }
+
+    /// True for a variable that its slope does not push to a bound where it is.
+    fn is_free(&self, j: usize) -> bool {
+        let (variable, here) = (&self.situation.problem.variables[j], self.situation.state.design[j]);
+        let distance = if self.slope[j] > 0.0 { here - variable.lower } else { variable.upper - here };
+        distance > NEAR_BOUND * self.situation.units.lengths[j]
+    }
+
+    /// A vector of the free variables.
+    fn free(&self, component: impl Fn(usize) -> f64) -> DVector<f64> {
+        DVector::from_fn(self.situation.n(), |j, _| if self.is_free(j) { component(j) } else { 0.0 })
+    }
+
+    /// −∂L/∂b without what the active rows forbid.
+    fn descent(&self) -> DVector<f64> {
+        without(&self.free(|j| -self.slope[j] * self.situation.units.lengths[j]), &self.normals)
+    }
+
+    /// Orthonormal steps of the run without their components along orthonormal vectors.
+    fn steps(&self, normals: &[DVector<f64>]) -> Vec<DVector<f64>> {
+        let (points, lengths) = (&self.situation.memory.points, &self.situation.units.lengths);
+        let step = |ends: &[AcceptedPoint]| self.free(|j| (ends[1].design[j] - ends[0].design[j]) / lengths[j]);
+        let along = |step: DVector<f64>| {
+            let rest = without(&step, normals);
+            (is_long(&step) && rest.norm() > INDEPENDENT * step.norm()).then_some(rest)
+        };
+        basis(points.windows(2).map(step).filter_map(along))
+    }
+
+    /// The steps of the run and the changes of ∂L/∂b.
+    fn pairs(&self) -> Vec<Pair> {
+        let surrogate = self.situation.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
+        let mut pairs = self.situation.lagrangian_pairs(&surrogate, &self.multipliers);
+        pairs.retain(|[step, _]| is_long(step));
+        pairs
+    }
+
+    /// A direction in which the design may be a maximum for all that is known; `None` if the known curvatures are positive.
+    fn uncertain(&self, negligible: f64) -> Option<DVector<f64>> {
+        let n = self.situation.n();
+        let unit = |j: usize| DVector::from_fn(n, |i, _| if i == j { 1.0 } else { 0.0 });
+        let free = (0..n).filter(|&j| self.is_free(j)).map(unit);
+        let all = basis(self.binding.iter().cloned().chain(free));
+        let tangent = &all[self.binding.len()..];
+        if tangent.is_empty() {
+            return None;
+        }
+        let pairs = self.pairs();
+        let combined = |weights: &mut dyn Iterator<Item = f64>, vectors: &[DVector<f64>]| {
+            vectors.iter().zip(weights).fold(DVector::zeros(n), |sum, (v, weight)| sum + v * weight)
+        };
+        let (steps, explorations) = (self.steps(&self.binding), self.situation.memory.explorations);
+        let unknown = basis(tangent.iter().map(|v| without(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
+        if !unknown.is_empty() && steps.len() < tangent.len() {
+            let mut generic = (0..unknown.len()).map(|k| golden_fraction(k) - 0.5);
+            let direction = combined(&mut generic, &unknown);
+            return (explorations == 0).then(|| without(&conjugate(&direction, &pairs), &self.binding));
+        }
+        let hessian = sr1(&pairs)?;
+        let r = tangent.len();
+        let reduced = DMatrix::from_fn(r, r, |i, k| tangent[i].dot(&(&hessian * &tangent[k]))).symmetric_eigen();
+        let rounding = ROUNDING * hessian.amax();
+        let positive = (FLAT * reduced.eigenvalues.amax()).max(rounding).max(negligible);
+        let mut flat: Vec<usize> = (0..r).filter(|&k| reduced.eigenvalues[k] <= positive).collect();
+        flat.sort_by(|&a, &b| reduced.eigenvalues[a].total_cmp(&reduced.eigenvalues[b]));
+        // One direction after the other.
+        let column = reduced.eigenvectors.column(*flat.get(explorations)?);
+        Some(combined(&mut column.iter().copied(), tangent))
+    }
+}
+
+/// True for a step in lengths that is more than rounding and shows something.
+fn is_long(step: &DVector<f64>) -> bool {
+    step.amax() > NO_EFFECT
+}
+
+/// A direction with its components along known steps such that its curvature is not theirs: yᵀd = 0 for the change y of the
+/// gradient along each step.
+fn conjugate(direction: &DVector<f64>, pairs: &[Pair]) -> DVector<f64> {
+    if pairs.is_empty() {
+        return direction.clone();
+    }
+    let known = DMatrix::from_fn(pairs.len(), pairs.len(), |i, k| pairs[i][1].dot(&pairs[k][0]));
+    let along = DVector::from_fn(pairs.len(), |i, _| pairs[i][1].dot(direction));
+    let svd = known.svd(true, true);
+    let largest = svd.singular_values.amax();
+    let weights =
+        svd.solve(&along, INDEPENDENT * INDEPENDENT * largest).unwrap_or_else(|_| DVector::zeros(pairs.len()));
+    pairs.iter().zip(weights.iter()).fold(direction.clone(), |rest, ([step, _], &weight)| rest - step * weight)
+}
+
+impl Situation<'_> {
+    /// A step in directions of which nothing is known, for a design that seems to be an optimum; `None` if there is none.
+    ///
+    /// A variable on which nothing ever depended to first order may be at a maximum. A curvature that no step has shown is a
+    /// guess: where a length was underestimated it is far too large, and the step and the predicted decrease far too small.
+    pub(super) fn unexplored(&self, negligible: f64) -> Option<Proposal> {
+        if (0..self.n()).any(|j| self.is_unknown(j)) {
+            return Some(self.displacement(DISPLACEMENT, |j| self.is_unknown(j)));
+        }
+        let tangent = Tangent::new(self, negligible);
+        let (lengths, widths) = (&self.units.lengths, &self.memory.widths);
+        let descent = tangent.descent();
+        let new = without(&descent, &tangent.steps(&tangent.normals));
+        if self.memory.rejections == 0 && new.amax() > negligible {
+            let direction = without(&conjugate(&new, &tangent.pairs()), &tangent.normals);
+            let to_limit = |j: usize| widths[j] / (lengths[j] * direction[j].abs());
+            let size = (0..self.n()).map(to_limit).fold(f64::INFINITY, f64::min);
+            return Some(self.along(&direction, size, widths, Purpose::Improvement));
+        }
+        if self.memory.explorations >= MOST_EXPLORATIONS {
+            return None;
+        }
+        let direction = tangent.uncertain(negligible)?.normalize();
+        let slope = descent.dot(&direction);
+        let noise = negligible.max(f64::EPSILON * self.units.objective_range);
+        let to_matter = if slope.abs() > noise { MATTERS * noise / slope } else { 0.0 };
+        let size = (STEP / direction.amax()).max(to_matter.abs()).copysign(slope);
+        let box_size = (size.abs() * direction.amax()).max(1.0);
+        let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();
+        Some(self.along(&direction, size, &widths, Purpose::Curvature))
+    }
+
+    /// A step of `size` times a direction in lengths, inside a box and the bounds; backwards if this is longer.
+    fn along(&self, direction: &DVector<f64>, size: f64, widths: &[f64], purpose: Purpose) -> Proposal {
+        let (design, lengths, region) = (&self.state.design, &self.units.lengths, self.sides(widths));
+        let moved = |size: f64| -> Vec<f64> {
+            let to = |j: usize| design[j] + size * lengths[j] * direction[j];
+            (0..self.n()).map(|j| to(j).clamp(region.lower[j], region.upper[j])).collect()
+        };
+        let distance = |to: &[f64]| (0..self.n()).map(|j| ((to[j] - design[j]) / lengths[j]).powi(2)).sum::<f64>();
+        let (forwards, backwards) = (moved(size), moved(-size));
+        let is_shorter = purpose == Purpose::Curvature && distance(&forwards) < 0.5 * distance(&backwards);
+        self.by_linear_surrogate(if is_shorter { backwards } else { forwards }, region, purpose)
+    }
+
+    /// True if the Lagrangian is less at a design along a tangent direction, and no inequality without a multiplier is violated
+    /// there.
+    pub(super) fn bends_down(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> bool {
+        let multipliers = &proposal.solution.multipliers;
+        let is_free = |i: &usize| multipliers[*i] == 0.0 && !self.here.equality[*i];
+        let violation = |i: usize| {
+            let row = self.here.rows[i];
+            (analyzed.evaluation.value_of(row) - 1.0) / self.units.rows[row.constraint]
+        };
+        let is_feasible = (0..multipliers.len()).filter(is_free).map(violation).all(|v| v <= NO_EFFECT);
+        let there = self.observed_lagrangian(proposal, analyzed, None).map_or(f64::INFINITY, |l| l.value);
+        let rows: f64 = multipliers.iter().zip(&self.here.c).map(|(λ, c)| λ * c).sum();
+        let here = self.state.evaluation.objective + rows;
+        is_feasible && there < here - ROUNDING * here.abs()
+    }
+
+    /// True for a variable that never moved because nothing ever depended on it to first order, except for what rounding leaves.
+    fn is_unknown(&self, j: usize) -> bool {
+        let (variable, lengths) = (&self.problem.variables[j], &self.units.lengths);
+        let mut accepted = self.state.history.iter().filter(|c| c.accepted);
+        let has_no_effect =
+            |slope: &Vec<f64>| slope[j].abs() * lengths[j] <= NO_EFFECT * largest_single(slope, lengths);
+        let mut points = self.memory.points.iter();
+        variable.upper > variable.lower
+            && accepted.all(|c| (c.design[j] - self.state.design[j]).abs() <= NO_EFFECT * lengths[j])
+            && has_no_effect(&self.here.slope)
+            && points.all(|p| p.slopes.iter().chain(p.numbers.iter().map(|r| &r.gradient)).all(has_no_effect))
+    }
+
+    /// A step of some variables in a generic direction, by this part of the lengths.
+    pub(super) fn displacement(&self, size: f64, is_moved: impl Fn(usize) -> bool) -> Proposal {
+        let region = self.sides(&self.units.lengths);
+        let tries = self.memory.stationary.len() + self.memory.rejections;
+        let design: Vec<f64> = (0..self.n())
+            .map(|j| {
+                if !is_moved(j) {
+                    return self.state.design[j];
+                }
+                let fraction = golden_fraction(j + 7 * tries);
+                let sign = if fraction < 0.5 { -1.0 } else { 1.0 };
+                let size =
+                    size * self.units.lengths[j] * (0.5 + fraction) * 0.25f64.powi(self.memory.rejections as i32);
+                let (here, lower, upper) = (self.state.design[j], region.lower[j], region.upper[j]);
+                let there = here + sign * size;
+                let inside = (lower..=upper).contains(&there);
+                if inside { there } else { (here - sign * size).clamp(lower, upper) }
+            })
+            .collect();
+        self.by_linear_surrogate(design, region, Purpose::Displacement)
+    }
+
+    /// A design that is no solution of a subproblem, with the prediction of the linear surrogate.
+    fn by_linear_surrogate(&self, design: Vec<f64>, region: Region, purpose: Purpose) -> Proposal {
+        let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
+        let values = surrogate.values(&design);
+        let mut predicted = self.merit(values.objective, &values.rows);
+        if purpose != Purpose::Improvement {
+            predicted.violation = f64::INFINITY;
+        }
+        let solution = Solution {
+            x: design.clone(),
+            objective: values.objective,
+            multipliers: self.here.balanced(self.problem, &self.state.design, &self.units.lengths),
+            rows: values.rows,
+            lower_multipliers: vec![],
+            upper_multipliers: vec![],
+            iterations: 0,
+            evaluations: nlp::Evaluations::default(),
+            status: nlp::Status::Relaxed,
+            relaxation: None,
+            relaxed_rows: vec![],
+            kkt: KktResidual::default(),
+        };
+        let at_limit = self.at_limit(&design, &region);
+        Proposal { design, region, at_limit, solution, restoration: None, predicted, purpose }
+    }
+}
+
+/// The fractional part of the k-th multiple of the golden ratio, counted from one: evenly spread.
+fn golden_fraction(k: usize) -> f64 {
+    (0.618_033_988_749_894_9 * (1 + k) as f64).fract()
+}
+
+/// max |∂ⱼ| ℓⱼ.
+fn largest_single(slope: &[f64], lengths: &[f64]) -> f64 {
+    slope.iter().zip(lengths).map(|(g, l)| (g * l).abs()).fold(0.0, f64::max)
+}
+
+/// Orthonormal vectors that span the given ones.
+fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
+    let mut basis = vec![];
+    for vector in vectors {
+        let rest = without(&vector, &basis);
+        if rest.norm() > INDEPENDENT * vector.norm() {
+            basis.push(rest.normalize());
+        }
+    }
+    basis
+}
+
+/// A vector without its components along orthonormal ones.
+fn without(vector: &DVector<f64>, known: &[DVector<f64>]) -> DVector<f64> {
+    let mut rest = vector.clone();
+    // The second time removes what rounding left.
+    for _ in 0..2 {
+        known.iter().for_each(|k| rest.axpy(-k.dot(&rest), k, 1.0));
+    }
+    rest
+}
