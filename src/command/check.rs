@@ -9,13 +9,18 @@ use linkwright::Error;
 use linkwright::cases::find;
 use linkwright::gradient_check::{GradientCheck, GradientStatus};
 use linkwright::model_file::Model;
-use linkwright::problem::{Evaluation, Problem};
+use linkwright::problem::{DesignVariable, Evaluation, Problem, ScalingAdvice};
 use linkwright::report::gradient_check::{table, text};
 use linkwright::report::number::{DIGITS, with_unit};
 use linkwright::report::outcome;
 use linkwright::sao::Method;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+
+/// Significant digits of sizes in advice.
+const ADVISED: usize = 2;
+/// Part of a change that is a rounding error.
+const ROUNDING: f64 = 1e-12;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -36,7 +41,8 @@ disagreement. Verdicts:
   kink            the response has a kink here and no derivative
   not repeatable  two analyses of one design differ
   unclear         the finite differences are too noisy
-A wrong derivative is an error.")]
+A wrong derivative is an error. Scales of variables and constraints that are far off are told before the table; the default
+method does not depend on them, the others do.")]
 pub struct Check {
     /// A model file, or a problem of the library (see `linkwright compare --list`)
     what: String,
@@ -49,7 +55,7 @@ pub struct Check {
     /// Show every derivative, not only the least accurate of each response and those that are not right
     #[arg(long)]
     all: bool,
-    /// Print a line of JSON for each derivative, then the counts
+    /// Print a line of JSON for each derivative, then one with the counts and the advice on scales
     #[arg(long)]
     json: bool,
     /// Values of design variables, for instance k=0.4,c=0.5; the others have their start values
@@ -70,16 +76,18 @@ impl Check {
         let (problem, model) = self.problem()?;
         self.budget.check_table(&problem, model.as_ref().map_or(&Method::default(), Model::method))?;
         let b = design(&problem, &self.at)?;
+        let scales = if self.quiet { vec![] } else { located(model.as_ref(), scales(&problem, &b))? };
         if !self.json && !self.quiet {
             let here = problem.analyze(&b).and_then(|responses| problem.evaluate(&b, &responses));
             describe(&problem, &b, &located(model.as_ref(), here)?)?;
+            scales.iter().try_for_each(|line| say(line))?;
         }
         let numbers = self.numbers(&problem)?;
         let checked = located(model.as_ref(), problem.check_responses(&b, self.points, &numbers))?;
         let table = table(&problem, &checked)?;
         if self.json {
             table.json_lines().iter().try_for_each(|line| say(line))?;
-            say(&counts(&checked).to_string())?;
+            say(&counts(&checked, &scales).to_string())?;
         } else if !self.quiet {
             say(text(&problem, &checked, self.all).trim_end())?;
             say(&summary(&checked))?;
@@ -132,6 +140,45 @@ fn describe(problem: &Problem, design: &[f64], here: &Evaluation) -> anyhow::Res
     say(&format!("At this design the objective is {value} and the largest violation {violation:.2} %."))
 }
 
+/// The scales that are far off, with what to write instead. None if the chosen method has no derivatives: another one may.
+fn scales(problem: &Problem, design: &[f64]) -> linkwright::Result<Vec<String>> {
+    match problem.scaling_advice(design) {
+        Err(Error::Unsupported { .. }) => Ok(vec![]),
+        advice => Ok(advice?.iter().map(|advice| in_words(problem, advice)).collect()),
+    }
+}
+
+/// A scale that is far off, and what to write instead.
+fn in_words(problem: &Problem, advice: &ScalingAdvice) -> String {
+    match *advice {
+        ScalingAdvice::ShortVariable { variable, length, share, suggested } => {
+            let DesignVariable { name, unit, .. } = &problem.variables[variable];
+            if share < ROUNDING {
+                return format!("Scale of `{name}`: nothing depends on it here to first order.");
+            }
+            format!(
+                "Scale of `{name}`: over {} it changes nothing by more than {share:.0e} of what all variables do. It may be a constant, or \
+                 its start and bounds are far too small: {} would matter as much as the others do.",
+                with_unit(length, unit, ADVISED),
+                with_unit(suggested, unit, ADVISED)
+            )
+        }
+        ScalingAdvice::Constraint { constraint, scale, suggested } => {
+            let (name, unit) = (outcome::name(problem, constraint), outcome::unit(problem, constraint));
+            let size = with_unit(suggested, unit, ADVISED);
+            let what = if problem.objective.peak().is_some_and(|peak| peak.constraints.contains(&constraint)) {
+                "the objective".to_owned()
+            } else {
+                format!("`{name}`")
+            };
+            format!(
+                "Scale of {what}: it is {}, but the values and their changes have the size {size}. Write `scale = {suggested:.1e}`.",
+                with_unit(scale, unit, ADVISED)
+            )
+        }
+    }
+}
+
 const STATUSES: [GradientStatus; 6] = [
     GradientStatus::Right,
     GradientStatus::Constant,
@@ -148,6 +195,7 @@ fn summary(checked: &GradientCheck) -> String {
 }
 
 /// The number of derivatives with each verdict.
-fn counts(checked: &GradientCheck) -> serde_json::Value {
-    STATUSES.iter().map(|f| (f.text().to_lowercase(), serde_json::Value::from(checked.count(*f)))).collect()
+fn counts(checked: &GradientCheck, scales: &[String]) -> serde_json::Value {
+    let counts = STATUSES.iter().map(|f| (f.text().to_lowercase(), serde_json::Value::from(checked.count(*f))));
+    counts.chain([("scales".to_owned(), scales.into())]).collect()
 }

@@ -29,6 +29,7 @@ fn typical(kind: &Kind) -> Mechanism<f64> {
     let mut coordinates = [one.theta, two.theta, m.ground().theta].into_iter();
     let mut value = |role: Role, example: f64| match role {
         Role::Marker | Role::Body | Role::Translations => InputValue::Marker(markers.next().unwrap()),
+        role @ (Role::Marker3 | Role::Body3 | Role::Translations3) => unreachable!("{role:?} in the plane"),
         Role::Coordinate => InputValue::Coordinate(coordinates.next().unwrap()),
         Role::Parameter | Role::Gravity => InputValue::Parameter(example),
         Role::TimeFunction => InputValue::TimeFunction(Harmonic, vec![0.4, 0.1, 5.0, 0.2]),

@@ -4,7 +4,6 @@ use crate::zoo::fixed;
 use linkwright::Result;
 use linkwright::autodiff::{Scalar, gradient, hessian};
 use linkwright::mechanics::analyses::dynamics::{Dynamics, simulate};
-use linkwright::mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_backwards};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright::mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
 use linkwright::mechanics::events::Action;
@@ -102,12 +101,11 @@ fn a_sling_that_lets_go_and_lands_in_closed_form() {
             };
             let (above, below) = (gradient(1e-5), gradient(-1e-5));
             for j in 0..SLING.len() {
-                // Exact for these steps. The steps add a function of the place of the event within its step, whose second
-                // derivative does not become smaller with the step.
+                // Exact for these steps, and of first order in their length.
                 let ours = second.hessian(output, last).unwrap()[(i, j)];
                 let theirs = (above[j] - below[j]) / 2e-5;
                 assert!(close(ours, theirs, 1e-4), "{output} by {i} {j}: {ours} {theirs}");
-                assert!(close(ours, curvature[(i, j)], 0.02), "{output} by {i} {j}: {ours} {}", curvature[(i, j)]);
+                assert!(close(ours, curvature[(i, j)], 2e-3), "{output} by {i} {j}: {ours} {}", curvature[(i, j)]);
             }
         }
     }
@@ -218,8 +216,4 @@ fn what_events_cannot_do_is_said() {
     let energy = m.kinetic_energy();
     let error = m.when("fast", Linear(vec![1.0], 0.0, -1.0), &[energy], &[]).unwrap_err().to_string();
     assert!(error.contains("fast") && error.contains("energy"), "{error}");
-    let wanted = [AdjointFunctional::at(0, 0)];
-    let error =
-        differentiate_backwards(&Sling, &SLING, &fixed(1e-3), &[3.0], &wanted).map(drop).unwrap_err().to_string();
-    assert!(error.contains("direct derivatives"), "{error}");
 }

@@ -198,3 +198,84 @@ fn a_cantilever_under_its_line_load() {
     });
     assert!(errors[0] < 0.02 * exact.abs() && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
+
+#[test]
+fn a_damper_that_grows_with_time_stops_a_mass() {
+    // m v' = −c (1 + t) v: v = v₀ exp(−c (t + t²/2)/m).
+    let text = format!(
+        "version = 2\n[design]\ndamping = {{ start = 0.8 }}\n[objective]\nminimize = 'damping'\n[time]\nto = 1.4\npoints = 3\n\
+         [[body]]\nname = 'bob'\nkind = 'point'\nmass = 1.5\nposition = [1, 0]\nvelocity = [2, 0]\n\
+         [[force]]\nname = 'brake'\nkind = 'variable-damper'\na = 'ground'\nb = 'bob'\ndamping = 'damping*(1 + time)'\n\
+         {EXACT}[[output]]\nname = 'v'\nvalue = 'bob.vx'\n[[output]]\nname = 'pull'\nvalue = 'brake.tension'\n"
+    );
+    let (time, c, mass) = (1.4, 0.8, 1.5);
+    let factor = (time + 0.5 * time * time) / mass;
+    let v = 2.0 * f64::exp(-c * factor);
+    let (values, gradients) = last(&text);
+    close(&values, &[v, c * (1.0 + time) * v], 1e-11);
+    close(&[gradients[0][0], gradients[1][0]], &[-factor * v, (1.0 + time) * v * (1.0 - c * factor)], 1e-10);
+}
+
+/// Last outputs of a cantilever that is a quarter of a circle of the radius 1 m without load, and a moment of 30 N·m at its end.
+fn arc(elements: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+    last(&format!(
+        "version = 2\n[design]\nmoment = {{ start = 30 }}\n[objective]\nminimize = 'moment'\n[time]\nto = 1\npoints = 2\n\
+         [[beam]]\nname = 'rod'\nkind = 'section'\nfrom = [0, 0]\nto = [1, 1]\nrise = 'sqrt(0.5) - 1'\n\
+         elements = {elements}\naxial = 1e6\ntransverse = 1e5\nbending = 100\nmass = 1\ninertia = 1e-3\n\
+         [[joint]]\nname = 'clamp'\nkind = 'fixed'\na = 'ground'\nb = 'rod.first'\n[analysis]\nkind = 'statics'\n\
+         [[force]]\nname = 'end'\nkind = 'load'\na = 'ground.theta'\nb = 'rod.last.theta'\ngeneralized_force = 'moment*time'\n\
+         [[output]]\nname = 'x'\nvalue = 'rod.last.x'\n[[output]]\nname = 'y'\nvalue = 'rod.last.y'\n\
+         [[output]]\nname = 'angle'\nvalue = 'rod.last.theta'\n"
+    ))
+}
+
+#[test]
+fn an_arc_under_an_end_moment_is_an_arc_of_another_curvature() {
+    // The curvature is 1 + M/EI; the arc has the length π/2.
+    let (length, moment, bending) = (std::f64::consts::FRAC_PI_2, 30.0, 100.0);
+    let (curvature, rate) = (1.0 + moment / bending, 1.0 / bending);
+    let (sin, cos) = (curvature * length).sin_cos();
+    let exact = [sin / curvature, (1.0 - cos) / curvature, curvature * length];
+    let slopes = [
+        (length * cos / curvature - sin / curvature.powi(2)) * rate,
+        (length * sin / curvature - (1.0 - cos) / curvature.powi(2)) * rate,
+        length * rate,
+    ];
+    let errors = [8, 16].map(|elements| {
+        let (values, gradients) = arc(elements);
+        let worst =
+            |found: &[f64], exact: &[f64]| found.iter().zip(exact).fold(0.0f64, |e, (a, b)| e.max((a - b).abs()));
+        let found: Vec<f64> = gradients.iter().map(|row| row[0]).collect();
+        [worst(&values, &exact), worst(&found, &slopes)]
+    });
+    println!("values and derivatives of 8 and 16 elements: {errors:?}");
+    for k in 0..2 {
+        assert!(errors[1][k] < 2e-3 && (errors[0][k] / errors[1][k]).log2() > 1.8, "{errors:?}");
+    }
+}
+
+#[test]
+fn a_prestressed_beam_vibrates_as_a_string_with_bending() {
+    // Pinned at both ends: ω² = (π/L)⁴ EI/m + (π/L)² N/m, with N = 400 N, EI = 100 N·m², 0.5 kg/m and L = 2 m.
+    let text = |elements: usize| {
+        format!(
+            "version = 2\n[design]\ntension = {{ start = 400 }}\n[objective]\nmaximize = 'final(w)'\n[time]\nat = [0]\n\
+             [[body]]\nname = 'left'\nkind = 'fixed-node'\nposition = [0, 0]\n\
+             [[body]]\nname = 'right'\nkind = 'fixed-node'\nposition = [2, 0]\n\
+             [[beam]]\nname = 'rod'\nkind = 'section'\nfrom = [0, 0]\nto = [2, 0]\nstart = 'left'\nend = 'right'\n\
+             tension = 'tension'\nelements = {elements}\naxial = 1e6\ntransverse = 1e5\nshear = 'rigid'\nbending = 100\n\
+             mass = 0.5\ninertia = 1e-9\n[analysis]\nkind = 'statics'\n[[output]]\nname = 'w'\nfrequency = 1\n"
+        )
+    };
+    let wave = std::f64::consts::PI / 2.0;
+    let square = wave.powi(4) * 100.0 / 0.5 + wave.powi(2) * 400.0 / 0.5;
+    let (exact, slope) = (square.sqrt(), 0.5 * wave.powi(2) / 0.5 / square.sqrt());
+    let errors = [10, 20].map(|elements| {
+        let (values, gradients) = last(&text(elements));
+        [(values[0] / exact - 1.0).abs(), (gradients[0][0] / slope - 1.0).abs()]
+    });
+    println!("frequency and derivative of 10 and 20 elements: {errors:?}");
+    for k in 0..2 {
+        assert!(errors[1][k] < 5e-3 && (errors[0][k] / errors[1][k]).log2() > 1.8, "{errors:?}");
+    }
+}

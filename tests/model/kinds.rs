@@ -64,6 +64,7 @@ pub(crate) fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
         let name = input.name;
         let value = match input.role {
             Role::Marker | Role::Body | Role::Translations => points.next().unwrap().to_owned(),
+            role @ (Role::Marker3 | Role::Body3 | Role::Translations3) => unreachable!("{role:?} in the plane"),
             Role::Coordinate => coordinates.next().unwrap().to_owned(),
             Role::Parameter | Role::Gravity => {
                 variables += &format!("[design.of_{name}]\nstart = {:e}\n", input.example);
@@ -173,6 +174,7 @@ fn bodies_beams_and_formulas_differentiate() {
         clamped("circular", &format!("diameter = \"0.02*p\"\n{material}")),
         clamped("rectangular", &format!("width = 0.02\nheight = \"0.02*p\"\n{material}\npoisson = 0.2")),
         clamped("section", "axial = 1e6\ntransverse = 4e5\nbending = \"20*p\"\nmass = 0.5\ninertia = 1e-4"),
+        clamped("circular", &format!("diameter = 0.02\n{material}\nrise = \"1e-3*p\"\ntension = \"3*p\"")),
     ];
     let measures = [
         "rod.first.moment",

@@ -174,6 +174,26 @@ fn a_run_at_its_limit_tells_trial_steps_and_accepted_ones() {
 }
 
 #[test]
+fn saddle_points_and_maxima_are_no_optima() {
+    // The first-order conditions hold at the start or on the plane of symmetry, which no step leaves.
+    let problems = ["oblique-saddle", "maximum-on-a-line"];
+    let wrong = false_claims(&problems, &["standard", "start=0", "random=0.3,seed=1"], &all_presets());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let automatic = [preset("automatic").unwrap()];
+    for (problem, transformation) in [
+        // The objective and its first two derivatives vanish there.
+        ("hs78", "random=0.6,seed=1"),
+        // A plateau with a slope of 1e-4 of the objective.
+        ("hs57", "random=0.6,seed=5"),
+        // A variable whose start says it is 1e-3 long instead of 1e6.
+        ("small-and-large-variables", "start=1e-3"),
+    ] {
+        let wrong = false_claims(&[problem], &[transformation], &automatic);
+        assert!(wrong.is_empty(), "{wrong:#?}");
+    }
+}
+
+#[test]
 fn an_end_that_is_worse_than_an_earlier_design_is_not_confirmed() {
     let wrong = false_claims(&["saddle", "hs93"], &["standard"], &all_presets());
     assert!(wrong.is_empty(), "{wrong:#?}");

@@ -70,3 +70,23 @@ fn derivatives_are_checked_by_every_method_for_readers_and_machines() {
     let output = linkwright(&["check", model, "--response", "tip_z"]);
     assert!(text(&output.stderr).contains("`tip_y`") && output.status.code() == Some(1));
 }
+
+#[test]
+fn check_tells_scales_that_are_far_off() {
+    let told = |problem: &str| {
+        let output = text(&linkwright(&["check", problem, "--points", "1"]).stdout);
+        output.lines().filter(|line| line.starts_with("Scale of")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    // The rows of the heat exchangers are differences of products of flows and temperatures, with limit zero.
+    let advice = told("hs106");
+    assert!(
+        advice.len() == 2 && advice[0].contains("`g4`") && advice[0].contains("Write `scale = 1.2e6`"),
+        "{advice:#?}"
+    );
+    let json = text(&linkwright(&["check", "hs106", "--points", "1", "--json"]).stdout);
+    let last: serde_json::Value = serde_json::from_str(json.lines().last().unwrap()).unwrap();
+    assert_eq!(last["scales"].as_array().unwrap().len(), 2, "{last}");
+    for problem in ["impact-absorber", "slider-crank", "cantilever", "ten-bar-truss", "vehicle-suspension"] {
+        assert!(told(problem).is_empty(), "{problem}: {:#?}", told(problem));
+    }
+}

@@ -5,6 +5,7 @@ mod claims;
 mod cli;
 mod derivatives;
 mod documented;
+mod feasible_starts;
 mod gradient_check;
 mod histories;
 mod invalid;

@@ -87,8 +87,8 @@ fn the_optimum_of_the_cantilever_is_its_closed_form() {
     for (x, a) in end.design.iter().zip([61.0, 37.0, 19.0, 7.0, 1.0f64]) {
         assert!((x - sum.cbrt() * a.powf(0.25)).abs() < 1e-6);
     }
-    // Six analyses until the first design within 1e-5; the best of the other programs also needs six.
-    assert!(end.counters.analyses <= 7);
+    // Six analyses until the first design within 1e-5; the best of the other programs also needs six. The confirmation needs two.
+    assert!(end.counters.analyses <= 8);
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn a_moving_peak_needs_one_row_and_no_oscillation() {
     assert_eq!(end.status, Status::Converged);
     assert!((end.evaluation.objective - 0.520_599).abs() < 1e-6 && end.evaluation.max_violation_pct() < 1e-3);
     assert!((end.design[0] - 0.360_57).abs() < 1e-5 && (end.design[1] - 0.485_16).abs() < 2e-5, "{:?}", end.design);
-    assert_eq!((end.cycles(), end.counters.analyses, end.counters.sensitivity_analyses), (4, 5, 5));
+    assert_eq!((end.cycles(), end.counters.analyses, end.counters.sensitivity_analyses), (4, 6, 6));
     assert!(end.history.iter().all(|c| c.retained.len() <= 2));
     let fixed = Method { moving_peaks: false, ..Method::slp() }.solve(&problem, |_| ()).unwrap();
     assert!(fixed.cycles() > 3 * end.cycles(), "{}", fixed.cycles());

@@ -134,3 +134,39 @@ fn names_in_a_state_file_stay() {
     }
     assert_eq!(State::from_json(&json, &problem).unwrap().to_json(), json);
 }
+
+/// A lever whose length is in metres and whose thickness at the start is a millionth of what matters.
+struct Lever;
+
+impl linkwright::problem::ClosedForm for Lever {
+    fn response<S: linkwright::autodiff::Scalar>(&self, h: usize, b: &[S], _: S) -> S {
+        let [length, thickness] = [b[0], b[1]];
+        if h == 0 { length + thickness } else { length * 1e-6 - thickness * 1e-6 }
+    }
+}
+
+#[test]
+fn scales_that_are_far_off_are_told_with_what_to_write() {
+    let lever = |thickness: f64, scale: f64| {
+        let mut parts = ProblemBuilder::new("lever");
+        parts.variable(DesignVariable::new("length", "m", 2.0));
+        parts.variable(DesignVariable::new("thickness", "m", thickness));
+        let [mass, sag] = ["mass", "sag"].map(|name| parts.constant(name, "m"));
+        parts.minimize("mass", "m", Quantity::response(None, mass));
+        parts.subject_to(Constraint::at_most("sag", 0.0, Quantity::response(None, sag)).scaled_by(scale));
+        let problem = parts.build_analytic(Lever).unwrap();
+        problem.scaling_advice(&problem.start()).unwrap()
+    };
+    assert_eq!(lever(1.0, 1e-6), vec![]);
+    let [linkwright::problem::ScalingAdvice::Constraint { constraint: 0, scale, suggested }] = lever(1.0, 1.0)[..]
+    else {
+        panic!("{:?}", lever(1.0, 1.0))
+    };
+    assert!(scale == 1.0 && (suggested - 3e-6).abs() < 1e-12, "{suggested}");
+    let advice = lever(2e-6, 1e-6);
+    let [linkwright::problem::ScalingAdvice::ShortVariable { variable: 1, length, share, suggested }] = advice[..]
+    else {
+        panic!("{advice:?}")
+    };
+    assert!(length == 2e-6 && (share - 1e-6).abs() < 1e-9 && (suggested - 2.0).abs() < 1e-9, "{share} {suggested}");
+}

@@ -188,25 +188,20 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, mechanism: &Mech
     };
     let derivatives = derivatives(&section, names, &kind)?;
     if !mechanism.events.is_empty() {
-        check_events(&section, &kind, derivatives)?;
+        check_events(&section, &kind)?;
     }
     Ok(Settings { kind, derivatives, start })
 }
 
-/// Checks that the analysis of a mechanism with events has them, and the derivatives through them.
-fn check_events(section: &Section<'_>, kind: &AnalysisKind, derivatives: DerivativeSetting) -> Read<()> {
-    let (key, message, help) = match (kind, derivatives) {
-        (AnalysisKind::Kinematics | AnalysisKind::Statics, _) => {
+/// Checks that the analysis of a mechanism with events has them.
+fn check_events(section: &Section<'_>, kind: &AnalysisKind) -> Read<()> {
+    let (key, message, help) = match kind {
+        AnalysisKind::Kinematics | AnalysisKind::Statics => {
             ("kind", "events belong to a motion over time", "use kind = \"dynamics\"")
         }
-        (AnalysisKind::Dynamics(Integration::Explicit(_)), _) => {
+        AnalysisKind::Dynamics(Integration::Explicit(_)) => {
             ("scheme", "explicit schemes know no events", "use scheme = \"generalized-alpha\" or \"hht\"")
         }
-        (_, DerivativeSetting::By("adjoint" | "semi-analytical", _)) => (
-            "derivatives",
-            "these derivatives do not pass through events",
-            "use derivatives = \"direct\", which are exact through events, or \"automatic\", which chooses them",
-        ),
         _ => return Ok(()),
     };
     Err(section.error_at(key, message).help(help))

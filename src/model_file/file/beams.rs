@@ -7,7 +7,7 @@ use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::model_file::limits;
 use autodiff::Scalar;
-use mechanics::elements::{BeamSection, Shear};
+use mechanics::elements::{BeamSection, BeamShape, Shear};
 use std::f64::consts::FRAC_PI_2;
 
 const COMMON: &[Key] = &[
@@ -15,6 +15,8 @@ const COMMON: &[Key] = &[
     default("kind", Accepts::Choice(&["circular", "rectangular", "section"]), "circular", "cross-section"),
     required("from", Accepts::Pair, "first end [x, y] of the unloaded beam in m").of("m"),
     required("to", Accepts::Pair, "last end [x, y] of the unloaded beam in m").of("m"),
+    default("rise", Accepts::Expression, "0", "height of the unloaded beam, an arc, above the middle between its ends, positive to the left of the way from the first end to the last one, m").of("m"),
+    default("tension", Accepts::Expression, "0", "normal force at the unloaded length, a prestress, N").of("N"),
     optional("start", Accepts::Name, "body or node whose x and y the first end shares: a pin"),
     optional("end", Accepts::Name, "body or node whose x and y the last end shares: a pin"),
     default("elements", Accepts::Count, "6", "number of equal elements"),
@@ -54,7 +56,7 @@ const SECTION: &[Key] = &[
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[TableKeys] = &[
-    TableKeys { name: "beam", kind: None, about: "a straight flexible beam", keys: COMMON },
+    TableKeys { name: "beam", kind: None, about: "a flexible beam, straight or an arc without load", keys: COMMON },
     TableKeys { name: "beam", kind: Some("circular"), about: "a solid round bar", keys: CIRCULAR },
     TableKeys { name: "beam", kind: Some("circular"), about: "a solid round bar", keys: MATERIAL },
     TableKeys { name: "beam", kind: Some("rectangular"), about: "a solid rectangular bar", keys: RECTANGULAR },
@@ -85,6 +87,8 @@ pub struct BeamSpec {
     kind: CrossSection,
     from: [CompiledExpression; 2],
     to: [CompiledExpression; 2],
+    /// Rise of the unloaded arc, and prestress.
+    own: [CompiledExpression; 2],
     pub ends: [Option<FrameRef>; 2],
     pub elements: usize,
     shear: Shear,
@@ -145,6 +149,10 @@ fn beam(
         kind,
         from: section.pair("from", names, &Scope::DESIGN)?,
         to: section.pair("to", names, &Scope::DESIGN)?,
+        own: [
+            section.expression("rise", names, &Scope::DESIGN)?,
+            section.expression("tension", names, &Scope::DESIGN)?,
+        ],
         ends: [end("start")?, end("end")?],
         elements,
         shear: section.choice("shear", &shears)?,
@@ -168,9 +176,10 @@ impl BeamSpec {
         let value = |expression: &CompiledExpression| expression.value(&Inputs::design(b));
         let ends = self.ends.map(|end| end.map(|frame| context.frame(frame)));
         let span = [self.from.each_ref().map(value), self.to.each_ref().map(value)];
-        let beam = context.mechanism.beam(&self.name, span, ends, self.elements, &self.section(value), self.shear);
-        let [dx, dy] = [0, 1].map(|k: usize| span[1][k] - span[0][k]);
-        let length = (dx * dx + dy * dy).sqrt() * (1.0 / self.elements as f64);
+        let [rise, tension] = self.own.each_ref().map(value);
+        let shape = BeamShape { span, rise, tension };
+        let (section, length) = (self.section(value), shape.element_length(self.elements));
+        let beam = context.mechanism.curved_beam(&self.name, shape, ends, self.elements, &section, self.shear);
         for (direction, load) in &self.loads {
             let parameters: Vec<S> = load.parameters.iter().map(value).collect();
             for (k, nodes) in beam.0.windows(2).enumerate() {

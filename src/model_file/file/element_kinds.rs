@@ -73,7 +73,9 @@ pub fn parameter_keys(descriptor: &ElementDescriptor) -> Vec<Key> {
 /// The key of an input.
 fn key(input: &Input) -> Key {
     let accepts = match input.role {
-        Role::Marker | Role::Body | Role::Translations => Accepts::Marker,
+        Role::Marker | Role::Body | Role::Translations | Role::Marker3 | Role::Body3 | Role::Translations3 => {
+            Accepts::Marker
+        }
         Role::Coordinate => Accepts::Coordinate,
         Role::Parameter | Role::Gravity => Accepts::Expression,
         Role::TimeFunction => Accepts::Motion,

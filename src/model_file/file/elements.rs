@@ -96,6 +96,11 @@ fn element(
     let input = |(role, key): (Role, &Key)| -> Read<InputSpec> {
         Ok(match role {
             Role::Marker | Role::Body | Role::Translations => InputSpec::Point(parts.point(section, key.name, names)?),
+            Role::Marker3 | Role::Body3 | Role::Translations3 => {
+                return Err(
+                    section.error_at(key.name, "model files describe planar mechanisms, and this is a point in space")
+                );
+            }
             Role::Coordinate => InputSpec::Coordinate(parts.coordinate(section, key.name)?),
             Role::Parameter | Role::Gravity => {
                 InputSpec::Number(section.expression(key.name, names, &Scope::DESIGN)?)
