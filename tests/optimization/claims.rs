@@ -176,7 +176,7 @@ fn a_run_at_its_limit_tells_trial_steps_and_accepted_ones() {
 #[test]
 fn saddle_points_and_maxima_are_no_optima() {
     // The first-order conditions hold at the start or on the plane of symmetry, which no step leaves.
-    let problems = ["oblique-saddle", "maximum-on-a-line"];
+    let problems = ["oblique-saddle", "saddle-in-a-plane", "maximum-on-a-line"];
     let wrong = false_claims(&problems, &["standard", "start=0", "random=0.3,seed=1"], &all_presets());
     assert!(wrong.is_empty(), "{wrong:#?}");
     let automatic = [preset("automatic").unwrap()];

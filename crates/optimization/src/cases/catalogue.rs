@@ -23,6 +23,9 @@ pub struct CatalogueEntry {
     pub suite: Suite,
     /// Builds the problem, start design included.
     pub build: fn() -> Result<Problem>,
+    /// Builds the problem with another number of time points, where it has a formula for all times; its optima are those of
+    /// [`build`](Self::build).
+    pub on_points: Option<fn(usize) -> Result<Problem>>,
     /// Known solution.
     pub solution: Solution,
     /// True if a constraint depends on time.
@@ -51,7 +54,7 @@ impl CatalogueEntry {
         build: fn() -> Result<Problem>,
     ) -> Self {
         let (suite, solution) = (Suite::Catalogue, Solution::Optima(&[]));
-        Self { name, title, source, suite, build, solution, time_dependent: false, expensive: false }
+        Self { name, title, source, suite, build, on_points: None, solution, time_dependent: false, expensive: false }
     }
 
     /// Sets the known solution.
@@ -78,6 +81,12 @@ impl CatalogueEntry {
     #[must_use]
     pub const fn over_time(self) -> Self {
         Self { time_dependent: true, ..self }
+    }
+
+    /// Adds the number of time points as a parameter.
+    #[must_use]
+    pub const fn on_points(self, build: fn(usize) -> Result<Problem>) -> Self {
+        Self { on_points: Some(build), ..self }
     }
 
     /// Marks a problem whose analysis takes more than some milliseconds.

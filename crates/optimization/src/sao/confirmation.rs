@@ -20,10 +20,11 @@ const MOST_TRIALS: usize = 30;
 /// Violation by which a run may exceed the violation that the automatic method calls stationary.
 const LARGER: f64 = 1.01;
 /// Least number of accepted designs over which the recent change of the objective is taken; it is half of a longer run.
-const RECENT: usize = 20;
+const RECENT: usize = 6;
 /// Least unit of the objective, as a fraction of its change.
 const LEAST: f64 = 1e-4;
-/// Least gain, as a fraction of the range of the objective, for which an earlier design is where a confirmation begins.
+/// Least gain, as a fraction of the range of the objective, for which an earlier design is where a confirmation begins; and loss for
+/// which its end is another design.
 const CLEARLY: f64 = 0.01;
 /// Least step of a variable, relative to itself, by which a run still moves.
 const NO_STEP: f64 = 1e-12;
@@ -75,7 +76,9 @@ impl Confirmation {
 
     /// The status that is confirmed; `None` if a better design is known or the question is open.
     fn verdict(&self, accuracy: f64) -> Option<Status> {
-        let is_best = self.begun_at.is_none() && self.from - self.objective <= accuracy * self.unit;
+        // An end at another design that is worse says nothing about this one.
+        let gain = (self.from - self.objective) / self.unit;
+        let is_best = self.begun_at.is_none() && !(gain > accuracy || gain < -CLEARLY);
         let is_confirmed = match self.status {
             Status::Converged => self.is_feasible && is_best,
             Status::Infeasible => self.violation_before <= LARGER * self.violation,
@@ -156,7 +159,8 @@ impl Method {
     /// Keeps the derivatives at the design of a state, before it moves on, for a later confirmation.
     pub(super) fn keep(&self, problem: &Problem, state: &mut State, data: &CycleData) {
         if self.stop.confirm {
-            state.points.push(AcceptedPoint::new(problem, state, data));
+            let at = (&state.design[..], &state.responses, &state.evaluation);
+            state.points.push(AcceptedPoint::new(problem, at, data));
             let surplus = state.points.len().saturating_sub(KEPT);
             state.points.drain(..surplus);
         }

@@ -83,6 +83,16 @@ problems! {
             exact(-0.25, &[FRAC_1_SQRT_2, -FRAC_1_SQRT_2]),
             exact(-0.25, &[-FRAC_1_SQRT_2, FRAC_1_SQRT_2]),
         ]);
+    saddle_in_a_plane as "saddle-in-a-plane" "A steep valley across the start's line, and along it two minima"
+        start [0.0, 0.0, 0.0];
+        minimize |[x1, x2, x3]| {
+            let (steep, along) = (x1 - x2, x1 + x2 - x3 * 2.0);
+            sq(x1 + x2 + x3 - 3.0) + sq(steep) * 10.0 - sq(along) + along.powi(4)
+        };
+        solution Optima(&[
+            exact(-0.25, &[1.117_851_130_197_757_9, 1.117_851_130_197_757_9, 0.764_297_739_604_484_2]),
+            exact(-0.25, &[0.882_148_869_802_242, 0.882_148_869_802_242, 1.235_702_260_395_515_8]),
+        ]);
     maximum_on_a_line as "maximum-on-a-line" "Product of two lengths of given sum, from the largest product"
         start [1.0, 1.0];
         within [(0.0, 2.0)];

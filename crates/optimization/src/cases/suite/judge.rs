@@ -171,7 +171,8 @@ impl<'a> Place<'a> {
         terms.iter_mut().for_each(|t| *t = if *t > 0.0 { *t } else { 1.0 });
         let objective = transformation.published_objective(here.values.objective);
         let mut place = Self {
-            optima: entry.optima(),
+            // The optima are those of the problem's own time points.
+            optima: if transformation.points.is_none() { entry.optima() } else { &[] },
             transformation,
             coupling,
             design,

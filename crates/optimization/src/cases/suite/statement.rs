@@ -29,8 +29,9 @@ pub(super) struct Statement {
 pub(super) const POINTS: usize = 101;
 
 impl Statement {
-    /// Builds the problem: response 0 is the objective, response i is row i, with limit zero.
-    pub fn build(&self, formulas: impl ClosedForm + 'static) -> Result<Problem> {
+    /// Builds the problem, with this number of points of the interval: response 0 is the objective, response i is row i, with limit
+    /// zero.
+    pub fn build(&self, points: usize, formulas: impl ClosedForm + 'static) -> Result<Problem> {
         let mut parts = ProblemBuilder::new(self.name);
         for (j, &start) in self.start.iter().enumerate() {
             let (lower, upper) = match self.bounds {
@@ -42,7 +43,7 @@ impl Statement {
             parts.variable(DesignVariable::new(name, "", start.max(lower).min(upper)).within(lower, upper));
         }
         let grid = match self.interval {
-            Some([from, to]) => Some(parts.grid(TimeGrid::uniform(from, to, POINTS)?)),
+            Some([from, to]) => Some(parts.grid(TimeGrid::uniform(from, to, points)?)),
             None => None,
         };
         let objective = parts.constant("f", "");
@@ -144,11 +145,15 @@ macro_rules! problems {
                 STATEMENT.name,
                 $title,
                 $source,
-                || STATEMENT.build(Formulas::$name),
+                || STATEMENT.build($crate::cases::suite::statement::POINTS, Formulas::$name),
             );
             const SOLUTION: $crate::cases::Solution = $solution;
             let entry = entry.of($suite).solved_by(SOLUTION);
-            if STATEMENT.interval.is_some() { entry.over_time() } else { entry }
+            if STATEMENT.interval.is_some() {
+                entry.over_time().on_points(|points| STATEMENT.build(points, Formulas::$name))
+            } else {
+                entry
+            }
         }),*];
     };
 }

@@ -48,12 +48,14 @@ pub struct Transformation {
     pub constraints: f64,
     /// The start design.
     pub start: Start,
+    /// Number of time points of a problem of the suite `time`; `None` for its own.
+    pub points: Option<usize>,
 }
 
 impl Default for Transformation {
     /// No change.
     fn default() -> Self {
-        Self { objective: 1.0, offset: 0.0, variables: 1.0, constraints: 1.0, start: Start::Standard }
+        Self { objective: 1.0, offset: 0.0, variables: 1.0, constraints: 1.0, start: Start::Standard, points: None }
     }
 }
 
@@ -75,6 +77,7 @@ impl std::fmt::Display for Transformation {
             Start::Constant(value) => parts.push(format!("start={value:e}")),
             Start::Random { half_width, seed } => parts.push(format!("random={half_width},seed={seed}")),
         }
+        parts.extend(self.points.map(|points| format!("points={points}")));
         f.write_str(if parts.is_empty() { "standard".to_owned() } else { parts.join(",") }.as_str())
     }
 }
@@ -93,17 +96,19 @@ const SCALINGS: &[&str] = &[
 ];
 
 impl Transformation {
-    /// Reads `objective=`, `offset=`, `variables=`, `constraints=`, `start=`, `random=` (half width) and `seed=` with numbers,
-    /// separated by commas, or `standard`.
+    /// Reads `objective=`, `offset=`, `variables=`, `constraints=`, `start=`, `random=` (half width), `seed=` and `points=`
+    /// with numbers, separated by commas, or `standard`.
     ///
     /// # Errors
-    /// [`Error::Definition`] for another word or a value that is not a number, [`Error::Option`] for a factor that is not positive.
+    /// [`Error::Definition`] for another word or a value that is not a number, [`Error::Option`] for a factor that is not positive or
+    /// less than two points.
     pub fn parse(text: &str) -> Result<Self> {
         let mut read = Self::default();
         let (mut random, mut seed) = (None, 1);
         for part in text.split(',').filter(|part| *part != "standard") {
             let wrong = |why: &str| {
-                let remedy = "write KEY=NUMBER with objective, offset, variables, constraints, start, random or seed";
+                let remedy =
+                    "write KEY=NUMBER with objective, offset, variables, constraints, start, random, seed or points";
                 Error::definition(format!("transformation `{part}`"), why, remedy)
             };
             let (key, value) = part.split_once('=').ok_or_else(|| wrong("it has no `=`"))?;
@@ -116,6 +121,11 @@ impl Transformation {
                 "start" => read.start = Start::Constant(value),
                 "random" => random = Some(value),
                 "seed" => seed = value as u64,
+                "points" => {
+                    let is_count = (2.0..=1e7).contains(&value) && value.fract() == 0.0;
+                    Error::check_option("number of time points", "a whole number from 2 to 1e7", value, is_count)?;
+                    read.points = Some(value as usize);
+                }
                 _ => return Err(wrong("the word is unknown")),
             }
         }
@@ -160,9 +170,16 @@ impl Transformation {
     /// Bound variables of a min–max objective keep their unit, which is that of the objective.
     ///
     /// # Errors
-    /// If the problem cannot be built.
+    /// If the problem cannot be built, or has no number of time points that could be replaced.
     pub fn build(&self, entry: &CatalogueEntry) -> Result<Problem> {
-        let mut problem = (entry.build)()?;
+        let fixed = || {
+            let remedy = "use `points` with the suite `time`";
+            Error::definition(format!("problem `{}`", entry.name), "its number of time points is fixed", remedy)
+        };
+        let mut problem = match self.points {
+            None => (entry.build)()?,
+            Some(points) => entry.on_points.ok_or_else(fixed)?(points)?,
+        };
         self.move_start(entry, &mut problem);
         for constraint in &mut problem.constraints {
             constraint.scale /= self.constraints;

@@ -16,7 +16,7 @@ use super::selection::{Observation, ObservedLagrangian, discount};
 use super::surrogate::{BoxedSurrogate, Surrogate};
 use super::{Automatic, AutomaticState, RejectedPoint};
 use crate::approximation::CycleData;
-use crate::problem::{AnalyzedDesign, Problem, RowId};
+use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId};
 use error::Result;
 use nalgebra::{DMatrix, DVector};
 use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
@@ -66,6 +66,8 @@ enum Purpose {
     Improvement,
     /// To see the curvature of the Lagrangian in a direction; accepted if it bends down.
     Curvature,
+    /// To move along directions in which the Lagrangian has no curvature: a better design may be at their end; accepted if it does not rise.
+    Flat,
     /// To leave a stationary point or to move a variable on which nothing depends; always accepted.
     Displacement,
 }
@@ -97,7 +99,9 @@ impl Automatic {
         let mut analyzed = problem.analyze_design(&proposal.design);
         let mut decision = analyzed.as_ref().map_or(Decision::Rejected, |a| situation.decide(&proposal, a));
         let mut differentiated = None;
-        if let (Ok(a), true) = (&analyzed, decision != Decision::Rejected) {
+        // The derivatives of a step that was made to see a curvature show more of it than its value.
+        let is_wanted = decision != Decision::Rejected || situation.shows_curvature(&proposal);
+        if let (Ok(a), true) = (&analyzed, is_wanted) {
             match method.differentiate(problem, a) {
                 Ok(found) => differentiated = Some(found),
                 Err(error) => (analyzed, decision) = (Err(error), Decision::Rejected),
@@ -115,6 +119,7 @@ impl Automatic {
         let factors: Vec<f64> = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
         let step: Vec<f64> = proposal.design.iter().zip(&state.design).map(|(to, from)| to - from).collect();
         let purpose = proposal.purpose;
+        let explorations = situation.explorations_after(purpose);
         let Proposal { region, at_limit, solution, .. } = proposal;
         let record = Record { data: &data, region, solution, distance: 0.0, at_limit, analyzed };
         let verdict = if decision == Decision::Rejected { Verdict::Reject } else { Verdict::Accept };
@@ -124,13 +129,13 @@ impl Automatic {
         drop(trial);
         cycle.residual = None;
         let Record { at_limit, analyzed, .. } = record;
-        memory.explorations += usize::from(purpose == Purpose::Curvature);
+        memory.explorations = explorations;
         state.counters.analyses += 1;
         state.counters.subproblem_iterations += cycle.iterations;
         state.history.push(cycle);
         memory.scores = scores;
         match (analyzed, differentiated) {
-            (Ok(accepted), Some(next)) => {
+            (Ok(accepted), Some(next)) if verdict == Verdict::Accept => {
                 if decision == Decision::Violation {
                     memory.filter.push(entry);
                 }
@@ -148,7 +153,15 @@ impl Automatic {
                 self.store(problem, &state, &next, &mut memory);
                 state.data = Some(next);
             }
-            _ if purpose == Purpose::Curvature => state.data = Some(data),
+            (Ok(beside), Some(found)) => {
+                state.counters.sensitivity_analyses += usize::from(found.has_derivatives());
+                let AnalyzedDesign { design, responses, evaluation } = &beside;
+                let here = memory.points.len() - 1;
+                memory.points.insert(here, AcceptedPoint::new(problem, (design, responses, evaluation), &found));
+                self.forget(&mut memory);
+                state.data = Some(data);
+            }
+            _ if matches!(purpose, Purpose::Curvature | Purpose::Flat) => state.data = Some(data),
             (analyzed, _) => {
                 widths_after_rejection(&mut memory.widths, &step, analyzed.is_ok() && memory.rejections == 0);
                 memory.rejections += 1;
@@ -204,7 +217,13 @@ impl Automatic {
 
     /// Stores the current design with its numbers.
     fn store(&self, problem: &Problem, state: &State, data: &CycleData, memory: &mut AutomaticState) {
-        memory.points.push(AcceptedPoint::new(problem, state, data));
+        let State { design, responses, evaluation, .. } = state;
+        memory.points.push(AcceptedPoint::new(problem, (design, responses, evaluation), data));
+        self.forget(memory);
+    }
+
+    /// Removes the first stored designs if there are too many.
+    fn forget(&self, memory: &mut AutomaticState) {
         let surplus = memory.points.len().saturating_sub(self.memory + 1);
         memory.points.drain(..surplus);
     }
@@ -219,12 +238,12 @@ pub(in crate::sao) struct Continuation {
 }
 
 impl AcceptedPoint {
-    /// The design of a state, whose retained rows are differentiated.
-    pub(in crate::sao) fn new(problem: &Problem, state: &State, data: &CycleData) -> Self {
-        let State { design, responses, evaluation, .. } = state;
-        let slopes = Linearized::new(problem, (design, responses, evaluation), data).slopes(problem.constraints.len());
+    /// A design with its responses and evaluation, whose retained rows are differentiated.
+    pub(in crate::sao) fn new(problem: &Problem, at: (&[f64], &Responses, &Evaluation), data: &CycleData) -> Self {
+        let (design, responses, evaluation) = at;
+        let slopes = Linearized::new(problem, at, data).slopes(problem.constraints.len());
         let numbers = collect(problem, design, (responses, evaluation), data);
-        Self { design: design.clone(), numbers, slopes }
+        Self { design: design.to_vec(), numbers, slopes }
     }
 }
 
@@ -372,7 +391,8 @@ impl<'a> Situation<'a> {
             tolerance: self.memory.tolerance,
         };
         // Where the objective has no slope at all, the start may as well be a maximum or a saddle point.
-        let is_flat = objectives.len() == 1 && self.here.slope.iter().all(|g| *g == 0.0);
+        let is_start = self.state.history.iter().all(|cycle| !cycle.accepted || cycle.design == *design);
+        let is_flat = is_start && self.here.slope.iter().all(|g| *g == 0.0);
         if is_flat && self.violation == 0.0 {
             return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0], |_| true))));
         }
@@ -503,8 +523,8 @@ impl<'a> Situation<'a> {
     fn decide(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> Decision {
         match proposal.purpose {
             Purpose::Improvement => {}
-            Purpose::Curvature if !self.bends_down(proposal, analyzed) => return Decision::Rejected,
-            Purpose::Curvature | Purpose::Displacement => return Decision::Decrease,
+            Purpose::Curvature | Purpose::Flat if !self.leads_on(proposal, analyzed) => return Decision::Rejected,
+            Purpose::Curvature | Purpose::Flat | Purpose::Displacement => return Decision::Decrease,
         }
         let filter = self.memory.filter.iter().map(|e| Merit::new(e.objective, &e.violations, &self.units));
         self.step(proposal, analyzed).decide(filter)

@@ -2,7 +2,8 @@
 //!
 //! The conditions hold at saddle points and maxima, too. What the run has shown says more: a curvature of the Lagrangian on the
 //! tangent space of the active rows that is not positive, or a tangent direction that no step had. The value of the Lagrangian beside
-//! the design, in this direction, decides before the run ends: if it is less, the run goes on from there.
+//! the design, in this direction, decides before the run ends: if it is less, the run goes on from there. If not, its slope there shows
+//! how this direction is coupled with others, as in the method of Lanczos for the least eigenvalue.
 
 use super::super::candidates::AcceptedPoint;
 use super::super::quasi_newton::{Pair, sr1};
@@ -12,13 +13,15 @@ use crate::sao::Region;
 use nalgebra::{DMatrix, DVector};
 use nlp::{KktResidual, Solution};
 
-/// Displacement of variables on which nothing depended, and a step that shows a curvature, in lengths.
+/// Displacement of variables on which nothing depended, a step that shows a curvature, and one where there is none, in lengths.
 const DISPLACEMENT: f64 = 0.1;
 const STEP: f64 = 0.01;
+const FLAT_STEP: f64 = 0.5;
 /// First-order decrease of the objective by such a step, in negligible changes, where there is a slope.
 const MATTERS: f64 = 1e6;
-/// Largest number of steps of a run that show a curvature.
+/// Largest number of steps of a run that show a curvature, and of those in directions that no step had.
 const MOST_EXPLORATIONS: usize = 3;
+const MOST_UNKNOWN: usize = 2;
 /// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
 const NEAR_BOUND: f64 = 1e-6;
 /// Part of a direction that is new, from which on it counts as another direction.
@@ -93,8 +96,8 @@ impl<'a> Tangent<'a> {
         pairs
     }
 
-    /// A direction in which the design may be a maximum for all that is known; `None` if the known curvatures are positive.
-    fn uncertain(&self, negligible: f64) -> Option<DVector<f64>> {
+    /// The next step to learn more about the curvature; `None` if the known curvatures are positive.
+    fn uncertain(&self, negligible: f64) -> Option<(DVector<f64>, Purpose)> {
         let n = self.situation.n();
         let unit = |j: usize| DVector::from_fn(n, |i, _| if i == j { 1.0 } else { 0.0 });
         let free = (0..n).filter(|&j| self.is_free(j)).map(unit);
@@ -103,28 +106,55 @@ impl<'a> Tangent<'a> {
         if tangent.is_empty() {
             return None;
         }
-        let pairs = self.pairs();
-        let combined = |weights: &mut dyn Iterator<Item = f64>, vectors: &[DVector<f64>]| {
-            vectors.iter().zip(weights).fold(DVector::zeros(n), |sum, (v, weight)| sum + v * weight)
-        };
-        let (steps, explorations) = (self.steps(&self.binding), self.situation.memory.explorations);
+        let (pairs, explorations) = (self.pairs(), self.situation.memory.explorations);
+        let steps = self.steps(&self.binding);
         let unknown = basis(tangent.iter().map(|v| without(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
-        if !unknown.is_empty() && steps.len() < tangent.len() {
-            let mut generic = (0..unknown.len()).map(|k| golden_fraction(k) - 0.5);
-            let direction = combined(&mut generic, &unknown);
-            return (explorations == 0).then(|| without(&conjugate(&direction, &pairs), &self.binding));
+        let is_partly_unknown = !unknown.is_empty() && steps.len() < tangent.len();
+        let among_unknown = |direction: &DVector<f64>| without(&conjugate(direction, &pairs), &self.binding);
+        if is_partly_unknown && explorations == 0 {
+            return Some((among_unknown(&generic(&unknown)), Purpose::Curvature));
         }
-        let hessian = sr1(&pairs)?;
-        let r = tangent.len();
-        let reduced = DMatrix::from_fn(r, r, |i, k| tangent[i].dot(&(&hessian * &tangent[k]))).symmetric_eigen();
-        let rounding = ROUNDING * hessian.amax();
-        let positive = (FLAT * reduced.eigenvalues.amax()).max(rounding).max(negligible);
-        let mut flat: Vec<usize> = (0..r).filter(|&k| reduced.eigenvalues[k] <= positive).collect();
-        flat.sort_by(|&a, &b| reduced.eigenvalues[a].total_cmp(&reduced.eigenvalues[b]));
+        let (flat, bends_down) = flat(if is_partly_unknown { &steps } else { tangent }, &pairs, negligible)?;
+        if is_partly_unknown && explorations < MOST_UNKNOWN && !bends_down {
+            // The change of the slope along a step is the next vector of its Krylov space.
+            let coupled = |[_, change]: &Pair| {
+                let part = combined(&unknown, unknown.iter().map(|v| v.dot(change)));
+                (part.norm() > INDEPENDENT * change.norm()).then_some(part)
+            };
+            return Some((among_unknown(&pairs.iter().rev().find_map(coupled)?), Purpose::Curvature));
+        }
         // One direction after the other.
-        let column = reduced.eigenvectors.column(*flat.get(explorations)?);
-        Some(combined(&mut column.iter().copied(), tangent))
+        let next = if is_partly_unknown || bends_down { 0 } else { explorations };
+        if let (Some(direction), true) = (flat.get(next), explorations < MOST_EXPLORATIONS) {
+            return Some((direction.clone(), Purpose::Curvature));
+        }
+        (!flat.is_empty()).then(|| (generic(&flat), Purpose::Flat))
     }
+}
+
+/// The directions among orthonormal ones in which no step has shown a positive curvature, the least curvature first; and whether it
+/// is negative. `None` before a step that shows a curvature.
+fn flat(known: &[DVector<f64>], pairs: &[Pair], negligible: f64) -> Option<(Vec<DVector<f64>>, bool)> {
+    let hessian = sr1(pairs).filter(|_| !known.is_empty())?;
+    let r = known.len();
+    let reduced = DMatrix::from_fn(r, r, |i, k| known[i].dot(&(&hessian * &known[k]))).symmetric_eigen();
+    let rounding = ROUNDING * hessian.amax();
+    let positive = (FLAT * reduced.eigenvalues.amax()).max(rounding).max(negligible);
+    let mut flat: Vec<usize> = (0..r).filter(|&k| reduced.eigenvalues[k] <= positive).collect();
+    flat.sort_by(|&a, &b| reduced.eigenvalues[a].total_cmp(&reduced.eigenvalues[b]));
+    let bends_down = flat.first().is_some_and(|&k| reduced.eigenvalues[k] < -positive);
+    let direction = |k: usize| combined(known, reduced.eigenvectors.column(k).iter().copied());
+    Some((flat.into_iter().map(direction).collect(), bends_down))
+}
+
+/// Σ wₖ vₖ, for at least one vector.
+fn combined(vectors: &[DVector<f64>], weights: impl Iterator<Item = f64>) -> DVector<f64> {
+    vectors.iter().zip(weights).fold(DVector::zeros(vectors[0].len()), |sum, (v, weight)| sum + v * weight)
+}
+
+/// A combination of the vectors without a special direction.
+fn generic(vectors: &[DVector<f64>]) -> DVector<f64> {
+    combined(vectors, (0..vectors.len()).map(|k| golden_fraction(k) - 0.5))
 }
 
 /// True for a step in lengths that is more than rounding and shows something.
@@ -166,17 +196,19 @@ impl Situation<'_> {
             let size = (0..self.n()).map(to_limit).fold(f64::INFINITY, f64::min);
             return Some(self.along(&direction, size, widths, Purpose::Improvement));
         }
-        if self.memory.explorations >= MOST_EXPLORATIONS {
+        if self.memory.explorations > MOST_EXPLORATIONS {
             return None;
         }
-        let direction = tangent.uncertain(negligible)?.normalize();
+        let (direction, purpose) = tangent.uncertain(negligible)?;
+        let direction = direction.normalize();
         let slope = descent.dot(&direction);
         let noise = negligible.max(f64::EPSILON * self.units.objective_range);
         let to_matter = if slope.abs() > noise { MATTERS * noise / slope } else { 0.0 };
-        let size = (STEP / direction.amax()).max(to_matter.abs()).copysign(slope);
+        let step = if purpose == Purpose::Flat { FLAT_STEP } else { STEP };
+        let size = (step / direction.amax()).max(to_matter.abs()).copysign(slope);
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();
-        Some(self.along(&direction, size, &widths, Purpose::Curvature))
+        Some(self.along(&direction, size, &widths, purpose))
     }
 
     /// A step of `size` times a direction in lengths, inside a box and the bounds; backwards if this is longer.
@@ -188,23 +220,41 @@ impl Situation<'_> {
         };
         let distance = |to: &[f64]| (0..self.n()).map(|j| ((to[j] - design[j]) / lengths[j]).powi(2)).sum::<f64>();
         let (forwards, backwards) = (moved(size), moved(-size));
-        let is_shorter = purpose == Purpose::Curvature && distance(&forwards) < 0.5 * distance(&backwards);
+        let is_shorter = purpose != Purpose::Improvement && distance(&forwards) < 0.5 * distance(&backwards);
         self.by_linear_surrogate(if is_shorter { backwards } else { forwards }, region, purpose)
     }
 
-    /// True if the Lagrangian is less at a design along a tangent direction, and no inequality without a multiplier is violated
-    /// there.
-    pub(super) fn bends_down(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> bool {
+    /// Number of explorations after this one; a step along flat directions is the last one.
+    pub(super) fn explorations_after(&self, purpose: Purpose) -> usize {
+        match purpose {
+            Purpose::Curvature => self.memory.explorations + 1,
+            Purpose::Flat => MOST_EXPLORATIONS + 1,
+            Purpose::Improvement | Purpose::Displacement => self.memory.explorations,
+        }
+    }
+
+    /// True if the derivatives at a proposal show the curvature here: it is no more than a length away.
+    pub(super) fn shows_curvature(&self, proposal: &Proposal) -> bool {
+        let steps = proposal.design.iter().zip(&self.state.design).zip(&self.units.lengths);
+        proposal.purpose == Purpose::Curvature && { steps }.all(|((to, from), length)| (to - from).abs() <= *length)
+    }
+
+    /// True if a step shows that the run is not at its end: the Lagrangian is less along a tangent direction, and no inequality without
+    /// a multiplier is violated there; or it is hardly more at the end of a flat direction, where other rows may be active.
+    pub(super) fn leads_on(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> bool {
         let multipliers = &proposal.solution.multipliers;
+        let there = self.observed_lagrangian(proposal, analyzed, None).map_or(f64::INFINITY, |l| l.value);
+        let rows: f64 = multipliers.iter().zip(&self.here.c).map(|(λ, c)| λ * c).sum();
+        let here = self.state.evaluation.objective + rows;
+        if proposal.purpose == Purpose::Flat {
+            return there < here + FLAT * self.units.objective_range;
+        }
         let is_free = |i: &usize| multipliers[*i] == 0.0 && !self.here.equality[*i];
         let violation = |i: usize| {
             let row = self.here.rows[i];
             (analyzed.evaluation.value_of(row) - 1.0) / self.units.rows[row.constraint]
         };
         let is_feasible = (0..multipliers.len()).filter(is_free).map(violation).all(|v| v <= NO_EFFECT);
-        let there = self.observed_lagrangian(proposal, analyzed, None).map_or(f64::INFINITY, |l| l.value);
-        let rows: f64 = multipliers.iter().zip(&self.here.c).map(|(λ, c)| λ * c).sum();
-        let here = self.state.evaluation.objective + rows;
         is_feasible && there < here - ROUNDING * here.abs()
     }
 
