@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from functools import lru_cache
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import Any
 
@@ -51,9 +52,17 @@ def _task(texts: tuple[str, str, str, str], phase: int, runs: list[int], known: 
     return time.perf_counter() - begun, lines
 
 
-def _one_thread() -> None:
-    """One thread for each worker of a pool."""
+def _begin_worker() -> None:
+    """One thread for each worker of a pool, and none that is left when the parent process was killed."""
     os.environ["RAYON_NUM_THREADS"] = "1"
+    parent = parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
 
 
 class _Processes:
@@ -64,7 +73,7 @@ class _Processes:
 
     def __call__(self) -> Executor:
         # A forked process has no threads of the library.
-        return ProcessPoolExecutor(self.workers, mp_context=get_context("spawn"), initializer=_one_thread)
+        return ProcessPoolExecutor(self.workers, mp_context=get_context("spawn"), initializer=_begin_worker)
 
 
 class Study:
@@ -326,20 +335,20 @@ class _Pool:
                     done, _ = wait(open_, return_when=FIRST_COMPLETED)
                     for future in done:
                         some = open_.pop(future)
-                        error = CancelledError() if future.cancelled() else future.exception()
-                        if error is None:
+                        reason = CancelledError() if future.cancelled() else future.exception()
+                        if reason is None:
                             taken, lines = future.result()
                             if observe(lines):
                                 return True
                             if chunk is None:
                                 size = max(1, min(2 * size, int(len(some) * TASK_TIME / max(taken, 1e-6))))
-                        elif not _is_lost(error):
-                            raise error
+                        elif not _is_lost(reason):
+                            raise reason
                         else:
-                            self._blame(some, len(open_), error)
+                            self._blame(some, len(open_), reason)
                             alone.extend(reversed(some))
-                            if isinstance(error, BrokenExecutor):
-                                broken = error
+                            if isinstance(reason, BrokenExecutor):
+                                broken = reason
                 if broken is not None:
                     # All open tasks are lost with the pool.
                     for some in open_.values():
