@@ -6,12 +6,14 @@
 //! | `function` | an analysis that calls Python functions |
 //! | `problem` | model files and problems: analyses, derivatives, checks, runs |
 //! | `state` | the state of a run: history, results, report, figures |
+//! | `study` | studies: runs, rows, conclusions, and the file of rows |
 //!
 //! The Python part in `python/package` checks arguments and gives results their labels.
 
 mod function;
 mod problem;
 mod state;
+mod study;
 mod work;
 
 use linkwright::sao::presets;
@@ -28,7 +30,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<problem::Problem>()?;
     module.add_class::<state::State>()?;
+    module.add_class::<study::Study>()?;
+    module.add_class::<study::RowFile>()?;
     module.add_function(wrap_pyfunction!(methods, module)?)?;
+    module.add_function(wrap_pyfunction!(study::study_model, module)?)?;
     module.add_function(wrap_pyfunction!(work::after_fork, module)?)?;
     module.add_function(wrap_pyfunction!(work::panic, module)?)
 }

@@ -243,3 +243,16 @@ def test_a_function_may_use_a_model(formula):
         differences="noise-aware",
     )
     assert problem.optimize({"preset": "slp", "max_cycles": 30}).objective == pytest.approx(ABSORBER_OPTIMUM, rel=2e-2)
+
+
+def test_arrays_of_other_processes_may_be_unaligned():
+    """As Dask returns them: views of the bytes of a message."""
+
+    def moved(array):
+        return np.frombuffer(b" " + array.tobytes(), np.uint8)[1:].view(array.dtype)
+
+    assert not moved(np.ones(2)).flags.aligned
+    for more in ({"map": lambda f, designs: [moved(f(b)) for b in designs]}, {"derivatives": lambda b: moved(2 * b)}):
+        problem = linkwright.Problem({"x": 3.0, "y": -2.0}, ["f"], lambda b: float(b @ b), objective="f", **more)
+        np.testing.assert_allclose(problem.sensitivities([3.0, -2.0])["f"], [6.0, -4.0], rtol=1e-6)
+        assert problem.analyze_many([[1.0, 2.0], [0.0, 1.0]]).objective.tolist() == [5.0, 1.0]

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `new`, `check`, `analyze`, `optimize`, `report`, `runs`, `compare`, `reproduce` | one command each; `optimize` has `resume`, `analyze` has `sensitivities`, `new` has `schema` and `completion` |
 //! | `study` | `study FILE` and `study merge DIR…`; the folder of a study |
+//! | `database` | the database of runs: `runs --db`, `optimize --warm`, feature `database` |
 //! | `open` | the interactive design tool, feature `app` |
 //! | `run_directory` | the files of a run, safe against a kill at any moment |
 //! | `folder` | folders into which commands write, with the list of their files |
@@ -25,6 +26,8 @@ mod any_folder;
 mod budget;
 mod check;
 mod compare;
+#[cfg(feature = "database")]
+mod database;
 mod eta;
 #[cfg(test)]
 mod faults;

@@ -1,6 +1,8 @@
 //! `linkwright optimize FILE` and `linkwright resume DIR`.
 
 use super::budget::Budget;
+#[cfg(feature = "database")]
+use super::database::WarmStart;
 use super::folder;
 use super::model::{Edits, load, located, model_file};
 use super::output::{ClosedOutput, complain, results};
@@ -25,6 +27,7 @@ use std::process::ExitCode;
   linkwright optimize absorber --method mma --start k=0.5,c=0.4
   linkwright optimize four-bar.toml --out runs/four-bar --quiet
   linkwright optimize absorber.toml --json | jq .objective
+  linkwright optimize absorber.toml --method mma --warm runs.db
 
 Results are written to out/NAME, or to NAME in the folder LINKWRIGHT_OUT; to NAME-2, NAME-3, … if there is a run already. Every cycle is
 stored before the next one begins; `linkwright resume` continues an interrupted run.")]
@@ -40,6 +43,10 @@ pub struct Optimize {
     /// Write the report at the end
     #[arg(long)]
     report: bool,
+    /// A database of runs: takes analyses of this model that are in it, and adds new ones
+    #[cfg(feature = "database")]
+    #[arg(long, value_name = "FILE")]
+    warm: Option<PathBuf>,
     #[command(flatten)]
     edits: Edits,
     #[command(flatten)]
@@ -102,17 +109,30 @@ impl Optimize {
         let (model, text) = self.edits.load(&self.file)?;
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
+        let (warm, problem) = self.warm_start(&model, problem)?;
         let folder = match &self.out {
             Some(out) => RunDirectory::create(folder::create(out)?, &model, &text, &self.file, self.force)?,
             None => numbered(&name(&model_file(&self.file))?, &model, &text, &self.file, self.force, &self.shown)?,
         };
-        let (code, out) = begin(folder, &model, &problem, &self.shown)?;
+        let (code, out) = begin(folder, &model, &problem, &warm, &self.shown)?;
         let next = if self.report {
             format!("The report is {}", write_report(&out, None, true)?.display())
         } else {
             format!("Next: linkwright report {}", out.display())
         };
         self.shown.show().note(&next).map(|()| code)
+    }
+
+    /// The database with which the run starts, and the problem that uses it.
+    fn warm_start(&self, model: &Model, problem: Problem) -> anyhow::Result<(Warm, Problem)> {
+        #[cfg(feature = "database")]
+        if let Some(path) = &self.warm {
+            let (warm, problem) = WarmStart::new(path, model, &model_file(&self.file), problem)?;
+            return Ok((Some(warm), problem));
+        }
+        #[cfg(not(feature = "database"))]
+        let _ = model;
+        Ok((None, problem))
     }
 
     /// Begins a run in an open folder.
@@ -127,7 +147,22 @@ impl Optimize {
     ) -> anyhow::Result<ExitCode> {
         let problem = located(model, model.problem())?;
         let folder = RunDirectory::create(directory, model, text, file, force)?;
-        begin(folder, model, &problem, shown).map(|(code, _)| code)
+        begin(folder, model, &problem, &None, shown).map(|(code, _)| code)
+    }
+}
+
+/// The database with which a run starts, if there is one.
+#[cfg(feature = "database")]
+type Warm = Option<WarmStart>;
+#[cfg(not(feature = "database"))]
+type Warm = Option<std::convert::Infallible>;
+
+/// Stores new analyses in the database.
+#[cfg_attr(not(feature = "database"), expect(unused_variables, reason = "there is no database"))]
+fn save(warm: &Warm) {
+    #[cfg(feature = "database")]
+    if let Some(warm) = warm {
+        warm.save();
     }
 }
 
@@ -136,10 +171,20 @@ fn begin(
     mut folder: RunDirectory,
     model: &Model,
     problem: &Problem,
+    warm: &Warm,
     shown: &Shown,
 ) -> anyhow::Result<(ExitCode, PathBuf)> {
-    let out = folder.folder().directory().path().to_owned();
-    let code = shown.run(model, problem, &mut folder, None, &out)?;
+    let directory = folder.folder().directory().clone();
+    let out = directory.path().to_owned();
+    #[cfg(feature = "database")]
+    if let Some(note) = warm.as_ref().map(|warm| warm.begin(&directory)).transpose()?.flatten() {
+        shown.show().note(&note)?;
+    }
+    let code = shown.run(model, problem, &mut folder, None, warm, &out)?;
+    #[cfg(feature = "database")]
+    if let Some(warm) = warm {
+        shown.show().note(&warm.end(&directory))?;
+    }
     Ok((code, out))
 }
 
@@ -208,7 +253,7 @@ impl Resume {
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
         let folder = numbered(&name(&model_file(file))?, &model, &text, file, false, &self.shown)?;
-        begin(folder, &model, &problem, &self.shown).map(|(code, _)| code)
+        begin(folder, &model, &problem, &None, &self.shown).map(|(code, _)| code)
     }
 
     /// Continues the run of an open folder.
@@ -248,7 +293,7 @@ impl Shown {
         }
         let state = folder.resume(&model, &problem, text, previous)?;
         let out = folder.folder().directory().path().to_owned();
-        self.run(&model, &problem, &mut folder, state, &out)
+        self.run(&model, &problem, &mut folder, state, &None, &out)
     }
 
     /// Runs to the end, from a state or from the start design. A closed standard output is an interruption.
@@ -258,11 +303,12 @@ impl Shown {
         problem: &Problem,
         folder: &mut RunDirectory,
         state: Option<State>,
+        warm: &Warm,
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
         announce_interruptions(out);
         folder.keep_answers(model)?;
-        self.cycles(model, problem, folder, state, out).map_err(|error| match error.is::<ClosedOutput>() {
+        self.cycles(model, problem, folder, state, warm, out).map_err(|error| match error.is::<ClosedOutput>() {
             true => anyhow!("{ClosedOutput}; `linkwright resume {}` continues the run", out.display()),
             false => error,
         })
@@ -275,6 +321,7 @@ impl Shown {
         problem: &Problem,
         folder: &mut RunDirectory,
         state: Option<State>,
+        warm: &Warm,
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
         let show = self.show();
@@ -289,11 +336,13 @@ impl Shown {
         };
         let mut state = model.method().restart(problem, state)?;
         let mut summary = folder.save(model, problem, &mut state)?;
+        save(warm);
         progress.cycle(&state, 0)?;
         let before = state.history.len();
         while state.status == Status::Running {
             state = model.method().step(problem, state)?;
             summary = folder.save(model, problem, &mut state)?;
+            save(warm);
             progress.cycle(&state, state.history.len() - before)?;
         }
         summary.warnings = problem.analysis.warnings(&state.design, &state.responses);

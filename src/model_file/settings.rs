@@ -36,6 +36,19 @@ pub(super) fn fingerprint(file: &DeTable<'_>) -> u64 {
     crate::storage::fnv1a(&text)
 }
 
+/// Hash of all that the responses of a problem depend on: as [`fingerprint`], without the start values of design variables.
+pub(super) fn analysis_fingerprint(file: &DeTable<'_>) -> u64 {
+    let mut file = file.clone();
+    if let Some(DeValue::Table(design)) = file.get_mut("design").map(toml::Spanned::get_mut) {
+        for (_, variable) in design.iter_mut() {
+            if let DeValue::Table(keys) = variable.get_mut() {
+                ["start", "lower", "upper"].iter().for_each(|key| drop(keys.remove(*key)));
+            }
+        }
+    }
+    fingerprint(&file)
+}
+
 /// The scale of a peak in the terms of version 1, where it is 1 by default: such a scale is removed. Returns what stands for the default of
 /// later versions.
 fn peak_scale(file: &mut DeTable<'_>) -> String {

@@ -5,6 +5,7 @@ mod any_text;
 mod browser;
 mod combinations;
 mod commands;
+mod database;
 mod derivatives;
 #[cfg(feature = "app")]
 mod devtools;

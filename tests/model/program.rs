@@ -27,6 +27,12 @@ fn truss(place: &TempFolder) -> String {
     text.replace(formula, "program = \"number\"").replace("[design.area]", program)
 }
 
+/// The model file `truss.toml` with its program.
+#[cfg(feature = "database")]
+pub fn truss_with_a_script(place: &TempFolder) {
+    std::fs::write(place.0.join("truss.toml"), truss(place)).unwrap();
+}
+
 #[test]
 fn a_program_is_started_only_if_that_is_allowed() {
     let place = TempFolder::new("program");

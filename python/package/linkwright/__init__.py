@@ -2,7 +2,7 @@
 
 A :class:`Model` is a mechanism from a model file or a dictionary; a :class:`Problem` has responses from Python functions.
 Both are analysed, differentiated, checked and optimized by the same methods. :func:`minimize` and :func:`scipy_method` have the
-form of SciPy. Units are SI and radians.
+form of SciPy. A :class:`Study` does many runs of a model, on any executor. Units are SI and radians.
 """
 
 import os as _os
@@ -13,6 +13,7 @@ from ._errors import AnalysisError, DefinitionError, Error, ModelError
 from ._minimize import OptimizeResult, minimize, scipy_method
 from ._problem import BaseProblem, Model, Problem, methods
 from ._results import Analyses, Analysis, Check, Comparison, Cycle, Figure, Page, Result, Sensitivities, Variable
+from ._study import Study, StudyError, StudyResult
 
 # The threads of the library do not exist in a forked process: work there raises RuntimeError instead of waiting for ever.
 if hasattr(_os, "register_at_fork"):
@@ -36,6 +37,9 @@ __all__ = [
     "Problem",
     "Result",
     "Sensitivities",
+    "Study",
+    "StudyError",
+    "StudyResult",
     "Variable",
     "__version__",
     "methods",

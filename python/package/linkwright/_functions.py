@@ -61,7 +61,8 @@ class Functions:
         found = list(self.map(Attempt(self.one), [b[: self.n] for b in designs]))
         if len(found) != len(designs):
             raise DefinitionError(f"`map` returned {len(found)} results for {len(designs)} designs")
-        return found
+        # Arrays that come from another process may lie anywhere in the bytes of a message.
+        return [np.require(item, requirements=["C", "A"]) if isinstance(item, np.ndarray) else item for item in found]
 
     def _derivatives(self, b: Array) -> Array:
         b = b[: self.n]
@@ -137,7 +138,7 @@ def flatten(values: Any, shapes: Mapping[str, tuple[int, ...]], trailing: tuple[
             raise DefinitionError(f"`{what}` returned {len(items)} responses instead of {len(shapes)}: {', '.join(shapes)}")
     blocks = [_block(item, name, shapes[name] + trailing, what) for item, name in zip(items, shapes)]
     flat = [block.reshape(-1, *trailing) for block in blocks]
-    return np.ascontiguousarray(flat[0] if len(flat) == 1 else np.concatenate(flat))
+    return np.require(flat[0] if len(flat) == 1 else np.concatenate(flat), requirements=["C", "A"])
 
 
 def _is_list_of_one(values: Any) -> bool:

@@ -27,6 +27,8 @@ use anyhow::{Context, bail};
 use history::{HISTORY, History, HistoryFile, Prefix};
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
+#[cfg(feature = "database")]
+use linkwright::problem::Responses;
 use linkwright::sao::State;
 use linkwright::storage::{Appender, Directory};
 use state_file::{PREVIOUS, STATE, StoredState};
@@ -42,7 +44,10 @@ const CYCLES: &str = "cycles.csv";
 const RESPONSES: &str = "responses.csv";
 const CONSTRAINTS: &str = "constraints.csv";
 /// Answers of the program of a model.
-const ANSWERS: &str = "answers.jsonl";
+pub const ANSWERS: &str = "answers.jsonl";
+/// Largest size of a state that is read without its problem.
+#[cfg(feature = "database")]
+const STATE_LIMIT: u64 = 1 << 30;
 /// Files that a run writes. The state comes first, since a history without its state cannot be continued.
 const FILES: [&str; 14] = [
     STATE,
@@ -413,6 +418,15 @@ impl RunDirectory {
 impl Active {
     fn new(claim: Claim) -> Self {
         Self { _claim: claim, history: None, cycles: None, stored: None, text: String::new() }
+    }
+}
+
+/// The last accepted design of a run with its responses; `None` without an intact state of this version.
+#[cfg(feature = "database")]
+pub fn last_analysis(directory: &Directory, fingerprint: &str) -> Option<(Vec<f64>, Responses)> {
+    match state_file::read(directory, STATE, fingerprint, STATE_LIMIT) {
+        Ok(Some(StoredState::Bound(state, _))) => Some((state.design, state.responses)),
+        _ => None,
     }
 }
 

@@ -1,31 +1,37 @@
-//! The runs below a folder.
+//! The runs and studies below a folder.
 
-use crate::command::folder::RUN;
+use crate::command::folder::{RUN, STUDY};
 use crate::command::run_directory::{LOCK, RunRecord, Summary};
+use crate::command::study::{StudyProgress, StudyRecord};
 use anyhow::Context;
 use linkwright::model_file::settings;
 use linkwright::sao::{DEFAULT_PRESET, Status};
-use linkwright::storage::Directory;
-use serde::Serialize;
+use linkwright::storage::{Directory, Entry};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// A row of the list of runs.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RunEntry {
+    /// `run` or `study`.
+    pub kind: String,
     /// Path of the folder.
     pub folder: String,
     /// Time at which the run began, in UTC; empty if unknown.
     pub begun: String,
     /// Title of the model.
     pub model: String,
-    /// Preset of the method.
+    /// Preset of the method; kind of a study.
     pub method: String,
-    /// Status at the end, `Running`, `Interrupted`, or `Damaged`.
+    /// Status at the end, `Complete` for a study, `Running`, `Interrupted`, or `Damaged`.
     pub status: String,
-    /// Hash of the problem without bounds and method.
+    /// Hash of the problem without bounds and method; of the settings of study and model.
     pub fingerprint: String,
     /// Progress or result; `None` before the first analysis.
     pub result: Option<Summary>,
+    /// Progress of a study; `None` for a run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub study: Option<StudyProgress>,
     /// Error of reading the folder.
     pub fault: Option<String>,
     /// Text of the model that was used last.
@@ -37,12 +43,16 @@ pub struct RunEntry {
 const DEPTH: usize = 6;
 const FOLDERS: usize = 100_000;
 
-/// All runs in a folder and its subfolders, the oldest first. Symbolic links are not followed.
+/// Largest size of the copies of a study file and of its model.
+const TEXT_LIMIT: u64 = 8 << 20;
+
+/// All runs and studies in a folder and its subfolders, the oldest first. Symbolic links are not followed.
 pub fn below(folder: &Path) -> Vec<RunEntry> {
     let (mut found, mut waiting, mut searched) = (vec![], vec![(folder.to_owned(), 0)], 0);
     while let Some((folder, depth)) = waiting.pop() {
         searched += 1;
-        if folder.join(RUN).symlink_metadata().is_ok_and(|entry| !entry.is_dir()) {
+        let has = |name: &str| folder.join(name).symlink_metadata().is_ok_and(|entry| !entry.is_dir());
+        if has(RUN) || has(STUDY) {
             found.push(RunEntry::of(&folder));
             continue;
         }
@@ -70,6 +80,9 @@ impl RunEntry {
     /// Reads the run in a folder.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         let directory = Directory::open(folder).with_context(|| format!("{} has no run in it", folder.display()))?;
+        if matches!(directory.entry(STUDY)?, Some(Entry::File)) {
+            return Self::of_study(&directory);
+        }
         let run = RunRecord::read(&directory)?;
         let (result, fault) = match Summary::read(&directory) {
             Ok(result) => (result, None),
@@ -82,6 +95,7 @@ impl RunEntry {
             Some(status) => format!("{status:?}"),
         };
         Ok(Self {
+            kind: "run".to_owned(),
             folder: folder.display().to_string(),
             begun: run.begun,
             model: run.title,
@@ -89,8 +103,41 @@ impl RunEntry {
             status,
             fingerprint: run.fingerprint,
             result,
+            study: None,
             fault,
             text: run.model,
+        })
+    }
+
+    /// The study of an open folder.
+    fn of_study(directory: &Directory) -> anyhow::Result<Self> {
+        let shown = directory.path().display();
+        let record = StudyRecord::read(directory)?.with_context(|| format!("{shown} has no study in it"))?;
+        let (study, fault) = match record.progress(directory) {
+            Ok(progress) => (Some(progress), None),
+            Err(error) => (None, Some(format!("{error:#}"))),
+        };
+        let status = match &study {
+            _ if directory.is_locked(LOCK) => "Running",
+            None => "Damaged",
+            Some(progress) if progress.done < progress.runs => "Interrupted",
+            Some(_) => "Complete",
+        };
+        let copy = |name: &str| directory.read(name, TEXT_LIMIT).ok().flatten().map(String::from_utf8);
+        let text = |name: &str| copy(name).and_then(Result::ok).unwrap_or_default();
+        let kind = settings("", &text("study.toml")).ok().and_then(|all| all.get("kind").cloned()).unwrap_or_default();
+        Ok(Self {
+            kind: "study".to_owned(),
+            folder: shown.to_string(),
+            begun: record.begun,
+            model: record.title,
+            method: kind.trim_matches('"').to_owned(),
+            status: status.to_owned(),
+            fingerprint: record.study,
+            result: None,
+            study,
+            fault,
+            text: text("model.toml"),
         })
     }
 }

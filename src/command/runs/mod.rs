@@ -1,10 +1,12 @@
-//! `linkwright runs`: list of past runs, comparison of two runs.
+//! `linkwright runs`: list of past runs and studies, comparison of two runs.
 //!
-//! There is no index file: every folder describes its own run. So folders may be moved, copied and deleted, any number of runs may
+//! The folders need no index file: every folder describes its own run. So folders may be moved, copied and deleted, any number of runs may
 //! write at the same time, and a damaged folder does not hide the others.
 
 mod comparison;
 mod entry;
+#[cfg(feature = "database")]
+mod filter;
 
 use super::folder::OutputFolder;
 use super::output::{results, say};
@@ -12,8 +14,7 @@ use super::run_directory::Summary;
 use anyhow::bail;
 use clap::Args;
 use comparison::RunComparison;
-use entry::RunEntry;
-pub use entry::below;
+pub use entry::{RunEntry, below};
 use linkwright::report::table::{Cell, Table};
 use std::path::{Path, PathBuf};
 
@@ -23,8 +24,12 @@ use std::path::{Path, PathBuf};
   linkwright runs studies             list the runs below another folder
   linkwright runs lift lift-filter    compare two runs
   linkwright runs --json | jq .status
+  linkwright runs --where \"objective < 2.5 and status = 'Converged'\"
+  linkwright runs --db runs.db        take runs and studies into a database, and list all that are in it
 
 The default folder is `out`, or the folder LINKWRIGHT_OUT. Folders of runs may be moved, copied and deleted.
+`--where` is an expression of SQL over the columns folder, begun, kind ('run' or 'study'), model, method, status, fingerprint, cycles,
+analyses, sensitivity_analyses, objective, violation_pct, those of studies runs, done, failed, and the names of design variables.
 The column `end` is the status of a run: how it ended, `Running`, or `Interrupted`; `linkwright resume` continues the latter.")]
 pub struct Runs {
     /// A folder to search, or two runs to compare
@@ -39,27 +44,35 @@ pub struct Runs {
     /// Print nothing on standard output
     #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
+    /// List only runs for which an expression is true, for instance "objective < 2.5"
+    #[cfg(feature = "database")]
+    #[arg(long, value_name = "EXPRESSION")]
+    r#where: Option<String>,
+    /// A database: takes the runs and studies of the folder into it, and lists all that are in it
+    #[cfg(feature = "database")]
+    #[arg(long, value_name = "FILE")]
+    db: Option<PathBuf>,
 }
 
 impl Runs {
     pub fn run(&self) -> anyhow::Result<()> {
+        #[cfg(feature = "database")]
+        anyhow::ensure!(
+            self.folders.len() < 2 || (self.r#where.is_none() && self.db.is_none()),
+            "`--where` and `--db` list runs; two folders are compared"
+        );
         match self.folders.as_slice() {
             [_, _] if self.out.is_some() => bail!("`--out` writes a list of runs, not a comparison of two"),
             [a, b] => self.compare(&named(a), &named(b)),
-            [folder] => self.list(folder),
-            _ => self.list(&results()),
+            [folder] => self.list(folder, true),
+            _ => self.list(&results(), false),
         }
     }
 
-    fn list(&self, folder: &Path) -> anyhow::Result<()> {
-        anyhow::ensure!(
-            folder.is_dir(),
-            "there is no folder {}; give the folder that contains the runs",
-            folder.display()
-        );
-        let runs = below(folder);
+    fn list(&self, folder: &Path, is_named: bool) -> anyhow::Result<()> {
+        let (runs, place) = self.wanted(folder, is_named)?;
         if let Some(out) = &self.out {
-            OutputFolder::create(out)?.write("runs.csv", listing(folder, &runs)?.csv().as_bytes())?;
+            OutputFolder::create(out)?.write("runs.csv", listing(&place, &runs)?.csv().as_bytes())?;
         }
         if self.quiet {
             return Ok(());
@@ -68,11 +81,49 @@ impl Runs {
             return runs.iter().try_for_each(|run| say(&serde_json::to_string(run)?));
         }
         if runs.is_empty() {
-            return say(&format!("No runs below {}", folder.display()));
+            return say(&format!("No {}", lower(&place)));
         }
-        say(listing(folder, &runs)?.text().trim_end())?;
+        say(listing(&place, &runs)?.text().trim_end())?;
         let damaged = runs.iter().filter_map(|run| Some((&run.folder, run.fault.as_ref()?)));
         damaged.into_iter().try_for_each(|(folder, fault)| say(&format!("Note: {folder}: {fault}")))
+    }
+
+    /// The wanted runs, and their title.
+    #[cfg(feature = "database")]
+    fn wanted(&self, folder: &Path, is_named: bool) -> anyhow::Result<(Vec<RunEntry>, String)> {
+        let (mut runs, mut place) = match &self.db {
+            None => (checked(folder)?, format!("Runs below {}", folder.display())),
+            Some(file) => (self.in_database(file, folder, is_named)?, format!("Runs in {}", file.display())),
+        };
+        if let Some(expression) = &self.r#where {
+            runs = filter::filtered(runs, expression)?;
+            place += &format!(" with {expression}");
+        }
+        Ok((runs, place))
+    }
+
+    /// Takes the runs of a folder into a database, and lists those that are in it. The default folder may be missing.
+    #[cfg(feature = "database")]
+    fn in_database(&self, file: &Path, folder: &Path, is_named: bool) -> anyhow::Result<Vec<RunEntry>> {
+        use super::database::{Database, Taken, entries, take};
+        let found = if is_named || folder.is_dir() { checked(folder)? } else { vec![] };
+        let mut database = Database::open(file)?;
+        let mut taken = Taken::default();
+        found.iter().try_for_each(|entry| take(&mut database, entry, &mut taken))?;
+        let Taken { entries: new, rows, analyses } = taken;
+        if new > 0 && !self.quiet && !self.json {
+            let shown = file.display();
+            say(&format!(
+                "{new} new or changed runs and studies, {rows} rows and {analyses} analyses were added to {shown}"
+            ))?;
+        }
+        let damaged = found.into_iter().filter(|entry| entry.status == "Damaged");
+        Ok(entries(&database)?.into_iter().chain(damaged).collect())
+    }
+
+    #[cfg(not(feature = "database"))]
+    fn wanted(&self, folder: &Path, _: bool) -> anyhow::Result<(Vec<RunEntry>, String)> {
+        Ok((checked(folder)?, format!("Runs below {}", folder.display())))
     }
 
     fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
@@ -91,7 +142,18 @@ pub fn named(folder: &Path) -> PathBuf {
     if !folder.exists() && among.exists() { among } else { folder.to_owned() }
 }
 
-fn listing(folder: &Path, runs: &[RunEntry]) -> linkwright::Result<Table> {
+/// The runs and studies below a folder that must exist.
+fn checked(folder: &Path) -> anyhow::Result<Vec<RunEntry>> {
+    anyhow::ensure!(folder.is_dir(), "there is no folder {}; give the folder that contains the runs", folder.display());
+    Ok(below(folder))
+}
+
+/// A title in the middle of a sentence.
+fn lower(title: &str) -> String {
+    title.replacen("Runs", "runs", 1)
+}
+
+fn listing(title: &str, runs: &[RunEntry]) -> linkwright::Result<Table> {
     let columns = [
         "folder",
         "begun",
@@ -104,7 +166,7 @@ fn listing(folder: &Path, runs: &[RunEntry]) -> linkwright::Result<Table> {
         "objective",
         "violation_pct",
     ];
-    let mut table = Table::new(format!("Runs below {}", folder.display()), columns);
+    let mut table = Table::new(title, columns);
     let text = |text: &str| Cell::from(text);
     for run in runs {
         let result = run.result.as_ref();
@@ -113,7 +175,7 @@ fn listing(folder: &Path, runs: &[RunEntry]) -> linkwright::Result<Table> {
             text(&run.folder),
             text(&run.begun.replace('T', " ").replace('Z', "")),
             text(&run.model),
-            text(&run.method),
+            text(&if run.kind == "study" { format!("study: {}", run.method) } else { run.method.clone() }),
             text(&run.status),
             number(|r| r.cycles.into()),
             number(|r| r.analyses.into()),

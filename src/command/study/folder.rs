@@ -64,7 +64,28 @@ pub struct StudyRecord {
     pub begun: String,
 }
 
+/// Progress of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StudyProgress {
+    /// Number of runs, of this part if it is one.
+    pub runs: usize,
+    /// Number of those that have ended.
+    pub done: usize,
+    /// Number of those that have failed.
+    pub failed: usize,
+}
+
 impl StudyRecord {
+    /// The progress in a folder.
+    pub fn progress(&self, directory: &Directory) -> anyhow::Result<StudyProgress> {
+        let place = directory.path().join(ROWS);
+        let bytes = directory.read(ROWS, ROWS_LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
+        let rows = Rows::read(&place.display().to_string(), &bytes.unwrap_or_default(), &self.runs)?.rows;
+        let part = Part { number: self.part[0], of: self.part[1].max(1) };
+        let runs = self.runs.iter().map(|runs| (0..*runs).filter(|run| part.has(*run)).count()).sum();
+        Ok(StudyProgress { runs, done: rows.len(), failed: rows.all().filter(|row| row.has_failed()).count() })
+    }
+
     /// Reads the record of a folder; `None` if it has none.
     pub fn read(directory: &Directory) -> anyhow::Result<Option<Self>> {
         let place = directory.path().join(STUDY);

@@ -3,6 +3,8 @@
 mod folder;
 mod page;
 
+pub use folder::{StudyProgress, StudyRecord};
+
 use super::folder::{create, in_results};
 use super::model::{load, model_file, program_folder};
 use super::output::{ClosedOutput, brief, complain, results, say};
@@ -133,6 +135,26 @@ fn read_study(file: &Path) -> anyhow::Result<studies::Study> {
     Ok(studies::Study::new(read, &source)?)
 }
 
+/// The study of a folder, from the copies of its files. Its programs do not run.
+fn of_folder(folder: &Directory) -> anyhow::Result<(StudyRecord, studies::Study)> {
+    let shown = folder.path().display();
+    let record = StudyRecord::read(folder)?.with_context(|| format!("{shown} has no study in it"))?;
+    let [text, model] = copies(folder)?;
+    // The copy of the model has the settings of the study already; they are applied again, to the same effect.
+    let file = StudyFile::read(&record.file, &text)?;
+    let name = folder.path().join("model.toml").display().to_string();
+    let study = studies::Study::new(file, &ModelSource { name, text: model, programs: None })?;
+    Ok((record, study))
+}
+
+/// The study of a folder with its rows.
+#[cfg(feature = "database")]
+pub fn stored_study(folder: &Directory) -> anyhow::Result<(studies::Study, Rows)> {
+    let (_, study) = of_folder(folder)?;
+    let rows = read_rows(folder, &study)?;
+    Ok((study, rows))
+}
+
 /// The name of the folder of a study file.
 fn stem(file: &Path) -> anyhow::Result<String> {
     let name = file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
@@ -183,15 +205,7 @@ impl Merge {
         };
         let parts = self.parts.iter().map(open).collect::<anyhow::Result<Vec<_>>>()?;
         let first = parts.first().context("give the folders of the parts")?;
-        let record = folder::StudyRecord::read(first)?
-            .with_context(|| format!("{} has no study in it", first.path().display()))?;
-        let [text, model] = copies(first)?;
-        let mut file = StudyFile::read(&record.file, &text)?;
-        // The copy of the model has the settings of the study already; they are applied again, to the same effect.
-        file.file.clone_from(&record.file);
-        let source =
-            ModelSource { name: first.path().join("model.toml").display().to_string(), text: model, programs: None };
-        let study = studies::Study::new(file, &source)?;
+        let (record, study) = of_folder(first)?;
         let mut rows = study.no_rows();
         for part in &parts {
             rows.join(read_rows(part, &study)?)

@@ -132,6 +132,7 @@ pub struct Model {
     constraints: Vec<Constraint>,
     method: Method,
     fingerprint: u64,
+    analysis_fingerprint: u64,
     source: SourceMap,
     note: Option<Diagnostic>,
 }
@@ -172,7 +173,7 @@ pub(crate) fn read_document<T>(
 fn model_of_text(file: &str, text: &str, log: &DiagnosticLog) -> Read<Model> {
     let mut table = settings::parse(text)?;
     let version = version::version(&table)?;
-    let fingerprint = settings::fingerprint(&table);
+    let (fingerprint, analysis_fingerprint) = (settings::fingerprint(&table), settings::analysis_fingerprint(&table));
     let words = Modernizer::default();
     for name in ["analysis", "method"] {
         if let Some(toml::de::DeValue::Table(table)) = table.get_mut(name).map(Spanned::get_mut) {
@@ -189,7 +190,7 @@ fn model_of_text(file: &str, text: &str, log: &DiagnosticLog) -> Read<Model> {
     if version < version::CURRENT {
         model.objective.iter_mut().for_each(ObjectiveSpec::keep_first_scale);
     }
-    Ok(Model { fingerprint, note, ..model })
+    Ok(Model { fingerprint, analysis_fingerprint, note, ..model })
 }
 
 fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) -> Read<Model> {
@@ -255,6 +256,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         constraints,
         method,
         fingerprint: 0,
+        analysis_fingerprint: 0,
         source: SourceMap::default(),
         note: None,
     })
@@ -296,6 +298,12 @@ impl Model {
     /// comments and version.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
+    }
+
+    /// Hash of all that the responses of a design depend on: of everything except method, title, bounds and start values. Two models with
+    /// the same hash have the same responses at the same design.
+    pub fn analysis_fingerprint(&self) -> u64 {
+        self.analysis_fingerprint
     }
 
     /// The note about a file of version 1, with the new names of its old words.

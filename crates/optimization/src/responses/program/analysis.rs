@@ -108,6 +108,11 @@ impl ProgramAnalysis {
         self.answers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The program and its arguments.
+    pub fn command(&self) -> &[String] {
+        self.processes.command()
+    }
+
     /// Reads the answers in a file of a directory, if it exists and belongs to this program, its variables, time points and responses.
     ///
     /// # Errors
