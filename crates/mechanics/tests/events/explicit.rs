@@ -1,7 +1,7 @@
 //! Events along explicit steps: values and derivatives against exact solutions, second derivatives against differences.
 
 use crate::methods::deviation;
-use crate::models::{BARS, BOUNCING, Bouncing, DoublePendulum, PUSHED, Pushed, SLING, Sling, bouncing, pushed, sling};
+use crate::models::{BARS, BOUNCING, Bouncing, DoublePendulum, OnRope, PUSHED, Pushed, ROPE, SLING, Sling, bouncing, on_rope, pushed, sling};
 use autodiff::{gradient, hessian};
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};
@@ -82,6 +82,25 @@ fn derivatives_through_a_joint_that_lets_go_are_exact() {
         let (value, slopes) = gradient(|b| sling(b)[k], &SLING);
         (value, slopes, hessian(|b| sling(b)[k], &SLING).2.iter().copied().collect())
     });
+}
+
+/// Adaptive steps end where the rope becomes taut. The force is continuous there, and its derivatives are not.
+#[test]
+fn second_derivatives_through_a_rope_that_becomes_taut_are_exact() {
+    let (end, outputs) = (0.5, [0, 1]);
+    for settings in [Explicit::adaptive(1e-11), Explicit::eighth_order(1e-11)] {
+        let second = differentiate_explicitly_twice(&OnRope, &ROPE, &settings, &[end], HessianPart::Full).unwrap();
+        for output in outputs {
+            let (_, slopes, expected) = hessian(|b| on_rope(b, end)[output], &ROPE);
+            let ours = second.hessian(output, 0).unwrap();
+            let size = expected.iter().fold(1.0f64, |all, x| all.max(x.abs()));
+            let error = ours.iter().zip(expected.iter()).fold(0.0f64, |all, (a, b)| all.max((a - b).abs())) / size;
+            let gradient = second.gradient(output, 0);
+            let first = gradient.iter().zip(slopes.iter()).fold(0.0f64, |all, (a, b)| all.max((a - b).abs()));
+            println!("{}: {first:.1e} {error:.1e}", settings.method.name);
+            assert!(first < 1e-7 && error < 1e-6, "{settings:?}: {first:.1e} {error:.1e}");
+        }
+    }
 }
 
 fn check_methods<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], times: &[f64]) {

@@ -63,7 +63,7 @@ impl Element for WallContact {
         Some(&DESCRIPTOR)
     }
 
-    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
+    fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
         let (depth, rate, ..) = Self::depth(x);
         hunt_crossley::switching_functions(WallContactInputs(x.p).damping(), depth, rate, out);
     }

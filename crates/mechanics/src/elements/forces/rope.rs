@@ -67,11 +67,11 @@ impl Element for Rope {
         Some(&DESCRIPTOR)
     }
 
-    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
+    fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
         let line = Line::of(x);
         let elongation = line.length - RopeInputs(x.p).length();
         out.push(elongation);
-        out.push(if elongation > 0.0 { Self::taut(x, &line)[1] } else { 1.0 });
+        out.push(if elongation.re() > 0.0 { Self::taut(x, &line)[1] } else { T::from(1.0) });
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {

@@ -14,7 +14,7 @@ use crate::integrators::explicit::tableau::SLOTS;
 use crate::integrators::settings::StepSize;
 use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::Jet2;
+use crate::mechanism::scalars::{Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
@@ -131,7 +131,7 @@ impl<'m> MechanismRhs<'m> {
         let instance = &self.mechanism.elements[k];
         gather(instance, &self.state, &mut self.workspace);
         let local = ElementState { p: &instance.parameters, ..self.workspace.local(self.state.t) };
-        instance.element.switching_functions(&local, out);
+        f64::switching_functions(instance.element.as_ref(), &local, out);
     }
 
     /// Positions and velocities of `state` as one vector.

@@ -91,7 +91,11 @@ impl<F: OdeRhs> OdeDriver<F> {
             }
             StepControl::Adaptive { .. } => self.advance_adaptive()?,
         }
+        let end = self.stepper.t[1];
         F::end_at_event(&mut self.stepper)?;
+        if self.stepper.t[1] != end {
+            self.switches.crossed = None;
+        }
         self.steps.push(self.stepper.t[1] - old);
         Ok(())
     }

@@ -15,7 +15,7 @@ use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
 use crate::derivatives::seeding::{set_values, take_values};
 use crate::diagnostics::check_finite;
-use crate::elements::element::ElementWorkspace;
+use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
 use crate::initial_conditions::acceleration_rows;
@@ -28,7 +28,7 @@ use crate::integrators::settings::Work;
 use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
-use crate::system::state::State;
+use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 
@@ -60,13 +60,22 @@ where
     Ok((steps.recorder, steps.steps.driver.work(), gradients))
 }
 
+/// The function whose zero is the end of a step.
+#[derive(Clone, Copy)]
+enum StepEnd {
+    /// The gap of a contact or the condition of an event.
+    Event(usize),
+    /// A switching function of an element, at whose zero the forces are continuous and their derivatives are not.
+    Switch(usize),
+}
+
 /// The stages of a step.
 struct RecordedStep {
     action: StepEvent,
     /// States and factorizations, moved here from the equations while derivatives are computed.
     record: Option<StepRecord>,
-    /// The contact or event at the end, and the length of the step in s.
-    closed: Option<(usize, f64)>,
+    /// The reason for a length that depends on the design, and the length in s.
+    closed: Option<(StepEnd, f64)>,
 }
 
 /// The explicit steps of a mechanism, whose outputs are recorded.
@@ -95,7 +104,9 @@ impl StepSource for RecordedSteps<'_> {
         match action {
             StepEvent::Start => {}
             StepEvent::Step([begin, end]) => {
-                step.closed = stepper.rhs.locator.as_ref().and_then(|locator| locator.closed).map(|k| (k, end - begin));
+                let event = stepper.rhs.locator.as_ref().and_then(|locator| locator.closed).map(StepEnd::Event);
+                let switch = steps.driver.switches.crossed.map(StepEnd::Switch);
+                step.closed = event.or(switch).map(|at| (at, end - begin));
                 if step.closed.is_some() {
                     stepper.make_dense()?; // the end is inside the steps of other designs
                 }
@@ -193,14 +204,14 @@ where
         self.end.copy_from(&self.stage);
     }
 
-    /// Propagates the derivatives to the end of the step that ends at `end` (s), with the event `closed` there.
-    fn advance(&mut self, record: &StepRecord, end: f64, closed: Option<(usize, f64)>) -> Result<()> {
+    /// Propagates the derivatives to the end of the step, which is at `end` (s), and at the zero of the function `closed`.
+    fn advance(&mut self, record: &StepRecord, end: f64, closed: Option<(StepEnd, f64)>) -> Result<()> {
         if self.is_started {
             self.accept()?;
         }
         (self.is_started, self.is_dense) = (true, false);
         match closed {
-            Some((contact, length)) => self.close_contact(record, contact, length),
+            Some((at, length)) => self.end_at_zero(record, at, length),
             None => {
                 self.repeat_step(record, -self.begin.t + end);
                 Ok(())
@@ -234,25 +245,52 @@ where
         self.end.copy_from(&self.stage);
     }
 
-    /// Repeats a step of the given `length` (s) that ends when `contact` closes, at a time that depends on the design.
-    fn close_contact(&mut self, record: &StepRecord, contact: usize, length: f64) -> Result<()> {
-        let (impact, values) = (&self.mechanism.events[contact], &record.stages[self.method.end].state);
+    /// The function `at` at the end of the step.
+    fn end_function(&mut self, at: StepEnd) -> T {
+        let k = match at {
+            StepEnd::Event(event) => return self.mechanism.events[event].gap(&self.end),
+            StepEnd::Switch(k) => k,
+        };
+        let mut values = Vec::new();
+        for instance in &self.mechanism.elements {
+            gather(instance, &self.end, &mut self.workspace);
+            let local = ElementState { p: &instance.parameters, ..self.workspace.local(self.end.t) };
+            T::switching_functions(instance.element.as_ref(), &local, &mut values);
+        }
+        values[k]
+    }
+
+    /// Name of the element with the function `at`.
+    fn name_of(&self, at: StepEnd) -> &str {
+        match at {
+            StepEnd::Event(event) => &self.plain.events[event].gap.name,
+            StepEnd::Switch(_) => "a contact",
+        }
+    }
+
+    /// Repeats a step of the given `length` (s) that ends at a zero of the function `at`, at a time that depends on the design.
+    fn end_at_zero(&mut self, record: &StepRecord, at: StepEnd, length: f64) -> Result<()> {
+        let values = &record.stages[self.method.end].state;
         let given = T::from(length);
         let unit = T::with(0.0, std::array::from_fn(|k| f64::from(u8::from(k == 0))));
         let [fixed, moved] = [given, given + unit].map(|h| {
             self.repeat_step(record, h);
-            impact.gap(&self.end).derivatives()[0]
+            self.end_function(at).derivatives()[0]
         });
         let speed = moved - fixed;
         if speed == 0.0 || !speed.is_finite() {
             let why = format!("it is touched with zero speed at t = {:.6e} s: there is no derivative", values.t);
-            return Err(Error::analysis(&impact.gap.name, why, "change the design a little"));
+            return Err(Error::analysis(self.name_of(at), why, "change the design a little"));
         }
         let mut h = given;
         for _ in 0..T::ORDER {
             self.repeat_step(record, h);
-            h -= T::with(0.0, impact.gap(&self.end).derivatives().map(|gap| gap / speed));
+            h -= T::with(0.0, self.end_function(at).derivatives().map(|value| value / speed));
         }
+        let StepEnd::Event(contact) = at else {
+            self.repeat_step(record, h);
+            return Ok(());
+        };
         let simultaneous = simultaneous_switches(self.plain, contact, values, length);
         for &event in &simultaneous {
             let [fixed, moved] = [given, h].map(|h| {
