@@ -184,7 +184,8 @@ fn impossible_contacts_and_analyses_are_rejected() {
     let explicit = simulate_explicitly(&mechanism, &Explicit::adaptive(1e-6), &[1.0]).unwrap_err().to_string();
     assert!(explicit.contains("begin") && explicit.contains("both sides"), "{explicit}");
     let lasting = Ball.build(&[1.0, 9.81, 0.5]).unwrap();
-    for settings in [Explicit::adaptive(1e-6), Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(0.01))] {
+    for settings in [Explicit::adaptive(1e-6), Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(0.01))]
+    {
         let lasting = simulate_explicitly(&lasting, &settings, &[3.0]).unwrap_err().to_string();
         assert!(lasting.contains("rebounds have died out"), "{lasting}");
     }

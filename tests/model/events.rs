@@ -180,7 +180,8 @@ fn every_mistake_is_shown_at_its_place() {
 #[test]
 fn explicit_schemes_have_events() {
     let analyse = |steps: &str| {
-        let model = read("m.toml", &THROW.replacen("step = 0.01", steps, 1)).unwrap_or_else(|report| panic!("{report}"));
+        let model =
+            read("m.toml", &THROW.replacen("step = 0.01", steps, 1)).unwrap_or_else(|report| panic!("{report}"));
         let problem = model.problem().unwrap();
         let responses = problem.analyze(&problem.start()).unwrap();
         let count = responses.values.len();

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
+use crate::analyses::negative_coefficients::CoefficientWatch;
 use crate::analyses::sampling::{OutputRecorder, interpolate};
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
@@ -10,11 +11,11 @@ use crate::events::held_outputs::HeldOutputs;
 use crate::events::when::not_happened;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
-use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
+use crate::integrators::explicit::mechanism::{MechanismRhs, has_switching_functions, sample, start};
 use crate::integrators::explicit::{Explicit, OdeDriver, OdeRhs};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
-use crate::mechanism::element::{ElementDescriptor, Family, Role};
+use crate::mechanism::element::{ElementDescriptor, Family};
 use crate::system::state::State;
 
 pub use crate::integrators::settings::{
@@ -117,10 +118,12 @@ pub fn simulate_by_given_steps(
     finished(record_outputs(mechanism, stepper, times, None)?, settings)
 }
 
-/// Returns whether the mechanism has a contact, near which steps may depend on the motion.
+/// Returns whether the mechanism has events, contacts or ropes, near which steps may depend on the motion.
 pub fn has_contacts(mechanism: &Mechanism<f64>) -> bool {
     let is_contact = |descriptor: &ElementDescriptor| descriptor.family == Family::Contact;
-    mechanism.has_events() || mechanism.elements.iter().any(|e| e.element.descriptor().is_some_and(is_contact))
+    mechanism.has_events()
+        || has_switching_functions(mechanism)
+        || mechanism.elements.iter().any(|e| e.element.descriptor().is_some_and(is_contact))
 }
 
 /// The history of a simulation by implicit steps with its events.
@@ -309,7 +312,7 @@ fn record_outputs<S: Simulation>(
 ) -> Result<(History, S)> {
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.start());
-    let mut energy = EnergyWatch::new(mechanism, &at);
+    let (mut energy, mut coefficients) = (EnergyWatch::new(mechanism, &at), CoefficientWatch::new(mechanism));
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -319,42 +322,14 @@ fn record_outputs<S: Simulation>(
         simulation.sample(t, &mut y, &mut at)?;
         recorder.record_held(mechanism, &at, simulation.held())?;
         energy.add(mechanism, &at);
+        coefficients.add(mechanism, &at);
     }
     let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());
-    let mut warnings = negative_coefficients(mechanism);
+    let mut warnings = coefficients.warnings(mechanism);
     warnings.extend(energy_drift.and_then(|drift| drift.warning()));
     let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());
     Ok((
         History { names, times, values, last: at, impacts, work, energy_drift, constraint_drift: None, warnings },
         simulation,
     ))
-}
-
-/// Warnings about negative stiffnesses and dampings: they feed the motion.
-fn negative_coefficients(mechanism: &Mechanism<f64>) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for instance in &mechanism.elements {
-        let mut at = 0;
-        for input in instance.element.descriptor().map_or(&[][..], |descriptor| descriptor.inputs) {
-            let value = instance.parameters.get(at).copied().unwrap_or(0.0);
-            let effect = match input.name {
-                "stiffness" => "pushes away from the unloaded position",
-                "damping" => "adds energy to the motion",
-                _ => "",
-            };
-            at += match input.role {
-                Role::Marker => 2,
-                Role::Marker3 => 7,
-                Role::Parameter | Role::Gravity => 1,
-                _ => continue,
-            };
-            if value < 0.0 && !effect.is_empty() {
-                let (part, name, unit) = (&instance.name, input.name, input.unit);
-                warnings.push(format!(
-                    "{part}: its {name} of {value} {unit} {effect}; make it positive unless this is meant"
-                ));
-            }
-        }
-    }
-    warnings
 }

@@ -198,8 +198,7 @@ impl EventLocator {
             };
             if let (Some(other), Some(earlier)) = (self.closed, earlier) {
                 let both_are_impacts = [contact, other].iter().all(|&k| is_impact(step, k));
-                let rounding =
-                    if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (h + step.ends()[1].t.abs());
+                let rounding = if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (h + step.ends()[1].t.abs());
                 if both_are_impacts && (found - h).abs() <= rounding {
                     return Err(simultaneous(step, [other, contact]));
                 }

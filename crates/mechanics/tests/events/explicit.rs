@@ -1,7 +1,10 @@
 //! Events along explicit steps: values and derivatives against exact solutions, second derivatives against differences.
 
 use crate::methods::deviation;
-use crate::models::{BARS, BOUNCING, Bouncing, DoublePendulum, OnRope, PUSHED, Pushed, ROPE, SLING, Sling, bouncing, on_rope, pushed, sling};
+use crate::models::{
+    BARS, BOUNCING, Bouncing, DoublePendulum, OnRope, PUSHED, Pushed, ROPE, SLING, Sling, bouncing, on_rope, pushed,
+    sling,
+};
 use autodiff::{gradient, hessian};
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};

@@ -80,7 +80,8 @@ pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
     let problem = AdjointProblem::build(model, b, times, responses)?;
     if problem.mechanism.has_events() {
-        let statistics = ReplayStatistics { memory: recording.store.bytes(), steps: recording.store.steps(), repeated: 0 };
+        let statistics =
+            ReplayStatistics { memory: recording.store.bytes(), steps: recording.store.steps(), repeated: 0 };
         return Ok((products_of_direct_derivatives(&problem, settings)?, statistics));
     }
     solve(&problem, settings, times, recording)

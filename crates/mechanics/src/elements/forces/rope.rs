@@ -37,6 +37,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("rate", "m/s", "rate of the distance"),
     ],
     about: "a rope or cable, which pulls two points together and does not push",
+    law: "tension = stiffness·e·(1 + damping·ė), at least 0, with the elongation e = L − length; 0 where e < 0",
     symbol: Symbol::Spring,
 };
 

@@ -336,6 +336,18 @@ fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
     })
 }
 
+/// Returns whether elements have switching functions, at whose zeros adaptive steps end.
+pub(crate) fn has_switching_functions(mechanism: &Mechanism<f64>) -> bool {
+    let (state, mut workspace, mut values) =
+        (State::built(mechanism, 0.0), ElementWorkspace::default(), Vec::<f64>::new());
+    mechanism.elements.iter().any(|instance| {
+        gather(instance, &state, &mut workspace);
+        let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+        f64::switching_functions(instance.element.as_ref(), &local, &mut values);
+        !values.is_empty()
+    })
+}
+
 /// Consistent initial state and the multipliers of its projections.
 pub struct ConsistentState {
     /// Initial state.

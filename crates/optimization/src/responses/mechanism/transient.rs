@@ -437,7 +437,10 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
             }
             (Integration::Implicit(settings), _) => differentiate_twice(model, b, settings, &times, part)?,
             (Integration::Explicit(settings), _) => {
-                differentiate_explicitly_twice(model, b, &self.with_steps_of_analysis(b, settings)?, &times, part)?
+                // Steps that end at contacts have lengths that depend on the design.
+                let moves = has_contacts(&self.model.build(b)?);
+                let settings = if moves { settings.clone() } else { self.with_steps_of_analysis(b, settings)? };
+                differentiate_explicitly_twice(model, b, &settings, &times, part)?
             }
         };
         Ok(wanted.iter().zip(at).map(|(wanted, at)| history.hessian(wanted.response, at)).collect())
