@@ -23,6 +23,7 @@ static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("force", "N", "force on the coordinate, positive if it acts towards smaller values")],
     about: "a spring that stiffens with time",
+    law: "",
     symbol: Symbol::None,
 };
 

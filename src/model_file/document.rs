@@ -62,13 +62,25 @@ fn heading(table: &TableKeys, last: Option<&TableKeys>) -> String {
     match table.kind {
         None => format!("\n### {title}\n\n{}.\n\n", capital(table.about)),
         Some(kind) if new => format!("\n### {title}\n\n**`kind = \"{kind}\"`** — {}.\n\n", table.about),
-        Some(kind) => format!("\n**`kind = \"{kind}\"`**{} — {}.\n\n{}", family(table), table.about, measures(table)),
+        Some(kind) => format!(
+            "\n**`kind = \"{kind}\"`**{} — {}.\n\n{}{}",
+            family(table),
+            table.about,
+            law(table),
+            measures(table)
+        ),
     }
 }
 
 /// The family of an element in brackets.
 fn family(table: &TableKeys) -> String {
     element_of(table).map_or(String::new(), |element| format!(" ({})", element.family))
+}
+
+/// The formula of an element's force, or the equation of its constraint.
+fn law(table: &TableKeys) -> String {
+    let law = element_of(table).map_or("", |element| element.law);
+    if law.is_empty() { String::new() } else { format!("Law: {law}.\n\n") }
 }
 
 /// The measures of an element, with unit and sign.

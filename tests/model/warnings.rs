@@ -50,6 +50,23 @@ fn warnings(text: &str) -> Vec<String> {
     problem.analysis.warnings(&start, &responses)
 }
 
+/// The first output time at which a function is negative is named: 1 − 2 t from 0.6 s on, and 0.35 − t from 0.4 s on.
+#[test]
+fn coefficients_that_become_negative_during_the_motion_are_told() {
+    let text = "version = 2\n[design.p]\nstart = 1\n[objective]\nminimize = 'p'\n[time]\nto = 1\npoints = 11\n\
+                [[body]]\nname = 'ball'\nkind = 'point'\nmass = 2\nposition = [0, 0.8]\n\
+                [[force]]\nname = 'spring'\nkind = 'variable-spring'\na = 'ground'\nb = 'ball'\nstiffness = 'p - 2*time'\n\
+                [[force]]\nname = 'brake'\nkind = 'variable-damper'\na = 'ground'\nb = 'ball'\ndamping = '0.35*p - time'\n\
+                [[output]]\nname = 'k'\nvalue = 'spring.stiffness'\n[[output]]\nname = 'c'\nvalue = 'brake.damping'\n\
+                [analysis]\nkind = 'dynamics'\n";
+    for steps in ["step = 1e-3\n", "scheme = 'rk8'\ntolerance = 1e-10\n"] {
+        let found = warnings(&(text.to_owned() + steps));
+        let has = |parts: [&str; 3]| found.iter().any(|warning| parts.iter().all(|part| warning.contains(part)));
+        assert!(has(["spring: its stiffness of -0.2", "N/m at t = 6.000000e-1 s", "pushes away"]), "{found:?}");
+        assert!(has(["brake: its damping of -0.05", "N·s/m at t = 4.000000e-1 s", "adds energy"]), "{found:?}");
+    }
+}
+
 /// Mechanisms with events have warnings like others.
 #[test]
 fn a_mechanism_with_events_has_warnings() {

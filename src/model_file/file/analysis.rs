@@ -195,16 +195,10 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, mechanism: &Mech
 
 /// Checks that the analysis of a mechanism with events has them.
 fn check_events(section: &Section<'_>, kind: &AnalysisKind) -> Read<()> {
-    let (key, message, help) = match kind {
-        AnalysisKind::Kinematics | AnalysisKind::Statics => {
-            ("kind", "events belong to a motion over time", "use kind = \"dynamics\"")
-        }
-        AnalysisKind::Dynamics(Integration::Explicit(_)) => {
-            ("scheme", "explicit schemes know no events", "use scheme = \"generalized-alpha\" or \"hht\"")
-        }
-        _ => return Ok(()),
-    };
-    Err(section.error_at(key, message).help(help))
+    if matches!(kind, AnalysisKind::Dynamics(_)) {
+        return Ok(());
+    }
+    Err(section.error_at("kind", "events belong to a motion over time").help("use kind = \"dynamics\""))
 }
 
 fn difference(section: &Section<'_>, names: &Names) -> Read<Option<f64>> {

@@ -2,18 +2,20 @@
 
 use crate::Result;
 use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
+use crate::analyses::negative_coefficients::CoefficientWatch;
 use crate::analyses::sampling::{OutputRecorder, interpolate};
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::when::not_happened;
+use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
-use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
-use crate::integrators::explicit::{Explicit, OdeDriver};
+use crate::integrators::explicit::mechanism::{MechanismRhs, has_switching_functions, sample, start};
+use crate::integrators::explicit::{Explicit, OdeDriver, OdeRhs};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
-use crate::mechanism::element::{ElementDescriptor, Family, Role};
+use crate::mechanism::element::{ElementDescriptor, Family};
 use crate::system::state::State;
 
 pub use crate::integrators::settings::{
@@ -116,10 +118,12 @@ pub fn simulate_by_given_steps(
     finished(record_outputs(mechanism, stepper, times, None)?, settings)
 }
 
-/// Returns whether the mechanism has a contact, near which steps may depend on the motion.
+/// Returns whether the mechanism has events, contacts or ropes, near which steps may depend on the motion.
 pub fn has_contacts(mechanism: &Mechanism<f64>) -> bool {
     let is_contact = |descriptor: &ElementDescriptor| descriptor.family == Family::Contact;
-    mechanism.has_events() || mechanism.elements.iter().any(|e| e.element.descriptor().is_some_and(is_contact))
+    mechanism.has_events()
+        || has_switching_functions(mechanism)
+        || mechanism.elements.iter().any(|e| e.element.descriptor().is_some_and(is_contact))
 }
 
 /// The history of a simulation by implicit steps with its events.
@@ -127,26 +131,39 @@ pub fn has_contacts(mechanism: &Mechanism<f64>) -> bool {
 /// # Errors
 ///
 /// [`Error::Analysis`](crate::Error::Analysis) naming an event that has not happened although an output is held from it on.
-fn finished((history, stepper): (History, TimeStepper<'_>), settings: &Dynamics) -> Result<History> {
+fn finished((mut history, stepper): (History, TimeStepper<'_>), settings: &Dynamics) -> Result<History> {
     let (mechanism, state) = (stepper.integrator.mechanism, &stepper.integrator.step.new);
-    let (work, has_ended, last) = (stepper.work(), stepper.has_ended(), stepper.locator.closed);
+    add_events(&mut history, mechanism, &stepper.locator, state, (stepper.end(), stepper.has_ended()))?;
+    history.warnings.extend(interpolated_outputs(settings, &history.times));
+    Ok(History { work: stepper.work(), ..history })
+}
+
+/// Adds the events of a motion that is at `state`, has the last output time `end` (s) and `has_ended` at an event or not.
+///
+/// # Errors
+///
+/// [`Error::Analysis`](crate::Error::Analysis) naming an event that has not happened although an output is held from it on.
+fn add_events(
+    history: &mut History,
+    mechanism: &Mechanism<f64>,
+    locator: &EventLocator,
+    state: &State<f64>,
+    (end, has_ended): (f64, bool),
+) -> Result<()> {
+    let last = locator.closed;
     let is_open = |k: &usize| mechanism.events[*k].when.is_some() && !state.modes.has_happened(*k) && last != Some(*k);
-    let mut warnings = Vec::new();
     for event in (0..mechanism.events.len()).filter(is_open) {
         let name = &mechanism.events[event].gap.name;
         if mechanism.outputs.iter().any(|output| output.held_from == Some(event)) {
-            return Err(not_happened(name, stepper.end()));
+            return Err(not_happened(name, end));
         }
         if !has_ended {
-            warnings.push(format!("{name}: this event has not happened until t = {:.6e} s", stepper.end()));
+            history.warnings.push(format!("{name}: this event has not happened until t = {end:.6e} s"));
         }
     }
     let end = last.filter(|_| has_ended).map(|k| Event { contact: mechanism.events[k].gap.name.clone(), t: state.t });
-    let mut history = History { impacts: stepper.locator.events, work, ..history };
-    history.impacts.extend(end);
-    history.warnings.extend(warnings);
-    history.warnings.extend(interpolated_outputs(settings, &history.times));
-    Ok(history)
+    history.impacts.extend(locator.events.iter().cloned().chain(end));
+    Ok(())
 }
 
 /// Number of output times in one step from which the interpolation between the ends of steps is worth a warning.
@@ -173,7 +190,7 @@ fn interpolated_outputs(settings: &Dynamics, times: &[f64]) -> Option<String> {
 /// # Errors
 ///
 /// [`Error::Analysis`](crate::Error::Analysis) naming element and time if the mechanism cannot be built or assembled, or if
-/// the step becomes too small. [`Error::Unsupported`](crate::Error::Unsupported) for a mechanism with impacts or switches.
+/// the step becomes too small. [`Error::Unsupported`](crate::Error::Unsupported) for a mechanism with a [switch](crate::Mechanism::switch).
 pub fn simulate_explicitly(mechanism: &Mechanism<f64>, settings: &Explicit, times: &[f64]) -> Result<History> {
     Ok(simulate_with_steps(mechanism, settings, times)?.0)
 }
@@ -192,7 +209,7 @@ pub fn simulate_with_steps(
 ) -> Result<(History, Vec<f64>)> {
     let (driver, _) = start(mechanism, settings, times, false)?;
     let (history, driver) = record_outputs(mechanism, driver, times, None)?;
-    Ok((finished_explicitly(history, &driver), driver.steps))
+    Ok((finished_explicitly(history, &driver)?, driver.steps))
 }
 
 /// Simulates as [`simulate_explicitly`] and records the steps in at most `memory` bytes for derivatives.
@@ -209,14 +226,17 @@ pub fn simulate_with_recording(
     let (driver, start) = start(mechanism, settings, times, false)?;
     let mut recording = ExplicitRecording::of(&driver, start, memory);
     let (history, driver) = record_outputs(mechanism, driver, times, Some(&mut recording.store))?;
-    Ok((finished_explicitly(history, &driver), recording))
+    Ok((finished_explicitly(history, &driver)?, recording))
 }
 
 /// The history of a simulation by explicit steps with its work and the violation of its constraints.
-fn finished_explicitly(mut history: History, driver: &OdeDriver<MechanismRhs<'_>>) -> History {
-    let drift = driver.stepper.rhs.drift;
-    history.warnings.extend(drift.warning());
-    History { work: driver.work(), constraint_drift: Some(drift), ..history }
+fn finished_explicitly(mut history: History, driver: &OdeDriver<MechanismRhs<'_>>) -> Result<History> {
+    let rhs = &driver.stepper.rhs;
+    if let (Some(locator), Some(ends)) = (&rhs.locator, &rhs.step_ends) {
+        add_events(&mut history, rhs.mechanism, locator, &ends.states[1], (driver.end(), rhs.has_ended()))?;
+    }
+    history.warnings.extend(rhs.drift.warning());
+    Ok(History { work: driver.work(), constraint_drift: Some(rhs.drift), ..history })
 }
 
 /// A simulation in progress whose state can be sampled between steps.
@@ -269,6 +289,10 @@ impl Simulation for OdeDriver<MechanismRhs<'_>> {
         Ok(())
     }
 
+    fn held(&self) -> Option<&HeldOutputs<f64>> {
+        self.stepper.rhs.locator.as_ref()?.held.as_ref()
+    }
+
     fn start(&self) -> State<f64> {
         // The choice of the first step has left its trial in the state of the right-hand side.
         let (rhs, y) = (&self.stepper.rhs, &self.stepper.old);
@@ -288,7 +312,7 @@ fn record_outputs<S: Simulation>(
 ) -> Result<(History, S)> {
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.start());
-    let mut energy = EnergyWatch::new(mechanism, &at);
+    let (mut energy, mut coefficients) = (EnergyWatch::new(mechanism, &at), CoefficientWatch::new(mechanism));
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -298,42 +322,14 @@ fn record_outputs<S: Simulation>(
         simulation.sample(t, &mut y, &mut at)?;
         recorder.record_held(mechanism, &at, simulation.held())?;
         energy.add(mechanism, &at);
+        coefficients.add(mechanism, &at);
     }
     let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());
-    let mut warnings = negative_coefficients(mechanism);
+    let mut warnings = coefficients.warnings(mechanism);
     warnings.extend(energy_drift.and_then(|drift| drift.warning()));
     let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());
     Ok((
         History { names, times, values, last: at, impacts, work, energy_drift, constraint_drift: None, warnings },
         simulation,
     ))
-}
-
-/// Warnings about negative stiffnesses and dampings: they feed the motion.
-fn negative_coefficients(mechanism: &Mechanism<f64>) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for instance in &mechanism.elements {
-        let mut at = 0;
-        for input in instance.element.descriptor().map_or(&[][..], |descriptor| descriptor.inputs) {
-            let value = instance.parameters.get(at).copied().unwrap_or(0.0);
-            let effect = match input.name {
-                "stiffness" => "pushes away from the unloaded position",
-                "damping" => "adds energy to the motion",
-                _ => "",
-            };
-            at += match input.role {
-                Role::Marker => 2,
-                Role::Marker3 => 7,
-                Role::Parameter | Role::Gravity => 1,
-                _ => continue,
-            };
-            if value < 0.0 && !effect.is_empty() {
-                let (part, name, unit) = (&instance.name, input.name, input.unit);
-                warnings.push(format!(
-                    "{part}: its {name} of {value} {unit} {effect}; make it positive unless this is meant"
-                ));
-            }
-        }
-    }
-    warnings
 }

@@ -4,6 +4,7 @@ pub mod conservation;
 pub mod dynamics;
 pub mod kinematics;
 pub mod modal;
+pub(crate) mod negative_coefficients;
 pub mod sampling;
 pub mod statics;
 pub mod step_comparison;

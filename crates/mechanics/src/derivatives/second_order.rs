@@ -12,11 +12,13 @@ use crate::analyses::sampling::OutputRecorder;
 use crate::analyses::statics::Statics;
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::dynamics::propagate_all;
+use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::implicit_steps::ImplicitSteps;
 use crate::derivatives::forward::instants::{equilibrium_derivatives, kinematic_derivatives};
 use crate::derivatives::history::OutputGradients;
 use crate::derivatives::seeding::build_seeded;
 use crate::initial_conditions::Assembly;
+use crate::integrators::explicit::settings::Explicit;
 use crate::mechanism::scalars::HyperDual4;
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::{Error, Result};
@@ -142,6 +144,23 @@ pub fn differentiate_twice<M: ParametricMechanism>(
     TwiceSeeded::build(model, b, part)?.dynamics(settings, times, None)
 }
 
+/// Simulates `model` by explicit steps at the design `b` and differentiates its outputs at `times` (s) twice.
+///
+/// The stages of every step are repeated in hyper-dual numbers. One pass carries four of the requested numbers.
+///
+/// # Errors
+/// As [`differentiate_explicitly`](crate::derivatives::forward::explicit::differentiate_explicitly), and [`Error::Length`] unless
+/// the vector of [`HessianPart::Times`] is as long as `b`.
+pub fn differentiate_explicitly_twice<M: ParametricMechanism>(
+    model: &M,
+    b: &[f64],
+    settings: &Explicit,
+    times: &[f64],
+    part: HessianPart<'_>,
+) -> Result<HessianHistory> {
+    TwiceSeeded::build(model, b, part)?.explicit_dynamics(settings, times)
+}
+
 /// Differentiates twice along the steps of a recording of `model` at `b`, which reaches the last of `times`.
 ///
 /// # Errors
@@ -212,6 +231,11 @@ impl TwiceSeeded {
             None => ImplicitSteps::simulated(&self.mechanism, settings, times)?,
         };
         Ok(self.history(times, propagate_all(&self.variable, settings, times, &mut steps)?))
+    }
+
+    fn explicit_dynamics(&self, settings: &Explicit, times: &[f64]) -> Result<HessianHistory> {
+        let (_, _, derivatives) = propagate_repeated(&self.mechanism, &self.variable, settings, times)?;
+        Ok(self.history(times, derivatives))
     }
 
     fn kinematics(&self, assembly: Assembly, times: &[f64]) -> Result<HessianHistory> {

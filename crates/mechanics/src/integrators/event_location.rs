@@ -1,12 +1,14 @@
-//! Location of events in implicit steps: a step ends where a rigid contact closes or a switch crosses zero.
+//! Location of events: a step ends where a rigid contact closes or a switch crosses zero.
 
 use crate::events::event::Event;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
     TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, make_consistent, simultaneous_switches, switch_offset,
 };
-use crate::integrators::generalized_alpha::Integrator;
+use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
+use crate::mechanism::Mechanism;
+use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
 
@@ -25,6 +27,67 @@ const CLOSED_GAP: f64 = 1e-6;
 /// Fraction of the time within which two contacts close at the same time.
 const SAME_TIME: f64 = 16.0 * f64::EPSILON;
 
+/// A step whose length is varied until it ends at an event.
+pub(crate) trait TrialStep {
+    /// A solution of the step, to which it can return.
+    type Solution;
+
+    /// The mechanism.
+    fn mechanism(&self) -> &Mechanism<f64>;
+
+    /// The states at the beginning and at the end.
+    fn ends(&self) -> [&State<f64>; 2];
+
+    /// Repeats the step with the length `h` (s).
+    fn solve(&mut self, h: f64) -> Result<()>;
+
+    /// Repeats the step with the length `h` (s), starting from the step `earlier`, which ends before a switch.
+    fn solve_after(&mut self, earlier: &Before, h: f64) -> Result<()>;
+
+    /// The current solution, of the length `h` (s).
+    fn solution(&self, h: f64) -> Self::Solution;
+
+    /// Returns to a solution.
+    fn restore(&mut self, solution: Self::Solution) -> Result<()>;
+}
+
+impl TrialStep for Integrator<'_> {
+    type Solution = Step<f64>;
+
+    fn mechanism(&self) -> &Mechanism<f64> {
+        self.mechanism
+    }
+
+    fn ends(&self) -> [&State<f64>; 2] {
+        [&self.step.old, &self.step.new]
+    }
+
+    fn solve(&mut self, h: f64) -> Result<()> {
+        self.solve(h)
+    }
+
+    /// Starts from accelerations and multipliers extrapolated linearly from the beginning of the step and the earlier end.
+    fn solve_after(&mut self, earlier: &Before, h: f64) -> Result<()> {
+        let share = if earlier.h > 0.0 { (h - earlier.h) / earlier.h } else { 0.0 };
+        let step = &mut self.step;
+        let extrapolate = |to: &mut [f64], old: &[f64], end: &[f64]| {
+            to.iter_mut().zip(old.iter().zip(end)).for_each(|(to, (old, end))| *to = end + share * (end - old));
+        };
+        extrapolate(&mut step.new.a, &step.old.a, &earlier.state.a);
+        extrapolate(&mut step.new.l, &step.old.l, &earlier.state.l);
+        self.solve_from_guess(h)
+    }
+
+    fn solution(&self, _h: f64) -> Step<f64> {
+        self.step.clone()
+    }
+
+    fn restore(&mut self, solution: Step<f64>) -> Result<()> {
+        self.step = solution;
+        Ok(())
+    }
+}
+
 /// Events of a motion, and the contacts or switches at the two ends of the current step.
 #[derive(Clone)]
 pub(crate) struct EventLocator {
@@ -42,14 +105,13 @@ pub(crate) struct EventLocator {
 }
 
 impl EventLocator {
-    /// Locator for steps of the size `step`.
+    /// Locator for steps of the size `step`, at the initial `state` of a motion.
     ///
     /// # Errors
     ///
     /// [`Error::Analysis`] if a contact is closed at the start of the motion.
-    pub fn new(integrator: &Integrator<'_>, step: StepSize) -> Result<Self> {
-        let state = &integrator.step.new;
-        for impact in integrator.mechanism.events.iter().filter(|impact| impact.restitution.is_some()) {
+    pub fn new(mechanism: &Mechanism<f64>, state: &State<f64>, step: StepSize) -> Result<Self> {
+        for impact in mechanism.events.iter().filter(|impact| impact.restitution.is_some()) {
             let (gap, rate) = (impact.gap(state), impact.rate(state, &state.v));
             let is_open = gap > 0.0 || (gap == 0.0 && rate > 0.0);
             if !is_open {
@@ -58,26 +120,32 @@ impl EventLocator {
                 return Err(Error::analysis(&impact.gap.name, why, "start with the contact open"));
             }
         }
-        let held = HeldOutputs::new(integrator.mechanism);
+        let held = HeldOutputs::new(mechanism);
         Ok(Self { events: Vec::new(), closed: None, opened: None, simultaneous: Vec::new(), held, step })
     }
 
-    /// Applies the event at the end of the last step, of the length `h` (s), if any, to the state from which the next step
-    /// begins.
+    /// Returns the state from which the next step begins, if the last one, of the length `h` (s), ends at an event, in the
+    /// state `end`.
     ///
     /// Switches that cross zero at the same time are a part of the event.
-    pub fn apply(&mut self, integrator: &mut Integrator<'_>, h: f64) -> Result<()> {
+    pub fn apply(
+        &mut self,
+        system: &mut System,
+        mechanism: &Mechanism<f64>,
+        end: &State<f64>,
+        h: f64,
+    ) -> Result<Option<State<f64>>> {
         self.opened = self.closed.take();
         self.simultaneous.clear();
-        let Some(contact) = self.opened else { return Ok(()) };
-        let (mechanism, mut state) = (integrator.mechanism, integrator.step.new.clone());
+        let Some(contact) = self.opened else { return Ok(None) };
+        let mut state = end.clone();
         self.simultaneous = simultaneous_switches(mechanism, contact, &state, h);
         let mut at_event = self.simultaneous.clone();
         at_event.push(contact);
         if let Some(held) = &mut self.held {
             held.hold(mechanism, &at_event, &state);
         }
-        let (system, is_impact) = (&mut integrator.system, mechanism.events[contact].restitution.is_some());
+        let is_impact = mechanism.events[contact].restitution.is_some();
         if !is_impact {
             make_consistent(system, mechanism, &mut state)?;
         }
@@ -86,10 +154,9 @@ impl EventLocator {
             apply_impact(system, mechanism, contact, &mut state)?;
         }
         if !is_impact || !self.simultaneous.is_empty() {
-            let offset = switch_offset(mechanism, &at_event, &state, self.step.switch_offset());
+            let offset = switch_offset(mechanism, &at_event, &state, self.switch_offset());
             apply_switch(system, mechanism, offset, &mut state)?;
         }
-        integrator.step.restart(&state);
         for &k in [contact].iter().chain(&self.simultaneous) {
             let event = Event { contact: mechanism.events[k].gap.name.clone(), t: state.t };
             let is_same =
@@ -98,12 +165,16 @@ impl EventLocator {
                 self.events.push(event);
             }
         }
-        Ok(())
+        Ok(Some(state))
     }
 
-    /// Returns whether the last step, of the length `h` (s), ends at an event that ends the motion.
-    pub fn has_ended(&self, integrator: &Integrator<'_>, h: f64) -> bool {
-        let (mechanism, state) = (integrator.mechanism, &integrator.step.new);
+    /// Longest time in s after an event at which forces are evaluated.
+    pub fn switch_offset(&self) -> f64 {
+        self.step.switch_offset()
+    }
+
+    /// Returns whether the last step, of the length `h` (s), ends at an event that ends the motion, in `state`.
+    pub fn has_ended(&self, mechanism: &Mechanism<f64>, state: &State<f64>, h: f64) -> bool {
         let is_terminal = |k: usize| mechanism.events[k].when.as_ref().is_some_and(|when| when.is_terminal);
         self.closed.is_some_and(|contact| {
             is_terminal(contact) || simultaneous_switches(mechanism, contact, state, h).into_iter().any(is_terminal)
@@ -117,24 +188,23 @@ impl EventLocator {
     /// # Errors
     ///
     /// [`Error::Analysis`] if two contacts close at the same time: the law of impact is stated for one of them.
-    pub fn locate(&mut self, integrator: &mut Integrator<'_>, mut h: f64) -> Result<f64> {
+    pub fn locate<S: TrialStep>(&mut self, step: &mut S, mut h: f64) -> Result<f64> {
         let mut later = Vec::new();
-        while let Some(contact) = self.first_closed(integrator, h, &later) {
-            let earlier = self.closed.map(|_| integrator.step.clone());
-            let Some(found) = self.close(integrator, contact, h)? else {
+        while let Some(contact) = self.first_closed(step, h, &later) {
+            let earlier = self.closed.map(|_| step.solution(h));
+            let Some(found) = self.close(step, contact, h)? else {
                 later.push(contact);
                 continue;
             };
-            if let (Some(other), Some(step)) = (self.closed, earlier) {
-                let both_are_impacts = [contact, other].iter().all(|&k| is_impact(integrator, k));
-                let rounding =
-                    if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (h + integrator.step.new.t.abs());
+            if let (Some(other), Some(earlier)) = (self.closed, earlier) {
+                let both_are_impacts = [contact, other].iter().all(|&k| is_impact(step, k));
+                let rounding = if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (h + step.ends()[1].t.abs());
                 if both_are_impacts && (found - h).abs() <= rounding {
-                    return Err(simultaneous(integrator, [other, contact]));
+                    return Err(simultaneous(step, [other, contact]));
                 }
                 if found >= h - rounding {
                     // The other one is the first, or a switch crosses zero with it.
-                    integrator.step = step;
+                    step.restore(earlier)?;
                     later.push(contact);
                     continue;
                 }
@@ -149,9 +219,20 @@ impl EventLocator {
     /// The opening is the gap, or the gap divided by the elapsed time if the step begins with an impact or with a gap
     /// of zero. The sign of a switch is such that it begins open. A switch that crosses zero at the time of the event at the
     /// beginning of the step has crossed it.
-    fn openings(&self, integrator: &Integrator<'_>, contact: usize, h: f64) -> [f64; 2] {
-        let (impact, old) = (&integrator.mechanism.events[contact], &integrator.step.old);
-        let (before, after) = (impact.gap(old), impact.gap(&integrator.step.new));
+    fn openings(&self, step: &impl TrialStep, contact: usize, h: f64) -> [f64; 2] {
+        self.openings_between(step.mechanism(), step.ends(), contact, h)
+    }
+
+    /// Opening of a contact in two states of a step, a time `h` (s) apart.
+    fn openings_between(
+        &self,
+        mechanism: &Mechanism<f64>,
+        [old, new]: [&State<f64>; 2],
+        contact: usize,
+        h: f64,
+    ) -> [f64; 2] {
+        let impact = &mechanism.events[contact];
+        let (before, after) = (impact.gap(old), impact.gap(new));
         let is_at_zero = self.opened == Some(contact) || self.simultaneous.contains(&contact) || before == 0.0;
         // A switch has crossed zero with a gap of rounding size, from which it returns.
         let passed = if impact.restitution.is_none() { before } else { 0.0 };
@@ -166,12 +247,20 @@ impl EventLocator {
         [side * begin, side * end]
     }
 
+    /// Returns whether an event happens between two `states`, a time `h` (s) apart.
+    pub fn has_closed(&self, mechanism: &Mechanism<f64>, states: [&State<f64>; 2], h: f64) -> bool {
+        (0..mechanism.events.len()).any(|event| {
+            let [begin, end] = self.openings_between(mechanism, states, event, h);
+            begin > 0.0 && end <= 0.0
+        })
+    }
+
     /// The contact that closes in the step `h`, without those that close `later`; if several close, the first one by linear
     /// interpolation.
-    fn first_closed(&self, integrator: &Integrator<'_>, h: f64, later: &[usize]) -> Option<usize> {
+    fn first_closed(&self, step: &impl TrialStep, h: f64, later: &[usize]) -> Option<usize> {
         let is_other = |k: &usize| self.closed != Some(*k) && !later.contains(k);
-        let others = (0..integrator.mechanism.events.len()).filter(is_other);
-        let openings = others.map(|contact| (contact, self.openings(integrator, contact, h)));
+        let others = (0..step.mechanism().events.len()).filter(is_other);
+        let openings = others.map(|contact| (contact, self.openings(step, contact, h)));
         let closed =
             openings.filter(|(_, [begin, end])| *end <= CLOSED_GAP * begin.max(0.0) && (*end < 0.0 || *begin > 0.0));
         let share = |[begin, end]: [f64; 2]| begin.max(0.0) / (begin.max(0.0) - end);
@@ -181,18 +270,18 @@ impl EventLocator {
     /// Repeats the step so that it ends where `contact` closes, within the step `h` or shortly after it.
     ///
     /// Returns the length of the step in s, or `None` if the contact does not close.
-    fn close(&self, integrator: &mut Integrator<'_>, contact: usize, h: f64) -> Result<Option<f64>> {
-        let [begin, end] = self.openings(integrator, contact, h);
+    fn close(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<f64>> {
+        let [begin, end] = self.openings(step, contact, h);
         if !(begin > 0.0) {
-            return Err(lasting_contact(integrator, contact));
+            return Err(lasting_contact(step, contact));
         }
-        let found = match is_impact(integrator, contact) {
-            true => self.close_gap(integrator, contact, h, [begin, end])?,
-            false => self.end_before_switch(integrator, contact, h, [begin, end])?,
+        let found = match is_impact(step, contact) {
+            true => self.close_gap(step, contact, h, [begin, end])?,
+            false => self.end_before_switch(step, contact, h, [begin, end])?,
         };
         let is_short = found.is_some_and(|found| found <= SHORTEST_FLIGHT * self.step.nominal());
         if is_short && self.opened == Some(contact) {
-            return Err(lasting_contact(integrator, contact));
+            return Err(lasting_contact(step, contact));
         }
         Ok(found)
     }
@@ -204,7 +293,7 @@ impl EventLocator {
     /// Dowell & Jarratt, *BIT* 11 (1971) 168–174.
     fn close_gap(
         &self,
-        integrator: &mut Integrator<'_>,
+        step: &mut impl TrialStep,
         contact: usize,
         h: f64,
         [begin, mut end]: [f64; 2],
@@ -212,10 +301,10 @@ impl EventLocator {
         let mut longest = h;
         if end > 0.0 {
             longest = h + 2.0 * h * end / (begin - end);
-            integrator.solve(longest)?;
-            end = self.openings(integrator, contact, longest)[1];
+            step.solve(longest)?;
+            end = self.openings(step, contact, longest)[1];
             if end > 0.0 {
-                integrator.solve(h)?;
+                step.solve(h)?;
                 return Ok(None);
             }
         }
@@ -227,8 +316,8 @@ impl EventLocator {
                 break;
             }
             trial = root;
-            integrator.solve(trial)?;
-            let open = self.openings(integrator, contact, trial)[1];
+            step.solve(trial)?;
+            let open = self.openings(step, contact, trial)[1];
             if open.abs() <= small || high[0] - low[0] <= 4.0 * f64::EPSILON * high[0] {
                 break;
             }
@@ -241,7 +330,7 @@ impl EventLocator {
                 low[1] *= 0.5;
             }
         }
-        integrator.solve(trial)?;
+        step.solve(trial)?;
         Ok(Some(trial))
     }
 
@@ -253,25 +342,25 @@ impl EventLocator {
     /// from the last solution. A trial without such a solution is too long.
     fn end_before_switch(
         &self,
-        integrator: &mut Integrator<'_>,
+        step: &mut impl TrialStep,
         switch: usize,
         h: f64,
         [begin, end]: [f64; 2],
     ) -> Result<Option<f64>> {
         let (mut root, mut part) = (h * begin / (begin - end), MOST);
-        let mut before = Before { h: 0.0, opening: begin, state: integrator.step.old.clone() };
+        let mut before = Before { h: 0.0, opening: begin, state: step.ends()[0].clone() };
         let mut longest = h;
         if end > 0.0 {
             longest = 2.0 * root - h;
-            before = Before { h, opening: end, state: integrator.step.new.clone() };
+            before = Before { h, opening: end, state: step.ends()[1].clone() };
         }
         for _ in 0..MAX_TRIALS {
             let trial = before.h + part * (root.min(longest) - before.h);
             if !(trial > before.h) {
                 break;
             }
-            let opening = match before.solve(integrator, trial) {
-                Ok(()) => self.openings(integrator, switch, trial)[1],
+            let opening = match step.solve_after(&before, trial) {
+                Ok(()) => self.openings(step, switch, trial)[1],
                 Err(_) => 0.0,
             };
             if !(opening > 0.0) {
@@ -282,19 +371,19 @@ impl EventLocator {
             if !(root > trial) {
                 root = longest; // it opens further
             }
-            before = Before { h: trial, opening, state: integrator.step.new.clone() };
+            before = Before { h: trial, opening, state: step.ends()[1].clone() };
             part = MOST;
-            if is_at_switch(integrator, switch, trial) {
+            if is_at_switch(step, switch, trial) {
                 return Ok(Some(trial));
             }
         }
         if before.h == 0.0 {
-            return Err(lasting_contact(integrator, switch));
+            return Err(lasting_contact(step, switch));
         }
-        before.solve(integrator, before.h)?;
+        step.solve_after(&before, before.h)?;
         if before.h >= h * (1.0 - CLOSED_GAP) {
             // The switch opens again, or the step ends before it.
-            before.solve(integrator, h)?;
+            step.solve_after(&before, h)?;
             return Ok(None);
         }
         Ok(Some(before.h))
@@ -302,7 +391,7 @@ impl EventLocator {
 }
 
 /// The end of a trial step before a switch.
-struct Before {
+pub(crate) struct Before {
     /// Length of the step in s.
     h: f64,
     /// Opening of the switch.
@@ -310,43 +399,28 @@ struct Before {
     state: State<f64>,
 }
 
-impl Before {
-    /// Solves the step `h` (s) from accelerations and multipliers extrapolated linearly from the beginning of the step and this
-    /// end.
-    fn solve(&self, integrator: &mut Integrator<'_>, h: f64) -> Result<()> {
-        let share = if self.h > 0.0 { (h - self.h) / self.h } else { 0.0 };
-        let step = &mut integrator.step;
-        let extrapolate = |to: &mut [f64], old: &[f64], end: &[f64]| {
-            to.iter_mut().zip(old.iter().zip(end)).for_each(|(to, (old, end))| *to = end + share * (end - old));
-        };
-        extrapolate(&mut step.new.a, &step.old.a, &self.state.a);
-        extrapolate(&mut step.new.l, &step.old.l, &self.state.l);
-        integrator.solve_from_guess(h)
-    }
-}
-
 /// True if the step `h` (s) ends at a switch, up to half of the rounding within which others count as simultaneous.
-fn is_at_switch(integrator: &Integrator<'_>, switch: usize, h: f64) -> bool {
-    let (switch, end) = (&integrator.mechanism.events[switch], &integrator.step.new);
+fn is_at_switch(step: &impl TrialStep, switch: usize, h: f64) -> bool {
+    let (switch, [_, end]) = (&step.mechanism().events[switch], step.ends());
     switch.gap(end).abs() <= 0.5 * gap_rounding(switch, end, h)
 }
 
-fn is_impact(integrator: &Integrator<'_>, contact: usize) -> bool {
-    integrator.mechanism.events[contact].restitution.is_some()
+fn is_impact(step: &impl TrialStep, contact: usize) -> bool {
+    step.mechanism().events[contact].restitution.is_some()
 }
 
 /// The error of two contacts that close at the same time.
-fn simultaneous(integrator: &Integrator<'_>, contacts: [usize; 2]) -> Error {
-    let [first, second] = contacts.map(|k| &integrator.mechanism.events[k].gap.name);
-    let why = format!("it closes at the same time as `{second}`, t = {:.6e} s", integrator.step.new.t);
+fn simultaneous(step: &impl TrialStep, contacts: [usize; 2]) -> Error {
+    let [first, second] = contacts.map(|k| &step.mechanism().events[k].gap.name);
+    let why = format!("it closes at the same time as `{second}`, t = {:.6e} s", step.ends()[1].t);
     let remedy = "model one of them with stiffness and damping (a wall contact, a bump stop), or move it a little";
     Error::analysis(first, why, remedy)
 }
 
 /// The error of a contact that does not open again.
-fn lasting_contact(integrator: &Integrator<'_>, contact: usize) -> Error {
-    let name = &integrator.mechanism.events[contact].gap.name;
-    let why = format!("it stays closed from t = {:.6e} s on: the rebounds have died out", integrator.step.old.t);
+fn lasting_contact(step: &impl TrialStep, contact: usize) -> Error {
+    let name = &step.mechanism().events[contact].gap.name;
+    let why = format!("it stays closed from t = {:.6e} s on: the rebounds have died out", step.ends()[0].t);
     let remedy = "model a contact that lasts with stiffness and damping (a wall contact, a bump stop), or end before";
     Error::analysis(name, why, remedy)
 }

@@ -69,7 +69,7 @@ impl<'m> TimeStepper<'m> {
             StepSize::Adaptive { first, longest, .. } => first.min(longest),
         };
         let end = times.last().copied().unwrap_or(settings.start);
-        let locator = EventLocator::new(&integrator, settings.step)?;
+        let locator = EventLocator::new(mechanism, &integrator.step.new, settings.step)?;
         Ok(Self {
             integrator,
             projection,
@@ -102,7 +102,7 @@ impl<'m> TimeStepper<'m> {
 
     /// Returns whether the current step ends at an event that ends the motion.
     pub fn has_ended(&self) -> bool {
-        self.locator.has_ended(&self.integrator, self.length)
+        self.locator.has_ended(self.integrator.mechanism, &self.integrator.step.new, self.length)
     }
 
     /// Returns whether the motion goes on and the current step ends before `t` (s).
@@ -112,7 +112,10 @@ impl<'m> TimeStepper<'m> {
 
     /// Takes one step. Returns its length in s.
     pub fn advance(&mut self) -> Result<f64> {
-        self.locator.apply(&mut self.integrator, self.length)?;
+        let Integrator { mechanism, system, step, .. } = &mut self.integrator;
+        if let Some(state) = self.locator.apply(system, mechanism, &step.new, self.length)? {
+            step.restart(&state);
+        }
         if self.steps > 0 {
             self.integrator.accept();
         }

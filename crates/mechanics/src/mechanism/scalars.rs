@@ -49,6 +49,8 @@ pub trait StateScalar: ElementScalar {
     fn measure(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut [Self]);
     /// Evaluates an element's energy.
     fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self>;
+    /// Appends an element's switching functions.
+    fn switching_functions(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut Vec<Self>);
     /// Evaluates an output's formula.
     fn formula(formula: &dyn AnyFormula, t: Self, x: &[Self]) -> Self;
     /// A prescribed position with its velocity and acceleration.
@@ -67,6 +69,9 @@ macro_rules! impl_state_scalar {
             }
             fn energy(element: &dyn AnyElement, x: &ElementState<'_, Self>) -> Energy<Self> {
                 Observe::<$t>::energy(element, x)
+            }
+            fn switching_functions(element: &dyn AnyElement, x: &ElementState<'_, Self>, out: &mut Vec<Self>) {
+                Observe::<$t>::switching_functions(element, x, out);
             }
             fn formula(formula: &dyn AnyFormula, t: Self, x: &[Self]) -> Self {
                 FormulaIn::<$t>::value(formula, t, x)

@@ -78,6 +78,9 @@ impl System {
 
     /// Numbers the unknowns of `mechanism` and checks its parameters, for an analysis that begins at the time `t` (s).
     ///
+    /// The matrices of this system have the constant masses and stiffnesses of this design; residuals have those of the mechanism
+    /// that they are evaluated for. Make a new system for another design.
+    ///
     /// # Errors
     ///
     /// [`Error::Analysis`] naming the element whose parameters are invalid.

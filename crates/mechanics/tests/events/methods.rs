@@ -23,7 +23,7 @@ fn all_settings() -> [Dynamics; 4] {
 
 /// Largest difference of the rows from the direct derivatives, both times the design variables, as a fraction of the largest
 /// such derivative of the same output.
-fn deviation(direct: &[Vec<Vec<f64>>], b: &[f64], row: impl Fn(usize, usize) -> Vec<f64>) -> f64 {
+pub fn deviation(direct: &[Vec<Vec<f64>>], b: &[f64], row: impl Fn(usize, usize) -> Vec<f64>) -> f64 {
     let mut worst = 0.0f64;
     for (output, by_time) in direct.iter().enumerate() {
         let scaled = |row: &[f64]| row.iter().zip(b).map(|(x, b)| x * b).collect::<Vec<f64>>();

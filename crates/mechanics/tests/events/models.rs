@@ -84,6 +84,34 @@ pub fn pushed<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
     [shift + (b[2] - shift) * cos - side * sin, -rate * ((b[2] - shift) * sin + side * cos)]
 }
 
+/// A mass of 1 kg that falls from rest under the gravity b₀, on an elastic rope of the length b₁ and stiffness b₂ from the place
+/// where it starts.
+pub struct OnRope;
+
+pub const ROPE: [f64; 3] = [9.81, 0.7, 60.0];
+
+impl ParametricMechanism for OnRope {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[0]);
+        let mass = m.point_mass("mass", S::from(1.0), zero, S::from(-1e-2));
+        let ground = m.ground();
+        m.rope("rope", ground.origin(), mass.origin(), [b[2], zero, b[1]]);
+        outputs(&mut m, mass.y)?;
+        Ok(m)
+    }
+}
+
+/// Position and velocity of the mass at the time `t`, between the time at which the rope becomes taut and that at which it
+/// becomes slack.
+pub fn on_rope<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
+    let taut = ((b[1] - 1e-2) * 2.0 / b[0]).sqrt();
+    let (speed, rate, lowest) = (b[0] * taut, b[2].sqrt(), b[0] / b[2]);
+    let (sin, cos) = (rate * (-taut + t)).sin_cos();
+    let depth = b[1] + lowest - lowest * cos + speed / rate * sin;
+    [-depth, -(lowest * rate * sin + speed * cos)]
+}
+
 /// A bob of 2 kg on a string of the length b₀ that starts at rest at the angle b₁ from the vertical, under the gravity b₂. The
 /// string lets go where the bob is b₃ to the right of the pivot. The motion ends b₄ below the pivot.
 pub struct Sling;

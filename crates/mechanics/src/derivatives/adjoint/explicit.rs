@@ -12,6 +12,7 @@ use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
 use crate::derivatives::adjoint::problem::{
     AdjointFunctional, AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
+use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::indeterminate::check_outputs;
@@ -77,7 +78,30 @@ pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
     responses: &[AdjointFunctional],
     recording: &ExplicitRecording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
-    solve(&AdjointProblem::build(model, b, times, responses)?, settings, times, recording)
+    let problem = AdjointProblem::build(model, b, times, responses)?;
+    if problem.mechanism.has_events() {
+        let statistics =
+            ReplayStatistics { memory: recording.store.bytes(), steps: recording.store.steps(), repeated: 0 };
+        return Ok((products_of_direct_derivatives(&problem, settings)?, statistics));
+    }
+    solve(&problem, settings, times, recording)
+}
+
+/// Gradients of responses of a motion with events: the derivatives by the direct method, multiplied from the left.
+///
+/// After an event all steps depend on its time, by the state in which they begin, and not only those around it.
+fn products_of_direct_derivatives(problem: &AdjointProblem<'_>, settings: &Explicit) -> Result<DMatrix<f64>> {
+    let (_, _, derivatives) = propagate_repeated(&problem.mechanism, &problem.chunks, settings, problem.times)?;
+    let mut rows = problem.no_gradients();
+    let (responses, variables) = rows.shape();
+    for (point, terms) in problem.terms.iter().enumerate() {
+        for term in terms {
+            for (row, weight) in (term.batch * BATCH..responses).zip(term.weight).filter(|(_, weight)| *weight != 0.0) {
+                (0..variables).for_each(|i| rows[(row, i)] += weight * derivatives.at(point, term.output, i));
+            }
+        }
+    }
+    Ok(rows)
 }
 
 /// Computes gradients from a recording. Not generic over the model: compiled once, in this crate.

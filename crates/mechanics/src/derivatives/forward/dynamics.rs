@@ -5,7 +5,7 @@ use crate::analyses::sampling::{Sampler, interpolate};
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
-use crate::derivatives::forward::saltation::{apply_impact, apply_switch, make_consistent};
+use crate::derivatives::forward::saltation::{self, ClosedContact};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
@@ -13,7 +13,7 @@ use crate::derivatives::seeding::{SeededMechanisms, set_values, take_values};
 use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::events::held_outputs::HeldOutputs;
-use crate::events::impact::{simultaneous_switches, switch_offset};
+use crate::events::impact::simultaneous_switches;
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
@@ -111,15 +111,6 @@ where
 
 /// Change of a gap with the design, as a fraction of its terms, below which two events stay at the same time.
 const SIMULTANEOUS: f64 = 1e-6;
-
-/// The event at the end of a step.
-pub(crate) struct ClosedContact {
-    pub contact: usize,
-    /// Switches that cross zero at the same time.
-    pub simultaneous: Vec<usize>,
-    /// The state at the end of the step.
-    pub values: State<f64>,
-}
 
 /// The error of two events at the time `t` (s), of which the design moves one before the other.
 pub(crate) fn separated(first: &str, second: &str, t: f64) -> Error {
@@ -310,34 +301,17 @@ where
 
     /// Applies the impact or the switch of the contact that the last step has closed, if any.
     fn apply_event(&mut self) -> Result<()> {
-        let Some(ClosedContact { contact, simultaneous, mut values }) = self.closed.take() else { return Ok(()) };
-        let mut state = self.step.new.clone();
-        let (plain, mechanism, system) = (self.plain, self.mechanism, &mut self.system);
-        let at_event = [&simultaneous[..], &[contact]].concat();
-        if let Some(held) = &mut self.held {
-            held.hold(mechanism, &at_event, &state);
-        }
-        let is_impact = plain.events[contact].restitution.is_some();
-        if !is_impact {
-            values = make_consistent(plain, mechanism, system, &values, &mut state)?;
-        }
-        state.modes.apply(mechanism, &at_event);
-        values.modes.apply(plain, &at_event);
-        if is_impact {
-            values = apply_impact(plain, mechanism, system, contact, &values, &mut state)?;
-        }
-        if !is_impact || !simultaneous.is_empty() {
-            let offset = switch_offset(plain, &at_event, &values, self.settings.step.switch_offset());
-            apply_switch(plain, mechanism, system, offset, &values, &mut state)?;
-        }
+        let Some(closed) = self.closed.take() else { return Ok(()) };
+        let (mut state, offset) = (self.step.new.clone(), self.settings.step.switch_offset());
+        let Self { plain, mechanism, system, held, .. } = self;
+        saltation::apply_event(plain, mechanism, system, held, closed, offset, &mut state)?;
         self.step.restart(&state);
         Ok(())
     }
 
     /// Returns whether the last step ends at an event that ends the motion.
     fn has_ended(&self) -> bool {
-        let is_terminal = |k: &usize| self.plain.events[*k].when.as_ref().is_some_and(|when| when.is_terminal);
-        self.closed.as_ref().is_some_and(|closed| closed.simultaneous.iter().chain([&closed.contact]).any(is_terminal))
+        self.closed.as_ref().is_some_and(|closed| closed.is_terminal(self.plain))
     }
 
     /// Records the derivatives of the outputs at the times that the step has reached.

@@ -14,7 +14,8 @@
 use crate::Result;
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::seeding::take_values;
-use crate::events::impact::{self, BorderedSystem, Jump};
+use crate::events::held_outputs::HeldOutputs;
+use crate::events::impact::{self, BorderedSystem, Jump, switch_offset};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2, StateScalar};
 use crate::system::System;
@@ -22,7 +23,7 @@ use crate::system::state::State;
 
 /// Applies the impact at contact number `contact` to `state`; `values` is the state in `f64`. Returns the state in `f64` after
 /// the impact.
-pub(crate) fn apply_impact<T: DerivativeScalar<L>, const L: usize>(
+fn apply_impact<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
     system: &mut System,
@@ -50,9 +51,62 @@ where
     Ok(after)
 }
 
+/// Applies the event `closed` to `state`, the state at the end of a step, and stores the outputs that are held from it on.
+///
+/// `offset` is the longest time in s after the event at which forces are evaluated.
+pub(crate) fn apply_event<T: DerivativeScalar<L>, const L: usize>(
+    plain: &Mechanism<f64>,
+    mechanism: &Mechanism<T>,
+    system: &mut System,
+    held: &mut Option<HeldOutputs<T>>,
+    closed: ClosedContact,
+    offset: f64,
+    state: &mut State<T>,
+) -> Result<()>
+where
+    Jet2<T>: ElementScalar,
+{
+    let ClosedContact { contact, simultaneous, mut values } = closed;
+    let at_event = [&simultaneous[..], &[contact]].concat();
+    if let Some(held) = held {
+        held.hold(mechanism, &at_event, state);
+    }
+    let is_impact = plain.events[contact].restitution.is_some();
+    if !is_impact {
+        values = make_consistent(plain, mechanism, system, &values, state)?;
+    }
+    state.modes.apply(mechanism, &at_event);
+    values.modes.apply(plain, &at_event);
+    if is_impact {
+        values = apply_impact(plain, mechanism, system, contact, &values, state)?;
+    }
+    if !is_impact || !simultaneous.is_empty() {
+        let offset = switch_offset(plain, &at_event, &values, offset);
+        apply_switch(plain, mechanism, system, offset, &values, state)?;
+    }
+    Ok(())
+}
+
+/// The event at the end of a step.
+pub(crate) struct ClosedContact {
+    pub contact: usize,
+    /// Switches that cross zero at the same time.
+    pub simultaneous: Vec<usize>,
+    /// The state at the end of the step.
+    pub values: State<f64>,
+}
+
+impl ClosedContact {
+    /// Returns whether the event ends the motion.
+    pub fn is_terminal(&self, mechanism: &Mechanism<f64>) -> bool {
+        let is_terminal = |k: &usize| mechanism.events[*k].when.as_ref().is_some_and(|when| when.is_terminal);
+        self.simultaneous.iter().chain([&self.contact]).any(is_terminal)
+    }
+}
+
 /// Makes the velocities of `state` consistent with the joints; `values` is the state in `f64`. Returns the state in `f64` with
 /// these velocities.
-pub(crate) fn make_consistent<T: DerivativeScalar<L>, const L: usize>(
+fn make_consistent<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
     system: &mut System,
@@ -86,7 +140,7 @@ fn lift<T: StateScalar>(jump: &Jump<f64>) -> Jump<T> {
 /// Applies a switch: sets accelerations and multipliers of `state` to those of the state extrapolated by `offset` (s).
 ///
 /// `values` is the state in `f64`.
-pub(crate) fn apply_switch<T: DerivativeScalar<L>, const L: usize>(
+fn apply_switch<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
     system: &mut System,

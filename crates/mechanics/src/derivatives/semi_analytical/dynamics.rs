@@ -3,8 +3,9 @@
 use crate::analyses::dynamics::Dynamics;
 use crate::analyses::sampling::{Sampler, interpolate, interpolate_inside};
 use crate::checkpointing::recording::Recording;
-use crate::derivatives::forward::dynamics::{ClosedContact, separated};
+use crate::derivatives::forward::dynamics::separated;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
+use crate::derivatives::forward::saltation::ClosedContact;
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
@@ -321,8 +322,7 @@ impl<'m> DifferenceSensitivity<'m> {
 
     /// Returns whether the last step ends at an event that ends the motion.
     fn has_ended(&self) -> bool {
-        let is_terminal = |k: &usize| self.plain.events[*k].when.as_ref().is_some_and(|when| when.is_terminal);
-        self.closed.as_ref().is_some_and(|closed| closed.simultaneous.iter().chain([&closed.contact]).any(is_terminal))
+        self.closed.as_ref().is_some_and(|closed| closed.is_terminal(self.plain))
     }
 
     /// Corrects the derivatives at the end of a step; returns the largest correction of a position.

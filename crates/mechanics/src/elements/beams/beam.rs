@@ -57,6 +57,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("shear_force", "N", "shear force"),
     ],
     about: "a two-node beam element",
+    law: "",
     symbol: Symbol::Bar,
 };
 

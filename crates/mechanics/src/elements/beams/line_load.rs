@@ -29,6 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("force", "N", "force on the element along its direction")],
     about: "a distributed load on a beam element",
+    law: "",
     symbol: Symbol::None,
 };
 

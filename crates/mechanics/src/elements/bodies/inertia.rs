@@ -25,6 +25,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[],
     about: "additional inertia of a coordinate",
+    law: "",
     symbol: Symbol::None,
 };
 

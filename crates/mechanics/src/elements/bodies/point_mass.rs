@@ -27,6 +27,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[],
     about: "a point mass, which does not rotate",
+    law: "",
     symbol: Symbol::None,
 };
 

@@ -30,6 +30,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[],
     about: "a rigid body with its reference point in the centre of mass",
+    law: "",
     symbol: Symbol::None,
 };
 

@@ -30,6 +30,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("contact_force", "N or N·m", "contact force or torque, which acts towards larger b − a")],
     about: "a compliant stop that keeps b − a above a limit",
+    law: "contact_force = stiffness·δ^1.5·(1 + 1.5·damping·δ̇), at least 0, with the depth δ = limit − (b − a); 0 where δ < 0",
     symbol: Symbol::None,
 };
 
@@ -55,7 +56,7 @@ impl Element for BumpStop {
         Some(&DESCRIPTOR)
     }
 
-    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
+    fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
         let (depth, rate) = Self::depth(x);
         hunt_crossley::switching_functions(BumpStopInputs(x.p).damping(), depth, rate, out);
     }

@@ -28,9 +28,9 @@ pub fn validate(stiffness: f64, damping: f64) -> Option<String> {
 
 /// Writes the functions whose zeros are the states in which the force is not smooth: the depth, and the factor
 /// 1 + 1.5 c δ̇ that a force which would become negative has at zero.
-pub fn switching_functions(damping: f64, depth: f64, rate: f64, out: &mut Vec<f64>) {
+pub fn switching_functions<T: Scalar>(damping: T, depth: T, rate: T, out: &mut Vec<T>) {
     out.push(depth);
-    out.push(if depth > 0.0 { 1.0 + 1.5 * damping * rate } else { 1.0 });
+    out.push(if depth.re() > 0.0 { damping * rate * 1.5 + 1.0 } else { T::from(1.0) });
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("contact_force", "N", "contact force on the point, along the outward normal")],
     about: "a compliant wall that keeps a point on its outer side",
+    law: "contact_force = stiffness·δ^1.5·(1 + 1.5·damping·δ̇), at least 0, with the depth δ = (wall_x − x)·cos(normal) + (wall_y − y)·sin(normal) of the point (x, y) behind the wall; 0 where δ < 0",
     symbol: Symbol::None,
 };
 
@@ -63,7 +64,7 @@ impl Element for WallContact {
         Some(&DESCRIPTOR)
     }
 
-    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
+    fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
         let (depth, rate, ..) = Self::depth(x);
         hunt_crossley::switching_functions(WallContactInputs(x.p).damping(), depth, rate, out);
     }

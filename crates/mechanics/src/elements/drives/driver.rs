@@ -28,6 +28,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("power", "W", "power of the drive, positive if it does work on the mechanism"),
     ],
     about: "the difference b − a as a function of time",
+    law: "b − a = motion(t)",
     symbol: Symbol::None,
 };
 
@@ -47,6 +48,7 @@ pub static COORDINATE_DRIVE: ElementDescriptor = {
             "driving force or torque, positive towards larger values",
         )],
         about: "a coordinate as a function of time",
+        law: "coordinate = motion(t)",
         symbol: Symbol::None,
     }
 };

@@ -31,6 +31,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("length", "m", "distance of the points"),
     ],
     about: "the distance of two points as a function of time",
+    law: "|r_b − r_a| = motion(t)",
     symbol: Symbol::Spring,
 };
 

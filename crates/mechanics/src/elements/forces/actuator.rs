@@ -32,6 +32,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("rate", "m/s", "rate of the distance"),
     ],
     about: "an axial force between two points as a function of time",
+    law: "tension = a function of time",
     symbol: Symbol::Spring,
 };
 

@@ -36,6 +36,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("rate", "m/s or rad/s", "rate of b − a"),
     ],
     about: "a spring and damper on b − a",
+    law: "generalized_force = stiffness·u + cubic·u³ + damping·u̇ with u = b − a − unloaded",
     symbol: Symbol::Spring,
 };
 

@@ -29,6 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("generalized_force", "N or N·m", "force or torque, positive if b moves faster than a")],
     about: "Coulomb and viscous friction between a and b",
+    law: "generalized_force = coulomb_force·tanh(v/speed) + viscous·v with v = ḃ − ȧ; it acts on b against v, and its opposite on a",
     symbol: Symbol::None,
 };
 

@@ -29,6 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("power", "W", "power, positive if it does work on the mechanism"),
     ],
     about: "a force or torque between a and b as a function of time",
+    law: "generalized_force = a function of time; it acts on b, and its opposite on a",
     symbol: Symbol::None,
 };
 

@@ -26,6 +26,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("force", "N", "force along its direction")],
     about: "a force at a point as a function of time",
+    law: "",
     symbol: Symbol::None,
 };
 

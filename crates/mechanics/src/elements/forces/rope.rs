@@ -37,6 +37,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("rate", "m/s", "rate of the distance"),
     ],
     about: "a rope or cable, which pulls two points together and does not push",
+    law: "tension = stiffness·e·(1 + damping·ė), at least 0, with the elongation e = L − length; 0 where e < 0",
     symbol: Symbol::Spring,
 };
 
@@ -67,11 +68,11 @@ impl Element for Rope {
         Some(&DESCRIPTOR)
     }
 
-    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
+    fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
         let line = Line::of(x);
         let elongation = line.length - RopeInputs(x.p).length();
         out.push(elongation);
-        out.push(if elongation > 0.0 { Self::taut(x, &line)[1] } else { 1.0 });
+        out.push(if elongation.re() > 0.0 { Self::taut(x, &line)[1] } else { T::from(1.0) });
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {

@@ -31,8 +31,10 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("tension", "N", "force of the damper, positive if it pulls the points together"),
         Measure::new("length", "m", "distance of the points"),
         Measure::new("rate", "m/s", "rate of the distance"),
+        Measure::new("damping", "N·s/m", "damping at this time"),
     ],
     about: "a damper between two points whose coefficient changes with time",
+    law: "tension = damping(t)·L̇ with the distance L of the points",
     symbol: Symbol::Spring,
 };
 
@@ -63,6 +65,7 @@ impl<F: Motion> Element for VariableDamper<F> {
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line::of(x);
         (out[0], out[1], out[2]) = (self.tension(x, &line), line.length, line.rate);
+        out[3] = self.0.position(VariableDamperInputs(x.p).damping(), x.t);
     }
 }
 

@@ -32,8 +32,10 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("tension", "N", "force of spring and damper, positive if it pulls the points together"),
         Measure::new("length", "m", "distance of the points"),
         Measure::new("rate", "m/s", "rate of the distance"),
+        Measure::new("stiffness", "N/m", "stiffness at this time"),
     ],
     about: "a spring and damper between two points whose stiffness changes with time",
+    law: "tension = stiffness(t)·(L − length) + damping·L̇ with the distance L of the points",
     symbol: Symbol::Spring,
 };
 
@@ -65,6 +67,7 @@ impl<F: Motion> Element for VariableSpring<F> {
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line::of(x);
         (out[0], out[1], out[2]) = (self.tension(x, &line), line.length, line.rate);
+        out[3] = self.0.position(VariableSpringInputs(x.p).stiffness(), x.t);
     }
 }
 

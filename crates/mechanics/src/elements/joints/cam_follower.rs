@@ -50,6 +50,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("lift", "m", "distance of the points minus the base radius"),
     ],
     about: "a cam around a, with point b as its follower",
+    law: "|r_b − r_a| = r₀ + h/2·(1 − cos(φ − φ₀)) with the base radius r₀, the lift h, the polar angle φ of b around a from x of the body of a, and the angle φ₀ of the smallest radius",
     symbol: Symbol::None,
 };
 

@@ -36,6 +36,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("moment", "N·m", "torque of a on b, positive counter-clockwise"),
     ],
     about: "a rigid connection of two bodies",
+    law: "r_a = r_b and θ_b − θ_a = angle",
     symbol: Symbol::None,
 };
 

@@ -35,6 +35,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         "tangential force at the pitch radius, positive against both rotations",
     )],
     about: "a pair of gears: two wheels roll on each other",
+    law: "radius_a·(θ_a − θ_c) + radius_b·(θ_b − θ_c) = offset with the carrier c; the torques are −radius_a·tooth_force on a and −radius_b·tooth_force on b",
     symbol: Symbol::None,
 };
 

@@ -34,6 +34,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("position", "m", "position of b along the line, from a"),
     ],
     about: "a pin in a slot: b stays on a line through a",
+    law: "n·(r_b − r_a) = 0 with the normal n to the left of the line",
     symbol: Symbol::Guide,
 };
 

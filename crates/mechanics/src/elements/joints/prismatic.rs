@@ -35,6 +35,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("position", "m", "position of b along the line, from a"),
     ],
     about: "a slider: b moves along a line of a, without relative rotation",
+    law: "n·(r_b − r_a) = 0 with the normal n to the left of the line, and θ_b − θ_a = angle",
     symbol: Symbol::Guide,
 };
 

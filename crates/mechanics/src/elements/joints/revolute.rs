@@ -32,6 +32,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force", "N", "magnitude of the force"),
     ],
     about: "a pin that joins two points",
+    law: "r_a = r_b",
     symbol: Symbol::Pin,
 };
 

@@ -26,6 +26,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("acceleration", "m/s² or rad/s²", "second rate of b − a"),
     ],
     about: "measures the motion of a coordinate",
+    law: "",
     symbol: Symbol::None,
 };
 

@@ -30,6 +30,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("alpha", "rad/s²", "angular acceleration of the body"),
     ],
     about: "measures the motion of a point",
+    law: "",
     symbol: Symbol::None,
 };
 

@@ -3,16 +3,18 @@
 use crate::constraint_rank::singular_position;
 use crate::diagnostics::not_finite;
 use crate::elements::element::{ElementState, ElementWorkspace};
-use crate::events::impact;
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
+use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::ode_driver::OdeDriver;
-use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::stepper::OdeRhs;
+use crate::integrators::explicit::settings::{Explicit, StepControl};
+use crate::integrators::explicit::step_ends::{self, StepEnds};
+use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::explicit::tableau::SLOTS;
+use crate::integrators::settings::StepSize;
 use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
-use crate::mechanism::scalars::Jet2;
+use crate::mechanism::scalars::{Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
@@ -45,6 +47,10 @@ pub struct MechanismRhs<'m> {
     pub record: Option<StepRecord>,
     /// Violation of the constraints so far.
     pub drift: ConstraintDrift,
+    /// Events of the motion, for a mechanism with events.
+    pub(crate) locator: Option<EventLocator>,
+    /// Ends of the current step, for a mechanism with events.
+    pub(crate) step_ends: Option<StepEnds>,
     rows: Vec<[f64; 1]>,
     jets: ElementWorkspace<Jet2<f64>>,
     /// Elements with switching functions.
@@ -96,7 +102,19 @@ impl<'m> MechanismRhs<'m> {
         let rows = vec![[0.0]; system.size()];
         let (jets, workspace) = (ElementWorkspace::default(), ElementWorkspace::default());
         let (drift, switching) = (ConstraintDrift::default(), Vec::new());
-        let mut rhs = Self { mechanism, system, state, record: None, drift, rows, jets, switching, workspace };
+        let mut rhs = Self {
+            mechanism,
+            system,
+            state,
+            record: None,
+            drift,
+            locator: None,
+            step_ends: None,
+            rows,
+            jets,
+            switching,
+            workspace,
+        };
         let mut values = Vec::new();
         rhs.switching = (0..mechanism.elements.len())
             .filter(|&k| {
@@ -113,7 +131,7 @@ impl<'m> MechanismRhs<'m> {
         let instance = &self.mechanism.elements[k];
         gather(instance, &self.state, &mut self.workspace);
         let local = ElementState { p: &instance.parameters, ..self.workspace.local(self.state.t) };
-        instance.element.switching_functions(&local, out);
+        f64::switching_functions(instance.element.as_ref(), &local, out);
     }
 
     /// Positions and velocities of `state` as one vector.
@@ -206,6 +224,9 @@ impl OdeRhs for MechanismRhs<'_> {
             stage.state.copy_from(&self.state);
             std::mem::swap(&mut stage.factor, self.system.factor());
         }
+        if let Some(ends) = &mut self.step_ends {
+            ends.store(slot, &self.state);
+        }
         Ok(())
     }
 
@@ -243,6 +264,21 @@ impl OdeRhs for MechanismRhs<'_> {
         }
     }
 
+    fn end_at_event(stepper: &mut Stepper<Self>) -> Result<()> {
+        step_ends::end_at_event(stepper)
+    }
+
+    fn begin_after_event(stepper: &mut Stepper<Self>) -> Result<bool> {
+        step_ends::begin_after_event(stepper)
+    }
+
+    fn has_ended(&self) -> bool {
+        let is_end = |(locator, ends): (&EventLocator, &StepEnds)| {
+            locator.has_ended(self.mechanism, &ends.states[1], ends.length)
+        };
+        self.locator.as_ref().zip(self.step_ends.as_ref()).is_some_and(is_end)
+    }
+
     fn name(&self, component: usize) -> String {
         let n = self.state.q.len();
         let what = if component < n { "position" } else { "velocity" };
@@ -263,7 +299,7 @@ pub(crate) fn start<'m>(
     recorded: bool,
 ) -> Result<(OdeDriver<MechanismRhs<'m>>, ConsistentState)> {
     settings.check(times)?;
-    impact::refuse(mechanism, "explicit steps")?;
+    refuse_switches(mechanism)?;
     let mut system = System::at(mechanism, settings.start)?;
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
@@ -271,8 +307,45 @@ pub(crate) fn start<'m>(
     state.l.fill(0.0);
     let y = MechanismRhs::vector(&state);
     let record = recorded.then(|| StepRecord::new(&mut system, &state));
-    let rhs = MechanismRhs { record, ..MechanismRhs::new(mechanism, system, state.clone()) };
+    let mut rhs = MechanismRhs { record, ..MechanismRhs::new(mechanism, system, state.clone()) };
+    if mechanism.has_events() {
+        let nominal = match &settings.step_control {
+            StepControl::Fixed(h) => *h,
+            _ => NOMINAL * times.last().map_or(0.0, |end| end - settings.start),
+        };
+        rhs.locator = Some(EventLocator::new(mechanism, &state, StepSize::Fixed(nominal))?);
+        rhs.step_ends = Some(StepEnds::new(&state, settings.method.end));
+    }
     Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }))
+}
+
+/// Length of an adaptive step to which the times between events are compared, as a fraction of the duration of the motion.
+const NOMINAL: f64 = 1e-3;
+
+/// Checks that the mechanism has no switch, at which an element itself jumps.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] naming the switch.
+fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
+    let mut switches = mechanism.events.iter().filter(|event| event.restitution.is_none() && event.when.is_none());
+    switches.next().map_or(Ok(()), |switch| {
+        let why = "the stages of an explicit step that ends at a switch have forces of both sides of it";
+        let remedy = "take implicit steps, or an event that activates the force";
+        Err(Error::unsupported(&switch.gap.name, why, remedy))
+    })
+}
+
+/// Returns whether elements have switching functions, at whose zeros adaptive steps end.
+pub(crate) fn has_switching_functions(mechanism: &Mechanism<f64>) -> bool {
+    let (state, mut workspace, mut values) =
+        (State::built(mechanism, 0.0), ElementWorkspace::default(), Vec::<f64>::new());
+    mechanism.elements.iter().any(|instance| {
+        gather(instance, &state, &mut workspace);
+        let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+        f64::switching_functions(instance.element.as_ref(), &local, &mut values);
+        !values.is_empty()
+    })
 }
 
 /// Consistent initial state and the multipliers of its projections.
@@ -284,8 +357,9 @@ pub struct ConsistentState {
 }
 
 /// Computes the state at the time `t` (s), including accelerations and multipliers. Returns whether dense
-/// output was used.
+/// output was used. After the end of a motion it is the state at the end.
 pub(crate) fn sample(driver: &mut OdeDriver<MechanismRhs<'_>>, y: &mut [f64], t: f64) -> Result<bool> {
+    let t = if driver.stepper.rhs.has_ended() { t.min(driver.stepper.t[1]) } else { t };
     let dense = driver.sample(t, y)?;
     let mut rates = std::mem::take(&mut driver.scratch);
     rates.resize(y.len(), 0.0);

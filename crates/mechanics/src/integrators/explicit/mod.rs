@@ -8,6 +8,7 @@
 //! | `stepper` | one step, its error, dense output |
 //! | `constraint_drift` | violation of the constraints along the steps |
 //! | `switching` | adaptive steps that end where contacts close or open |
+//! | `step_ends` | steps that end at impacts and events of a mechanism |
 //! | `ode_driver` | step control |
 //! | `ode` | systems of ordinary differential equations |
 //! | `mechanism` | constrained mechanisms as such a system: accelerations and projections |
@@ -21,6 +22,7 @@ pub mod mechanism;
 pub mod ode;
 pub mod ode_driver;
 pub mod settings;
+pub(crate) mod step_ends;
 pub mod stepper;
 pub(crate) mod switching;
 pub mod tableau;

@@ -27,6 +27,9 @@ pub struct OdeDriver<F> {
 /// Number of step lengths for which memory is allocated at the start, so that steps do not allocate.
 const EXPECTED_STEPS: usize = 1 << 14;
 
+/// Fraction of a grid step. After an event, a remainder of the step that is shorter is merged with the next grid step.
+const TINY: f64 = 1e-4;
+
 impl<F: OdeRhs> OdeDriver<F> {
     /// Integration of `rhs` from `settings.start` in the state `y` to the last of `times` (s).
     ///
@@ -52,9 +55,9 @@ impl<F: OdeRhs> OdeDriver<F> {
         Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next, switches })
     }
 
-    /// Returns whether the current step ends before `t` (s).
+    /// Returns whether the motion goes on and the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
-        t - self.stepper.t[1] > 1e-12 * (t - self.start).abs()
+        !self.stepper.rhs.has_ended() && t - self.stepper.t[1] > 1e-12 * (t - self.start).abs()
     }
 
     /// Takes one step.
@@ -65,6 +68,9 @@ impl<F: OdeRhs> OdeDriver<F> {
     pub fn advance(&mut self) -> Result<()> {
         if !self.steps.is_empty() {
             self.stepper.accept();
+            if F::begin_after_event(&mut self.stepper)? {
+                self.switches = SwitchLocator::new(&mut self.stepper.rhs, self.stepper.t[0], &self.stepper.old);
+            }
         }
         let old = self.stepper.t[0];
         if self.steps.len() >= MOST_STEPS {
@@ -72,7 +78,8 @@ impl<F: OdeRhs> OdeDriver<F> {
         }
         match &self.step_control {
             StepControl::Fixed(h) => {
-                let target = self.start + h * (self.steps.len() + 1) as f64;
+                let taken = ((old - self.start) / h + TINY).floor();
+                let target = self.start + h * (taken + 1.0);
                 self.stepper.attempt(target, None)?;
             }
             StepControl::Given(steps) => {
@@ -83,6 +90,11 @@ impl<F: OdeRhs> OdeDriver<F> {
                 self.stepper.attempt(old + h, None)?;
             }
             StepControl::Adaptive { .. } => self.advance_adaptive()?,
+        }
+        let end = self.stepper.t[1];
+        F::end_at_event(&mut self.stepper)?;
+        if self.stepper.t[1] != end {
+            self.switches.crossed = None;
         }
         self.steps.push(self.stepper.t[1] - old);
         Ok(())
@@ -132,6 +144,11 @@ impl<F: OdeRhs> OdeDriver<F> {
         stepper.make_dense()?;
         stepper.interpolate(t, y);
         Ok(true)
+    }
+
+    /// The last output time in s.
+    pub fn end(&self) -> f64 {
+        self.end
     }
 
     /// Numbers of steps and evaluations so far.

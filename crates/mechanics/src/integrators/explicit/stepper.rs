@@ -24,6 +24,27 @@ pub trait OdeRhs {
         out.clear();
     }
 
+    /// Shortens the completed step so that it ends at the first event in it, if there is one.
+    fn end_at_event(_stepper: &mut Stepper<Self>) -> Result<()>
+    where
+        Self: Sized,
+    {
+        Ok(())
+    }
+
+    /// Begins the next step after an event at the end of the last one, if there is one. Returns whether there is.
+    fn begin_after_event(_stepper: &mut Stepper<Self>) -> Result<bool>
+    where
+        Self: Sized,
+    {
+        Ok(false)
+    }
+
+    /// Returns whether the current step ends at an event that ends the motion.
+    fn has_ended(&self) -> bool {
+        false
+    }
+
     /// Name of a component, for messages.
     fn name(&self, component: usize) -> String;
 
@@ -93,6 +114,13 @@ impl<F: OdeRhs> Stepper<F> {
         self.evaluations += 1;
         self.has_end = true;
         Ok(early.or_else(|| tolerance.map(|tolerance| self.error(tolerance))).unwrap_or((0.0, 0)))
+    }
+
+    /// Begins the next step in another state `y` than that at the end of the last one, after an event.
+    pub(crate) fn restart(&mut self, y: &[f64]) -> Result<()> {
+        self.old.copy_from_slice(y);
+        self.evaluations += 1;
+        self.rhs.rates(0, self.t[0], y, &mut self.slots[0])
     }
 
     /// Makes the end of the step the beginning of the next one.

@@ -12,6 +12,8 @@ use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 pub(crate) struct SwitchLocator {
     /// For each function, true if it is positive at the end of the current step.
     pub sides: Vec<bool>,
+    /// The function that changes its sign at the end of the current step.
+    pub crossed: Option<usize>,
     values: Vec<f64>,
     y: Vec<f64>,
 }
@@ -28,7 +30,7 @@ const MOST_TRIALS: usize = 80;
 impl SwitchLocator {
     /// Locator at the start of a motion in the state `y`.
     pub fn new<F: OdeRhs>(rhs: &mut F, t: f64, y: &[f64]) -> Self {
-        let mut locator = Self { sides: Vec::new(), values: Vec::new(), y: y.to_vec() };
+        let mut locator = Self { y: y.to_vec(), ..Self::default() };
         rhs.switching_functions(t, y, &mut locator.values);
         locator.sides = locator.values.iter().map(|value| *value > 0.0).collect();
         locator
@@ -36,6 +38,7 @@ impl SwitchLocator {
 
     /// Shortens the completed step so that it ends at the first zero of a switching function, if there is one in it.
     pub fn end_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>) -> Result<()> {
+        self.crossed = None;
         if self.sides.is_empty() {
             return Ok(());
         }
@@ -51,6 +54,7 @@ impl SwitchLocator {
             stepper.make_dense()?;
             let root = self.first_zero(stepper, low, high);
             self.is_crossed(stepper, (root + AT_END).min(1.0), true);
+            self.crossed = self.values.iter().zip(&self.sides).position(|(value, side)| (*value > 0.0) != *side);
             self.store_sides();
             if root < 1.0 - AT_END {
                 let [begin, end] = stepper.t;

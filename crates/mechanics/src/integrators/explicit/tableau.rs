@@ -1,5 +1,7 @@
 //! Coefficients of an explicit Runge–Kutta method.
 
+use autodiff::Scalar;
+
 /// A row of weights: pairs of slot and nonzero weight.
 pub type TableauRow = &'static [(usize, f64)];
 
@@ -45,11 +47,11 @@ pub struct Tableau {
 
 /// Weights of a state inside a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DenseWeights {
+pub struct DenseWeights<T = f64> {
     /// Weight of y₁ − y₀.
-    pub change: f64,
+    pub change: T,
     /// Weights of h k, slot by slot.
-    pub slots: [f64; SLOTS],
+    pub slots: [T; SLOTS],
 }
 
 impl Tableau {
@@ -79,17 +81,18 @@ impl Tableau {
     }
 
     /// Weights of dense output at the fraction `x` of a step.
-    pub fn dense_weights(&self, x: f64) -> DenseWeights {
-        let (y, mut slots) = (1.0 - x, [0.0; SLOTS]);
+    pub fn dense_weights<T: Scalar>(&self, x: T) -> DenseWeights<T> {
+        let one = T::from(1.0);
+        let (y, mut slots) = (one - x, [T::from(0.0); SLOTS]);
         slots[0] += x * y * y;
         slots[self.end] -= x * x * y;
-        let factors = [1.0, x, x * y, x * x * y];
+        let factors = [one, x, x * y, x * x * y];
         for (row, factor) in self.dense.iter().zip(factors) {
             for &(slot, weight) in *row {
                 slots[slot] += x * x * y * y * factor * weight;
             }
         }
-        DenseWeights { change: x * x * (1.0 + 2.0 * y), slots }
+        DenseWeights { change: x * x * (y * 2.0 + 1.0), slots }
     }
 }
 

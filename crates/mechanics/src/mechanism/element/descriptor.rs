@@ -64,6 +64,9 @@ pub struct ElementDescriptor {
     pub measures: &'static [Measure],
     /// Purpose, in words that follow the kind: "a spring and damper between two points".
     pub about: &'static str,
+    /// Formula of the force, or equation of the constraint, with the names of inputs and measures. It is empty if `about` says
+    /// all.
+    pub law: &'static str,
     /// Symbol in drawings.
     pub symbol: Symbol,
 }

@@ -42,8 +42,6 @@ pub trait AnyElement:
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String>;
     /// See [`Element::diagnose_assembly`].
     fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String>;
-    /// See [`Element::switching_functions`].
-    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>);
     /// See [`Element::is_sensor`].
     fn is_sensor(&self) -> bool;
 
@@ -66,12 +64,14 @@ pub trait Evaluate<T: Scalar>: Send + Sync {
     fn residual(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]);
 }
 
-/// Measures and energy of an [`Element`] in one number type. Number types along a motion, [`Jet2`], need the residual only.
+/// Measures, energy and switching functions of an [`Element`] in one number type. Number types along a motion, [`Jet2`], need the residual only.
 pub trait Observe<T: Scalar>: Send + Sync {
     /// See [`Element::measure`].
     fn measure(&self, x: &ElementState<'_, T>, out: &mut [T]);
     /// See [`Element::energy`].
     fn energy(&self, x: &ElementState<'_, T>) -> Energy<T>;
+    /// See [`Element::switching_functions`].
+    fn switching_functions(&self, x: &ElementState<'_, T>, out: &mut Vec<T>);
 }
 
 impl<E: Element, T: Scalar> Evaluate<T> for E {
@@ -86,6 +86,9 @@ impl<E: Element, T: Scalar> Observe<T> for E {
     }
     fn energy(&self, x: &ElementState<'_, T>) -> Energy<T> {
         Element::energy(self, x)
+    }
+    fn switching_functions(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
+        Element::switching_functions(self, x, out);
     }
 }
 
@@ -118,9 +121,6 @@ impl<E: Element> AnyElement for E {
     }
     fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String> {
         Element::diagnose_assembly(self, x)
-    }
-    fn switching_functions(&self, x: &ElementState<'_, f64>, out: &mut Vec<f64>) {
-        Element::switching_functions(self, x, out);
     }
     fn is_sensor(&self) -> bool {
         Element::is_sensor(self)

@@ -139,7 +139,7 @@ pub trait Element: Send + Sync + 'static {
     /// Appends the values of functions whose zeros are the states in which the residual is not smooth: the depth of a contact.
     ///
     /// Explicit steps end there, so that values and derivatives keep their accuracy. The number of functions is constant.
-    fn switching_functions(&self, _x: &ElementState<'_, f64>, _out: &mut Vec<f64>) {}
+    fn switching_functions<T: Scalar>(&self, _x: &ElementState<'_, T>, _out: &mut Vec<T>) {}
 
     /// Returns whether the element only measures and adds nothing to the equations.
     fn is_sensor(&self) -> bool {

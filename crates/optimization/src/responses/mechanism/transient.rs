@@ -17,7 +17,9 @@ use mechanics::derivatives::forward::dynamics::{differentiate, differentiate_rec
 use mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use mechanics::derivatives::history::OutputGradients;
 use mechanics::derivatives::method::{Cost, Differentiation};
-use mechanics::derivatives::second_order::{HessianPart, differentiate_recorded_twice, differentiate_twice};
+use mechanics::derivatives::second_order::{
+    HessianPart, differentiate_explicitly_twice, differentiate_recorded_twice, differentiate_twice,
+};
 use mechanics::derivatives::semi_analytical::{self, differentiate_semi_analytically};
 use mechanics::integrators::explicit::{Explicit, StepControl};
 use mechanics::mechanism::ParametricMechanism;
@@ -424,17 +426,22 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         all
     }
 
-    /// Hessians along implicit steps; `None` for explicit ones.
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
-        let Integration::Implicit(settings) = &self.settings else { return Ok(None) };
         let wanted: &[ResponseAt] = &wanted.iter().map(|at| self.in_history(at)).collect::<Vec<_>>();
         let (points, at) = points_of(wanted);
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
-        let history = match steps(responses, b) {
-            Some(Steps::Implicit(steps)) if steps.is_complete() => {
-                differentiate_recorded_twice(&self.model, b, settings, &times, HessianPart::Full, steps)?
+        let (model, part) = (&self.model, HessianPart::Full);
+        let history = match (&self.settings, steps(responses, b)) {
+            (Integration::Implicit(settings), Some(Steps::Implicit(steps))) if steps.is_complete() => {
+                differentiate_recorded_twice(model, b, settings, &times, part, steps)?
             }
-            _ => differentiate_twice(&self.model, b, settings, &times, HessianPart::Full)?,
+            (Integration::Implicit(settings), _) => differentiate_twice(model, b, settings, &times, part)?,
+            (Integration::Explicit(settings), _) => {
+                // Steps that end at contacts have lengths that depend on the design.
+                let moves = has_contacts(&self.model.build(b)?);
+                let settings = if moves { settings.clone() } else { self.with_steps_of_analysis(b, settings)? };
+                differentiate_explicitly_twice(model, b, &settings, &times, part)?
+            }
         };
         Ok(wanted.iter().zip(at).map(|(wanted, at)| history.hessian(wanted.response, at)).collect())
     }

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::analyses::sampling::OutputRecorder;
+use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, LinearizedStages, StepEvent};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::sensitivity_block::{SensitivityBlock, SensitivityPlan};
@@ -26,7 +27,8 @@ use autodiff::WIDTH;
 /// with the same factorization. The right-hand side is computed from derivatives of every element with respect to its own
 /// few variables, which are used for all design variables. The projections at the ends of steps are differentiated in the same way.
 /// Initial positions and velocities may depend on the design. Steps are frozen: the derivatives are those of the discrete
-/// solution, with the same bits for any number of threads.
+/// solution, with the same bits for any number of threads. Where a step ends at an event, its length and that of the next step
+/// carry derivatives, and the steps are repeated in dual numbers.
 ///
 /// # Errors
 /// As [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly), and
@@ -53,6 +55,10 @@ fn differentiate_seeded(
     settings: &Explicit,
     times: &[f64],
 ) -> Result<SensitiveHistory> {
+    if mechanism.has_events() {
+        let (recorder, work, gradients) = propagate_repeated(mechanism, chunks, settings, times)?;
+        return Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work));
+    }
     let propagate_blocks = if chunks.len() > 1 { propagate_blocks::<{ 2 * WIDTH }> } else { propagate_blocks::<WIDTH> };
     let (steps, gradients) = propagate_blocks(mechanism, chunks, settings, times)?;
     let work = steps.steps.driver.work();

@@ -12,9 +12,11 @@
 //! | `explicit_steps` | the steps of an integration, and their linearized stages |
 //! | `linearize` | derivatives of the equations, once per stage for all design variables |
 //! | `constraint` | derivatives of one constraint along a motion |
+//! | `dual_steps` | steps repeated in numbers with derivatives: second derivatives, and motions with events |
 //! | `entries` | sparse derivatives and their products |
 
 pub(crate) mod constraint;
+pub(crate) mod dual_steps;
 pub(crate) mod entries;
 pub(crate) mod explicit_steps;
 pub(crate) mod linearize;

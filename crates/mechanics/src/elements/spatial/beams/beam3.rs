@@ -67,6 +67,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("moment_z", "N·m", "bending moment half way, about z of the section, on the part of a"),
     ],
     about: "a two-node beam element in space",
+    law: "",
     symbol: Symbol::Bar,
 };
 

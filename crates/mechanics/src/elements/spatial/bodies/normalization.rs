@@ -27,6 +27,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[],
     about: "the length one of the Euler parameters of a body",
+    law: "",
     symbol: Symbol::None,
 };
 

@@ -29,6 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[],
     about: "a point mass in space, which does not rotate",
+    law: "",
     symbol: Symbol::None,
 };
 

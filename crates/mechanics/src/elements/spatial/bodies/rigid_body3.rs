@@ -50,6 +50,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[],
     about: "a rigid body in space",
+    law: "",
     symbol: Symbol::None,
 };
 

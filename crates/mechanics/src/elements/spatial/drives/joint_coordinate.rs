@@ -46,6 +46,7 @@ pub static ANGLE: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: MEASURES,
     about: "a coordinate that is the angle from x of a to x of b about z of a",
+    law: "",
     symbol: Symbol::None,
 };
 
@@ -111,6 +112,7 @@ pub static DISPLACEMENT: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: MEASURES,
     about: "a coordinate that is the position of the point b along z of a",
+    law: "",
     symbol: Symbol::None,
 };
 
@@ -162,6 +164,7 @@ pub static DISTANCE: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: MEASURES,
     about: "a coordinate that is the distance of two points",
+    law: "",
     symbol: Symbol::Spring,
 };
 

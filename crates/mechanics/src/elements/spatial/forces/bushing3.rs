@@ -52,6 +52,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("torque_z", "N·m", "torque on a about z of its marker, positive if b is turned in this direction"),
     ],
     about: "an elastic connection of two markers",
+    law: "",
     symbol: Symbol::None,
 };
 

@@ -42,7 +42,7 @@ element_inputs!(Load3Inputs {
 });
 
 const fn declared(kind: &'static str, measures: &'static [Measure], about: &'static str) -> ElementDescriptor {
-    ElementDescriptor { kind, family: Family::Force, inputs: INPUTS, measures, about, symbol: Symbol::None }
+    ElementDescriptor { kind, family: Family::Force, inputs: INPUTS, measures, about, law: "", symbol: Symbol::None }
 }
 
 const FORCE_MEASURES: &[Measure] = &[Measure::new("force", "N", "force along its direction")];

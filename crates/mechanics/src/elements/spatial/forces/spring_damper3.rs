@@ -36,6 +36,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("rate", "m/s", "rate of the distance"),
     ],
     about: "a spring and damper between two points",
+    law: "",
     symbol: Symbol::Spring,
 };
 

@@ -131,6 +131,7 @@ macro_rules! spatial_joint {
             inputs: rows::JOINT_INPUTS,
             measures: rows::REACTIONS,
             about: $about,
+            law: "",
             symbol: $symbol,
         };
 

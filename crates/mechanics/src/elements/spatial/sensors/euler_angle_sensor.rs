@@ -27,6 +27,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("third", "rad", "angle about the third axis of the sequence, from −π to π"),
     ],
     about: "measures Euler angles of b relative to a",
+    law: "",
     symbol: Symbol::None,
 };
 

@@ -39,6 +39,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("own_omega_z", "rad/s", "angular velocity along z of the marker"),
     ],
     about: "measures the motion of a marker",
+    law: "",
     symbol: Symbol::None,
 };
 
