@@ -7,6 +7,7 @@ mod comparison;
 mod entry;
 
 use super::folder::OutputFolder;
+use super::optimize::Digits;
 use super::output::{results, say};
 use super::run_directory::Summary;
 use anyhow::bail;
@@ -39,6 +40,8 @@ pub struct Runs {
     /// Print nothing on standard output
     #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
+    #[command(flatten)]
+    digits: Digits,
 }
 
 impl Runs {
@@ -70,7 +73,7 @@ impl Runs {
         if runs.is_empty() {
             return say(&format!("No runs below {}", folder.display()));
         }
-        say(listing(folder, &runs)?.text().trim_end())?;
+        say(listing(folder, &runs)?.text_with(self.digits.count()).trim_end())?;
         let damaged = runs.iter().filter_map(|run| Some((&run.folder, run.fault.as_ref()?)));
         damaged.into_iter().try_for_each(|(folder, fault)| say(&format!("Note: {folder}: {fault}")))
     }
@@ -80,7 +83,7 @@ impl Runs {
         match (self.json, self.quiet) {
             (true, _) => say(&serde_json::to_string(&comparison)?),
             (_, true) => Ok(()),
-            _ => say(&comparison.text()?),
+            _ => say(&comparison.text(self.digits.count())?),
         }
     }
 }
