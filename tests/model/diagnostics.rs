@@ -47,3 +47,41 @@ fn a_body_with_a_mistake_is_not_missing() {
     assert_eq!(report.diagnostics.len(), 1, "{report}");
     assert!(report.to_string().contains("no key `omega`"), "{report}");
 }
+
+/// The usual word for a measure leads to the name that it has here.
+#[test]
+fn usual_words_for_measures_lead_to_their_names() {
+    let template =
+        std::fs::read_to_string(format!("{}/src/command/template.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    for (word, name) in
+        [("angle", "theta"), ("rotation", "theta"), ("angular_velocity", "omega"), ("angular_acceleration", "alpha")]
+    {
+        let text = template.replacen(".theta", &format!(".{word}"), 1);
+        assert_ne!(text, template);
+        let text = text.replacen(".theta", &format!(".{word}"), 9);
+        let shown = linkwright::model_file::read("m.toml", &text).unwrap_err().to_string();
+        assert!(
+            shown.contains(&format!(".{name}`?")) || name != "theta" && shown.contains(&format!("did you mean `")),
+            "{word}: {shown}"
+        );
+    }
+}
+
+/// A label of another unit than that of the values would show wrong numbers.
+#[test]
+fn a_unit_that_does_not_convert_is_told() {
+    let template =
+        std::fs::read_to_string(format!("{}/src/command/template.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let with = |line: &str| {
+        template.replace("value = \"arm.theta\"\nunit = \"rad\"", &format!("value = \"arm.theta\"\n{line}"))
+    };
+    assert_ne!(with(""), template);
+    let shown = linkwright::model_file::read("m.toml", &with("unit = \"deg\"")).unwrap_err().to_string();
+    assert!(
+        shown.contains("`unit` is a label, and the value is in rad") && shown.contains("shown_in = \"deg\""),
+        "{shown}"
+    );
+    for fine in ["unit = \"rad\"", "shown_in = \"deg\"", "unit = \"turns\""] {
+        assert!(linkwright::model_file::read("m.toml", &with(fine)).is_ok(), "{fine}");
+    }
+}

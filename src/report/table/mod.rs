@@ -230,7 +230,7 @@ mod tests {
             (f64::NEG_INFINITY, "-inf"),
         ];
         for (value, text) in cases {
-            assert_eq!(significant(value), text);
+            assert_eq!(significant(value, DIGITS), text);
         }
     }
 
