@@ -218,7 +218,7 @@ fn designs_on_the_command_line_have_units() {
         name = \"large enough\"\nvalue = \"area\"\nat_least = 0.03\n";
     std::fs::write(place.0.join("sheet.toml"), text).unwrap();
     let area = |arguments: &[&str]| -> f64 {
-        let shown = place.run(&[&["analyze", "sheet", "--json"], arguments].concat(), 0);
+        let shown = place.run(&[&["analyze", "sheet", "--json"][..], arguments].concat(), 0);
         serde_json::from_str::<serde_json::Value>(&shown).unwrap()["objective"]["value"].as_f64().unwrap()
     };
     for same in ["length=0.3 m,width=200 mm", "length=300,width=0.2", "length=30 cm,width=2*0.1"] {
