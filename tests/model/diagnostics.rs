@@ -58,7 +58,7 @@ fn usual_words_for_measures_lead_to_their_names() {
     {
         let text = template.replace("value = \"arm.theta\"", &format!("value = \"arm.{word}\""));
         assert_ne!(text, template);
-        let shown = linkwright::model_file::read("m.toml", &text).unwrap_err().to_string();
+        let shown = linkwright::model_file::read("m.toml", &text).err().unwrap().to_string();
         assert!(shown.contains(&format!("did you mean `arm.{name}`?")), "{word}: {shown}");
     }
 }
@@ -72,7 +72,7 @@ fn a_unit_that_does_not_convert_is_told() {
         template.replace("value = \"arm.theta\"\nunit = \"rad\"", &format!("value = \"arm.theta\"\n{line}"))
     };
     assert_ne!(with(""), template);
-    let shown = linkwright::model_file::read("m.toml", &with("unit = \"deg\"")).unwrap_err().to_string();
+    let shown = linkwright::model_file::read("m.toml", &with("unit = \"deg\"")).err().unwrap().to_string();
     assert!(
         shown.contains("`unit` is a label, and the value is in rad") && shown.contains("shown_in = \"deg\""),
         "{shown}"
