@@ -62,22 +62,3 @@ fn usual_words_for_measures_lead_to_their_names() {
         assert!(shown.contains(&format!("did you mean `arm.{name}`?")), "{word}: {shown}");
     }
 }
-
-/// A label of another unit than that of the values would show wrong numbers.
-#[test]
-fn a_unit_that_does_not_convert_is_told() {
-    let template =
-        std::fs::read_to_string(format!("{}/src/command/template.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
-    let with = |line: &str| {
-        template.replace("value = \"arm.theta\"\nunit = \"rad\"", &format!("value = \"arm.theta\"\n{line}"))
-    };
-    assert_ne!(with(""), template);
-    let shown = linkwright::model_file::read("m.toml", &with("unit = \"deg\"")).err().unwrap().to_string();
-    assert!(
-        shown.contains("`unit` is a label, and the value is in rad") && shown.contains("shown_in = \"deg\""),
-        "{shown}"
-    );
-    for fine in ["unit = \"rad\"", "shown_in = \"deg\"", "unit = \"turns\""] {
-        assert!(linkwright::model_file::read("m.toml", &with(fine)).is_ok(), "{fine}");
-    }
-}

@@ -8,7 +8,7 @@ use super::measures::Sensors;
 use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section, Value, Word, constant, find, ordered, tree};
 use crate::Result;
-use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, Node, OtherUnit, Scope, Tree};
+use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, OtherUnit, Scope, Tree};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
@@ -160,7 +160,6 @@ fn output(
         return Err(section.error_at("value", format!("{} lacks `value`", section.title)));
     };
     let (shown_in, mut known) = (shown_in(section)?, None);
-    let is_name = matches!(tree.node, Node::Name(_));
     let formula = MeasuredFormula::compile(tree, "`value`", names, parts, |tree, dimension| {
         known = dimension;
         match &shown_in {
@@ -168,16 +167,6 @@ fn output(
             None => Ok(tree),
         }
     })?;
-    // Angles and numbers have one unit in every system of units.
-    if let (true, None, Some(word), Some(known)) = (is_name, &shown_in, section.word("unit")?, known)
-        && let Some(unit) =
-            Unit::parse(&word.text).filter(|unit| unit.dimension.is_number() && known.dimension.is_number())
-        && unit.of_si(1.0) != 1.0
-    {
-        let message = format!("`unit` is a label, and the value is in {}", known.dimension.base_units());
-        let help = format!("write shown_in = \"{}\", which converts the value", word.text);
-        return Err(Diagnostic::new(word.span, message).help(help));
-    }
     let event = match (section.word("at_event")?, parts) {
         (None, _) => None,
         (Some(word), Some(parts)) => Some(parts.event(&word)?),
