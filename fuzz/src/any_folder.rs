@@ -2,7 +2,7 @@
 //! command, and by the fuzz targets.
 
 use crate::command::optimize::{Optimize, Shown};
-use crate::command::report::report;
+use crate::command::report::DrawnReport;
 use crate::command::run_directory::RunDirectory;
 use crate::command::runs::below;
 use linkwright::model_file::read;
@@ -72,7 +72,7 @@ impl AnyFolder {
             // A step from numbers without a meaning may fail; it does not panic.
             drop(model.method().step(&problem, last.state));
         }
-        report(folder, &model, &text, Some(0), false).map(drop)
+        DrawnReport::new(&folder, &model, Some(0), false)?.store(folder, &model, &text).map(drop)
     }
 
     /// Any bytes as a state: alone, and as the state in a file with a checksum that fits.

@@ -3,9 +3,10 @@
 use super::analysis_page::analysis_page;
 use super::budget::Budget;
 use super::folder::OutputFolder;
-use super::model::{changed, design, load, located};
+use super::model::{At, Settings, changed, design, located};
 use super::optimize::Digits;
 use super::output::{say, warn};
+use super::progress::{Show, working};
 use super::run_directory::{NamedValue, Nearest, PAGE};
 use super::tables;
 use clap::Args;
@@ -21,23 +22,30 @@ use std::path::PathBuf;
 struct DesignArguments {
     /// The model file; `lift` means lift.toml
     file: PathBuf,
-    /// Values of design variables, for instance k=0.4,c=0.5; the others have their start values
-    #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',')]
-    at: Vec<String>,
+    #[command(flatten)]
+    at: At,
+    #[command(flatten)]
+    settings: Settings,
     /// Folder for the tables
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Print one line of JSON
+    #[arg(long)]
+    json: bool,
     /// Print nothing on standard output
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
     #[command(flatten)]
     digits: Digits,
+    #[command(flatten)]
+    budget: Budget,
 }
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   linkwright analyze absorber.toml
   linkwright analyze absorber --at k=0.36,c=0.48 --out optimum
+  linkwright analyze lift --at height=\"300 mm\" --set time.points=501
   linkwright analyze absorber --json | jq .outputs
 
 Prints the objective, minimum, maximum and last value of every output with their times, and each constraint at its smallest margin; with
@@ -45,9 +53,6 @@ Prints the objective, minimum, maximum and last value of every output with their
 pub struct Analyze {
     #[command(flatten)]
     given: DesignArguments,
-    /// Print one line of JSON
-    #[arg(long, conflicts_with = "quiet")]
-    json: bool,
 }
 
 #[derive(Args)]
@@ -60,8 +65,6 @@ writes the derivatives of all responses at all time points to sensitivities.csv.
 pub struct Sensitivities {
     #[command(flatten)]
     given: DesignArguments,
-    #[command(flatten)]
-    budget: Budget,
 }
 
 /// A design and the results of its analysis.
@@ -74,20 +77,30 @@ struct AnalysedDesign {
 }
 
 impl DesignArguments {
-    fn analyse(&self, model: &Model, budget: Option<&Budget>) -> anyhow::Result<AnalysedDesign> {
+    fn analyse(&self, model: &Model, has_derivatives: bool) -> anyhow::Result<AnalysedDesign> {
         let problem = located(model, model.problem())?;
-        budget.map_or(Ok(()), |budget| budget.check_table(&problem, model.method()))?;
+        if has_derivatives {
+            self.budget.check_table(&problem, model.method())?;
+        } else {
+            self.budget.check_analysis(&problem, model.method())?;
+        }
         let design = design(&problem, &self.at)?;
+        let line = working("analysing", self.show(), model);
         let responses = located(model, problem.analyze(&design))?;
         let evaluation = located(model, problem.evaluate(&design, &responses))?;
         let warnings = problem.analysis.warnings(&design, &responses);
+        drop(line);
         warn(&warnings);
         let responses = Responses { warnings, ..responses };
         Ok(AnalysedDesign { title: model.title().to_owned(), problem, design, responses, evaluation })
     }
 
+    fn show(&self) -> Show {
+        Show::of(self.json, self.quiet)
+    }
+
     fn say(&self, text: &str) -> anyhow::Result<()> {
-        if self.quiet { Ok(()) } else { say(text) }
+        if self.quiet || self.json { Ok(()) } else { say(text) }
     }
 
     /// Title, design and objective.
@@ -101,10 +114,10 @@ impl DesignArguments {
         self.say(&format!("  {:<24} {value}, {}", objective.name, outcome::goal(&analysed.problem)))
     }
 
-    fn write(&self, name: &str, csv: &str, is_told: bool) -> anyhow::Result<()> {
+    fn write(&self, name: &str, csv: &str) -> anyhow::Result<()> {
         let Some(out) = &self.out else { return Ok(()) };
         let place = OutputFolder::create(out)?.write(name, csv.as_bytes())?;
-        if is_told { self.say(&format!("Wrote {}", place.display())) } else { Ok(()) }
+        self.say(&format!("Wrote {}", place.display()))
     }
 }
 
@@ -213,7 +226,9 @@ impl Analyze {
     /// Analyses a file without an objective.
     fn simulate(&self, model: &Model) -> anyhow::Result<()> {
         let design = changed(model.variables(), &self.given.at)?;
+        let line = working("simulating", self.given.show(), model);
         let responses = located(model, model.simulate(&design))?;
+        drop(line);
         warn(&responses.warnings);
         let times = model.grid().map(|grid| grid.points.as_slice());
         let all = model.output_names().zip(&responses.values);
@@ -221,7 +236,7 @@ impl Analyze {
             all.map(|((name, unit, grid), v)| OutputRange::new(name, unit, grid.and(times), v)).collect();
         let time = model.grid().map_or("time", |grid| grid.name.as_str());
         let listed = ranges("Outputs", &outputs, time, self.given.digits.count())?;
-        if self.json {
+        if self.given.json {
             let values = model.variables().iter().zip(&design);
             let named =
                 |(v, &value): (&DesignVariable, &f64)| NamedValue { name: v.name.clone(), unit: v.unit.clone(), value };
@@ -248,14 +263,14 @@ impl Analyze {
             let value = |values: &Vec<f64>| values.get(p).map_or(Cell::Empty, |v| Cell::from(*v));
             table.push(std::iter::once(at).chain(responses.values.iter().map(value)))?;
         }
-        self.given.write("responses.csv", &table.csv(), !self.json)?;
+        self.given.write("responses.csv", &table.csv())?;
         if self.given.out.is_none() {
             return Ok(());
         }
         let tables = vec![listed];
         let words = in_words(model.variables().iter().zip(&design), self.given.digits.count());
         let page = analysis_page(model, &design, &responses.values, &words, tables)?;
-        self.given.write(PAGE, &page, !self.json)
+        self.given.write(PAGE, &page)
     }
 }
 
@@ -283,14 +298,14 @@ struct AnalysisRecord {
 
 impl Analyze {
     pub fn run(&self) -> anyhow::Result<()> {
-        let (model, _) = load(&self.given.file)?;
+        let (model, _) = self.given.settings.load(&self.given.file)?;
         if !model.is_problem() {
             return self.simulate(&model);
         }
-        let analysed = self.given.analyse(&model, None)?;
+        let analysed = self.given.analyse(&model, false)?;
         let (outputs, constraints) = (analysed.outputs(), analysed.constraints());
         let AnalysedDesign { problem, design, responses, evaluation, .. } = &analysed;
-        if self.json {
+        if self.given.json {
             let (objective, values) = (Some(analysed.objective()), analysed.design_values());
             let title = analysed.title.clone();
             let record = AnalysisRecord {
@@ -313,9 +328,9 @@ impl Analyze {
             let table = ranges("", &outputs, time, self.given.digits.count())?;
             self.given.say(table.text().trim_end())?;
         }
-        self.given.write("responses.csv", &tables::responses(problem, responses)?.csv(), !self.json)?;
+        self.given.write("responses.csv", &tables::responses(problem, responses)?.csv())?;
         let constraints = tables::constraints(problem, design, evaluation)?;
-        self.given.write("constraints.csv", &constraints.csv(), !self.json)?;
+        self.given.write("constraints.csv", &constraints.csv())?;
         if self.given.out.is_none() {
             return Ok(());
         }
@@ -327,20 +342,22 @@ impl Analyze {
         }
         let own = model.variables().iter().zip(design);
         let page = analysis_page(&model, design, &responses.values, &in_words(own, digits), tables)?;
-        self.given.write(PAGE, &page, !self.json)
+        self.given.write(PAGE, &page)
     }
 }
 
 impl Sensitivities {
     pub fn run(&self) -> anyhow::Result<()> {
-        let (model, _) = load(&self.given.file)?;
-        let analysed = self.given.analyse(&model, Some(&self.budget))?;
+        let (model, _) = self.given.settings.load(&self.given.file)?;
+        let analysed = self.given.analyse(&model, true)?;
         self.given.head(&analysed)?;
         let AnalysedDesign { problem, design, responses, evaluation, .. } = &analysed;
         let points_of =
             |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
         let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(points_of).collect();
+        let line = working("differentiating", self.given.show(), &model);
         let rows = problem.sensitivities(design, responses, &instants)?;
+        drop(line);
         let table = tables::sensitivities(problem, responses, &instants, &rows)?;
         let known = problem::Sensitivities { at: instants, rows };
         let bound = problem.objective.peak().map(|peak| peak.variable);
@@ -373,6 +390,6 @@ impl Sensitivities {
             let name = format!("{} {} {}{}", c.name, c.relation(), readable(c.limit, digits), at.unwrap_or_default());
             line(&name, gradient(quantity, 1.0, c.row.point))?;
         }
-        self.given.write("sensitivities.csv", &table.csv(), true)
+        self.given.write("sensitivities.csv", &table.csv())
     }
 }

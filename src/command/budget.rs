@@ -11,7 +11,7 @@ use std::time::Duration;
 /// The budget of a command.
 #[derive(Args)]
 pub struct Budget {
-    /// Memory that the derivatives and the approximate problem may need, such as 500M or 8G
+    /// Memory that responses, derivatives and the approximate problem may need, such as 500M or 8G
     #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = size)]
     memory: u64,
 }
@@ -105,6 +105,11 @@ impl Sizes {
         stored.saturating_add(derivatives.saturating_mul(TEXT))
     }
 
+    /// Estimated memory of the responses and constraints of an analysis with their tables, in bytes.
+    fn of_analysis(&self) -> u64 {
+        (self.values + self.rows).saturating_mul(NUMBER + CELL + TEXT)
+    }
+
     /// Estimated memory of a table of the derivatives of all responses, in bytes.
     fn of_table(&self) -> u64 {
         self.values.saturating_mul(self.variables).saturating_mul(2 * NUMBER + CELL + TEXT)
@@ -132,6 +137,12 @@ impl Budget {
             ));
         }
         Ok(())
+    }
+
+    /// Rejects an analysis that needs more memory.
+    pub fn check_analysis(&self, problem: &Problem, method: &Method) -> anyhow::Result<()> {
+        let sizes = Sizes::of(problem, method);
+        self.allow(sizes.of_analysis(), &sizes)
     }
 
     /// Rejects a table of all derivatives that needs more memory.

@@ -2,7 +2,8 @@
 
 use super::budget::Budget;
 use super::folder::OutputFolder;
-use super::model::{design, is_file, load, located};
+use super::model::{At, Settings, design, is_file, located};
+use super::optimize::Digits;
 use super::output::say;
 use clap::Args;
 use linkwright::Error;
@@ -11,7 +12,7 @@ use linkwright::gradient_check::{GradientCheck, GradientStatus};
 use linkwright::model_file::Model;
 use linkwright::problem::{DesignVariable, Evaluation, Problem, ScalingAdvice};
 use linkwright::report::gradient_check::{table, text};
-use linkwright::report::number::{DIGITS, with_unit};
+use linkwright::report::number::with_unit;
 use linkwright::report::outcome;
 use linkwright::sao::Method;
 use std::collections::BTreeSet;
@@ -58,15 +59,18 @@ pub struct Check {
     /// Print a line of JSON for each derivative, then one with the counts and the advice on scales
     #[arg(long)]
     json: bool,
-    /// Values of design variables, for instance k=0.4,c=0.5; the others have their start values
-    #[arg(long, value_delimiter = ',', value_name = "NAME=VALUE")]
-    at: Vec<String>,
+    #[command(flatten)]
+    at: At,
+    #[command(flatten)]
+    settings: Settings,
     /// Folder for derivatives.csv
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print nothing on standard output
     #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
+    #[command(flatten)]
+    digits: Digits,
     #[command(flatten)]
     budget: Budget,
 }
@@ -79,7 +83,7 @@ impl Check {
         let scales = if self.quiet { vec![] } else { located(model.as_ref(), scales(&problem, &b))? };
         if !self.json && !self.quiet {
             let here = problem.analyze(&b).and_then(|responses| problem.evaluate(&b, &responses));
-            describe(&problem, &b, &located(model.as_ref(), here)?)?;
+            describe(&problem, &b, &located(model.as_ref(), here)?, self.digits.count())?;
             scales.iter().try_for_each(|line| say(line))?;
         }
         let numbers = self.numbers(&problem)?;
@@ -117,14 +121,15 @@ impl Check {
 
     fn problem(&self) -> anyhow::Result<(Problem, Option<Model>)> {
         if is_file(&self.what) {
-            let model = load(Path::new(&self.what))?.0;
+            let model = self.settings.load(Path::new(&self.what))?.0;
             return Ok((located(Some(&model), model.problem())?, Some(model)));
         }
+        self.settings.check_none(&self.what)?;
         Ok(((find(&self.what)?.build)()?, None))
     }
 }
 
-fn describe(problem: &Problem, design: &[f64], here: &Evaluation) -> anyhow::Result<()> {
+fn describe(problem: &Problem, design: &[f64], here: &Evaluation, digits: usize) -> anyhow::Result<()> {
     // The two sides of a limit are one constraint, and those that bound the peak of the objective are none.
     let constraints: BTreeSet<&str> = outcome::stated_constraints(problem).map(|j| outcome::name(problem, j)).collect();
     say(&format!(
@@ -135,7 +140,7 @@ fn describe(problem: &Problem, design: &[f64], here: &Evaluation) -> anyhow::Res
         constraints.len(),
         problem.grids.first().map_or(0, |grid| grid.len()),
     ))?;
-    let value = with_unit(outcome::objective(problem, design, here), &problem.objective.unit, DIGITS);
+    let value = with_unit(outcome::objective(problem, design, here), &problem.objective.unit, digits);
     let violation = here.max_violation_pct();
     say(&format!("At this design the objective is {value} and the largest violation {violation:.2} %."))
 }

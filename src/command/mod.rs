@@ -174,3 +174,74 @@ fn start_threads() {
         drop(rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// The options of all commands that work, with the name of their command.
+    fn options() -> BTreeMap<String, Vec<clap::Arg>> {
+        let mut found = BTreeMap::new();
+        for command in command().get_subcommands() {
+            let own = |command: &clap::Command| command.get_opts().filter(|arg| !arg.is_hide_set()).cloned().collect();
+            found.insert(command.get_name().to_owned(), own(command));
+            for inner in command.get_subcommands() {
+                found.insert(format!("{} {}", command.get_name(), inner.get_name()), own(inner));
+            }
+        }
+        found
+    }
+
+    /// Every option with one name has one short form, one value and one meaning in all commands that have it.
+    #[test]
+    fn all_commands_have_one_grammar() {
+        let all = options();
+        let has = |command: &str, option: &str| all[command].iter().any(|arg| arg.get_long() == Some(option));
+        // Commands that have an option; all others have a reason: they print a text that is their only output, or serve a page.
+        let models = ["analyze", "sensitivities", "check", "optimize", "resume", "compare", "study"];
+        let files =
+            ["analyze", "sensitivities", "check", "optimize", "compare", "runs", "report", "reproduce", "study"];
+        let printing = [&files[..], &["resume", "study merge"]].concat();
+        let numbers: Vec<&str> = printing.iter().copied().filter(|c| !["report", "reproduce"].contains(c)).collect();
+        for (option, commands) in [
+            ("set", &models[..]),
+            ("memory", &models),
+            ("out", &files),
+            ("json", &printing),
+            ("quiet", &printing),
+            ("digits", &numbers),
+        ] {
+            for command in commands {
+                assert!(has(command, option), "{command} has no --{option}");
+            }
+        }
+        let mut first: BTreeMap<String, (String, Option<char>, String)> = BTreeMap::new();
+        for (command, options) in &all {
+            for arg in options {
+                let name = arg.get_long().expect("every option has a long name").to_owned();
+                let value = arg.get_value_names().unwrap_or_default().join(" ");
+                let (with, short, same) =
+                    first.entry(name.clone()).or_insert_with(|| (command.clone(), arg.get_short(), value.clone()));
+                assert_eq!((arg.get_short(), &value), (*short, &*same), "--{name} of {command} and {with}");
+                assert!(arg.get_help().is_some_and(|help| !help.to_string().is_empty()), "--{name} of {command}");
+                let aliases = arg.get_visible_aliases().unwrap_or_default();
+                match &*name {
+                    "at" => assert_eq!(aliases, ["start"], "{command}"),
+                    "start" => assert_eq!(aliases, ["at"], "{command}"),
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_help_of_every_command_shows_examples_and_exit_codes() {
+        for command in command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let inner = command.get_name() == "study";
+            assert!(help.contains("Examples:") || inner, "{}", command.get_name());
+            assert!(help.contains("130 interrupted"), "{}", command.get_name());
+        }
+    }
+}

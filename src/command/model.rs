@@ -3,7 +3,7 @@
 use super::output::complain;
 use anyhow::{Context, bail};
 use clap::Args;
-use linkwright::model_file::{Model, read, with_files, with_setting};
+use linkwright::model_file::{Model, number_in, read, with_files, with_setting, with_start};
 use linkwright::problem::{DesignVariable, Problem};
 use linkwright::storage::{Directory, read_file};
 use std::path::{Path, PathBuf};
@@ -39,53 +39,129 @@ pub fn program_folder(file: &Path) -> Option<PathBuf> {
     PROGRAMS.load(Ordering::Relaxed).then(|| file.parent().unwrap_or(Path::new("")).to_owned())
 }
 
-/// Changes of a model on the command line.
+/// Settings of a model on the command line.
 #[derive(Args, Default)]
-pub struct Edits {
+pub struct Settings {
     /// Another value of a setting, for instance --set time.points=51; the file stays as it is
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+}
+
+/// Values of design variables on the command line.
+#[derive(Args, Default)]
+pub struct At {
+    /// Values of design variables, for instance k=0.4,c=0.5 or k="400 mm"; the others have their start values
+    #[arg(long, visible_alias = "start", value_name = "NAME=VALUE", value_delimiter = ',')]
+    pub at: Vec<String>,
+}
+
+/// Settings of a model and of its method on the command line.
+#[derive(Args, Default)]
+pub struct Edits {
+    #[command(flatten)]
+    settings: Settings,
     /// Another method: a preset, as `linkwright compare --list` names them
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
     /// Another limit on the number of cycles
     #[arg(long, value_name = "N")]
     max_cycles: Option<u32>,
-    /// Other start values of design variables, for instance --start k=0.4,c=0.5
-    #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',')]
+}
+
+/// Start values of design variables on the command line.
+#[derive(Args, Default)]
+pub struct Start {
+    /// Other start values of design variables, for instance k=0.4,c=0.5 or k="400 mm"
+    #[arg(long, visible_alias = "at", value_name = "NAME=VALUE", value_delimiter = ',')]
     start: Vec<String>,
 }
 
-impl Edits {
-    /// Reads a model file with these changes. Returns the model and its text.
+impl Settings {
+    /// Reads a model file with these settings. Returns the model and its text.
     pub fn load(&self, path: &Path) -> anyhow::Result<(Model, String)> {
-        let path = &model_file(path);
-        let bytes = read_file(path, LIMIT).with_context(|| format!("cannot read the model {}", path.display()))?;
-        let mut text =
-            String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", path.display()))?;
-        let name = path.display().to_string();
-        text = with_files(&name, &text, path.parent().unwrap_or(Path::new("")))?;
-        for (key, value) in self.settings()? {
-            text = with_setting(&name, &text, &key, &value)?;
-        }
-        let (model, text) = of_bytes(path, text.into_bytes())?;
-        Ok((with_program(model, path), text))
+        read_edited(path, &self.pairs()?, &[])
     }
 
-    fn settings(&self) -> anyhow::Result<Vec<(String, String)>> {
-        let pair = |item: &String| match item.split_once('=') {
-            Some((key, value)) => Ok((key.trim().to_owned(), value.trim().to_owned())),
-            None => bail!("`{item}` does not have the form KEY=VALUE"),
-        };
-        let mut all = self.set.iter().map(pair).collect::<anyhow::Result<Vec<_>>>()?;
+    /// Rejects settings for a problem of the library, which has no file.
+    pub fn check_none(&self, problem: &str) -> anyhow::Result<()> {
+        anyhow::ensure!(
+            self.set.is_empty(),
+            "`--set` changes a model file, and `{problem}` is a problem of the library"
+        );
+        Ok(())
+    }
+
+    fn pairs(&self) -> anyhow::Result<Vec<(String, String)>> {
+        self.set.iter().map(|item| pair(item, "KEY=VALUE")).collect()
+    }
+}
+
+impl Edits {
+    /// Returns `true` if there is nothing to change.
+    pub fn is_empty(&self) -> bool {
+        self.settings.set.is_empty() && self.method.is_none() && self.max_cycles.is_none()
+    }
+
+    /// Reads a model file with these changes and start values. Returns the model and its text.
+    pub fn load(&self, path: &Path, start: &Start) -> anyhow::Result<(Model, String)> {
+        let start = start.start.iter().map(|item| pair(item, "NAME=VALUE")).collect::<anyhow::Result<Vec<_>>>()?;
+        read_edited(path, &self.pairs()?, &start)
+    }
+
+    /// The model of a text with these changes, and its text.
+    pub fn change(&self, path: &Path, text: String) -> anyhow::Result<(Model, String)> {
+        edited(path, text, &self.pairs()?, &[])
+    }
+
+    fn pairs(&self) -> anyhow::Result<Vec<(String, String)>> {
+        let mut all = self.settings.pairs()?;
         all.extend(self.method.iter().map(|name| ("method.preset".to_owned(), name.clone())));
         all.extend(self.max_cycles.iter().map(|count| ("method.max_cycles".to_owned(), count.to_string())));
-        for item in &self.start {
-            let (name, value) = pair(item)?;
-            all.push((format!("design.{name}.start"), value));
-        }
         Ok(all)
     }
+}
+
+/// The two sides of the first `=` outside quotes.
+fn pair(item: &str, form: &str) -> anyhow::Result<(String, String)> {
+    let mut is_quoted = false;
+    let sign = item.find(|c| {
+        is_quoted ^= c == '"';
+        c == '=' && !is_quoted
+    });
+    match sign {
+        Some(sign) => Ok((item[..sign].trim().to_owned(), item[sign + 1..].trim().to_owned())),
+        None => bail!("`{item}` does not have the form {form}"),
+    }
+}
+
+/// Reads a model file with other settings and start values. Returns the model and its text.
+fn read_edited(
+    path: &Path,
+    settings: &[(String, String)],
+    start: &[(String, String)],
+) -> anyhow::Result<(Model, String)> {
+    let path = &model_file(path);
+    let bytes = read_file(path, LIMIT).with_context(|| format!("cannot read the model {}", path.display()))?;
+    let text = String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", path.display()))?;
+    let text = with_files(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")))?;
+    edited(path, text, settings, start)
+}
+
+fn edited(
+    path: &Path,
+    mut text: String,
+    settings: &[(String, String)],
+    start: &[(String, String)],
+) -> anyhow::Result<(Model, String)> {
+    let name = path.display().to_string();
+    for (key, value) in settings {
+        text = with_setting(&name, &text, key, value)?;
+    }
+    for (variable, value) in start {
+        text = with_start(&name, &text, variable, value)?;
+    }
+    let (model, text) = of_bytes(path, text.into_bytes())?;
+    Ok((with_program(model, path), text))
 }
 
 /// The model file of a name: `lift` means `lift.toml` if there is no file `lift`.
@@ -94,12 +170,7 @@ pub fn model_file(path: &Path) -> PathBuf {
     if path.extension().is_none() && !path.is_file() && named.exists() { named } else { path.to_owned() }
 }
 
-/// Reads a model file and prints a note if its version is old. Returns the model and its text.
-pub fn load(path: &Path) -> anyhow::Result<(Model, String)> {
-    Edits::default().load(path)
-}
-
-/// As [`load`], for a file of an open folder, without following a link.
+/// Reads the model file of an open folder, without following a link.
 pub fn parsed(directory: &Directory, name: &str) -> anyhow::Result<(Model, String)> {
     let path = directory.path().join(name);
     let unreadable = || format!("cannot read the model {}", path.display());
@@ -132,22 +203,22 @@ pub fn is_file(what: &str) -> bool {
 }
 
 /// The start design with changes such as `--at k=0.5,c=0.2`.
-pub fn design(problem: &Problem, at: &[String]) -> anyhow::Result<Vec<f64>> {
+pub fn design(problem: &Problem, at: &At) -> anyhow::Result<Vec<f64>> {
     let design = changed(&problem.variables, at)?;
     problem.check_design(&design)?;
     Ok(design)
 }
 
 /// The start values of design variables with changes.
-pub fn changed(variables: &[DesignVariable], at: &[String]) -> anyhow::Result<Vec<f64>> {
+pub fn changed(variables: &[DesignVariable], at: &At) -> anyhow::Result<Vec<f64>> {
     let mut design: Vec<f64> = variables.iter().map(|variable| variable.start).collect();
-    for item in at {
-        let Some((name, value)) = item.split_once('=') else { bail!("`{item}` does not have the form NAME=VALUE") };
-        let Some(k) = variables.iter().position(|v| v.name == name.trim()) else {
+    for item in &at.at {
+        let (name, value) = pair(item, "NAME=VALUE")?;
+        let Some(k) = variables.iter().position(|v| v.name == name) else {
             let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
-            bail!("there is no design variable `{}`; choose from {}", name.trim(), known.join(", "));
+            bail!("there is no design variable `{name}`; choose from {}", known.join(", "));
         };
-        design[k] = value.trim().parse().with_context(|| format!("`{}` is not a number", value.trim()))?;
+        design[k] = number_in(&variables[k].unit, &name, &value)?;
     }
     Ok(design)
 }

@@ -17,6 +17,9 @@ Writes NAME.toml: a small mechanism and its optimization, with a comment on ever
 pub struct New {
     /// Name of the model, without the extension
     name: String,
+    /// Print nothing on standard output
+    #[arg(short, long)]
+    quiet: bool,
 }
 
 impl New {
@@ -33,7 +36,7 @@ impl New {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!("{file} exists; give another name"),
             written => written.with_context(cannot)?,
         }
-        say(&format!("Wrote {file}. Next: linkwright optimize {file}"))
+        if self.quiet { Ok(()) } else { say(&format!("Wrote {file}. Next: linkwright optimize {file}")) }
     }
 }
 

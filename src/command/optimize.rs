@@ -4,11 +4,11 @@ use super::budget::Budget;
 #[cfg(feature = "database")]
 use super::database::WarmStart;
 use super::folder;
-use super::model::{Edits, load, located, model_file};
+use super::model::{Edits, Start, located, model_file, parsed};
 use super::output::{ClosedOutput, complain, results};
-use super::progress::{Progress, Show};
+use super::progress::{Progress, RunningTime, Show};
 use super::report::write_report;
-use super::run_directory::{Occupied, RunDirectory, RunRecord, fingerprint};
+use super::run_directory::{MODEL, Occupied, RunDirectory, RunRecord, fingerprint};
 use super::runs;
 use anyhow::{Context, anyhow};
 use clap::Args;
@@ -50,6 +50,8 @@ pub struct Optimize {
     #[command(flatten)]
     edits: Edits,
     #[command(flatten)]
+    start: Start,
+    #[command(flatten)]
     budget: Budget,
     #[command(flatten)]
     shown: Shown,
@@ -58,6 +60,7 @@ pub struct Optimize {
 #[derive(Args)]
 #[command(after_help = "Examples:
   linkwright resume lift                the run in out/lift
+  linkwright resume lift --max-cycles 80
   linkwright resume lift lift.toml      the same after an edit of lift.toml
 
 Reads model.toml and state.json of the folder. You may edit [method], title and bounds of model.toml before, for instance
@@ -68,6 +71,8 @@ pub struct Resume {
     folder: PathBuf,
     /// The edited model file
     file: Option<PathBuf>,
+    #[command(flatten)]
+    edits: Edits,
     /// Continue from the state before the last one, if the last one is damaged
     #[arg(long)]
     previous: bool,
@@ -106,7 +111,7 @@ impl Digits {
 
 impl Optimize {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let (model, text) = self.edits.load(&self.file)?;
+        let (model, text) = self.edits.load(&self.file, &self.start)?;
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
         let (warm, problem) = self.warm_start(&model, problem)?;
@@ -116,7 +121,7 @@ impl Optimize {
         };
         let (code, out) = begin(folder, &model, &problem, &warm, &self.shown)?;
         let next = if self.report {
-            format!("The report is {}", write_report(&out, None, true)?.display())
+            format!("The report is {}", write_report(&out, None, true, None, Show::Nothing)?.display())
         } else {
             format!("Next: linkwright report {}", out.display())
         };
@@ -235,11 +240,14 @@ impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let path = runs::named(&self.folder);
         let directory = Directory::open(&path).with_context(|| format!("{} has no run in it", path.display()))?;
-        let Some(file) = &self.file else {
+        if self.file.is_none() && self.edits.is_empty() {
             return Self::in_directory(directory, self.previous, Some(&self.budget), &self.shown);
-        };
-        let (model, text) = load(file)?;
+        }
         let record = RunRecord::read(&directory)?;
+        let (model, text) = match &self.file {
+            Some(file) => self.edits.load(file, &Start::default())?,
+            None => self.edits.change(&path.join(MODEL), parsed(&directory, MODEL)?.1)?,
+        };
         if record.fingerprint == fingerprint(&model) {
             let (folder, ..) = RunDirectory::claim(directory)?;
             folder.edit(&text)?;
@@ -252,7 +260,8 @@ impl Resume {
         }
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
-        let folder = numbered(&name(&model_file(file))?, &model, &text, file, false, &self.shown)?;
+        let file = self.file.as_ref().map_or_else(|| path.clone(), |file| model_file(file));
+        let folder = numbered(&name(&file)?, &model, &text, &file, false, &self.shown)?;
         begin(folder, &model, &problem, &None, &self.shown).map(|(code, _)| code)
     }
 
@@ -325,7 +334,7 @@ impl Shown {
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
         let show = self.show();
-        let progress = Progress::new(problem, show, model.method().stop, self.digits.count());
+        let progress = Progress::new(problem, show, model.method().stop, self.digits.count(), RunningTime::of(model));
         progress.head()?;
         let state = match state {
             Some(state) => state,

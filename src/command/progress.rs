@@ -3,8 +3,10 @@
 use super::eta::RemainingCycles;
 use super::output::{brief, say, say_raw, visible};
 use super::run_directory::{Summary, shown_cycle};
+use linkwright::mechanics::SimulationClock;
+use linkwright::model_file::Model;
 use linkwright::problem::Problem;
-use linkwright::report::number::readable;
+use linkwright::report::number::{readable, with_unit};
 use linkwright::report::outcome;
 use linkwright::sao::{State, Status, Stop};
 use std::io::{IsTerminal, Write};
@@ -56,10 +58,11 @@ pub struct Progress<'p> {
 }
 
 impl<'p> Progress<'p> {
-    pub fn new(problem: &'p Problem, show: Show, stop: Stop, digits: usize) -> Self {
+    /// The table of a run; `clock` has the time of its simulations.
+    pub fn new(problem: &'p Problem, show: Show, stop: Stop, digits: usize, clock: Option<RunningTime>) -> Self {
         let is_terminal = show == Show::Table && std::io::stdout().is_terminal();
         let begun = Instant::now();
-        Self { problem, show, stop, digits, begun, is_terminal, line: StatusLine::new(begun, is_terminal) }
+        Self { problem, show, stop, digits, begun, is_terminal, line: StatusLine::new(begun, is_terminal, clock) }
     }
 
     /// Says that the start design is being analysed.
@@ -147,7 +150,36 @@ impl<'p> Progress<'p> {
     }
 }
 
-/// The last line of a terminal during a run: what is being done, and the elapsed time, twice a second.
+/// The time of a simulation, with its end and unit.
+pub struct RunningTime {
+    clock: SimulationClock,
+    end: f64,
+    unit: String,
+}
+
+impl RunningTime {
+    /// The time of the simulations of a model, if it has some.
+    pub fn of(model: &Model) -> Option<Self> {
+        let (clock, grid) = (model.clock()?, model.grid()?);
+        Some(Self { clock, end: *grid.points.last()?, unit: grid.unit.clone() })
+    }
+
+    /// The current time and the end, as in `, t = 0.35 of 2 s`.
+    fn text(&self) -> String {
+        let time = |time: f64| format!(", t = {} of {}", readable(time, 3), with_unit(self.end, &self.unit, 3));
+        self.clock.time().map_or_else(String::new, time)
+    }
+}
+
+/// Shows on a terminal that `what` is being done, until the value is dropped; nothing with `--json` and `--quiet`.
+pub fn working(what: &str, show: Show, model: &Model) -> impl Sized {
+    let is_terminal = show == Show::Table && std::io::stdout().is_terminal();
+    let line = StatusLine::new(Instant::now(), is_terminal, RunningTime::of(model));
+    line.set(what.to_owned(), String::new());
+    line
+}
+
+/// The last line of a terminal during a run: what is being done, the time of the simulation, and the elapsed time, twice a second.
 struct StatusLine {
     shared: Arc<SharedLine>,
 }
@@ -156,13 +188,15 @@ struct SharedLine {
     begun: Instant,
     /// The current task, and the estimated time to the end.
     text: Mutex<Option<(String, String)>>,
+    clock: Option<RunningTime>,
     has_ended: AtomicBool,
 }
 
 impl StatusLine {
     /// Starts the clock on a terminal; elsewhere nothing is printed.
-    fn new(begun: Instant, is_terminal: bool) -> Self {
-        let shared = Arc::new(SharedLine { begun, text: Mutex::new(None), has_ended: AtomicBool::new(!is_terminal) });
+    fn new(begun: Instant, is_terminal: bool, clock: Option<RunningTime>) -> Self {
+        let has_ended = AtomicBool::new(!is_terminal);
+        let shared = Arc::new(SharedLine { begun, text: Mutex::new(None), clock, has_ended });
         if is_terminal {
             let clock = shared.clone();
             std::thread::spawn(move || {
@@ -203,8 +237,9 @@ impl SharedLine {
         let Some((what, left)) = text.as_ref().filter(|_| !self.has_ended.load(Ordering::Acquire)) else { return };
         let mut out = std::io::stdout();
         let elapsed = brief(self.begun.elapsed());
+        let time = self.clock.as_ref().map_or_else(String::new, RunningTime::text);
         // A failure to print this line must not end the run.
-        drop(write!(out, "{CLEAR}{WRAP_OFF}{what} …  {elapsed} elapsed{left}{WRAP_ON}"));
+        drop(write!(out, "{CLEAR}{WRAP_OFF}{what}{time} …  {elapsed} elapsed{left}{WRAP_ON}"));
         drop(out.flush());
     }
 }

@@ -2,6 +2,7 @@
 
 use super::folder::{OutputFolder, has};
 use super::output::say;
+use super::progress::{Show, working};
 use super::run_directory::{PAGE, RunDirectory, fingerprint};
 use anyhow::Context;
 use clap::Args;
@@ -15,6 +16,7 @@ use linkwright::report::table::{Cell, Table};
 use linkwright::sao::State;
 use linkwright::storage::Directory;
 use rayon::prelude::*;
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -43,34 +45,50 @@ pub struct Report {
     /// Write only the page, no figure files
     #[arg(long)]
     page_only: bool,
+    /// Folder for the page and its figures [default: the folder of the run]
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one line of JSON with the path of the page
+    #[arg(long)]
+    json: bool,
     /// Print nothing on standard output
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
 }
 
 impl Report {
     pub fn run(&self) -> anyhow::Result<()> {
-        let place = write_report(&super::runs::named(&self.folder), self.slice, !self.page_only)?;
-        if self.quiet { Ok(()) } else { say(&format!("Wrote {}", place.display())) }
+        let folder = super::runs::named(&self.folder);
+        let place = write_report(&folder, self.slice, !self.page_only, self.out.as_deref(), self.show())?;
+        match self.show() {
+            Show::Nothing => Ok(()),
+            Show::JsonLines => say(&json!({ "event": "report", "version": 1, "page": place }).to_string()),
+            Show::Table => say(&format!("Wrote {}", place.display())),
+        }
+    }
+
+    fn show(&self) -> Show {
+        Show::of(self.json, self.quiet)
     }
 }
 
 /// Writes the page of a run and, with `with_figures`, the files of its figures. Returns the path of the page.
-pub fn write_report(path: &Path, slice: Option<u16>, with_figures: bool) -> anyhow::Result<PathBuf> {
-    let (folder, model, text) = RunDirectory::open(path)?;
-    report(folder, &model, &text, slice, with_figures)
-}
-
-/// As [`write_report`] for an open folder.
-pub fn report(
-    folder: RunDirectory,
-    model: &Model,
-    text: &str,
+/// The folder is `out`, or that of the run.
+pub fn write_report(
+    path: &Path,
     slice: Option<u16>,
     with_figures: bool,
+    out: Option<&Path>,
+    show: Show,
 ) -> anyhow::Result<PathBuf> {
-    let drawn = DrawnReport::new(&folder, model, slice, with_figures)?;
-    drawn.store(folder, model, text)
+    let (folder, model, text) = RunDirectory::open(path)?;
+    let line = working("drawing the report", show, &model);
+    let drawn = DrawnReport::new(&folder, &model, slice, with_figures)?;
+    drop(line);
+    match out {
+        Some(out) => drawn.store_in(&mut OutputFolder::create(out)?),
+        None => drawn.store(folder, &model, &text),
+    }
 }
 
 /// A report in memory: the page, without the links to the files of the folder, and the files of its figures.
@@ -93,13 +111,28 @@ impl DrawnReport {
     }
 
     /// Writes the files. The page is written even if a figure cannot be written. Returns the path of the page.
-    pub fn store(self, mut folder: RunDirectory, model: &Model, text: &str) -> anyhow::Result<PathBuf> {
-        let figures = if self.figures.is_empty() { Ok(()) } else { write_figures(folder.folder(), &self.figures) };
-        let page = self.page.with(listed(model, &mut folder, text)).foot(format!(
+    pub fn store(mut self, mut folder: RunDirectory, model: &Model, text: &str) -> anyhow::Result<PathBuf> {
+        let figures = self.store_figures(folder.folder());
+        self.page = self.page.with(listed(model, &mut folder, text));
+        self.store_page(folder.folder(), figures)
+    }
+
+    /// Writes page and figures into another folder, without links to the files of the run.
+    pub fn store_in(self, folder: &mut OutputFolder) -> anyhow::Result<PathBuf> {
+        let figures = self.store_figures(folder);
+        self.store_page(folder, figures)
+    }
+
+    fn store_figures(&self, folder: &OutputFolder) -> anyhow::Result<()> {
+        if self.figures.is_empty() { Ok(()) } else { write_figures(folder, &self.figures) }
+    }
+
+    fn store_page(self, folder: &mut OutputFolder, figures: anyhow::Result<()>) -> anyhow::Result<PathBuf> {
+        let page = self.page.foot(format!(
             "Written by linkwright {}. The page is self-contained: it can be sent and stored as one file.",
             env!("CARGO_PKG_VERSION")
         ));
-        let place = folder.folder().write(PAGE, page.html()?.as_bytes())?;
+        let place = folder.write(PAGE, page.html()?.as_bytes())?;
         figures.with_context(|| format!("the page {} is complete, but not its figures as files", place.display()))?;
         Ok(place)
     }

@@ -19,7 +19,7 @@ pub struct Reproduce {
     #[arg(required_unless_present = "list", conflicts_with = "list")]
     paper: Option<String>,
     /// Folder for tables, summary and figures [default: out/PAPER]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Only these tables, separated by commas
     #[arg(long, value_name = "TABLES", value_delimiter = ',')]
@@ -27,6 +27,12 @@ pub struct Reproduce {
     /// Names of papers and of their tables
     #[arg(long)]
     list: bool,
+    /// Print the summary as one line of JSON instead of the tables
+    #[arg(long, conflicts_with = "list")]
+    json: bool,
+    /// Print nothing on standard output
+    #[arg(short, long, conflicts_with_all = ["json", "list"])]
+    quiet: bool,
 }
 
 impl Reproduce {
@@ -45,12 +51,15 @@ impl Reproduce {
         let mut tables = vec![];
         for name in known.iter().filter(|t| self.only.is_empty() || self.only.iter().any(|o| o == *t)) {
             for table in paper.regenerate(name, &mut progress)? {
-                print(&table)?;
+                if !self.json && !self.quiet {
+                    print(&table)?;
+                }
                 folder.write(&format!("{}.csv", table.name), table.table.csv().as_bytes())?;
                 tables.push(table);
             }
         }
-        folder.write("summary.json", ReproductionSummary::new(*paper, &tables)?.to_json().as_bytes())?;
+        let summary = ReproductionSummary::new(*paper, &tables)?.to_json();
+        folder.write("summary.json", summary.as_bytes())?;
         for table in &tables {
             for (name, figure) in paper.figures(table)? {
                 folder.write_figure(&name, &figure)?;
@@ -59,7 +68,11 @@ impl Reproduce {
                 folder.write(&name, &bytes)?;
             }
         }
-        say(&format!("Tables, summary and figures are in {}", out.display()))
+        match (self.json, self.quiet) {
+            (true, _) => say(&serde_json::from_str::<serde_json::Value>(&summary)?.to_string()),
+            (_, true) => Ok(()),
+            _ => say(&format!("Tables, summary and figures are in {}", out.display())),
+        }
     }
 }
 

@@ -63,6 +63,9 @@ impl Diagnostic {
         if shown.len() < asked.len() {
             return diagnostic.label("not known");
         }
+        if let Some(best) = synonym(asked, &known) {
+            return diagnostic.label("not known").help(format!("did you mean `{best}`?"));
+        }
         match error::nearest(asked, known.iter().copied()).first() {
             None => diagnostic,
             Some((best, steps)) if *steps <= 1 + asked.chars().count() / 3 => {
@@ -75,6 +78,22 @@ impl Diagnostic {
             }
         }
     }
+}
+
+/// Usual words for measures, with the names that they have here.
+const SYNONYMS: &[(&[&str], &[&str])] = &[
+    (&["angle", "rotation", "orientation", "phi", "psi", "rot"], &["theta"]),
+    (&["angular_velocity", "angular_speed", "rate", "theta_dot", "dtheta", "thetad", "w"], &["omega"]),
+    (&["angular_acceleration", "omega_dot", "domega", "theta_ddot"], &["alpha"]),
+    (&["torque", "couple"], &["moment", "driving_force"]),
+];
+
+/// The known name of the same part whose measure is usually called by the last word of `asked`.
+fn synonym<'k>(asked: &str, known: &[&'k str]) -> Option<&'k str> {
+    let (owner, word) = asked.rsplit_once('.')?;
+    let names = SYNONYMS.iter().find(|(usual, _)| usual.contains(&word))?.1;
+    let is_it = |known: &&&str, name: &str| known.rsplit_once('.') == Some((owner, name));
+    names.iter().find_map(|name| known.iter().find(|known| is_it(known, name)).copied())
 }
 
 /// [`Diagnostic`]s with the file that they are about.

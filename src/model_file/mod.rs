@@ -57,4 +57,4 @@ pub use file::{Accepts, Key, Model, Need, TableKeys, read};
 pub(crate) use file::{
     FileSource, Read, Section, Word, default, find, optional, ordered, read_document, required, wrong_type,
 };
-pub use settings::{settings, with_setting};
+pub use settings::{number_in, settings, with_setting, with_start};

@@ -1,5 +1,8 @@
 //! The TOML of a model file: parsing, all settings by their keys, and the fingerprint.
 
+use super::expression::{Names, Scope, TextPlace, Tree};
+use super::file::{constant, constant_in};
+use super::unit::Unit;
 use super::{Diagnostic, DiagnosticReport, attached, limits, version};
 use std::collections::BTreeMap;
 use toml::de::{DeTable, DeValue};
@@ -124,21 +127,20 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
     let value = if is_toml { value.trim().to_owned() } else { format!("{value:?}") };
     let edited =
         |range: std::ops::Range<usize>, new: &str| format!("{}{new}{}", &text[..range.start], &text[range.end..]);
-    let parts: Vec<&str> = key.split('.').collect();
-    let is_name = |part: &&str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    let (Some((last, path)), true) = (parts.split_last(), parts.iter().all(is_name)) else {
+    let parts = parts_of(key);
+    let (Some((last, path)), true) = (parts.split_last(), parts.iter().all(|part| !part.is_empty())) else {
         return Err(fail(Diagnostic::new(0..0, format!("`{key}` is no key such as method.max_cycles"))));
     };
     let mut here = &table;
     for (depth, part) in path.iter().enumerate() {
-        let Some(found) = here.get(*part).or_else(|| named_item(&table, &path[..=depth])) else {
+        let Some(found) = here.get(part.as_str()).or_else(|| named_item(&table, &path[..=depth])) else {
             let exists = depth > 0;
-            let header = path.join(".");
+            let header = path.iter().map(|part| written(part)).collect::<Vec<_>>().join(".");
             return if exists || parts.len() > 3 {
                 Err(fail(Diagnostic::new(0..0, format!("there is no `{}` in the file", path[..=depth].join(".")))))
             } else {
                 let (own, attached) = text.split_at(attached::split(text).0);
-                Ok(format!("{}\n\n[{header}]\n{last} = {value}\n{attached}", own.trim_end()))
+                Ok(format!("{}\n\n[{header}]\n{} = {value}\n{attached}", own.trim_end(), written(last)))
             };
         };
         match found.get_ref() {
@@ -147,35 +149,114 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
             _ => return Err(fail(Diagnostic::new(found.span(), format!("`{part}` has no keys")))),
         }
         let is_inline = text[found.span()].starts_with('{');
-        if depth + 1 == path.len() && is_inline && here.get(*last).is_none() {
+        if depth + 1 == path.len() && is_inline && here.get(last.as_str()).is_none() {
             let start = found.span().start + 1;
             let comma = if here.is_empty() { "" } else { "," };
-            return Ok(edited(start..start, &format!(" {last} = {value}{comma}")));
+            return Ok(edited(start..start, &format!(" {} = {value}{comma}", written(last))));
         }
     }
-    if let Some(old) = here.get(*last) {
+    if let Some(old) = here.get(last.as_str()) {
         return Ok(edited(old.span(), &value));
     }
-    let header = format!("[{}]", path.join("."));
+    let header = format!("[{}]", path.iter().map(|part| written(part)).collect::<Vec<_>>().join("."));
     let lines = text.split_inclusive('\n').scan(0, |end, line| {
         *end += line.len();
         Some((*end, line))
     });
     let of_header = |line: &str| line.split('#').next().is_some_and(|line| line.trim() == header);
     match lines.into_iter().find(|(_, line)| of_header(line)).map(|(end, _)| end) {
-        _ if path.is_empty() => Ok(format!("{last} = {value}\n{text}")),
-        Some(end) => Ok(edited(end..end, &format!("{last} = {value}\n"))),
-        None => Err(fail(Diagnostic::new(0..0, format!("`{key}` cannot be added; write it into the file")))),
+        _ if path.is_empty() => Ok(format!("{} = {value}\n{text}", written(last))),
+        Some(end) => Ok(edited(end..end, &format!("{} = {value}\n", written(last)))),
+        // A table in a list begins with its first key.
+        None => match first_key(here, text) {
+            Some(start) => Ok(edited(start..start, &format!("{} = {value}\n", written(last)))),
+            None => Err(fail(Diagnostic::new(0..0, format!("`{key}` cannot be added; write it into the file")))),
+        },
     }
 }
 
+/// The beginning of the line of the first key of a table that is written line by line.
+fn first_key(table: &DeTable<'_>, text: &str) -> Option<usize> {
+    let first = table.keys().map(|key| key.span().start).min()?;
+    let start = text[..first].rfind('\n').map_or(0, |end| end + 1);
+    text[start..first].trim().is_empty().then_some(start)
+}
+
+/// The parts of a key with dots; a part in quotes may contain dots and spaces.
+fn parts_of(key: &str) -> Vec<String> {
+    let mut parts = vec![String::new()];
+    let mut is_quoted = false;
+    for c in key.chars() {
+        match c {
+            '"' => is_quoted = !is_quoted,
+            '.' if !is_quoted => parts.push(String::new()),
+            c => parts.last_mut().expect("there is a first part").push(c),
+        }
+    }
+    parts.iter().map(|part| part.trim().to_owned()).collect()
+}
+
+/// A key as it is written in TOML: in quotes unless it is of letters, digits, `_` and `-`.
+fn written(part: &str) -> String {
+    let is_bare = part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    if is_bare { part.to_owned() } else { format!("{part:?}") }
+}
+
+/// The text of a file with another start value of a design variable.
+///
+/// The value is as for [`number_in`]; it is converted to the unit of the file.
+///
+/// # Errors
+/// If there is no such design variable, or as [`number_in`].
+pub fn with_start(file: &str, text: &str, name: &str, value: &str) -> Result<String, Box<DiagnosticReport>> {
+    let all = settings(file, text)?;
+    let setting = |key: &str| all.get(&format!("design.{name}.{key}")).map(|text| text.trim_matches('"'));
+    let Some(old) = setting("start") else {
+        let names = all.keys().filter_map(|key| key.strip_prefix("design.")?.strip_suffix(".start"));
+        let error = Diagnostic::unknown(0..0, "design variable", name, names);
+        return Err(on_command_line(value, error));
+    };
+    let own = Tree::parse(old, TextPlace::From(0)).ok().and_then(|tree| tree.unit().map(|unit| unit.text.clone()));
+    let unit = setting("unit").or(own.as_deref()).unwrap_or_default();
+    let number = number_in(unit, name, value)?;
+    let new = if own.is_some() { format!("\"{number} {unit}\"") } else { number.to_string() };
+    with_setting(file, text, &format!("design.{name}.start"), &new)
+}
+
+/// A value of a design variable as a number of its unit: a plain number or formula is in this unit, a quantity such as `0.3 m` is converted to it.
+///
+/// # Errors
+/// If the text is not a number, or has a unit of another dimension. The report shows the place in the text.
+pub fn number_in(unit: &str, name: &str, text: &str) -> Result<f64, Box<DiagnosticReport>> {
+    let text = text.trim().trim_matches('"');
+    let names = Names::default();
+    let read = || {
+        let tree = Tree::parse(text, TextPlace::From(0))?;
+        let known = names.dimension(&tree, &Scope::NUMBER)?;
+        let has_unit = tree.unit().is_some() || known.is_some_and(|k| k.is_firm && !k.dimension.is_number());
+        match Unit::parse(unit) {
+            _ if !has_unit => constant(&tree, name, "", &names),
+            Some(unit) => constant_in(&tree, name, &unit, &names),
+            None => {
+                let error = Diagnostic::new(tree.span, format!("`{name}` has no unit in the file"));
+                Err(error.help("give a number without a unit"))
+            }
+        }
+    };
+    read().map_err(|error| on_command_line(text, error))
+}
+
+fn on_command_line(text: &str, error: Diagnostic) -> Box<DiagnosticReport> {
+    Box::new(DiagnosticReport { file: "command line".to_owned(), text: text.to_owned(), diagnostics: vec![error] })
+}
+
 /// The table of a list that a path names: `joint`, `pin` is the table `[[joint]]` with this name or number.
-fn named_item<'t, 'i>(file: &'t DeTable<'i>, path: &[&str]) -> Option<&'t toml::Spanned<DeValue<'i>>> {
+fn named_item<'t, 'i>(file: &'t DeTable<'i>, path: &[String]) -> Option<&'t toml::Spanned<DeValue<'i>>> {
     let [list, name] = path else { return None };
-    let items = file.get(*list)?.get_ref().as_array()?;
+    let items = file.get(list.as_str())?.get_ref().as_array()?;
     let is_named = |item: &toml::Spanned<DeValue<'_>>| {
         let own = item.get_ref().as_table().and_then(|table| table.get("name")).and_then(|n| n.get_ref().as_str());
-        own == Some(name)
+        own == Some(name.as_str())
     };
     let number = || name.parse::<usize>().ok().and_then(|k| items.get(k.checked_sub(1)?));
     items.iter().find(|item| is_named(item)).or_else(number)
@@ -257,14 +338,46 @@ mod tests {
             ("method.preset", "mma", "[method]\n", "[method]\npreset = \"mma\"\n"),
             ("constraint.sag.at_most", "2*k", "at_most = 1", "at_most = \"2*k\""),
             ("constraint.1.at_most", "7", "at_most = 1", "at_most = 7"),
+            ("constraint.sag.from", "0.1", "name = \"sag\"", "from = 0.1\nname = \"sag\""),
+            ("constraint.1.\"two words\"", "1", "name = \"sag\"", "\"two words\" = 1\nname = \"sag\""),
             ("title", "a lift", "version = 2", "title = \"a lift\"\nversion = 2"),
         ] {
             assert_eq!(set(key, value).unwrap(), text.replacen(old, new, 1), "{key}");
         }
         assert!(set("time.points", "11").unwrap().ends_with("at_most = 1\n\n[time]\npoints = 11\n"));
-        for key in ["", "design..k", "constraint.none.at_most", "constraint.sag.from", "version.x", "design.q.start"] {
+        for key in ["", "design..k", "constraint.none.at_most", "version.x", "design.q.start"] {
             assert!(set(key, "1").is_err(), "{key}");
         }
+    }
+
+    #[test]
+    fn a_start_has_the_unit_of_the_file() {
+        let text = "[design]\na = { start = \"100 mm\" }\nb = { start = 2.0, unit = \"m\" }\nc = { start = 1 }\n[[constraint]]\n\
+            name = \"tip travel, m\"\nat_most = 1\n";
+        let set = |name: &str, value: &str| with_start("m", text, name, value);
+        for (name, value, old, new) in [
+            ("a", "0.3 m", "100 mm", "300 mm"),
+            ("a", "\"0.3 m\"", "100 mm", "300 mm"),
+            ("a", "120", "100 mm", "120 mm"),
+            ("b", "300 mm", "start = 2.0", "start = 0.3"),
+            ("b", "3", "start = 2.0", "start = 3"),
+            ("c", "2*(1 + 1)", "start = 1", "start = 4"),
+        ] {
+            assert_eq!(set(name, value).unwrap(), text.replacen(old, new, 1), "{name} {value}");
+        }
+        for (name, value, why) in [
+            ("a", "3 kg", "mass"),
+            ("b", "3 s", "time"),
+            ("c", "3 mm", "`c` has no unit in the file"),
+            ("q", "3", "q"),
+            ("a", "3 xx", "xx"),
+        ] {
+            let error = set(name, value).unwrap_err().to_string();
+            assert!(error.contains(why), "{error}");
+        }
+        let renamed = with_setting("m", text, "constraint.\"tip travel, m\".at_most", "2").unwrap();
+        assert_eq!(renamed, text.replacen("at_most = 1", "at_most = 2", 1));
+        assert_eq!(with_setting("m", text, "constraint.tip travel, m.at_most", "2").unwrap(), renamed);
     }
 
     #[test]

@@ -47,3 +47,18 @@ fn a_body_with_a_mistake_is_not_missing() {
     assert_eq!(report.diagnostics.len(), 1, "{report}");
     assert!(report.to_string().contains("no key `omega`"), "{report}");
 }
+
+/// The usual word for a measure leads to the name that it has here.
+#[test]
+fn usual_words_for_measures_lead_to_their_names() {
+    let template =
+        std::fs::read_to_string(format!("{}/src/command/template.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    for (word, name) in
+        [("angle", "theta"), ("rotation", "theta"), ("angular_velocity", "omega"), ("angular_acceleration", "alpha")]
+    {
+        let text = template.replace("value = \"arm.theta\"", &format!("value = \"arm.{word}\""));
+        assert_ne!(text, template);
+        let shown = linkwright::model_file::read("m.toml", &text).err().unwrap().to_string();
+        assert!(shown.contains(&format!("did you mean `arm.{name}`?")), "{word}: {shown}");
+    }
+}

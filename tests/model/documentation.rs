@@ -178,3 +178,84 @@ fn valid(value: &Value, schema: &Value, root: &Value) -> Result<(), String> {
     }
     Ok(())
 }
+
+/// The pages of `docs/`, by their paths from there.
+fn pages() -> Vec<std::path::PathBuf> {
+    let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let mut folders = vec![docs.clone()];
+    let mut found = vec![];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            match path.extension().and_then(|e| e.to_str()) {
+                _ if path.is_dir() => folders.push(path),
+                Some("md") => found.push(path.strip_prefix(&docs).unwrap().to_owned()),
+                _ => {}
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The targets of links and pictures in Markdown, outside code.
+fn links(text: &str) -> Vec<String> {
+    let mut is_code = false;
+    let mut found = vec![];
+    for line in text.lines() {
+        is_code ^= line.trim_start().starts_with("```");
+        if is_code {
+            continue;
+        }
+        // Every second part is in backquotes.
+        let prose: String = line.split('`').step_by(2).collect();
+        let targets = prose.split("](").skip(1).filter_map(|rest| rest.split([')', ' ']).next());
+        found.extend(targets.map(str::to_owned));
+    }
+    found
+}
+
+/// The fragment of a heading, as mdBook and GitHub make it.
+fn fragment(heading: &str) -> String {
+    let kept = heading.trim().to_lowercase().replace(' ', "-");
+    kept.chars().filter(|c| c.is_alphanumeric() || "-_".contains(*c)).collect()
+}
+
+#[test]
+fn every_page_is_in_the_book_and_every_link_resolves() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let docs = root.join("docs");
+    let read = |path: &std::path::Path| std::fs::read_to_string(path).unwrap();
+    let listed = links(&read(&docs.join("SUMMARY.md")));
+    let mut wrong = vec![];
+    for page in pages() {
+        let name = page.to_str().unwrap().replace('\\', "/");
+        if name != "SUMMARY.md" && !listed.contains(&name) {
+            wrong.push(format!("docs/SUMMARY.md lacks {name}"));
+        }
+        let folder = docs.join(&page).parent().unwrap().to_owned();
+        for link in links(&read(&docs.join(&page))) {
+            if link.contains("://") || link.starts_with("mailto:") {
+                continue;
+            }
+            let (file, heading) = link.split_once('#').unwrap_or((&link, ""));
+            let target = if file.is_empty() { docs.join(&page) } else { folder.join(file) };
+            let target = target.canonicalize().unwrap_or(target);
+            if !target.exists() {
+                wrong.push(format!("docs/{name}: {link} does not exist"));
+            } else if !target.starts_with(docs.canonicalize().unwrap()) {
+                wrong.push(format!(
+                    "docs/{name}: {link} is outside the book; give its address on the web, or its path as code"
+                ));
+            } else if !heading.is_empty() {
+                let known = read(&target);
+                let mut headings =
+                    known.lines().filter(|l| l.starts_with('#')).map(|l| fragment(l.trim_start_matches('#')));
+                if !headings.any(|known| known == heading) {
+                    wrong.push(format!("docs/{name}: {link} names no heading"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -208,3 +208,88 @@ fn an_analysis_makes_a_page_with_the_mechanism_and_its_histories() {
     let page = place.read("still/report.html");
     assert!(page.contains("linkwright-animation") && !page.contains("<caption>Constraints"));
 }
+
+/// Values of design variables have units as in the file, by both names of the option, in every command that takes them.
+#[test]
+fn designs_on_the_command_line_have_units() {
+    let place = TempFolder::new("design-units");
+    let text = "version = 2\n[design.length]\nstart = \"400 mm\"\nlower = \"100 mm\"\n[design.width]\nstart = 0.5\nunit = \"m\"\n\
+        [[output]]\nname = \"area\"\nvalue = \"length*width\"\nunit = \"m^2\"\n[objective]\nminimize = \"area\"\n[[constraint]]\n\
+        name = \"large enough\"\nvalue = \"area\"\nat_least = 0.03\n";
+    std::fs::write(place.0.join("sheet.toml"), text).unwrap();
+    let area = |arguments: &[&str]| -> f64 {
+        let shown = place.run(&[&["analyze", "sheet", "--json"][..], arguments].concat(), 0);
+        serde_json::from_str::<serde_json::Value>(&shown).unwrap()["objective"]["value"].as_f64().unwrap()
+    };
+    for same in ["length=0.3 m,width=200 mm", "length=300,width=0.2", "length=30 cm,width=2*0.1"] {
+        assert!((area(&["--at", same]) - 0.06).abs() < 1e-12, "{same}");
+        assert!((area(&["--start", same]) - 0.06).abs() < 1e-12, "{same}");
+    }
+    place.run(&["check", "sheet", "--at", "length=0.3 m", "-q"], 0);
+    place.run(&["sensitivities", "sheet", "--at", "length=0.3 m", "--json", "-q"], 2);
+    for option in ["--at", "--start"] {
+        // However it ends: the copy of the model has the start.
+        let start = "length=0.3 m,width=200 mm";
+        drop(linkwright(&["optimize", "sheet", "-q", "--max-cycles", "1", option, start, "--force"], &place.0));
+        assert!(place.read("out/sheet/model.toml").contains("start = \"300 mm\""));
+        assert!(place.read("out/sheet/model.toml").contains("start = 0.2"));
+    }
+    assert!(place.run(&["analyze", "sheet", "--at", "length=3 s"], 1).contains("`length` takes a value in mm"));
+    let shown = place.run(&["analyze", "sheet", "--set", "constraint.\"large enough\".at_least=0.3"], 0);
+    assert!(shown.contains("≥ 0.3") && shown.contains("violated"), "{shown}");
+}
+
+/// A run at its limit of cycles goes on with another limit, without an edit of a file.
+#[test]
+fn settings_of_a_run_are_changed_when_it_is_resumed() {
+    let place = TempFolder::new("resume-set");
+    place.example("impact-absorber-formula");
+    place.run(&["optimize", "impact-absorber-formula", "-q", "-o", "run", "--max-cycles", "2"], 3);
+    assert!(place.run(&["resume", "run", "--max-cycles", "60"], 0).contains("Converged"));
+    let shown = place.run(&["report", "run", "-o", "page", "--json", "--slice", "0", "--page-only"], 0);
+    let record: serde_json::Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!((&record["event"], &record["page"]), (&"report".into(), &"page/report.html".into()));
+    assert!(place.read("page/report.html").starts_with("<!DOCTYPE html>"));
+    assert!(!place.0.join("run/report.html").exists());
+}
+
+/// A formula that is undefined names its function, the argument and the time, with and without a mechanism.
+#[test]
+fn undefined_formulas_name_function_and_argument() {
+    let place = TempFolder::new("undefined");
+    place.example("impact-absorber");
+    for (formula, why) in [
+        ("asin(2 + time)", "asin(2) is not defined: asin takes −1 to 1"),
+        ("1/time", "1/0 is not finite"),
+        ("sqrt(time - 1)", "sqrt(-1)"),
+        ("ln(0*time)", "ln(0)"),
+    ] {
+        let output =
+            format!("version = 2\n[time]\nto = 2\npoints = 5\n[[output]]\nname = \"bad\"\nvalue = \"{formula}\"\n");
+        let plain = output.clone() + "[design]\nk = { start = 1 }\n[objective]\nminimize = \"k\"\n";
+        std::fs::write(place.0.join("plain.toml"), plain).unwrap();
+        let shown = place.run(&["analyze", "plain"], 1);
+        assert!(shown.contains(why) && shown.contains("time 0 s"), "{formula}: {shown}");
+        let moving = output.replace("time", "block.x").replace("[block.x]", "[time]")
+            + "[[body]]\nname = \"block\"\nposition = [0, 0]\nmass = 1\ninertia = 1\n[analysis]\nkind = \"dynamics\"\nstep = 0.1\n";
+        std::fs::write(place.0.join("moving.toml"), moving).unwrap();
+        let shown = place.run(&["analyze", "moving"], 1);
+        assert!(shown.contains(why) && shown.contains("at t = 0.0"), "{formula}: {shown}");
+    }
+}
+
+/// With one time point, the history of an output is a number, which can be minimized as it is.
+#[test]
+fn a_history_of_one_time_point_is_a_number() {
+    let place = TempFolder::new("instant");
+    let text = "version = 2\ngravity = [9.81, 0]\n[design]\nk = { start = 1000.0, lower = 500.0, upper = 2000.0 }\n[[body]]\nname = \"load\"\n\
+        position = [0, 0]\nmass = 2\ninertia = 0.1\n[[joint]]\nname = \"guide\"\nkind = \"prismatic\"\na = \"ground\"\nb = \"load\"\n[[force]]\n\
+        name = \"spring\"\nkind = \"spring\"\na = { body = \"ground\", at = [-1, 0] }\nb = \"load\"\nstiffness = \"k\"\nlength = 1\n[time]\n\
+        at = [1]\n[analysis]\nkind = \"statics\"\n[[output]]\nname = \"sag\"\nvalue = \"load.x\"\nunit = \"m\"\n[objective]\nminimize = \"OBJECTIVE\"\n";
+    for (name, objective) in [("plain", "sag"), ("reduced", "final(sag)"), ("formula", "sag^2 + 0*k")] {
+        std::fs::write(place.0.join(format!("{name}.toml")), text.replace("OBJECTIVE", objective)).unwrap();
+        place.run(&["optimize", name, "-q"], 0);
+        let stiffness = summary(&place, &format!("out/{name}"))["design"][0]["value"].as_f64().unwrap();
+        assert!((stiffness - 2000.0).abs() < 1e-6, "{name}: {stiffness}");
+    }
+}

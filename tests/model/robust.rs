@@ -144,3 +144,32 @@ fn two_processes_do_not_run_in_one_folder() {
     lock.unlock().unwrap();
     place.run(&["resume", "one", "--quiet"], 0);
 }
+
+/// Ctrl-C ends a run with exit code 130 after saying how to go on, and the run goes on.
+#[cfg(unix)]
+#[test]
+fn a_run_that_is_interrupted_says_how_to_go_on() {
+    use std::io::Read;
+    let place = TempFolder::new("interrupt");
+    place.run(&["new", "lift", "-q"], 0);
+    // So many steps that the run lasts far longer than the test waits.
+    let options = ["optimize", "lift", "--out", "cut", "--set", "analysis.step=1e-5"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_linkwright"))
+        .args(options)
+        .current_dir(&place.0)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !place.0.join("cut/run.json").exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let code = child.wait().unwrap().code();
+    let mut shown = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut shown).unwrap();
+    assert_eq!(code, Some(130), "{shown}");
+    assert!(shown.contains("interrupted; `linkwright resume cut` continues the run"), "{shown}");
+    assert!(place.run(&["resume", "cut", "--set", "analysis.step=0.005", "--max-cycles", "2"], 3).contains("cycle"));
+}

@@ -65,7 +65,7 @@ pub use integrators::explicit::Explicit;
 pub use integrators::{Dynamics, GeneralizedAlpha, InitialAcceleration, InitialConfiguration, Newton, StepSize, Work};
 pub use mechanism::{
     Body, Body3, Coordinate, ElementIndex, EulerSequence, Marker, Marker3, Mechanism, ParametricMechanism, Pose, Pose3,
-    Rotation,
+    Rotation, SimulationClock,
 };
 
 /// The names that most programs with mechanisms need: `use linkwright_mechanics::prelude::*;`.

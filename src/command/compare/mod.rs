@@ -5,7 +5,8 @@ mod suite;
 use self::suite::{Comparison, SuiteName};
 use super::budget::Budget;
 use super::folder::OutputFolder;
-use super::model::{is_file, load, located};
+use super::model::{Settings, is_file, located};
+use super::optimize::Digits;
 use super::output::{results, say};
 use clap::Args;
 use linkwright::cases::suite::Suite;
@@ -76,13 +77,18 @@ pub struct Compare {
     #[arg(long)]
     list: bool,
     #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
+    digits: Digits,
+    #[command(flatten)]
     budget: Budget,
 }
 
 /// What is printed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Shown {
-    Text,
+    /// Text with this number of significant digits.
+    Text(usize),
     Json,
     Nothing,
 }
@@ -91,7 +97,7 @@ impl Shown {
     /// Prints a table, as text or as a line of JSON for each row.
     fn table(self, table: &Table) -> anyhow::Result<()> {
         match self {
-            Self::Text => say(&table.text()),
+            Self::Text(digits) => say(&table.text_with(digits)),
             Self::Json => table.json_lines().iter().try_for_each(|line| say(line)),
             Self::Nothing => Ok(()),
         }
@@ -99,7 +105,7 @@ impl Shown {
 
     /// Prints a line that is no part of the JSON.
     fn text(self, line: &str) -> anyhow::Result<()> {
-        if self == Self::Text { say(line) } else { Ok(()) }
+        if matches!(self, Self::Text(_)) { say(line) } else { Ok(()) }
     }
 }
 
@@ -118,7 +124,10 @@ impl Compare {
             return self.file(Path::new(path), &methods, &out);
         }
         let entries: Vec<&'static CatalogueEntry> = match &self.problem {
-            Some(name) => vec![find(name)?],
+            Some(name) => {
+                self.settings.check_none(name)?;
+                vec![find(name)?]
+            }
             None => catalogue().iter().filter(|e| !e.expensive).collect(),
         };
         let mut folder = OutputFolder::create(&out)?;
@@ -137,7 +146,7 @@ impl Compare {
 
     /// Runs the methods on the problem of a model file; prints and writes the table.
     fn file(&self, path: &Path, methods: &[&'static Preset], out: &Path) -> anyhow::Result<()> {
-        let (model, _) = load(path)?;
+        let (model, _) = self.settings.load(path)?;
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
         methods.iter().try_for_each(|preset| self.budget.check(&problem, &(preset.method)()))?;
@@ -154,7 +163,7 @@ impl Compare {
         match (self.json, self.quiet) {
             (true, _) => Shown::Json,
             (_, true) => Shown::Nothing,
-            _ => Shown::Text,
+            _ => Shown::Text(self.digits.count()),
         }
     }
 
@@ -164,7 +173,7 @@ impl Compare {
 
     /// Prints the reasons why methods did not run.
     fn notes<'a>(&self, rejected: impl Iterator<Item = (&'a str, &'a str)>) -> anyhow::Result<()> {
-        let mut rejected = rejected.filter(|_| self.shown() == Shown::Text);
+        let mut rejected = rejected.filter(|_| matches!(self.shown(), Shown::Text(_)));
         rejected.try_for_each(|(method, why)| say(&format!("Note: {method} refused: {why}")))
     }
 

@@ -74,7 +74,7 @@ impl Comparison<'_> {
         if transformations.len() > 1 {
             let table = by_transformation(&title, &all)?;
             folder.write("transformations.csv", table.csv().as_bytes())?;
-            if self.show == Shown::Text {
+            if matches!(self.show, Shown::Text(_)) {
                 self.show.table(&table)?;
             }
         }
@@ -88,7 +88,7 @@ impl Comparison<'_> {
 
     /// Prints all runs as JSON, or the runs that are not solved (all runs of a single method) and the summary as text.
     fn show_runs(&self, ours: &[SuiteRun], table: &Table, totals: &Table) -> anyhow::Result<()> {
-        if self.show != Shown::Text {
+        if !matches!(self.show, Shown::Text(_)) {
             return self.show.table(table);
         }
         let is_shown = |r: &&SuiteRun| {

@@ -338,6 +338,7 @@ impl Summary {
             .design
             .iter()
             .zip(&best.design)
+            .filter(|(named, _)| Some(&named.name) != self.peak_bound.as_ref())
             .map(|(named, b)| format!(" --start {}", argument(&format!("{}={b}", named.name))));
         format!(
             "Note: the best design is that of {what} {}: {} {}, largest violation {} %. Start there with{}",

@@ -43,7 +43,7 @@ impl RunComparison {
     }
 
     /// The comparison as text for the terminal.
-    pub fn text(&self) -> anyhow::Result<String> {
+    pub fn text(&self, digits: usize) -> anyhow::Result<String> {
         let [a, b] = &self.runs;
         let mut text =
             format!("A  {}, {}, {}\nB  {}, {}, {}\n", a.folder, a.begun, a.status, b.folder, b.begun, b.status);
@@ -56,7 +56,7 @@ impl RunComparison {
         } else {
             text += &(self.settings_table()?.text() + "\n");
         }
-        Ok(text + self.quantities_table()?.text().trim_end())
+        Ok(text + self.quantities_table()?.text_with(digits).trim_end())
     }
 
     fn settings_table(&self) -> linkwright::Result<Table> {

@@ -9,6 +9,7 @@ mod entry;
 mod filter;
 
 use super::folder::OutputFolder;
+use super::optimize::Digits;
 use super::output::{results, say};
 use super::run_directory::Summary;
 use anyhow::bail;
@@ -52,6 +53,8 @@ pub struct Runs {
     #[cfg(feature = "database")]
     #[arg(long, value_name = "FILE")]
     db: Option<PathBuf>,
+    #[command(flatten)]
+    digits: Digits,
 }
 
 impl Runs {
@@ -83,7 +86,7 @@ impl Runs {
         if runs.is_empty() {
             return say(&format!("No {}", lower(&place)));
         }
-        say(listing(&place, &runs)?.text().trim_end())?;
+        say(listing(&place, &runs)?.text_with(self.digits.count()).trim_end())?;
         let damaged = runs.iter().filter_map(|run| Some((&run.folder, run.fault.as_ref()?)));
         damaged.into_iter().try_for_each(|(folder, fault)| say(&format!("Note: {folder}: {fault}")))
     }
@@ -131,7 +134,7 @@ impl Runs {
         match (self.json, self.quiet) {
             (true, _) => say(&serde_json::to_string(&comparison)?),
             (_, true) => Ok(()),
-            _ => say(&comparison.text()?),
+            _ => say(&comparison.text(self.digits.count())?),
         }
     }
 }

@@ -5,8 +5,10 @@ mod page;
 
 pub use folder::{StudyProgress, StudyRecord};
 
+use super::budget::Budget;
 use super::folder::{create, in_results};
-use super::model::{load, model_file, program_folder};
+use super::model::{Settings, located, model_file, program_folder};
+use super::optimize::Digits;
 use super::output::{ClosedOutput, brief, complain, results, say};
 use super::progress::Show;
 use super::run_directory::Occupied;
@@ -58,6 +60,10 @@ pub struct Study {
     #[arg(long, value_name = "N/PARTS", value_parser = part)]
     part: Option<Part>,
     #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
+    budget: Budget,
+    #[command(flatten)]
     shown: Shown,
     #[command(subcommand)]
     command: Option<StudyCommand>,
@@ -92,6 +98,8 @@ struct Shown {
     /// Print nothing on standard output
     #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
+    #[command(flatten)]
+    digits: Digits,
 }
 
 /// A part as `3/16`.
@@ -109,7 +117,7 @@ impl Study {
             return merge.run();
         }
         let file = model_file(self.file.as_deref().context("give a study file")?);
-        let study = read_study(&file)?;
+        let study = read_study(&file, &self.settings, &self.budget)?;
         let part = self.part.unwrap_or(Part::WHOLE);
         if part != Part::WHOLE && !study.has_parts() {
             bail!(
@@ -125,12 +133,15 @@ impl Study {
 }
 
 /// Reads a study file and its model.
-fn read_study(file: &Path) -> anyhow::Result<studies::Study> {
+fn read_study(file: &Path, settings: &Settings, budget: &Budget) -> anyhow::Result<studies::Study> {
     let bytes = read_file(file, LIMIT).with_context(|| format!("cannot read the study {}", file.display()))?;
     let text = String::from_utf8(bytes).with_context(|| format!("the study {} is not UTF-8", file.display()))?;
     let read = StudyFile::read(&file.display().to_string(), &text)?;
     let model = file.parent().unwrap_or(Path::new("")).join(&read.model);
-    let (_, text) = load(&model)?;
+    let (read_model, text) = settings.load(&model)?;
+    if read_model.is_problem() {
+        budget.check(&located(&read_model, read_model.problem())?, read_model.method())?;
+    }
     let source = ModelSource { name: model.display().to_string(), text, programs: program_folder(&model) };
     Ok(studies::Study::new(read, &source)?)
 }
@@ -347,7 +358,7 @@ impl Shown {
                     say(&format!("{failed} of {} runs failed; the column `failure` has the reasons.", rows.len()))?;
                 }
                 for (_, table) in &conclusion.tables {
-                    say(table.text().trim_end())?;
+                    say(table.text_with(self.digits.count()).trim_end())?;
                 }
                 for sentence in &conclusion.sentences {
                     say(sentence)?;

@@ -2,6 +2,7 @@
 
 use super::function::{MathFunction, kinked};
 use super::table::Table as TableFunction;
+use crate::Readable;
 use autodiff::Scalar;
 use std::sync::Arc;
 
@@ -130,6 +131,22 @@ impl CompiledExpression {
         stack[top - 1]
     }
 
+    /// The first operation whose result is not finite although its operands are, as in `asin(1.2) is not defined: asin takes −1 to 1`.
+    pub fn undefined(&self, inputs: &Inputs<f64>) -> Option<String> {
+        let mut stack = vec![0.0; self.height];
+        let mut top = 0usize;
+        for (k, operation) in self.operations.iter().enumerate() {
+            let operands = stack[top.saturating_sub(2)..top].to_vec();
+            let prefix = Self { operations: self.operations[..=k].to_vec(), ..self.clone() };
+            let value = prefix.run(inputs, &mut stack);
+            if !value.is_finite() {
+                return operation.in_words(&operands, value);
+            }
+            top = (top + operation.pushes()) - operation.pops();
+        }
+        None
+    }
+
     /// The number, if the expression is a constant.
     pub fn as_constant(&self) -> Option<f64> {
         match self.operations[..] {
@@ -185,6 +202,52 @@ impl CompiledExpression {
             }
         }
         self
+    }
+}
+
+impl Operation {
+    /// Number of operands that are removed from the stack beyond the one that the result replaces.
+    fn pops(self) -> usize {
+        match self {
+            Add | Subtract | Multiply | Divide | OfTwo(_) => 1,
+            Choose(_) => 2,
+            _ => 0,
+        }
+    }
+
+    fn pushes(self) -> usize {
+        usize::from(matches!(self, Constant(_) | Design(_) | Time | Other(_) | Copy(_)))
+    }
+
+    /// The operation on its last operands, and why its value is not finite; `None` for an operand that is not finite itself.
+    fn in_words(self, operands: &[f64], value: f64) -> Option<String> {
+        let [.., x, y] = [f64::NAN, f64::NAN].iter().chain(operands).copied().collect::<Vec<_>>()[..] else {
+            return None;
+        };
+        let [shown_x, y_text] = [x, y].map(Readable);
+        let text = match self {
+            Constant(_) | Design(_) | Time | Other(_) | Copy(_) | Choose(_) => return None,
+            Add => format!("{shown_x} + {y_text}"),
+            Subtract => format!("{shown_x} - {y_text}"),
+            Multiply => format!("{shown_x}*{y_text}"),
+            Divide => format!("{shown_x}/{y_text}"),
+            OfTwo(function) => format!("{}({shown_x}, {y_text})", function.name()),
+            Of(function) => format!("{}({y_text})", function.name()),
+            Reciprocal => format!("1/{y_text}"),
+            WholePower(power) => format!("{y_text}^{power}"),
+            Power(power) => format!("{y_text}^{power}"),
+            AddConstant(c) => format!("{y_text} + {c}"),
+            Scale(c) => format!("{y_text}*{c}"),
+            DivideBy(c) => format!("{y_text}/{c}"),
+            Negate => format!("-{y_text}"),
+            Table(_) => format!("the table at {y_text}"),
+        };
+        let range = match self {
+            Of(function) => function.range().map(|range| format!(": {} takes {range}", function.name())),
+            _ => None,
+        };
+        let what = if value.is_nan() { "not defined" } else { "not finite" };
+        Some(format!("{text} is {what}{}", range.unwrap_or_default()))
     }
 }
 

@@ -67,6 +67,16 @@ impl MathFunction {
         FUNCTIONS.iter().find(|(_, f, _)| *f == self).map_or("", |(name, ..)| name)
     }
 
+    /// The numbers for which the function is defined, in words; `None` for all.
+    pub fn range(self) -> Option<&'static str> {
+        match self {
+            Asin | Acos => Some("−1 to 1"),
+            Sqrt => Some("0 or more"),
+            Ln => Some("more than 0"),
+            _ => None,
+        }
+    }
+
     /// Number of arguments.
     pub fn arguments(self) -> usize {
         match self {

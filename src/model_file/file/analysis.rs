@@ -335,6 +335,11 @@ impl Settings {
         self.start
     }
 
+    /// Returns `true` if the equations of motion are integrated.
+    pub fn is_simulation(&self) -> bool {
+        matches!(self.kind, AnalysisKind::Dynamics(_))
+    }
+
     /// Returns `true` if the time points are times of a motion, not load cases of statics.
     #[cfg(feature = "report")]
     pub fn is_motion(&self) -> bool {

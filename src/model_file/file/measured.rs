@@ -83,13 +83,26 @@ pub struct FormulaOfTerms {
 
 impl Formula for FormulaOfTerms {
     fn value<T: Scalar>(&self, t: T, x: &[T]) -> T {
+        let (others, design) = self.sums(x);
+        self.expression.value(&Inputs { design, time: t, others: &others })
+    }
+
+    fn undefined(&self, t: f64, x: &[f64]) -> Option<String> {
+        let (others, design) = self.sums(x);
+        self.expression.undefined(&Inputs { design, time: t, others: &others })
+    }
+}
+
+impl FormulaOfTerms {
+    /// The quantities, and the design variables.
+    fn sums<'x, T: Scalar>(&self, x: &'x [T]) -> (Vec<T>, &'x [T]) {
         let mut rest = x;
         let sum = |count: &usize| {
             let (terms, remaining) = rest.split_at(*count);
             rest = remaining;
             terms.iter().copied().sum()
         };
-        let others: Vec<T> = self.counts.iter().map(sum).collect();
-        self.expression.value(&Inputs { design: rest, time: t, others: &others })
+        let others = self.counts.iter().map(sum).collect();
+        (others, rest)
     }
 }

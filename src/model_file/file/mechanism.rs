@@ -12,7 +12,7 @@ use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::responses::mechanism::NaturalFrequency;
 use autodiff::Scalar;
-use mechanics::mechanism::{Mechanism, ParametricMechanism};
+use mechanics::mechanism::{Mechanism, ParametricMechanism, SimulationClock};
 use std::sync::Arc;
 
 /// A mechanism with its outputs, as a function of the design.
@@ -33,6 +33,8 @@ pub struct MechanismSpec {
     pub elements: Vec<ElementSpec>,
     pub events: Vec<EventSpec>,
     pub parts: Parts,
+    /// Shows the time of running simulations.
+    pub clock: SimulationClock,
 }
 
 /// Reads the mechanism, if there is one.
@@ -48,7 +50,16 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let is_empty =
         |key: &str| file.get(key).is_none_or(|value| value.get_ref().as_array().is_some_and(|all| all.is_empty()));
     if !(is_empty("body") && is_empty("beam")) {
-        return Ok(Some(MechanismSpec { gravity, start: 0.0, bodies, beams, elements, events, parts }));
+        return Ok(Some(MechanismSpec {
+            gravity,
+            start: 0.0,
+            bodies,
+            beams,
+            elements,
+            events,
+            parts,
+            clock: SimulationClock::default(),
+        }));
     }
     match ["joint", "driver", "force", "event", "point", "gravity", "analysis"].into_iter().find(|key| file.has(key)) {
         Some(key) => Err(file.error_at(key, format!("`{key}` without any body or beam")).help("add a [[body]] first")),
@@ -93,6 +104,7 @@ impl ParametricMechanism for MechanismTemplate {
             elements: vec![],
             events: vec![],
         };
+        context.mechanism.set_clock(spec.clock.clone());
         spec.bodies.iter().for_each(|body| body.build(&mut context, b, spec.start));
         spec.beams.iter().for_each(|beam| beam.build(&mut context, b));
         spec.elements.iter().for_each(|part| part.build(&mut context, b));

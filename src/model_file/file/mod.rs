@@ -43,9 +43,11 @@ mod value;
 pub(super) use element_kinds::element_of;
 pub use key::{Accepts, Key, Need, TableKeys};
 pub(crate) use key::{default, optional, required};
+pub use naming::constant_in;
 pub(crate) use section::{FileSource, Read, Section};
 #[cfg(feature = "report")]
 pub(crate) use section::{Word, find, ordered, wrong_type};
+pub use value::constant;
 
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
@@ -60,6 +62,7 @@ use crate::responses::program::ProgramAnalysis;
 use crate::sao::Method;
 use crate::{Error, Result};
 use autodiff::Scalar;
+use mechanics::SimulationClock;
 use mechanism::{MechanismSpec, MechanismTemplate};
 use objective::ObjectiveSpec;
 use outputs::OutputSpec;
@@ -365,6 +368,12 @@ impl Model {
         self.outputs.iter().map(|o| (o.name.as_str(), o.unit.as_str(), o.is_transient.then_some(0)))
     }
 
+    /// The time that running simulations of the mechanism have reached; `None` if the analysis does not simulate over time.
+    pub fn clock(&self) -> Option<SimulationClock> {
+        let (mechanism, settings) = self.mechanism.as_ref()?;
+        settings.is_simulation().then(|| mechanism.clock.clone())
+    }
+
     /// The outputs at a design, which has a value for each of the [`variables`](Self::variables).
     ///
     /// # Errors
@@ -425,5 +434,9 @@ struct Formulas(Vec<CompiledExpression>);
 impl ClosedForm for Formulas {
     fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S {
         self.0[h].value(&Inputs::at(b, t))
+    }
+
+    fn undefined(&self, h: usize, b: &[f64], t: f64) -> Option<String> {
+        self.0[h].undefined(&Inputs::at(b, t))
     }
 }

@@ -186,7 +186,15 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         };
         trees = trees.into_iter().map(convert).collect::<Read<_>>()?;
     }
-    let values: Vec<CompiledQuantity> = trees.iter().map(|tree| known.compile(tree, key)).collect::<Read<_>>()?;
+    let mut values: Vec<CompiledQuantity> = trees.iter().map(|tree| known.compile(tree, key)).collect::<Read<_>>()?;
+    let is_instant = over.is_none() && known.grid.is_some_and(|grid| grid.len() == 1);
+    if let ([tree], [value], true) = (&trees[..], &values[..], is_instant)
+        && value.is_transient
+    {
+        // A history of one time point is a number.
+        let last = Tree { node: Node::Reduce(Reduction::Final, vec![tree.clone()]), span: tree.span.clone() };
+        values = vec![known.compile(&last, key)?];
+    }
     let Some(value) = values.first().cloned() else {
         return Err(section.error_at(key, "the list is empty"));
     };

@@ -8,6 +8,7 @@ mod parquet;
 
 pub use comparison::{Printed, TableComparison};
 
+use crate::report::number::DIGITS;
 use crate::{Error, Result};
 
 /// A cell of a table.
@@ -128,6 +129,12 @@ impl Table {
 
     /// The table as text: title, headings, and columns aligned on the right; numbers have five significant digits.
     pub fn text(&self) -> String {
+        self.text_with(DIGITS)
+    }
+
+    /// As [`text`](Self::text), with another number of significant digits, at least one.
+    pub fn text_with(&self, digits: usize) -> String {
+        let readable = |cell: &Cell| in_digits(cell, digits.max(1));
         let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(readable).collect()).collect();
         format!("{}\n{}", self.title, aligned(self.headings(), &rows))
     }
@@ -135,23 +142,32 @@ impl Table {
 
 /// A cell as text for people.
 fn readable(cell: &Cell) -> String {
+    in_digits(cell, DIGITS)
+}
+
+fn in_digits(cell: &Cell, digits: usize) -> String {
     match cell {
-        Cell::Number(v) => significant(*v),
+        Cell::Number(v) => significant(*v, digits),
         Cell::Whole(v) => v.to_string(),
         Cell::Text(text) => text.clone(),
         Cell::Empty => String::new(),
     }
 }
 
-/// Five significant digits, with an exponent for very small and large numbers.
-fn significant(value: f64) -> String {
+/// Significant digits, with an exponent for very small and large numbers.
+fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.abs().to_string().replace("inf", if value < 0.0 { "-inf" } else { "inf" });
     }
-    let scientific = format!("{value:.4e}");
+    let last = digits as i32 - 1;
+    let scientific = format!("{value:.*e}", digits - 1);
     // The exponent after rounding: 9.99999 is 10.000.
     let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
-    if (-3..5).contains(&exponent) { format!("{value:.*}", (4 - exponent) as usize) } else { scientific }
+    if (-3..last.max(4) + 1).contains(&exponent) {
+        format!("{value:.*}", (last - exponent).max(0) as usize)
+    } else {
+        scientific
+    }
 }
 
 /// Columns aligned on the right, under headings that are broken at spaces and underscores, and a rule.
@@ -214,7 +230,7 @@ mod tests {
             (f64::NEG_INFINITY, "-inf"),
         ];
         for (value, text) in cases {
-            assert_eq!(significant(value), text);
+            assert_eq!(significant(value, DIGITS), text);
         }
     }
 

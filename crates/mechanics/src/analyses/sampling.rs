@@ -3,9 +3,9 @@
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::events::held_outputs::HeldOutputs;
 use crate::mechanism::scalars::StateScalar;
-use crate::mechanism::{MeasuredQuantity, Mechanism};
+use crate::mechanism::{AnyFormula, FormulaIn, MeasuredQuantity, Mechanism};
 use crate::system::state::{State, evaluate, gather, measure};
-use crate::{Result, diagnostics};
+use crate::{Error, Result, diagnostics};
 use autodiff::Scalar;
 use std::ops::Mul;
 
@@ -124,6 +124,8 @@ pub struct Sampler<T> {
     energy: bool,
     terms: Vec<T>,
     workspace: ElementWorkspace<T>,
+    /// The first output whose formula was not finite, and why.
+    undefined: Option<(usize, String)>,
 }
 
 impl<T: StateScalar> Sampler<T> {
@@ -147,7 +149,7 @@ impl<T: StateScalar> Sampler<T> {
         }
         let measured = vec![T::from(0.0); count];
         let (terms, workspace) = (Vec::new(), ElementWorkspace::default());
-        Self { elements, first_measure, measured, driving_forces, energy, terms, workspace }
+        Self { elements, first_measure, measured, driving_forces, energy, terms, workspace, undefined: None }
     }
 
     /// Writes the outputs at `state` to `out`, in the order of the mechanism's outputs.
@@ -172,10 +174,16 @@ impl<T: StateScalar> Sampler<T> {
                 };
                 self.terms.push(quantity * term.weight);
             }
-            out.push(match &output.formula {
+            let value = match &output.formula {
                 Some(formula) => T::formula(formula.as_ref(), state.t, &self.terms),
                 None => self.terms.iter().copied().sum(),
-            });
+            };
+            if let (false, Some(formula), None) = (value.value().is_finite(), &output.formula, &self.undefined) {
+                let terms: Vec<f64> = self.terms.iter().map(|term| term.value()).collect();
+                let why = <dyn AnyFormula as FormulaIn<f64>>::undefined(formula.as_ref(), state.t.value(), &terms);
+                self.undefined = why.map(|why| (out.len(), why));
+            }
+            out.push(value);
         }
     }
 
@@ -225,7 +233,14 @@ impl OutputRecorder {
         if let Some(held) = held {
             held.replace(&mut self.outputs);
         }
-        diagnostics::check(mechanism, state, &self.outputs)?;
+        diagnostics::check(mechanism, state, &self.outputs).map_err(|error| match self.sampler.undefined.take() {
+            Some((output, why)) => {
+                let why = format!("{why}, at t = {:.6e} s", state.t);
+                let remedy = "keep the argument in its range: by bounds of the design, or by min, max or if(…)";
+                Error::analysis(&mechanism.outputs[output].name, why, remedy)
+            }
+            None => error,
+        })?;
         self.series.iter_mut().zip(&self.outputs).for_each(|(series, &value)| series.push(value));
         Ok(())
     }

@@ -131,6 +131,7 @@ impl<'m> TimeStepper<'m> {
             (None, StepSize::Fixed(h)) => self.advance_fixed(h)?,
             (None, StepSize::Adaptive { tolerance, longest, .. }) => self.advance_adaptive(tolerance, longest)?,
         };
+        self.integrator.mechanism.tick(self.integrator.step.new.t);
         let ([is_moved, has_moved_history], [since_event, _]) =
             (self.events.moves(), self.integrator.step.steps_since_event());
         let (closed, is_on_grid) = (self.locator.closed, self.is_on_grid);

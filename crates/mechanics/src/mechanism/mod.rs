@@ -1,5 +1,6 @@
 //! A mechanism: coordinates, elements connected to them, prescribed motions and named outputs.
 
+mod clock;
 pub mod element;
 pub mod frame;
 pub(crate) mod frame3;
@@ -8,6 +9,7 @@ pub mod scalars;
 mod spatial;
 pub(crate) mod vector;
 
+pub use clock::SimulationClock;
 pub use rotation::{EulerSequence, Rotation};
 pub use spatial::{Body3, Marker3, Pose3};
 
@@ -143,17 +145,29 @@ pub(crate) struct OutputData<S> {
 pub trait Formula: Send + Sync + 'static {
     /// Returns the output at time `t` (s) for the quantities `x`, in the order in which they were given.
     fn value<T: Scalar>(&self, t: T, x: &[T]) -> T;
+
+    /// Explains an output that is not finite although all quantities are, as in `asin(1.2) is not defined`.
+    fn undefined(&self, _t: f64, _x: &[f64]) -> Option<String> {
+        None
+    }
 }
 
 /// [`Formula`] evaluated with one number type.
 pub trait FormulaIn<T: Scalar>: Send + Sync {
     /// See [`Formula::value`].
     fn value(&self, t: T, x: &[T]) -> T;
+
+    /// See [`Formula::undefined`].
+    fn undefined(&self, t: f64, x: &[f64]) -> Option<String>;
 }
 
 impl<F: Formula, T: Scalar> FormulaIn<T> for F {
     fn value(&self, t: T, x: &[T]) -> T {
         Formula::value(self, t, x)
+    }
+
+    fn undefined(&self, t: f64, x: &[f64]) -> Option<String> {
+        Formula::undefined(self, t, x)
     }
 }
 
@@ -199,6 +213,8 @@ pub struct Mechanism<S> {
     ground3: Option<Body3>,
     /// Coordinates whose initial values follow from those of bodies.
     dependents: Vec<spatial::DependentCoordinate<S>>,
+    /// Receives the time of running simulations.
+    clock: Option<SimulationClock>,
 }
 
 impl<S: Scalar> Default for Mechanism<S> {
@@ -224,6 +240,7 @@ impl<S: Scalar> Mechanism<S> {
             ground,
             ground3: None,
             dependents: Vec::new(),
+            clock: None,
         };
         mechanism.ground = mechanism.massless_node("ground", Pose { x: zero, y: zero, theta: zero });
         mechanism.ground.coordinates().into_iter().for_each(|c| mechanism.fix(c));
@@ -233,6 +250,18 @@ impl<S: Scalar> Mechanism<S> {
     /// A mechanism with the ground only, and the gravitational acceleration (`gx`, `gy`) in m/s² for its bodies.
     pub fn with_gravity(gx: S, gy: S) -> Self {
         Self { gravity: [gx, gy, S::from(0.0)], ..Self::new() }
+    }
+
+    /// Sets the clock that shows the time of running simulations.
+    pub fn set_clock(&mut self, clock: SimulationClock) {
+        self.clock = Some(clock);
+    }
+
+    /// Shows the time that a simulation has reached.
+    pub(crate) fn tick(&self, time: f64) {
+        if let Some(clock) = &self.clock {
+            clock.set(time);
+        }
     }
 
     /// The ground: the body at rest at the origin.

@@ -151,6 +151,11 @@ pub trait Analysis: Send + Sync {
         self.analyze_many(designs)
     }
 
+    /// Explains a response at design `b` that is not finite, as in `asin(1.2) is not defined`.
+    fn undefined(&self, _b: &[f64], _at: ResponseAt) -> Option<String> {
+        None
+    }
+
     /// ∂r/∂b of the wanted responses: one row for each, n columns. `responses` is the result of [`Analysis::analyze`] at `b`.
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>>;
 
@@ -234,6 +239,10 @@ macro_rules! forward_analysis {
 
                 fn sum_sensitivities(&self, b: &[f64], responses: &Responses, sums: &[ResponseSum]) -> Result<DMatrix<f64>> {
                     (**self).sum_sensitivities(b, responses, sums)
+                }
+
+                fn undefined(&self, b: &[f64], at: ResponseAt) -> Option<String> {
+                    (**self).undefined(b, at)
                 }
 
                 fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {

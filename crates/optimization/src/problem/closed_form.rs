@@ -10,6 +10,11 @@ use rayon::prelude::*;
 pub trait ClosedForm: Send + Sync {
     /// Response `h` at design `b` and time `t` (NaN for a time-independent response), in its unit.
     fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S;
+
+    /// Explains a response that is not finite, as in `asin(1.2) is not defined`.
+    fn undefined(&self, _h: usize, _b: &[f64], _t: f64) -> Option<String> {
+        None
+    }
 }
 
 /// The [`Analysis`] of a [`ClosedForm`]: only the wanted responses are differentiated, in chunks of design variables.
@@ -60,6 +65,10 @@ impl<M: ClosedForm> Analysis for Analytic<M> {
             hessian(|b| self.model.response(i.response, b, t), b).2
         };
         Ok(Some(wanted.iter().map(one).collect()))
+    }
+
+    fn undefined(&self, b: &[f64], at: ResponseAt) -> Option<String> {
+        self.model.undefined(at.response, b, self.times[at.response][at.point])
     }
 
     fn continuous(&self) -> Option<&dyn ContinuousTime> {

@@ -3,7 +3,7 @@
 use super::quantity::{QuantityForm, SignedQuantity};
 use super::{
     Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, Quantity, Response,
-    Responses, RowId, TimeGrid,
+    ResponseAt, Responses, RowId, TimeGrid,
 };
 use super::{PeakTime, maxima};
 use error::{Error, Readable, Result};
@@ -113,10 +113,16 @@ impl Problem {
     /// The responses at design `b`, if shape and all values are right.
     fn checked(&self, b: &[f64], responses: Responses) -> Result<Responses> {
         self.check_shape(&responses)?;
-        for (declared, values) in self.responses.iter().zip(&responses.values) {
-            if let Some(p) = values.iter().position(|v| !v.is_finite()) {
+        for (response, (declared, values)) in self.responses.iter().zip(&responses.values).enumerate() {
+            if let Some(point) = values.iter().position(|v| !v.is_finite()) {
                 let what = format!("response `{}`", declared.name);
-                return Err(self.not_finite(what, values[p], declared.grid, p, b));
+                let error = self.not_finite(what, values[point], declared.grid, point, b);
+                return Err(match (self.analysis.undefined(b, ResponseAt { response, point }), error) {
+                    (Some(why), Error::NotFinite { what, value, place, remedy }) => {
+                        Error::NotFinite { what, value, place: format!("{place} ({why})"), remedy }
+                    }
+                    (_, error) => error,
+                });
             }
         }
         Ok(responses)

@@ -231,6 +231,7 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<()> {
+        self.mechanism.tick(t);
         if self.mechanism.multipliers == 0 {
             return Ok(());
         }
