@@ -227,7 +227,8 @@ fn a_response_is_approximated_in_the_intermediate_variables_that_the_user_gave()
         assert_eq!(end.status, Status::Converged, "{}", end.reason);
         assert!((end.evaluation.objective - 1.339_956).abs() < 1e-5, "{}", end.evaluation.objective);
     }
-    assert!(exact.counters.analyses <= 3, "exact approximations need one step, here {:?}", exact.counters);
+    // The other trial steps show that the curvature is positive in the directions that this step did not have.
+    assert_eq!(exact.cycles(), 1, "exact approximations need one step");
     assert!(exact.counters.analyses < plain.counters.analyses);
 }
 

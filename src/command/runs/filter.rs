@@ -183,7 +183,7 @@ mod tests {
     fn what_is_no_expression_over_the_columns_is_rejected() {
         for (expression, why) in [
             ("objektive < 2", "no such column: objektive"),
-            ("status = \"Converged\" and objective <", "incomplete input"),
+            ("status = \"Converged\" and objective <", "syntax error"),
             ("status = \"good\"", "no such column"),
             ("", "syntax error"),
             ("1); DROP TABLE list; --", "more than one expression"),

@@ -59,6 +59,7 @@ impl CoefficientWatch {
             let VariableCoefficient { element, name, unit, .. } = *coefficient;
             if let (Some([t, value]), Some(effect)) = (coefficient.negative_from, effect_of(name)) {
                 let part = &mechanism.elements[element].name;
+                let value = rounded(value);
                 warnings.push(format!(
                     "{part}: its {name} of {value} {unit} at t = {t:.6e} s {effect}; keep it positive unless this is meant"
                 ));
@@ -66,6 +67,11 @@ impl CoefficientWatch {
         }
         warnings
     }
+}
+
+/// A value to six digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// The coefficients of an element that are functions.

@@ -96,6 +96,6 @@ mod tests {
         let ((q, v), p) = (three_four_five(), [0.0, 0.0, 0.0, 0.0, 10.0]);
         let x = moving(&p, &q, &v, &[]);
         close(&rows(&VariableDamper(Fixed), &x).0, &[-13.2, -17.6, 0.0, 13.2, 17.6, 0.0]);
-        close(&measured(&VariableDamper(Fixed), &x), &[22.0, 5.0, 2.2]);
+        close(&measured(&VariableDamper(Fixed), &x), &[22.0, 5.0, 2.2, 10.0]);
     }
 }

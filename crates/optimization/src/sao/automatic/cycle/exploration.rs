@@ -123,8 +123,11 @@ impl<'a> Tangent<'a> {
             };
             return Some((among_unknown(&pairs.iter().rev().find_map(coupled)?), Purpose::Curvature));
         }
+        if is_partly_unknown && !bends_down {
+            return None;
+        }
         // One direction after the other.
-        let next = if is_partly_unknown || bends_down { 0 } else { explorations };
+        let next = if bends_down { 0 } else { explorations };
         if let (Some(direction), true) = (flat.get(next), explorations < MOST_EXPLORATIONS) {
             return Some((direction.clone(), Purpose::Curvature));
         }
@@ -246,16 +249,19 @@ impl Situation<'_> {
         let there = self.observed_lagrangian(proposal, analyzed, None).map_or(f64::INFINITY, |l| l.value);
         let rows: f64 = multipliers.iter().zip(&self.here.c).map(|(λ, c)| λ * c).sum();
         let here = self.state.evaluation.objective + rows;
-        if proposal.purpose == Purpose::Flat {
-            return there < here + FLAT * self.units.objective_range;
-        }
-        let is_free = |i: &usize| multipliers[*i] == 0.0 && !self.here.equality[*i];
+        let is_flat = proposal.purpose == Purpose::Flat;
+        // Other time points of a response say at which design its peak is another one; they are no other rows.
+        let is_free = |i: &usize| {
+            let constraint = &self.problem.constraints[self.here.rows[*i].constraint];
+            multipliers[*i] == 0.0 && !self.here.equality[*i] && (!is_flat || constraint.quantity.is_transient())
+        };
         let violation = |i: usize| {
             let row = self.here.rows[i];
             (analyzed.evaluation.value_of(row) - 1.0) / self.units.rows[row.constraint]
         };
         let is_feasible = (0..multipliers.len()).filter(is_free).map(violation).all(|v| v <= NO_EFFECT);
-        is_feasible && there < here - ROUNDING * here.abs()
+        let rise = if is_flat { FLAT * self.units.objective_range } else { -ROUNDING * here.abs() };
+        is_feasible && there < here + rise
     }
 
     /// True for a variable that never moved because nothing ever depended on it to first order, except for what rounding leaves.
