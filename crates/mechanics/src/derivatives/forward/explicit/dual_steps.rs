@@ -48,7 +48,7 @@ where
     let (mut driver, begin) = start(plain, settings, times, true)?;
     let (method, rhs) = (driver.stepper.method, &mut driver.stepper.rhs);
     let offset = rhs.locator.as_ref().map_or(0.0, |locator| locator.switch_offset());
-    check_outputs(&mut rhs.system, plain, &begin.state)?;
+    check_outputs(&rhs.system, plain, &begin.state)?;
     let sensitivity =
         |mechanism| DualSteps::new((plain, mechanism), &mut rhs.system, method, &begin, (times.len(), offset));
     let mut sensitivities = mechanisms.iter().map(sensitivity).collect::<Result<Vec<_>>>()?;

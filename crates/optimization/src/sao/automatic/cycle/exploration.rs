@@ -8,7 +8,7 @@
 use super::super::candidates::AcceptedPoint;
 use super::super::quasi_newton::{Pair, sr1};
 use super::{Kind, Proposal, Purpose, Situation};
-use crate::problem::AnalyzedDesign;
+use crate::problem::{AnalyzedDesign, RowId};
 use crate::sao::Region;
 use nalgebra::{DMatrix, DVector};
 use nlp::{KktResidual, Solution};
@@ -131,7 +131,10 @@ impl<'a> Tangent<'a> {
         if let (Some(direction), true) = (flat.get(next), explorations < MOST_EXPLORATIONS) {
             return Some((direction.clone(), Purpose::Curvature));
         }
-        (!flat.is_empty()).then(|| (generic(&flat), Purpose::Flat))
+        // Rows at fixed times do not tell where peaks move to.
+        let is_over_time = |row: &RowId| self.situation.problem.constraints[row.constraint].quantity.is_transient();
+        let is_known = !flat.is_empty() && !self.situation.here.rows.iter().any(is_over_time);
+        is_known.then(|| (generic(&flat), Purpose::Flat))
     }
 }
 
@@ -249,19 +252,16 @@ impl Situation<'_> {
         let there = self.observed_lagrangian(proposal, analyzed, None).map_or(f64::INFINITY, |l| l.value);
         let rows: f64 = multipliers.iter().zip(&self.here.c).map(|(λ, c)| λ * c).sum();
         let here = self.state.evaluation.objective + rows;
-        let is_flat = proposal.purpose == Purpose::Flat;
-        // Other time points of a response say at which design its peak is another one; they are no other rows.
-        let is_free = |i: &usize| {
-            let constraint = &self.problem.constraints[self.here.rows[*i].constraint];
-            multipliers[*i] == 0.0 && !self.here.equality[*i] && (!is_flat || constraint.quantity.is_transient())
-        };
+        if proposal.purpose == Purpose::Flat {
+            return there < here + FLAT * self.units.objective_range;
+        }
+        let is_free = |i: &usize| multipliers[*i] == 0.0 && !self.here.equality[*i];
         let violation = |i: usize| {
             let row = self.here.rows[i];
             (analyzed.evaluation.value_of(row) - 1.0) / self.units.rows[row.constraint]
         };
         let is_feasible = (0..multipliers.len()).filter(is_free).map(violation).all(|v| v <= NO_EFFECT);
-        let rise = if is_flat { FLAT * self.units.objective_range } else { -ROUNDING * here.abs() };
-        is_feasible && there < here + rise
+        is_feasible && there < here - ROUNDING * here.abs()
     }
 
     /// True for a variable that never moved because nothing ever depended on it to first order, except for what rounding leaves.
