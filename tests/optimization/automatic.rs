@@ -188,7 +188,7 @@ fn the_number_of_time_points_changes_neither_the_result_nor_the_work() {
     let ends = [101, 10_001].map(|points| solve(&absorber(points)));
     for end in &ends {
         assert_eq!(end.status, Status::Converged, "{}", end.reason);
-        assert!(end.counters.analyses <= 9, "{:?}", end.counters);
+        assert!(end.counters.analyses <= 11, "{:?}", end.counters);
     }
     // The coarse grid misses the peak by 3e-4.
     let optimum = impact_absorber::continuous_peak_acceleration_optimum().objective;
@@ -257,7 +257,7 @@ fn explicit_functions_of_responses_keep_their_form() {
     assert_eq!(end.status, Status::Converged, "{}", end.reason);
     // Linear models of the two forces give Gauss-Newton steps: x y = 2 and x = 3 y − 1 at (2, 1).
     assert!(end.evaluation.objective < 1e-10 && (end.design[0] - 2.0).abs() < 1e-4, "{:?}", end.design);
-    assert!(end.counters.analyses <= 9, "{:?}", end.counters);
+    assert!(end.counters.analyses <= 11, "{:?}", end.counters);
 }
 
 #[test]

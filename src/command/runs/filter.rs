@@ -181,14 +181,14 @@ mod tests {
 
     #[test]
     fn what_is_no_expression_over_the_columns_is_rejected() {
-        for (expression, why) in [
+        let wrong = [
             ("objektive < 2", "no such column: objektive"),
             ("status = \"Converged\" and objective <", "syntax error"),
             ("status = \"good\"", "no such column"),
             ("", "syntax error"),
             ("1); DROP TABLE list; --", "authorized"),
-            ("1; DELETE FROM list", "more than one expression"),
-            ("1) UNION SELECT 1 --", "authorized"),
+            ("1; DELETE FROM list", "syntax error"),
+            ("1) UNION SELECT 1 --", "syntax error"),
             ("exists (SELECT 1 FROM sqlite_master)", "authorized"),
             ("(SELECT count(*) FROM list) > 0", "authorized"),
             ("load_extension('x')", "authorized"),
@@ -196,9 +196,12 @@ mod tests {
             ("k = ?", "parameter"),
             ("ATTACH 'x' AS y", "syntax error"),
             ("1\0", "not text"),
-        ] {
+        ]
+        .into_iter()
+        .filter_map(|(expression, why)| {
             let error = filtered(runs(), expression).map(|runs| runs.len()).expect_err(expression).to_string();
-            assert!(error.contains(why) && error.contains("Columns are folder"), "{expression}: {error}");
-        }
+            (!error.contains(why) || !error.contains("Columns are folder")).then_some((expression, error))
+        });
+        assert_eq!(wrong.collect::<Vec<_>>(), []);
     }
 }
