@@ -231,13 +231,14 @@ def attempt(run, p):
     try:
         claim, x = run(p)
     except Exception:  # whatever an optimizer raises
-        return "nothing", p.last
+        claim, x = "nothing", p.last
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
     x = np.clip(x, p.lower, p.upper)
-    answer = p.server.ask(x=[float(v) for v in x]) if np.all(np.isfinite(x)) else {"error": "not finite"}
+    answer = p.server.ask(x=[float(v) for v in x]) if np.all(np.isfinite(x)) else {}
+    values = np.array([answer.get("f"), *answer.get("c", [])], float)
     # A design at which the problem is undefined cannot be judged.
-    return ("nothing", p.start) if "error" in answer else (claim, x)
+    return (claim, x) if np.all(np.isfinite(values)) else ("nothing", p.start)
 
 
 def main():

@@ -1,6 +1,7 @@
 //! Suites of problems: published optima satisfy the optimality conditions, transformations do what they say, the judge sees what
 //! is false.
 
+use super::documented::assert_table;
 use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, judge, problems, run};
 use linkwright::cases::{AnalysisCounts, CatalogueEntry, Solution, find};
 use linkwright::nlp::{Program, Sqp, SubproblemSolver};
@@ -198,4 +199,36 @@ fn the_command_judges_runs_draws_profiles_and_reads_those_of_peers() {
     let output = command().args(["--transform", "speed=2"]).output().unwrap();
     assert!(output.status.code() == Some(1) && String::from_utf8_lossy(&output.stderr).contains("`speed=2`"));
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// The default method beside other programs, from their recorded runs.
+#[test]
+fn the_default_beside_other_programs_is_as_documented() {
+    const PICTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/optimizers.svg");
+    let peers = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/optimizers.csv");
+    let out = std::env::temp_dir().join(format!("linkwright-peers-{}", std::process::id()));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_linkwright"));
+    command.args(["compare", "--suite", "all", "--method", "automatic", "--peers", peers]).arg("--out").arg(&out);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read = |file: &str| std::fs::read_to_string(out.join(file)).unwrap();
+    let mut rows = csv::Reader::from_path(out.join("summary.csv")).unwrap();
+    let names = rows.headers().unwrap().clone();
+    let mut text = "| program | runs | solved | false | median work of solved runs | mean ratio to the least work |\n\
+                    |---|---|---|---|---|---|\n"
+        .to_owned();
+    for row in rows.records().map(Result::unwrap) {
+        let cell = |name: &str| row[names.iter().position(|n| n == name).unwrap()].to_owned();
+        let number = |name: &str| cell(name).parse::<f64>().unwrap();
+        let work = format!("{}+{}", number("median_analyses"), number("median_sensitivity_analyses"));
+        let counts = ["method", "runs", "solved", "false"].map(cell).join(" | ");
+        text += &format!("| {counts} | {work} | {:.2} |\n", number("mean_ratio"));
+    }
+    assert_table("peers", &text);
+    let drawn = read("performance-profile.svg");
+    if std::fs::read_to_string(PICTURE).is_ok_and(|known| known == drawn) {
+        return;
+    }
+    assert!(std::env::var_os("UPDATE_DOCS").is_some(), "run with UPDATE_DOCS=1 to draw {PICTURE} again");
+    std::fs::write(PICTURE, drawn).unwrap();
 }
