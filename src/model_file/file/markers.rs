@@ -65,15 +65,15 @@ pub struct MarkerSpec {
 const ORIENTATION: &[Key] = &[
     optional("order", Accepts::Choice(SEQUENCES), "axes of the three `angles`, each an axis of the already turned frame"),
     optional("angles", Accepts::Triple, "Euler angles about the axes of `order`, rad").of("rad"),
-    optional("axis", Accepts::Direction, "axis of the rotation by `angle`"),
+    optional("axis", Accepts::Direction, "axis of the rotation by `angle`").of_any_unit(),
     optional("angle", Accepts::Expression, "angle about `axis`, rad").of("rad"),
     Z,
     X,
     optional("matrix", Accepts::Numbers, "rotation matrix of numbers [[…], […], […]], row by row, such as one from a CAD system"),
     optional("euler_parameters", Accepts::Numbers, "Euler parameters [e0, e1, e2, e3], a unit quaternion with the scalar first"),
 ];
-const Z: Key = optional("z", Accepts::Direction, "direction of the axis z, in axes of the body, or through two points");
-const X: Key = optional("x", Accepts::Direction, "direction of the axis x; with `z`, the direction near which it is");
+const Z: Key = optional("z", Accepts::Direction, "direction of the axis z, in axes of the body, or through two points").of_any_unit();
+const X: Key = optional("x", Accepts::Direction, "direction of the axis x; with `z`, the direction near which it is").of_any_unit();
 
 /// Keys of a point in a table.
 pub const MARKER_KEYS: &[Key] = &[
@@ -92,9 +92,9 @@ pub const SHARED_KEYS: &[Key] = &[
         "place of the joint at the start, in world axes or as a named point, for `a` and `b` that name bodies only",
     )
     .of("m"),
-    optional("axis", Accepts::Direction, "axis z of both points in world axes at the start; by default z of the bodies"),
-    optional("axis_b", Accepts::Direction, "axis z of `b`, if it differs from that of `a`, as in a universal joint"),
-    optional("x", Accepts::Direction, "direction in world axes near which the axis x of both points is at the start"),
+    optional("axis", Accepts::Direction, "axis z of both points in world axes at the start; by default z of the bodies").of_any_unit(),
+    optional("axis_b", Accepts::Direction, "axis z of `b`, if it differs from that of `a`, as in a universal joint").of_any_unit(),
+    optional("x", Accepts::Direction, "direction in world axes near which the axis x of both points is at the start").of_any_unit(),
 ];
 
 const SEQUENCES: &[&str] = &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];

@@ -160,11 +160,11 @@
       svg.classList.add("turns");
       let held = null;
       svg.addEventListener("pointerdown", (event) => {
-        svg.setPointerCapture(event.pointerId);
         held = [event.clientX, event.clientY];
+        if (event.isTrusted) svg.setPointerCapture(event.pointerId);
       });
       svg.addEventListener("pointermove", (event) => {
-        if (!held || !svg.hasPointerCapture(event.pointerId)) return;
+        if (!held || !event.buttons || svg.classList.contains("zoomed")) return;
         const [x, y] = [event.clientX, event.clientY];
         turn(space.azimuth - 0.01 * (x - held[0]), space.elevation + 0.01 * (y - held[1]), 4);
         held = [x, y];
@@ -172,7 +172,7 @@
     });
     stage.addEventListener("keydown", (event) => {
       const by = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-      if (!by || !event.shiftKey) return;
+      if (!by || !event.shiftKey || stage.querySelector(".zoomed")) return;
       turn(space.azimuth + 0.1 * by[0], space.elevation + 0.1 * by[1], 4);
       event.preventDefault();
       event.stopImmediatePropagation();
