@@ -16,7 +16,11 @@ const COMMON: &[Key] = &[
     default("kind", Accepts::Choice(&["circular", "rectangular"]), "circular", "cross-section"),
     required("from", Accepts::Place, "first end [x, y, z] of the unloaded beam in m, or a point").of("m"),
     required("to", Accepts::Place, "last end [x, y, z] of the unloaded beam in m, or a point").of("m"),
-    optional("up", Accepts::Triple, "direction in world axes near which the axis z of the sections is; by default [0, 0, 1]"),
+    optional(
+        "up",
+        Accepts::Triple,
+        "direction in world axes near which the axis z of the sections is; by default [0, 0, 1]",
+    ),
     optional("start", Accepts::Name, "body or node to which the first end is fixed"),
     optional("end", Accepts::Name, "body or node to which the last end is fixed"),
     default("elements", Accepts::Count, "6", "number of equal elements"),
@@ -34,7 +38,12 @@ const RECTANGULAR: &[Key] = &[
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[TableKeys] = &[
-    TableKeys { name: "beam3", kind: None, about: "a flexible beam, straight without load, with its axis along x of its nodes", keys: COMMON },
+    TableKeys {
+        name: "beam3",
+        kind: None,
+        about: "a flexible beam, straight without load, with its axis along x of its nodes",
+        keys: COMMON,
+    },
     TableKeys { name: "beam3", kind: Some("circular"), about: "a solid round bar", keys: CIRCULAR },
     TableKeys { name: "beam3", kind: Some("rectangular"), about: "a solid rectangular bar", keys: RECTANGULAR },
 ];

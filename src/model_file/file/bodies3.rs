@@ -7,6 +7,7 @@ use super::markers::{Axes, MARKER_KEYS, Place, Vector};
 use super::parts::{BuildContext, FrameRef, NamedPart, Parts};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
+use crate::{Error, Result};
 use autodiff::Scalar;
 use mechanics::elements::spatial::{MassProperties3, PointMass3, RigidBody3};
 use mechanics::elements::{Element, ElementDescriptor, Role};
@@ -147,7 +148,11 @@ fn body(kind: BodyKind3, section: &Section<'_>, names: &Names, parts: &Parts) ->
         moments: vector("inertia", is_rigid, &Scope::DESIGN)?,
         products: vector("products", is_rigid, &Scope::DESIGN)?,
         position: position.unwrap_or_else(|| Place::Coordinates([0.0; 3].map(CompiledExpression::constant))),
-        axes: if has_axes { parts.orientation(section, "orientation", names)?.unwrap_or(Axes::Same) } else { Axes::Same },
+        axes: if has_axes {
+            parts.orientation(section, "orientation", names)?.unwrap_or(Axes::Same)
+        } else {
+            Axes::Same
+        },
         velocity: vector("velocity", moves, &Scope::MOTION)?,
         angular_velocity: vector("angular_velocity", moves && has_axes, &Scope::MOTION)?,
     })
@@ -155,9 +160,20 @@ fn body(kind: BodyKind3, section: &Section<'_>, names: &Names, parts: &Parts) ->
 
 impl BodySpec3 {
     /// Adds the body to a mechanism.
-    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
+    ///
+    /// # Errors
+    /// If its orientation is no rotation at this design.
+    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) -> Result<()> {
         let world = Pose3::at([S::from(0.0); 3]);
         let pose = Pose3::new(context.place(&world, &self.position, b), context.rotation(&world, &self.axes, b));
+        if pose.orientation.parameters().iter().any(|e| !e.re().is_finite()) {
+            let why = "its orientation is no rotation: an axis has length zero, or two axes are parallel";
+            return Err(Error::definition(
+                &self.name,
+                why,
+                "give directions that have a length and differ at this design",
+            ));
+        }
         let mass = self.mass.value(&Inputs::design(b));
         let [centre, moments, products, velocity, omega] =
             [&self.centre, &self.moments, &self.products, &self.velocity, &self.angular_velocity]
@@ -181,6 +197,7 @@ impl BodySpec3 {
             BodyKind3::FixedNode | BodyKind3::Slider => {}
         }
         context.bodies3.push(body);
+        Ok(())
     }
 }
 

@@ -38,7 +38,7 @@ impl<'p> DrawnMechanism3<'p> {
         let nodes = spec.beams3.iter().enumerate();
         let nodes = nodes.flat_map(|(beam, b)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k)));
         let frames = bodies.chain(nodes).collect();
-        let mut context = MechanismTemplate::new(spec, &Arc::new(vec![])).parts_at(design);
+        let mut context = MechanismTemplate::new(spec, &Arc::new(vec![])).parts_at(design)?;
         let mut attachment = |marker: &super::markers::MarkerSpec| {
             let at = context.marker3(marker, design);
             Attachment { frame: marker.frame, point: at.point, z: at.orientation.rotate([0.0, 0.0, 1.0]) }

@@ -130,7 +130,11 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
 
 impl Feedback {
     /// The formula, its parameters, and the coordinates that it observes.
-    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) -> (ObservedFormula, Vec<S>, Vec<Coordinate>) {
+    pub fn build<S: Scalar>(
+        &self,
+        context: &mut BuildContext<S>,
+        b: &[S],
+    ) -> (ObservedFormula, Vec<S>, Vec<Coordinate>) {
         let parameters = self.parameters.iter().map(|expression| expression.value(&Inputs::design(b))).collect();
         (self.law.clone(), parameters, self.observed.iter().map(|&place| context.coordinate(place)).collect())
     }
@@ -186,7 +190,7 @@ fn in_space(text: &str, parts: &Parts) -> Option<Motion> {
     });
     of_joint.or_else(|| {
         let (is_rate, axis) = what.strip_prefix('v').map_or((false, what), |axis| (true, axis));
-        let is_frame = matches!(parts.find_frame(owner), Some(_)) && matches!(axis, "x" | "y" | "z");
+        let is_frame = parts.find_frame(owner).is_some() && matches!(axis, "x" | "y" | "z");
         let place = parts.find_coordinate(&format!("{owner}.{axis}")).filter(|_| is_frame)?;
         Some(Motion { of: MotionOf::Coordinate(place), is_rate })
     })

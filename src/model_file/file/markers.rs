@@ -63,22 +63,37 @@ pub struct MarkerSpec {
 
 /// Keys of an orientation.
 const ORIENTATION: &[Key] = &[
-    optional("order", Accepts::Choice(SEQUENCES), "axes of the three `angles`, each an axis of the already turned frame"),
+    optional(
+        "order",
+        Accepts::Choice(SEQUENCES),
+        "axes of the three `angles`, each an axis of the already turned frame",
+    ),
     optional("angles", Accepts::Triple, "Euler angles about the axes of `order`, rad").of("rad"),
     optional("axis", Accepts::Direction, "axis of the rotation by `angle`").of_any_unit(),
     optional("angle", Accepts::Expression, "angle about `axis`, rad").of("rad"),
     Z,
     X,
-    optional("matrix", Accepts::Numbers, "rotation matrix of numbers [[…], […], […]], row by row, such as one from a CAD system"),
-    optional("euler_parameters", Accepts::Numbers, "Euler parameters [e0, e1, e2, e3], a unit quaternion with the scalar first"),
+    optional(
+        "matrix",
+        Accepts::Numbers,
+        "rotation matrix of numbers [[…], […], […]], row by row, such as one from a CAD system",
+    ),
+    optional(
+        "euler_parameters",
+        Accepts::Numbers,
+        "Euler parameters [e0, e1, e2, e3], a unit quaternion with the scalar first",
+    ),
 ];
-const Z: Key = optional("z", Accepts::Direction, "direction of the axis z, in axes of the body, or through two points").of_any_unit();
-const X: Key = optional("x", Accepts::Direction, "direction of the axis x; with `z`, the direction near which it is").of_any_unit();
+const Z: Key = optional("z", Accepts::Direction, "direction of the axis z, in axes of the body, or through two points")
+    .of_any_unit();
+const X: Key = optional("x", Accepts::Direction, "direction of the axis x; with `z`, the direction near which it is")
+    .of_any_unit();
 
 /// Keys of a point in a table.
 pub const MARKER_KEYS: &[Key] = &[
     required("body", Accepts::Name, "name of a body or beam node, or \"ground\""),
-    optional("at", Accepts::Place, "position [x, y, z] in m, in axes fixed to it; or where this point is at the start").of("m"),
+    optional("at", Accepts::Place, "position [x, y, z] in m, in axes fixed to it; or where this point is at the start")
+        .of("m"),
     Z,
     X,
     optional("orientation", Accepts::Table, "orientation of the axes of the point, relative to the body"),
@@ -92,9 +107,16 @@ pub const SHARED_KEYS: &[Key] = &[
         "place of the joint at the start, in world axes or as a named point, for `a` and `b` that name bodies only",
     )
     .of("m"),
-    optional("axis", Accepts::Direction, "axis z of both points in world axes at the start; by default z of the bodies").of_any_unit(),
-    optional("axis_b", Accepts::Direction, "axis z of `b`, if it differs from that of `a`, as in a universal joint").of_any_unit(),
-    optional("x", Accepts::Direction, "direction in world axes near which the axis x of both points is at the start").of_any_unit(),
+    optional(
+        "axis",
+        Accepts::Direction,
+        "axis z of both points in world axes at the start; by default z of the bodies",
+    )
+    .of_any_unit(),
+    optional("axis_b", Accepts::Direction, "axis z of `b`, if it differs from that of `a`, as in a universal joint")
+        .of_any_unit(),
+    optional("x", Accepts::Direction, "direction in world axes near which the axis x of both points is at the start")
+        .of_any_unit(),
 ];
 
 const SEQUENCES: &[&str] = &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
@@ -107,7 +129,12 @@ pub const TABLES: &[super::TableKeys] = &[
         about: "an orientation: `order` and `angles`, `axis` and `angle`, `z` and `x`, `matrix`, or `euler_parameters`",
         keys: ORIENTATION,
     },
-    super::TableKeys { name: "marker3", kind: None, about: "a point with axes, as the points of joints and forces", keys: MARKER_KEYS },
+    super::TableKeys {
+        name: "marker3",
+        kind: None,
+        about: "a point with axes, as the points of joints and forces",
+        keys: MARKER_KEYS,
+    },
 ];
 
 impl Parts {
@@ -168,7 +195,9 @@ impl Parts {
         };
         let extra = ORIENTATION.iter().find(|known| inner.has(known.name) && !keys.contains(&known.name));
         if let Some(extra) = extra {
-            return Err(inner.error_at(extra.name, format!("`{main}` and `{}` exclude each other", extra.name)).help(help));
+            return Err(inner
+                .error_at(extra.name, format!("`{main}` and `{}` exclude each other", extra.name))
+                .help(help));
         }
         if !with.is_empty() && !inner.has(with) {
             let remedy = match with {
@@ -193,7 +222,9 @@ impl Parts {
                 let length = numbers.map_or(1.0, |e| e.iter().map(|e| e * e).sum::<f64>().sqrt());
                 if (length - 1.0).abs() > 1e-3 {
                     let message = format!("these are no Euler parameters: their length is {length:.4}, and must be 1");
-                    return Err(inner.error_at("euler_parameters", message).help("give the scalar first: [1, 0, 0, 0]"));
+                    return Err(inner
+                        .error_at("euler_parameters", message)
+                        .help("give the scalar first: [1, 0, 0, 0]"));
                 }
                 Axes::EulerParameters(e)
             }

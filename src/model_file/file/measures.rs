@@ -76,7 +76,8 @@ pub fn find(text: &str, parts: &Parts) -> Option<MeasureRef> {
                 Some(MeasureRef::Joint(place, ["position", "velocity", "acceleration"][kind]))
             });
             let is_element = own_coordinate(of).is_none();
-            let measure = || among(&names(of.measures)).filter(|_| is_element).map(|what| MeasureRef::Element(*k, what));
+            let measure =
+                || among(&names(of.measures)).filter(|_| is_element).map(|what| MeasureRef::Element(*k, what));
             return of_joint.or_else(measure);
         }
         Some(NamedPart::Slider(k)) => return among(&of_slider()).map(|what| MeasureRef::Slider(*k, what)),
@@ -274,7 +275,8 @@ fn is_angle(what: &str) -> bool {
 fn at_node<S: Scalar>(beam: usize, node: usize, what: &str, context: &BuildContext<S>) -> Result<Vec<Term<S>>> {
     let parts = if context.is_spatial { &context.beams3[beam].1 } else { &context.beams[beam].1 };
     let sides = [what.to_owned() + "_j", what.to_owned() + "_i"];
-    let [before, after] = if what == "moment" && !context.is_spatial { sides.each_ref().map(String::as_str) } else { [what; 2] };
+    let [before, after] =
+        if what == "moment" && !context.is_spatial { sides.each_ref().map(String::as_str) } else { [what; 2] };
     let mut terms = vec![];
     if node > 0 {
         terms.push(context.mechanism.measure(parts[node - 1], before)?);

@@ -129,7 +129,7 @@ impl MechanismTemplate {
 
 impl ParametricMechanism for MechanismTemplate {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
-        let (spec, mut context) = (&self.spec, self.parts_at(b));
+        let (spec, mut context) = (&self.spec, self.parts_at(b)?);
         let mut sensors = Sensors::new(&spec.parts);
         for event in &spec.events {
             event.build(&mut sensors, &mut context, b)?;
@@ -143,16 +143,19 @@ impl ParametricMechanism for MechanismTemplate {
 
 impl MechanismTemplate {
     /// Bodies, beams and elements at a design.
-    pub fn parts_at<S: Scalar>(&self, b: &[S]) -> BuildContext<S> {
+    ///
+    /// # Errors
+    /// If an orientation is no rotation.
+    pub fn parts_at<S: Scalar>(&self, b: &[S]) -> Result<BuildContext<S>> {
         let spec = &self.spec;
         let gravity = spec.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));
         let mut context = BuildContext::new(Mechanism::with_gravity3(gravity), spec.start, &spec.parts);
         context.mechanism.set_clock(spec.clock.clone());
         spec.bodies.iter().for_each(|body| body.build(&mut context, b, spec.start));
-        spec.bodies3.iter().for_each(|body| body.build(&mut context, b));
+        spec.bodies3.iter().try_for_each(|body| body.build(&mut context, b))?;
         spec.beams.iter().for_each(|beam| beam.build(&mut context, b));
         spec.beams3.iter().for_each(|beam| beam.build(&mut context, b));
         spec.elements.iter().for_each(|part| part.build(&mut context, b));
-        context
+        Ok(context)
     }
 }

@@ -94,9 +94,18 @@ pub(super) const KEYS: &[Key] = &[
         "functions through given points, as tables [table.NAME]; expressions call them: NAME(x)",
     ),
     optional("expressions", Accepts::Table, "names for expressions of design variables, constants and time"),
-    default("space", Accepts::Count, "2", "dimensions of mechanisms: 2 in the plane, 3 in space, with tables of their own"),
-    optional("gravity", Accepts::Vector, "gravitational acceleration [x, y], in space [x, y, z], in m/s²; none by default")
-        .of("m/s²"),
+    default(
+        "space",
+        Accepts::Count,
+        "2",
+        "dimensions of mechanisms: 2 in the plane, 3 in space, with tables of their own",
+    ),
+    optional(
+        "gravity",
+        Accepts::Vector,
+        "gravitational acceleration [x, y], in space [x, y, z], in m/s²; none by default",
+    )
+    .of("m/s²"),
     optional("body", Accepts::Tables, "bodies"),
     optional("beam", Accepts::Tables, "flexible beams"),
     optional("point", Accepts::Tables, "named points of bodies"),

@@ -247,7 +247,8 @@ impl Parts {
             }
             let is_joint = descriptor.family == Family::Joint;
             let has = |(_, kinds, _): &&(_, &'static [&'static str], _)| is_joint && kinds.contains(&descriptor.kind);
-            let one = |(which, _, names): &(JointCoordinate, _, [&str; 3])| (CoordinateRef::Joint(k, *which), named(*names));
+            let one =
+                |(which, _, names): &(JointCoordinate, _, [&str; 3])| (CoordinateRef::Joint(k, *which), named(*names));
             JointCoordinate::NAMES.iter().filter(has).map(one).collect()
         };
         joint.into_iter().flat_map(of)

@@ -2,8 +2,8 @@
 
 use super::Animation;
 use super::scene::Viewport;
-use crate::report::plots::{Linkage, View};
 use crate::report::figure::markup::plain;
+use crate::report::plots::{Linkage, View};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
 

@@ -35,7 +35,8 @@ impl Viewport {
 
     /// The viewport of mechanisms in space, in which all points stay when they are turned; `None` for planar mechanisms.
     pub fn in_space<'l>(frames: impl Iterator<Item = &'l Linkage>) -> Option<Self> {
-        let points: Vec<[f64; 3]> = frames.filter_map(|f| f.space.as_deref()).flat_map(|s| s.points().copied()).collect();
+        let points: Vec<[f64; 3]> =
+            frames.filter_map(|f| f.space.as_deref()).flat_map(|s| s.points().copied()).collect();
         let centre = [0, 1, 2].map(|k| {
             let [low, high] = range(points.iter().map(|p| p[k]));
             0.5 * (low + high)
@@ -44,7 +45,12 @@ impl Viewport {
         let radius = points.iter().map(distance).fold(0.0, f64::max);
         let height = 0.8 * WIDTH;
         let scale = (height / 2.0 - MARGIN) / radius.max(1e-9);
-        (!points.is_empty()).then(|| Self { middle: View::default().project(centre), scale, height, centre: Some(centre) })
+        (!points.is_empty()).then(|| Self {
+            middle: View::default().project(centre),
+            scale,
+            height,
+            centre: Some(centre),
+        })
     }
 
     /// The height in units of the view box.
@@ -63,8 +69,9 @@ impl Viewport {
         let centre = self.centre.unwrap_or_default();
         let at = |p: &[f64; 3]| [0, 1, 2].map(|k| tenths(self.scale * (p[k] - centre[k])));
         let points = |all: &[[f64; 3]]| all.iter().map(|p| at(p).to_vec()).collect();
-        let lines =
-            |all: &[Vec<[f64; 3]>]| all.iter().map(|line| line.iter().flat_map(at).collect()).collect::<Vec<Vec<f64>>>();
+        let lines = |all: &[Vec<[f64; 3]>]| {
+            all.iter().map(|line| line.iter().flat_map(at).collect()).collect::<Vec<Vec<f64>>>()
+        };
         let pairs = |all: &[[[f64; 3]; 2]]| all.iter().map(|pair| pair.iter().flat_map(at).collect()).collect();
         let slider = |[place, along]: &[[f64; 3]; 2]| -> Vec<f64> {
             let direction = along.map(|x| (1e3 * x).round() / 1e3);

@@ -1,7 +1,7 @@
 //! Drawing of a planar mechanism in one position.
 
-use crate::Result;
 use super::SpatialLinkage;
+use crate::Result;
 use crate::report::figure::{
     Axis, Colour, Dash, Figure, Legend, Mark, MarkSymbol, MarkerShape, Panel, QuantityLabel, Stroke, check, range,
 };

@@ -96,7 +96,8 @@ mod tests {
         let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
         assert!(near(front.project([1.0, 2.0, 3.0]), [1.0, 3.0]));
         assert!(near(top.project([1.0, 2.0, 3.0]), [1.0, 2.0]));
-        let seen = SpatialLinkage { bars: vec![vec![[0.0; 3], [1.0, 0.0, 1.0]]], ..SpatialLinkage::default() }.seen(&front);
+        let seen =
+            SpatialLinkage { bars: vec![vec![[0.0; 3], [1.0, 0.0, 1.0]]], ..SpatialLinkage::default() }.seen(&front);
         assert!(near(seen.bars[0][1], [1.0, 1.0]) && seen.space.is_some());
     }
 }
