@@ -4,6 +4,7 @@ use crate::kinds::{assert_derivatives, outputs};
 use linkwright::mechanics::elements::Measure;
 use linkwright::model_file::{Accepts, Need, TableKeys, read, tables};
 use linkwright::problem::Problem;
+use proptest::prelude::*;
 use std::f64::consts::PI;
 
 const BASE: &str = r#"
@@ -384,5 +385,26 @@ fn impossible_mechanisms_in_space_are_named() {
         let error = model.simulate(&[0.4]).err().unwrap_or_else(|| panic!("{bad}: nothing fails"));
         let report = model.locate(&error).unwrap_or_else(|| panic!("{bad}: {error}")).to_string();
         assert!(report.contains(words) && report.contains("m.toml:"), "{bad}: wanted `{words}` in\n{report}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_good_file_in_space_with_anything_typed_into_it_is_read_or_rejected(
+        at in 0..GOOD.len(),
+        cut in 0..20usize,
+        typed in "[-+*/^(){}\\[\\]\"'=,.#a-z0-9 \n]{0,12}",
+    ) {
+        let end = (at + cut).min(GOOD.len());
+        let text = format!("{}{typed}{}", &GOOD[..at], &GOOD[end..]);
+        match read("m.toml", &text) {
+            Ok(model) if model.grid().is_some_and(|grid| grid.len() < 1000) => {
+                drop(model.simulate(&vec![0.4; model.variables().len()]));
+            }
+            Ok(_) => {}
+            Err(report) => prop_assert!(report.to_string().contains("--> m.toml:")),
+        }
     }
 }

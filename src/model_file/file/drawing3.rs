@@ -7,6 +7,7 @@ use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::outputs::OutputSpec;
 use super::parts::FrameRef;
 use crate::Result;
+use crate::model_file::expression::Inputs;
 use crate::report::plots::{Linkage, SpatialLinkage, View};
 use mechanics::elements::Symbol;
 use mechanics::mechanism::{Pose3, Rotation};
@@ -18,7 +19,7 @@ use std::sync::Arc;
 struct Attachment {
     frame: FrameRef,
     point: [f64; 3],
-    z: [f64; 3],
+    axes: Rotation<f64>,
 }
 
 /// A mechanism in space at one design.
@@ -29,6 +30,8 @@ pub struct DrawnMechanism3<'p> {
     /// Points of each element, and the named points.
     ends: Vec<Vec<Attachment>>,
     named: Vec<Attachment>,
+    /// The first three numbers of each element: the direction of a load.
+    directions: Vec<Option<[f64; 3]>>,
 }
 
 impl<'p> DrawnMechanism3<'p> {
@@ -41,11 +44,16 @@ impl<'p> DrawnMechanism3<'p> {
         let mut context = MechanismTemplate::new(spec, &Arc::new(vec![])).parts_at(design)?;
         let mut attachment = |marker: &super::markers::MarkerSpec| {
             let at = context.marker3(marker, design);
-            Attachment { frame: marker.frame, point: at.point, z: at.orientation.rotate([0.0, 0.0, 1.0]) }
+            Attachment { frame: marker.frame, point: at.point, axes: at.orientation }
         };
         let ends = spec.elements.iter().map(|part| part.markers().map(&mut attachment).collect()).collect();
         let named = spec.parts.markers.iter().map(&mut attachment).collect();
-        Ok(Self { spec, frames, ends, named })
+        let direction = |part: &ElementSpec| {
+            let numbers = part.numbers().take(3).map(|number| number.value(&Inputs::design(design)));
+            numbers.collect::<Vec<f64>>().try_into().ok()
+        };
+        let directions = spec.elements.iter().map(direction).collect();
+        Ok(Self { spec, frames, ends, named, directions })
     }
 
     /// Position of every frame, and of points along its axes x and y.
@@ -122,7 +130,7 @@ impl DrawnState3<'_> {
     }
 
     fn axis(&self, at: &Attachment) -> [f64; 3] {
-        self.pose(at.frame).orientation.rotate(at.z)
+        self.pose(at.frame).orientation.then(at.axes).rotate([0.0, 0.0, 1.0])
     }
 
     fn all_points(&self) -> impl Iterator<Item = [f64; 3]> {
@@ -137,8 +145,8 @@ impl DrawnState3<'_> {
             let node = |node: usize| self.pose(FrameRef::Node(k, node)).position;
             drawn.bars.push((0..=beam.elements).map(node).collect());
         }
-        for ((part, ends), guide) in self.mechanism.spec.elements.iter().zip(&self.mechanism.ends).zip(&ranges.guides) {
-            self.draw_element(part, ends, (*guide, ranges.size), &mut drawn);
+        for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
+            self.draw_element((k, part), &self.mechanism.ends[k], (ranges.guides[k], ranges.size), &mut drawn);
         }
         let moving = self.mechanism.named.iter().filter(|at| at.frame != FrameRef::Ground);
         drawn.traced = moving.map(|at| self.point(at)).collect();
@@ -174,7 +182,7 @@ impl DrawnState3<'_> {
 
     fn draw_element(
         &self,
-        part: &ElementSpec,
+        (k, part): (usize, &ElementSpec),
         ends: &[Attachment],
         (guide, size): ([f64; 2], f64),
         drawn: &mut SpatialLinkage,
@@ -182,7 +190,7 @@ impl DrawnState3<'_> {
         let descriptor = part.kind.descriptor;
         let [a, b, ..] = ends[..] else {
             if let ([at], true) = (ends, part.inputs.iter().any(|input| matches!(input, InputSpec::Time(_)))) {
-                self.draw_load(part, at, size, drawn);
+                self.draw_load((k, part), at, size, drawn);
             }
             return;
         };
@@ -222,11 +230,10 @@ impl DrawnState3<'_> {
     }
 
     /// The arrow of a load in its positive direction; it does not show the size.
-    fn draw_load(&self, part: &ElementSpec, at: &Attachment, size: f64, drawn: &mut SpatialLinkage) {
-        let direction: Vec<f64> = part.numbers().take(3).filter_map(|number| number.as_constant()).collect();
-        let [x, y, z] = direction[..] else { return };
+    fn draw_load(&self, (k, part): (usize, &ElementSpec), at: &Attachment, size: f64, drawn: &mut SpatialLinkage) {
+        let Some([x, y, z]) = self.mechanism.directions[k] else { return };
         let direction = match part.kind.descriptor.kind {
-            "follower" | "follower-torque" => self.pose(at.frame).orientation.rotate([x, y, z]),
+            "follower" | "follower-torque" => self.pose(at.frame).orientation.then(at.axes).rotate([x, y, z]),
             _ => [x, y, z],
         };
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -69,7 +69,7 @@ pub fn shared_keys(descriptor: &ElementDescriptor) -> &'static [Key] {
 /// The coordinate that an element in space is: an angle, a displacement or a distance of two points.
 pub fn own_coordinate(descriptor: &ElementDescriptor) -> Option<JointCoordinate> {
     let is_one = descriptor.inputs.iter().map(|input| input.role).eq([Role::Marker3, Role::Marker3, Role::Coordinate]);
-    is_one.then(|| match descriptor.kind {
+    is_one.then_some(match descriptor.kind {
         "angle" => JointCoordinate::Angle,
         "displacement" => JointCoordinate::Displacement,
         _ => JointCoordinate::Distance,

@@ -26,7 +26,7 @@ pub struct ElementSpec {
 pub enum InputSpec {
     Point(PointRef),
     /// A point with axes in space.
-    Marker(MarkerSpec),
+    Marker(Box<MarkerSpec>),
     Coordinate(CoordinateRef),
     Number(CompiledExpression),
     Time(TimeFunction),
@@ -117,7 +117,7 @@ fn element(
         Ok(match role {
             Role::Marker | Role::Body | Role::Translations => InputSpec::Point(parts.point(section, key.name, names)?),
             Role::Marker3 | Role::Body3 | Role::Translations3 => {
-                InputSpec::Marker(parts.marker(section, key.name, names, shared)?)
+                InputSpec::Marker(Box::new(parts.marker(section, key.name, names, shared)?))
             }
             Role::Coordinate => InputSpec::Coordinate(parts.coordinate(section, key.name)?),
             Role::Parameter | Role::Gravity => {
@@ -177,7 +177,7 @@ impl ElementSpec {
     /// Points in space that the element is attached to.
     pub fn markers(&self) -> impl Iterator<Item = &MarkerSpec> {
         self.inputs.iter().filter_map(|input| match input {
-            InputSpec::Marker(marker) => Some(marker),
+            InputSpec::Marker(marker) => Some(&**marker),
             _ => None,
         })
     }
