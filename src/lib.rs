@@ -31,7 +31,7 @@
 //! | [`gradient_check`] | derivatives by all methods of an analysis, compared with finite differences | |
 //! | [`problem`] | design variables, time grids, responses, objective, constraints, the trait of an analysis | |
 //! | [`storage`] | hashes, and files that are written completely or not at all | |
-//! | `mechanics` | planar mechanisms, their analyses, and exact derivatives of these | `mechanics` |
+//! | `mechanics` | planar and spatial mechanisms, their analyses, and exact derivatives of these | `mechanics` |
 //! | [`nlp`] | programs (linear, quadratic, conic, separable, general), solvers, and an independent KKT check | |
 //! | [`autodiff`] | numbers that carry derivatives or polynomial degrees | |
 //! | [`error`] | the error type | |

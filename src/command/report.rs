@@ -179,11 +179,13 @@ pub fn mechanism(
             return Ok((Some(PageSection::new("mechanism", "Mechanism").paragraph(text)), None));
         }
     };
+    let is_view = drawn.iter().flatten().any(|linkage| linkage.space.is_some());
+    let names = if is_view { ["horizontal in the view", "vertical in the view"] } else { ["*x*", "*y*"] };
     let titles = designs.iter().map(|(title, _)| (*title).to_owned());
     let scenes = titles.zip(drawn).map(|(title, frames)| Scene { title, frames, traces: vec![] }).collect();
     let real = times[times.len() - 1] - times[0];
     let shown = if grid.unit == "s" { real.clamp(3.0, 10.0) } else { 5.0 };
-    let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
+    let axes = names.map(|name| QuantityLabel::new(name, "m"));
     let description = match shown / real {
         _ if grid.unit != "s" => format!("The mechanism over the {}.", grid.name),
         r if r > 1.05 => format!("The mechanism in motion, {r:.1} times slower than in reality."),

@@ -58,7 +58,13 @@ fn reductions() -> String {
 /// The heading of a table, or the line above the keys of one kind.
 fn heading(table: &TableKeys, last: Option<&TableKeys>) -> String {
     let new = last.is_none_or(|last| last.name != table.name);
-    let title = if table.name.is_empty() { "The file".to_owned() } else { format!("`{}`", table.name) };
+    let title = match (table.name, table.name.strip_suffix('3')) {
+        ("", _) => "The file".to_owned(),
+        ("marker3", _) => "A point in space".to_owned(),
+        ("orientation3", _) => "`orientation` in space".to_owned(),
+        (_, Some(name)) => format!("`{name}` in space"),
+        (name, None) => format!("`{name}`"),
+    };
     match table.kind {
         None => format!("\n### {title}\n\n{}.\n\n", capital(table.about)),
         Some(kind) if new => format!("\n### {title}\n\n**`kind = \"{kind}\"`** — {}.\n\n", table.about),
@@ -110,12 +116,25 @@ pub fn schema() -> Value {
     }
     definitions.insert("number".into(), json!({ "type": ["number", "string"] }));
     definitions.insert("pair".into(), json!({ "type": "array", "items": number(), "minItems": 2, "maxItems": 2 }));
+    definitions.insert("triple".into(), json!({ "type": "array", "items": number(), "minItems": 3, "maxItems": 3 }));
     definitions.insert("numbers".into(), json!({ "type": "array", "items": number() }));
     let mut file = object("", &all);
     file["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
     file["title"] = json!("model file of linkwright");
+    let of = |suffix: &str| -> Value {
+        let names = all.iter().filter(|table| has_space(table.name, &all)).map(|table| table.name);
+        let items = |name: &str| json!({ "items": { "$ref": format!("#/$defs/{name}{suffix}") } });
+        json!({ "properties": names.map(|name| (name.to_owned(), items(name))).collect::<Map<_, _>>() })
+    };
+    let in_space = json!({ "properties": { "space": { "const": 3 } }, "required": ["space"] });
+    file["allOf"] = json!([{ "if": in_space, "then": of("3"), "else": of("") }]);
     file["$defs"] = Value::Object(definitions);
     file
+}
+
+/// Whether the table has other keys in space.
+fn has_space(name: &str, all: &[TableKeys]) -> bool {
+    all.iter().any(|table| table.name.strip_suffix('3') == Some(name))
 }
 
 /// The schema of a table: the keys of all its kinds, and for each kind the keys that it requires.
@@ -176,6 +195,11 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
         Accepts::Number | Accepts::Expression | Accepts::Quantity | Accepts::Feedback => number(),
         Accepts::Quantities => json!({ "anyOf": [number(), { "$ref": "#/$defs/numbers" }] }),
         Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
+        Accepts::Vector => json!({ "type": "array", "items": number(), "minItems": 2, "maxItems": 3 }),
+        Accepts::Triple => json!({ "$ref": "#/$defs/triple" }),
+        Accepts::Place => json!({ "anyOf": [{ "type": "string" }, { "$ref": "#/$defs/triple" }] }),
+        Accepts::Direction => json!({ "anyOf": [{ "$ref": "#/$defs/triple" }, { "$ref": "#/$defs/pair" }] }),
+        Accepts::Numbers if key.name == "matrix" => json!({ "type": "array", "items": { "$ref": "#/$defs/triple" } }),
         Accepts::Numbers => json!({ "$ref": "#/$defs/numbers" }),
         Accepts::Texts => json!({ "type": "array", "items": { "type": "string" } }),
         Accepts::Names => {
@@ -184,6 +208,9 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
         Accepts::Count => json!({ "type": "integer", "minimum": 0 }),
         Accepts::Flag => json!({ "type": "boolean" }),
         Accepts::Text | Accepts::Name | Accepts::Coordinate | Accepts::Condition => json!({ "type": "string" }),
+        Accepts::Marker if table.ends_with('3') => {
+            json!({ "anyOf": [{ "type": "string" }, { "$ref": "#/$defs/marker3" }] })
+        }
         Accepts::Marker => json!({ "type": ["string", "object"] }),
         Accepts::Motion => json!({ "anyOf": [number(), { "$ref": "#/$defs/motion" }] }),
         Accepts::Intermediate => json!({ "type": ["number", "string", "object"] }),
@@ -196,7 +223,10 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
             let one = format!("#/$defs/{}.NAME", key.name);
             json!({ "type": "object", "additionalProperties": { "$ref": one } })
         }
+        // The items follow from the kind of mechanisms.
+        Accepts::Tables if has_space(key.name, all) => json!({ "type": "array" }),
         Accepts::Tables => json!({ "type": "array", "items": { "$ref": format!("#/$defs/{}", key.name) } }),
+        Accepts::Table if key.name == "orientation" => json!({ "$ref": "#/$defs/orientation3" }),
         Accepts::Table => inner(table, key, all),
     };
     property["description"] = json!(key.about);

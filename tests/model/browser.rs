@@ -207,3 +207,46 @@ fn the_page_answers_the_pointer_and_prints_whole() {
     assert_eq!(attribute(&dom, "data-dragged"), "true");
     assert_eq!(attribute(&dom, "data-closed"), "0");
 }
+
+/// A mechanism in space turns with the pointer, with keys and by the choice of a view, and fits on a phone.
+#[test]
+fn a_mechanism_in_space_turns() {
+    let Some(program) = browser() else { return };
+    let place = TempFolder::new("turns");
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/models/double-wishbone-space.toml");
+    place.run(&["analyze", model, "--out", "out"], 0);
+    let probe = "<script>window.addEventListener('load', () => {
+      const root = document.documentElement.dataset, figure = document.querySelector('figure[data-frame]');
+      const stage = figure.querySelector('.scenes'), svg = stage.querySelector('svg'), view = figure.querySelector('select.view');
+      const press = (key, shiftKey) => stage.dispatchEvent(new KeyboardEvent('keydown', { key, shiftKey, bubbles: true }));
+      const drawn = () => [...svg.querySelectorAll('.linkage path, .linkage circle')].map((node) => node.getAttribute('d') || node.getAttribute('transform')).join();
+      const trace = () => svg.querySelector('.trace').getAttribute('d');
+      press('Home');
+      const first = drawn(), path = trace();
+      press('ArrowLeft', true);
+      root.keys = [drawn() !== first, trace() !== path, figure.dataset.frame, view.value].join(' ');
+      press('ArrowRight', true);
+      root.back = drawn() === first;
+      svg.dispatchEvent(new PointerEvent('pointerdown', { clientX: 100, clientY: 100, bubbles: true }));
+      svg.dispatchEvent(new PointerEvent('pointermove', { clientX: 150, clientY: 120, buttons: 1, bubbles: true }));
+      root.dragged = drawn() !== first;
+      view.selectedIndex = 1; view.dispatchEvent(new Event('change'));
+      // From the front, y is along the view: the ends of its axis coincide, and x is to the right.
+      root.axes = [...svg.querySelectorAll('.triad path')].map((node) => node.getAttribute('d')).join(' ');
+      view.selectedIndex = 0; view.dispatchEvent(new Event('change'));
+      root.again = drawn() === first;
+      root.wide = document.documentElement.scrollWidth > innerWidth;
+    });</script></body>";
+    let page = place.read("out/report.html");
+    assert!(page.len() < 1_000_000, "{} bytes", page.len());
+    let probed = place.0.join("probed.html");
+    std::fs::write(&probed, page.replace("</body>", probe)).unwrap();
+    let dom = Browser { program, place: &place }.show(&address(&probed), [390, 800], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "ready");
+    assert_eq!(attribute(&dom, "data-keys"), "true true 0 turned");
+    for name in ["back", "dragged", "again"] {
+        assert_eq!(attribute(&dom, &format!("data-{name}")), "true", "{name}");
+    }
+    assert_eq!(attribute(&dom, "data-axes"), "M0 0L24 0 M0 0L0 0 M0 0L0 -24");
+    assert_eq!(attribute(&dom, "data-wide"), "false");
+}

@@ -84,7 +84,7 @@ fn problem(text: &str) -> Problem {
 
 /// Derivatives of all responses with respect to all design variables against central differences; returns the responses at
 /// the last time.
-fn assert_derivatives(text: &str) -> Vec<f64> {
+pub(crate) fn assert_derivatives(text: &str) -> Vec<f64> {
     let problem = problem(text);
     let b = problem.start();
     let at = |b: &[f64]| problem.analyze(b).unwrap_or_else(|e| panic!("{text}\n{e}"));
@@ -112,7 +112,7 @@ fn assert_derivatives(text: &str) -> Vec<f64> {
     here.values.iter().map(|values| values[values.len() - 1]).collect()
 }
 
-fn outputs(measures: impl Iterator<Item = String>) -> String {
+pub(crate) fn outputs(measures: impl Iterator<Item = String>) -> String {
     measures.enumerate().map(|(k, m)| format!("[[output]]\nname = \"o{k}\"\nvalue = \"{m}\"\n")).collect()
 }
 

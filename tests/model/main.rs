@@ -33,6 +33,7 @@ mod report;
 mod robust;
 mod runs;
 mod shell;
+mod space;
 mod study;
 mod study_kinds;
 mod transcripts;

@@ -141,14 +141,14 @@ fn beam(
     let shears = [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain)];
     let own_inertia = !material.is_empty() && section.has("inertia");
     let moves = ["velocity_from", "velocity_to", "spin"].iter().any(|key| section.has(key));
-    let velocity = |key: &str| section.pair(key, names, &Scope::DESIGN);
+    let velocity = |key: &str| section.vector(key, names, &Scope::DESIGN);
     let loads = [("load_x", 0.0), ("load_y", FRAC_PI_2)].into_iter().filter(|(key, _)| section.has(key));
     let load = |(key, direction): (&str, f64)| Ok((direction, motion::read(section, key, names)?));
     Ok(BeamSpec {
         name: section.text("name")?,
         kind,
-        from: section.pair("from", names, &Scope::DESIGN)?,
-        to: section.pair("to", names, &Scope::DESIGN)?,
+        from: section.vector("from", names, &Scope::DESIGN)?,
+        to: section.vector("to", names, &Scope::DESIGN)?,
         own: [
             section.expression("rise", names, &Scope::DESIGN)?,
             section.expression("tension", names, &Scope::DESIGN)?,

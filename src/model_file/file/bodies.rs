@@ -107,7 +107,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Bo
     Ok(bodies)
 }
 
-fn body(kind: BodyKind, section: &Section<'_>, names: &Names) -> Read<BodySpec> {
+pub fn body(kind: BodyKind, section: &Section<'_>, names: &Names) -> Read<BodySpec> {
     let zero = || CompiledExpression::constant(0.0);
     let one = |key: &str, has: bool| if has { section.expression(key, names, &Scope::DESIGN) } else { Ok(zero()) };
     // The time stands for the start of the motion, so that a body can begin where its driver does.
@@ -117,8 +117,8 @@ fn body(kind: BodyKind, section: &Section<'_>, names: &Names) -> Read<BodySpec> 
     let (position, velocity) = if kind == BodyKind::Slider {
         ([state("position", true)?, zero(), zero()], [state("velocity", true)?, zero(), zero()])
     } else {
-        let [x, y] = section.pair("position", names, &Scope::MOTION)?;
-        let [vx, vy] = if moves { section.pair("velocity", names, &Scope::MOTION)? } else { [zero(), zero()] };
+        let [x, y] = section.vector("position", names, &Scope::MOTION)?;
+        let [vx, vy] = if moves { section.vector("velocity", names, &Scope::MOTION)? } else { [zero(), zero()] };
         ([x, y, state("angle", has_angle)?], [vx, vy, state("spin", kind == BodyKind::Rigid)?])
     };
     let inertia = [one("mass", moves || kind == BodyKind::Slider)?, one("inertia", kind == BodyKind::Rigid)?];
@@ -168,7 +168,7 @@ pub fn read_points(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read
         let body = section.need_word("body")?;
         let point = super::parts::PointRef {
             frame: parts.frame(&body.text, &body.span)?,
-            at: section.pair("at", names, &Scope::DESIGN)?,
+            at: section.vector("at", names, &Scope::DESIGN)?,
         };
         parts.add(&section.need_word("name")?, NamedPart::Point(parts.points.len()))?;
         parts.points.push(point);

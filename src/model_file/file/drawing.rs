@@ -2,6 +2,7 @@
 
 use super::Model;
 use super::bodies::BodyKind;
+use super::drawing3::DrawnMechanism3;
 use super::elements::{ElementSpec, InputSpec};
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
@@ -50,6 +51,9 @@ impl Model {
     /// Those of the analysis.
     pub fn drawings(&self, designs: &[&[f64]], times: &[f64]) -> Result<Option<Vec<Vec<Linkage>>>> {
         let Some((spec, settings)) = &self.mechanism else { return Ok(None) };
+        if spec.parts.is_spatial {
+            return self.drawings3(designs, times).map(Some);
+        }
         let mechanisms: Vec<DrawnMechanism<'_>> =
             designs.iter().map(|design| DrawnMechanism::new(spec, design)).collect();
         let mut motions = vec![];
@@ -61,6 +65,18 @@ impl Model {
         // Guides are drawn at the same place in all frames.
         let ranges = GuideRanges::of(&motions);
         Ok(Some(motions.iter().map(|motion| motion.iter().map(|state| state.draw(&ranges)).collect()).collect()))
+    }
+
+    /// The mechanism in space of each design at the given times.
+    fn drawings3(&self, designs: &[&[f64]], times: &[f64]) -> Result<Vec<Vec<Linkage>>> {
+        let Some((spec, settings)) = &self.mechanism else { return Ok(vec![]) };
+        let one = |design: &&[f64]| {
+            let mechanism = DrawnMechanism3::new(spec, design)?;
+            let outputs = Arc::new(mechanism.outputs());
+            let responses = settings.analyze(MechanismTemplate::new(spec, &outputs), times, design)?;
+            Ok(mechanism.draw(&responses.values, times.len()))
+        };
+        designs.iter().map(one).collect()
     }
 }
 
@@ -247,7 +263,8 @@ impl DrawnState<'_> {
             CoordinateRef::Slider(k) => Some(along([self.sliders[k], self.row(k, ranges)], 0.0)),
             CoordinateRef::Of(frame, FrameCoordinate::X) => Some(along(self.position(frame, [0.0; 2]), 0.0)),
             CoordinateRef::Of(frame, FrameCoordinate::Y) => Some(along(self.position(frame, [0.0; 2]), FRAC_PI_2)),
-            CoordinateRef::Of(frame, FrameCoordinate::Theta) => {
+            CoordinateRef::Joint(..) => None,
+            CoordinateRef::Of(frame, FrameCoordinate::Theta | FrameCoordinate::Z) => {
                 let ([x, y], radius) = (self.hinge(frame), 0.35 * ranges.arrow);
                 let at = |k: u32| {
                     let (s, c) = (-0.5 + 0.25 * f64::from(k)).sin_cos();
@@ -361,7 +378,8 @@ impl DrawnState<'_> {
     }
 }
 
-fn symbol(part: &ElementSpec) -> Symbol {
+/// The symbol of an element.
+pub fn symbol(part: &ElementSpec) -> Symbol {
     part.kind.descriptor.symbol
 }
 

@@ -2,8 +2,10 @@
 
 use super::feedback::ObservedFormula;
 use super::key::{Accepts, EACH, Key, Need, TableKeys, default, required};
+use super::markers::SHARED_KEYS;
 use super::motion::MotionLaw;
-use mechanics::elements::{self, ElementDescriptor, ElementKind, Family, Input, Role};
+use super::parts::JointCoordinate;
+use mechanics::elements::{self, ElementDescriptor, ElementKind, Family, Input, Role, spatial};
 use std::sync::LazyLock;
 
 /// A kind of element whose functions of time and state come from model files.
@@ -12,6 +14,8 @@ pub type FileElementKind = ElementKind<MotionLaw, ObservedFormula>;
 /// A section of the file, such as `[[joint]]`, with its kinds.
 pub struct KindSection {
     pub name: &'static str,
+    /// Its name in documentation and schema.
+    table: &'static str,
     about: &'static str,
     /// The kind of a table without the key `kind`; empty if the key is required.
     pub usual: &'static str,
@@ -23,18 +27,65 @@ pub struct KindSection {
 /// Sections of elements, in the order in which they are read.
 pub static SECTIONS: LazyLock<[KindSection; 3]> = LazyLock::new(|| {
     [
-        KindSection::new("joint", "joints between bodies", "revolute"),
-        KindSection::new("driver", "prescribed motions", "coordinate"),
-        KindSection::new("force", "forces, contacts and additional inertia", ""),
+        KindSection::new(["joint"; 2], "joints between bodies", "revolute", elements::kinds()),
+        KindSection::new(["driver"; 2], "prescribed motions", "coordinate", elements::kinds()),
+        KindSection::new(["force"; 2], "forces, contacts and additional inertia", "", elements::kinds()),
     ]
 });
+
+/// Sections of elements in space.
+pub static SECTIONS3: LazyLock<[KindSection; 3]> = LazyLock::new(|| {
+    [
+        KindSection::new(["joint", "joint3"], "joints between bodies in space", "revolute", kinds3()),
+        KindSection::new(["driver", "driver3"], "prescribed motions of coordinates", "coordinate", kinds3()),
+        KindSection::new(["force", "force3"], "forces in space, and forces on coordinates", "", kinds3()),
+    ]
+});
+
+/// Elements in space, and those that act on coordinates and so belong to both kinds of mechanisms.
+fn kinds3() -> Vec<FileElementKind> {
+    let acts_on_coordinates = |kind: &FileElementKind| {
+        let roles = [Role::Coordinate, Role::Parameter, Role::TimeFunction, Role::StateFunction];
+        kind.descriptor.inputs.iter().all(|input| roles.contains(&input.role))
+    };
+    let own = [spatial::joints::kinds(), spatial::drives::kinds(), spatial::forces::kinds()];
+    own.into_iter().flatten().chain(elements::kinds().into_iter().filter(acts_on_coordinates)).collect()
+}
+
+/// The sections of a file.
+pub fn sections(is_spatial: bool) -> &'static [KindSection; 3] {
+    if is_spatial { &SECTIONS3 } else { &SECTIONS }
+}
+
+/// Elements between two points whose axes and common place have no meaning.
+const DISTANCES: &[&str] = &["distance", "spring", "length"];
+
+/// Keys that place both points of an element at once.
+pub fn shared_keys(descriptor: &ElementDescriptor) -> &'static [Key] {
+    let points = descriptor.inputs.iter().filter(|input| input.role == Role::Marker3).count();
+    if points == 2 && !DISTANCES.contains(&descriptor.kind) { SHARED_KEYS } else { &[] }
+}
+
+/// The coordinate that an element in space is: an angle, a displacement or a distance of two points.
+pub fn own_coordinate(descriptor: &ElementDescriptor) -> Option<JointCoordinate> {
+    let is_one = descriptor.inputs.iter().map(|input| input.role).eq([Role::Marker3, Role::Marker3, Role::Coordinate]);
+    is_one.then_some(match descriptor.kind {
+        "angle" => JointCoordinate::Angle,
+        "displacement" => JointCoordinate::Displacement,
+        _ => JointCoordinate::Distance,
+    })
+}
 
 impl KindSection {
     /// The section with all elements that belong to it.
     ///
     /// Its keys and texts are leaked: they live as long as the program, as constants do.
-    fn new(name: &'static str, about: &'static str, usual: &'static str) -> Self {
-        let mut kinds = elements::kinds();
+    fn new(
+        [name, table]: [&'static str; 2],
+        about: &'static str,
+        usual: &'static str,
+        mut kinds: Vec<FileElementKind>,
+    ) -> Self {
         kinds.retain(|kind: &FileElementKind| section_of(kind.descriptor) == name);
         let words: Vec<&str> = kinds.iter().map(|kind| kind.descriptor.kind).collect();
         let accepts = Accepts::Choice(words.leak());
@@ -45,10 +96,15 @@ impl KindSection {
         };
         let common = vec![required("name", Accepts::Name, "name, unique in the file"), kind, EACH].leak();
         let with_keys = |kind: FileElementKind| {
-            let keys: &[Key] = kind.descriptor.inputs.iter().map(key).collect::<Vec<_>>().leak();
+            let mut keys: Vec<Key> = grouped_keys(kind.descriptor).into_iter().map(|(_, key)| key).collect();
+            if own_coordinate(kind.descriptor).is_some() {
+                keys.pop();
+            }
+            keys.extend(shared_keys(kind.descriptor));
+            let keys: &[Key] = keys.leak();
             (kind, keys)
         };
-        Self { name, about, usual, common, kinds: kinds.into_iter().map(with_keys).collect() }
+        Self { name, table, about, usual, common, kinds: kinds.into_iter().map(with_keys).collect() }
     }
 }
 
@@ -70,6 +126,47 @@ pub fn parameter_keys(descriptor: &ElementDescriptor) -> Vec<Key> {
     descriptor.inputs.iter().filter(|input| input.role == Role::Parameter).map(key).collect()
 }
 
+/// Names of three parameters that are the components of one: their suffixes, and the name of all in place of these.
+const GROUPS: [([&str; 3], &str); 3] =
+    [(["_xx", "_yy", "_zz"], ""), (["_xy", "_yz", "_zx"], "products"), (["_x", "_y", "_z"], "")];
+
+/// Keys of an element with the inputs that each stands for: parameters in space such as `direction_x`, `direction_y` and
+/// `direction_z` are one key with three values.
+///
+/// Their texts are leaked and live as long as the program.
+pub fn grouped_keys(descriptor: &'static ElementDescriptor) -> Vec<(&'static [Input], Key)> {
+    let (mut rest, mut all) = (descriptor.inputs, vec![]);
+    while let Some(first) = rest.first() {
+        let (inputs, key) = match group(rest) {
+            Some((name, about)) => {
+                let (name, about): (&str, &str) = (name.leak(), about.leak());
+                (&rest[..3], Key { name, accepts: Accepts::Triple, about, ..key(first) })
+            }
+            None => (&rest[..1], key(first)),
+        };
+        rest = &rest[inputs.len()..];
+        all.push((inputs, key));
+    }
+    all
+}
+
+/// Name and description of the first three inputs, if they are components of one.
+fn group(inputs: &[Input]) -> Option<(String, String)> {
+    let three = inputs.get(..3).filter(|three| three.iter().all(|input| input.role == Role::Parameter))?;
+    let (suffixes, name) = GROUPS.iter().find(|(suffixes, _)| {
+        let stem = three[0].name.strip_suffix(suffixes[0]);
+        stem.is_some() && (1..3).all(|k| three[k].name.strip_suffix(suffixes[k]) == stem)
+    })?;
+    let stem = three[0].name.strip_suffix(suffixes[0])?;
+    let (one, all) = match suffixes[0] {
+        "_xy" => (" xy", " xy, yz and zx"),
+        _ => (" x", " x, y and z"),
+    };
+    let about = three[0].about.replacen(one, all, 1);
+    let unit = if three[0].unit.is_empty() { String::new() } else { format!(", {}", three[0].unit) };
+    Some((if name.is_empty() { stem } else { name }.to_owned(), about + &unit))
+}
+
 /// The key of an input.
 fn key(input: &Input) -> Key {
     let accepts = match input.role {
@@ -89,21 +186,28 @@ fn key(input: &Input) -> Key {
     Key { name: input.name, accepts, need: input.default.map_or(Need::Required, Need::Default), about, unit }
 }
 
+/// The declarations of a section: the keys of all kinds, and those of each kind.
+fn of_section(section: &'static KindSection) -> impl Iterator<Item = TableKeys> {
+    let KindSection { table: name, about, common, .. } = *section;
+    let of_kind = move |(kind, keys): &(FileElementKind, &'static [Key])| {
+        let descriptor = kind.descriptor;
+        TableKeys { name, kind: Some(descriptor.kind), about: descriptor.about, keys }
+    };
+    std::iter::once(TableKeys { name, kind: None, about, keys: common }).chain(section.kinds.iter().map(of_kind))
+}
+
 /// Declarations for documentation and schema.
 pub fn tables() -> Vec<TableKeys> {
-    let of_section = |section: &'static KindSection| {
-        let KindSection { name, about, common, .. } = *section;
-        let of_kind = move |(kind, keys): &(FileElementKind, &'static [Key])| {
-            let descriptor = kind.descriptor;
-            TableKeys { name, kind: Some(descriptor.kind), about: descriptor.about, keys }
-        };
-        std::iter::once(TableKeys { name, kind: None, about, keys: common }).chain(section.kinds.iter().map(of_kind))
-    };
     SECTIONS.iter().flat_map(of_section).collect()
+}
+
+/// Declarations of elements in space.
+pub fn tables3() -> Vec<TableKeys> {
+    SECTIONS3.iter().flat_map(of_section).collect()
 }
 
 /// The descriptor of the element of a table; `None` for other tables.
 pub fn element_of(table: &TableKeys) -> Option<&'static ElementDescriptor> {
-    let section = SECTIONS.iter().find(|section| section.name == table.name)?;
+    let section = SECTIONS.iter().chain(&*SECTIONS3).find(|section| section.table == table.name)?;
     section.kinds.iter().map(|(kind, _)| kind.descriptor).find(|descriptor| Some(descriptor.kind) == table.kind)
 }

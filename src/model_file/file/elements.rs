@@ -1,14 +1,17 @@
 //! `[[joint]]`, `[[driver]]` and `[[force]]`.
 
-use super::element_kinds::{FileElementKind, SECTIONS};
+use super::element_kinds::{FileElementKind, KindSection, own_coordinate, sections, shared_keys};
 use super::feedback::{self, Feedback};
-use super::key::Key;
+use super::key::{Accepts, Key};
+use super::markers::MarkerSpec;
 use super::motion::{self, TimeFunction};
 use super::parts::{BuildContext, CoordinateRef, FrameRef, NamedPart, Parts, PointRef};
 use super::section::{Read, Section};
+use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
-use mechanics::elements::{Family, InputValue, Role};
+use mechanics::elements::{Added, Family, InputValue, Role};
+use toml::de::DeTable;
 
 /// A joint, drive or force whose numbers are expressions of the design variables.
 #[derive(Clone, Debug)]
@@ -22,6 +25,8 @@ pub struct ElementSpec {
 #[derive(Clone, Debug)]
 pub enum InputSpec {
     Point(PointRef),
+    /// A point with axes in space.
+    Marker(Box<MarkerSpec>),
     Coordinate(CoordinateRef),
     Number(CompiledExpression),
     Time(TimeFunction),
@@ -31,10 +36,11 @@ pub enum InputSpec {
 /// Reads joints, drives and forces in this order and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<ElementSpec>> {
     let (mut all, mut drives) = (vec![], DrivenCoordinates::default());
-    for section in SECTIONS.iter() {
+    for (section, other) in sections(parts.is_spatial).iter().zip(sections(!parts.is_spatial)) {
         file.read_each(section.name, |table, span| {
             let kinds = section.kinds.iter().map(|(kind, keys)| (kind.descriptor.kind, (kind, *keys)));
-            let (kind, keys) = Section::kind(&table, section.name, section.usual, kinds)?;
+            let chosen = Section::kind(&table, section.name, section.usual, kinds);
+            let (kind, keys) = chosen.map_err(|error| of_other_space(error, &table, other, parts.is_spatial))?;
             let section = Section::of(table, span, section.name, &[section.common, keys], file.source())?;
             let symbol = NamedPart::Element(all.len(), kind.descriptor);
             let element = element(kind, keys, &section, names, parts)?;
@@ -44,6 +50,19 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<El
         })?;
     }
     Ok(all)
+}
+
+/// The error about an unknown kind, with the remedy if mechanisms of the other space have it.
+fn of_other_space(error: Diagnostic, table: &DeTable<'_>, other: &KindSection, is_spatial: bool) -> Diagnostic {
+    let kind = table.get("kind").and_then(|kind| kind.get_ref().as_str());
+    if !other.kinds.iter().any(|(known, _)| Some(known.descriptor.kind) == kind) {
+        return error;
+    }
+    error.help(if is_spatial {
+        "this kind is one of planar mechanisms, and the file has `space = 3`"
+    } else {
+        "this kind is one of mechanisms in space: write `space = 3` at the top of the file"
+    })
 }
 
 /// Coordinates, or differences of coordinates, whose motion is prescribed, with the names of their drivers.
@@ -93,13 +112,12 @@ fn element(
     names: &Names,
     parts: &Parts,
 ) -> Read<ElementSpec> {
+    let shared = shared_keys(kind.descriptor);
     let input = |(role, key): (Role, &Key)| -> Read<InputSpec> {
         Ok(match role {
             Role::Marker | Role::Body | Role::Translations => InputSpec::Point(parts.point(section, key.name, names)?),
             Role::Marker3 | Role::Body3 | Role::Translations3 => {
-                return Err(
-                    section.error_at(key.name, "model files describe planar mechanisms, and this is a point in space")
-                );
+                InputSpec::Marker(Box::new(parts.marker(section, key.name, names, shared)?))
             }
             Role::Coordinate => InputSpec::Coordinate(parts.coordinate(section, key.name)?),
             Role::Parameter | Role::Gravity => {
@@ -109,16 +127,28 @@ fn element(
             Role::StateFunction => InputSpec::State(feedback::read(section, key.name, names, parts)?),
         })
     };
-    let inputs = kind.descriptor.inputs.iter().map(|input| input.role).zip(keys).map(input);
-    Ok(ElementSpec { name: section.text("name")?, kind, inputs: inputs.collect::<Read<_>>()? })
+    let own = kind.descriptor.inputs.len() - usize::from(own_coordinate(kind.descriptor).is_some());
+    let (mut rest, mut inputs) = (&kind.descriptor.inputs[..own], vec![]);
+    for key in keys {
+        let Some(first) = rest.first() else { break };
+        if key.accepts == Accepts::Triple {
+            inputs.extend(section.triple(key.name, names, &Scope::DESIGN)?.map(InputSpec::Number));
+            rest = &rest[3..];
+        } else {
+            inputs.push(input((first.role, key))?);
+            rest = &rest[1..];
+        }
+    }
+    Ok(ElementSpec { name: section.text("name")?, kind, inputs })
 }
 
 impl ElementSpec {
     /// Adds the element to a mechanism.
     pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
         let value = |expression: &CompiledExpression| expression.value(&Inputs::design(b));
-        let input = |input: &InputSpec| match input {
+        let mut input = |input: &InputSpec| match input {
             InputSpec::Point(point) => InputValue::Marker(context.marker(point, b)),
+            InputSpec::Marker(marker) => InputValue::Marker3(context.marker3(marker, b)),
             InputSpec::Coordinate(place) => InputValue::Coordinate(context.coordinate(*place)),
             InputSpec::Number(expression) => InputValue::Parameter(value(expression)),
             InputSpec::Time(function) => {
@@ -129,8 +159,14 @@ impl ElementSpec {
                 InputValue::StateFunction(law, observed, parameters)
             }
         };
-        let values = self.inputs.iter().map(input).collect();
-        let added = self.kind.add_to(&mut context.mechanism, &self.name, values);
+        let values: Vec<_> = self.inputs.iter().map(&mut input).collect();
+        if let [InputValue::Marker3(first), InputValue::Marker3(second), ..] = values[..] {
+            context.joints.insert(context.elements.len(), (self.name.clone(), [first, second]));
+        }
+        let added = match own_coordinate(self.kind.descriptor) {
+            Some(own) => Added::Motion(context.coordinate(CoordinateRef::Joint(context.elements.len(), own))),
+            None => self.kind.add_to(&mut context.mechanism, &self.name, values),
+        };
         context.elements.push(added);
     }
 }
@@ -138,6 +174,14 @@ impl ElementSpec {
 /// Geometry of the element for drawings.
 #[cfg(feature = "report")]
 impl ElementSpec {
+    /// Points in space that the element is attached to.
+    pub fn markers(&self) -> impl Iterator<Item = &MarkerSpec> {
+        self.inputs.iter().filter_map(|input| match input {
+            InputSpec::Marker(marker) => Some(&**marker),
+            _ => None,
+        })
+    }
+
     /// Points that the element is attached to.
     pub fn points(&self) -> impl Iterator<Item = &PointRef> {
         self.inputs.iter().filter_map(|input| match input {

@@ -1,5 +1,6 @@
 //! `[[event]]`: joints that let go, forces that are switched on and off, the end of the motion.
 
+use super::element_kinds::own_coordinate;
 use super::elements::ElementSpec;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::measured::MeasuredFormula;
@@ -118,7 +119,7 @@ fn check_condition(tree: &Tree, condition: &MeasuredFormula, parts: &Parts) -> R
 /// The number of an element that can change in this way.
 fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec]) -> Read<usize> {
     let can = |element: &ElementSpec| match (change, element.kind.descriptor.family) {
-        (Change::Release, Family::Joint) => true,
+        (Change::Release, Family::Joint) => own_coordinate(element.kind.descriptor).is_none(),
         (Change::Release, Family::Drive) => !element.kind.is_prescribed(),
         (Change::SwitchOn | Change::SwitchOff, Family::Force | Family::Contact) => !element.kind.is_rigid_contact(),
         _ => false,

@@ -130,7 +130,11 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
 
 impl Feedback {
     /// The formula, its parameters, and the coordinates that it observes.
-    pub fn build<S: Scalar>(&self, context: &BuildContext<S>, b: &[S]) -> (ObservedFormula, Vec<S>, Vec<Coordinate>) {
+    pub fn build<S: Scalar>(
+        &self,
+        context: &mut BuildContext<S>,
+        b: &[S],
+    ) -> (ObservedFormula, Vec<S>, Vec<Coordinate>) {
         let parameters = self.parameters.iter().map(|expression| expression.value(&Inputs::design(b))).collect();
         (self.law.clone(), parameters, self.observed.iter().map(|&place| context.coordinate(place)).collect())
     }
@@ -158,6 +162,9 @@ fn find(text: &str, parts: &Parts) -> Option<Motion> {
         let of = MotionOf::Coordinate(CoordinateRef::Slider(*k));
         return matches!(what, "position" | "velocity").then_some(Motion { of, is_rate: what == "velocity" });
     }
+    if parts.is_spatial {
+        return in_space(text, parts);
+    }
     let rate = RATES.iter().find(|(rate, _)| *rate == what);
     let (is_rate, what) = (rate.is_some(), rate.map_or(what, |(_, position)| position));
     if let Some(NamedPart::Point(k)) = parts.get(owner) {
@@ -174,10 +181,29 @@ fn find(text: &str, parts: &Parts) -> Option<Motion> {
     Some(Motion { of, is_rate })
 }
 
+/// The motion of a name in space: `hinge.angle`, `arm.x` of a reference point, or a rate such as `hinge.omega`, `arm.vx`.
+fn in_space(text: &str, parts: &Parts) -> Option<Motion> {
+    let (owner, what) = text.rsplit_once('.')?;
+    let of_joint = parts.joint_coordinates(owner).find_map(|(place, names)| {
+        let order = names.iter().position(|name| name == text).filter(|order| *order < 2)?;
+        Some(Motion { of: MotionOf::Coordinate(place), is_rate: order == 1 })
+    });
+    of_joint.or_else(|| {
+        let (is_rate, axis) = what.strip_prefix('v').map_or((false, what), |axis| (true, axis));
+        let is_frame = parts.find_frame(owner).is_some() && matches!(axis, "x" | "y" | "z");
+        let place = parts.find_coordinate(&format!("{owner}.{axis}")).filter(|_| is_frame)?;
+        Some(Motion { of: MotionOf::Coordinate(place), is_rate })
+    })
+}
+
 fn suggestions(parts: &Parts) -> Vec<String> {
     let of = |name: &String| -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
+            Some(NamedPart::Element(..)) => {
+                parts.joint_coordinates(name).flat_map(|(_, [position, rate, _])| [position, rate]).collect()
+            }
+            Some(NamedPart::Frame(_)) if parts.is_spatial => all(&["x", "y", "z", "vx", "vy", "vz"]),
             Some(NamedPart::Slider(_)) => all(&["position", "velocity"]),
             Some(NamedPart::Frame(_) | NamedPart::Point(_)) => all(&["x", "y", "theta", "vx", "vy", "omega"]),
             _ => vec![],

@@ -9,6 +9,14 @@ pub enum Accepts {
     Expression,
     /// Two expressions.
     Pair,
+    /// Three expressions.
+    Triple,
+    /// Two expressions, or three in space.
+    Vector,
+    /// A point in space: three expressions, or the name of a point.
+    Place,
+    /// A direction in space: three expressions, or the names of two points.
+    Direction,
     /// An expression of time, or a table that names a kind of motion.
     Motion,
     /// An expression of time, and of positions and velocities.
@@ -128,6 +136,10 @@ impl Accepts {
             Self::Number => "number",
             Self::Expression => "expression",
             Self::Pair => "two expressions",
+            Self::Triple => "three expressions",
+            Self::Vector => "two expressions, three in space",
+            Self::Place => "three expressions, or a point",
+            Self::Direction => "three expressions, or two points",
             Self::Motion => "expression of time, or motion",
             Self::Feedback => "expression of time and motion",
             Self::Quantity => "expression of outputs",

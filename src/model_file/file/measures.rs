@@ -1,20 +1,33 @@
 //! Measured quantities of a mechanism, from which outputs are computed.
 
-use super::parts::{BuildContext, FrameRef, NamedPart, Parts, PointRef};
+use super::element_kinds::own_coordinate;
+use super::parts::{BuildContext, CoordinateRef, FrameRef, NamedPart, Parts};
 use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Known, OtherUnit};
 use crate::model_file::unit::Unit;
 use autodiff::Scalar;
+use mechanics::elements::spatial::{Beam3, MarkerSensor3};
 use mechanics::elements::{self, Added, CoordinateSensor, Element, MarkerSensor};
-use mechanics::mechanism::{ElementIndex, Term};
+use mechanics::mechanism::{ElementIndex, EulerSequence, Term};
 use std::collections::HashMap;
 
-/// Measures of a beam at its nodes: the mean of the adjacent elements.
+/// Measures of a beam in the plane at its nodes: the mean of the adjacent elements.
 const OF_NODE: &[&str] = &["moment", "normal_force", "shear_force"];
 
-/// Measures of a point and of its body, in the axes of the plane.
-fn of_point() -> Vec<&'static str> {
-    names(Element::measures(&MarkerSensor))
+/// Orientation of a frame in space as rotations about z, the turned y and the turned x, with the measures of the sensor.
+const ANGLES: [(&str, &str); 3] = [("yaw", "first"), ("pitch", "second"), ("roll", "third")];
+
+/// Measures of a point and of its body, in world axes.
+fn of_point(parts: &Parts) -> Vec<&'static str> {
+    match parts.is_spatial {
+        true => names(Element::measures(&MarkerSensor3)).into_iter().chain(ANGLES.map(|(angle, _)| angle)).collect(),
+        false => names(Element::measures(&MarkerSensor)),
+    }
+}
+
+/// Measures of a beam at its nodes.
+fn of_node(parts: &Parts) -> Vec<&'static str> {
+    if parts.is_spatial { names(Element::measures(&Beam3)) } else { OF_NODE.to_vec() }
 }
 
 /// Measures of a body with one coordinate.
@@ -33,10 +46,14 @@ pub enum MeasureRef {
     Element(usize, &'static str),
     /// A measure of the reference point of a body, or of a beam node.
     Frame(FrameRef, &'static str),
+    /// A measure of the point of a frame in space at one metre along x (0) or y (1), for drawings.
+    AxisEnd(FrameRef, usize, &'static str),
     /// A measure of a named point.
     Point(usize, &'static str),
     /// A measure of a body with one coordinate.
     Slider(usize, &'static str),
+    /// Position, velocity or acceleration of a coordinate of a joint in space.
+    Joint(CoordinateRef, &'static str),
     /// An internal force or moment of a beam at a node.
     Node(usize, usize, &'static str),
     KineticEnergy,
@@ -53,15 +70,24 @@ pub fn find(text: &str, parts: &Parts) -> Option<MeasureRef> {
     let (owner, what) = text.rsplit_once('.')?;
     let among = |known: &[&'static str]| known.iter().find(|k| **k == what).copied();
     match parts.get(owner) {
-        Some(NamedPart::Element(k, of)) => return among(&names(of.measures)).map(|what| MeasureRef::Element(*k, what)),
+        Some(NamedPart::Element(k, of)) => {
+            let of_joint = parts.joint_coordinates(owner).find_map(|(place, names)| {
+                let kind = names.iter().position(|name| name == text)?;
+                Some(MeasureRef::Joint(place, ["position", "velocity", "acceleration"][kind]))
+            });
+            let is_element = own_coordinate(of).is_none();
+            let measure =
+                || among(&names(of.measures)).filter(|_| is_element).map(|what| MeasureRef::Element(*k, what));
+            return of_joint.or_else(measure);
+        }
         Some(NamedPart::Slider(k)) => return among(&of_slider()).map(|what| MeasureRef::Slider(*k, what)),
-        Some(NamedPart::Point(k)) => return among(&of_point()).map(|what| MeasureRef::Point(*k, what)),
+        Some(NamedPart::Point(k)) => return among(&of_point(parts)).map(|what| MeasureRef::Point(*k, what)),
         _ => {}
     }
     let frame = parts.find_frame(owner)?;
-    match (frame, among(OF_NODE)) {
+    match (frame, among(&of_node(parts))) {
         (FrameRef::Node(beam, node), Some(what)) => Some(MeasureRef::Node(beam, node, what)),
-        _ => among(&of_point()).map(|what| MeasureRef::Frame(frame, what)),
+        _ => among(&of_point(parts)).map(|what| MeasureRef::Frame(frame, what)),
     }
 }
 
@@ -70,12 +96,15 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
     let of = |name: &String| -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
-            Some(NamedPart::Element(_, of)) => all(&names(of.measures)),
+            Some(NamedPart::Element(_, of)) => {
+                let own = if own_coordinate(of).is_none() { all(&names(of.measures)) } else { vec![] };
+                parts.joint_coordinates(name).flat_map(|(_, names)| names).chain(own).collect()
+            }
             Some(NamedPart::Slider(_)) => all(&of_slider()),
-            Some(NamedPart::Point(_) | NamedPart::Frame(_)) => all(&of_point()),
+            Some(NamedPart::Point(_) | NamedPart::Frame(_)) => all(&of_point(parts)),
             Some(NamedPart::Beam(..)) => {
                 let node = |end: &str| {
-                    let known = OF_NODE.iter().copied().chain(of_point());
+                    let known = of_node(parts).into_iter().chain(of_point(parts));
                     known.map(|what| format!("{name}.{end}.{what}")).collect::<Vec<_>>()
                 };
                 [node("first"), node("last")].concat()
@@ -93,7 +122,15 @@ pub fn unit(measure: &MeasureRef, parts: &Parts) -> Option<OtherUnit> {
         MeasureRef::Element(k, what) => {
             parts.elements().find(|(index, _)| index == k).and_then(|(_, e)| of(e.measures, what))?
         }
+        MeasureRef::Frame(_, what) | MeasureRef::Point(_, what) if parts.is_spatial => {
+            of(Element::measures(&MarkerSensor3), what).unwrap_or("rad")
+        }
         MeasureRef::Frame(_, what) | MeasureRef::Point(_, what) => of(Element::measures(&MarkerSensor), what)?,
+        MeasureRef::Joint(CoordinateRef::Joint(_, which), what) => {
+            which.units()[["position", "velocity", "acceleration"].iter().position(|known| known == what)?]
+        }
+        MeasureRef::Joint(..) | MeasureRef::AxisEnd(..) => return None,
+        MeasureRef::Node(_, _, what) if parts.is_spatial => of(Element::measures(&Beam3), what)?,
         MeasureRef::Slider(_, what) => of(Element::measures(&CoordinateSensor), what)?,
         MeasureRef::Node(_, _, "moment") => "N·m",
         MeasureRef::Node(..) => "N",
@@ -109,18 +146,23 @@ enum Owner {
     Frame(FrameRef),
     Point(usize),
     Slider(usize),
+    Joint(CoordinateRef),
+    AxisEnd(FrameRef, usize),
+    /// Angles of a frame, or of a point.
+    Angles(FrameRef),
+    PointAngles(usize),
     Design(usize),
 }
 
 /// Sensors of a mechanism under construction, each added at its first use.
 pub struct Sensors<'p> {
-    points: &'p [PointRef],
+    parts: &'p Parts,
     made: HashMap<Owner, ElementIndex>,
 }
 
 impl<'p> Sensors<'p> {
-    pub fn new(points: &'p [PointRef]) -> Self {
-        Self { points, made: HashMap::new() }
+    pub fn new(parts: &'p Parts) -> Self {
+        Self { parts, made: HashMap::new() }
     }
 
     /// Terms of the quantity, to be summed.
@@ -141,13 +183,23 @@ impl<'p> Sensors<'p> {
                 }]);
             }
             MeasureRef::Node(beam, node, what) => return at_node(*beam, *node, what, context),
+            MeasureRef::Frame(frame, what) if is_angle(what) => Owner::Angles(*frame),
             MeasureRef::Frame(frame, _) => Owner::Frame(*frame),
+            MeasureRef::Point(k, what) if is_angle(what) => Owner::PointAngles(*k),
             MeasureRef::Point(k, _) => Owner::Point(*k),
             MeasureRef::Slider(k, _) => Owner::Slider(*k),
+            MeasureRef::Joint(place, _) => Owner::Joint(*place),
+            MeasureRef::AxisEnd(frame, axis, _) => Owner::AxisEnd(*frame, *axis),
         };
-        let (MeasureRef::Frame(_, what) | MeasureRef::Point(_, what) | MeasureRef::Slider(_, what)) = measure else {
+        let (MeasureRef::Frame(_, what)
+        | MeasureRef::Point(_, what)
+        | MeasureRef::AxisEnd(_, _, what)
+        | MeasureRef::Slider(_, what)
+        | MeasureRef::Joint(_, what)) = measure
+        else {
             unreachable!("the others have returned")
         };
+        let what = ANGLES.iter().find(|(angle, _)| angle == what).map_or(*what, |(_, of_sensor)| *of_sensor);
         let part = self.sensor(owner, context, b);
         Ok(vec![context.mechanism.measure(part, what)?])
     }
@@ -167,12 +219,39 @@ impl<'p> Sensors<'p> {
                 let ground = context.mechanism.ground().x;
                 context.mechanism.coordinate_sensor("motion", ground, context.sliders[k])
             }
+            Owner::Joint(place) => {
+                let (ground, coordinate) = (context.mechanism.ground().x, context.coordinate(place));
+                context.mechanism.coordinate_sensor("motion", ground, coordinate)
+            }
+            Owner::AxisEnd(frame, axis) => {
+                let mut point = [S::from(0.0); 3];
+                point[axis] = S::from(1.0);
+                let marker = context.frame3(frame).at(point);
+                context.mechanism.sensor3("motion", marker)
+            }
+            Owner::Frame(frame) if self.parts.is_spatial => {
+                let marker = context.frame3(frame).origin();
+                context.mechanism.sensor3("motion", marker)
+            }
+            Owner::Point(k) if self.parts.is_spatial => {
+                let marker = context.marker3(&self.parts.markers[k], b);
+                context.mechanism.sensor3("motion", marker)
+            }
+            Owner::Angles(_) | Owner::PointAngles(_) => {
+                let marker = match owner {
+                    Owner::PointAngles(k) => context.marker3(&self.parts.markers[k], b),
+                    Owner::Angles(frame) => context.frame3(frame).origin(),
+                    _ => unreachable!("these are the angles"),
+                };
+                let ground = context.mechanism.ground3().origin();
+                context.mechanism.euler_angle_sensor("motion", ground, marker, EulerSequence::Zyx)
+            }
             Owner::Frame(frame) => {
                 let marker = context.frame(frame).origin();
                 context.mechanism.sensor("motion", marker)
             }
             Owner::Point(k) => {
-                let marker = context.marker(&self.points[k], b);
+                let marker = context.marker(&self.parts.points[k], b);
                 context.mechanism.sensor("motion", marker)
             }
             Owner::Design(i) => {
@@ -188,11 +267,16 @@ impl<'p> Sensors<'p> {
     }
 }
 
+fn is_angle(what: &str) -> bool {
+    ANGLES.iter().any(|(angle, _)| *angle == what)
+}
+
 /// Mean of the adjacent elements at a beam node.
 fn at_node<S: Scalar>(beam: usize, node: usize, what: &str, context: &BuildContext<S>) -> Result<Vec<Term<S>>> {
-    let parts = &context.beams[beam].1;
+    let parts = if context.is_spatial { &context.beams3[beam].1 } else { &context.beams[beam].1 };
     let sides = [what.to_owned() + "_j", what.to_owned() + "_i"];
-    let [before, after] = if what == "moment" { sides.each_ref().map(String::as_str) } else { [what; 2] };
+    let [before, after] =
+        if what == "moment" && !context.is_spatial { sides.each_ref().map(String::as_str) } else { [what; 2] };
     let mut terms = vec![];
     if node > 0 {
         terms.push(context.mechanism.measure(parts[node - 1], before)?);

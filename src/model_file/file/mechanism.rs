@@ -1,7 +1,9 @@
 //! The mechanism of a file as a pure function of the design.
 
 use super::beams::{self, BeamSpec};
+use super::beams3::{self, BeamSpec3};
 use super::bodies::{self, BodySpec};
+use super::bodies3::{self, BodySpec3};
 use super::elements::{self, ElementSpec};
 use super::events::{self, EventSpec};
 use super::measures::Sensors;
@@ -25,11 +27,13 @@ pub struct MechanismTemplate {
 /// A mechanism without its outputs.
 #[derive(Debug)]
 pub struct MechanismSpec {
-    gravity: [CompiledExpression; 2],
+    gravity: [CompiledExpression; 3],
     /// Time at which the motion starts.
     pub start: f64,
     pub bodies: Vec<BodySpec>,
+    pub bodies3: Vec<BodySpec3>,
     pub beams: Vec<BeamSpec>,
+    pub beams3: Vec<BeamSpec3>,
     pub elements: Vec<ElementSpec>,
     pub events: Vec<EventSpec>,
     pub parts: Parts,
@@ -40,12 +44,28 @@ pub struct MechanismSpec {
 /// Reads the mechanism, if there is one.
 pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let mut parts = Parts::default();
-    let bodies = bodies::read(file, names, &mut parts)?;
-    let beams = beams::read(file, names, &mut parts)?;
-    bodies::read_points(file, names, &mut parts)?;
+    parts.is_spatial = is_spatial(file)?;
+    let (bodies, bodies3) = match parts.is_spatial {
+        true => bodies3::read(file, names, &mut parts)?,
+        false => (bodies::read(file, names, &mut parts)?, vec![]),
+    };
+    let (beams, beams3) = match parts.is_spatial {
+        true => (vec![], beams3::read(file, names, &mut parts)?),
+        false => (beams::read(file, names, &mut parts)?, vec![]),
+    };
+    match parts.is_spatial {
+        true => bodies3::read_points(file, names, &mut parts, false)?,
+        false => bodies::read_points(file, names, &mut parts)?,
+    }
     let elements = elements::read(file, names, &mut parts)?;
     let events = events::read(file, names, &mut parts, &elements)?;
-    let gravity = file.pair("gravity", names, &Scope::DESIGN)?;
+    let gravity = match parts.is_spatial {
+        true => file.vector("gravity", names, &Scope::DESIGN)?,
+        false => {
+            let [x, y] = file.vector("gravity", names, &Scope::DESIGN)?;
+            [x, y, CompiledExpression::constant(0.0)]
+        }
+    };
     // Parts with mistakes are in the file, but not in the lists.
     let is_empty =
         |key: &str| file.get(key).is_none_or(|value| value.get_ref().as_array().is_some_and(|all| all.is_empty()));
@@ -54,7 +74,9 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
             gravity,
             start: 0.0,
             bodies,
+            bodies3,
             beams,
+            beams3,
             elements,
             events,
             parts,
@@ -67,11 +89,24 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     }
 }
 
+/// Whether the mechanisms of the file are in space.
+fn is_spatial(file: &Section<'_>) -> Read<bool> {
+    match file.count("space", usize::MAX)? {
+        None | Some(2) => Ok(false),
+        Some(3) => Ok(true),
+        Some(_) => {
+            let error = file.error_at("space", "`space` is the number of dimensions, 2 or 3");
+            Err(error.help("write `space = 3` for mechanisms in space"))
+        }
+    }
+}
+
 impl MechanismSpec {
     /// Upper bound of the number of coordinates.
     pub fn coordinates(&self) -> usize {
         let nodes: usize = self.beams.iter().map(|beam| beam.elements + 1).sum();
-        3 * (self.bodies.len() + nodes)
+        let nodes3: usize = self.beams3.iter().map(|beam| beam.elements + 1).sum();
+        3 * (self.bodies.len() + nodes) + 7 * (self.bodies3.len() + nodes3)
     }
 }
 
@@ -94,21 +129,8 @@ impl MechanismTemplate {
 
 impl ParametricMechanism for MechanismTemplate {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
-        let spec = &self.spec;
-        let [gx, gy] = spec.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));
-        let mut context = BuildContext {
-            mechanism: Mechanism::with_gravity(gx, gy),
-            bodies: vec![],
-            sliders: vec![],
-            beams: vec![],
-            elements: vec![],
-            events: vec![],
-        };
-        context.mechanism.set_clock(spec.clock.clone());
-        spec.bodies.iter().for_each(|body| body.build(&mut context, b, spec.start));
-        spec.beams.iter().for_each(|beam| beam.build(&mut context, b));
-        spec.elements.iter().for_each(|part| part.build(&mut context, b));
-        let mut sensors = Sensors::new(&spec.parts.points);
+        let (spec, mut context) = (&self.spec, self.parts_at(b)?);
+        let mut sensors = Sensors::new(&spec.parts);
         for event in &spec.events {
             event.build(&mut sensors, &mut context, b)?;
         }
@@ -116,5 +138,24 @@ impl ParametricMechanism for MechanismTemplate {
             output.build(&mut sensors, &mut context, b)?;
         }
         Ok(context.mechanism)
+    }
+}
+
+impl MechanismTemplate {
+    /// Bodies, beams and elements at a design.
+    ///
+    /// # Errors
+    /// If an orientation is no rotation.
+    pub fn parts_at<S: Scalar>(&self, b: &[S]) -> Result<BuildContext<S>> {
+        let spec = &self.spec;
+        let gravity = spec.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));
+        let mut context = BuildContext::new(Mechanism::with_gravity3(gravity), spec.start, &spec.parts);
+        context.mechanism.set_clock(spec.clock.clone());
+        spec.bodies.iter().for_each(|body| body.build(&mut context, b, spec.start));
+        spec.bodies3.iter().try_for_each(|body| body.build(&mut context, b))?;
+        spec.beams.iter().for_each(|beam| beam.build(&mut context, b));
+        spec.beams3.iter().for_each(|beam| beam.build(&mut context, b));
+        spec.elements.iter().for_each(|part| part.build(&mut context, b));
+        Ok(context)
     }
 }

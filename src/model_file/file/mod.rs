@@ -6,25 +6,31 @@
 //! | `value`, `section`, `replicate` | typed values with locations; a table with checked keys; its copies by `each` |
 //! | `naming` | design variables, constants, named expressions |
 //! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
+//! | `markers`, `bodies3`, `beams3` | points with axes, bodies and beams in space |
 //! | `mechanism` | the mechanism as a pure function of the design |
 //! | `measures`, `measured`, `outputs` | measured quantities, formulas of them, and outputs |
 //! | `events` | events by a condition |
 //! | `analysis`, `program` | time points and analysis; analysis by another program |
 //! | `quantity`, `objective`, `constraints` | objective and constraints as formulas of outputs |
 //! | `method` | the optimization method |
-//! | `drawing` | drawings of the mechanism in motion |
+//! | `drawing`, `drawing3` | drawings of the mechanism in motion, in the plane and in space |
 
 mod analysis;
 mod beams;
+mod beams3;
 mod bodies;
+mod bodies3;
 mod constraints;
 #[cfg(feature = "report")]
 mod drawing;
+#[cfg(feature = "report")]
+mod drawing3;
 mod element_kinds;
 mod elements;
 mod events;
 mod feedback;
 mod key;
+mod markers;
 mod measured;
 mod measures;
 mod mechanism;
@@ -88,7 +94,18 @@ pub(super) const KEYS: &[Key] = &[
         "functions through given points, as tables [table.NAME]; expressions call them: NAME(x)",
     ),
     optional("expressions", Accepts::Table, "names for expressions of design variables, constants and time"),
-    optional("gravity", Accepts::Pair, "gravitational acceleration [x, y] in m/s²; none by default").of("m/s²"),
+    default(
+        "space",
+        Accepts::Count,
+        "2",
+        "dimensions of mechanisms: 2 in the plane, 3 in space, with tables of their own",
+    ),
+    optional(
+        "gravity",
+        Accepts::Vector,
+        "gravitational acceleration [x, y], in space [x, y, z], in m/s²; none by default",
+    )
+    .of("m/s²"),
     optional("body", Accepts::Tables, "bodies"),
     optional("beam", Accepts::Tables, "flexible beams"),
     optional("point", Accepts::Tables, "named points of bodies"),
@@ -117,6 +134,10 @@ pub(super) fn families() -> Vec<TableKeys> {
     all.extend(bodies::tables());
     all.extend(beams::TABLES);
     all.extend(element_kinds::tables());
+    all.extend(bodies3::tables());
+    all.extend(markers::TABLES);
+    all.extend(beams3::TABLES);
+    all.extend(element_kinds::tables3());
     all.extend(events::TABLES);
     all.extend(motion::TABLES.iter().chain(analysis::TABLES).chain([&program::TABLE]).chain(outputs::TABLES));
     all.extend(objective::TABLES.iter().chain(constraints::TABLES).chain(method::TABLES));

@@ -1,13 +1,15 @@
 //! Names of the parts of a mechanism, and references to them.
 
+use super::element_kinds::own_coordinate;
 use super::key::{Accepts, Key, required};
-use super::section::{FileSource, Read, Section, Value, Word, pair, wrong_type};
+use super::markers::MarkerSpec;
+use super::section::{FileSource, Read, Section, Value, Word, vector, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
-use mechanics::elements::{Added, ElementDescriptor};
+use mechanics::elements::{Added, ElementDescriptor, Family};
 use mechanics::events::EventIndex;
-use mechanics::mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism};
+use mechanics::mechanism::{Body, Body3, Coordinate, ElementIndex, Marker, Marker3, Mechanism};
 use std::collections::HashMap;
 use std::ops::Range;
 use toml::de::DeValue;
@@ -43,16 +45,40 @@ pub struct PointRef {
 }
 
 /// A reference to a coordinate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CoordinateRef {
     Of(FrameRef, FrameCoordinate),
     Slider(usize),
+    /// A coordinate of the joint with this number, in space.
+    Joint(usize, JointCoordinate),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The motion of a joint in space as a coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JointCoordinate {
+    Angle,
+    Displacement,
+    Distance,
+}
+
+impl JointCoordinate {
+    /// Those that a joint of this kind has, with the names of position, velocity and acceleration.
+    pub const NAMES: [(Self, &'static [&'static str], [&'static str; 3]); 2] = [
+        (Self::Angle, &["revolute", "cylindrical", "planar"], ["angle", "omega", "alpha"]),
+        (Self::Displacement, &["prismatic", "cylindrical"], ["displacement", "velocity", "acceleration"]),
+    ];
+
+    /// Units of position, velocity and acceleration.
+    pub fn units(self) -> [&'static str; 3] {
+        if self == Self::Angle { ["rad", "rad/s", "rad/s²"] } else { ["m", "m/s", "m/s²"] }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FrameCoordinate {
     X,
     Y,
+    Z,
     Theta,
 }
 
@@ -67,6 +93,10 @@ pub struct Parts {
     named: HashMap<String, NamedPart>,
     pub order: Vec<String>,
     pub points: Vec<PointRef>,
+    /// Whether the mechanism is in space.
+    pub is_spatial: bool,
+    /// Named points in space.
+    pub markers: Vec<MarkerSpec>,
 }
 
 impl Parts {
@@ -157,7 +187,7 @@ impl Parts {
                 let at = inner.get("at").expect("the key is required");
                 Ok(PointRef {
                     frame: self.frame(&body.text, &body.span)?,
-                    at: pair(at, "at", names, &Scope { units: "m", ..Scope::DESIGN }, source)?,
+                    at: vector(at, "at", names, &Scope { units: "m", ..Scope::DESIGN }, source)?,
                 })
             }
             _ => Err(wrong_type(value, &format!("`{key}`"), "a name, or a table { body = …, at = [x, y] }")),
@@ -169,9 +199,12 @@ impl Parts {
         let word = section.need_word(key)?;
         self.find_coordinate(&word.text).ok_or_else(|| {
             let frames = self.order.iter().filter(|n| matches!(self.named[*n], NamedPart::Frame(_)));
-            let axes = frames.flat_map(|n| ["x", "y", "theta"].map(|axis| format!("{n}.{axis}")));
+            let last = if self.is_spatial { "z" } else { "theta" };
+            let axes = frames.flat_map(|n| ["x", "y", last].map(|axis| format!("{n}.{axis}")));
             let sliders = self.order.iter().filter(|n| matches!(self.named[*n], NamedPart::Slider(_))).cloned();
-            let known: Vec<String> = sliders.chain(axes).chain(["ground.x".to_owned()]).collect();
+            let joints = self.order.iter().flat_map(|name| self.joint_coordinates(name).map(|(_, names)| names));
+            let joints = joints.map(|[position, ..]| position);
+            let known: Vec<String> = sliders.chain(joints).chain(axes).chain(["ground.x".to_owned()]).collect();
             Diagnostic::unknown(word.span.clone(), "coordinate", &word.text, known.iter().map(String::as_str))
         })
     }
@@ -181,14 +214,44 @@ impl Parts {
         if let Some(NamedPart::Slider(k)) = self.named.get(text) {
             return Some(CoordinateRef::Slider(*k));
         }
+        if let Some(NamedPart::Element(k, descriptor)) = self.named.get(text) {
+            return Some(CoordinateRef::Joint(*k, own_coordinate(descriptor)?));
+        }
         let (name, axis) = text.rsplit_once('.')?;
+        if let Some(NamedPart::Element(..)) = self.named.get(name) {
+            return self.joint_coordinates(name).find(|(_, names)| names[0] == text).map(|(place, _)| place);
+        }
         let axis = match axis {
             "x" => FrameCoordinate::X,
             "y" => FrameCoordinate::Y,
-            "theta" => FrameCoordinate::Theta,
+            "z" if self.is_spatial => FrameCoordinate::Z,
+            "theta" if !self.is_spatial => FrameCoordinate::Theta,
             _ => return None,
         };
         Some(CoordinateRef::Of(self.find_frame(name)?, axis))
+    }
+}
+
+impl Parts {
+    /// Coordinates of the joint of this name in space, with the names of position, velocity and acceleration.
+    pub fn joint_coordinates(&self, name: &str) -> impl Iterator<Item = (CoordinateRef, [String; 3])> + use<> {
+        let joint = match self.named.get(name) {
+            Some(NamedPart::Element(k, descriptor)) if self.is_spatial => Some((*k, *descriptor)),
+            _ => None,
+        };
+        let name = name.to_owned();
+        let of = move |(k, descriptor): (usize, &'static ElementDescriptor)| -> Vec<(CoordinateRef, [String; 3])> {
+            let named = |names: [&str; 3]| names.map(|what| format!("{name}.{what}"));
+            if let Some(own) = own_coordinate(descriptor) {
+                return vec![(CoordinateRef::Joint(k, own), named(["position", "velocity", "acceleration"]))];
+            }
+            let is_joint = descriptor.family == Family::Joint;
+            let has = |(_, kinds, _): &&(_, &'static [&'static str], _)| is_joint && kinds.contains(&descriptor.kind);
+            let one =
+                |(which, _, names): &(JointCoordinate, _, [&str; 3])| (CoordinateRef::Joint(k, *which), named(*names));
+            JointCoordinate::NAMES.iter().filter(has).map(one).collect()
+        };
+        joint.into_iter().flat_map(of)
     }
 }
 
@@ -208,9 +271,55 @@ pub struct BuildContext<S> {
     pub beams: Vec<(Vec<Body>, Vec<ElementIndex>)>,
     pub elements: Vec<Added>,
     pub events: Vec<EventIndex>,
+    /// Time at which the motion starts.
+    pub start: S,
+    pub is_spatial: bool,
+    /// Bodies in space.
+    pub bodies3: Vec<Body3>,
+    /// Nodes and elements of beams in space.
+    pub beams3: Vec<(Vec<Body3>, Vec<ElementIndex>)>,
+    /// Named points in space.
+    pub markers: Vec<MarkerSpec>,
+    /// The two points of elements in space by the numbers of the elements, and their coordinates, made at their first use.
+    pub joints: HashMap<usize, (String, [Marker3<S>; 2])>,
+    coordinates: HashMap<(usize, JointCoordinate), Coordinate>,
 }
 
 impl<S: Scalar> BuildContext<S> {
+    /// An empty mechanism whose motion starts at the time `start`.
+    pub fn new(mechanism: Mechanism<S>, start: f64, parts: &Parts) -> Self {
+        Self {
+            mechanism,
+            bodies: vec![],
+            sliders: vec![],
+            beams: vec![],
+            elements: vec![],
+            events: vec![],
+            start: S::from(start),
+            bodies3: vec![],
+            beams3: vec![],
+            is_spatial: parts.is_spatial,
+            markers: parts.markers.clone(),
+            joints: HashMap::new(),
+            coordinates: HashMap::new(),
+        }
+    }
+
+    /// A coordinate of a joint in space.
+    fn joint_coordinate(&mut self, k: usize, which: JointCoordinate) -> Coordinate {
+        if let Some(known) = self.coordinates.get(&(k, which)) {
+            return *known;
+        }
+        let (name, [a, b]) = &self.joints[&k];
+        let coordinate = match which {
+            JointCoordinate::Angle => self.mechanism.joint_angle(name, *a, *b),
+            JointCoordinate::Displacement => self.mechanism.joint_displacement(name, *a, *b),
+            JointCoordinate::Distance => self.mechanism.point_distance(name, *a, *b),
+        };
+        self.coordinates.insert((k, which), coordinate);
+        coordinate
+    }
+
     pub fn frame(&self, frame: FrameRef) -> Body {
         match frame {
             FrameRef::Ground => self.mechanism.ground(),
@@ -224,15 +333,24 @@ impl<S: Scalar> BuildContext<S> {
         self.frame(point.frame).at(x, y)
     }
 
-    pub fn coordinate(&self, place: CoordinateRef) -> Coordinate {
+    pub fn coordinate(&mut self, place: CoordinateRef) -> Coordinate {
         match place {
             CoordinateRef::Slider(k) => self.sliders[k],
+            CoordinateRef::Joint(k, which) => self.joint_coordinate(k, which),
+            CoordinateRef::Of(frame, axis) if self.is_spatial => {
+                let Body3 { x, y, z, .. } = self.frame3(frame);
+                match axis {
+                    FrameCoordinate::X => x,
+                    FrameCoordinate::Y => y,
+                    FrameCoordinate::Z | FrameCoordinate::Theta => z,
+                }
+            }
             CoordinateRef::Of(frame, axis) => {
                 let [x, y, theta] = self.frame(frame).coordinates();
                 match axis {
                     FrameCoordinate::X => x,
                     FrameCoordinate::Y => y,
-                    FrameCoordinate::Theta => theta,
+                    FrameCoordinate::Z | FrameCoordinate::Theta => theta,
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use super::key::{Key, Need};
 use super::replicate::replicate;
-pub use super::value::{FileSource, Read, Value, Word, constant, find, ordered, pair, tree, wrong_type};
+pub use super::value::{FileSource, Read, Value, Word, constant, find, ordered, tree, vector, wrong_type};
 use super::value::{count, numbers, text};
 use crate::model_file::expression::{CompiledExpression, Names, Scope, TextPlace, Tree};
 use crate::model_file::{Diagnostic, limits};
@@ -197,12 +197,19 @@ impl<'a> Section<'a> {
         constant(&tree, key, self.unit_of(key), names).map(Some)
     }
 
-    /// Two compiled expressions; zeros without the key.
-    pub fn pair(&self, key: &str, names: &Names, scope: &Scope) -> Read<[CompiledExpression; 2]> {
-        let Some(value) = self.get(key) else {
-            return Ok([CompiledExpression::constant(0.0), CompiledExpression::constant(0.0)]);
-        };
-        pair(value, key, names, &Scope { units: self.unit_of(key), ..*scope }, self.source)
+    /// A list of compiled expressions; zeros without the key.
+    pub fn vector<const N: usize>(&self, key: &str, names: &Names, scope: &Scope) -> Read<[CompiledExpression; N]> {
+        let Some(value) = self.get(key) else { return Ok(std::array::from_fn(|_| CompiledExpression::constant(0.0))) };
+        vector(value, key, names, &Scope { units: self.unit_of(key), ..*scope }, self.source)
+    }
+
+    /// Three compiled expressions; three times the default without the key.
+    pub fn triple(&self, key: &str, names: &Names, scope: &Scope) -> Read<[CompiledExpression; 3]> {
+        if self.has(key) {
+            return self.vector(key, names, scope);
+        }
+        let one = self.expression(key, names, scope)?;
+        Ok([one.clone(), one.clone(), one])
     }
 
     /// A list of numbers.

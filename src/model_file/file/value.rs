@@ -115,24 +115,30 @@ pub fn numbers(value: &Value<'_>, key: &str, units: &str, names: &Names, source:
     list.iter().map(|item| constant(&tree(item, key, source)?, key, units, names)).collect()
 }
 
-/// A list of two expressions.
-pub fn pair(
+/// A list of `N` expressions, from two to four.
+pub fn vector<const N: usize>(
     value: &Value<'_>,
     key: &str,
     names: &Names,
     scope: &Scope,
     source: FileSource<'_>,
-) -> Read<[CompiledExpression; 2]> {
-    let two = "two values [x, y]";
-    let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), two))?;
-    if list.len() != 2 {
-        return Err(Diagnostic::new(value.span(), format!("`{key}` takes {two}, got {}", list.len())));
+) -> Read<[CompiledExpression; N]> {
+    let wanted = ["two values [x, y]", "three values [x, y, z]", "four values"][N - 2];
+    let list = value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{key}`"), wanted))?;
+    if list.len() != N {
+        let error = Diagnostic::new(value.span(), format!("`{key}` takes {wanted}, got {}", list.len()));
+        return Err(match (N, list.len()) {
+            (2, 3) => error.help("with `space = 3` at the top of the file, mechanisms are in space"),
+            (3, 2) => error.help("this file has `space = 3`; without it, mechanisms are in the plane"),
+            _ => error,
+        });
     }
     let one = |k: usize| -> Read<CompiledExpression> {
         let tree = tree(&list[k], key, source)?;
         names.compile(&tree, &Scope { place: &format!("`{key}`"), ..*scope })
     };
-    Ok([one(0)?, one(1)?])
+    let all: Vec<CompiledExpression> = (0..N).map(one).collect::<Read<_>>()?;
+    Ok(all.try_into().expect("there are N values"))
 }
 
 /// The error about a value of another type than `wanted`.

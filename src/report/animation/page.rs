@@ -3,6 +3,7 @@
 use super::Animation;
 use super::scene::Viewport;
 use crate::report::figure::markup::plain;
+use crate::report::plots::{Linkage, View};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
 
@@ -38,18 +39,31 @@ impl Animation {
 
     fn figure_element(&self) -> Markup {
         // A `<` inside the data could end the script element or begin another one.
+        let is_spatial = self.viewport().is_spatial();
+        let label = match is_spatial {
+            true => "Mechanism; space plays, arrows step, arrows with shift turn the view",
+            false => "Mechanism; space plays, arrows step",
+        };
         let data = self.data().to_string().replace('<', "\\u003c");
         html! {
             figure class="linkwright-animation" {
                 style { (PreEscaped(STYLE)) }
-                div class="scenes" tabindex="0" role="group" aria-label="Mechanism; space plays, arrows step" {
+                div class="scenes" tabindex="0" role="group" aria-label=(label) {
                     (self.scene_elements())
                 }
                 div class="controls" hidden {
                     button type="button" { "Pause" }
                     input type="range" min="0" step="1" value="0" aria-label="time";
                     output {}
-                    label { "speed " select {} }
+                    label { "speed " select class="speed" {} }
+                    @if is_spatial {
+                        label { "view "
+                            select class="view" {
+                                @for name in ["oblique", "front (x, z)", "side (y, z)", "top (x, y)"] { option { (name) } }
+                                option hidden { "turned" }
+                            }
+                        }
+                    }
                     @if self.compared {
                         label { input type="checkbox" checked; " first design behind the other" }
                     }
@@ -62,7 +76,7 @@ impl Animation {
     }
 
     fn scene_elements(&self) -> Markup {
-        let viewport = Viewport::new(&self.windows());
+        let viewport = self.viewport();
         let unit = plain(&self.axes[0].unit);
         html! {
             @for (k, scene) in self.scenes.iter().enumerate() {
@@ -75,11 +89,22 @@ impl Animation {
         }
     }
 
+    fn viewport(&self) -> Viewport {
+        let frames = self.scenes.iter().flat_map(|scene| &scene.frames);
+        Viewport::in_space(frames).unwrap_or_else(|| Viewport::new(&self.windows()))
+    }
+
     fn data(&self) -> Value {
-        let viewport = Viewport::new(&self.windows());
-        let frames =
-            |scene: &super::Scene| scene.frames.iter().map(|f| json!(viewport.frame(f))).collect::<Vec<Value>>();
+        let viewport = self.viewport();
+        let frame = |linkage: &Linkage| match &linkage.space {
+            Some(space) => json!(viewport.frame3(space)),
+            None => json!(viewport.frame(linkage)),
+        };
+        let frames = |scene: &super::Scene| scene.frames.iter().map(frame).collect::<Vec<Value>>();
+        let view = View::default();
+        let turned = json!({ "height": viewport.height(), "azimuth": view.azimuth, "elevation": view.elevation });
         json!({
+            "space": viewport.is_spatial().then_some(turned),
             "seconds": self.seconds,
             "times": self.times,
             "time": [plain(&self.time.name), plain(&self.time.unit)],

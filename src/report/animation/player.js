@@ -2,7 +2,7 @@
   "use strict";
   const figure = document.currentScript.closest("figure");
   const data = JSON.parse(figure.querySelector("script[type='application/json']").textContent);
-  const [button, slider, readout, speed] = ["button", "input[type=range]", "output", "select"].map((name) => figure.querySelector(name));
+  const [button, slider, readout, speed] = ["button", "input[type=range]", "output", "select.speed"].map((name) => figure.querySelector(name));
   const overlay = figure.querySelector("input[type=checkbox]");
   const stage = figure.querySelector(".scenes");
   const [first, last] = [data.times[0], data.times[data.times.length - 1]];
@@ -44,12 +44,61 @@
     ["arrows", curve],
   ];
 
+  // Mechanisms in space are turned about their middle: a parallel projection with the axis z upwards.
+  const space = data.space;
+  const view = figure.querySelector("select.view");
+  let project = null;
+  function look(azimuth, elevation) {
+    const [s, c, se, ce] = [Math.sin(azimuth), Math.cos(azimuth), Math.sin(elevation), Math.cos(elevation)];
+    Object.assign(space, { azimuth, elevation });
+    project = (x, y, z) => [c * y - s * x, -(ce * z - se * (c * x + s * y))];
+  }
+  const tenths = (value) => Math.round(10 * value) / 10;
+  function seen(at) {
+    const flat = [];
+    for (let k = 0; k + 2 < at.length; k += 3) {
+      const [x, y] = project(at[k], at[k + 1], at[k + 2]);
+      flat.push(tenths(240 + x), tenths(space.height / 2 + y));
+    }
+    return flat;
+  }
+  function headed([x, y, u, v]) {
+    const [length, angle] = [Math.hypot(u - x, v - y), Math.atan2(v - y, u - x)];
+    const side = (turn) => [u - (length / 6) * Math.cos(angle + turn), v - (length / 6) * Math.sin(angle + turn)].map(tenths);
+    return [x, y, u, v, ...side(0.45), u, v, ...side(-0.45)];
+  }
+  function flat(name, at) {
+    if (!space) return at;
+    if (name === "arrows") return headed(seen(at));
+    if (name !== "sliders") return seen(at);
+    const [x, y] = project(at[3], at[4], at[5]);
+    return [...seen(at.slice(0, 3)), tenths((Math.atan2(y, x) * 180) / Math.PI)];
+  }
+  // The paths of named points, and the axes of the world.
+  function surround(svg, s) {
+    const traces = svg.querySelector(".traces");
+    [...traces.children].forEach((node, k) => curve(node, seen(data.scenes[s].flatMap((frame) => frame[9][k]))));
+    const [lines, names] = ["path", "text"].map((name) => svg.querySelectorAll(`.triad ${name}`));
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) => {
+      const [x, y] = project(...axis);
+      curve(lines[k], [0, 0, tenths(24 * x), tenths(24 * y)]);
+      names[k].setAttribute("x", tenths(32 * x));
+      names[k].setAttribute("y", tenths(4 + 32 * y));
+    });
+  }
+  function turn(azimuth, elevation, choice) {
+    look(azimuth, Math.min(Math.max(elevation, -Math.PI / 2), Math.PI / 2));
+    view.selectedIndex = choice;
+    drawings.forEach(surround);
+    draw(Number(slider.value));
+  }
+
   function arrange(group, frame) {
     parts.forEach(([name, set], p) => {
       const nodes = group.querySelector(`:scope > .${name}`).children;
       for (let k = 0; k < nodes.length; k++) {
         nodes[k].style.display = k < frame[p].length ? "" : "none";
-        if (k < frame[p].length) set(nodes[k], frame[p][k]);
+        if (k < frame[p].length) set(nodes[k], flat(name, frame[p][k]));
       }
     });
   }
@@ -101,6 +150,34 @@
   }
   button.addEventListener("click", toggle);
   slider.addEventListener("input", () => stop(data.times[Number(slider.value)]));
+  if (space) {
+    const own = [space.azimuth, space.elevation];
+    const views = [own, [-Math.PI / 2, 0], [0, 0], [-Math.PI / 2, Math.PI / 2]];
+    look(...own);
+    drawings.forEach(surround);
+    view.addEventListener("change", () => turn(...views[view.selectedIndex], view.selectedIndex));
+    drawings.forEach((svg) => {
+      svg.classList.add("turns");
+      let held = null;
+      svg.addEventListener("pointerdown", (event) => {
+        held = [event.clientX, event.clientY];
+        if (event.isTrusted) svg.setPointerCapture(event.pointerId);
+      });
+      svg.addEventListener("pointermove", (event) => {
+        if (!held || !event.buttons || svg.classList.contains("zoomed")) return;
+        const [x, y] = [event.clientX, event.clientY];
+        turn(space.azimuth - 0.01 * (x - held[0]), space.elevation + 0.01 * (y - held[1]), 4);
+        held = [x, y];
+      });
+    });
+    stage.addEventListener("keydown", (event) => {
+      const by = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+      if (!by || !event.shiftKey || stage.querySelector(".zoomed")) return;
+      turn(space.azimuth + 0.1 * by[0], space.elevation + 0.1 * by[1], 4);
+      event.preventDefault();
+      event.stopImmediatePropagation();
+    });
+  }
   stage.addEventListener("keydown", (event) => {
     const by = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10 }[event.key];
     const frame = Number(slider.value);

@@ -2,8 +2,8 @@
 
 use super::Scene;
 use crate::report::figure::markup::plain;
-use crate::report::figure::short;
-use crate::report::plots::{Linkage, headed};
+use crate::report::figure::{range, short};
+use crate::report::plots::{Linkage, SpatialLinkage, View, headed};
 use maud::{Markup, html};
 
 /// Width of a scene in units of its view box.
@@ -20,6 +20,8 @@ pub(super) struct Viewport {
     middle: [f64; 2],
     scale: f64,
     height: f64,
+    /// The middle of a mechanism in space, which is turned about it.
+    centre: Option<[f64; 3]>,
 }
 
 impl Viewport {
@@ -28,7 +30,78 @@ impl Viewport {
         let (width, height) = (x[1] - x[0], y[1] - y[0]);
         let tall = WIDTH / (width / height).clamp(0.75, 2.4);
         let scale = ((WIDTH - 2.0 * MARGIN) / width).min((tall - 2.0 * MARGIN) / height);
-        Self { middle: [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])], scale, height: tall }
+        Self { middle: [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])], scale, height: tall, centre: None }
+    }
+
+    /// The viewport of mechanisms in space, in which all points stay when they are turned; `None` for planar mechanisms.
+    pub fn in_space<'l>(frames: impl Iterator<Item = &'l Linkage>) -> Option<Self> {
+        let points: Vec<[f64; 3]> =
+            frames.filter_map(|f| f.space.as_deref()).flat_map(|s| s.points().copied()).collect();
+        let centre = [0, 1, 2].map(|k| {
+            let [low, high] = range(points.iter().map(|p| p[k]));
+            0.5 * (low + high)
+        });
+        let distance = |p: &[f64; 3]| (0..3).map(|k| (p[k] - centre[k]).powi(2)).sum::<f64>().sqrt();
+        let radius = points.iter().map(distance).fold(0.0, f64::max);
+        let height = 0.8 * WIDTH;
+        let scale = (height / 2.0 - MARGIN) / radius.max(1e-9);
+        (!points.is_empty()).then(|| Self {
+            middle: View::default().project(centre),
+            scale,
+            height,
+            centre: Some(centre),
+        })
+    }
+
+    /// The height in units of the view box.
+    pub fn height(&self) -> f64 {
+        self.height.round()
+    }
+
+    /// Whether mechanisms in it can be turned.
+    pub fn is_spatial(&self) -> bool {
+        self.centre.is_some()
+    }
+
+    /// The numbers of a frame in space, part by part as in [`Viewport::frame`], with three coordinates of each point relative to
+    /// the middle, in units of the view box; for a slider also the direction of its guide.
+    pub fn frame3(&self, linkage: &SpatialLinkage) -> [Vec<Vec<f64>>; 10] {
+        let centre = self.centre.unwrap_or_default();
+        let at = |p: &[f64; 3]| [0, 1, 2].map(|k| tenths(self.scale * (p[k] - centre[k])));
+        let points = |all: &[[f64; 3]]| all.iter().map(|p| at(p).to_vec()).collect();
+        let lines = |all: &[Vec<[f64; 3]>]| {
+            all.iter().map(|line| line.iter().flat_map(at).collect()).collect::<Vec<Vec<f64>>>()
+        };
+        let pairs = |all: &[[[f64; 3]; 2]]| all.iter().map(|pair| pair.iter().flat_map(at).collect()).collect();
+        let slider = |[place, along]: &[[f64; 3]; 2]| -> Vec<f64> {
+            let direction = along.map(|x| (1e3 * x).round() / 1e3);
+            at(place).into_iter().chain(direction).collect()
+        };
+        [
+            pairs(&linkage.guides),
+            lines(&linkage.plates),
+            lines(&linkage.bars),
+            pairs(&linkage.springs),
+            points(&linkage.masses),
+            linkage.sliders.iter().map(slider).collect(),
+            points(&linkage.ground_joints),
+            points(&linkage.joints),
+            pairs(&linkage.arrows),
+            points(&linkage.traced),
+        ]
+    }
+
+    /// The axes of the world in the lower right corner; `player.js` turns them.
+    fn triad(&self) -> Markup {
+        html! {
+            g class="triad" transform={ "translate(" (WIDTH - 40.0) " " (self.height.round() - 40.0) ")" } {
+                @for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
+                    @let tip = View::default().project([0, 1, 2].map(|c| f64::from(u8::from(c == k))));
+                    path d=(path(&[0.0, 0.0, tenths(24.0 * tip[0]), tenths(-24.0 * tip[1])], false)) {}
+                    text x=(tenths(32.0 * tip[0])) y=(tenths(4.0 - 32.0 * tip[1])) { (name) }
+                }
+            }
+        }
     }
 
     fn position(&self, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -69,9 +142,14 @@ impl Viewport {
             svg viewBox={ "0 0 " (WIDTH) " " (self.height.round()) } role="img" aria-label=(scene.title) {
                 title { (scene.title) }
                 @for trace in &scene.traces { path class="trace" d=(path(&self.flat(trace), false)) {} }
+                @if self.is_spatial() {
+                    @let traced = scene.frames[0].space.as_ref().map_or(0, |space| space.traced.len());
+                    g class="traces" { @for _ in 0..traced { path class="trace" {} } }
+                }
                 @if let Some(behind) = behind { (self.group("behind", behind)) }
                 (self.group("linkage", &scene.frames[0]))
                 (self.scale_bar(unit))
+                @if self.is_spatial() { (self.triad()) }
             }
         }
     }

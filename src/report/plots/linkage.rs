@@ -1,5 +1,6 @@
 //! Drawing of a planar mechanism in one position.
 
+use super::SpatialLinkage;
 use crate::Result;
 use crate::report::figure::{
     Axis, Colour, Dash, Figure, Legend, Mark, MarkSymbol, MarkerShape, Panel, QuantityLabel, Stroke, check, range,
@@ -28,6 +29,8 @@ pub struct Linkage {
     pub arrows: Vec<Vec<[f64; 2]>>,
     /// Texts near points, such as names of links.
     pub notes: Vec<(String, [f64; 2])>,
+    /// The mechanism in space of which this is a view.
+    pub space: Option<Box<SpatialLinkage>>,
 }
 
 impl Linkage {

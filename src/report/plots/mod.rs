@@ -9,6 +9,7 @@ mod coupler_curve;
 mod design_space_slice;
 mod linkage;
 mod profiles;
+mod spatial_linkage;
 mod stress_field;
 mod time_history;
 mod time_point_constraints;
@@ -20,6 +21,7 @@ pub use design_space_slice::{Bound, DesignSpaceSlice, Iterate, ObjectiveContours
 pub use linkage::{Linkage, mechanism};
 pub(crate) use linkage::{headed, window};
 pub use profiles::{Solver, data_profile, performance_profile};
+pub use spatial_linkage::{SpatialLinkage, View};
 pub use stress_field::{StressField, stress_field};
 pub(crate) use time_history::bound_marks;
 pub use time_history::{FeasibleSide, ResponseHistory, TimeBound, TimeHistory, time_history};

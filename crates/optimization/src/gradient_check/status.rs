@@ -183,7 +183,7 @@ const CONTRADICTION: f64 = 1e-4;
 /// Largest relative error of the differences with which a derivative can be confirmed.
 const CLEAR: f64 = 0.03;
 
-/// Decides the status of the derivatives of one response at one time point; `scales` are the sizes of the variables.
+/// Decides the status of the derivatives of one response at all time points; `scales` are the sizes of the variables.
 pub(super) fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
     let size = |d: &CheckedDerivative| {
         let computed = d.computed.iter().fold(0.0f64, |a, x| a.max(x.abs()));
@@ -215,7 +215,7 @@ pub(super) fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
         let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest / scales[d.variable]);
         d.status = match () {
             () if d.drift > 0.0 => GradientStatus::NotRepeatable,
-            () if d.slope_discontinuity.is_some() => GradientStatus::Kink,
+            () if d.slope_discontinuity.is_some_and(|jump| !(jump.abs() <= floor)) => GradientStatus::Kink,
             () if !d.disagreeing.is_empty() => GradientStatus::Wrong,
             () if d.is_constant => GradientStatus::Constant,
             () if is_noise => GradientStatus::Unclear,
@@ -271,6 +271,18 @@ mod tests {
         let methods = ["direct".to_owned(), "semi-analytical".to_owned()];
         let words = derivatives[0].explanation(&methods);
         assert!(words.contains("semi-analytical is only good to ± 2e-1"), "{words}");
+    }
+
+    /// Where the response does not depend on the design, such as a wheel at ride height, its derivatives are rounding.
+    #[test]
+    fn rounding_at_one_time_is_compared_with_the_derivatives_at_others() {
+        let methods =
+            |first: f64, second: f64, value: f64| checked(vec![first, second], vec![0.0, 1e-20], value, 1e-10);
+        let mut jumping = methods(1e-15, 1e-15, 1e-15);
+        jumping.slope_discontinuity = Some(2e-12);
+        let mut derivatives = [methods(1.9e-15, 6.6e-20, -8e-12), methods(0.7, 0.7, 0.7), jumping];
+        decide(&mut derivatives, &[1.0]);
+        assert_eq!(derivatives.map(|d| d.status), [GradientStatus::Right; 3]);
     }
 
     /// The steps of an adaptive analysis differ between designs: both derivatives have its discretization error.

@@ -1,0 +1,148 @@
+//! `[[beam]]` in space: rows of flexible elements.
+
+use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
+use super::markers::{Place, Vector};
+use super::parts::{BuildContext, FrameRef, NamedPart, Parts};
+use super::section::{Read, Section};
+use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
+use crate::model_file::limits;
+use autodiff::Scalar;
+use mechanics::elements::Shear;
+use mechanics::elements::spatial::BeamSection3;
+use mechanics::mechanism::Pose3;
+
+const COMMON: &[Key] = &[
+    required("name", Accepts::Name, "name, unique in the file; its nodes are NAME.first, NAME.2, …, NAME.last"),
+    default("kind", Accepts::Choice(&["circular", "rectangular"]), "circular", "cross-section"),
+    required("from", Accepts::Place, "first end [x, y, z] of the unloaded beam in m, or a point").of("m"),
+    required("to", Accepts::Place, "last end [x, y, z] of the unloaded beam in m, or a point").of("m"),
+    optional(
+        "up",
+        Accepts::Triple,
+        "direction in world axes near which the axis z of the sections is; by default [0, 0, 1]",
+    ),
+    optional("start", Accepts::Name, "body or node to which the first end is fixed"),
+    optional("end", Accepts::Name, "body or node to which the last end is fixed"),
+    default("elements", Accepts::Count, "6", "number of equal elements"),
+    default("shear", Accepts::Choice(&["flexible", "rigid", "plain"]), "flexible", "shear stiffness of the elements"),
+    required("young", Accepts::Expression, "Young's modulus in N/m²").of("N/m²"),
+    default("poisson", Accepts::Expression, "0.3", "Poisson's ratio"),
+    required("density", Accepts::Expression, "density, kg/m³").of("kg/m³"),
+    EACH,
+];
+const CIRCULAR: &[Key] = &[required("diameter", Accepts::Expression, "diameter in m").of("m")];
+const RECTANGULAR: &[Key] = &[
+    required("width", Accepts::Expression, "length of the section along y, m").of("m"),
+    required("height", Accepts::Expression, "length of the section along z, m").of("m"),
+];
+
+/// Declarations for documentation and schema.
+pub const TABLES: &[TableKeys] = &[
+    TableKeys {
+        name: "beam3",
+        kind: None,
+        about: "a flexible beam, straight without load, with its axis along x of its nodes",
+        keys: COMMON,
+    },
+    TableKeys { name: "beam3", kind: Some("circular"), about: "a solid round bar", keys: CIRCULAR },
+    TableKeys { name: "beam3", kind: Some("rectangular"), about: "a solid rectangular bar", keys: RECTANGULAR },
+];
+
+/// A beam in space whose numbers are expressions of the design variables.
+#[derive(Clone, Debug)]
+pub struct BeamSpec3 {
+    name: String,
+    ends: [Place; 2],
+    up: Vector,
+    fixed_to: [Option<FrameRef>; 2],
+    pub elements: usize,
+    shear: Shear,
+    /// Diameter; or width and height.
+    shape: Vec<CompiledExpression>,
+    /// Young's modulus, Poisson's ratio and density.
+    material: [CompiledExpression; 3],
+}
+
+/// Reads the beams and enters their names.
+pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<BeamSpec3>> {
+    let (mut beams, mut all) = (vec![], 0);
+    file.read_each("beam", |table, span| {
+        let kinds = [("circular", CIRCULAR), ("rectangular", RECTANGULAR)];
+        let shape = Section::kind(&table, "beam", "circular", kinds.into_iter())?;
+        let section = Section::of(table, span, "beam", &[COMMON, shape], file.source())?;
+        let beam = beam(shape, &section, names, parts)?;
+        all += beam.elements;
+        if all > limits::ALL_ELEMENTS {
+            let message = format!("all beams together have more than {} elements", limits::ALL_ELEMENTS);
+            return Err(section.error_at("elements", message));
+        }
+        parts.add(&section.need_word("name")?, NamedPart::Beam(beams.len(), beam.elements))?;
+        beams.push(beam);
+        Ok(())
+    })?;
+    Ok(beams)
+}
+
+fn beam(shape: &[Key], section: &Section<'_>, names: &Names, parts: &Parts) -> Read<BeamSpec3> {
+    let expression = |key: &str| section.expression(key, names, &Scope::DESIGN);
+    let place = |key: &str| Ok(parts.place(section, key, names, &Scope::DESIGN)?.expect("the key is required"));
+    let end = |key: &str| -> Read<Option<FrameRef>> {
+        section.word(key)?.map(|word| parts.frame(&word.text, &word.span)).transpose()
+    };
+    let elements = section.count("elements", limits::ELEMENTS)?.unwrap_or(6);
+    if elements == 0 {
+        return Err(section.error_at("elements", "a beam needs at least one element"));
+    }
+    let shears = [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain)];
+    let up = match section.has("up") {
+        true => section.vector("up", names, &Scope::DESIGN)?,
+        false => [0.0, 0.0, 1.0].map(CompiledExpression::constant),
+    };
+    Ok(BeamSpec3 {
+        name: section.text("name")?,
+        ends: [place("from")?, place("to")?],
+        up,
+        fixed_to: [end("start")?, end("end")?],
+        elements,
+        shear: section.choice("shear", &shears)?,
+        shape: shape.iter().map(|key| expression(key.name)).collect::<Read<_>>()?,
+        material: [expression("young")?, expression("poisson")?, expression("density")?],
+    })
+}
+
+impl BeamSpec3 {
+    /// Adds the beam to a mechanism.
+    pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
+        let world = Pose3::at([S::from(0.0); 3]);
+        let [from, to] = self.ends.each_ref().map(|end| context.place(&world, end, b));
+        let ends = self.fixed_to.map(|end| end.map(|frame| context.frame3(frame)));
+        let up = context.numbers(&self.up, b);
+        let points: Vec<[S; 3]> = (0..=self.elements)
+            .map(|k| {
+                let share = k as f64 / self.elements as f64;
+                [0, 1, 2].map(|c| from[c] * (1.0 - share) + to[c] * share)
+            })
+            .collect();
+        let section = self.section(|expression: &CompiledExpression| expression.value(&Inputs::design(b)));
+        let beam = context.mechanism.beam3(&self.name, &points, up, ends, &section, self.shear);
+        context.beams3.push(beam);
+    }
+
+    fn section<S: Scalar>(&self, value: impl Fn(&CompiledExpression) -> S) -> BeamSection3<S> {
+        let [young, poisson, density] = self.material.each_ref().map(&value);
+        // The geometry, for a material of unit modulus and density with the shear modulus ½.
+        let unit = match self.shape.as_slice() {
+            [diameter] => BeamSection3::circular(value(diameter), 1.0, 0.0, 1.0),
+            shape => BeamSection3::rectangular([value(&shape[0]), value(&shape[1])], 1.0, 0.0, 1.0),
+        };
+        let shear = young / (poisson + 1.0);
+        BeamSection3 {
+            axial: unit.axial * young,
+            shear: unit.shear.map(|x| x * shear),
+            torsion: unit.torsion * shear,
+            bending: unit.bending.map(|x| x * young),
+            mass: unit.mass * density,
+            inertia: unit.inertia.map(|x| x * density),
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! The mechanism of a file in space in motion, as drawings.
+
+use super::drawing::symbol;
+use super::elements::{ElementSpec, InputSpec};
+use super::measures::MeasureRef;
+use super::mechanism::{MechanismSpec, MechanismTemplate};
+use super::outputs::OutputSpec;
+use super::parts::FrameRef;
+use crate::Result;
+use crate::model_file::expression::Inputs;
+use crate::report::plots::{Linkage, SpatialLinkage, View};
+use mechanics::elements::Symbol;
+use mechanics::mechanism::{Pose3, Rotation};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A point of a frame with the axes of a joint, in the axes of the frame.
+#[derive(Clone, Copy, Debug)]
+struct Attachment {
+    frame: FrameRef,
+    point: [f64; 3],
+    axes: Rotation<f64>,
+}
+
+/// A mechanism in space at one design.
+pub struct DrawnMechanism3<'p> {
+    spec: &'p MechanismSpec,
+    /// All frames that move, in the order of the outputs.
+    frames: Vec<FrameRef>,
+    /// Points of each element, and the named points.
+    ends: Vec<Vec<Attachment>>,
+    named: Vec<Attachment>,
+    /// The first three numbers of each element: the direction of a load.
+    directions: Vec<Option<[f64; 3]>>,
+}
+
+impl<'p> DrawnMechanism3<'p> {
+    /// The mechanism at a design.
+    pub fn new(spec: &'p Arc<MechanismSpec>, design: &[f64]) -> Result<Self> {
+        let bodies = (0..spec.bodies3.len()).map(FrameRef::Body);
+        let nodes = spec.beams3.iter().enumerate();
+        let nodes = nodes.flat_map(|(beam, b)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k)));
+        let frames = bodies.chain(nodes).collect();
+        let mut context = MechanismTemplate::new(spec, &Arc::new(vec![])).parts_at(design)?;
+        let mut attachment = |marker: &super::markers::MarkerSpec| {
+            let at = context.marker3(marker, design);
+            Attachment { frame: marker.frame, point: at.point, axes: at.orientation }
+        };
+        let ends = spec.elements.iter().map(|part| part.markers().map(&mut attachment).collect()).collect();
+        let named = spec.parts.markers.iter().map(&mut attachment).collect();
+        let direction = |part: &ElementSpec| {
+            let numbers = part.numbers().take(3).map(|number| number.value(&Inputs::design(design)));
+            numbers.collect::<Vec<f64>>().try_into().ok()
+        };
+        let directions = spec.elements.iter().map(direction).collect();
+        Ok(Self { spec, frames, ends, named, directions })
+    }
+
+    /// Position of every frame, and of points along its axes x and y.
+    pub fn outputs(&self) -> Vec<OutputSpec> {
+        const POSITION: [&str; 3] = ["x", "y", "z"];
+        let of_frame = |frame: &FrameRef| {
+            let ends = [0, 1].map(|axis| POSITION.map(|what| MeasureRef::AxisEnd(*frame, axis, what)));
+            [POSITION.map(|what| MeasureRef::Frame(*frame, what)), ends[0].clone(), ends[1].clone()].concat()
+        };
+        let measures = self.frames.iter().flat_map(of_frame);
+        measures.enumerate().map(|(k, measure)| OutputSpec::of_measure(format!("place {k}"), measure)).collect()
+    }
+
+    /// The drawings at all times.
+    pub fn draw(&self, values: &[Vec<f64>], count: usize) -> Vec<Linkage> {
+        let motion: Vec<DrawnState3<'_>> = (0..count).map(|p| self.state(values, p)).collect();
+        let ranges = self.ranges(&motion);
+        motion.iter().map(|state| state.draw(&ranges).seen(&View::default())).collect()
+    }
+
+    fn state(&self, values: &[Vec<f64>], p: usize) -> DrawnState3<'_> {
+        let pose = |k: usize| {
+            let point = |i: usize| [0, 1, 2].map(|c| values[9 * k + 3 * i + c][p]);
+            let origin = point(0);
+            let [x, y] = [1, 2].map(|i| [0, 1, 2].map(|c| point(i)[c] - origin[c]));
+            let z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+            Pose3::new(origin, Rotation::from_z_x(z, x))
+        };
+        let poses = self.frames.iter().enumerate().map(|(k, frame)| (*frame, pose(k))).collect();
+        DrawnState3 { mechanism: self, poses }
+    }
+
+    /// Lengths that all drawings share.
+    fn ranges(&self, motion: &[DrawnState3<'_>]) -> Ranges {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        let mut guides = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.ends.len()];
+        for state in motion {
+            for at in state.all_points() {
+                for k in 0..3 {
+                    (low[k], high[k]) = (low[k].min(at[k]), high[k].max(at[k]));
+                }
+            }
+            for (guide, ends) in guides.iter_mut().zip(&self.ends) {
+                let [a, b, ..] = ends[..] else { continue };
+                let (from, to, z) = (state.point(&a), state.point(&b), state.axis(&a));
+                let along: f64 = (0..3).map(|k| (to[k] - from[k]) * z[k]).sum();
+                *guide = [guide[0].min(along), guide[1].max(along)];
+            }
+        }
+        let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+        Ranges { size: if size > 0.0 { size } else { 1.0 }, guides }
+    }
+}
+
+/// Size of the mechanism, and ranges of points along the axes of the first points of elements.
+struct Ranges {
+    size: f64,
+    guides: Vec<[f64; 2]>,
+}
+
+/// Poses of all frames at one time.
+struct DrawnState3<'s> {
+    mechanism: &'s DrawnMechanism3<'s>,
+    poses: HashMap<FrameRef, Pose3<f64>>,
+}
+
+impl DrawnState3<'_> {
+    fn pose(&self, frame: FrameRef) -> Pose3<f64> {
+        self.poses.get(&frame).copied().unwrap_or_else(|| Pose3::at([0.0; 3]))
+    }
+
+    fn point(&self, at: &Attachment) -> [f64; 3] {
+        self.pose(at.frame).point(at.point)
+    }
+
+    fn axis(&self, at: &Attachment) -> [f64; 3] {
+        self.pose(at.frame).orientation.then(at.axes).rotate([0.0, 0.0, 1.0])
+    }
+
+    fn all_points(&self) -> impl Iterator<Item = [f64; 3]> {
+        let attached = self.mechanism.ends.iter().flatten().chain(&self.mechanism.named);
+        self.poses.values().map(|pose| pose.position).chain(attached.map(|at| self.point(at)))
+    }
+
+    fn draw(&self, ranges: &Ranges) -> SpatialLinkage {
+        let mut drawn = SpatialLinkage::default();
+        (0..self.mechanism.spec.bodies3.len()).for_each(|body| self.draw_body(FrameRef::Body(body), &mut drawn));
+        for (k, beam) in self.mechanism.spec.beams3.iter().enumerate() {
+            let node = |node: usize| self.pose(FrameRef::Node(k, node)).position;
+            drawn.bars.push((0..=beam.elements).map(node).collect());
+        }
+        for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
+            self.draw_element((k, part), &self.mechanism.ends[k], (ranges.guides[k], ranges.size), &mut drawn);
+        }
+        let moving = self.mechanism.named.iter().filter(|at| at.frame != FrameRef::Ground);
+        drawn.traced = moving.map(|at| self.point(at)).collect();
+        drawn
+    }
+
+    /// A bar between two points of a body, a plate through three, and otherwise bars from the middle to all points.
+    fn draw_body(&self, frame: FrameRef, drawn: &mut SpatialLinkage) {
+        let mut points: Vec<[f64; 3]> = vec![];
+        for at in self.mechanism.ends.iter().flatten().chain(&self.mechanism.named).filter(|at| at.frame == frame) {
+            let is_new = |p: &[f64; 3]| distance(*p, at.point) > 1e-9;
+            if points.iter().all(is_new) {
+                points.push(at.point);
+            }
+        }
+        let pose = self.pose(frame);
+        let world: Vec<[f64; 3]> = points.iter().map(|p| pose.point(*p)).collect();
+        match world[..] {
+            [] => drawn.masses.push(pose.position),
+            [point] if distance(point, pose.position) > 1e-9 => {
+                drawn.bars.push(vec![point, pose.position]);
+                drawn.masses.push(pose.position);
+            }
+            [_] => {}
+            [_, _] => drawn.bars.push(world),
+            [_, _, _] => drawn.plates.push(world),
+            _ => {
+                let middle = [0, 1, 2].map(|k| world.iter().map(|p| p[k]).sum::<f64>() / world.len() as f64);
+                drawn.bars.extend(world.iter().map(|p| vec![middle, *p]));
+            }
+        }
+    }
+
+    fn draw_element(
+        &self,
+        (k, part): (usize, &ElementSpec),
+        ends: &[Attachment],
+        (guide, size): ([f64; 2], f64),
+        drawn: &mut SpatialLinkage,
+    ) {
+        let descriptor = part.kind.descriptor;
+        let [a, b, ..] = ends[..] else {
+            if let ([at], true) = (ends, part.inputs.iter().any(|input| matches!(input, InputSpec::Time(_)))) {
+                self.draw_load((k, part), at, size, drawn);
+            }
+            return;
+        };
+        let [from, to] = [a, b].map(|end| self.point(&end));
+        let along = |[low, high]: [f64; 2], from: [f64; 3]| {
+            let z = self.axis(&a);
+            [low, high].map(|s| [0, 1, 2].map(|k| from[k] + s * z[k]))
+        };
+        match (descriptor.kind, symbol(part)) {
+            ("distance", _) => drawn.bars.push(vec![from, to]),
+            (_, Symbol::Spring) => drawn.springs.push([from, to]),
+            ("prismatic" | "cylindrical" | "point-on-line", _) => {
+                let margin = 0.06 * size;
+                drawn.guides.push(along([guide[0] - margin, guide[1] + margin], from));
+                drawn.sliders.push([to, self.axis(&a)]);
+                return;
+            }
+            ("angle" | "displacement" | "bushing", _) => return,
+            _ => {}
+        }
+        if descriptor.kind == "revolute" {
+            drawn.guides.push(along([-0.06 * size, 0.06 * size], from));
+        }
+        let is_pin = !matches!(symbol(part), Symbol::Spring) && descriptor.kind != "distance";
+        for (end, at) in [(a, from), (b, to)] {
+            if end.frame == FrameRef::Ground {
+                drawn.ground_joints.push(at);
+            }
+        }
+        let is_grounded = [a, b].iter().any(|end| end.frame == FrameRef::Ground);
+        if is_pin && !is_grounded {
+            drawn.joints.push(from);
+        } else if !is_pin {
+            let moving = [(a, from), (b, to)].into_iter().filter(|(end, _)| end.frame != FrameRef::Ground);
+            drawn.joints.extend(moving.map(|(_, at)| at));
+        }
+    }
+
+    /// The arrow of a load in its positive direction; it does not show the size.
+    fn draw_load(&self, (k, part): (usize, &ElementSpec), at: &Attachment, size: f64, drawn: &mut SpatialLinkage) {
+        let Some([x, y, z]) = self.mechanism.directions[k] else { return };
+        let direction = match part.kind.descriptor.kind {
+            "follower" | "follower-torque" => self.pose(at.frame).orientation.then(at.axes).rotate([x, y, z]),
+            _ => [x, y, z],
+        };
+        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let tip = self.point(at);
+        drawn.arrows.push([[0, 1, 2].map(|k| tip[k] - 0.14 * size * direction[k] / length), tip]);
+    }
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f64>().sqrt()
+}
