@@ -174,6 +174,8 @@ const MOST_SHOWN: usize = 10;
 #[derive(Debug, Default)]
 pub(crate) struct DiagnosticLog {
     errors: RefCell<Vec<Diagnostic>>,
+    /// Notes about a file that is read.
+    remarks: RefCell<Vec<Diagnostic>>,
     /// Names whose definition is wrong.
     poisoned: RefCell<HashSet<String>>,
     all_poisoned: Cell<bool>,
@@ -189,6 +191,20 @@ impl DiagnosticLog {
         if errors.is_empty() || !(follows || is_known || errors.len() >= MOST_SHOWN) {
             errors.push(error);
         }
+    }
+
+    /// Adds a note; the file is read nevertheless.
+    pub fn remark(&self, note: Diagnostic) {
+        let mut remarks = self.remarks.borrow_mut();
+        // Copies by `each` share their place.
+        if remarks.len() < MOST_SHOWN && remarks.iter().all(|known| known.span != note.span) {
+            remarks.push(Diagnostic { severity: Severity::Note, ..note });
+        }
+    }
+
+    /// All notes.
+    pub fn remarks(&self) -> Vec<Diagnostic> {
+        self.remarks.borrow().clone()
     }
 
     /// Returns the value of a result, or logs its error and returns `None`.

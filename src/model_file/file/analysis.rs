@@ -1,11 +1,13 @@
 //! `[time]` and `[analysis]`: time points and the analysis of the mechanism.
 
 use super::key::{Accepts, Key, TableKeys, default, optional, required};
+use super::label::{self, Labels};
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::section::{Read, Section};
 use crate::Readable;
 use crate::Result;
 use crate::model_file::expression::Names;
+use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 #[cfg(feature = "report")]
 use crate::problem::Responses;
@@ -104,7 +106,7 @@ pub const TABLES: &[TableKeys] = &[
 ];
 
 /// Reads the time points, if there are any.
-pub fn read_time(file: &Section<'_>, names: &Names) -> Read<Option<TimeGrid>> {
+pub fn read_time(file: &Section<'_>, names: &Names, labels: &Labels) -> Read<Option<TimeGrid>> {
     let Some(section) = file.inner("time", &[TIME])? else { return Ok(None) };
     let points = match section.numbers("at", names)? {
         Some(points) => {
@@ -119,7 +121,11 @@ pub fn read_time(file: &Section<'_>, names: &Names) -> Read<Option<TimeGrid>> {
         let message = format!("time points must increase, but {} follows {}", points[p], points[p - 1]);
         return Err(section.error_at("at", message).help("give strictly increasing time points"));
     }
-    let grid = TimeGrid::new(&section.text("name")?, &section.text("unit")?, points);
+    // The parameter of a motion may be another quantity than the time, such as a travel.
+    let time = label::time();
+    let label = Unit::parse(&section.text("unit")?).map(|unit| unit.dimension);
+    let time = time.filter(|time| label == Some(time.dimension));
+    let grid = TimeGrid::new(&section.text("name")?, &labels.read(&section, time, None)?, points);
     grid.map(Some).map_err(|e| section.error_at("at", e.to_string()))
 }
 
