@@ -12,7 +12,7 @@
 //! | `analysis`, `program` | time points and analysis; analysis by another program |
 //! | `quantity`, `objective`, `constraints` | objective and constraints as formulas of outputs |
 //! | `method` | the optimization method |
-//! | `drawing` | drawings of the mechanism in motion |
+//! | `drawing`, `symbols` | drawings of the mechanism in motion, and shapes of its elements |
 
 mod analysis;
 mod beams;
@@ -39,6 +39,8 @@ mod program;
 mod quantity;
 mod replicate;
 mod section;
+#[cfg(feature = "report")]
+mod symbols;
 mod value;
 
 pub(super) use element_kinds::element_of;
