@@ -20,6 +20,8 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+/// The page of two runs.
+const COMPARED: &str = "compared.html";
 /// Folder of the figures.
 const FIGURES: &str = "figures";
 /// Numbers of points along each side of the design-space slice, and its largest estimated time.
@@ -36,12 +38,16 @@ const SCREEN: f64 = 96.0;
 #[command(after_help = "Examples:
   linkwright report out/lift
   linkwright report out/four-bar --slice 9
+  linkwright report lift lift-2 -o both
 
 Writes DIR/report.html, a page without external files, and every figure as SVG and PNG to DIR/figures, with an animation of
-the mechanism as mechanism.gif. Works for unfinished runs, too.")]
+the mechanism as mechanism.gif. Works for unfinished runs, too. With two runs the page is compared.html in the folder of the
+first one, or report.html in DIR of --out.")]
 pub struct Report {
     /// The folder of the run, or its name in the folder of results
     folder: PathBuf,
+    /// A second run: one page with both
+    other: Option<PathBuf>,
     /// Points along each side of the design-space slice; each point is an analysis, 0 for no slice [default: as many as fit into 5 seconds]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(0..=101))]
     slice: Option<u16>,
@@ -62,7 +68,24 @@ pub struct Report {
 impl Report {
     pub fn run(&self) -> anyhow::Result<()> {
         let folder = super::runs::named(&self.folder);
+        if let Some(other) = &self.other {
+            return self.compare(&folder, &super::runs::named(other));
+        }
         let place = write_report(&folder, self.slice, !self.page_only, self.out.as_deref(), self.show())?;
+        self.tell(&place)
+    }
+
+    fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
+        anyhow::ensure!(self.slice.is_none(), "a page of two runs has no slice of the design space; leave --slice out");
+        let page = super::report_pair::page_of_two(a, b)?;
+        let place = match &self.out {
+            Some(out) => OutputFolder::create(out)?.write(PAGE, page.as_bytes())?,
+            None => RunDirectory::open(a)?.0.folder().write(COMPARED, page.as_bytes())?,
+        };
+        self.tell(&place)
+    }
+
+    fn tell(&self, place: &Path) -> anyhow::Result<()> {
         match self.show() {
             Show::Nothing => Ok(()),
             Show::JsonLines => say(&json!({ "event": "report", "version": 1, "page": place }).to_string()),

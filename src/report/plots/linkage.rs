@@ -53,7 +53,7 @@ impl Linkage {
             check::finite_points("beam of the mechanism", outline)?;
             check::finite("stress of a beam", &[*share])?;
         }
-        check::finite_points("traced point of the mechanism", &self.traced)?;
+        self.traced.iter().try_for_each(|point| check::finite("traced point of the mechanism", point))?;
         self.sliders.iter().try_for_each(|slider| check::finite("angle of a slider", &[slider.1]))
     }
 
