@@ -292,3 +292,46 @@ fn two_runs_are_shown_on_one_page() {
     assert_eq!(attribute(&dom, "data-state"), "ready");
     assert!(attribute(&dom, "data-frame").parse::<usize>().unwrap() > 0);
 }
+
+/// The book draws its formulas without the network: each becomes MathML, and no command is unknown.
+#[test]
+fn formulas_of_the_book_need_no_network() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let folders = [docs.clone(), docs.join("theory"), docs.join("models"), docs.join("howto")];
+    let mut formulas: Vec<String> = vec![];
+    for folder in folders {
+        let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        for file in files.iter().filter(|file| file.extension().is_some_and(|e| e == "md")) {
+            let text = std::fs::read_to_string(file).unwrap();
+            let blocks = text.split("```math\n").skip(1).map(|block| block.split("```").next().unwrap().to_owned());
+            formulas.extend(blocks);
+        }
+    }
+    assert!(formulas.len() > 10);
+    let script = std::fs::read_to_string(docs.join("math.js")).unwrap();
+    for address in ["http:", "https:", "import", "src"] {
+        assert!(!script.replace("http://www.w3.org/1998/Math/MathML", "").contains(address), "{address}");
+    }
+    assert!(!std::fs::read_to_string(docs.join("book.toml")).unwrap().contains("mathjax"));
+    let Some(program) = browser() else { return };
+    let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
+    let blocks = formulas.iter().map(|f| format!("<pre><code class=\"language-math\">{}</code></pre>", escaped(f)));
+    let page = format!(
+        "<!DOCTYPE html><html data-state=\"no error\"><meta charset=utf-8><body>{}\
+         <script>addEventListener('error', (e) => {{ document.documentElement.dataset.state = e.message; }})</script>\
+         <script>{script}</script><script>\
+         const of = (text) => [...document.querySelectorAll('math')].filter((m) => m.textContent.includes(text)).length;\
+         document.documentElement.dataset.drawn = document.querySelectorAll('math').length;\
+         document.documentElement.dataset.halves = [...document.querySelectorAll('mfrac')].filter((m) => m.textContent === '12').length;\
+         document.documentElement.dataset.left = of('\\\\') + document.querySelectorAll('code').length;</script></body></html>",
+        blocks.collect::<String>()
+    );
+    let place = TempFolder::new("formulas");
+    std::fs::write(place.0.join("formulas.html"), page).unwrap();
+    let browser = Browser { program, place: &place };
+    let dom = browser.show(&address(&place.0.join("formulas.html")), [1000, 900], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "no error");
+    assert_eq!(attribute(&dom, "data-drawn"), formulas.len().to_string());
+    assert_eq!((attribute(&dom, "data-halves"), attribute(&dom, "data-left")), ("3", "0"));
+}
