@@ -51,10 +51,10 @@ pub fn page_of_two(a: &Path, b: &Path) -> anyhow::Result<String> {
         false => format!("{} and {}", runs[0].model.title(), runs[1].model.title()),
     };
     let mut page = Page::new(title).lead(lead);
-    for (run, folder) in runs.iter().zip([a, b]) {
+    for ((run, folder), status) in runs.iter().zip([a, b]).zip(comparison.statuses()) {
         let unit = &run.problem.objective.unit;
         let value = format!("{} {unit}", linkwright::Readable(rounded(run.objective())));
-        let remark = format!("{}: {:?}, {} analyses", folder.display(), run.state.status, run.state.counters.analyses);
+        let remark = format!("{}: {status}, {} analyses", folder.display(), run.state.counters.analyses);
         page = page.card(format!("{}, {}", &run.name[..1], run.problem.objective.name), value.trim_end(), remark);
     }
     let results = comparison.tables()?.into_iter().fold(PageSection::new("results", "Results"), PageSection::table);

@@ -288,7 +288,7 @@ fn two_runs_are_shown_on_one_page() {
     assert_eq!(place.read("both/report.html"), page);
     let Some(program) = browser() else { return };
     let browser = Browser { program, place: &place };
-    let dom = browser.show(&address(&place.0.join("both/report.html")), [1200, 900], "--dump-dom");
+    let dom = browser.show(&(address(&place.0.join("both/report.html")) + "#t=1.0"), [1200, 900], "--dump-dom");
     assert_eq!(attribute(&dom, "data-state"), "ready");
     assert!(attribute(&dom, "data-frame").parse::<usize>().unwrap() > 0);
 }

@@ -204,7 +204,7 @@ impl GuideRanges {
             arrow,
             stress,
             centre: frame.map(|[low, high]| 0.5 * (low + high)),
-            half: (0.5 * size).max(0.1),
+            half: (0.3 * size).max(0.05),
         }
     }
 }
@@ -432,7 +432,7 @@ impl DrawnState<'_> {
                 let (normal, foot) = (number("normal"), [number("wall_x"), number("wall_y")]);
                 let (s, c) = normal.sin_cos();
                 let foot = beside(ranges.centre, foot, [-s, c]);
-                return linkage.lines.push(symbols::wall(foot, normal - FRAC_PI_2, ranges.half));
+                return linkage.lines.push(symbols::wall(foot, normal - FRAC_PI_2, ranges.half, 0.3 * ranges.arrow));
             }
             Symbol::Weld => return linkage.lines.push(symbols::weld(at, angle, size)),
             _ => {}
@@ -474,7 +474,7 @@ impl DrawnState<'_> {
                 let (s, c) = line.sin_cos();
                 let is_at_rest = is_own(&a);
                 let foot = if is_at_rest { beside(ranges.centre, at, [c, s]) } else { at };
-                return linkage.lines.push(symbols::wall(foot, line, ranges.half));
+                return linkage.lines.push(symbols::wall(foot, line, ranges.half, 0.3 * ranges.arrow));
             }
             _ => return,
         }
@@ -500,19 +500,29 @@ impl DrawnState<'_> {
                 let half = 0.6 * ranges.arrow;
                 match b {
                     CoordinateRef::Slider(k) => {
-                        linkage.lines.push(symbols::wall([at, self.row(*k, ranges)], -FRAC_PI_2, half));
+                        linkage.lines.push(symbols::wall(
+                            [at, self.row(*k, ranges)],
+                            -FRAC_PI_2,
+                            half,
+                            0.3 * ranges.arrow,
+                        ));
                     }
                     CoordinateRef::Of(frame, FrameCoordinate::X) => {
-                        linkage.lines.push(symbols::wall([at, self.pose(*frame)[1]], -FRAC_PI_2, half));
+                        linkage.lines.push(symbols::wall(
+                            [at, self.pose(*frame)[1]],
+                            -FRAC_PI_2,
+                            half,
+                            0.3 * ranges.arrow,
+                        ));
                     }
                     CoordinateRef::Of(frame, FrameCoordinate::Y) => {
-                        linkage.lines.push(symbols::wall([self.pose(*frame)[0], at], 0.0, half));
+                        linkage.lines.push(symbols::wall([self.pose(*frame)[0], at], 0.0, half, 0.3 * ranges.arrow));
                     }
                     CoordinateRef::Of(frame, FrameCoordinate::Theta) => {
                         let hinge = self.hinge(*frame);
                         let (s, c) = at.sin_cos();
                         let middle = [hinge[0] + half * c, hinge[1] + half * s];
-                        linkage.lines.push(symbols::wall(middle, at, half));
+                        linkage.lines.push(symbols::wall(middle, at, half, 0.3 * ranges.arrow));
                     }
                 }
             }

@@ -45,14 +45,14 @@ pub fn cam(centre: Point, angle: f64, [base, lift, phase]: [f64; 3]) -> Vec<Poin
 }
 
 /// A line through a point, hatched on its right: the side behind a wall whose outward normal points to the left.
-pub fn wall(at: Point, angle: f64, half: f64) -> Vec<Point> {
-    const HATCHES: u32 = 6;
-    let step = 2.0 * half / f64::from(HATCHES);
+pub fn wall(at: Point, angle: f64, half: f64, spacing: f64) -> Vec<Point> {
+    let count = (2.0 * half / spacing).ceil().clamp(2.0, 40.0);
+    let step = 2.0 * half / count;
     let hatch = |k: u32| {
         let u = -half + step * f64::from(k);
         [[u, 0.0], [u - 0.6 * step, -0.6 * step], [u, 0.0]]
     };
-    placed(at, angle, (0..=HATCHES).flat_map(hatch))
+    placed(at, angle, (0..=count as u32).flat_map(hatch))
 }
 
 /// A toothed line from one point to another.
@@ -86,7 +86,7 @@ mod tests {
         let profile: Vec<f64> = cam([0.0; 2], 0.2, [0.3, 0.1, 0.0])[1..].iter().map(|p| p[0].hypot(p[1])).collect();
         assert!((profile[0] - 0.3).abs() < 1e-12 && (profile[16] - 0.4).abs() < 1e-12);
         // A floor is hatched below.
-        assert!(wall([0.0, 1.0], 0.0, 2.0).iter().all(|p| p[1] <= 1.0));
+        assert!(wall([0.0, 1.0], 0.0, 2.0, 0.5).iter().all(|p| p[1] <= 1.0));
         assert_eq!(rack([[0.0; 2], [1.0, 0.0]], 0.1).len(), 21);
     }
 }
