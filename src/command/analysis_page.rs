@@ -18,7 +18,7 @@ pub fn analysis_page(
     lead: &str,
     tables: Vec<Table>,
 ) -> anyhow::Result<String> {
-    let (moving, _) = mechanism(model, &[("mechanism", design)])?;
+    let (moving, _) = mechanism(model, &[("mechanism", design)], &[])?;
     let mut results = PageSection::new("results", "Results");
     for table in tables {
         results = results.table(table);

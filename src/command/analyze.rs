@@ -12,7 +12,7 @@ use super::tables;
 use clap::Args;
 use linkwright::model_file::Model;
 use linkwright::problem::{self, DesignVariable, Evaluation, Problem, ResponseAt, Responses, SignedQuantity};
-use linkwright::report::number::{readable, with_unit};
+use linkwright::report::number::{readable, with_unit, without_rounding};
 use linkwright::report::outcome;
 use linkwright::report::table::{Cell, Table};
 use serde::Serialize;
@@ -189,9 +189,13 @@ fn ranges(title: &str, outputs: &[OutputRange], time: &str, digits: usize) -> li
     let at = format!("at {time}");
     let columns = ["output", "unit", "minimum", at.as_str(), "maximum", at.as_str(), "at the end"];
     let mut table = Table::new(title, columns);
+    let size = |output: &OutputRange| output.minimum.value.abs().max(output.maximum.value.abs());
     for output in outputs {
-        let text = |value: f64| Cell::Text(readable(value, digits));
-        let when = |timed: TimedValue| timed.time.map_or(Cell::Empty, text);
+        // Values of one unit are compared; those without a unit may be of any kind.
+        let is_like = |other: &&OutputRange| other.unit == output.unit && !output.unit.is_empty();
+        let largest = outputs.iter().filter(is_like).map(size).fold(size(output), f64::max);
+        let text = |value: f64| Cell::Text(readable(without_rounding(value, largest), digits));
+        let when = |timed: TimedValue| timed.time.map_or(Cell::Empty, |time| Cell::Text(readable(time, digits)));
         let OutputRange { name, unit, minimum, maximum, end } = output;
         table.push([
             name.as_str().into(),
@@ -213,7 +217,7 @@ fn limits(constraints: &[outcome::ConstraintValue], digits: usize) -> linkwright
         table.push([
             c.name.as_str().into(),
             c.unit.as_str().into(),
-            Cell::Text(readable(c.value, digits)),
+            Cell::Text(readable(c.shown(), digits)),
             c.relation().into(),
             Cell::Text(readable(c.limit, digits)),
             c.status().into(),

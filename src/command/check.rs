@@ -12,7 +12,7 @@ use linkwright::gradient_check::{GradientCheck, GradientStatus};
 use linkwright::model_file::Model;
 use linkwright::problem::{DesignVariable, Evaluation, Problem, ScalingAdvice};
 use linkwright::report::gradient_check::{table, text};
-use linkwright::report::number::with_unit;
+use linkwright::report::number::{readable, with_unit};
 use linkwright::report::outcome;
 use linkwright::sao::Method;
 use std::collections::BTreeSet;
@@ -93,7 +93,7 @@ impl Check {
             table.json_lines().iter().try_for_each(|line| say(line))?;
             say(&counts(&checked, &scales).to_string())?;
         } else if !self.quiet {
-            say(text(&problem, &checked, self.all).trim_end())?;
+            say(text(&problem, &checked, self.all, self.digits.count()).trim_end())?;
             say(&summary(&checked))?;
         }
         if let Some(out) = &self.out {
@@ -142,7 +142,10 @@ fn describe(problem: &Problem, design: &[f64], here: &Evaluation, digits: usize)
     ))?;
     let value = with_unit(outcome::objective(problem, design, here), &problem.objective.unit, digits);
     let violation = here.max_violation_pct();
-    say(&format!("At this design the objective is {value} and the largest violation {violation:.2} %."))
+    say(&format!(
+        "At this design the objective is {value} and the largest violation {} %.",
+        readable(violation, digits)
+    ))
 }
 
 /// The scales that are far off, with what to write instead. None if the chosen method has no derivatives: another one may.

@@ -40,6 +40,7 @@ pub(crate) mod optimize;
 mod output;
 mod progress;
 pub(crate) mod report;
+mod report_pair;
 mod reproduce;
 pub(crate) mod run_directory;
 pub(crate) mod runs;

@@ -51,8 +51,30 @@ pub struct Settings {
 #[derive(Args, Default)]
 pub struct At {
     /// Values of design variables, for instance k=0.4,c=0.5 or k="400 mm"; the others have their start values
-    #[arg(long, visible_alias = "start", value_name = "NAME=VALUE", value_delimiter = ',')]
-    pub at: Vec<String>,
+    #[arg(long, visible_alias = "start", value_name = "NAME=VALUE", value_parser = assignments)]
+    at: Vec<Assignments>,
+}
+
+/// Assignments in one argument, `k=0.4,c="atan2(1, 2)"`: commas separate them outside parentheses and quotes only.
+#[derive(Clone)]
+struct Assignments(Vec<String>);
+
+fn assignments(text: &str) -> Result<Assignments, std::convert::Infallible> {
+    let (mut all, mut depth, mut is_quoted) = (vec![String::new()], 0i32, false);
+    for c in text.chars() {
+        match c {
+            '"' | '\'' => is_quoted = !is_quoted,
+            '(' | '[' if !is_quoted => depth += 1,
+            ')' | ']' if !is_quoted => depth -= 1,
+            ',' if depth <= 0 && !is_quoted => {
+                all.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        all.last_mut().expect("there is one").push(c);
+    }
+    Ok(Assignments(all))
 }
 
 /// Settings of a model and of its method on the command line.
@@ -72,8 +94,8 @@ pub struct Edits {
 #[derive(Args, Default)]
 pub struct Start {
     /// Other start values of design variables, for instance k=0.4,c=0.5 or k="400 mm"
-    #[arg(long, visible_alias = "at", value_name = "NAME=VALUE", value_delimiter = ',')]
-    start: Vec<String>,
+    #[arg(long, visible_alias = "at", value_name = "NAME=VALUE", value_parser = assignments)]
+    start: Vec<Assignments>,
 }
 
 impl Settings {
@@ -104,7 +126,8 @@ impl Edits {
 
     /// Reads a model file with these changes and start values. Returns the model and its text.
     pub fn load(&self, path: &Path, start: &Start) -> anyhow::Result<(Model, String)> {
-        let start = start.start.iter().map(|item| pair(item, "NAME=VALUE")).collect::<anyhow::Result<Vec<_>>>()?;
+        let start = start.start.iter().flat_map(|all| &all.0);
+        let start = start.map(|item| pair(item, "NAME=VALUE")).collect::<anyhow::Result<Vec<_>>>()?;
         read_edited(path, &self.pairs()?, &start)
     }
 
@@ -212,7 +235,7 @@ pub fn design(problem: &Problem, at: &At) -> anyhow::Result<Vec<f64>> {
 /// The start values of design variables with changes.
 pub fn changed(variables: &[DesignVariable], at: &At) -> anyhow::Result<Vec<f64>> {
     let mut design: Vec<f64> = variables.iter().map(|variable| variable.start).collect();
-    for item in &at.at {
+    for item in at.at.iter().flat_map(|all| &all.0) {
         let (name, value) = pair(item, "NAME=VALUE")?;
         let Some(k) = variables.iter().position(|v| v.name == name) else {
             let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();

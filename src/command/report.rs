@@ -20,11 +20,16 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+/// The page of two runs.
+const COMPARED: &str = "compared.html";
 /// Folder of the figures.
 const FIGURES: &str = "figures";
 /// Numbers of points along each side of the design-space slice, and its largest estimated time.
 const SLICES: [usize; 4] = [21, 15, 11, 7];
 const SLICE_TIME: Duration = Duration::from_secs(5);
+/// Largest number of cycles that a reader can choose, and the estimated time of their analyses.
+const CYCLES: usize = 24;
+const CYCLE_TIME: Duration = Duration::from_secs(5);
 /// Pixels per inch of PNG files and of the animated file.
 const PRINT: f64 = 300.0;
 const SCREEN: f64 = 96.0;
@@ -33,12 +38,16 @@ const SCREEN: f64 = 96.0;
 #[command(after_help = "Examples:
   linkwright report out/lift
   linkwright report out/four-bar --slice 9
+  linkwright report lift lift-2 -o both
 
 Writes DIR/report.html, a page without external files, and every figure as SVG and PNG to DIR/figures, with an animation of
-the mechanism as mechanism.gif. Works for unfinished runs, too.")]
+the mechanism as mechanism.gif. Works for unfinished runs, too. With two runs the page is compared.html in the folder of the
+first one, or report.html in DIR of --out.")]
 pub struct Report {
     /// The folder of the run, or its name in the folder of results
     folder: PathBuf,
+    /// A second run: one page with both
+    other: Option<PathBuf>,
     /// Points along each side of the design-space slice; each point is an analysis, 0 for no slice [default: as many as fit into 5 seconds]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(0..=101))]
     slice: Option<u16>,
@@ -59,7 +68,24 @@ pub struct Report {
 impl Report {
     pub fn run(&self) -> anyhow::Result<()> {
         let folder = super::runs::named(&self.folder);
+        if let Some(other) = &self.other {
+            return self.compare(&folder, &super::runs::named(other));
+        }
         let place = write_report(&folder, self.slice, !self.page_only, self.out.as_deref(), self.show())?;
+        self.tell(&place)
+    }
+
+    fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
+        anyhow::ensure!(self.slice.is_none(), "a page of two runs has no slice of the design space; leave --slice out");
+        let page = super::report_pair::page_of_two(a, b)?;
+        let place = match &self.out {
+            Some(out) => OutputFolder::create(out)?.write(PAGE, page.as_bytes())?,
+            None => RunDirectory::open(a)?.0.folder().write(COMPARED, page.as_bytes())?,
+        };
+        self.tell(&place)
+    }
+
+    fn tell(&self, place: &Path) -> anyhow::Result<()> {
         match self.show() {
             Show::Nothing => Ok(()),
             Show::JsonLines => say(&json!({ "event": "report", "version": 1, "page": place }).to_string()),
@@ -146,13 +172,17 @@ fn of_run(
 ) -> anyhow::Result<(Page, Option<Animation>)> {
     let begun = Instant::now();
     let run = OptimizationReport::new(model.title(), problem, state)?;
-    let slice = sample(problem, state, slice.map(usize::from), begun.elapsed());
+    let one = begun.elapsed();
+    let fitting = CYCLE_TIME.as_secs_f64() * rayon::current_num_threads() as f64 / one.as_secs_f64().max(1e-6);
+    let run = run.with_cycles((fitting as usize).min(CYCLES));
+    let slice = sample(problem, state, slice.map(usize::from), one);
     let first = &state.history[0].design;
     let mut designs = vec![("first design", first.as_slice())];
     if *first != state.design {
         designs.push(("last design", &state.design));
     }
-    let (section, motion) = mechanism(model, &designs)?;
+    let cycles: Vec<(usize, &[f64])> = run.shown_cycles().collect();
+    let (section, motion) = mechanism(model, &designs, &cycles)?;
     Ok((run.page(slice.as_ref(), section.into_iter().collect())?, motion))
 }
 
@@ -165,13 +195,23 @@ fn sample(problem: &Problem, state: &State, wanted: Option<usize>, one: Duration
     Slice::sample(problem, state, count).ok().flatten()
 }
 
-/// The animated mechanism at titled designs; `None` for a model without a mechanism.
+/// The animated mechanism at titled designs, and at those of numbered cycles; `None` for a model without a mechanism.
 pub fn mechanism(
     model: &Model,
     designs: &[(&str, &[f64])],
+    cycles: &[(usize, &[f64])],
 ) -> anyhow::Result<(Option<PageSection>, Option<Animation>)> {
     let (Some(times), Some(grid)) = (model.drawing_times(), model.grid()) else { return Ok((None, None)) };
-    let drawn = match model.drawings(&designs.iter().map(|(_, b)| *b).collect::<Vec<_>>(), &times) {
+    let of = |cycles: &[(usize, &[f64])]| {
+        let all = designs.iter().map(|(_, b)| *b).chain(cycles.iter().map(|(_, b)| *b));
+        model.drawings(&all.collect::<Vec<_>>(), &times)
+    };
+    // Where the design of a cycle cannot be drawn, the others are.
+    let (drawn, cycles) = match of(cycles) {
+        Err(_) if !cycles.is_empty() => (of(&[]), &[][..]),
+        drawn => (drawn, cycles),
+    };
+    let mut drawn = match drawn {
         Ok(Some(drawn)) => drawn,
         Ok(None) => return Ok((None, None)),
         Err(error) => {
@@ -179,10 +219,11 @@ pub fn mechanism(
             return Ok((Some(PageSection::new("mechanism", "Mechanism").paragraph(text)), None));
         }
     };
+    let of_cycles = drawn.split_off(designs.len());
     let is_view = drawn.iter().flatten().any(|linkage| linkage.space.is_some());
     let names = if is_view { ["horizontal in the view", "vertical in the view"] } else { ["*x*", "*y*"] };
     let titles = designs.iter().map(|(title, _)| (*title).to_owned());
-    let scenes = titles.zip(drawn).map(|(title, frames)| Scene { title, frames, traces: vec![] }).collect();
+    let scenes = titles.zip(drawn).map(|(title, frames)| Scene::new(title, frames)).collect();
     let real = times[times.len() - 1] - times[0];
     let shown = if grid.unit == "s" { real.clamp(3.0, 10.0) } else { 5.0 };
     let axes = names.map(|name| QuantityLabel::new(name, "m"));
@@ -197,6 +238,8 @@ pub fn mechanism(
     let Ok(motion) = Animation::new(literal(&description), axes, times, scenes) else { return Ok((None, None)) };
     let motion = motion.lasting(shown)?.over(time);
     let motion = if designs.len() > 1 { motion.compared() } else { motion };
+    let motion =
+        cycles.iter().zip(of_cycles).try_fold(motion, |motion, ((k, _), frames)| motion.with_cycle(*k, frames))?;
     Ok((Some(PageSection::new("mechanism", "Mechanism").html(motion.fragment())), Some(motion)))
 }
 

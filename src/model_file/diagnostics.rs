@@ -88,9 +88,23 @@ const SYNONYMS: &[(&[&str], &[&str])] = &[
     (&["torque", "couple"], &["moment", "driving_force"]),
 ];
 
-/// The known name of the same part whose measure is usually called by the last word of `asked`.
+/// Usual words for keys, with the names that they have here.
+const KEYS: &[(&[&str], &[&str])] = &[
+    (&["length", "rest", "rest_length", "free_length", "natural_length", "unloaded_length"], &["unloaded", "length"]),
+    (&["b", "at", "on", "target", "dof"], &["coordinate", "at", "b"]),
+    (&["k", "spring", "spring_constant", "rate"], &["stiffness"]),
+    (&["c", "damper", "damping_constant"], &["damping"]),
+    (&["torque", "effort", "value"], &["generalized_force", "force"]),
+    (&["rotation", "theta", "orientation", "phi"], &["angle"]),
+    (&["mu", "friction"], &["coulomb_force"]),
+];
+
+/// The known name of the same part whose measure is usually called by the last word of `asked`, or the key that has this usual name.
 fn synonym<'k>(asked: &str, known: &[&'k str]) -> Option<&'k str> {
-    let (owner, word) = asked.rsplit_once('.')?;
+    let Some((owner, word)) = asked.rsplit_once('.') else {
+        let names = KEYS.iter().find(|(usual, _)| usual.contains(&asked))?.1;
+        return names.iter().find_map(|name| known.iter().find(|known| *known == name)).copied();
+    };
     let names = SYNONYMS.iter().find(|(usual, _)| usual.contains(&word))?.1;
     let is_it = |known: &&&str, name: &str| known.rsplit_once('.') == Some((owner, name));
     names.iter().find_map(|name| known.iter().find(|known| is_it(known, name)).copied())
@@ -174,6 +188,8 @@ const MOST_SHOWN: usize = 10;
 #[derive(Debug, Default)]
 pub(crate) struct DiagnosticLog {
     errors: RefCell<Vec<Diagnostic>>,
+    /// Notes about a file that is read.
+    remarks: RefCell<Vec<Diagnostic>>,
     /// Names whose definition is wrong.
     poisoned: RefCell<HashSet<String>>,
     all_poisoned: Cell<bool>,
@@ -189,6 +205,20 @@ impl DiagnosticLog {
         if errors.is_empty() || !(follows || is_known || errors.len() >= MOST_SHOWN) {
             errors.push(error);
         }
+    }
+
+    /// Adds a note; the file is read nevertheless.
+    pub fn remark(&self, note: Diagnostic) {
+        let mut remarks = self.remarks.borrow_mut();
+        // Copies by `each` share their place.
+        if remarks.len() < MOST_SHOWN && remarks.iter().all(|known| known.span != note.span) {
+            remarks.push(Diagnostic { severity: Severity::Note, ..note });
+        }
+    }
+
+    /// All notes.
+    pub fn remarks(&self) -> Vec<Diagnostic> {
+        self.remarks.borrow().clone()
     }
 
     /// Returns the value of a result, or logs its error and returns `None`.

@@ -93,6 +93,13 @@ impl fmt::Display for Dimension {
 }
 
 impl Dimension {
+    /// The SI unit: that with a name, or the product of base units.
+    pub fn si_unit(self) -> String {
+        let is_it = |unit: &&str| Unit::parse(unit).is_some_and(|unit| unit.dimension == self);
+        let named = NAMES.iter().map(|(_, unit)| *unit).filter(|unit| *unit != "1").find(is_it);
+        named.map_or_else(|| if self == Self::NUMBER { String::new() } else { self.base_units() }, str::to_owned)
+    }
+
     /// The SI unit, as a product of base units.
     pub fn base_units(self) -> String {
         let power = |exponent: i16| match (exponent / WHOLE, exponent % WHOLE) {

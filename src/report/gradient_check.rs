@@ -38,16 +38,16 @@ fn disagreeing_methods(checked: &GradientCheck, d: &CheckedDerivative) -> String
     d.disagreeing.iter().map(|&k| checked.methods[k].as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// Results as text for a terminal: derivatives grouped by response and time, with four digits; a star marks disagreeing methods.
+/// Results as text for a terminal: derivatives grouped by response and time, with `digits` significant digits; a star marks disagreeing methods.
 ///
 /// Without `all`, only those derivatives are shown that are neither right nor constant, and the least accurate of the right
 /// ones of each response.
-pub fn text(problem: &Problem, checked: &GradientCheck, all: bool) -> String {
+pub fn text(problem: &Problem, checked: &GradientCheck, all: bool, digits: usize) -> String {
     let shown: Vec<&CheckedDerivative> = checked.derivatives.iter().filter(|d| all || is_notable(checked, d)).collect();
     let found = ["differences", "±", "apart", "verdict"].map(String::from);
     let methods = checked.methods.iter().map(|name| name.replace('-', " "));
     let headings: Vec<String> = std::iter::once("variable".to_owned()).chain(methods).chain(found).collect();
-    let rows: Vec<Vec<String>> = shown.iter().map(|d| cells(problem, d)).collect();
+    let rows: Vec<Vec<String>> = shown.iter().map(|d| cells(problem, d, digits)).collect();
     let aligned = aligned(&headings, &rows);
     let mut lines = aligned.lines();
     let mut text = String::new();
@@ -103,21 +103,21 @@ fn response_at(problem: &Problem, d: &CheckedDerivative) -> String {
     }
 }
 
-fn cells(problem: &Problem, d: &CheckedDerivative) -> Vec<String> {
+fn cells(problem: &Problem, d: &CheckedDerivative, digits: usize) -> Vec<String> {
     let mut cells = vec![problem.variables[d.variable].name.clone()];
     let star = |k: usize| match (d.disagreeing.contains(&k), d.inaccurate.contains(&k)) {
         (true, _) => "*",
         (_, true) => "~",
         _ => "",
     };
-    cells.extend(d.computed.iter().enumerate().map(|(k, &claimed)| four_digits(claimed) + star(k)));
-    let [value, error] = d.difference.map_or(Default::default(), |s| [four_digits(s.value), one_digit(s.error)]);
+    cells.extend(d.computed.iter().enumerate().map(|(k, &claimed)| in_digits(claimed, digits) + star(k)));
+    let [value, error] = d.difference.map_or(Default::default(), |s| [in_digits(s.value, digits), one_digit(s.error)]);
     cells.extend([value, error, one_digit(d.disagreement()), d.status.text().to_owned()]);
     cells
 }
 
-fn four_digits(value: f64) -> String {
-    if value == 0.0 { "0".to_owned() } else { format!("{value:.3e}") }
+fn in_digits(value: f64, digits: usize) -> String {
+    if value == 0.0 { "0".to_owned() } else { format!("{value:.*e}", digits.max(1) - 1) }
 }
 
 /// One digit, for error estimates.

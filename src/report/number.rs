@@ -26,6 +26,16 @@ pub fn readable(value: f64, digits: usize) -> String {
     format!("{}e{exponent}", trimmed(mantissa))
 }
 
+/// Zero in place of a number of the size of rounding errors: one below 10⁻¹³ of the largest number that it is computed with or shown next to.
+///
+/// ```
+/// use linkwright::report::number::without_rounding;
+/// assert_eq!([without_rounding(1.2e-17, 3.0), without_rounding(1.2e-17, 1e-16)], [0.0, 1.2e-17]);
+/// ```
+pub fn without_rounding(value: f64, largest: f64) -> f64 {
+    if value.abs() < 1e-13 * largest.abs() { 0.0 } else { value }
+}
+
 /// A number with its unit.
 pub fn with_unit(value: f64, unit: &str, digits: usize) -> String {
     format!("{} {unit}", readable(value, digits)).trim_end().to_owned()

@@ -3,6 +3,7 @@
 //! Evaluations and histories contain what the driver works with: the negative of a maximized objective, the variable β that bounds a
 //! peak, and normalized constraints ĝ. The functions here convert them back.
 
+use super::number::without_rounding;
 use crate::Result;
 use crate::problem::{Evaluation, Goal, PeakBound, Problem, RowId, Side};
 use crate::sao::{Cycle, State};
@@ -151,6 +152,11 @@ impl ConstraintValue {
             m if m <= ACTIVE * self.size => "active",
             _ => "satisfied",
         }
+    }
+
+    /// The value; zero in place of a rounding error.
+    pub fn shown(&self) -> f64 {
+        without_rounding(self.value, self.size)
     }
 
     /// The side as a sign: ≤, ≥ or =.

@@ -250,3 +250,131 @@ fn a_mechanism_in_space_turns() {
     assert_eq!(attribute(&dom, "data-axes"), "M0 0L24 0 M0 0L0 0 M0 0L0 -24");
     assert_eq!(attribute(&dom, "data-wide"), "false");
 }
+
+/// A click on a cycle, in the table or in a plot, and the choice by keyboard show its design: numbers, curves, motion.
+#[test]
+fn the_page_shows_the_design_of_a_chosen_cycle() {
+    let Some(program) = browser() else { return };
+    let place = TempFolder::new("cycles");
+    place.run(&["new", "lift"], 0);
+    place.run(&["optimize", "lift", "--quiet"], 0);
+    place.run(&["report", "lift", "--slice", "0", "--page-only"], 0);
+    let probe = "<script>window.addEventListener('load', () => {
+      const root = document.documentElement.dataset, chooser = document.getElementById('chooser');
+      const heading = () => [...document.querySelectorAll('.scenes h3')].pop().textContent;
+      const bar = () => [...document.querySelectorAll('.scenes svg')].pop().querySelector('.linkage').outerHTML;
+      const output = () => chooser.querySelector('output').textContent;
+      const motion = document.querySelector('.scenes'), press = (key) => motion.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+      press('End');
+      root.hidden = chooser.hidden + ' ' + document.querySelectorAll('path.chosen').length;
+      const last = bar();
+      const rows = [...document.querySelectorAll('#convergence .table tbody tr')];
+      rows.find((row) => row.cells[0].textContent === '1' && row.cells[1].textContent === 'accepted').click();
+      root.row = [chooser.dataset.cycle, heading(), document.querySelectorAll('#histories path.chosen').length, document.querySelectorAll('tr.chosen').length].join('|');
+      root.moved = bar() !== last;
+      root.numbers = output();
+      const history = document.querySelector('#histories figure.plotted'), svg = history.querySelector('svg');
+      const panel = JSON.parse(history.querySelector('script').textContent)[0], box = svg.getBoundingClientRect(), view = svg.viewBox.baseVal;
+      const [left, top, width, height] = panel.frame;
+      svg.dispatchEvent(new PointerEvent('pointermove', { clientX: box.left + (left + 0.5 * width) / view.width * box.width, clientY: box.top + (top + height / 2) / view.height * box.height, bubbles: true }));
+      root.readout = history.querySelector('.readout').textContent.includes('cycle 1');
+      const plot = document.querySelector('#convergence figure.plotted'), drawn = plot.querySelector('svg');
+      const first = JSON.parse(plot.querySelector('script').textContent)[0], place = drawn.getBoundingClientRect(), whole = drawn.viewBox.baseVal;
+      const part = (0 - first.x[0]) / (first.x[1] - first.x[0]);
+      drawn.dispatchEvent(new MouseEvent('click', { clientX: place.left + (first.frame[0] + part * first.frame[2]) / whole.width * place.width, clientY: place.top + 5, bubbles: true }));
+      root.plot = chooser.dataset.cycle + '|' + heading();
+      chooser.querySelector('button').click();
+      press('End');
+      root.back = chooser.dataset.cycle + '|' + heading() + '|' + document.querySelectorAll('path.chosen').length + '|' + (bar() === last);
+      chooser.querySelectorAll('button')[1].click();
+      root.next = chooser.dataset.cycle;
+      root.labelled = [...chooser.querySelectorAll('button')].every((b) => b.getAttribute('aria-label')) + ' ' + chooser.getAttribute('aria-label');
+    });</script></body>";
+    let page = place.read("out/lift/report.html").replace("</body>", probe);
+    std::fs::write(place.0.join("probed.html"), page).unwrap();
+    let browser = Browser { program, place: &place };
+    let dom = browser.show(&address(&place.0.join("probed.html")), [1200, 900], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "ready");
+    assert_eq!(attribute(&dom, "data-hidden"), "false 0");
+    let histories = place.read("out/lift/report.html").matches("data-name=\"history-").count();
+    let others = place.read("out/lift/report.html").matches("data-name=\"response-").count();
+    assert_eq!(attribute(&dom, "data-row"), format!("1|design of cycle 1|{}|1", histories + others));
+    assert_eq!(attribute(&dom, "data-moved"), "true");
+    let numbers = attribute(&dom, "data-numbers");
+    assert!(numbers.contains("largest violation") && numbers.contains("stiffness"), "{numbers}");
+    assert_eq!(attribute(&dom, "data-readout"), "true");
+    assert_eq!(attribute(&dom, "data-plot"), "0|design of cycle 0");
+    assert_eq!(attribute(&dom, "data-back"), "|last design|0|true");
+    assert_eq!(attribute(&dom, "data-next"), "0");
+    assert_eq!(attribute(&dom, "data-labelled"), "true Design of a cycle");
+}
+
+/// Two runs on one page: both mechanisms move, tables and curves name both runs, nothing is loaded.
+#[test]
+fn two_runs_are_shown_on_one_page() {
+    let place = TempFolder::new("two-runs");
+    place.run(&["new", "lift"], 0);
+    place.run(&["optimize", "lift", "--quiet"], 0);
+    place.run(&["optimize", "lift", "--quiet", "--method", "mma", "--max-cycles", "3"], 3);
+    let wrote = place.run(&["report", "lift", "lift-2"], 0);
+    assert!(wrote.contains("compared.html"), "{wrote:?}");
+    let page = place.read("out/lift/compared.html");
+    for text in ["Settings that differ", "B − A", "A: ", "B: ", "data-name=\"objective\"", "data-name=\"history-1\""]
+    {
+        assert!(page.contains(text) || page.contains(&text.replace('−', "-")), "{text} is missing");
+    }
+    for address in ["http:", "https:", "src=", "@import", "url("] {
+        assert!(!page.replace("url(#", "").contains(address), "{address}");
+    }
+    assert!(page.len() < 1_000_000);
+    place.run(&["report", "lift", "lift-2", "-o", "both", "--quiet"], 0);
+    assert_eq!(place.read("both/report.html"), page);
+    let Some(program) = browser() else { return };
+    let browser = Browser { program, place: &place };
+    let dom = browser.show(&(address(&place.0.join("both/report.html")) + "#t=1.0"), [1200, 900], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "ready");
+    assert!(attribute(&dom, "data-frame").parse::<usize>().unwrap() > 0);
+}
+
+/// The book draws its formulas without the network: each becomes MathML, and no command is unknown.
+#[test]
+fn formulas_of_the_book_need_no_network() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let folders = [docs.clone(), docs.join("theory"), docs.join("models"), docs.join("howto")];
+    let mut formulas: Vec<String> = vec![];
+    for folder in folders {
+        let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        for file in files.iter().filter(|file| file.extension().is_some_and(|e| e == "md")) {
+            let text = std::fs::read_to_string(file).unwrap();
+            let blocks = text.split("```math\n").skip(1).map(|block| block.split("```").next().unwrap().to_owned());
+            formulas.extend(blocks);
+        }
+    }
+    assert!(formulas.len() > 10);
+    let script = std::fs::read_to_string(docs.join("math.js")).unwrap();
+    for address in ["http:", "https:", "import", "src"] {
+        assert!(!script.replace("http://www.w3.org/1998/Math/MathML", "").contains(address), "{address}");
+    }
+    assert!(!std::fs::read_to_string(docs.join("book.toml")).unwrap().contains("mathjax"));
+    let Some(program) = browser() else { return };
+    let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
+    let blocks = formulas.iter().map(|f| format!("<pre><code class=\"language-math\">{}</code></pre>", escaped(f)));
+    let page = format!(
+        "<!DOCTYPE html><html data-state=\"no error\"><meta charset=utf-8><body>{}\
+         <script>addEventListener('error', (e) => {{ document.documentElement.dataset.state = e.message; }})</script>\
+         <script>{script}</script><script>\
+         const of = (text) => [...document.querySelectorAll('math')].filter((m) => m.textContent.includes(text)).length;\
+         document.documentElement.dataset.drawn = document.querySelectorAll('math').length;\
+         document.documentElement.dataset.halves = [...document.querySelectorAll('mfrac')].filter((m) => m.textContent === '12').length;\
+         document.documentElement.dataset.left = of('\\\\') + document.querySelectorAll('code').length;</script></body></html>",
+        blocks.collect::<String>()
+    );
+    let place = TempFolder::new("formulas");
+    std::fs::write(place.0.join("formulas.html"), page).unwrap();
+    let browser = Browser { program, place: &place };
+    let dom = browser.show(&address(&place.0.join("formulas.html")), [1000, 900], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "no error");
+    assert_eq!(attribute(&dom, "data-drawn"), formulas.len().to_string());
+    assert_eq!((attribute(&dom, "data-halves"), attribute(&dom, "data-left")), ("3", "0"));
+}

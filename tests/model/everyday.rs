@@ -293,3 +293,37 @@ fn a_history_of_one_time_point_is_a_number() {
         assert!((stiffness - 2000.0).abs() < 1e-6, "{name}: {stiffness}");
     }
 }
+
+/// A motion without a step has one that suits its time points.
+#[test]
+fn dynamics_have_a_default_step() {
+    let place = TempFolder::new("default-step");
+    place.run(&["new", "lift"], 0);
+    let text = place.read("lift.toml");
+    let line = text.lines().find(|line| line.starts_with("step") || line.starts_with("tolerance")).unwrap().to_owned();
+    std::fs::write(place.0.join("plain.toml"), text.replace(&line, "")).unwrap();
+    let number = |file: &str| -> f64 {
+        let model = linkwright::model_file::read(file, &place.read(file)).unwrap();
+        let problem = model.problem().unwrap();
+        let responses = problem.analyze(&problem.start()).unwrap();
+        responses.values.iter().flatten().sum()
+    };
+    let (given, default) = (number("lift.toml"), number("plain.toml"));
+    assert!((given / default - 1.0).abs() < 1e-3, "{given} {default}");
+}
+
+/// Commas inside parentheses belong to a value; `--digits` shortens all numbers of `check`; rounding errors are no values.
+#[test]
+fn values_with_commas_digits_and_rounding_errors() {
+    let place = TempFolder::new("commas");
+    let text = "version = 2\n[design.a]\nstart = 1\n[design.b]\nstart = 2\n[[output]]\nname = \"x\"\nunit = \"m\"\nvalue = \"a*b\"\n\
+                [[output]]\nname = \"tiny\"\nunit = \"m\"\nvalue = \"a*1e-17\"\n[objective]\nminimize = \"x^2\"\n";
+    std::fs::write(place.0.join("m.toml"), text).unwrap();
+    let shown = place.run(&["analyze", "m.toml", "--at", "a=max(0.25, 0.5),b=min(3,4)"], 0);
+    assert!(shown.contains("a = 0.5, b = 3"), "{shown}");
+    assert!(shown.contains("1.5") && !shown.contains("e-1"), "{shown}");
+    let shown = place.run(&["check", "m.toml", "--at", "a=0.123456789", "--all", "--digits", "2"], 0);
+    assert!(shown.contains("1.2e-1") && !shown.contains("1.23") && !shown.contains("0.00 %"), "{shown}");
+    let shown = place.run(&["check", "m.toml", "--at", "a=0.123456789", "--all", "--digits", "7"], 0);
+    assert!(shown.contains("1.234568e-1"), "{shown}");
+}

@@ -89,7 +89,6 @@ const MISTAKES: &[[&str; 3]] = &[
     ["time both ways", "points = 11", "points = 11\nat = [0, 1]"],
     ["a billion time points", "points = 11", "points = 1000000000"],
     ["a trillion steps", "step = 1e-2", "step = 1e-12"],
-    ["no step", "step = 1e-2\n", ""],
     ["step and tolerance", "step = 1e-2", "step = 1e-2\ntolerance = 1e-6"],
     ["negative step", "step = 1e-2", "step = -1e-2"],
     ["too much damping", "step = 1e-2", "step = 1e-2\nscheme = \"hht\"\ndamping = 0.5"],

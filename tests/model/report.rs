@@ -85,10 +85,10 @@ fn hostile_names_are_shown_as_they_are() {
         assert!(!page.contains(element), "{element}");
     }
     assert!(page.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
-    // Two scripts of the page and that of the animation; the data of the animation and of each plot.
+    // Two scripts of the page and that of the animation; the data of the animation, of the cycles and of each plot.
     assert_eq!(page.matches("<script>").count(), 3);
     let data = page.matches("<script type=\"application/json\">").count();
-    assert_eq!((data, page.matches("<script").count()), (1 + page.matches("class=\"plotted\"").count(), 3 + data));
+    assert_eq!((data, page.matches("<script").count()), (2 + page.matches("class=\"plotted\"").count(), 3 + data));
 }
 
 #[test]
@@ -151,4 +151,161 @@ fn drawings_move_as_the_analysis_says() {
         let tip = frame.bars[4][1][1];
         assert!((tip - height).abs() < 1e-7, "{tip} and {height}");
     }
+}
+
+/// The colour of a clamped beam is its normal stress: M/W with the moment F·L at the clamp.
+#[test]
+fn the_stress_of_a_drawn_beam_is_that_of_the_formula() {
+    let text = r#"
+version = 2
+[[beam]]
+name = "bar"
+from = [0, 0]
+to = [1, 0]
+elements = 40
+diameter = 0.02
+young = 2e11
+density = 7800
+[[joint]]
+name = "clamp"
+kind = "fixed"
+a = "ground"
+b = "bar.first"
+[[force]]
+name = "tip"
+kind = "force"
+at = "bar.last"
+direction = "-90 deg"
+force = "10*time"
+[time]
+to = 1
+points = 2
+[analysis]
+kind = "statics"
+[[output]]
+name = "deflection"
+value = "bar.last.y"
+"#;
+    let model = linkwright::model_file::read("beam.toml", text).unwrap();
+    let drawn = model.drawings(&[&[]], &[0.5, 1.0]).unwrap().unwrap().remove(0);
+    let modulus = std::f64::consts::PI * 0.02f64.powi(3) / 32.0;
+    let largest = drawn[1].stress;
+    assert!((largest / (10.0 / modulus) - 1.0).abs() < 0.02, "{largest} for {}", 10.0 / modulus);
+    // The load of the first frame is half of it, and the moment falls linearly to the free end.
+    let shares = |frame: usize| drawn[frame].stressed.iter().map(|(_, share)| *share).collect::<Vec<_>>();
+    let (half, whole) = (shares(0), shares(1));
+    assert_eq!((half.len(), drawn[1].bars.len()), (40, 0));
+    assert!((half[0] / whole[0] - 0.5).abs() < 0.01 && (whole[20] / whole[0] - 0.5).abs() < 0.03 && whole[39] < 0.03);
+    // True thickness.
+    let [a, .., d] = drawn[0].stressed[0].0;
+    assert!(((a[0] - d[0]).hypot(a[1] - d[1]) - 0.02).abs() < 1e-9);
+}
+
+/// Every element is drawn, and the page of a large run stays below 1 MB.
+#[test]
+fn elements_are_drawn_where_they_are() {
+    let text = r#"
+version = 2
+[[body]]
+name = "wheel"
+mass = 1
+inertia = 0.01
+position = [0, 0]
+[[body]]
+name = "pinion"
+mass = 0.5
+inertia = 0.002
+position = [0.3, 0]
+[[body]]
+name = "bar"
+mass = 0.5
+inertia = 0.002
+position = [0.3, -0.1]
+[[body]]
+name = "ball"
+kind = "point"
+mass = 0.2
+position = [0.7, 0.4]
+[[point]]
+name = "mark"
+body = "wheel"
+at = [0.1, 0]
+[[joint]]
+name = "axle"
+a = "ground"
+b = "wheel"
+[[joint]]
+name = "axle2"
+a = { body = "ground", at = [0.3, 0] }
+b = "pinion"
+[[joint]]
+name = "mesh"
+kind = "gears"
+a = "wheel.theta"
+b = "pinion.theta"
+radius_a = 0.2
+radius_b = 0.1
+[[joint]]
+name = "teeth"
+kind = "rack"
+a = "bar"
+b = "pinion"
+radius = 0.1
+[[joint]]
+name = "slide"
+kind = "prismatic"
+a = { body = "ground", at = [0.3, -0.1] }
+b = "bar"
+[[driver]]
+name = "motor"
+coordinate = "wheel.theta"
+motion = "time"
+[[force]]
+name = "floor"
+kind = "wall"
+at = "ball"
+wall_x = 0.7
+wall_y = 0.1
+normal = "90 deg"
+stiffness = 1e5
+[[force]]
+name = "line"
+kind = "rope"
+a = { body = "ground", at = [0.7, 0.9] }
+b = "ball"
+stiffness = 1000
+length = 0.4
+[[force]]
+name = "absorber"
+kind = "spring"
+a = { body = "ground", at = [0.2, 0.4] }
+b = "ball"
+stiffness = 50
+damping = 2
+length = 0.4
+[time]
+to = 1
+points = 11
+[analysis]
+kind = "dynamics"
+tolerance = 1e-6
+[[output]]
+name = "tension"
+value = "line.tension"
+"#;
+    let model = linkwright::model_file::read("all.toml", text).unwrap();
+    let drawn = model.drawings(&[&[]], &model.drawing_times().unwrap()).unwrap().unwrap().remove(0);
+    let frame = &drawn[0];
+    // Two gears, rack with its wheel, wall, rope, damper beside its spring.
+    assert_eq!((frame.lines.len(), frame.springs.len(), frame.arrows.len()), (7, 1, 1));
+    let names: Vec<&str> = frame.notes.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["wheel", "pinion", "bar", "ball", "mark"]);
+    // The rack touches the lower side of its wheel.
+    let rack = frame.lines.iter().find(|line| line.iter().all(|p| p[1] <= -0.1 + 1e-9) && line.len() > 10).unwrap();
+    assert!(rack.iter().any(|p| (p[1] + 0.1).abs() < 1e-9));
+    // The pitch circles touch between the axles.
+    let touching = frame.lines.iter().filter(|line| line.iter().any(|p| (p[0] - 0.2).hypot(p[1]) < 1e-9)).count();
+    assert_eq!(touching, 3);
+    let path: Vec<[f64; 2]> = drawn.iter().map(|frame| frame.traced[0]).collect();
+    assert!(path.iter().all(|p| (p[0].hypot(p[1]) - 0.1).abs() < 1e-6));
 }

@@ -265,3 +265,127 @@ fn revolutions_per_second_are_no_angular_velocity() {
     assert_eq!(of("kN").to_string(), "a force");
     assert_eq!(of("N/m").to_string(), "a value in kg/s²");
 }
+
+/// The unit that an output of the model in SI shows with these lines, and the note.
+fn labelled(value: &str, unit: &str) -> (String, String) {
+    let text = SI.replace("value = \"arm.y\"\nunit = \"m\"", &format!("value = \"{value}\"\n{unit}"));
+    assert_ne!(text, SI);
+    let model = read("m.toml", &text).unwrap();
+    let shown = model.output_names().next().unwrap().1.to_owned();
+    (shown, model.note().map(|note| note.to_string()).unwrap_or_default())
+}
+
+/// A number is never shown with a unit that is not its own: `unit` converts nothing.
+#[test]
+fn a_false_label_is_told_and_not_shown() {
+    let false_ones = [
+        ("arm.theta", "deg", "rad", Some("deg")),
+        ("arm.y", "mm", "m", Some("mm")),
+        ("arm.omega", "rpm", "rad/s", Some("rpm")),
+        ("arm.omega", "Hz", "rad/s", Some("Hz")),
+        ("spring.tension", "kN", "N", Some("kN")),
+        ("spring.tension", "N·m", "N", None),
+        ("arm.y/arm.x", "%", "", Some("%")),
+        ("kinetic_energy/arm.y", "J", "N", None),
+        ("time", "ms", "s", Some("ms")),
+    ];
+    for (value, unit, shown, remedy) in false_ones {
+        let (found, note) = labelled(value, &format!("unit = \"{unit}\""));
+        assert_eq!(found, shown, "{value} in {unit}");
+        assert!(
+            note.contains("no unit of these") || note.contains("is not the unit of these values"),
+            "{value}: {note}"
+        );
+        if let Some(remedy) = remedy {
+            assert!(note.contains(&format!("shown_in = \"{remedy}\"")), "{note}");
+        }
+    }
+    let true_ones = [
+        ("arm.theta", "rad"),
+        ("spring.tension", "kg*m/s^2"),
+        ("arm.theta*180/pi", "deg"),
+        ("1000*arm.y", "mm"),
+        ("arm.theta", "turns"),
+        ("sin(arm.theta)", "m"),
+        ("length", "mm"),
+    ];
+    for (value, unit) in true_ones {
+        assert_eq!(labelled(value, &format!("unit = \"{unit}\"")), (unit.to_owned(), String::new()), "{value}");
+    }
+    assert_eq!(labelled("arm.theta", "shown_in = \"deg\""), ("deg".to_owned(), String::new()));
+}
+
+/// The limits of an output with a false label stay what they were, and so do its numbers.
+#[test]
+fn a_false_label_changes_no_number() {
+    let with = |unit: &str| {
+        let text = SI.replace("unit = \"m\"", unit);
+        let problem = read("m.toml", &text).unwrap().problem().unwrap();
+        let responses = problem.analyze(&problem.start()).unwrap();
+        let evaluation = problem.evaluate(&problem.start(), &responses).unwrap();
+        (responses.values, evaluation.objective, evaluation.constraints)
+    };
+    assert_eq!(with("unit = \"mm\""), with("unit = \"m\""));
+}
+
+/// Labels of objective, bound and time points are no conversions either.
+#[test]
+fn labels_of_the_objective_and_of_the_time_are_true() {
+    let noted = |text: &str| {
+        let model = read("m.toml", text).unwrap();
+        let problem = model.problem().unwrap();
+        let note = model.note().map(|note| note.to_string()).unwrap_or_default();
+        (problem.objective.unit.clone(), problem.grids[0].unit.clone(), note)
+    };
+    let objective = |lines: &str| noted(&SI.replace("minimize = \"range(height)\"", lines));
+    let (unit, time, note) = objective("minimize = \"range(height)\"\nunit = \"mm\"");
+    assert_eq!((unit.as_str(), time.as_str(), note.matches("= help: shown_in").count()), ("m", "s", 1), "{note}");
+    let (unit, _, note) = objective("minimize = \"range(height)\"\nshown_in = \"mm\"");
+    assert_eq!((unit.as_str(), note.as_str()), ("mm", ""));
+    let (unit, _, note) =
+        objective("minimize = \"height\"\nover = \"peak\"\nbound = { name = \"most\", start = 1.0, unit = \"mm\" }");
+    assert_eq!((unit.as_str(), note.contains("shown_in")), ("m", true), "{note}");
+    let (unit, _, note) = objective("minimize = \"height\"\nover = \"integral\"\nunit = \"m·s\"");
+    assert_eq!((unit.as_str(), note.as_str()), ("m·s", ""));
+    let (_, time, note) = noted(&SI.replace("points = 26", "points = 26\nunit = \"ms\""));
+    assert_eq!((time.as_str(), note.contains("`ms` is not the unit")), ("s", true), "{note}");
+    // In the unit of an output that is converted.
+    let shown = SI.replace("value = \"arm.y\"\nunit = \"m\"", "value = \"arm.y\"\nshown_in = \"mm\"");
+    let shown = shown.replace("minimize = \"range(height)\"", "minimize = \"peak(height)\"\nunit = \"m\"");
+    let (unit, _, note) = noted(&shown);
+    assert_eq!((unit.as_str(), note.contains("they are in mm")), ("mm", true), "{note}");
+}
+
+/// Files without any number with a unit may be in other units, if their design variables say so.
+#[test]
+fn other_consistent_units_are_those_of_the_design_variables() {
+    let file = |name: &str| format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(file("vehicle-suspension")).unwrap();
+    let model = read("m.toml", &text).unwrap();
+    assert!(model.note().is_none());
+    assert!(model.output_names().all(|(_, unit, _)| unit.starts_with("in")));
+    let inches = SI.replace("start = 0.4", "start = 0.4\nunit = \"in\"").replace("unit = \"m\"", "unit = \"in\"");
+    assert!(read("m.toml", &inches).unwrap().note().is_none());
+    // One number with a unit: the file is in SI.
+    for number in ["gravity = [0, \"-9.81 m/s^2\"]", "gravity = [0, -9.81]\ntable.t = { x = [\"0 s\", 1], y = [1, 1] }"]
+    {
+        let model = read("m.toml", &inches.replace("gravity = [0, -9.81]", number)).unwrap();
+        let note = model.note().unwrap().to_string();
+        assert!(note.contains("they are in m, and are shown so"), "{note}");
+    }
+}
+
+/// No example needs a note.
+#[test]
+fn labels_of_all_examples_are_true() {
+    for file in std::fs::read_dir(format!("{}/examples/models", env!("CARGO_MANIFEST_DIR"))).unwrap() {
+        let path = file.unwrap().path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            let model = read(&path.display().to_string(), &std::fs::read_to_string(&path).unwrap());
+            // Files with tables or parts in other files are read elsewhere.
+            let Ok(model) = model else { continue };
+            let note = model.note().map(|note| note.to_string()).unwrap_or_default();
+            assert!(note.is_empty() || note.contains("version"), "{note}");
+        }
+    }
+}

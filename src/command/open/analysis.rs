@@ -70,6 +70,7 @@ struct Parts {
     plates: Vec<usize>,
     bars: Vec<usize>,
     springs: usize,
+    lines: Vec<usize>,
     masses: usize,
     sliders: usize,
     ground: usize,
@@ -319,6 +320,7 @@ impl Parts {
             plates: linkage.plates.iter().map(Vec::len).collect(),
             bars: linkage.bars.iter().map(Vec::len).collect(),
             springs: linkage.springs.len(),
+            lines: linkage.lines.iter().map(Vec::len).collect(),
             masses: linkage.masses.len(),
             sliders: linkage.sliders.len(),
             ground: linkage.ground_joints.len(),
@@ -329,11 +331,12 @@ impl Parts {
 
 /// The numbers of a frame in the order of [`Parts`].
 fn numbers(linkage: &Linkage) -> Vec<f64> {
-    let Linkage { guides, plates, bars, springs, masses, sliders, ground_joints, joints, .. } = linkage;
+    let Linkage { guides, plates, bars, springs, lines, masses, sliders, ground_joints, joints, .. } = linkage;
     let mut all: Vec<f64> = vec![];
     all.extend(guides.iter().flatten().flatten());
     all.extend(plates.iter().chain(bars).flatten().flatten());
     all.extend(springs.iter().flatten().flatten());
+    all.extend(lines.iter().flatten().flatten());
     all.extend(masses.iter().flatten());
     all.extend(sliders.iter().flat_map(|([x, y], angle)| [*x, *y, *angle]));
     all.extend(ground_joints.iter().chain(joints).flatten());

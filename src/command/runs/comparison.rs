@@ -59,6 +59,17 @@ impl RunComparison {
         Ok(text + self.quantities_table()?.text_with(digits).trim_end())
     }
 
+    /// The conclusions of both runs in words.
+    pub fn statuses(&self) -> [&str; 2] {
+        self.runs.each_ref().map(|run| run.status.as_str())
+    }
+
+    /// The settings that differ, if any, and the results.
+    pub fn tables(&self) -> linkwright::Result<Vec<Table>> {
+        let settings = if self.settings.is_empty() { None } else { Some(self.settings_table()?) };
+        Ok(settings.into_iter().chain([self.quantities_table()?]).collect())
+    }
+
     fn settings_table(&self) -> linkwright::Result<Table> {
         let mut table = Table::new("Settings that differ", ["setting", "A", "B"]);
         for change in &self.settings {

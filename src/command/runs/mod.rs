@@ -14,7 +14,7 @@ use super::output::{results, say};
 use super::run_directory::Summary;
 use anyhow::bail;
 use clap::Args;
-use comparison::RunComparison;
+pub(super) use comparison::RunComparison;
 pub use entry::{RunEntry, below};
 use linkwright::report::table::{Cell, Table};
 use std::path::{Path, PathBuf};

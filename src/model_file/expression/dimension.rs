@@ -29,6 +29,11 @@ impl Known {
         Some(Self { dimension, is_firm: false })
     }
 
+    /// Returns `true` for a number that no unit in the file makes one.
+    pub fn is_plain_number(self) -> bool {
+        !self.is_firm && self.dimension == Dimension::NUMBER
+    }
+
     /// Returns `true` if two quantities can be neither added nor compared.
     pub fn contradicts(self, other: Self) -> bool {
         let is_plain = |known: Self| !known.is_firm && known.dimension.is_number();

@@ -45,6 +45,19 @@ pub enum Node {
     Reduced(usize),
 }
 
+impl Node {
+    /// The operands or arguments.
+    pub fn parts(&self) -> &[Tree] {
+        match self {
+            Self::Number(_) | Self::Quantity(..) | Self::Name(_) | Self::Reduced(_) => &[],
+            Self::Negative(inner) | Self::Table(_, inner) => std::slice::from_ref(&**inner),
+            Self::Binary(_, both) => &both[..],
+            Self::If(_, parts) => &parts[..],
+            Self::Call(_, arguments) | Self::Reduce(_, arguments) => arguments,
+        }
+    }
+}
+
 /// A parsed expression with its location in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tree {
@@ -93,14 +106,10 @@ impl Tree {
 
     /// Calls `see` with each name and its location, from left to right.
     pub fn names<'t>(&'t self, see: &mut impl FnMut(&'t str, &Range<usize>)) {
-        match &self.node {
-            Node::Number(_) | Node::Quantity(..) | Node::Reduced(_) => {}
-            Node::Name(name) => see(name, &self.span),
-            Node::Negative(inner) | Node::Table(_, inner) => inner.names(see),
-            Node::If(_, parts) => parts.iter().for_each(|tree| tree.names(see)),
-            Node::Binary(_, both) => both.iter().for_each(|tree| tree.names(see)),
-            Node::Call(_, arguments) | Node::Reduce(_, arguments) => arguments.iter().for_each(|tree| tree.names(see)),
+        if let Node::Name(name) = &self.node {
+            see(name, &self.span);
         }
+        self.node.parts().iter().for_each(|tree| tree.names(see));
     }
 
     /// Replaces each reduction by its number, and returns the reductions with their arguments in this order.

@@ -1,11 +1,13 @@
 //! `[time]` and `[analysis]`: time points and the analysis of the mechanism.
 
 use super::key::{Accepts, Key, TableKeys, default, optional, required};
+use super::label::{self, Labels};
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::section::{Read, Section};
 use crate::Readable;
 use crate::Result;
 use crate::model_file::expression::Names;
+use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 #[cfg(feature = "report")]
 use crate::problem::Responses;
@@ -60,8 +62,17 @@ const DYNAMICS: &[Key] = &[
         "generalized-alpha",
         "integration method",
     ),
-    optional("step", Accepts::Number, "fixed time step, s").of("s"),
-    optional("tolerance", Accepts::Number, "tolerated local error, in place of a fixed step"),
+    optional(
+        "step",
+        Accepts::Number,
+        "fixed time step, s; by default the distance of the time points, divided for 1000 steps at least",
+    )
+    .of("s"),
+    optional(
+        "tolerance",
+        Accepts::Number,
+        "tolerated local error, in place of a fixed step; 1e-9 by default for rk5 and rk8",
+    ),
     default(
         "spectral_radius",
         Accepts::Number,
@@ -104,7 +115,7 @@ pub const TABLES: &[TableKeys] = &[
 ];
 
 /// Reads the time points, if there are any.
-pub fn read_time(file: &Section<'_>, names: &Names) -> Read<Option<TimeGrid>> {
+pub fn read_time(file: &Section<'_>, names: &Names, labels: &Labels) -> Read<Option<TimeGrid>> {
     let Some(section) = file.inner("time", &[TIME])? else { return Ok(None) };
     let points = match section.numbers("at", names)? {
         Some(points) => {
@@ -119,7 +130,11 @@ pub fn read_time(file: &Section<'_>, names: &Names) -> Read<Option<TimeGrid>> {
         let message = format!("time points must increase, but {} follows {}", points[p], points[p - 1]);
         return Err(section.error_at("at", message).help("give strictly increasing time points"));
     }
-    let grid = TimeGrid::new(&section.text("name")?, &section.text("unit")?, points);
+    // The parameter of a motion may be another quantity than the time, such as a travel.
+    let time = label::time();
+    let label = Unit::parse(&section.text("unit")?).map(|unit| unit.dimension);
+    let time = time.filter(|time| label == Some(time.dimension));
+    let grid = TimeGrid::new(&section.text("name")?, &labels.read(&section, time, None)?, points);
     grid.map(Some).map_err(|e| section.error_at("at", e.to_string()))
 }
 
@@ -244,6 +259,20 @@ fn derivatives(section: &Section<'_>, names: &Names, kind: &AnalysisKind) -> Rea
     Ok(chosen)
 }
 
+/// The step of implicit schemes where the file gives neither step nor tolerance: the shortest distance of the time points, divided so that
+/// there are 1000 steps at least; at most 100 000. Steps of fixed length, because the error of adaptive ones jumps with the design.
+fn default_step(start: f64, grid: &TimeGrid) -> f64 {
+    const FEWEST: f64 = 1e3;
+    const MOST: f64 = 1e5;
+    let span = grid.points[grid.len() - 1] - start;
+    if span <= 0.0 {
+        // The only time point is the start.
+        return 1.0;
+    }
+    let shortest = grid.points.windows(2).map(|pair| pair[1] - pair[0]).fold(span, f64::min);
+    (shortest / (FEWEST * shortest / span).ceil().max(1.0)).max(span / MOST)
+}
+
 fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: usize) -> Read<Integration> {
     let number = |key| section.number(key, names);
     let start = number("start")?.unwrap_or(0.0);
@@ -278,8 +307,8 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
         section.choice("scheme", &[("generalized-alpha", false), ("hht", false), ("rk5", true), ("rk8", true)])?;
     match (step, tolerance) {
         (Some(_), Some(_)) => Err(section.error_at("tolerance", "`step` and `tolerance` exclude each other")),
-        (None, None) => Err(section.error_at("step", "dynamics needs `step` or `tolerance`")),
         _ if is_explicit => explicit(section, start, step, tolerance),
+        (None, None) => implicit(section, names, start, Some(default_step(start, grid)), None),
         _ => implicit(section, names, start, step, tolerance),
     }
 }

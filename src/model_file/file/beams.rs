@@ -201,6 +201,19 @@ impl BeamSpec {
         context.beams.push(beam);
     }
 
+    /// Half the thickness in the plane, area and section modulus; `None` if the cross-section is given by stiffnesses.
+    #[cfg(feature = "report")]
+    pub fn extremes(&self, design: &[f64]) -> Option<[f64; 3]> {
+        let shape: Vec<f64> = self.shape.iter().map(|expression| expression.value(&Inputs::design(design))).collect();
+        let (unit, half) = match self.kind {
+            CrossSection::Circular => (BeamSection::circular(shape[0], 1.0, 0.0, 1.0), 0.5 * shape[0]),
+            CrossSection::Rectangular => (BeamSection::rectangular(shape[0], shape[1], 1.0, 0.0, 1.0), 0.5 * shape[1]),
+            CrossSection::Section => return None,
+        };
+        // With a unit modulus the stiffnesses are area and second moment of area.
+        (half > 0.0).then(|| [half, unit.axial, unit.bending / half])
+    }
+
     fn section<S: Scalar>(&self, value: impl Fn(&CompiledExpression) -> S) -> BeamSection<S> {
         let shape: Vec<S> = self.shape.iter().map(&value).collect();
         // The geometry, for a material of unit modulus and density.

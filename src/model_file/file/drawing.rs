@@ -7,7 +7,8 @@ use super::elements::{ElementSpec, InputSpec};
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::outputs::OutputSpec;
-use super::parts::{CoordinateRef, FrameCoordinate, FrameRef, PointRef};
+use super::parts::{CoordinateRef, FrameCoordinate, FrameRef, NamedPart, PointRef};
+use super::symbols;
 use crate::Result;
 use crate::model_file::expression::Inputs;
 use crate::problem::TimeGrid;
@@ -45,7 +46,8 @@ impl Model {
     /// The mechanism of each design at the given times; none without a mechanism.
     ///
     /// A body is drawn as a bar or a plate through its joints and points, a point mass as a disc, a body of one coordinate as
-    /// a block on a guide, a beam as a line through its nodes.
+    /// a block on a guide, a beam by its true thickness with its largest normal stress |N|/A + |M|/W in colour, or as a line through its nodes
+    /// if its cross-section is given by stiffnesses.
     ///
     /// # Errors
     /// Those of the analysis.
@@ -96,6 +98,8 @@ struct DrawnState<'s> {
     mechanism: &'s DrawnMechanism<'s>,
     poses: Vec<[f64; 3]>,
     sliders: Vec<f64>,
+    /// Normal force and moment at the nodes of beams with a known cross-section.
+    forces: Vec<[f64; 2]>,
 }
 
 impl<'p> DrawnMechanism<'p> {
@@ -113,7 +117,17 @@ impl<'p> DrawnMechanism<'p> {
         let of_frame = |frame: &FrameRef| ["x", "y", "theta"].map(|what| MeasureRef::Frame(*frame, what));
         let sliders = (0..self.sliders).map(|k| MeasureRef::Slider(k, "position"));
         let measures = self.frames.iter().flat_map(of_frame).chain(sliders);
+        let measures = measures.chain(self.internal_forces());
         measures.enumerate().map(|(k, measure)| OutputSpec::of_measure(format!("place {k}"), measure)).collect()
+    }
+
+    /// Normal force and moment at all nodes of beams with a known cross-section.
+    fn internal_forces(&self) -> impl Iterator<Item = MeasureRef> {
+        let beams = self.spec.beams.iter().enumerate().filter(|(_, beam)| beam.extremes(self.design).is_some());
+        beams.flat_map(|(b, beam)| {
+            let of = move |node| ["normal_force", "moment"].map(|what| MeasureRef::Node(b, node, what));
+            (0..=beam.elements).flat_map(of)
+        })
     }
 
     fn states(&self, values: &[Vec<f64>], count: usize) -> Vec<DrawnState<'_>> {
@@ -121,7 +135,8 @@ impl<'p> DrawnMechanism<'p> {
         let state = |p: usize| DrawnState {
             mechanism: self,
             poses: (0..n).map(|k| [0, 1, 2].map(|i| values[3 * k + i][p])).collect(),
-            sliders: values[3 * n..].iter().map(|v| v[p]).collect(),
+            sliders: values[3 * n..][..self.sliders].iter().map(|v| v[p]).collect(),
+            forces: values[3 * n + self.sliders..].chunks_exact(2).map(|pair| [pair[0][p], pair[1][p]]).collect(),
         };
         (0..count).map(state).collect()
     }
@@ -161,6 +176,11 @@ struct GuideRanges {
     floor: f64,
     /// Length of the arrows of loads and drives.
     arrow: f64,
+    /// Largest stress of all beams.
+    stress: f64,
+    /// Middle of all places, and half the larger side of the window around them.
+    centre: [f64; 2],
+    half: f64,
 }
 
 impl GuideRanges {
@@ -190,7 +210,18 @@ impl GuideRanges {
         }
         let size = frame.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
         let guides = guides.into_iter().map(|g| widened(g, 0.25)).collect();
-        Self { guides, sliders: widened(sliders, 0.2), floor, arrow: if size > 0.0 { 0.14 * size } else { 0.14 } }
+        let stress =
+            motions.iter().flatten().flat_map(DrawnState::stresses).flat_map(|(.., nodes)| nodes).fold(0.0, f64::max);
+        let arrow = if size > 0.0 { 0.14 * size } else { 0.14 };
+        Self {
+            guides,
+            sliders: widened(sliders, 0.2),
+            floor,
+            arrow,
+            stress,
+            centre: frame.map(|[low, high]| 0.5 * (low + high)),
+            half: (0.3 * size).max(0.05),
+        }
     }
 }
 
@@ -223,8 +254,8 @@ impl DrawnState<'_> {
     fn draw(&self, ranges: &GuideRanges) -> Linkage {
         let mut linkage = Linkage::default();
         (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
-        self.draw_beams(&mut linkage);
-        self.mechanism.spec.elements.iter().for_each(|part| self.draw_element(part, &mut linkage));
+        self.draw_beams(ranges, &mut linkage);
+        self.mechanism.spec.elements.iter().for_each(|part| self.draw_element(part, ranges, &mut linkage));
         for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {
             let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();
@@ -234,7 +265,51 @@ impl DrawnState<'_> {
         self.draw_slides(ranges, &mut linkage);
         let elements = &self.mechanism.spec.elements;
         linkage.arrows = elements.iter().filter_map(|part| self.arrow(part, ranges)).collect();
+        self.name_parts(ranges, &mut linkage);
         linkage
+    }
+
+    /// Names of bodies, beams and points at their places; the paths of named points are drawn.
+    fn name_parts(&self, ranges: &GuideRanges, linkage: &mut Linkage) {
+        let parts = &self.mechanism.spec.parts;
+        for name in &parts.order {
+            let at = match parts.get(name) {
+                Some(NamedPart::Frame(frame @ FrameRef::Body(body)))
+                    if self.mechanism.kinds[*body] != BodyKind::FixedNode =>
+                {
+                    self.middle(*frame, *body)
+                }
+                Some(NamedPart::Slider(k)) => [self.sliders[*k], self.row(*k, ranges)],
+                Some(NamedPart::Beam(beam, elements)) => self.position(FrameRef::Node(*beam, elements / 2), [0.0; 2]),
+                Some(NamedPart::Point(k)) => {
+                    let at = self.point(&parts.points[*k]);
+                    if parts.points[*k].frame != FrameRef::Ground {
+                        linkage.traced.push(at);
+                    }
+                    at
+                }
+                _ => continue,
+            };
+            linkage.notes.push((name.clone(), at));
+        }
+    }
+
+    /// The middle of the points of a body.
+    fn middle(&self, frame: FrameRef, body: usize) -> [f64; 2] {
+        let points = self.mechanism.points_of(body);
+        let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len().max(1) as f64;
+        self.position(frame, [mean(0), mean(1)])
+    }
+
+    /// Beams with a known cross-section: number, half thickness, largest normal stress at each node.
+    fn stresses(&self) -> impl Iterator<Item = (usize, f64, Vec<f64>)> {
+        let mut rest = &self.forces[..];
+        self.mechanism.spec.beams.iter().enumerate().filter_map(move |(k, beam)| {
+            let [half, area, modulus] = beam.extremes(self.mechanism.design)?;
+            let (own, others) = rest.split_at_checked(beam.elements + 1)?;
+            rest = others;
+            Some((k, half, own.iter().map(|[n, m]| n.abs() / area + m.abs() / modulus).collect()))
+        })
     }
 
     /// Places of all points of elements.
@@ -315,10 +390,25 @@ impl DrawnState<'_> {
         }
     }
 
-    fn draw_beams(&self, linkage: &mut Linkage) {
+    fn draw_beams(&self, ranges: &GuideRanges, linkage: &mut Linkage) {
+        linkage.stress = ranges.stress;
+        let stresses: Vec<_> = self.stresses().collect();
         for (k, beam) in self.mechanism.spec.beams.iter().enumerate() {
             let node = |node: usize| self.position(FrameRef::Node(k, node), [0.0; 2]);
-            linkage.bars.push((0..=beam.elements).map(node).collect());
+            match stresses.iter().find(|(beam, ..)| *beam == k) {
+                None => linkage.bars.push((0..=beam.elements).map(node).collect()),
+                Some((_, half, at_nodes)) => linkage.stressed.extend((0..beam.elements).map(|e| {
+                    // Across the line through the neighbours of the node.
+                    let corner = |n: usize, side: f64| {
+                        let ([x0, y0], [x1, y1]) = (node(n.saturating_sub(1)), node((n + 1).min(beam.elements)));
+                        let (length, [x, y]) = ((x1 - x0).hypot(y1 - y0).max(f64::MIN_POSITIVE), node(n));
+                        [x - side * half * (y1 - y0) / length, y + side * half * (x1 - x0) / length]
+                    };
+                    let outline = [corner(e, 1.0), corner(e + 1, 1.0), corner(e + 1, -1.0), corner(e, -1.0)];
+                    let mean = 0.5 * (at_nodes[e] + at_nodes[e + 1]);
+                    (outline, if ranges.stress > 0.0 { mean / ranges.stress } else { 0.0 })
+                })),
+            }
             for (frame, end) in beam.ends.iter().zip([0, beam.elements]) {
                 if let Some(frame) = frame {
                     self.draw_pin(node(end), [*frame, *frame], linkage);
@@ -337,18 +427,120 @@ impl DrawnState<'_> {
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
     }
 
-    fn draw_element(&self, part: &ElementSpec, linkage: &mut Linkage) {
+    /// A number of an element by its name; zero if it has none.
+    fn number(&self, part: &ElementSpec, name: &str) -> f64 {
+        let inputs = part.kind.descriptor.inputs.iter().zip(&part.inputs);
+        let own = inputs.filter(|(input, _)| input.name == name).find_map(|(_, value)| match value {
+            InputSpec::Number(expression) => Some(expression.value(&Inputs::design(self.mechanism.design))),
+            _ => None,
+        });
+        own.unwrap_or(0.0)
+    }
+
+    /// Draws an element between its first two points.
+    fn draw_element(&self, part: &ElementSpec, ranges: &GuideRanges, linkage: &mut Linkage) {
         let mut points = part.points();
-        let (Some(a), Some(b)) = (points.next(), points.next()) else { return };
-        let ends = [self.point(a), self.point(b)];
+        let [a, b] = [points.next(), points.next()];
+        let Some(a) = a else { return self.draw_on_coordinates(part, ranges, linkage) };
+        let (at, angle, size) = (self.point(a), self.pose(a.frame)[2], 0.14 * ranges.arrow);
+        let number = |name: &str| self.number(part, name);
+        match symbol(part) {
+            Symbol::Wall => {
+                let (normal, foot) = (number("normal"), [number("wall_x"), number("wall_y")]);
+                let (s, c) = normal.sin_cos();
+                let foot = beside(ranges.centre, foot, [-s, c]);
+                return linkage.lines.push(symbols::wall(foot, normal - FRAC_PI_2, ranges.half, 0.3 * ranges.arrow));
+            }
+            Symbol::Weld => return linkage.lines.push(symbols::weld(at, angle, size)),
+            _ => {}
+        }
+        let Some(b) = b else { return };
+        let ends = [at, self.point(b)];
+        let is_own = |point: &&PointRef| point.frame == FrameRef::Ground;
         match symbol(part) {
             Symbol::Pin => return self.draw_pin(ends[0], [a.frame, b.frame], linkage),
             Symbol::Bar => linkage.bars.push(ends.to_vec()),
-            Symbol::Spring => linkage.springs.push(ends),
-            Symbol::None | Symbol::Guide => return,
+            Symbol::Spring => match [number("stiffness"), number("damping")] {
+                [0.0, damping] if damping != 0.0 => linkage.lines.push(symbols::damper(ends, 2.0 * size, 0.0)),
+                [_, damping] => {
+                    linkage.springs.push(ends);
+                    if damping != 0.0 {
+                        linkage.lines.push(symbols::damper(ends, 1.4 * size, 2.2 * size));
+                    }
+                }
+            },
+            Symbol::Damper => linkage.lines.push(symbols::damper(ends, 2.0 * size, 0.0)),
+            Symbol::Rope => linkage.lines.push(ends.to_vec()),
+            Symbol::Rack => {
+                let (direction, radius, wheel) = (number("direction"), number("radius"), self.pose(b.frame));
+                let (s, c) = direction.sin_cos();
+                let ([x, y], beside) = (ends[1], -radius);
+                // The pitch line touches the wheel; it is drawn one radius to either side of the contact.
+                let foot = [x - s * beside, y + c * beside];
+                let from = [foot[0] - 3.0 * radius.abs() * c, foot[1] - 3.0 * radius.abs() * s];
+                let to = [foot[0] + 3.0 * radius.abs() * c, foot[1] + 3.0 * radius.abs() * s];
+                linkage.lines.push(symbols::rack([from, to], 0.2 * radius.abs()));
+                return linkage.lines.push(symbols::wheel(ends[1], radius.abs(), wheel[2]));
+            }
+            Symbol::Cam => {
+                let profile = ["base_radius", "lift", "phase"].map(number);
+                return linkage.lines.push(symbols::cam(at, angle, profile));
+            }
+            Symbol::MovingWall => {
+                let line = angle + number("line");
+                let (s, c) = line.sin_cos();
+                let is_at_rest = is_own(&a);
+                let foot = if is_at_rest { beside(ranges.centre, at, [c, s]) } else { at };
+                return linkage.lines.push(symbols::wall(foot, line, ranges.half, 0.3 * ranges.arrow));
+            }
+            _ => return,
         }
-        let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| point.frame == FrameRef::Ground);
+        let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| is_own(point));
         linkage.ground_joints.extend(grounded.map(|(_, end)| end));
+    }
+
+    /// Draws an element between coordinates: gears around the bodies of two rotations, a stop across a translation.
+    fn draw_on_coordinates(&self, part: &ElementSpec, ranges: &GuideRanges, linkage: &mut Linkage) {
+        let places: Vec<CoordinateRef> = part.coordinates().collect();
+        let radii = ["radius_a", "radius_b"].map(|name| self.number(part, name).abs());
+        match (symbol(part), &places[..]) {
+            (Symbol::Gears, [a, b, ..]) => {
+                for (place, radius) in [a, b].into_iter().zip(radii) {
+                    if let CoordinateRef::Of(frame, FrameCoordinate::Theta) = place {
+                        linkage.lines.push(symbols::wheel(self.hinge(*frame), radius, self.pose(*frame)[2]));
+                    }
+                }
+            }
+            (Symbol::Stop, [a, b]) => {
+                let Some(from) = self.coordinate(*a) else { return };
+                let at = from + self.number(part, "limit") + self.number(part, "clearance");
+                let half = 0.6 * ranges.arrow;
+                let (middle, angle) = match b {
+                    CoordinateRef::Slider(k) => ([at, self.row(*k, ranges)], -FRAC_PI_2),
+                    CoordinateRef::Of(frame, FrameCoordinate::X) => ([at, self.pose(*frame)[1]], -FRAC_PI_2),
+                    CoordinateRef::Of(frame, FrameCoordinate::Y) => ([self.pose(*frame)[0], at], 0.0),
+                    CoordinateRef::Of(frame, FrameCoordinate::Theta) => {
+                        let hinge = self.hinge(*frame);
+                        let (s, c) = at.sin_cos();
+                        ([hinge[0] + half * c, hinge[1] + half * s], at)
+                    }
+                    CoordinateRef::Of(_, FrameCoordinate::Z) | CoordinateRef::Joint(..) => return,
+                };
+                linkage.lines.push(symbols::wall(middle, angle, half, 0.3 * ranges.arrow));
+            }
+            _ => {}
+        }
+    }
+
+    /// The value of a coordinate in the plane.
+    fn coordinate(&self, place: CoordinateRef) -> Option<f64> {
+        match place {
+            CoordinateRef::Slider(k) => Some(self.sliders[k]),
+            CoordinateRef::Of(frame, FrameCoordinate::X) => Some(self.pose(frame)[0]),
+            CoordinateRef::Of(frame, FrameCoordinate::Y) => Some(self.pose(frame)[1]),
+            CoordinateRef::Of(frame, FrameCoordinate::Theta) => Some(self.pose(frame)[2]),
+            CoordinateRef::Of(_, FrameCoordinate::Z) | CoordinateRef::Joint(..) => None,
+        }
     }
 
     /// Draws one-coordinate bodies below each other, each on its guide; a spring to the ground is fixed at its left end.
@@ -381,6 +573,12 @@ impl DrawnState<'_> {
 /// The symbol of an element.
 pub fn symbol(part: &ElementSpec) -> Symbol {
     part.kind.descriptor.symbol
+}
+
+/// The point of a line nearest to a place.
+fn beside(place: [f64; 2], on: [f64; 2], [u, v]: [f64; 2]) -> [f64; 2] {
+    let along = (place[0] - on[0]) * u + (place[1] - on[1]) * v;
+    [on[0] + u * along, on[1] + v * along]
 }
 
 /// The convex hull, counter-clockwise; the two ends where all points are on one line.

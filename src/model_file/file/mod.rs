@@ -8,12 +8,12 @@
 //! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
 //! | `markers`, `bodies3`, `beams3` | points with axes, bodies and beams in space |
 //! | `mechanism` | the mechanism as a pure function of the design |
-//! | `measures`, `measured`, `outputs` | measured quantities, formulas of them, and outputs |
+//! | `measures`, `measured`, `outputs`, `label` | measured quantities, formulas of them, outputs and their units |
 //! | `events` | events by a condition |
 //! | `analysis`, `program` | time points and analysis; analysis by another program |
 //! | `quantity`, `objective`, `constraints` | objective and constraints as formulas of outputs |
 //! | `method` | the optimization method |
-//! | `drawing`, `drawing3` | drawings of the mechanism in motion, in the plane and in space |
+//! | `drawing`, `drawing3`, `symbols` | drawings of the mechanism in motion, in the plane and in space, and shapes of its elements |
 
 mod analysis;
 mod beams;
@@ -30,6 +30,7 @@ mod elements;
 mod events;
 mod feedback;
 mod key;
+mod label;
 mod markers;
 mod measured;
 mod measures;
@@ -44,6 +45,8 @@ mod program;
 mod quantity;
 mod replicate;
 mod section;
+#[cfg(feature = "report")]
+mod symbols;
 mod value;
 
 pub(super) use element_kinds::element_of;
@@ -68,6 +71,7 @@ use crate::responses::program::ProgramAnalysis;
 use crate::sao::Method;
 use crate::{Error, Result};
 use autodiff::Scalar;
+use label::Labels;
 use mechanics::SimulationClock;
 use mechanism::{MechanismSpec, MechanismTemplate};
 use objective::ObjectiveSpec;
@@ -158,7 +162,7 @@ pub struct Model {
     fingerprint: u64,
     analysis_fingerprint: u64,
     source: SourceMap,
-    note: Option<Diagnostic>,
+    notes: Vec<Diagnostic>,
 }
 
 /// Reads a model; `file` is its name in messages.
@@ -210,11 +214,12 @@ fn model_of_text(file: &str, text: &str, log: &DiagnosticLog) -> Read<Model> {
     }
     log.check()?;
     let note = (version < version::CURRENT).then(|| words.note(&table));
+    let notes = note.into_iter().chain(log.remarks()).collect();
     let mut model = model.expect("no error was logged");
     if version < version::CURRENT {
         model.objective.iter_mut().for_each(ObjectiveSpec::keep_first_scale);
     }
-    Ok(Model { fingerprint, analysis_fingerprint, note, ..model })
+    Ok(Model { fingerprint, analysis_fingerprint, notes, ..model })
 }
 
 fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) -> Read<Model> {
@@ -224,7 +229,8 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let (mut names, variables) = naming::read(&section)?;
     let program = program::read(&section, &names)?;
     let mechanism = if program.is_some() { None } else { mechanism::read(&section, &names)? };
-    let grid = analysis::read_time(&section, &names)?;
+    let labels = Labels::of(table, &variables);
+    let grid = analysis::read_time(&section, &names, &labels)?;
     let series = quantity::series(&section, &names, grid.as_ref())?;
     let outputs = outputs::read(
         &section,
@@ -233,6 +239,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         &variables,
         program.is_some(),
         grid.as_ref(),
+        &labels,
     )?;
     let bound = objective::read_bound(&section, &mut names, &outputs)?;
     let of_peak = bound.as_ref().map(|bound| bound.variable.clone());
@@ -249,6 +256,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         series: &series,
         grid: grid.as_ref(),
         variables: &all,
+        labels: &labels,
     };
     let objective = match is_problem {
         true => source.log.keep(objective::read(&section, &known, bound)).map(Some),
@@ -282,7 +290,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         fingerprint: 0,
         analysis_fingerprint: 0,
         source: SourceMap::default(),
-        note: None,
+        notes: vec![],
     })
 }
 
@@ -330,9 +338,9 @@ impl Model {
         self.analysis_fingerprint
     }
 
-    /// The note about a file of version 1, with the new names of its old words.
+    /// Notes about a file that is read: its version is 1, with the new names of its old words, or a `unit` is not that of the values.
     pub fn note(&self) -> Option<DiagnosticReport> {
-        self.note.clone().map(|note| self.source.report(vec![note]))
+        (!self.notes.is_empty()).then(|| self.source.report(self.notes.clone()))
     }
 
     /// Converts an error of the analysis to a diagnostic at the part of the file that it names; `None` if it names no part.

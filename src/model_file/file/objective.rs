@@ -7,7 +7,7 @@ use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Names, Node, Reduction, Tree};
+use crate::model_file::expression::{Known, Names, Node, Reduction, Tree};
 use crate::model_file::unit::Unit;
 use crate::problem::{
     Analysis, Constraint, ContinuousTime, DesignVariable, Goal, GradientMethod, Problem, ProblemBuilder, Quantity,
@@ -179,6 +179,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         trees = trees.iter().filter_map(peak_of).cloned().collect();
     }
     let unit = stored_unit(&section, known.outputs)?;
+    let dimension = trees.first().and_then(|tree| known.dimension(tree).ok().flatten());
     if let Some(unit) = shown_in(&section)? {
         let convert = |tree: Tree| {
             let dimension = known.dimension(&tree)?;
@@ -210,10 +211,16 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         (Some(_), _) if values.iter().any(|value| !value.is_transient) => {
             Err(section.error_at("over", "`over` applies to histories, and the objective is a number"))
         }
-        (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => peak(&section, known, values, bound),
+        (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => peak(&section, known, values, dimension, bound),
         (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
         (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
-        (over, None) => number(&section, known, value, goal, over, unit.as_ref()),
+        (over, None) => {
+            let dimension = dimension.filter(|_| !matches!(over, Some(Over::Sum | Over::Integral)));
+            let quantity = number(&section, known, value, over)?;
+            let label = known.labels.read(&section, dimension, unit.as_ref())?;
+            let unit = unit.filter(|_| label.is_empty()).map_or(label, |unit| unit.text);
+            Ok(ObjectiveSpec::Number { name: section.text("name")?, unit, quantity, goal })
+        }
     }
 }
 
@@ -229,6 +236,7 @@ fn peak(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
     values: Vec<CompiledQuantity>,
+    dimension: Option<Known>,
     BoundVariable { variable: mut bound, unit: stored, has_start }: BoundVariable,
 ) -> Read<ObjectiveSpec> {
     let scale = match (&stored, section.tree("scale")?) {
@@ -238,7 +246,10 @@ fn peak(
     if scale.is_some_and(|scale| scale <= 0.0) {
         return Err(section.error_at("scale", "`scale` must be positive"));
     }
-    let unit = section.text("unit")?;
+    let unit = known.labels.read(section, dimension, stored.as_ref())?;
+    if let (Some(inner), None) = (section.inner("bound", &[BOUND])?, &stored) {
+        bound.unit = known.labels.read(&inner, dimension, None)?;
+    }
     if bound.unit.is_empty() {
         bound.unit = if unit.is_empty() { known.unit_of(&values[0]).to_owned() } else { unit };
     }
@@ -251,18 +262,13 @@ fn number(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
     value: CompiledQuantity,
-    goal: Goal,
     over: Option<Over>,
-    stored: Option<&Unit>,
-) -> Read<ObjectiveSpec> {
+) -> Read<Quantity> {
     let quantity = match (over, known.grid) {
         (Some(over), Some(grid)) => Quantity::sum(0, weights(section, over, grid)?, value.function).of(&value.uses),
         _ => value.quantity(),
     };
-    let quantity = known.linearized(section, quantity)?;
-    let unit = section.text("unit")?;
-    let unit = stored.filter(|_| unit.is_empty()).map_or(unit, |unit| unit.text.clone());
-    Ok(ObjectiveSpec::Number { name: section.text("name")?, unit, quantity, goal })
+    known.linearized(section, quantity)
 }
 
 /// Weights of a sum, an integral or a mean.

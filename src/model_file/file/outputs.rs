@@ -1,6 +1,7 @@
 //! `[[output]]`: responses of the analysis.
 
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
+use super::label::Labels;
 use super::measured::MeasuredFormula;
 #[cfg(feature = "report")]
 use super::measures::MeasureRef;
@@ -106,6 +107,7 @@ pub fn read(
     variables: &[DesignVariable],
     has_program: bool,
     grid: Option<&TimeGrid>,
+    labels: &Labels,
 ) -> Read<Vec<OutputSpec>> {
     let mut outputs: Vec<OutputSpec> = vec![];
     let points = grid.map_or(1, TimeGrid::len);
@@ -130,7 +132,10 @@ pub fn read(
         }
         outputs.push(match has_program {
             true => output_of_program(word.text, &section, names, variables)?,
-            false => output(word.text, &section, names, parts, variables, is_static)?,
+            false if section.has("frequency") => {
+                natural_frequency(word.text, &section, names, variables, labels, is_static)?
+            }
+            false => output(word.text, &section, names, parts, variables, labels)?,
         });
         Ok(())
     })?;
@@ -143,18 +148,11 @@ fn output(
     names: &Names,
     parts: Option<&Parts>,
     variables: &[DesignVariable],
-    is_static: bool,
+    labels: &Labels,
 ) -> Read<OutputSpec> {
     if section.has("program") {
         let message = "there is no program that could compute this output";
         return Err(section.error_at("program", message).help("give a `value`, or [analysis] with kind = \"program\""));
-    }
-    if section.has("frequency") {
-        if !is_static {
-            let message = "natural frequencies are those of small vibrations about a static equilibrium";
-            return Err(section.error_at("frequency", message).help("use [analysis] with kind = \"statics\""));
-        }
-        return natural_frequency(name, section, names, variables);
     }
     let Some(tree) = section.tree("value")? else {
         return Err(section.error_at("value", format!("{} lacks `value`", section.title)));
@@ -174,7 +172,7 @@ fn output(
     };
     Ok(OutputSpec {
         name,
-        unit: shown_in.as_ref().map_or_else(|| section.text("unit"), |unit| Ok(unit.text.clone()))?,
+        unit: shown_in.as_ref().map_or_else(|| labels.read(section, known, None), |unit| Ok(unit.text.clone()))?,
         known: shown_in.as_ref().map(|unit| Known { dimension: unit.dimension, is_firm: true }).or(known),
         shown_in,
         is_transient: event.is_none() && (parts.is_some() || formula.expression.uses_time()),
@@ -225,8 +223,14 @@ fn natural_frequency(
     section: &Section<'_>,
     names: &Names,
     variables: &[DesignVariable],
+    labels: &Labels,
+    is_static: bool,
 ) -> Read<OutputSpec> {
-    if let Some(key) = ["value", "at_event"].into_iter().find(|key| section.has(key)) {
+    if !is_static {
+        let message = "natural frequencies are those of small vibrations about a static equilibrium";
+        return Err(section.error_at("frequency", message).help("use [analysis] with kind = \"statics\""));
+    }
+    if let Some(key) = ["value", "at_event", "program"].into_iter().find(|key| section.has(key)) {
         return Err(section.error_at(key, format!("`{key}` and `frequency` exclude each other")));
     }
     let number = section.count("frequency", limits::ELEMENTS)?.unwrap_or(1);
@@ -247,7 +251,7 @@ fn natural_frequency(
         name,
         unit: match &shown_in {
             Some(unit) => unit.text.clone(),
-            None if section.has("unit") => section.text("unit")?,
+            None if section.has("unit") => labels.read(section, Known::loose(natural.dimension), None)?,
             None => "rad/s".to_owned(),
         },
         known: Some(Known { dimension, is_firm: true }),

@@ -1,5 +1,6 @@
 //! Objective and constraint quantities as formulas of outputs, and `[series]`.
 
+use super::label::Labels;
 use super::outputs::{OutputSpec, intermediates};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
@@ -62,6 +63,7 @@ pub struct QuantityContext<'a> {
     pub grid: Option<&'a TimeGrid>,
     /// Design variables, with the bound of a peak if the objective has one.
     pub variables: &'a [DesignVariable],
+    pub labels: &'a Labels,
 }
 
 /// A formula of outputs, series, design variables and time.

@@ -19,6 +19,23 @@ pub struct Scene {
     pub traces: Vec<Vec<[f64; 2]>>,
 }
 
+impl Scene {
+    /// The motion of a mechanism with the paths of its traced points.
+    pub fn new(title: impl Into<String>, frames: Vec<Linkage>) -> Self {
+        let count = frames.first().map_or(0, |frame| frame.traced.len());
+        let path = |k: usize| frames.iter().filter_map(|frame| frame.traced.get(k)).copied().collect();
+        let traces = (0..count).map(path).collect();
+        Self { title: title.into(), frames, traces }
+    }
+}
+
+/// The motion of the design of a cycle.
+#[derive(Clone, Debug)]
+struct CycleMotion {
+    cycle: usize,
+    frames: Vec<Linkage>,
+}
+
 /// The motion of several designs side by side, in one scale and over the same times.
 ///
 /// ```
@@ -48,6 +65,7 @@ pub struct Animation {
     seconds: f64,
     time: QuantityLabel,
     compared: bool,
+    cycles: Vec<CycleMotion>,
 }
 
 impl Animation {
@@ -70,7 +88,7 @@ impl Animation {
         }
         let seconds = (times[times.len() - 1] - times[0]).clamp(0.1, 3600.0);
         let (time, description) = (QuantityLabel::new("*t*", "s"), description.into());
-        Ok(Self { description, axes, times, scenes, seconds, time, compared: false })
+        Ok(Self { description, axes, times, scenes, seconds, time, compared: false, cycles: vec![] })
     }
 
     /// Sets the duration in seconds, for instance to slow down a vibration.
@@ -97,6 +115,17 @@ impl Animation {
         Self { compared: true, ..self }
     }
 
+    /// Adds the motion of the design of a cycle over the same times, which the page shows in place of the last scene when this cycle is chosen.
+    ///
+    /// # Errors
+    /// If there are other numbers of frames than times, or a coordinate is not finite.
+    pub fn with_cycle(mut self, cycle: usize, frames: Vec<Linkage>) -> Result<Self> {
+        Error::check_length(&format!("frames of cycle {cycle}"), self.times.len(), frames.len())?;
+        frames.iter().try_for_each(Linkage::check)?;
+        self.cycles.push(CycleMotion { cycle, frames });
+        Ok(self)
+    }
+
     /// Number of frames.
     pub fn frames(&self) -> usize {
         self.times.len()
@@ -104,7 +133,8 @@ impl Animation {
 
     /// Limits along both axes of all scenes at all times.
     fn windows(&self) -> [[f64; 2]; 2] {
-        let frames = self.scenes.iter().flat_map(|scene| &scene.frames).flat_map(Linkage::extent);
+        let shown = self.scenes.iter().map(|scene| &scene.frames).chain(self.cycles.iter().map(|cycle| &cycle.frames));
+        let frames = shown.flatten().flat_map(Linkage::extent);
         let traces = self.scenes.iter().flat_map(|scene| scene.traces.concat());
         let everything: Vec<[f64; 2]> = frames.chain(traces).collect();
         [0, 1].map(|k| window(everything.iter().map(|p| p[k])))

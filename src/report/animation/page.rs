@@ -3,12 +3,17 @@
 use super::Animation;
 use super::scene::Viewport;
 use crate::report::figure::markup::plain;
+use crate::report::figure::short;
 use crate::report::plots::{Linkage, View};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
 
 const PLAYER: &str = include_str!("player.js");
 const STYLE: &str = include_str!("player.css");
+/// Largest number of names that are shown at first.
+const FEW_NAMES: usize = 6;
+/// Largest size in bytes of the motions of cycles; beyond, they have fewer frames.
+const CYCLES: usize = 250_000;
 const PAGE_STYLE: &str =
     ":root { color-scheme: light dark; }\nbody { margin: 1.5rem auto; max-width: 72rem; padding: 0 1rem; }";
 
@@ -45,8 +50,11 @@ impl Animation {
             false => "Mechanism; space plays, arrows step",
         };
         let data = self.data().to_string().replace('<', "\\u003c");
+        let frames = || self.scenes.iter().flat_map(|scene| &scene.frames);
+        let names = frames().map(|frame| frame.notes.len()).max().unwrap_or(0);
+        let stress = frames().map(|frame| frame.stress).fold(0.0, f64::max);
         html! {
-            figure class="linkwright-animation" {
+            figure class=(if names > FEW_NAMES { "linkwright-animation nameless" } else { "linkwright-animation" }) {
                 style { (PreEscaped(STYLE)) }
                 div class="scenes" tabindex="0" role="group" aria-label=(label) {
                     (self.scene_elements())
@@ -65,7 +73,15 @@ impl Animation {
                         }
                     }
                     @if self.compared {
-                        label { input type="checkbox" checked; " first design behind the other" }
+                        label { input class="overlay" type="checkbox" checked; " first design behind the other" }
+                    }
+                    @if names > 0 {
+                        label { input class="naming" type="checkbox" checked[names <= FEW_NAMES]; " names" }
+                    }
+                }
+                @if stress > 0.0 {
+                    p class="stress" {
+                        "stress 0 " span {} " " (plain(&short(stress / 1e6))) " MPa (largest normal stress at the surface of beams)"
                     }
                 }
                 figcaption { (plain(&self.description)) }
@@ -103,8 +119,16 @@ impl Animation {
         let frames = |scene: &super::Scene| scene.frames.iter().map(frame).collect::<Vec<Value>>();
         let view = View::default();
         let turned = json!({ "height": viewport.height(), "azimuth": view.azimuth, "elevation": view.elevation });
+        let one = self.scenes.first().map_or(0, |scene| frame(&scene.frames[0]).to_string().len());
+        let most = (CYCLES / (one * self.cycles.len()).max(1)).max(2);
+        let stride = self.times.len().div_ceil(most);
+        let thinned = |cycle: &super::CycleMotion| {
+            json!([cycle.cycle, cycle.frames.iter().step_by(stride).map(frame).collect::<Vec<Value>>()])
+        };
         json!({
             "space": viewport.is_spatial().then_some(turned),
+            "stride": stride,
+            "cycles": self.cycles.iter().map(thinned).collect::<Vec<_>>(),
             "seconds": self.seconds,
             "times": self.times,
             "time": [plain(&self.time.name), plain(&self.time.unit)],

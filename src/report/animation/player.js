@@ -3,7 +3,7 @@
   const figure = document.currentScript.closest("figure");
   const data = JSON.parse(figure.querySelector("script[type='application/json']").textContent);
   const [button, slider, readout, speed] = ["button", "input[type=range]", "output", "select.speed"].map((name) => figure.querySelector(name));
-  const overlay = figure.querySelector("input[type=checkbox]");
+  const [overlay, naming] = [".overlay", ".naming"].map((name) => figure.querySelector(`input${name}`));
   const stage = figure.querySelector(".scenes");
   const [first, last] = [data.times[0], data.times[data.times.length - 1]];
   const drawings = [...figure.querySelectorAll(".scenes svg")];
@@ -31,18 +31,33 @@
   const move = (node, [x, y, turn]) =>
     node.setAttribute("transform", `translate(${x} ${y})` + (turn === undefined ? "" : ` rotate(${turn})`));
   const curve = (node, at) => node.setAttribute("d", path(at, false));
+  // The colour of a share of the largest stress.
+  function shade(share) {
+    const ends = [[255, 247, 188], [254, 153, 41], [140, 20, 20]];
+    const at = 2 * Math.min(Math.max(share, 0), 1);
+    const k = at < 1 ? 0 : 1;
+    return `rgb(${ends[k].map((c, i) => Math.round(c + (at - k) * (ends[k + 1][i] - c))).join(" ")})`;
+  }
   // The parts in the order of the frames.
   const parts = [
     ["guides", curve],
     ["plates", (node, at) => node.setAttribute("d", path(at, true))],
     ["bars", curve],
+    ["stressed", (node, at) => {
+      node.setAttribute("d", path(at.slice(0, 8), true));
+      node.style.fill = shade(at[8] / 100);
+    }],
+    ["lines", curve],
     ["springs", (node, at) => node.setAttribute("d", spring(at))],
     ["masses", move],
     ["sliders", move],
     ["ground", move],
     ["joints", move],
     ["arrows", curve],
+    ["names", move],
   ];
+  // The motion of the design of a cycle, if one is chosen.
+  let chosen = null;
 
   // Mechanisms in space are turned about their middle: a parallel projection with the axis z upwards.
   const space = data.space;
@@ -77,7 +92,7 @@
   // The paths of named points, and the axes of the world.
   function surround(svg, s) {
     const traces = svg.querySelector(".traces");
-    [...traces.children].forEach((node, k) => curve(node, seen(data.scenes[s].flatMap((frame) => frame[9][k]))));
+    [...traces.children].forEach((node, k) => curve(node, seen(data.scenes[s].flatMap((frame) => frame[parts.length][k]))));
     const [lines, names] = ["path", "text"].map((name) => svg.querySelectorAll(`.triad ${name}`));
     [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) => {
       const [x, y] = project(...axis);
@@ -106,7 +121,8 @@
   function draw(k) {
     drawings.forEach((svg, s) => {
       const behind = svg.querySelector(".behind");
-      arrange(svg.querySelector(".linkage"), data.scenes[s][k]);
+      const own = chosen && s === drawings.length - 1;
+      arrange(svg.querySelector(".linkage"), own ? chosen[Math.min(Math.floor(k / data.stride), chosen.length - 1)] : data.scenes[s][k]);
       if (behind) arrange(behind, data.scenes[0][k]);
     });
     slider.value = k;
@@ -187,6 +203,17 @@
     else if (event.key === " ") toggle();
     else return;
     event.preventDefault();
+  });
+  if (naming) naming.addEventListener("change", () => figure.classList.toggle("nameless", !naming.checked));
+  // The design of a chosen cycle takes the place of the last one.
+  const heading = [...figure.querySelectorAll(".scenes h3")].pop();
+  const lastTitle = heading.textContent;
+  window.addEventListener("cycle", ({ detail: { cycle } }) => {
+    const motion = data.cycles.find(([number]) => number === cycle);
+    chosen = motion ? motion[1] : null;
+    heading.textContent = motion ? `design of cycle ${cycle}` : lastTitle;
+    drawings[drawings.length - 1].classList.toggle("chosen", Boolean(motion));
+    show();
   });
   if (overlay) overlay.addEventListener("change", () => figure.classList.toggle("alone", !overlay.checked));
   window.addEventListener("hashchange", follow);

@@ -1,9 +1,10 @@
 //! One scene as SVG inside a page: its first frame as elements, all frames as data for the script that moves them.
 
 use super::Scene;
+use crate::report::figure::Colour;
 use crate::report::figure::markup::plain;
 use crate::report::figure::{range, short};
-use crate::report::plots::{Linkage, SpatialLinkage, View, headed};
+use crate::report::plots::{Linkage, SpatialLinkage, View, headed, stress_colour};
 use maud::{Markup, html};
 
 /// Width of a scene in units of its view box.
@@ -12,7 +13,10 @@ const WIDTH: f64 = 480.0;
 const MARGIN: f64 = 26.0;
 
 /// Parts of a frame in drawing order, with the names that `player.js` uses.
-const PARTS: [&str; 9] = ["guides", "plates", "bars", "springs", "masses", "sliders", "ground", "joints", "arrows"];
+const PARTS: [&str; 12] = [
+    "guides", "plates", "bars", "stressed", "lines", "springs", "masses", "sliders", "ground", "joints", "arrows",
+    "names",
+];
 
 /// Transformation from coordinates of the mechanism to those of the view box, with one scale for both axes.
 #[derive(Clone, Copy, Debug)]
@@ -64,8 +68,9 @@ impl Viewport {
     }
 
     /// The numbers of a frame in space, part by part as in [`Viewport::frame`], with three coordinates of each point relative to
-    /// the middle, in units of the view box; for a slider also the direction of its guide.
-    pub fn frame3(&self, linkage: &SpatialLinkage) -> [Vec<Vec<f64>>; 10] {
+    /// the middle, in units of the view box; for a slider also the direction of its guide. After them the points whose paths are
+    /// drawn.
+    pub fn frame3(&self, linkage: &SpatialLinkage) -> [Vec<Vec<f64>>; 13] {
         let centre = self.centre.unwrap_or_default();
         let at = |p: &[f64; 3]| [0, 1, 2].map(|k| tenths(self.scale * (p[k] - centre[k])));
         let points = |all: &[[f64; 3]]| all.iter().map(|p| at(p).to_vec()).collect();
@@ -81,12 +86,15 @@ impl Viewport {
             pairs(&linkage.guides),
             lines(&linkage.plates),
             lines(&linkage.bars),
+            vec![],
+            vec![],
             pairs(&linkage.springs),
             points(&linkage.masses),
             linkage.sliders.iter().map(slider).collect(),
             points(&linkage.ground_joints),
             points(&linkage.joints),
             pairs(&linkage.arrows),
+            vec![],
             points(&linkage.traced),
         ]
     }
@@ -115,7 +123,7 @@ impl Viewport {
     }
 
     /// The numbers of a frame, part by part: flat lists of coordinates; for a slider also its angle in degrees.
-    pub fn frame(&self, linkage: &Linkage) -> [Vec<Vec<f64>>; 9] {
+    pub fn frame(&self, linkage: &Linkage) -> [Vec<Vec<f64>>; 12] {
         let curves = |bodies: &[Vec<[f64; 2]>]| bodies.iter().map(|body| self.flat(body)).collect();
         let ends = |pairs: &[[[f64; 2]; 2]]| pairs.iter().map(|pair| self.flat(pair)).collect();
         let points = |points: &[[f64; 2]]| points.iter().map(|p| self.flat(&[*p])).collect();
@@ -127,12 +135,19 @@ impl Viewport {
             ends(&linkage.guides),
             curves(&linkage.plates),
             curves(&linkage.bars),
+            linkage
+                .stressed
+                .iter()
+                .map(|(outline, share)| [self.flat(outline), vec![(100.0 * share).round()]].concat())
+                .collect(),
+            curves(&linkage.lines),
             ends(&linkage.springs),
             points(&linkage.masses),
             linkage.sliders.iter().map(slider).collect(),
             points(&linkage.ground_joints),
             points(&linkage.joints),
             linkage.arrows.iter().map(|arrow| self.flat(&headed(arrow))).collect(),
+            linkage.notes.iter().map(|(_, at)| self.flat(&[*at])).collect(),
         ]
     }
 
@@ -158,7 +173,15 @@ impl Viewport {
         html! {
             g class=(class) {
                 @for (name, items) in PARTS.iter().zip(self.frame(linkage)) {
-                    g class=(name) { @for item in &items { (shape(name, item)) } }
+                    g class=(name) {
+                        @for (k, item) in items.iter().enumerate() {
+                            @if *name == "names" {
+                                text x="7" y="-7" transform={ "translate(" (item[0]) " " (item[1]) ")" } { (linkage.notes[k].0) }
+                            } @else {
+                                (shape(name, item))
+                            }
+                        }
+                    }
                 }
             }
         }
@@ -186,7 +209,11 @@ fn shape(part: &str, at: &[f64]) -> Markup {
     let moved = || format!("translate({} {})", at[0], at[1]);
     match part {
         "plates" => html! { path d=(path(at, true)) {} },
-        "bars" | "guides" | "arrows" => html! { path d=(path(at, false)) {} },
+        "stressed" => {
+            let Colour(r, g, b) = stress_colour(at[8] / 100.0);
+            html! { path d=(path(&at[..8], true)) style={ "fill: rgb(" (r) " " (g) " " (b) ")" } {} }
+        }
+        "bars" | "guides" | "arrows" | "lines" => html! { path d=(path(at, false)) {} },
         "springs" => html! { path d=(spring(at)) {} },
         "sliders" => html! {
             g transform={ (moved()) " rotate(" (at[2]) ")" } {

@@ -5,6 +5,10 @@ use super::svg::{Area, Lettering, Svg};
 use super::view::View;
 use super::{ColourMap, Grid, Legend, Mark, Panel, frame, label_placement, legend, markup, shapes, style};
 
+/// Numbers of markers from which those at nearly the same place are drawn once, and the fineness of these places.
+const FEW_MARKERS: usize = 300;
+const MARKERS_PER_POINT: f64 = 2.0;
+
 /// Draws a panel: marks that are clipped at the frame, the frame, and marks over the frame.
 pub(crate) fn panel(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {
     let view = View::new(panel, area);
@@ -52,7 +56,11 @@ fn draw_below_frame(svg: &mut Svg, mark: &Mark, view: &View) {
 fn draw_above_frame(svg: &mut Svg, mark: &Mark, view: &View, obstacles: &mut Vec<[f64; 2]>) {
     match &mark.kind {
         MarkKind::Points { at, marker, colour, size } => {
-            for position in at.iter().filter_map(|&p| view.position(p)).filter(|&p| view.area.contains(p)) {
+            // Of many markers at one place one is seen.
+            let mut places = std::collections::HashSet::new();
+            let cell = |p: &[f64; 2]| p.map(|v| (MARKERS_PER_POINT * v).round() as i32);
+            let inside = at.iter().filter_map(|&p| view.position(p)).filter(|&p| view.area.contains(p));
+            for position in inside.filter(|p| at.len() <= FEW_MARKERS || places.insert(cell(p))) {
                 shapes::marker(svg, position, *marker, *colour, *size);
             }
         }

@@ -60,13 +60,25 @@ pub struct Page {
     cards: Vec<Card>,
     sections: Vec<PageSection>,
     foot: String,
+    choices: Vec<PageChoice>,
+}
+
+/// A cycle that a reader can choose: its number, its numbers in words, and its curves by the names of figures.
+#[derive(Clone, Debug)]
+pub struct PageChoice {
+    /// Number of the cycle.
+    pub number: usize,
+    /// Objective, violation and design.
+    pub text: String,
+    /// Lists of points by names of figures.
+    pub curves: serde_json::Value,
 }
 
 impl Page {
     /// An empty page.
     pub fn new(title: impl Into<String>) -> Self {
         let (status, lead, foot) = (None, String::new(), String::new());
-        Self { title: title.into(), status, lead, cards: vec![], sections: vec![], foot }
+        Self { title: title.into(), status, lead, cards: vec![], sections: vec![], foot, choices: vec![] }
     }
 
     /// Adds a badge with the status after the title.
@@ -89,6 +101,11 @@ impl Page {
     pub fn with(mut self, section: PageSection) -> Self {
         self.sections.push(section);
         self
+    }
+
+    /// Sets the cycles that a reader can choose.
+    pub fn choices(self, choices: Vec<PageChoice>) -> Self {
+        Self { choices, ..self }
     }
 
     /// Sets the line at the foot of the page.
@@ -132,6 +149,7 @@ impl Page {
                             }
                         }
                     }
+                    (self.chooser())
                     main id="main" {
                         @for section in &sections { (section) }
                     }
@@ -141,6 +159,24 @@ impl Page {
             }
         };
         Ok(page.into_string())
+    }
+
+    /// The choice of a cycle; without scripts it is not shown.
+    fn chooser(&self) -> Markup {
+        if self.choices.is_empty() {
+            return html! {};
+        }
+        let data: Vec<_> = self.choices.iter().map(|c| serde_json::json!([c.number, c.text, c.curves])).collect();
+        let data = serde_json::Value::from(data).to_string().replace('<', "\\u003c");
+        html! {
+            aside id="chooser" aria-label="Design of a cycle" hidden {
+                button type="button" aria-label="Earlier cycle" { "\u{2039}" }
+                label { "design of " select {} }
+                button type="button" aria-label="Later cycle" { "\u{203a}" }
+                output {}
+                script type="application/json" { (PreEscaped(data)) }
+            }
+        }
     }
 
     fn head(&self) -> Markup {
@@ -263,13 +299,13 @@ impl Content {
         Ok(match self {
             Self::Paragraph(text) => html! { p { (text) } },
             Self::Table(table) => table.markup(),
-            Self::Figure { caption, figure, .. } => {
+            Self::Figure { name, caption, figure } => {
                 *figures += 1;
                 let svg = figure.inline_svg(&format!("f{figures}"))?;
                 // A `<` inside the data could end the script element or begin another one.
                 let series = figure.series().map(|series| series.replace('<', "\\u003c"));
                 html! {
-                    figure class=[series.is_some().then_some("plotted")] {
+                    figure class=[series.is_some().then_some("plotted")] data-name=(name) {
                         (PreEscaped(svg))
                         figcaption { (caption) }
                         @if let Some(series) = &series { script type="application/json" { (PreEscaped(series)) } }

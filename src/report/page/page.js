@@ -102,6 +102,63 @@ window.addEventListener("DOMContentLoaded", () => {
     const values = panel.series.map((s) => [s.name, nearest(s.points, x)]).map(([name, p]) => `${name} ${short(p[1])}`);
     one.readout.textContent = `${panel.label[0]} ${short(x)}: ${values.join(", ")}`;
   }
+  // The design of a chosen cycle: its numbers, its curves, its row, and, by the event `cycle`, its motion.
+  const chooser = document.getElementById("chooser");
+  const choices = chooser ? JSON.parse(chooser.querySelector("script").textContent) : [];
+  const rows = [...document.querySelectorAll("#convergence .table tbody tr")].filter(({ cells }) => /^(start|accepted)$/.test(cells[1].textContent));
+  const cycleOf = (row) => Number(row.cells[0].textContent);
+  function choose(number) {
+    const found = choices.find(([cycle]) => cycle === number);
+    const [select, output] = [chooser.querySelector("select"), chooser.querySelector("output")];
+    select.value = found ? number : "";
+    output.textContent = found ? found[1] : "";
+    chooser.dataset.cycle = found ? number : "";
+    const row = found && rows.find((one) => cycleOf(one) === number);
+    document.querySelectorAll("tr.chosen").forEach((one) => one.classList.remove("chosen"));
+    if (row) row.classList.add("chosen");
+    figures.forEach((one) => {
+      one.svg.querySelectorAll(".chosen").forEach((old) => old.remove());
+      one.panels.forEach((panel) => { panel.series = panel.series.filter(({ chosen }) => !chosen); });
+      const [panel] = one.panels;
+      const points = found && found[2][one.figure.dataset.name];
+      if (points) panel.series.push({ name: `cycle ${number}`, points, chosen: true });
+      const [left, top, width, height] = panel.frame;
+      const at = ([x, y]) => [left + scale(x, panel.x, panel.log[0]) * width,
+        top + (1 - Math.min(Math.max(scale(y, panel.y, panel.log[1]), 0), 1)) * height].map((v) => v.toFixed(1)).join(" ");
+      const draw = (shape) => {
+        const line = document.createElementNS(one.svg.namespaceURI, "path");
+        line.setAttribute("class", "chosen");
+        line.setAttribute("d", "M" + shape.join("L"));
+        one.svg.append(line);
+      };
+      if (points) draw(points.map(at));
+      if (found && panel.label[0] === "cycle") one.panels.forEach(({ frame: [l, t, w, h], x }) => {
+        const place = (l + scale(number, x, false) * w).toFixed(1);
+        draw([`${place} ${t}`, `${place} ${t + h}`]);
+      });
+    });
+    window.dispatchEvent(new CustomEvent("cycle", { detail: { cycle: found ? number : null } }));
+  }
+  // The shown cycle that is nearest to a number.
+  const near = (number) => choices.reduce((best, [cycle]) => (Math.abs(cycle - number) < Math.abs(best - number) ? cycle : best), choices[0][0]);
+  if (chooser) {
+    const [earlier, later] = chooser.querySelectorAll("button");
+    const select = chooser.querySelector("select");
+    select.add(new Option("the run", ""));
+    choices.forEach(([cycle]) => select.add(new Option(cycle ? `cycle ${cycle}` : "cycle 0, the start", cycle)));
+    select.addEventListener("change", () => choose(select.value === "" ? null : Number(select.value)));
+    const step = (by) => {
+      select.selectedIndex = (select.selectedIndex + by + select.options.length) % select.options.length;
+      select.dispatchEvent(new Event("change"));
+    };
+    earlier.addEventListener("click", () => step(-1));
+    later.addEventListener("click", () => step(1));
+    rows.forEach((row) => {
+      row.classList.add("choice");
+      row.addEventListener("click", () => choose(near(cycleOf(row))));
+    });
+    chooser.hidden = false;
+  }
   figures.forEach((one) => {
     one.readout = document.createElement("p");
     one.readout.className = "readout";
@@ -125,6 +182,15 @@ window.addEventListener("DOMContentLoaded", () => {
       });
       window.dispatchEvent(new CustomEvent("moment", { detail: { label: panel.label[0], value } }));
     };
+    if (chooser && one.panels[0].label[0] === "cycle") {
+      one.svg.classList.add("choice");
+      one.svg.addEventListener("click", (event) => {
+        const [box, view] = [one.svg.getBoundingClientRect(), one.svg.viewBox.baseVal];
+        const [left, , width] = one.panels[0].frame;
+        const part = (view.x + ((event.clientX - box.left) / box.width) * view.width - left) / width;
+        if (part >= 0 && part <= 1) choose(near(back(part, one.panels[0].x, false)));
+      });
+    }
     one.svg.addEventListener("pointermove", move);
     one.svg.addEventListener("pointerleave", () => figures.forEach(clear));
   });

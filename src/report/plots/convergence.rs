@@ -8,7 +8,7 @@ use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Pan
 pub struct ConvergenceMeasure<'a> {
     /// Its name for the legend.
     pub name: &'a str,
-    /// Its value at each trial step. Zero and negative values are drawn below the logarithmic scale.
+    /// Its value at each trial step. Values below 10⁻⁶ are drawn below the logarithmic scale.
     pub values: &'a [f64],
 }
 
@@ -31,12 +31,20 @@ pub struct Convergence<'a> {
     pub measure: QuantityLabel,
 }
 
+/// Smaller measures are drawn below the scale: they are of the size of rounding, and their decades would fill the plot.
+const SMALLEST: f64 = 1e-6;
+
 /// Draws the objective above the measures, both over the cycles; crosses mark rejected trial steps.
 ///
 /// # Errors
 /// If there are no trial steps, lengths differ, or a value is not finite.
 pub fn convergence(data: &Convergence) -> Result<Figure> {
     check_data(data)?;
+    let rounded: Vec<Vec<f64>> =
+        data.measures.iter().map(|m| m.values.iter().map(|&v| if v < SMALLEST { 0.0 } else { v }).collect()).collect();
+    let measures: Vec<ConvergenceMeasure> =
+        data.measures.iter().zip(&rounded).map(|(m, values)| ConvergenceMeasure { name: m.name, values }).collect();
+    let data = &Convergence { measures: &measures, ..data.clone() };
     let last = data.cycles.iter().copied().max().unwrap_or(0).max(1) as f64;
     let cycle = || Axis::new("cycle", "").limits(-0.3, last + 0.3).whole();
     let shown = if data.measures.is_empty() { cycle() } else { cycle().unlabelled() };
@@ -109,7 +117,7 @@ fn add_floor(panel: &mut Panel, data: &Convergence, rows: &[f64]) {
         let at: Vec<[f64; 2]> = below.map(|(&cycle, _)| [cycle as f64, row]).collect();
         if !at.is_empty() {
             let mark = Mark::points(at, MarkerShape::Down, Colour::of_series(k), 3.6);
-            panel.add(if named { mark } else { mark.named("zero or less") });
+            panel.add(if named { mark } else { mark.named("below 10^{−6}") });
             named = true;
         }
     }
@@ -135,7 +143,7 @@ mod tests {
             measure: QuantityLabel::new("error, violation", "%"),
         };
         let svg = convergence(&data).unwrap().svg().unwrap();
-        for text in ["rejected step", "zero or less", "cycle", "[%]"] {
+        for text in ["rejected step", "below 10", "cycle", "[%]"] {
             assert!(svg.contains(text), "{text} is missing");
         }
         assert!(convergence(&Convergence { cycles: &[], ..data.clone() }).is_err());

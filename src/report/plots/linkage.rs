@@ -21,8 +21,14 @@ pub struct Linkage {
     pub sliders: Vec<([f64; 2], f64)>,
     /// Guides of sliders, from end to end.
     pub guides: Vec<[[f64; 2]; 2]>,
-    /// Springs and dampers, from end to end.
+    /// Springs, from end to end.
     pub springs: Vec<[[f64; 2]; 2]>,
+    /// Thin lines: wheels, racks, cams, walls, dampers, ropes.
+    pub lines: Vec<Vec<[f64; 2]>>,
+    /// Elements of beams of true thickness, as outlines, with their largest normal stress as a share of `stress`.
+    pub stressed: Vec<([[f64; 2]; 4], f64)>,
+    /// The stress of the darkest colour, in Pa.
+    pub stress: f64,
     /// Point masses.
     pub masses: Vec<[f64; 2]>,
     /// Arrows of loads and drives: lines from their beginning to the tip, straight or bent.
@@ -31,19 +37,26 @@ pub struct Linkage {
     pub notes: Vec<(String, [f64; 2])>,
     /// The mechanism in space of which this is a view.
     pub space: Option<Box<SpatialLinkage>>,
+    /// Points whose paths are drawn.
+    pub traced: Vec<[f64; 2]>,
 }
 
 impl Linkage {
     pub(crate) fn check(&self) -> Result<()> {
-        let bodies = self.bars.len() + self.plates.len() + self.sliders.len() + self.masses.len();
+        let bodies = self.bars.len() + self.plates.len() + self.sliders.len() + self.masses.len() + self.stressed.len();
         check::not_empty("bodies of the mechanism", bodies)?;
-        for body in self.bars.iter().chain(&self.plates).chain(&self.arrows) {
+        for body in self.bars.iter().chain(&self.plates).chain(&self.arrows).chain(&self.lines) {
             check::finite_points("body of the mechanism", body)?;
         }
         let points = self.points();
         for point in points.chain(self.sliders.iter().map(|s| &s.0)).chain(self.notes.iter().map(|n| &n.1)) {
             check::finite("joint of the mechanism", point)?;
         }
+        for (outline, share) in &self.stressed {
+            check::finite_points("beam of the mechanism", outline)?;
+            check::finite("stress of a beam", &[*share])?;
+        }
+        self.traced.iter().try_for_each(|point| check::finite("traced point of the mechanism", point))?;
         self.sliders.iter().try_for_each(|slider| check::finite("angle of a slider", &[slider.1]))
     }
 
@@ -64,6 +77,12 @@ impl Linkage {
         }
         for bar in &self.bars {
             panel.add(Mark::curve(bar.clone(), Stroke::solid(Colour(70, 70, 70), 2.0)));
+        }
+        for (outline, share) in &self.stressed {
+            panel.add(Mark::region(outline.to_vec(), stress_colour(*share), 1.0));
+        }
+        for line in &self.lines {
+            panel.add(Mark::curve(line.clone(), Stroke::solid(Colour(70, 70, 70), 0.8)));
         }
         if !self.masses.is_empty() {
             panel.add(Mark::points(self.masses.clone(), MarkerShape::Disc, Colour(70, 70, 70), 7.0));
@@ -91,9 +110,23 @@ impl Linkage {
     }
 
     pub(crate) fn extent(&self) -> Vec<[f64; 2]> {
-        let bodies = self.bars.iter().chain(&self.plates).chain(&self.arrows).flatten();
-        bodies.chain(self.points()).copied().chain(self.sliders.iter().map(|slider| slider.0)).collect()
+        let bodies = self.bars.iter().chain(&self.plates).chain(&self.arrows).chain(&self.lines).flatten();
+        bodies
+            .chain(self.stressed.iter().flat_map(|(outline, _)| outline))
+            .chain(self.points())
+            .copied()
+            .chain(self.sliders.iter().map(|slider| slider.0))
+            .collect()
     }
+}
+
+/// From pale yellow without stress to dark red at the largest one.
+pub(crate) fn stress_colour(share: f64) -> Colour {
+    const ENDS: [[f64; 3]; 3] = [[255.0, 247.0, 188.0], [254.0, 153.0, 41.0], [140.0, 20.0, 20.0]];
+    let at = 2.0 * share.clamp(0.0, 1.0);
+    let (k, part) = if at < 1.0 { (0, at) } else { (1, at - 1.0) };
+    let [r, g, b] = [0, 1, 2].map(|i| (ENDS[k][i] + part * (ENDS[k + 1][i] - ENDS[k][i])).round() as u8);
+    Colour(r, g, b)
 }
 
 /// A spring as a zigzag of six strokes between straight ends of a fifth of the length.

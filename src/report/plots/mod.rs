@@ -19,7 +19,7 @@ pub use convergence::{Convergence, ConvergenceMeasure, convergence};
 pub use coupler_curve::{CouplerCurve, coupler_curve};
 pub use design_space_slice::{Bound, DesignSpaceSlice, Iterate, ObjectiveContours, design_space_slice};
 pub use linkage::{Linkage, mechanism};
-pub(crate) use linkage::{headed, window};
+pub(crate) use linkage::{headed, stress_colour, window};
 pub use profiles::{Solver, data_profile, performance_profile};
 pub use spatial_linkage::{SpatialLinkage, View};
 pub use stress_field::{StressField, stress_field};

@@ -71,8 +71,8 @@ impl SpatialLinkage {
             springs: pairs(&self.springs),
             masses: points(&self.masses),
             arrows: self.arrows.iter().map(|arrow| arrow.iter().map(at).collect()).collect(),
-            notes: vec![],
             space: Some(Box::new(self)),
+            ..Linkage::default()
         }
     }
 

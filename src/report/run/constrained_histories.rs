@@ -17,6 +17,8 @@ pub(super) struct ConstrainedHistory {
     /// Values at these time points, for the first and the last design.
     pub first: Vec<f64>,
     pub last: Vec<f64>,
+    /// Values of the cycles that a reader can choose.
+    pub cycles: Vec<Vec<f64>>,
     pub bounds: Vec<TimeBound>,
     /// Retained and active time points of the last cycle, as indices into `first` and `last`.
     pub retained: Vec<usize>,
@@ -64,6 +66,7 @@ impl OptimizationReport<'_> {
             grid: constraint.quantity.grid().unwrap_or(0),
             first: values(&self.first.1, self.start()),
             last: values(&self.state.evaluation, &self.state.design),
+            cycles: self.cycles.iter().map(|shown| values(&shown.evaluation, &shown.step.design)).collect(),
             bounds: sides().flat_map(|j| self.bounds(j)).collect(),
             retained,
             active,

@@ -1,5 +1,6 @@
 //! Responses and constraints over time.
 
+use super::chosen_cycle::CycleCurves;
 use super::constrained_histories::ConstrainedHistory;
 use super::{OptimizationReport, stem};
 use crate::Result;
@@ -12,7 +13,8 @@ const MOST: usize = 12;
 const OTHERS: usize = 6;
 
 impl OptimizationReport<'_> {
-    pub(super) fn histories(&self) -> Result<PageSection> {
+    /// The section; the curves of cycles are added to `curves`.
+    pub(super) fn histories(&self, curves: &mut Vec<CycleCurves>) -> Result<PageSection> {
         let constrained = self.constrained_histories();
         let mut order: Vec<usize> = (0..constrained.len()).filter(|&k| constrained[k].points.len() > 1).collect();
         order.sort_by(|a, b| constrained[*b].largest.total_cmp(&constrained[*a].largest).then(a.cmp(b)));
@@ -38,21 +40,20 @@ impl OptimizationReport<'_> {
         );
         for k in order {
             let caption = format!("{}{}.", constrained[k].name, constrained[k].remark);
-            section = section.figure(
-                format!("history-{}-{}", k + 1, stem(&constrained[k].name)),
-                caption,
-                self.constrained_plot(&constrained[k])?,
-            );
+            let name = format!("history-{}-{}", k + 1, stem(&constrained[k].name));
+            let times = self.problem.grids[constrained[k].grid].points[constrained[k].points.clone()].to_vec();
+            curves.push(CycleCurves { figure: name.clone(), times, values: constrained[k].cycles.clone() });
+            section = section.figure(name, caption, self.constrained_plot(&constrained[k])?);
         }
         let more = others.len().saturating_sub(OTHERS);
         for h in others.into_iter().take(OTHERS) {
             let name = &self.problem.responses[h].name;
             let role = if enters(&h) { "which enters constraints" } else { "not constrained" };
-            section = section.figure(
-                format!("response-{}-{}", h + 1, stem(name)),
-                format!("{name}, {role}."),
-                self.response_plot(h)?,
-            );
+            let figure = format!("response-{}-{}", h + 1, stem(name));
+            let times = self.problem.grids[self.problem.responses[h].grid.unwrap_or(0)].points.clone();
+            let values = self.cycles.iter().map(|shown| shown.responses.values[h].clone()).collect();
+            curves.push(CycleCurves { figure: figure.clone(), times, values });
+            section = section.figure(figure, format!("{name}, {role}."), self.response_plot(h)?);
         }
         if hidden + more > 0 {
             let text = format!("{} more histories are in constraints.csv and responses.csv.", hidden + more);

@@ -6,10 +6,12 @@
 //! | `convergence` | objective, errors, violation, design variables and move limits over the cycles |
 //! | `histories` | responses and constraints over time with their bounds, retained and active points |
 //! | `constrained_histories` | constrained quantities in their own units, from normalized constraints |
+//! | `chosen_cycle` | numbers and curves of the cycle that a reader chooses |
 //! | `prediction_accuracy` | predicted and computed values of each cycle |
 //! | `design_space_slice` | a slice of the design space with the path of the designs |
 //! | `optimality` | residuals of the optimality conditions, multipliers |
 
+mod chosen_cycle;
 mod constrained_histories;
 mod convergence;
 mod design_space_slice;
@@ -27,6 +29,8 @@ use super::page::{Page, PageSection};
 use crate::Result;
 use crate::problem::{Evaluation, Problem, Responses};
 use crate::sao::{Cycle, State};
+use chosen_cycle::ShownCycle;
+use rayon::prelude::*;
 
 /// Report of an optimization, finished or not.
 ///
@@ -49,6 +53,8 @@ pub struct OptimizationReport<'a> {
     first: (Responses, Evaluation),
     /// The objective of each trial step.
     objectives: Vec<f64>,
+    /// Analysed designs of cycles that the page can show.
+    cycles: Vec<ShownCycle<'a>>,
 }
 
 impl<'a> OptimizationReport<'a> {
@@ -61,7 +67,29 @@ impl<'a> OptimizationReport<'a> {
         let responses = problem.analyze(design)?;
         let evaluation = problem.evaluate(design, &responses)?;
         let objectives = outcome::objectives(problem, state)?;
-        Ok(Self { title, problem, state, first: (responses, evaluation), objectives })
+        Ok(Self { title, problem, state, first: (responses, evaluation), objectives, cycles: vec![] })
+    }
+
+    /// Analyses the designs of at most `most` accepted cycles, equally spaced and with both ends, so that the page can show them: their
+    /// histories, numbers and, by [`Animation::with_cycle`](crate::report::animation::Animation::with_cycle), motions. A design whose analysis
+    /// fails is left out.
+    pub fn with_cycles(mut self, most: usize) -> Self {
+        let accepted: Vec<usize> = (0..self.state.history.len()).filter(|&k| self.state.history[k].accepted).collect();
+        let count = accepted.len().min(most);
+        let chosen = (0..count).map(|k| accepted[if count < 2 { 0 } else { k * (accepted.len() - 1) / (count - 1) }]);
+        let analysed = chosen.collect::<Vec<_>>().into_par_iter().filter_map(|k| {
+            let step = &self.state.history[k];
+            let responses = self.problem.analyze(&step.design).ok()?;
+            let evaluation = self.problem.evaluate(&step.design, &responses).ok()?;
+            Some(ShownCycle { step, objective: self.objectives[k], responses, evaluation })
+        });
+        self.cycles = analysed.collect();
+        self
+    }
+
+    /// Numbers and designs of the cycles that the page can show.
+    pub fn shown_cycles(&self) -> impl Iterator<Item = (usize, &[f64])> {
+        self.cycles.iter().map(|shown| (shown.step.cycle, &shown.step.design[..]))
     }
 
     /// The page. `slice` gives the section of the design space; the sections `more`, such as an animation of the mechanism,
@@ -72,10 +100,12 @@ impl<'a> OptimizationReport<'a> {
     pub fn page(&self, slice: Option<&Slice>, more: Vec<PageSection>) -> Result<Page> {
         let mut sections = vec![self.design()?];
         sections.extend(more);
-        sections.extend([self.constraints()?, self.convergence()?, self.histories()?, self.prediction_accuracy()?]);
+        let mut curves = vec![];
+        let histories = self.histories(&mut curves)?;
+        sections.extend([self.constraints()?, self.convergence()?, histories, self.prediction_accuracy()?]);
         sections.push(self.design_space(slice)?);
         sections.push(self.optimality()?);
-        let page = self.head();
+        let page = self.head().choices(self.choices(&curves));
         Ok(sections.into_iter().filter(|section| !section.is_empty()).fold(page, Page::with))
     }
 

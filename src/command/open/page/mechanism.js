@@ -22,6 +22,7 @@ export function layout(parts) {
   parts.plates.forEach((points) => add("plates", 1, 2 * points));
   parts.bars.forEach((points) => add("bars", 1, 2 * points));
   add("springs", parts.springs, 4);
+  parts.lines.forEach((points) => add("lines", 1, 2 * points));
   add("masses", parts.masses, 2);
   add("sliders", parts.sliders, 3);
   add("ground", parts.ground, 2);
@@ -53,6 +54,7 @@ const made = {
   plates: () => element("path"),
   bars: () => element("path"),
   springs: () => element("path"),
+  lines: () => element("path"),
   masses: () => element("circle", { r: 9 }),
   sliders: () => element("g", {}, element("rect", { x: -13, y: -8, width: 26, height: 16, rx: 2 }), element("circle", { r: 3.5 })),
   ground: () => element("g", {}, element("path", { d: "M0 0L-9 15H9ZM-14 15H14" }), element("circle", { r: 4 })),

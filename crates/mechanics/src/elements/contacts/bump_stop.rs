@@ -31,7 +31,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     measures: &[Measure::new("contact_force", "N or N·m", "contact force or torque, which acts towards larger b − a")],
     about: "a compliant stop that keeps b − a above a limit",
     law: "contact_force = stiffness·δ^1.5·(1 + 1.5·damping·δ̇), at least 0, with the depth δ = limit − (b − a); 0 where δ < 0",
-    symbol: Symbol::None,
+    symbol: Symbol::Stop,
 };
 
 impl BumpStop {

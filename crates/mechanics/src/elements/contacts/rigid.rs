@@ -21,7 +21,7 @@ pub static STOP: ElementDescriptor = {
         measures: &[],
         about: "a rigid stop: b − a bounces off a lower limit",
         law: "when the gap b − a − clearance closes, its rate becomes −restitution times its rate before, by an impulse on b and its opposite on a",
-        symbol: Symbol::None,
+        symbol: Symbol::Stop,
     }
 };
 
@@ -46,6 +46,6 @@ pub static WALL: ElementDescriptor = {
         measures: &[],
         about: "a rigid wall: b bounces off the line through a and stays to the left of it, seen along the line",
         law: "when the gap n·(r_b − r_a) closes, its rate becomes −restitution times its rate before, by an impulse along the normal n to the left of the line",
-        symbol: Symbol::None,
+        symbol: Symbol::MovingWall,
     }
 };

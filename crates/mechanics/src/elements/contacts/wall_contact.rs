@@ -32,7 +32,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     measures: &[Measure::new("contact_force", "N", "contact force on the point, along the outward normal")],
     about: "a compliant wall that keeps a point on its outer side",
     law: "contact_force = stiffness·δ^1.5·(1 + 1.5·damping·δ̇), at least 0, with the depth δ = (wall_x − x)·cos(normal) + (wall_y − y)·sin(normal) of the point (x, y) behind the wall; 0 where δ < 0",
-    symbol: Symbol::None,
+    symbol: Symbol::Wall,
 };
 
 impl WallContact {

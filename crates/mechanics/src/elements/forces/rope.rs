@@ -38,7 +38,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     ],
     about: "a rope or cable, which pulls two points together and does not push",
     law: "tension = stiffness·e·(1 + damping·ė), at least 0, with the elongation e = L − length; 0 where e < 0",
-    symbol: Symbol::Spring,
+    symbol: Symbol::Rope,
 };
 
 impl Rope {

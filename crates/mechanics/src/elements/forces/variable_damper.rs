@@ -35,7 +35,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     ],
     about: "a damper between two points whose coefficient changes with time",
     law: "tension = damping(t)·L̇ with the distance L of the points",
-    symbol: Symbol::Spring,
+    symbol: Symbol::Damper,
 };
 
 impl<F: Motion> VariableDamper<F> {

@@ -51,7 +51,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     ],
     about: "a cam around a, with point b as its follower",
     law: "|r_b − r_a| = r₀ + h/2·(1 − cos(φ − φ₀)) with the base radius r₀, the lift h, the polar angle φ of b around a from x of the body of a, and the angle φ₀ of the smallest radius",
-    symbol: Symbol::None,
+    symbol: Symbol::Cam,
 };
 
 impl CamFollower {

@@ -36,7 +36,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     )],
     about: "a pair of gears: two wheels roll on each other",
     law: "radius_a·(θ_a − θ_c) + radius_b·(θ_b − θ_c) = offset with the carrier c; the torques are −radius_a·tooth_force on a and −radius_b·tooth_force on b",
-    symbol: Symbol::None,
+    symbol: Symbol::Gears,
 };
 
 impl Element for GearPair {

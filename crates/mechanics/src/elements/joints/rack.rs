@@ -31,7 +31,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     measures: &[Measure::new("tooth_force", "N", "force of the pinion on the rack against its direction")],
     about: "a rack, the body of a, and its pinion, the body of b",
     law: "(r_rack − r_pinion)·(cos(direction), sin(direction)) − radius·θ_pinion = offset; the torque on the pinion is radius·tooth_force",
-    symbol: Symbol::None,
+    symbol: Symbol::Rack,
 };
 
 impl Element for Rack {

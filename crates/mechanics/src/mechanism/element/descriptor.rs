@@ -45,8 +45,26 @@ pub enum Symbol {
     Pin,
     /// Bar between two points.
     Bar,
-    /// Spring between two points or two coordinates.
+    /// Spring between two points or two coordinates; with a damper beside it if it has damping.
     Spring,
+    /// Damper between two points.
+    Damper,
+    /// Rope between two points.
+    Rope,
+    /// Two wheels around the bodies of the first two coordinates, with the radii that are the first two parameters.
+    Gears,
+    /// Rack through the first point, with a wheel around the body of the second one. Parameters: radius, direction of the rack.
+    Rack,
+    /// Cam around the first point; the first parameters are base radius, lift and phase.
+    Cam,
+    /// Wall in the plane. Parameters: x and y of a point of it, direction of its outward normal.
+    Wall,
+    /// Wall on the body of the first point, along the direction that is the first parameter.
+    MovingWall,
+    /// Stop of the second coordinate against the first one at the parameter `limit` or `clearance`.
+    Stop,
+    /// Rigid or elastic connection at the first point.
+    Weld,
     /// Guide through the first point at the angle that is the first parameter, with a slider at the second point.
     Guide,
 }
