@@ -2,6 +2,7 @@
 
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
+use linkwright_mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use linkwright_mechanics::analyses::statics::equilibria;
 use linkwright_mechanics::constraint_rank::indeterminate_reactions;
 use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};
@@ -237,6 +238,11 @@ fn indeterminate_reactions_have_values_of_least_norm_but_no_derivatives() {
     for output in [4, 5] {
         assert!((values[output][0].abs() - 0.5 * 0.1 * 9.81).abs() < 1e-6, "{values:?}");
     }
+    let warnings = warn_of_indeterminate_outputs(&plain, Assembly::default(), 0.0).unwrap();
+    let told: Vec<&str> = warnings.iter().filter_map(|warning| warning.split(": ").next()).collect();
+    let all = plain.output_names();
+    let names = [4, 5].map(|output| all[output].as_str());
+    assert!(names.iter().all(|name| told.contains(name)) && told.len() < all.len(), "{warnings:?}");
     let error = differentiate_explicitly(&LoadedPlatform, &PLATFORM, &settings, &[0.1]).unwrap_err();
     assert!(error.to_string().contains("first") && error.to_string().contains("no derivative"), "{error}");
 }

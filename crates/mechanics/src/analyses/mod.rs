@@ -2,6 +2,7 @@
 
 pub mod conservation;
 pub mod dynamics;
+pub mod indeterminate_outputs;
 pub mod kinematics;
 pub mod modal;
 pub(crate) mod negative_coefficients;

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use mechanics::analyses::dynamics::check_times;
+use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use mechanics::analyses::kinematics::kinematics;
 use mechanics::analyses::statics::{Statics, equilibria};
 use mechanics::derivatives::adjoint::{
@@ -164,6 +165,15 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
 impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticResponses<M, P> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         Ok(Responses::new(self.settings.values(&self.model.build(b)?, &self.times)?))
+    }
+
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        let mut warnings = responses.warnings.clone();
+        if let (Ok(mechanism), Some(start)) = (self.model.build(b), self.times.first()) {
+            let told = warn_of_indeterminate_outputs(&mechanism, Assembly::default(), *start);
+            warnings.extend(told.unwrap_or_default());
+        }
+        warnings
     }
 
     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

@@ -6,6 +6,7 @@ use mechanics::analyses::dynamics::{
     Dynamics, StepSize, has_contacts, implicit_step_lengths, simulate_by_given_steps, simulate_explicitly,
     simulate_recorded, simulate_with_recording, simulate_with_steps,
 };
+use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use mechanics::analyses::step_comparison::{explicit_step_warning, step_warning};
 use mechanics::checkpointing::ExplicitRecording;
 use mechanics::checkpointing::recording::Recording;
@@ -398,6 +399,12 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         let mut warnings = responses.warnings.clone();
         // A design that cannot be built or simulated has no responses.
         warnings.extend(self.step_warning(b, responses).unwrap_or_default());
+        let (assembly, start) = match &self.settings {
+            Integration::Implicit(settings) => (settings.assembly, settings.start),
+            Integration::Explicit(settings) => (settings.assembly, settings.start),
+        };
+        let built = self.model.build(b);
+        warnings.extend(built.and_then(|m| warn_of_indeterminate_outputs(&m, assembly, start)).unwrap_or_default());
         warnings
     }
 

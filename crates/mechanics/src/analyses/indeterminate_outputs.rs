@@ -1,0 +1,52 @@
+//! Outputs that redundant constraints leave indeterminate.
+
+use super::sampling::Sampler;
+use crate::Result;
+use crate::constraint_rank::self_stresses;
+use crate::initial_conditions::{Assembly, assemble};
+use crate::mechanism::Mechanism;
+use crate::system::System;
+use crate::system::state::State;
+
+/// Relative change of an output by reactions without effect on the motion, above which it is indeterminate.
+const CHANGED: f64 = 1e-8;
+
+/// Names of the outputs that change by reactions without effect on the motion, in an assembled state.
+///
+/// Their values are those of the reactions of least norm, one choice of many; they have no derivatives.
+pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+    if !system.allows_redundancy() {
+        return Vec::new();
+    }
+    let mut sampler = Sampler::new(mechanism);
+    let (mut here, mut moved) = (Vec::new(), Vec::new());
+    sampler.outputs(mechanism, state, &mut here);
+    let mut changes = vec![false; here.len()];
+    for stress in self_stresses(system, mechanism, state) {
+        let mut stressed = state.clone();
+        stressed.l.iter_mut().zip(&stress).for_each(|(l, n)| *l += n);
+        sampler.outputs(mechanism, &stressed, &mut moved);
+        for ((change, a), b) in changes.iter_mut().zip(&here).zip(&moved) {
+            *change |= (a - b).abs() > CHANGED * (1.0 + a.abs());
+        }
+    }
+    let changed = mechanism.outputs.iter().zip(&changes).filter(|(_, change)| **change);
+    changed.map(|(output, _)| output.name.clone()).collect()
+}
+
+/// Warnings about the outputs of `mechanism` that redundant constraints leave indeterminate, when it is assembled at time `t` in s.
+///
+/// # Errors
+///
+/// As [`assemble`].
+pub fn warn_of_indeterminate_outputs(mechanism: &Mechanism<f64>, assembly: Assembly, t: f64) -> Result<Vec<String>> {
+    let (mut system, mut state) = (System::new(mechanism)?, State::built(mechanism, t));
+    assemble(&mut system, mechanism, &mut state, assembly)?;
+    let warning = |name: String| {
+        format!(
+            "{name}: redundant constraints leave this reaction indeterminate, and the value is that of least norm; leave out the \
+             constraints that follow from others, or replace a joint by a bushing"
+        )
+    };
+    Ok(indeterminate_outputs(&system, mechanism, &state).into_iter().map(warning).collect())
+}
