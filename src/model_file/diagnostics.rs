@@ -97,13 +97,24 @@ const KEYS: &[(&[&str], &[&str])] = &[
     (&["torque", "effort", "value"], &["generalized_force", "force"]),
     (&["rotation", "theta", "orientation", "phi"], &["angle"]),
     (&["mu", "friction"], &["coulomb_force"]),
+    (&["link", "bar", "rod", "part", "mass", "slider", "rigid_body"], &["body"]),
+    (&["marker", "frame", "hardpoint"], &["point"]),
+    (&["hinge", "pin", "revolute", "prismatic", "weld", "connection"], &["joint"]),
+    (&["motor", "drive", "motion", "actuator"], &["driver"]),
+    (&["spring", "damper", "load", "torque", "contact", "friction", "gear", "rope", "bushing", "stop"], &["force"]),
+    (&["variable", "variables", "design_variable", "design_variables", "parameter", "parameters"], &["design"]),
+    (&["response", "responses", "measure", "sensor", "result"], &["output"]),
+    (&["minimize", "goal", "cost", "target"], &["objective"]),
+    (&["limit", "limits", "subject_to"], &["constraint"]),
+    (&["solver", "simulation", "integrator", "dynamics"], &["analysis"]),
+    (&["optimizer", "optimization", "algorithm"], &["method"]),
 ];
 
 /// The known name of the same part whose measure is usually called by the last word of `asked`, or the key that has this usual name.
 fn synonym<'k>(asked: &str, known: &[&'k str]) -> Option<&'k str> {
     let Some((owner, word)) = asked.rsplit_once('.') else {
-        let names = KEYS.iter().find(|(usual, _)| usual.contains(&asked))?.1;
-        return names.iter().find_map(|name| known.iter().find(|known| *known == name)).copied();
+        let mut names = KEYS.iter().filter(|(usual, _)| usual.contains(&asked)).flat_map(|(_, names)| names.iter());
+        return names.find_map(|name| known.iter().find(|known| *known == name)).copied();
     };
     let names = SYNONYMS.iter().find(|(usual, _)| usual.contains(&word))?.1;
     let is_it = |known: &&&str, name: &str| known.rsplit_once('.') == Some((owner, name));

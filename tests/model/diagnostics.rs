@@ -62,3 +62,16 @@ fn usual_words_for_measures_lead_to_their_names() {
         assert!(shown.contains(&format!("did you mean `arm.{name}`?")), "{word}: {shown}");
     }
 }
+
+/// The usual word for a part of a model leads to the section in which it is declared.
+#[test]
+fn usual_words_for_sections_lead_to_their_names() {
+    let words =
+        [("spring", "force"), ("motor", "driver"), ("hinge", "joint"), ("link", "body"), ("variables", "design")];
+    for (word, name) in words {
+        let text = format!("version = 2\n[{word}]\n");
+        let shown = linkwright::model_file::read("m.toml", &text).err().unwrap().to_string();
+        assert!(shown.contains(&format!("the file has no key `{word}`")), "{word}: {shown}");
+        assert!(shown.contains(&format!("did you mean `{name}`?")), "{word}: {shown}");
+    }
+}
