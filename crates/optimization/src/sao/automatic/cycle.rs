@@ -119,7 +119,7 @@ impl Automatic {
         let factors: Vec<f64> = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
         let step: Vec<f64> = proposal.design.iter().zip(&state.design).map(|(to, from)| to - from).collect();
         let purpose = proposal.purpose;
-        let explorations = situation.explorations_after(purpose);
+        let explorations = situation.explorations_after(purpose, decision != Decision::Rejected);
         let Proposal { region, at_limit, solution, .. } = proposal;
         let record = Record { data: &data, region, solution, distance: 0.0, at_limit, analyzed };
         let verdict = if decision == Decision::Rejected { Verdict::Reject } else { Verdict::Accept };
@@ -185,10 +185,9 @@ impl Automatic {
         let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
         // Another method may have left a variable that started at zero beside it.
         let start = state.history.first().map_or(&state.design, |start| &start.design);
-        let lengths = start_lengths(problem, start, state.evaluation.objective, &here);
-        let points = std::mem::take(&mut state.points);
-        let mut memory =
-            AutomaticState { widths: lengths.clone(), start_lengths: lengths, points, ..Default::default() };
+        let (start_lengths, guessed) = start_lengths(problem, start, state.evaluation.objective, &here);
+        let (widths, points) = (start_lengths.clone(), std::mem::take(&mut state.points));
+        let mut memory = AutomaticState { widths, start_lengths, guessed, points, ..Default::default() };
         self.store(problem, state, &data, &mut memory);
         Ok((memory, data))
     }
@@ -261,8 +260,7 @@ impl<'a> Situation<'a> {
         data: &'a CycleData,
         memory: &'a AutomaticState,
     ) -> Self {
-        let accepted = state.history.iter().filter(|c| c.accepted).map(|c| (&c.design[..], c.objective));
-        let units = Units::new(&memory.start_lengths, accepted, &memory.points, &state.evaluation);
+        let units = Units::new(memory, &state.history, &state.evaluation);
         let violation = units.violation(&state.evaluation.violations());
         let here = Linearized::new(problem, (&state.design, &state.responses, &state.evaluation), data);
         Self { settings, problem, state, data, memory, here, units, violation }

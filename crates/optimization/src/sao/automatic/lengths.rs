@@ -1,8 +1,10 @@
 //! Lengths of variables and units of rows and objective, all from what was seen in the run.
 
+use super::AutomaticState;
 use super::candidates::AcceptedPoint;
 use super::linearized::Linearized;
 use crate::problem::{Evaluation, Problem};
+use crate::sao::Cycle;
 
 /// Fraction of a bounded variable's range that a start length has at least.
 const LEAST_OF_RANGE: f64 = 0.02;
@@ -15,20 +17,20 @@ const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 
 /// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range.
 ///
-/// A variable without range that starts at zero has the median of |rᵢ| / |∂rᵢ/∂bⱼ| over objective and rows; failing that, the
-/// median of the other variables; failing that, 1. It is a first estimate only: move limits grow by up to ten a cycle.
-pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: &Linearized) -> Vec<f64> {
+/// A variable without range that starts at zero has the median of |cᵢ| / |∂cᵢ/∂bⱼ| over the rows; failing that, |F| / |∂F/∂bⱼ|;
+/// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow by up to ten a cycle, and [`Units`] shortens
+/// guesses that steps have shown to be too long. The second result says which lengths are guesses.
+pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: &Linearized) -> (Vec<f64>, Vec<bool>) {
     let n = b.len();
     let steepest = |row: &mut dyn Iterator<Item = f64>| row.fold(0.0f64, |a, g| a.max(g.abs()));
-    let rows: Vec<(f64, Vec<f64>)> = std::iter::once((objective, here.slope.clone()))
-        .chain((0..here.c.len()).map(|i| (here.c[i], here.jacobian.row(i).iter().copied().collect())))
-        .collect();
+    let row = |i: usize| (here.c[i], here.jacobian.row(i).iter().copied().collect());
+    let rows: Vec<(f64, Vec<f64>)> = (0..here.c.len()).map(row).collect();
     let seen = |j: usize| {
         let ratio = |(r, g): &(f64, Vec<f64>)| {
             let usable = g[j].abs() > NEGLIGIBLE * steepest(&mut g.iter().copied());
             (usable && *r != 0.0).then(|| r.abs() / g[j].abs())
         };
-        median(rows.iter().filter_map(ratio).collect())
+        median(rows.iter().filter_map(ratio).collect()).or_else(|| ratio(&(objective, here.slope.clone())))
     };
     let one = |j: usize| {
         let variable = &problem.variables[j];
@@ -41,12 +43,13 @@ pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: 
         (known > 0.0).then_some(known)
     };
     let mut lengths: Vec<Option<f64>> = (0..n).map(one).collect();
+    let guessed = lengths.iter().map(Option::is_none).collect();
     let largest = median(lengths.iter().flatten().copied().collect()).map_or(f64::INFINITY, |d| LARGEST * d);
     for (j, length) in lengths.iter_mut().enumerate().filter(|(_, length)| length.is_none()) {
         *length = seen(j).filter(|d| *d <= largest);
     }
     let other = median(lengths.iter().flatten().copied().collect()).unwrap_or(1.0);
-    lengths.into_iter().map(|d| d.unwrap_or(other)).collect()
+    (lengths.into_iter().map(|d| d.unwrap_or(other)).collect(), guessed)
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
@@ -72,23 +75,28 @@ pub(super) struct Units {
 }
 
 impl Units {
-    /// Units from the start lengths, the accepted designs with their objectives, and the stored designs.
-    pub fn new<'a>(
-        start_lengths: &[f64],
-        accepted: impl Iterator<Item = (&'a [f64], f64)> + Clone,
-        stored: &[AcceptedPoint],
-        evaluation: &Evaluation,
-    ) -> Self {
-        let extent = |j: usize| spread(accepted.clone().map(|(b, _)| b[j]));
-        let lengths: Vec<f64> = start_lengths.iter().enumerate().map(|(j, d)| d.max(extent(j))).collect();
+    /// Units from the start lengths, the history, and the stored designs.
+    ///
+    /// Once a step was rejected, all guessed lengths shrink by the same factor, to the largest extent that one of their variables
+    /// has: a guess depends on a constant in the objective, and what is seen within a length must not.
+    pub fn new(memory: &AutomaticState, history: &[Cycle], evaluation: &Evaluation) -> Self {
+        let AutomaticState { start_lengths, guessed, points, .. } = memory;
+        let accepted = || history.iter().filter(|c| c.accepted);
+        let extents: Vec<f64> = (0..start_lengths.len()).map(|j| spread(accepted().map(|c| c.design[j]))).collect();
+        let guesses = (0..guessed.len()).filter(|&j| guessed[j]);
+        let reached = guesses.map(|j| extents[j] / start_lengths[j]).fold(0.0, f64::max);
+        let is_too_long = reached > 0.0 && history.iter().any(|c| !c.accepted);
+        let shrinkage = if is_too_long { reached.min(1.0) } else { 1.0 };
+        let start = |j: usize| start_lengths[j] * if guessed.get(j) == Some(&true) { shrinkage } else { 1.0 };
+        let lengths: Vec<f64> = extents.iter().enumerate().map(|(j, extent)| extent.max(start(j))).collect();
         let unit = |i: usize| {
             let change = |p: &AcceptedPoint| p.slopes[i].iter().zip(&lengths).map(|(g, l)| g * l).sum::<f64>();
-            let largest = stored.iter().map(change).fold(0.0, f64::max);
+            let largest = points.iter().map(change).fold(0.0, f64::max);
             let value = evaluation.worst_of(i).map_or(0.0, |(_, g)| (g - 1.0).abs());
             [largest, value].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
         };
         let rows = (0..evaluation.constraints.len()).map(unit).collect();
-        Self { rows, objective_range: spread(accepted.map(|(_, f)| f)), lengths }
+        Self { rows, objective_range: spread(accepted().map(|c| c.objective)), lengths }
     }
 
     /// h: the largest violation in units of the rows; `violations` has one entry for each constraint.

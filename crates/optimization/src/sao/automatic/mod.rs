@@ -43,7 +43,8 @@ use serde::{Deserialize, Serialize};
 /// the whole problem: linear responses with a BFGS matrix of the Lagrangian. The globalization does not depend on the
 /// candidate: a filter, a box whose size follows the prediction, restoration where linearized rows are incompatible, and a
 /// correction through rejected designs. The stop test is made in units of what was seen: scaling the objective,
-/// constraints or variables, or adding a constant to the objective, changes the run by rounding only.
+/// constraints or variables, or adding a constant to the objective, changes the run by rounding only; but for variables without
+/// range that start at zero and on which no row depends, whose first length is |F| / |∂F/∂b|.
 ///
 /// The result satisfies the first-order conditions. Before the run ends, the Lagrangian is evaluated beside the design in
 /// directions along the active rows that no step had, or in which the steps show no positive curvature: at a saddle point or a
@@ -87,6 +88,9 @@ impl Automatic {
 pub struct AutomaticState {
     /// d of each variable.
     pub start_lengths: Vec<f64>,
+    /// True for each start length that is a guess, as the variable starts at zero and has no range.
+    #[serde(default)]
+    pub guessed: Vec<bool>,
     /// Half widths w of the box of the next cycle.
     pub widths: Vec<f64>,
     /// The last accepted designs with their numbers, the current one last.

@@ -15,6 +15,7 @@ impl AutomaticState {
     pub(in crate::sao) fn check(&self, problem: &Problem, here: &AnalyzedDesign, data: &CycleData) -> Result<()> {
         let (n, m) = (problem.n(), problem.constraints.len());
         length("start lengths", n, self.start_lengths.len())?;
+        require(self.guessed.is_empty() || self.guessed.len() == n, "it is not known which lengths are guesses")?;
         length("widths", n, self.widths.len())?;
         let positive = |v: &[f64]| v.iter().all(|v| *v > 0.0 && v.is_finite());
         require(positive(&self.start_lengths) && positive(&self.widths), "a length is not positive")?;

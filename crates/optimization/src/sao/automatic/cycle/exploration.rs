@@ -19,9 +19,13 @@ const STEP: f64 = 0.01;
 const FLAT_STEP: f64 = 0.5;
 /// First-order decrease of the objective by such a step, in negligible changes, where there is a slope.
 const MATTERS: f64 = 1e6;
+/// Largest part of a slope by which it may change between designs and still count as the same.
+const STEADY: f64 = 0.5;
 /// Largest number of steps of a run that show a curvature, and of those in directions that no step had.
 const MOST_EXPLORATIONS: usize = 3;
 const MOST_UNKNOWN: usize = 2;
+/// Number of explorations from a design. A second design is explored if a flat direction led to it.
+const ROUND: usize = MOST_EXPLORATIONS + 2;
 /// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
 const NEAR_BOUND: f64 = 1e-6;
 /// Part of a direction that is new, from which on it counts as another direction.
@@ -96,6 +100,17 @@ impl<'a> Tangent<'a> {
         pairs
     }
 
+    /// True if steps along a direction have hardly changed the slope along it. The lengths are then no measure of how far it leads.
+    fn is_steady(&self, direction: &DVector<f64>, slope: f64) -> bool {
+        let mut change = 0.0;
+        let is_known = without(direction, &self.steps(&self.binding)).norm() < STEADY;
+        is_known
+            && self.pairs().iter().rev().all(|[_, of_slope]| {
+                change += of_slope.dot(direction);
+                change.abs() < STEADY * slope.abs()
+            })
+    }
+
     /// The next step to learn more about the curvature; `None` if the known curvatures are positive.
     fn uncertain(&self, negligible: f64) -> Option<(DVector<f64>, Purpose)> {
         let n = self.situation.n();
@@ -106,7 +121,7 @@ impl<'a> Tangent<'a> {
         if tangent.is_empty() {
             return None;
         }
-        let (pairs, explorations) = (self.pairs(), self.situation.memory.explorations);
+        let (pairs, explorations) = (self.pairs(), self.situation.memory.explorations % ROUND);
         let steps = self.steps(&self.binding);
         let unknown = basis(tangent.iter().map(|v| without(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
         let is_partly_unknown = !unknown.is_empty() && steps.len() < tangent.len();
@@ -202,14 +217,15 @@ impl Situation<'_> {
             let size = (0..self.n()).map(to_limit).fold(f64::INFINITY, f64::min);
             return Some(self.along(&direction, size, widths, Purpose::Improvement));
         }
-        if self.memory.explorations > MOST_EXPLORATIONS {
+        if self.memory.explorations >= 2 * ROUND {
             return None;
         }
         let (direction, purpose) = tangent.uncertain(negligible)?;
         let direction = direction.normalize();
         let slope = descent.dot(&direction);
         let noise = negligible.max(f64::EPSILON * self.units.objective_range);
-        let to_matter = if slope.abs() > noise { MATTERS * noise / slope } else { 0.0 };
+        let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
+        let to_matter = if is_slope { MATTERS * noise / slope } else { 0.0 };
         let step = if purpose == Purpose::Flat { FLAT_STEP } else { STEP };
         let size = (step / direction.amax()).max(to_matter.abs()).copysign(slope);
         let box_size = (size.abs() * direction.amax()).max(1.0);
@@ -230,11 +246,13 @@ impl Situation<'_> {
         self.by_linear_surrogate(if is_shorter { backwards } else { forwards }, region, purpose)
     }
 
-    /// Number of explorations after this one; a step along flat directions is the last one.
-    pub(super) fn explorations_after(&self, purpose: Purpose) -> usize {
+    /// Number of explorations after this one; a step along flat directions is the last one, or the last but a round if it is accepted
+    /// for the first time.
+    pub(super) fn explorations_after(&self, purpose: Purpose, is_accepted: bool) -> usize {
         match purpose {
             Purpose::Curvature => self.memory.explorations + 1,
-            Purpose::Flat => MOST_EXPLORATIONS + 1,
+            Purpose::Flat if is_accepted && self.memory.explorations < ROUND => ROUND,
+            Purpose::Flat => 2 * ROUND,
             Purpose::Improvement | Purpose::Displacement => self.memory.explorations,
         }
     }
