@@ -183,8 +183,7 @@ fn mode_rows(
         workspace.p.clear();
         workspace.p.extend(instance.parameters.iter().map(|&p| along(p, 0.0)));
         workspace.l.clear();
-        let multipliers = instance.first_multiplier..instance.first_multiplier + instance.num_constraints;
-        workspace.l.extend(multipliers.map(|m| along(state.l[m], 0.0)));
+        workspace.l.extend(instance.multipliers().map(|m| along(state.l[m], 0.0)));
         Jet2::<Dual8>::residual(instance.element.as_ref(), along(state.t, 0.0), &mut workspace);
         let n = instance.coordinates.len();
         for (local, equation) in system.rows_of(index) {

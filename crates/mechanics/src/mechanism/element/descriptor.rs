@@ -128,6 +128,9 @@ pub enum Role {
     Parameter,
     /// One component of the gravitational acceleration in m/s², a parameter that the mechanism sets.
     Gravity,
+    /// A joint of one of these kinds whose reactions the element reads: the coordinates of the joint, and its parameters after
+    /// all others. It is the last input.
+    Joint(&'static [&'static str]),
     /// A function of time; all further parameters are its own.
     TimeFunction,
     /// A function of time and state; all further coordinates and parameters are its own.
@@ -198,6 +201,11 @@ impl Input {
     /// A component of the gravitational acceleration.
     pub const fn gravity(name: &'static str) -> Self {
         Self::of(name, Role::Gravity, "m/s²", "gravitational acceleration")
+    }
+
+    /// A joint of one of the `kinds`.
+    pub const fn joint(name: &'static str, kinds: &'static [&'static str], about: &'static str) -> Self {
+        Self::of(name, Role::Joint(kinds), "", about)
     }
 
     /// A function of time.
@@ -316,6 +324,9 @@ macro_rules! element_inputs {
         $crate::element_inputs!(@view $at; $($rest)*);
     };
     (@view $at:expr; $name:ident: state_function, $($rest:tt)*) => {
+        $crate::element_inputs!(@view $at; $name: time_function, $($rest)*);
+    };
+    (@view $at:expr; $name:ident: joint, $($rest:tt)*) => {
         $crate::element_inputs!(@view $at; $name: time_function, $($rest)*);
     };
     (@view $at:expr; $name:ident: $attachment:ident, $($rest:tt)*) => {
