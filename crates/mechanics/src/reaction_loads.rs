@@ -65,6 +65,37 @@ fn subtract(system: &System, rows: &[[f64; 1]], state: &mut State<f64>) -> f64 {
     (change[0] / size[0]).max(change[1] / size[1])
 }
 
+/// Relative change of reactions after which Newton's iteration of an implicit step may end: the next change is about its square.
+const SETTLED: f64 = 1e-8;
+
+/// Relative change of reactions that rounding, which grows with 1/h², may keep alive.
+const NOISE: f64 = 1e-4;
+
+/// Change of the multipliers from iteration to iteration of an implicit step.
+///
+/// Driven coordinates converge before the reactions, on which friction depends.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ReactionChange {
+    last: Option<f64>,
+}
+
+impl ReactionChange {
+    /// Returns whether the multipliers of `state`, corrected by `rows`, have converged.
+    pub fn is_settled(&mut self, system: &System, rows: &[[f64; 1]], state: &State<f64>) -> bool {
+        let (mut change, mut size) = (0.0f64, f64::MIN_POSITIVE);
+        for (unknown, [row]) in system.unknowns().iter().zip(rows) {
+            if let Unknown::Multiplier(m) = *unknown {
+                change = change.max(row.abs());
+                size = size.max(state.l[m].abs());
+            }
+        }
+        let change = change / size;
+        let is_noise = change <= NOISE && self.last.is_some_and(|last| change >= 0.5 * last);
+        self.last = Some(change);
+        change <= SETTLED || is_noise
+    }
+}
+
 fn locked(mechanism: &Mechanism<f64>, t: f64) -> Error {
     let loads = mechanism.elements.iter().filter(|instance| instance.num_reactions > 0);
     let names: Vec<&str> = loads.map(|instance| instance.name.as_str()).collect();

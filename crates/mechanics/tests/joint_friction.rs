@@ -30,12 +30,14 @@ impl ParametricMechanism for Incline {
         let (zero, (sin, cos)) = (S::from(0.0), slope.sin_cos());
         let height = S::from(0.03);
         let mut m = Mechanism::with_gravity(zero, S::from(-G));
-        let block = m.body("block", S::from(2.0), S::from(0.01), Pose { x: -sin * height, y: cos * height, theta: slope });
+        let block =
+            m.body("block", S::from(2.0), S::from(0.01), Pose { x: -sin * height, y: cos * height, theta: slope });
         m.set_velocity(block.x, -cos);
         m.set_velocity(block.y, -sin);
         let guide = m.prismatic("guide", m.ground().origin(), slope, block.at(zero, -height), slope);
         let friction = m.guide_friction("friction", guide, [coefficient, S::from(1e-3), length, S::from(1e-6)])?;
-        let terms = [m.measure(guide, "position")?, m.measure(friction, "normal_force")?, m.measure(friction, "force")?];
+        let terms =
+            [m.measure(guide, "position")?, m.measure(friction, "normal_force")?, m.measure(friction, "force")?];
         for (name, term) in ["position", "normal", "force"].iter().zip(terms) {
             m.output(*name, &[term]);
         }

@@ -112,7 +112,8 @@ pub(crate) struct ElementInstance<S> {
     pub switch: Option<usize>,
 }
 
-impl<S> ElementInstance<S> {    /// The multipliers in the state of the element: its own, or the reactions that it reads.
+impl<S> ElementInstance<S> {
+    /// The multipliers in the state of the element: its own, or the reactions that it reads.
     pub(crate) fn multipliers(&self) -> Range<usize> {
         self.first_multiplier..self.first_multiplier + self.num_constraints + self.num_reactions
     }
@@ -388,7 +389,11 @@ impl<S: Scalar> Mechanism<S> {
         let kind = on.element.descriptor().map_or("", |descriptor| descriptor.kind);
         if on.num_constraints == 0 || !kinds.contains(&kind) {
             let why = format!("`{}` is not a joint of kind {}", on.name, kinds.join(" or "));
-            return Err(crate::Error::definition(name, why, "name the joint whose reaction presses the surfaces together"));
+            return Err(crate::Error::definition(
+                name,
+                why,
+                "name the joint whose reaction presses the surfaces together",
+            ));
         }
         let (first, num_reactions, coordinates) = (on.first_multiplier, on.num_constraints, on.coordinates.clone());
         let parameters = [parameters, &on.parameters].concat();

@@ -254,8 +254,11 @@ impl System {
                 linearization.dynamics_weights
             };
             instance.element.columns(&local, tangent_weights, &variables, &mut jacobian_workspace, &mut columns);
+            let is_geometric = |r: usize, c: usize| instance.num_constraints > 0 && r < n && c < n;
             for (&r, &i) in map.active.iter().zip(&map.equations) {
-                for (&j, value) in equations.iter().zip(&columns[r * width + 1..]) {
+                let entries = variables.iter().zip(&equations).zip(&columns[r * width + 1..]);
+                let entries = entries.filter(|((c, _), _)| linearization.geometric_stiffness || !is_geometric(r, **c));
+                for ((_, &j), value) in entries {
                     dense[(i, j)] += value * if r < n { 1.0 } else { linearization.constraint_scale };
                 }
             }

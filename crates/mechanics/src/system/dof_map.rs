@@ -48,8 +48,7 @@ impl DofMap {
     pub fn new(instance: &ElementInstance<f64>, unknown: &[Option<usize>]) -> Self {
         let linear = linear_coordinates(instance);
         let rows = instance.coordinates.len() + instance.num_constraints;
-        let active: Vec<usize> =
-            (0..rows).filter(|&k| !instance.element.is_sensor() && unknown[k].is_some()).collect();
+        let active: Vec<usize> = (0..rows).filter(|&k| !instance.element.is_sensor() && unknown[k].is_some()).collect();
         let equations = active.iter().filter_map(|&k| unknown[k]).collect();
         let varies = |k: &usize| *k < instance.coordinates.len() && !linear.contains(k);
         let reactions: Vec<_> = (rows..unknown.len()).filter_map(|k| Some((k, unknown[k]?))).collect();
